@@ -1,0 +1,3 @@
+//! Benches, to come.
+
+fn main() {}

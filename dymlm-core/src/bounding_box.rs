@@ -1,0 +1,177 @@
+use std::ops::Range;
+
+use crate::Error;
+
+/// A box in the image, half-open: [`x_min`, `x_max`) x [`y_min`, `y_max`), pixels. It may leave the image, and may
+/// be empty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "[f32; 4]", into = "[f32; 4]"))]
+pub struct BoundingBox {
+    x_min: f32,
+    y_min: f32,
+    x_max: f32,
+    y_max: f32,
+}
+
+impl BoundingBox {
+    /// Makes the box [`x_min`, `x_max`) x [`y_min`, `y_max`).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::BoundingBox`] when a side is not finite or the box ends before it begins.
+    pub fn new(x_min: f32, y_min: f32, x_max: f32, y_max: f32) -> Result<Self, Error> {
+        let finite = [x_min, y_min, x_max, y_max].iter().all(|side| side.is_finite());
+        if finite && x_min <= x_max && y_min <= y_max {
+            Ok(Self { x_min, y_min, x_max, y_max })
+        } else {
+            Err(Error::BoundingBox { x_min, y_min, x_max, y_max })
+        }
+    }
+
+    /// Left side, pixels.
+    #[inline]
+    pub fn x_min(&self) -> f32 {
+        self.x_min
+    }
+
+    /// Upper side, pixels.
+    #[inline]
+    pub fn y_min(&self) -> f32 {
+        self.y_min
+    }
+
+    /// Right side, pixels.
+    #[inline]
+    pub fn x_max(&self) -> f32 {
+        self.x_max
+    }
+
+    /// Lower side, pixels.
+    #[inline]
+    pub fn y_max(&self) -> f32 {
+        self.y_max
+    }
+
+    /// Width, pixels.
+    #[inline]
+    pub fn width(&self) -> f32 {
+        self.x_max - self.x_min
+    }
+
+    /// Height, pixels.
+    #[inline]
+    pub fn height(&self) -> f32 {
+        self.y_max - self.y_min
+    }
+
+    /// Area, square pixels.
+    #[inline]
+    pub fn area(&self) -> f32 {
+        self.width() * self.height()
+    }
+
+    /// Centre `[u, v]`, pixels.
+    #[inline]
+    pub fn center(&self) -> [f32; 2] {
+        [0.5 * (self.x_min + self.x_max), 0.5 * (self.y_min + self.y_max)]
+    }
+
+    /// Area shared with another box, square pixels.
+    #[inline]
+    pub fn intersection_area(&self, other: &Self) -> f32 {
+        let width = self.x_max.min(other.x_max) - self.x_min.max(other.x_min);
+        let height = self.y_max.min(other.y_max) - self.y_min.max(other.y_min);
+        width.max(0.0) * height.max(0.0)
+    }
+
+    /// Intersection over union, 0..=1; 0 when both boxes are empty.
+    ///
+    /// ```
+    /// use dymlm_core::BoundingBox;
+    ///
+    /// let a = BoundingBox::new(0.0, 0.0, 10.0, 10.0)?;
+    /// let b = BoundingBox::new(5.0, 0.0, 15.0, 10.0)?;
+    /// assert!((a.iou(&b) - 1.0 / 3.0).abs() < 1e-6);
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    #[inline]
+    pub fn iou(&self, other: &Self) -> f32 {
+        let shared = self.intersection_area(other);
+        let union = self.area() + other.area() - shared;
+        if union > 0.0 { shared / union } else { 0.0 }
+    }
+
+    /// The part of the box on an image of `width` x `height` pixels; `None` when there is none.
+    pub fn clipped(&self, width: usize, height: usize) -> Option<Self> {
+        let clipped = Self {
+            x_min: self.x_min.max(0.0),
+            y_min: self.y_min.max(0.0),
+            x_max: self.x_max.min(width as f32),
+            y_max: self.y_max.min(height as f32),
+        };
+        (clipped.x_min < clipped.x_max && clipped.y_min < clipped.y_max).then_some(clipped)
+    }
+
+    /// Columns of an image of `width` pixels whose centres lie in the box.
+    pub fn columns(&self, width: usize) -> Range<usize> {
+        pixels_within(self.x_min, self.x_max, width)
+    }
+
+    /// Rows of an image of `height` pixels whose centres lie in the box.
+    pub fn rows(&self, height: usize) -> Range<usize> {
+        pixels_within(self.y_min, self.y_max, height)
+    }
+}
+
+/// Integers i of 0..count with min <= i < max. (A float cast saturates, so absurd boxes are harmless.)
+fn pixels_within(min: f32, max: f32, count: usize) -> Range<usize> {
+    let first = (min.max(0.0).ceil() as usize).min(count);
+    let end = (max.max(0.0).ceil() as usize).min(count);
+    first..end.max(first)
+}
+
+impl TryFrom<[f32; 4]> for BoundingBox {
+    type Error = Error;
+
+    /// From `[x_min, y_min, x_max, y_max]`.
+    fn try_from([x_min, y_min, x_max, y_max]: [f32; 4]) -> Result<Self, Error> {
+        Self::new(x_min, y_min, x_max, y_max)
+    }
+}
+
+impl From<BoundingBox> for [f32; 4] {
+    /// To `[x_min, y_min, x_max, y_max]`.
+    fn from(b: BoundingBox) -> Self {
+        [b.x_min, b.y_min, b.x_max, b.y_max]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_open_boxes_tile_the_image() {
+        let left = BoundingBox::new(-3.0, 0.0, 2.5, 4.0).unwrap();
+        let right = BoundingBox::new(2.5, 0.0, 90.0, 4.0).unwrap();
+        assert_eq!(left.columns(8), 0..3);
+        assert_eq!(right.columns(8), 3..8);
+        assert_eq!(BoundingBox::new(20.0, 0.0, 30.0, 1.0).unwrap().columns(8), 8..8);
+        assert_eq!(BoundingBox::new(-1e30, 0.0, 1e30, 1.0).unwrap().columns(8), 0..8);
+    }
+
+    #[test]
+    fn refuses_boxes_that_are_none() {
+        assert!(BoundingBox::new(1.0, 0.0, 0.0, 1.0).is_err());
+        assert!(BoundingBox::new(f32::NAN, 0.0, 0.0, 1.0).is_err());
+        assert!(BoundingBox::new(0.0, 0.0, f32::INFINITY, 1.0).is_err());
+    }
+
+    #[test]
+    fn empty_boxes_overlap_nothing() {
+        let empty = BoundingBox::new(1.0, 1.0, 1.0, 1.0).unwrap();
+        assert_eq!(empty.iou(&empty), 0.0);
+        assert_eq!(empty.clipped(10, 10), None);
+    }
+}

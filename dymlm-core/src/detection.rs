@@ -1,0 +1,77 @@
+use crate::{BoundingBox, Error, Mask};
+
+/// One object found in an image by a 2D detector.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detection {
+    label: String,
+    score: f32,
+    bounding_box: BoundingBox,
+    mask: Option<Mask>,
+}
+
+impl Detection {
+    /// Puts a detection together: a class label (COCO names with spaces, or the detector's own), the detector's
+    /// confidence within 0..=1, and a box in pixels of the colour image.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Score`].
+    ///
+    /// ```
+    /// use dymlm_core::{BoundingBox, Detection};
+    ///
+    /// let person = Detection::new("person", 0.91, BoundingBox::new(210.0, 8.0, 380.0, 480.0)?)?;
+    /// assert_eq!(person.label(), "person");
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    pub fn new(label: impl Into<String>, score: f32, bounding_box: BoundingBox) -> Result<Self, Error> {
+        if !(0.0..=1.0).contains(&score) {
+            return Err(Error::Score(score));
+        }
+        Ok(Self { label: label.into(), score, bounding_box, mask: None })
+    }
+
+    /// Adds the detector's instance mask: `true` where a pixel belongs to the object; of the image's size.
+    #[must_use]
+    pub fn with_mask(mut self, mask: Mask) -> Self {
+        self.mask = Some(mask);
+        self
+    }
+
+    /// Class label.
+    #[inline]
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// Confidence, 0..=1.
+    #[inline]
+    pub fn score(&self) -> f32 {
+        self.score
+    }
+
+    /// The box, pixels.
+    #[inline]
+    pub fn bounding_box(&self) -> BoundingBox {
+        self.bounding_box
+    }
+
+    /// The instance mask, if the detector gave one.
+    #[inline]
+    pub fn mask(&self) -> Option<&Mask> {
+        self.mask.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refuses_scores_that_are_no_confidence() {
+        let bounding_box = BoundingBox::new(0.0, 0.0, 1.0, 1.0).unwrap();
+        for score in [-0.1, 1.1, f32::NAN] {
+            assert!(matches!(Detection::new("cup", score, bounding_box), Err(Error::Score(_))));
+        }
+    }
+}

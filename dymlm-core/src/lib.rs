@@ -1,0 +1,60 @@
+//! Vocabulary of the `dymlm` crates: what a frame, a pose, a camera, a detection and a cloud are.
+//!
+//! # Conventions
+//!
+//! - **Frames.** Camera: x right, y down, z forward (optical). World: right-handed, any orientation; nothing
+//!   assumes that z is up. A pose is named with both frames: `world_from_camera` takes camera coordinates to
+//!   the world. Quaternions are x y z w.
+//! - **Pixels.** (0, 0) is the centre of the top-left pixel; u runs right, v down.
+//! - **Units.** Metres, seconds, radians.
+//! - **Scalars.** Clouds and images are f32; poses, plane and camera parameters f64.
+//! - **No reading.** A depth of 0. [`DepthImage`] stores whatever is no reading (NaN, infinite, negative) as 0.
+//!
+//! No type of another crate appears in a signature, except behind the features `nalgebra_0_35`, `glam_0_33`
+//! and `mint_0_5`, which add conversions, and `serde`.
+//!
+//! ```
+//! use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
+//!
+//! let camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?;
+//! let depth = DepthImage::new(640, 480, vec![2.0; 640 * 480])?;
+//! let frame = Frame::new(0.0, camera, depth, None)?;
+//! let world_from_camera = Pose::new([0.0, 0.0, 1.5], [0.0, 0.0, 0.0, 1.0])?;
+//!
+//! let point = camera.back_project([319.5, 239.5], frame.depth().at(320, 240).into());
+//! assert_eq!(world_from_camera.transform_point(point), [0.0, 0.0, 3.5]);
+//! # Ok::<(), dymlm_core::Error>(())
+//! ```
+
+mod axial_noise;
+mod bounding_box;
+mod color_image;
+mod config_error;
+mod depth_image;
+mod detection;
+mod error;
+mod frame;
+mod interop;
+mod mask;
+mod organized_cloud;
+mod pinhole_camera;
+mod plane;
+mod point;
+mod point_cloud;
+mod pose;
+
+pub use axial_noise::axial_noise;
+pub use bounding_box::BoundingBox;
+pub use color_image::ColorImage;
+pub use config_error::{ConfigError, check_range};
+pub use depth_image::DepthImage;
+pub use detection::Detection;
+pub use error::Error;
+pub use frame::Frame;
+pub use mask::Mask;
+pub use organized_cloud::OrganizedCloud;
+pub use pinhole_camera::PinholeCamera;
+pub use plane::Plane;
+pub use point::{Point, Rgb};
+pub use point_cloud::PointCloud;
+pub use pose::Pose;

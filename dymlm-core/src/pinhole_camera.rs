@@ -1,0 +1,168 @@
+use crate::Error;
+
+/// A pinhole camera without distortion: image size in pixels, focal lengths and principal point in pixels.
+///
+/// A camera-frame point (x, y, z) appears at u = fx x / z + cx, v = fy y / z + cy. Focal lengths may be negative:
+/// some rendered datasets (ICL-NUIM) flip an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "RawCamera"))]
+pub struct PinholeCamera {
+    width: usize,
+    height: usize,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+}
+
+impl PinholeCamera {
+    /// Largest number of pixels of an image: keeps every index and byte count far from overflow.
+    pub const MAX_PIXELS: usize = 1 << 28;
+
+    /// Makes a camera of `width` x `height` pixels.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ImageSize`] when a side is zero or there are more than [`Self::MAX_PIXELS`] pixels;
+    /// [`Error::Intrinsics`] when a value is not finite or a focal length is zero.
+    pub fn new(width: usize, height: usize, fx: f64, fy: f64, cx: f64, cy: f64) -> Result<Self, Error> {
+        check_image_size(width, height)?;
+        let finite = [fx, fy, cx, cy].iter().all(|value| value.is_finite());
+        if !finite || fx == 0.0 || fy == 0.0 {
+            return Err(Error::Intrinsics { fx, fy, cx, cy });
+        }
+        Ok(Self { width, height, fx, fy, cx, cy })
+    }
+
+    /// Image width, pixels.
+    #[inline]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Image height, pixels.
+    #[inline]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Focal length along u, pixels.
+    #[inline]
+    pub fn fx(&self) -> f64 {
+        self.fx
+    }
+
+    /// Focal length along v, pixels.
+    #[inline]
+    pub fn fy(&self) -> f64 {
+        self.fy
+    }
+
+    /// Principal point, u.
+    #[inline]
+    pub fn cx(&self) -> f64 {
+        self.cx
+    }
+
+    /// Principal point, v.
+    #[inline]
+    pub fn cy(&self) -> f64 {
+        self.cy
+    }
+
+    /// The camera-frame point at pixel `[u, v]` and depth z = `depth` metres.
+    ///
+    /// ```
+    /// let camera = dymlm_core::PinholeCamera::new(640, 480, 500.0, 500.0, 320.0, 240.0)?;
+    /// assert_eq!(camera.back_project([420.0, 240.0], 2.0), [0.4, 0.0, 2.0]);
+    /// assert_eq!(camera.project([0.4, 0.0, 2.0]), Some([420.0, 240.0]));
+    /// assert_eq!(camera.project([0.4, 0.0, -2.0]), None);
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    #[inline]
+    pub fn back_project(&self, pixel: [f64; 2], depth: f64) -> [f64; 3] {
+        [(pixel[0] - self.cx) / self.fx * depth, (pixel[1] - self.cy) / self.fy * depth, depth]
+    }
+
+    /// The pixel `[u, v]` at which a camera-frame point appears, inside the image or not; `None` when the point
+    /// is not in front of the camera (z <= 0 or not finite).
+    #[inline]
+    pub fn project(&self, point: [f64; 3]) -> Option<[f64; 2]> {
+        let [x, y, z] = point;
+        (z > 0.0).then(|| [self.fx * x / z + self.cx, self.fy * y / z + self.cy])
+    }
+
+    /// Whether `[u, v]` lies on the image: within half a pixel of a pixel's centre.
+    #[inline]
+    pub fn sees(&self, pixel: [f64; 2]) -> bool {
+        (-0.5..self.width as f64 - 0.5).contains(&pixel[0])
+            && (-0.5..self.height as f64 - 0.5).contains(&pixel[1])
+    }
+}
+
+pub(crate) fn check_image_size(width: usize, height: usize) -> Result<usize, Error> {
+    match width.checked_mul(height) {
+        Some(pixels) if pixels > 0 && pixels <= PinholeCamera::MAX_PIXELS => Ok(pixels),
+        _ => Err(Error::ImageSize { width, height }),
+    }
+}
+
+/// Checks an image's size and that its buffer fits it.
+pub(crate) fn check_buffer(width: usize, height: usize, actual: usize) -> Result<(), Error> {
+    let expected = check_image_size(width, height)?;
+    if actual == expected { Ok(()) } else { Err(Error::BufferLength { width, height, expected, actual }) }
+}
+
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct RawCamera {
+    width: usize,
+    height: usize,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<RawCamera> for PinholeCamera {
+    type Error = Error;
+
+    fn try_from(raw: RawCamera) -> Result<Self, Error> {
+        Self::new(raw.width, raw.height, raw.fx, raw.fy, raw.cx, raw.cy)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refuses_sizes_and_intrinsics_that_are_no_camera() {
+        assert!(matches!(PinholeCamera::new(0, 480, 1.0, 1.0, 0.0, 0.0), Err(Error::ImageSize { .. })));
+        assert!(matches!(
+            PinholeCamera::new(usize::MAX, 2, 1.0, 1.0, 0.0, 0.0),
+            Err(Error::ImageSize { .. })
+        ));
+        assert!(matches!(PinholeCamera::new(2, 2, 0.0, 1.0, 0.0, 0.0), Err(Error::Intrinsics { .. })));
+        assert!(matches!(PinholeCamera::new(2, 2, 1.0, f64::NAN, 0.0, 0.0), Err(Error::Intrinsics { .. })));
+        assert!(matches!(
+            PinholeCamera::new(2, 2, 1.0, 1.0, f64::INFINITY, 0.0),
+            Err(Error::Intrinsics { .. })
+        ));
+    }
+
+    #[test]
+    fn a_negative_focal_length_flips_an_axis() {
+        let camera = PinholeCamera::new(640, 480, 481.2, -480.0, 319.5, 239.5).unwrap();
+        assert!(camera.back_project([319.5, 0.0], 1.0)[1] > 0.0);
+    }
+
+    #[test]
+    fn nan_is_not_in_front() {
+        let camera = PinholeCamera::new(640, 480, 500.0, 500.0, 320.0, 240.0).unwrap();
+        assert_eq!(camera.project([0.0, 0.0, f64::NAN]), None);
+        assert_eq!(camera.project([0.0, 0.0, 0.0]), None);
+    }
+}

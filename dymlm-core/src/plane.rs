@@ -1,0 +1,87 @@
+use crate::{Error, Pose};
+
+/// An infinite plane in Hessian form: normal . x + d = 0, the normal of unit length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    normal: [f64; 3],
+    d: f64,
+}
+
+impl Plane {
+    /// Makes the plane normal . x + d = 0. A normal of any length is accepted; both parameters are divided by it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Plane`] when a parameter is not finite or the normal is zero.
+    ///
+    /// ```
+    /// let table = dymlm_core::Plane::new([0.0, 0.0, 2.0], -1.5)?;
+    /// assert_eq!(table.signed_distance([3.0, 1.0, 1.0]), 0.25);
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    pub fn new(normal: [f64; 3], d: f64) -> Result<Self, Error> {
+        let length = dot(normal, normal).sqrt();
+        if !(length.is_finite() && length > 1e-12 && d.is_finite()) {
+            return Err(Error::Plane { normal, d });
+        }
+        Ok(Self { normal: normal.map(|n| n / length), d: d / length })
+    }
+
+    /// Unit normal.
+    #[inline]
+    pub fn normal(&self) -> [f64; 3] {
+        self.normal
+    }
+
+    /// Offset d of normal . x + d = 0, metres.
+    #[inline]
+    pub fn d(&self) -> f64 {
+        self.d
+    }
+
+    /// Distance of a point from the plane, metres, positive on the side the normal points to.
+    #[inline]
+    pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
+        dot(self.normal, point) + self.d
+    }
+
+    /// The plane in the frame `a`, given in frame `b`: n' = R n, d' = d - t . n'.
+    #[must_use]
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        let normal = a_from_b.rotate(self.normal);
+        Self { normal, d: self.d - dot(a_from_b.translation(), normal) }
+    }
+
+    /// The same plane seen from its other side.
+    #[must_use]
+    pub fn flipped(&self) -> Self {
+        Self { normal: self.normal.map(|n| -n), d: -self.d }
+    }
+}
+
+#[inline]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moves_with_its_points() {
+        let plane = Plane::new([0.3, -0.2, 0.9], 0.4).unwrap();
+        let a_from_b = Pose::new([1.0, -2.0, 0.5], [0.5, 0.5, 0.5, 0.5]).unwrap();
+        let point = [0.7, 0.1, -2.0];
+        let moved = plane.transformed(&a_from_b).signed_distance(a_from_b.transform_point(point));
+        assert!((moved - plane.signed_distance(point)).abs() < 1e-12);
+        assert!((plane.flipped().signed_distance(point) + plane.signed_distance(point)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn refuses_a_normal_without_direction() {
+        assert!(Plane::new([0.0; 3], 1.0).is_err());
+        assert!(Plane::new([f64::NAN, 0.0, 1.0], 1.0).is_err());
+        assert!(Plane::new([0.0, 0.0, 1.0], f64::INFINITY).is_err());
+    }
+}

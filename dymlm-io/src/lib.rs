@@ -1,0 +1,1 @@
+//! Reads TUM RGB-D datasets and detections, reads and writes PLY, PCD and map folders.

@@ -1,0 +1,1 @@
+//! Probabilistic occupancy octree with the model and the files of OctoMap.
