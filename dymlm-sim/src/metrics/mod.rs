@@ -1,0 +1,12 @@
+//! How far maps and masks are from the truth.
+
+mod cloud_score;
+mod mask_score;
+mod reference_cloud;
+mod truth;
+mod voxel_key;
+
+pub use cloud_score::{CloudScore, score_cloud};
+pub use mask_score::MaskScore;
+pub use reference_cloud::{ReferenceCloud, ReferenceScore};
+pub use truth::{Truth, TruthConfig};

@@ -1,0 +1,109 @@
+use std::f64::consts::TAU;
+
+use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
+
+/// How the camera moves through the room, after the sequence types of the TUM RGB-D benchmark (Sturm 2012).
+///
+/// All paths begin about 3 m before the desk and look at it; the people walk between.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum CameraPath {
+    /// Somebody carries the camera: steps of half a metre to all sides and slow turns, with a walker's tremor.
+    #[default]
+    Handheld,
+    /// On a tripod.
+    Static,
+    /// Moves along the three axes in turn, without turning.
+    Xyz,
+    /// Turns about its three axes in turn, in place.
+    Rpy,
+    /// Moves on a half sphere of 1.1 m about a point before the desk.
+    HalfSphere,
+}
+
+/// Where the camera rests, metres in the scene.
+const STATION: Vec3 = Vec3::new(0.15, -1.75, 1.45);
+/// What it looks at: just above the desk.
+const TARGET: Vec3 = Vec3::new(-0.1, 1.6, 0.85);
+
+impl CameraPath {
+    /// The camera's pose in the scene at `time` seconds.
+    pub(crate) fn scene_from_camera(self, time: f64) -> Pose3 {
+        let wave = |period: f64, phase: f64| (TAU * (time / period + phase)).sin() as f32;
+        let leg = |k: f64| {
+            // One axis after the other: a full wave of 5 s each.
+            let within = time.rem_euclid(15.0) - 5.0 * k;
+            if (0.0..5.0).contains(&within) { (TAU * within / 5.0).sin() as f32 } else { 0.0 }
+        };
+        match self {
+            Self::Static => looking(STATION, TARGET),
+            Self::Xyz => {
+                let offset = Vec3::new(0.4 * leg(0.0), 0.3 * leg(1.0), 0.3 * leg(2.0));
+                looking(STATION + offset, TARGET + offset)
+            }
+            Self::Rpy => {
+                let turn = Vec3::new(0.25 * leg(0.0), 0.3 * leg(1.0), 0.3 * leg(2.0));
+                looking(STATION, TARGET) * Pose3::from_rotation(Rot3::from_scaled_axis(turn))
+            }
+            Self::HalfSphere => {
+                let azimuth = 0.75 * wave(13.0, 0.0);
+                let elevation = 0.35 + 0.3 * wave(5.2, 0.1);
+                let centre = Vec3::new(0.0, -0.35, 0.95);
+                let back = Vec3::new(
+                    azimuth.sin() * elevation.cos(),
+                    -azimuth.cos() * elevation.cos(),
+                    elevation.sin(),
+                );
+                looking(centre + 1.1 * back, TARGET.lerp(centre, 0.3))
+            }
+            Self::Handheld => {
+                let sway = Vec3::new(
+                    0.50 * wave(11.0, 0.0) + 0.010 * wave(1.1, 0.3),
+                    0.25 * wave(7.3, 0.2) + 0.008 * wave(0.9, 0.0),
+                    0.12 * wave(5.9, 0.4) + 0.012 * wave(0.55, 0.1),
+                );
+                let glance = Vec3::new(
+                    0.80 * wave(12.1, 0.15) + 0.020 * wave(1.3, 0.0),
+                    0.0,
+                    0.25 * wave(8.3, 0.5) + 0.015 * wave(0.7, 0.2),
+                );
+                let roll = Rot3::from_rotation_z(0.03 * wave(3.7, 0.0));
+                looking(STATION + sway, TARGET + glance) * Pose3::from_rotation(roll)
+            }
+        }
+    }
+}
+
+/// A camera at `eye` looking at `target`, the scene's z upwards in the image.
+fn looking(eye: Vec3, target: Vec3) -> Pose3 {
+    let forward = (target - eye).normalize();
+    let right = forward.cross(Vec3::Z).normalize();
+    let down = forward.cross(right);
+    let rotation = Rot3::from_mat3(&Mat3::from_cols(right, down, forward));
+    Pose3::from_parts(eye, rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_at_the_desk_with_the_room_upright() {
+        for path in [
+            CameraPath::Handheld,
+            CameraPath::Static,
+            CameraPath::Xyz,
+            CameraPath::Rpy,
+            CameraPath::HalfSphere,
+        ] {
+            for step in 0..300 {
+                let pose = path.scene_from_camera(0.1 * f64::from(step));
+                let forward = pose.rotation * Vec3::Z;
+                let down = pose.rotation * Vec3::Y;
+                assert!(forward.y > 0.7, "{path:?} looks along {forward}");
+                assert!(down.z < -0.6, "{path:?}: image down is {down}");
+                assert!(pose.translation.z > 0.5 && pose.translation.z < 2.3);
+            }
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! A recording that never was: frames by index, with their truth.
+
+mod camera_path;
+mod config;
+mod simulate;
+
+pub use camera_path::CameraPath;
+pub use config::SequenceConfig;
+pub use simulate::{Sequence, SimulatedFrame};
