@@ -1,0 +1,151 @@
+use std::io;
+use std::path::{Path, PathBuf};
+
+use dymlm_core::ConfigError;
+
+use crate::UncoveredTime;
+
+/// Why a file could not be read or written. Every message names the file, and the line where there is one.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// A line of a text file that cannot be used.
+    #[error("{}, line {line}: {reason}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file whose content is not what it should be.
+    #[error("{}: {reason}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// An image of another size than the camera.
+    #[error("{}: the image has {actual_width}x{actual_height} pixels, the camera {width}x{height}", path.display())]
+    ImageSize {
+        /// The image file.
+        path: PathBuf,
+        /// The camera's width, pixels.
+        width: usize,
+        /// The camera's height, pixels.
+        height: usize,
+        /// The image's width, pixels.
+        actual_width: usize,
+        /// The image's height, pixels.
+        actual_height: usize,
+    },
+    /// A file named in a list that cannot be used: says where it is listed, and what is wrong with it.
+    #[error("{}, line {line}: {fault}", list.display())]
+    Listed {
+        /// The list.
+        list: PathBuf,
+        /// The line of the list, counted from 1.
+        line: usize,
+        /// What is wrong with the file.
+        fault: Box<Error>,
+    },
+    /// A trajectory that does not cover a frame.
+    #[error("{}, line {line}: {fault}", path.display())]
+    Uncovered {
+        /// The trajectory.
+        path: PathBuf,
+        /// The line after which the trajectory ends or has its gap, or its first pose's.
+        line: usize,
+        /// The time, and what the trajectory covers instead.
+        fault: UncoveredTime,
+    },
+    /// A frame that the dataset does not have.
+    #[error("frame {index} of a dataset of {count} frames")]
+    NoFrame {
+        /// The frame asked for.
+        index: usize,
+        /// Number of frames.
+        count: usize,
+    },
+    /// A buffer whose length is not width times height.
+    #[error("{}: a buffer of {actual} pixels for an image of {width}x{height}", path.display())]
+    BufferLength {
+        /// The image file to be written.
+        path: PathBuf,
+        /// Width, pixels.
+        width: usize,
+        /// Height, pixels.
+        height: usize,
+        /// Given length.
+        actual: usize,
+    },
+    /// A map folder of a format that this version does not read.
+    #[error("{}: a map folder of format version {found}; this version reads {supported}", path.display())]
+    MapVersion {
+        /// The manifest.
+        path: PathBuf,
+        /// The folder's format version.
+        found: u32,
+        /// The format version read here.
+        supported: u32,
+    },
+    /// A file of a map folder that is not as it was written.
+    #[error(
+        "{}: {actual_bytes} bytes with CRC-32 {actual_crc32:08x}, but the manifest says {bytes} with {crc32:08x}",
+        path.display()
+    )]
+    Checksum {
+        /// The file.
+        path: PathBuf,
+        /// Size in the manifest, bytes.
+        bytes: u64,
+        /// Checksum in the manifest.
+        crc32: u32,
+        /// Size found, bytes.
+        actual_bytes: u64,
+        /// Checksum found (0 when the sizes differ: it is not computed then).
+        actual_crc32: u32,
+    },
+    /// A folder that is in the way of a map and is no map itself: nothing in it is touched.
+    #[error("{}: is in the way of the map and was not written by one; nothing was changed", path.display())]
+    InTheWay {
+        /// The folder or file.
+        path: PathBuf,
+    },
+    /// The code that produces a file's content failed; the file was not written.
+    #[error("{}: {source}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What the code said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// An option outside its allowed range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+}
+
+impl Error {
+    /// Names the file that an operation failed on.
+    pub(crate) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { path: path.to_path_buf(), source }
+    }
+
+    pub(crate) fn line(path: &Path, line: usize, reason: impl Into<String>) -> Self {
+        Self::Line { path: path.to_path_buf(), line, reason: reason.into() }
+    }
+
+    pub(crate) fn malformed(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Malformed { path: path.to_path_buf(), reason: reason.into() }
+    }
+}

@@ -1,0 +1,219 @@
+//! Colour images and depth images as files.
+
+use std::fs;
+use std::io::{Cursor, Read};
+use std::path::Path;
+
+use dymlm_core::{ColorImage, DepthImage, PinholeCamera, Rgb};
+use image::codecs::jpeg::JpegDecoder;
+use image::codecs::png::{PngDecoder, PngEncoder};
+use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageResult};
+
+use crate::{Error, write_atomically};
+
+/// Buffers that files are read and decoded through, kept from one image to the next.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct DecodeBuffers {
+    file: Vec<u8>,
+    samples: Vec<u8>,
+}
+
+/// Reads a 16-bit greyscale PNG as depth in metres: value / `depth_scale`; 0 = no reading.
+///
+/// # Errors
+///
+/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole PNG, has another pixel format than 16-bit greyscale,
+/// or `depth_scale` is not finite and positive.
+pub fn read_depth_png(path: impl AsRef<Path>, depth_scale: f64) -> Result<DepthImage, Error> {
+    let path = path.as_ref();
+    let (width, height, depth) =
+        decode_depth(path, depth_scale, None, &mut DecodeBuffers::default(), Vec::new())?;
+    DepthImage::new(width, height, depth).map_err(|error| Error::malformed(path, error.to_string()))
+}
+
+/// Reads a colour image, JPEG or PNG. Grey pictures become grey colours, an alpha channel is dropped.
+///
+/// # Errors
+///
+/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole JPEG or PNG.
+pub fn read_color_image(path: impl AsRef<Path>) -> Result<ColorImage, Error> {
+    let path = path.as_ref();
+    let (width, height, colors) = decode_color(path, None, &mut DecodeBuffers::default(), Vec::new())?;
+    ColorImage::new(width, height, colors).map_err(|error| Error::malformed(path, error.to_string()))
+}
+
+/// Writes a picture of `width` x `height` colours, row by row from the top left, as PNG, atomically.
+///
+/// # Errors
+///
+/// [`Error::BufferLength`] when `colors` is not `width * height` long, or a side is zero; else as
+/// [`write_atomically`].
+pub fn write_png(path: impl AsRef<Path>, width: usize, height: usize, colors: &[Rgb]) -> Result<(), Error> {
+    encode_png(path.as_ref(), width, height, colors.len(), colors.as_flattened(), ExtendedColorType::Rgb8)
+}
+
+/// Writes depth as 16-bit greyscale PNG, atomically: value = depth * `depth_scale`, rounded; 5000 for TUM PNGs (up to
+/// 13.1 m), 1000 for millimetres (up to 65.5 m). Depth too large for 16 bits is written as 0, no reading.
+///
+/// # Errors
+///
+/// [`Error::Malformed`] when `depth_scale` is not finite and positive; else as [`write_atomically`].
+pub fn write_depth_png(path: impl AsRef<Path>, depth: &DepthImage, depth_scale: f64) -> Result<(), Error> {
+    let path = path.as_ref();
+    check_depth_scale(path, depth_scale)?;
+    let stored = |metres: f32| {
+        let value = (f64::from(metres) * depth_scale).round();
+        if value <= f64::from(u16::MAX) { value as u16 } else { 0 }
+    };
+    // The encoder takes samples in the machine's byte order.
+    let samples: Vec<u8> = depth.data().iter().flat_map(|&metres| stored(metres).to_ne_bytes()).collect();
+    let (width, height) = (depth.width(), depth.height());
+    encode_png(path, width, height, depth.data().len(), &samples, ExtendedColorType::L16)
+}
+
+/// Decodes a depth image into `depth`, which is emptied first and keeps its capacity; gives width, height and the
+/// buffer. An image of another size than the camera is refused before its pixels are decoded.
+pub(crate) fn decode_depth(
+    path: &Path,
+    depth_scale: f64,
+    camera: Option<&PinholeCamera>,
+    buffers: &mut DecodeBuffers,
+    mut depth: Vec<f32>,
+) -> Result<(usize, usize, Vec<f32>), Error> {
+    check_depth_scale(path, depth_scale)?;
+    read_file(path, &mut buffers.file)?;
+    let decoder = PngDecoder::new(Cursor::new(&buffers.file)).map_err(undecodable(path))?;
+    let (width, height) = checked_size(path, &decoder, camera)?;
+    if decoder.original_color_type() != ExtendedColorType::L16 {
+        let reason = format!(
+            "a depth image of {:?} pixels instead of 16-bit greyscale",
+            decoder.original_color_type()
+        );
+        return Err(Error::malformed(path, reason));
+    }
+    buffers.samples.resize(2 * width * height, 0);
+    decoder.read_image(&mut buffers.samples).map_err(undecodable(path))?;
+    let metres = (1.0 / depth_scale) as f32;
+    depth.clear();
+    depth.extend(
+        buffers.samples.as_chunks().0.iter().map(|&sample| f32::from(u16::from_ne_bytes(sample)) * metres),
+    );
+    Ok((width, height, depth))
+}
+
+/// Decodes a colour image into `colors`, which keeps its capacity; gives width, height and the buffer.
+pub(crate) fn decode_color(
+    path: &Path,
+    camera: Option<&PinholeCamera>,
+    buffers: &mut DecodeBuffers,
+    colors: Vec<Rgb>,
+) -> Result<(usize, usize, Vec<Rgb>), Error> {
+    read_file(path, &mut buffers.file)?;
+    let file = Cursor::new(&buffers.file);
+    if buffers.file.starts_with(b"\xff\xd8") {
+        // The decoder fills up a picture that breaks off with grey, silently.
+        if !has_jpeg_end(&buffers.file) {
+            return Err(Error::malformed(path, "the JPEG is truncated: it has no end marker"));
+        }
+        let decoder = JpegDecoder::new(file).map_err(undecodable(path))?;
+        decode_rgb(path, decoder, camera, colors)
+    } else {
+        let decoder = PngDecoder::new(file).map_err(undecodable(path))?;
+        decode_rgb(path, decoder, camera, colors)
+    }
+}
+
+fn decode_rgb(
+    path: &Path,
+    decoder: impl ImageDecoder,
+    camera: Option<&PinholeCamera>,
+    mut colors: Vec<Rgb>,
+) -> Result<(usize, usize, Vec<Rgb>), Error> {
+    let (width, height) = checked_size(path, &decoder, camera)?;
+    if decoder.color_type() == ColorType::Rgb8 {
+        colors.resize(width * height, [0; 3]);
+        decoder.read_image(colors.as_flattened_mut()).map_err(undecodable(path))?;
+    } else {
+        let picture = DynamicImage::from_decoder(decoder).map_err(undecodable(path))?.into_rgb8();
+        colors.clear();
+        colors.extend_from_slice(picture.as_raw().as_chunks().0);
+    }
+    Ok((width, height, colors))
+}
+
+fn read_file(path: &Path, buffer: &mut Vec<u8>) -> Result<(), Error> {
+    buffer.clear();
+    let mut file = fs::File::open(path).map_err(Error::io(path))?;
+    file.read_to_end(buffer).map_err(Error::io(path))?;
+    Ok(())
+}
+
+/// The size of a picture; an error when it is not the camera's, or so large that no camera has it.
+fn checked_size(
+    path: &Path,
+    decoder: &impl ImageDecoder,
+    camera: Option<&PinholeCamera>,
+) -> Result<(usize, usize), Error> {
+    let (actual_width, actual_height) = decoder.dimensions();
+    let (actual_width, actual_height) = (actual_width as usize, actual_height as usize);
+    if let Some(camera) = camera {
+        let (width, height) = (camera.width(), camera.height());
+        if (width, height) != (actual_width, actual_height) {
+            let path = path.to_path_buf();
+            return Err(Error::ImageSize { path, width, height, actual_width, actual_height });
+        }
+    }
+    match actual_width.checked_mul(actual_height) {
+        Some(pixels) if pixels <= PinholeCamera::MAX_PIXELS => Ok((actual_width, actual_height)),
+        _ => Err(Error::malformed(
+            path,
+            format!("an image of {actual_width}x{actual_height} pixels is too large"),
+        )),
+    }
+}
+
+fn check_depth_scale(path: &Path, depth_scale: f64) -> Result<(), Error> {
+    if depth_scale.is_finite() && depth_scale > 0.0 {
+        Ok(())
+    } else {
+        Err(Error::malformed(path, dymlm_core::Error::DepthScale(depth_scale).to_string()))
+    }
+}
+
+fn undecodable(path: &Path) -> impl FnOnce(image::ImageError) -> Error {
+    move |error| Error::malformed(path, error.to_string())
+}
+
+/// Whether a JPEG has its end marker. Segments before the picture (a thumbnail is one) have lengths and are jumped
+/// over; in the picture's own data a byte 0xff is always followed by 0 unless it begins a marker.
+fn has_jpeg_end(file: &[u8]) -> bool {
+    let mut at = 2;
+    while let Some(&[0xff, marker, high, low]) = file.get(at..at + 4) {
+        match marker {
+            // A fill byte.
+            0xff => at += 1,
+            0xda => return file[at..].windows(2).any(|pair| pair == b"\xff\xd9"),
+            _ => at += 2 + usize::from(u16::from_be_bytes([high, low])),
+        }
+    }
+    false
+}
+
+fn encode_png(
+    path: &Path,
+    width: usize,
+    height: usize,
+    pixels: usize,
+    samples: &[u8],
+    format: ExtendedColorType,
+) -> Result<(), Error> {
+    let size = u32::try_from(width).ok().zip(u32::try_from(height).ok());
+    match size {
+        Some((columns, rows)) if pixels > 0 && width.checked_mul(height) == Some(pixels) => {
+            write_atomically(path, |out| -> ImageResult<()> {
+                PngEncoder::new(out).write_image(samples, columns, rows, format)
+            })
+        }
+        _ => Err(Error::BufferLength { path: path.to_path_buf(), width, height, actual: pixels }),
+    }
+}

@@ -1,0 +1,9 @@
+//! TUM RGB-D datasets (Sturm 2012): a folder of colour images, depth images, lists of both and a trajectory.
+
+mod association;
+mod dataset;
+mod list_file;
+mod options;
+
+pub use dataset::{FrameBuffers, PosedFrame, TumDataset, TumFrame};
+pub use options::TumOptions;

@@ -1,0 +1,34 @@
+use std::path::PathBuf;
+
+use dymlm_core::{ConfigError, check_range};
+
+/// How a TUM dataset is opened.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct TumOptions {
+    /// The trajectory to use instead of the dataset's `groundtruth.txt`, in the same format. Default: none.
+    pub trajectory: Option<PathBuf>,
+    /// Largest distance in time between a colour image and its depth image when there is no `associations.txt`,
+    /// seconds, 0..=10. Default 0.02, as the benchmark's own `associate.py`.
+    pub max_association_gap: f64,
+    /// Largest distance in time between two poses that are interpolated between, seconds, 0..=60. Default 0.2: over
+    /// a stretch dt the straight line departs from the path by up to a dt^2 / 8, which is 1 cm, the map's finest
+    /// voxel, at the 2 m/s^2 of a hand-held camera.
+    pub max_interpolation_gap: f64,
+    /// Every how many frames one is taken, beginning with the first, 1... Default 1.
+    pub every: usize,
+}
+
+impl Default for TumOptions {
+    fn default() -> Self {
+        Self { trajectory: None, max_association_gap: 0.02, max_interpolation_gap: 0.2, every: 1 }
+    }
+}
+
+impl TumOptions {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("tum.max_association_gap", self.max_association_gap, 0.0..=10.0)?;
+        check_range("tum.max_interpolation_gap", self.max_interpolation_gap, 0.0..=60.0)?;
+        check_range("tum.every", self.every as f64, 1.0..=1e9)
+    }
+}

@@ -1,0 +1,71 @@
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::Error;
+
+/// Writes a file so that it is there whole or not at all: under a temporary name in the same folder, flushed to the
+/// disk, then renamed. An older file of that name stays as it is until the new one is complete.
+///
+/// # Errors
+///
+/// [`Error::Io`] when the folder cannot be written; [`Error::Content`] when `write` fails. Either way nothing
+/// is left behind and nothing is changed.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("numbers.txt");
+/// dymlm_io::write_atomically(&path, |out| writeln!(out, "1 2 3"))?;
+/// assert_eq!(std::fs::read_to_string(&path)?, "1 2 3\n");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn write_atomically<E>(
+    path: impl AsRef<Path>,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
+) -> Result<(), Error>
+where
+    E: Into<Box<dyn std::error::Error + Send + Sync>>,
+{
+    let path = path.as_ref();
+    let folder = parent_of(path);
+    let file = named_temporary(&folder).map_err(Error::io(path))?;
+    let mut out = BufWriter::with_capacity(1 << 16, file);
+    write(&mut out).map_err(|source| Error::Content { path: path.to_path_buf(), source: source.into() })?;
+    let file = out.into_inner().map_err(|error| Error::io(path)(error.into_error()))?;
+    file.as_file().sync_all().map_err(Error::io(path))?;
+    file.persist(path).map_err(|error| Error::io(path)(error.error))?;
+    sync_folder(&folder);
+    Ok(())
+}
+
+/// The folder that a path lies in; `.` for a bare name.
+pub(crate) fn parent_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// A temporary file with the permissions of an ordinary new file: temporary ones are the owner's alone otherwise,
+/// and would stay so after the rename.
+fn named_temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".dymlm-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666)).tempfile_in(folder)
+    }
+    #[cfg(not(unix))]
+    builder.tempfile_in(folder)
+}
+
+/// Makes a rename in `folder` last through a power cut, where the system can: not every file system flushes folders,
+/// and the rename itself is done.
+pub(crate) fn sync_folder(folder: &Path) {
+    if let Ok(opened) = fs::File::open(folder) {
+        opened.sync_all().ok();
+    }
+}
