@@ -12,15 +12,19 @@
 //! Every [`Error`] names the file, and the line where there is one. Files are not trusted: a count in a header is
 //! never believed before the bytes for it are there, and nothing panics on any input.
 
+mod detection_file;
 mod error;
 mod image_file;
 mod text_lines;
 mod trajectory;
 mod tum;
 mod write_atomically;
+mod yolo_folder;
 
+pub use detection_file::{DetectionFile, encode_detections, write_detections};
 pub use error::Error;
 pub use image_file::{read_color_image, read_depth_png, write_depth_png, write_png};
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap, UncoveredTime};
 pub use tum::{FrameBuffers, PosedFrame, TumDataset, TumFrame, TumOptions};
 pub use write_atomically::write_atomically;
+pub use yolo_folder::{YoloFolder, read_class_names};

@@ -1,0 +1,250 @@
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use dymlm_core::{BoundingBox, Detection};
+use serde::{Deserialize, Serialize};
+
+use crate::text_lines::{content_lines, number};
+use crate::{Error, write_atomically};
+
+/// The detections of a sequence: `detections.jsonl`, one JSON object a line and frame:
+///
+/// ```json
+/// {"timestamp": 0.166667, "detections": [{"label": "person", "score": 0.91, "bbox": [210.0, 8.0, 380.0, 480.0]}]}
+/// ```
+///
+/// Boxes are `[x_min, y_min, x_max, y_max]` in pixels of the colour image; further keys are passed over, and so are
+/// blank lines and lines that begin with `#`.
+///
+/// A bad line spoils its own frame alone: [`Self::at`] gives the error for the frame that the line was for, which shows
+/// in its timestamp or, when even that cannot be read, in its neighbours'.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("detections.jsonl");
+/// std::fs::write(&path, r#"{"timestamp": 0.0, "detections": []}
+/// {"timestamp": 0.1, "detections": [{"label": "person", "score": 0.9, "bbox": [1, 2, 30, 40]}]}
+/// {"timestamp": 0.2, "detections": [{"label": "person", "score"#)?;
+///
+/// let file = dymlm_io::DetectionFile::open(&path, dymlm_io::DetectionFile::DEFAULT_TOLERANCE)?;
+/// assert_eq!(file.at(0.0)?.map(<[_]>::len), Some(0), "nothing was found");
+/// assert_eq!(file.at(0.1)?.map(<[_]>::len), Some(1));
+/// assert!(file.at(0.2).unwrap_err().to_string().contains("detections.jsonl, line 3"));
+/// assert_eq!(file.at(7.0)?, None, "the file does not speak of that frame");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct DetectionFile {
+    path: PathBuf,
+    tolerance: f64,
+    /// In time order.
+    frames: Vec<DetectedFrame>,
+    /// Bad lines without a timestamp.
+    unplaced: Vec<UnplacedLine>,
+}
+
+/// What a detector found in the frame of one time.
+#[derive(Debug, Clone)]
+struct DetectedFrame {
+    timestamp: f64,
+    line: usize,
+    /// The detections, or what is wrong with the line.
+    detections: Result<Vec<Detection>, String>,
+}
+
+/// A bad line that does not tell its time: it was for a frame between its neighbours.
+#[derive(Debug, Clone)]
+struct UnplacedLine {
+    line: usize,
+    reason: String,
+    after: f64,
+    before: f64,
+}
+
+impl DetectionFile {
+    /// Half a frame at 25 Hz, seconds: the largest distance in time between a line and its frame that makes sense for
+    /// common cameras, and that of the association of images.
+    pub const DEFAULT_TOLERANCE: f64 = 0.02;
+
+    /// Opens a detection file. A line belongs to the frame nearest in time, at most `tolerance` seconds away.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] when the file cannot be read; [`Error::Config`] when `tolerance` is not within 0..=10. Bad lines
+    /// are told by [`Self::at`] and [`Self::faults`].
+    pub fn open(path: impl AsRef<Path>, tolerance: f64) -> Result<Self, Error> {
+        dymlm_core::check_range("detections.tolerance", tolerance, 0.0..=10.0)?;
+        let path = path.as_ref();
+        let bytes = fs::read(path).map_err(Error::io(path))?;
+        let mut file = Self { path: path.to_path_buf(), tolerance, frames: Vec::new(), unplaced: Vec::new() };
+        for (line, content) in content_lines(&bytes) {
+            file.add(line, content);
+        }
+        file.bound_unplaced_lines();
+        // The sort is stable: of two lines with one time the first of the file is found.
+        file.frames.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp));
+        Ok(file)
+    }
+
+    /// What was found in the frame of a colour image's time: nothing (an empty slice), or `None` when the file has no
+    /// line for that frame.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Line`] when the frame's line is a bad one.
+    pub fn at(&self, timestamp: f64) -> Result<Option<&[Detection]>, Error> {
+        if let Some(frame) = self.nearest(timestamp) {
+            return match &frame.detections {
+                Ok(detections) => Ok(Some(detections)),
+                Err(reason) => Err(Error::line(&self.path, frame.line, reason)),
+            };
+        }
+        let lost = self.unplaced.iter().find(|lost| lost.after < timestamp && timestamp < lost.before);
+        lost.map_or(Ok(None), |lost| Err(Error::line(&self.path, lost.line, &lost.reason)))
+    }
+
+    /// Number of lines that hold something, good or bad.
+    pub fn len(&self) -> usize {
+        self.frames.len() + self.unplaced.len()
+    }
+
+    /// Whether no line holds anything.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The bad lines, in the order of the file.
+    pub fn faults(&self) -> Vec<Error> {
+        let placed =
+            self.frames.iter().filter_map(|frame| Some((frame.line, frame.detections.as_ref().err()?)));
+        let unplaced = self.unplaced.iter().map(|lost| (lost.line, &lost.reason));
+        let mut faults: Vec<_> = placed.chain(unplaced).collect();
+        faults.sort_by_key(|&(line, _)| line);
+        faults.into_iter().map(|(line, reason)| Error::line(&self.path, line, reason)).collect()
+    }
+
+    fn add(&mut self, line: usize, content: Result<&str, String>) {
+        let text = content.as_ref().copied().ok();
+        let parsed = content.and_then(|content| {
+            let raw: RawFrame<'_> = serde_json::from_str(content).map_err(|error| json_reason(&error))?;
+            Ok((raw.timestamp, raw.detections.into_iter().map(RawDetection::check).collect()))
+        });
+        match parsed {
+            Ok((timestamp, detections)) => self.frames.push(DetectedFrame { timestamp, line, detections }),
+            Err(reason) => match text.and_then(find_timestamp) {
+                Some(timestamp) => {
+                    self.frames.push(DetectedFrame { timestamp, line, detections: Err(reason) });
+                }
+                None => self.unplaced.push(UnplacedLine {
+                    line,
+                    reason,
+                    after: f64::NEG_INFINITY,
+                    before: f64::INFINITY,
+                }),
+            },
+        }
+    }
+
+    /// Tells between which times the lines without one lie; the frames are still in the order of the file.
+    fn bound_unplaced_lines(&mut self) {
+        for lost in &mut self.unplaced {
+            let next = self.frames.partition_point(|frame| frame.line < lost.line);
+            if let Some(before) = self.frames.get(next) {
+                lost.before = before.timestamp;
+            }
+            if let Some(after) = next.checked_sub(1).and_then(|previous| self.frames.get(previous)) {
+                lost.after = after.timestamp;
+            }
+        }
+    }
+
+    fn nearest(&self, timestamp: f64) -> Option<&DetectedFrame> {
+        let after = self.frames.partition_point(|frame| frame.timestamp < timestamp);
+        let distance = |frame: &&DetectedFrame| (frame.timestamp - timestamp).abs();
+        self.frames
+            .get(after.saturating_sub(1)..)?
+            .iter()
+            .take(2)
+            .filter(|frame| distance(frame) <= self.tolerance)
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+}
+
+/// Writes one line of a `detections.jsonl`; instance masks are left out.
+///
+/// # Errors
+///
+/// Those of the stream; a timestamp that is not finite is invalid input.
+pub fn encode_detections(out: &mut dyn Write, timestamp: f64, detections: &[Detection]) -> io::Result<()> {
+    if !timestamp.is_finite() {
+        let error = dymlm_core::Error::Timestamp(timestamp);
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, error));
+    }
+    let detections = detections.iter().map(RawDetection::from).collect();
+    serde_json::to_writer(&mut *out, &RawFrame { timestamp, detections })?;
+    out.write_all(b"\n")
+}
+
+/// Writes a whole `detections.jsonl`, atomically: timestamp and detections of each frame.
+///
+/// # Errors
+///
+/// As [`write_atomically`] and [`encode_detections`].
+pub fn write_detections<'a>(
+    path: impl AsRef<Path>,
+    frames: impl IntoIterator<Item = (f64, &'a [Detection])>,
+) -> Result<(), Error> {
+    write_atomically(path, |out| {
+        frames
+            .into_iter()
+            .try_for_each(|(timestamp, detections)| encode_detections(out, timestamp, detections))
+    })
+}
+
+#[derive(Serialize, Deserialize)]
+struct RawFrame<'a> {
+    timestamp: f64,
+    #[serde(borrow)]
+    detections: Vec<RawDetection<'a>>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct RawDetection<'a> {
+    #[serde(borrow)]
+    label: std::borrow::Cow<'a, str>,
+    score: f32,
+    bbox: [f32; 4],
+}
+
+impl RawDetection<'_> {
+    fn check(self) -> Result<Detection, String> {
+        BoundingBox::try_from(self.bbox)
+            .and_then(|bounding_box| Detection::new(self.label, self.score, bounding_box))
+            .map_err(|error| error.to_string())
+    }
+}
+
+impl<'a> From<&'a Detection> for RawDetection<'a> {
+    fn from(detection: &'a Detection) -> Self {
+        Self {
+            label: detection.label().into(),
+            score: detection.score(),
+            bbox: detection.bounding_box().into(),
+        }
+    }
+}
+
+/// What is wrong with a line, without the parser's own count of lines.
+fn json_reason(error: &serde_json::Error) -> String {
+    error.to_string().replace(" at line 1 column ", " at column ")
+}
+
+/// The timestamp of a line that is no valid JSON otherwise.
+fn find_timestamp(line: &str) -> Option<f64> {
+    let (_, rest) = line.split_once("\"timestamp\"")?;
+    let value = rest.trim_start().strip_prefix(':')?.trim_start();
+    // Without a character after it, the number itself may be cut short.
+    let end = value.find(|c: char| !matches!(c, '0'..='9' | '+' | '-' | '.' | 'e' | 'E'))?;
+    number(value.get(..end)?).ok()
+}
