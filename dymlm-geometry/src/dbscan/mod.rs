@@ -1,25 +1,92 @@
-//! Density-based clustering.
+//! Density-based clustering: [`Dbscan`].
 
+mod border_points;
 mod clusters;
 mod config;
+mod connected_cells;
+mod core_points;
+mod distance;
+mod grid;
+mod neighbor_rows;
+mod union_find;
 
 pub use clusters::Clusters;
 pub use config::DbscanConfig;
 
 use dymlm_core::{ConfigError, Point};
 
+use border_points::BorderPoints;
+use connected_cells::join_cells;
+use core_points::count_neighbors;
+use grid::Grid;
+use union_find::UnionFind;
+
 /// Exact DBSCAN in 3D.
+///
+/// A point with at least [`min_points`](DbscanConfig::min_points) points within [`eps`](DbscanConfig::eps), itself
+/// counted, is a core point. Core points within eps of each other belong to one cluster, and so on transitively. A
+/// point that is no core point belongs to the first cluster, by number, that has a core point within eps of it: a
+/// border point. What is left is noise, and so is every point that is not finite. Clusters are numbered in the
+/// order of their first core points in the cloud. These are scikit-learn's rules, and its labels.
+///
+/// Two points are within eps when `dx * dx + dy * dy + dz * dz <= eps * eps`, evaluated in f32 in this order.
+/// Of a cloud of more than 2^32 - 1 points the rest is noise.
+///
+/// # Algorithm
+///
+/// Points are sorted into cubic cells with a diagonal of eps, so that all points of a cell are neighbours: a cell of
+/// `min_points` points or more has core points only, and the core points of a cell belong to one cluster. What is
+/// left is to count neighbours in sparse cells, and to join cells by a union-find, looking for one near pair among
+/// the two cells' core points and only while the cells are not joined yet. The grid is a sorted list of cells, walked
+/// along its rows: no hash table, and memory of O(n) for any extent.
+///
+/// Time is O(`min_points` n) on data of bounded density, less where cells are full; O(n^2) at worst, for pairs of
+/// crowded cells that just fail to touch. The same bits come out with feature `parallel`, on any number of threads.
+///
+/// Ester, Kriegel, Sander, Xu: "A density-based algorithm for discovering clusters in large spatial databases with
+/// noise", KDD 1996. Grid: Gunawan: "A faster algorithm for DBSCAN", TU Eindhoven 2013; de Berg, Gunawan, Roeloffzen:
+/// "Faster DBSCAN and HDBSCAN in low-dimensional Euclidean spaces", IJCGA 2019.
+///
+/// ```
+/// use dymlm_geometry::{Dbscan, DbscanConfig};
+///
+/// let mut config = DbscanConfig::default();
+/// config.eps = 0.15;
+/// config.min_points = 3;
+/// let points = [[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [5.0, 0.0, 1.0], [0.2, 0.0, 1.0], [0.1, f32::NAN, 1.0]];
+///
+/// let clusters = Dbscan::new(config)?.cluster(&points);
+/// assert_eq!(clusters.labels(), [Some(0), Some(0), None, Some(0), None]);
+/// assert_eq!(clusters.sizes(), [3]);
+/// # Ok::<(), dymlm_core::ConfigError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dbscan {
     config: DbscanConfig,
 }
 
 /// Working memory of [`Dbscan::cluster_into`]; kept between calls, it saves all allocation.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct DbscanScratch {
-    core: Vec<bool>,
-    open: Vec<usize>,
+    grid: Grid,
+    /// Neighbours of each slot of the grid, counted up to `min_points`.
+    neighbors: Vec<u32>,
+    joined: UnionFind,
+    border: BorderPoints,
+    numbering: Numbering,
 }
+
+/// How cells are given the numbers of their clusters.
+#[derive(Debug, Default)]
+struct Numbering {
+    /// First core point and representative cell of each cluster, sorted.
+    clusters: Vec<(u32, u32)>,
+    /// The number of each cell's cluster, [`NO_CLUSTER`] without a core point.
+    label_of_cell: Vec<u32>,
+}
+
+/// No cell holds this number: there are fewer clusters than points.
+const NO_CLUSTER: u32 = u32::MAX;
 
 impl DbscanScratch {
     /// Empty working memory.
@@ -46,39 +113,81 @@ impl Dbscan {
         clusters
     }
 
-    /// Clusters a cloud into a caller's buffers.
+    /// Clusters a cloud into a caller's buffers, whose content does not matter. Allocates nothing once the buffers
+    /// have grown to the size of the clouds (feature `parallel` allocates its lists of tasks).
     pub fn cluster_into(&self, points: &[Point], scratch: &mut DbscanScratch, clusters: &mut Clusters) {
-        // First version, by the definition; the grid takes its place.
-        let squared = self.config.eps * self.config.eps;
-        let near = |a: usize, b: usize| {
-            let [dx, dy, dz]: [f32; 3] = std::array::from_fn(|k| points[a][k] - points[b][k]);
-            dx * dx + dy * dy + dz * dz <= squared
-        };
-        let n = points.len();
-        scratch.core.clear();
-        scratch.core.extend((0..n).map(|a| (0..n).filter(|&b| near(a, b)).count() >= self.config.min_points));
-        clusters.labels.clear();
-        clusters.labels.resize(n, None);
-        clusters.sizes.clear();
-        for first in 0..n {
-            if !scratch.core[first] || clusters.labels[first].is_some() {
-                continue;
-            }
-            let label = clusters.sizes.len() as u32;
-            clusters.labels[first] = Some(label);
-            clusters.sizes.push(1);
-            scratch.open.push(first);
-            while let Some(a) = scratch.open.pop() {
-                for b in 0..n {
-                    if clusters.labels[b].is_none() && near(a, b) {
-                        clusters.labels[b] = Some(label);
-                        clusters.sizes[label as usize] += 1;
-                        if scratch.core[b] {
-                            scratch.open.push(b);
-                        }
-                    }
-                }
+        let DbscanScratch { grid, neighbors, joined, border, numbering } = scratch;
+        let squared_eps = self.config.eps * self.config.eps;
+        let min_points = self.config.min_points as u32;
+
+        grid.build(self.config.eps, points);
+        count_neighbors(grid, squared_eps, min_points, neighbors);
+        border.take_from(grid, neighbors, min_points);
+        join_cells(grid, squared_eps, joined);
+        numbering.number(grid, joined);
+        border.label(grid, &numbering.label_of_cell, squared_eps, points);
+        write_labels(grid, numbering, border, points.len(), clusters);
+    }
+}
+
+impl Numbering {
+    /// Numbers the clusters by their first core points.
+    fn number(&mut self, grid: &Grid, joined: &mut UnionFind) {
+        // A cell's first slot holds its first core point; a cluster's first core point is the least of those.
+        let first_points = &mut self.label_of_cell;
+        first_points.clear();
+        first_points.resize(grid.cell_count(), NO_CLUSTER);
+        for cell in 0..grid.cell_count() {
+            if let Some(&point) = grid.point_indices(cell).first() {
+                let first = &mut first_points[joined.root(cell)];
+                *first = point.min(*first);
             }
         }
+        self.clusters.clear();
+        self.clusters.extend(
+            (0..)
+                .zip(first_points.iter())
+                .filter(|(_, first)| **first != NO_CLUSTER)
+                .map(|(cell, first)| (*first, cell)),
+        );
+        self.clusters.sort_unstable();
+        for (label, &(_, root)) in (0..).zip(&self.clusters) {
+            self.label_of_cell[root as usize] = label;
+        }
+        // Roots are the first cells of their clusters, so they are read before they could be overwritten.
+        for cell in 0..grid.cell_count() {
+            if !grid.point_indices(cell).is_empty() {
+                self.label_of_cell[cell] = self.label_of_cell[joined.root(cell)];
+            }
+        }
+    }
+}
+
+/// From cells and border points to the labels of the cloud.
+fn write_labels(
+    grid: &Grid,
+    numbering: &Numbering,
+    border: &BorderPoints,
+    point_count: usize,
+    clusters: &mut Clusters,
+) {
+    let Clusters { labels, sizes } = clusters;
+    labels.clear();
+    labels.resize(point_count, None);
+    sizes.clear();
+    sizes.resize(numbering.clusters.len(), 0);
+    for (cell, &label) in numbering.label_of_cell.iter().enumerate() {
+        if label == NO_CLUSTER {
+            continue;
+        }
+        let points = grid.point_indices(cell);
+        sizes[label as usize] += points.len();
+        for &point in points {
+            labels[point as usize] = Some(label);
+        }
+    }
+    for (point, label) in border.labels() {
+        labels[point] = Some(label);
+        sizes[label as usize] += 1;
     }
 }

@@ -1,0 +1,82 @@
+use dymlm_core::Point;
+
+use super::NO_CLUSTER;
+use super::grid::Grid;
+use super::neighbor_rows::{NEAREST_FIRST, NeighborRows};
+use crate::parallel::{for_each, task_size};
+
+/// The points that are no core points: border points and noise.
+#[derive(Debug, Default)]
+pub(super) struct BorderPoints {
+    /// In the order of their cells.
+    points: Vec<BorderPoint>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct BorderPoint {
+    cell: u32,
+    /// Index into the cloud.
+    point: u32,
+    label: u32,
+}
+
+impl BorderPoints {
+    /// Takes the points with less than `min_points` neighbours out of the grid, which keeps the core points.
+    pub(super) fn take_from(&mut self, grid: &mut Grid, neighbors: &[u32], min_points: u32) {
+        self.points.clear();
+        grid.retain(
+            |slot| neighbors[slot] >= min_points,
+            |cell, point| self.points.push(BorderPoint { cell: cell as u32, point, label: NO_CLUSTER }),
+        );
+    }
+
+    /// Finds for each point the first cluster that has a core point within eps.
+    pub(super) fn label(&mut self, grid: &Grid, label_of_cell: &[u32], squared_eps: f32, points: &[Point]) {
+        let share = task_size(self.points.len());
+        for_each(self.points.chunks_mut(share), |share| {
+            let Some(first) = share.first() else { return };
+            let mut row = grid.row_of_cell(first.cell as usize);
+            let mut around = NeighborRows::starting_at(grid, row);
+            around.go_to(row);
+            for border in share {
+                let cell = border.cell as usize;
+                if !grid.cells_of_row(row).contains(&cell) {
+                    row = grid.row_of_cell(cell);
+                    around.go_to(row);
+                }
+                let point = points[border.point as usize];
+                border.label = first_label(grid, &mut around, label_of_cell, cell, point, squared_eps);
+            }
+        });
+    }
+
+    /// Index into the cloud and cluster of each border point.
+    pub(super) fn labels(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
+        self.points
+            .iter()
+            .filter(|border| border.label != NO_CLUSTER)
+            .map(|border| (border.point as usize, border.label))
+    }
+}
+
+/// The least label of the cells with a core point within eps; [`NO_CLUSTER`] is greater than all.
+fn first_label(
+    grid: &Grid,
+    around: &mut NeighborRows<'_>,
+    label_of_cell: &[u32],
+    cell: usize,
+    point: Point,
+    squared_eps: f32,
+) -> u32 {
+    let z = grid.z_of_cell(cell);
+    let mut first = NO_CLUSTER;
+    for offset in NEAREST_FIRST {
+        for other in around.cells(offset, z, Grid::REACH) {
+            let label = label_of_cell[other];
+            if label < first && grid.run(other..other + 1).any_within(point, squared_eps) {
+                first = label;
+            }
+        }
+    }
+    first
+}

@@ -1,0 +1,167 @@
+//! DBSCAN against the definition, against scikit-learn, and on degenerate clouds.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use dymlm_core::Point;
+use dymlm_geometry::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
+use proptest::prelude::*;
+
+fn dbscan(eps: f32, min_points: usize) -> Dbscan {
+    let mut config = DbscanConfig::default();
+    config.eps = eps;
+    config.min_points = min_points;
+    Dbscan::new(config).unwrap()
+}
+
+/// The documented rules, pair by pair.
+fn by_definition(points: &[Point], eps: f32, min_points: usize) -> Vec<Option<u32>> {
+    let near = |a: usize, b: usize| {
+        let [dx, dy, dz]: Point = std::array::from_fn(|axis| points[a][axis] - points[b][axis]);
+        points[a].iter().chain(&points[b]).all(|x| x.is_finite()) && dx * dx + dy * dy + dz * dz <= eps * eps
+    };
+    let all = 0..points.len();
+    let neighbors: Vec<Vec<usize>> =
+        all.clone().map(|a| all.clone().filter(|&b| near(a, b)).collect()).collect();
+    let core: Vec<bool> = neighbors.iter().map(|near| near.len() >= min_points).collect();
+    let mut labels = vec![None; points.len()];
+    let mut next = 0;
+    for first in all.filter(|&first| core[first]) {
+        if labels[first].is_some() {
+            continue;
+        }
+        let mut open = vec![first];
+        labels[first] = Some(next);
+        while let Some(a) = open.pop() {
+            for &b in neighbors[a].iter().filter(|&&b| core[b]) {
+                if labels[b].is_none() {
+                    labels[b] = Some(next);
+                    open.push(b);
+                }
+            }
+        }
+        next += 1;
+    }
+    let of_core = labels.clone();
+    for border in (0..points.len()).filter(|&border| !core[border]) {
+        labels[border] = neighbors[border].iter().filter(|&&b| core[b]).filter_map(|&b| of_core[b]).min();
+    }
+    labels
+}
+
+/// Checks all that [`Clusters`] tells against its labels.
+fn assert_consistent(clusters: &Clusters) {
+    for (label, &size) in (0..).zip(clusters.sizes()) {
+        assert!(size > 0);
+        assert_eq!(clusters.members(label).count(), size);
+    }
+    assert_eq!(clusters.count(), clusters.sizes().len());
+    assert_eq!(clusters.members(clusters.count() as u32).count(), 0);
+    assert_eq!(clusters.noise(), clusters.labels().iter().filter(|label| label.is_none()).count());
+    match clusters.largest() {
+        Some(largest) => assert_eq!(clusters.sizes().iter().max(), clusters.sizes().get(largest as usize)),
+        None => assert_eq!(clusters.count(), 0),
+    }
+}
+
+/// Clouds of several densities: uniform, on a lattice whose distances equal eps, in planes, with duplicates.
+fn clouds() -> impl Strategy<Value = Vec<Point>> {
+    let uniform = |side: f32| prop::array::uniform3(-side..side);
+    let on_lattice = prop::array::uniform3(-3..3_i8).prop_map(|cell| cell.map(|i| 0.25 * f32::from(i)));
+    let on_plane = [-1.0..1.0_f32, -1.0..1.0].prop_map(|[u, v]| [u, v, 0.5]);
+    prop_oneof![
+        prop::collection::vec(uniform(1.0), 0..300),
+        prop::collection::vec(uniform(0.3), 0..300),
+        prop::collection::vec(on_lattice.clone(), 0..300),
+        prop::collection::vec(on_plane.clone(), 0..400),
+        prop::collection::vec(prop_oneof![uniform(1.0), on_lattice, on_plane], 0..300),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn equals_the_definition(points in clouds(), eps in prop_oneof![Just(0.25_f32), 0.02..0.8_f32], min_points in 1..20_usize) {
+        let clusters = dbscan(eps, min_points).cluster(&points);
+        assert_consistent(&clusters);
+        prop_assert_eq!(clusters.labels(), by_definition(&points, eps, min_points));
+    }
+
+    /// Far from the origin steps of f32 come near to eps, and beyond 2^26 cells indices turn into ranks.
+    #[test]
+    fn equals_the_definition_far_away(
+        points in prop::collection::vec(prop::array::uniform3(-6..6_i8), 0..150),
+        exponent in 0..120_i32,
+        spread in 0..3_usize,
+        min_points in 1..6_usize,
+    ) {
+        let eps = 0.5;
+        let far = 2.0_f32.powi(exponent);
+        let step = [0.25, far * f32::EPSILON, far][spread];
+        let points: Vec<Point> =
+            points.iter().map(|p| [far + step * f32::from(p[0]), step * f32::from(p[1]), -far - step * f32::from(p[2])]).collect();
+        let clusters = dbscan(eps, min_points).cluster(&points);
+        prop_assert_eq!(clusters.labels(), by_definition(&points, eps, min_points));
+    }
+
+    #[test]
+    fn skips_points_that_are_not_finite(points in clouds(), holes in prop::collection::vec((0..400_usize, 0..3_usize, 0..3_usize), 1..40)) {
+        let mut points = points;
+        for (index, axis, kind) in holes {
+            if let Some(point) = points.get_mut(index) {
+                point[axis] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][kind];
+            }
+        }
+        let clusters = dbscan(0.25, 4).cluster(&points);
+        prop_assert_eq!(clusters.labels(), by_definition(&points, 0.25, 4));
+    }
+
+    /// Another order of the points renumbers clusters and may move border points, but parts core points and noise alike.
+    #[test]
+    fn order_does_not_matter_to_core_points(points in clouds(), seed in any::<u64>()) {
+        let (eps, min_points) = (0.25, 5);
+        let mut order: Vec<usize> = (0..points.len()).collect();
+        let mut state = seed | 1;
+        for i in (1..order.len()).rev() {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            order.swap(i, (state >> 33) as usize % (i + 1));
+        }
+        let shuffled: Vec<Point> = order.iter().map(|&i| points[i]).collect();
+        let (before, after) = (dbscan(eps, min_points).cluster(&points), dbscan(eps, min_points).cluster(&shuffled));
+        prop_assert_eq!(before.count(), after.count());
+        prop_assert_eq!(before.noise(), after.noise());
+        let core = |i: usize| {
+            let near = |b: &&Point| {
+                let [dx, dy, dz]: Point = std::array::from_fn(|axis| points[i][axis] - b[axis]);
+                dx * dx + dy * dy + dz * dz <= eps * eps
+            };
+            points.iter().filter(near).count() >= min_points
+        };
+        let mut renumbered = vec![None; before.count()];
+        for (place, &i) in order.iter().enumerate() {
+            let (old, new) = (before.labels()[i], after.labels()[place]);
+            prop_assert_eq!(old.is_some(), new.is_some());
+            if let (Some(old), true) = (old, core(i)) {
+                prop_assert_eq!(*renumbered[old as usize].get_or_insert(new), new);
+            }
+        }
+    }
+
+    /// A quarter turn and a shift by a power of two change no rounding here, so that the labels stay as they are.
+    #[test]
+    fn moved_clouds_have_the_same_labels(points in prop::collection::vec(prop::array::uniform3(-64..64_i8), 0..300)) {
+        let points: Vec<Point> = points.iter().map(|p| p.map(|x| f32::from(x) / 64.0)).collect();
+        let moved: Vec<Point> = points.iter().map(|&[x, y, z]| [16.0 - y, x - 8.0, z + 32.0]).collect();
+        let dbscan = dbscan(0.2, 5);
+        prop_assert_eq!(dbscan.cluster(&points), dbscan.cluster(&moved));
+    }
+
+    #[test]
+    fn buffers_carry_nothing_over(first in clouds(), second in clouds()) {
+        let dbscan = dbscan(0.2, 6);
+        let (mut scratch, mut clusters) = (DbscanScratch::new(), Clusters::new());
+        for points in [&first, &second, &first] {
+            dbscan.cluster_into(points, &mut scratch, &mut clusters);
+            prop_assert_eq!(&clusters, &dbscan.cluster(points));
+        }
+    }
+}
