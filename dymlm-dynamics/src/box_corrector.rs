@@ -1,0 +1,297 @@
+use dymlm_core::{BoundingBox, ConfigError, DepthImage, check_range};
+
+use crate::image_scale::scaled_pixels;
+use crate::{Error, Foreground};
+
+/// Settings of [`BoxCorrector`].
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct CorrectionConfig {
+    /// Furthest that a side moves, in pixels of an image 640 wide (other images: in proportion); 0..=640, default 50
+    /// (the paper's); 0 = boxes stay as they are.
+    pub max_extension: f32,
+    /// Pixels of a line that must continue the foreground for a side to move past it, in pixels of an image 640 wide;
+    /// 1..=640, default 3: more than a stray reading, less than a finger's... width at arm's length.
+    pub min_pixels: f32,
+    /// Widest gap without depth that is bridged, in pixels of an image 640 wide; 0..=64, default 6: the shadow rim of
+    /// a structured-light sensor.
+    pub max_gap: f32,
+}
+
+impl Default for CorrectionConfig {
+    fn default() -> Self {
+        Self { max_extension: 50.0, min_pixels: 3.0, max_gap: 6.0 }
+    }
+}
+
+impl CorrectionConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        check_range("correction.max_extension", self.max_extension.into(), 0.0..=640.0)?;
+        check_range("correction.min_pixels", self.min_pixels.into(), 1.0..=640.0)?;
+        check_range("correction.max_gap", self.max_gap.into(), 0.0..=64.0)
+    }
+}
+
+/// Corrects boxes that cut a mover short: paper section III-A.
+///
+/// Each side moves outward, line by line, while pixels just outside it continue the foreground in depth, at most
+/// `max_extension` pixels. Sides never move inward. Left and right sides go first, so that the upper and lower ones
+/// see arms that stick out; then all sides may use what is left of their allowance.
+///
+/// Costs O(perimeter times extension).
+///
+/// ```
+/// use dymlm_core::{BoundingBox, DepthImage, PinholeCamera};
+/// use dymlm_dynamics::*;
+///
+/// // Somebody at 2 m, before a wall at 3 m, in a box that is too narrow.
+/// let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5)?;
+/// let person = |u: usize| (60..100).contains(&u);
+/// let depth = (0..160 * 120).map(|i| if person(i % 160) { 2.0 } else { 3.0 }).collect();
+/// let depth = DepthImage::new(160, 120, depth)?;
+/// let detected = BoundingBox::new(65.5, 0.0, 110.0, 120.0)?;
+///
+/// let mut foreground = Foreground::new();
+/// ForegroundFinder::new(ForegroundConfig::default())?.find(
+///     &camera,
+///     &depth,
+///     &ForegroundSearch::new(detected),
+///     &mut foreground,
+/// );
+/// let corrected = BoxCorrector::new(CorrectionConfig::default())?.correct(&depth, &detected, &foreground);
+/// assert_eq!(corrected, BoundingBox::new(60.0, 0.0, 110.0, 120.0)?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct BoxCorrector {
+    config: CorrectionConfig,
+    wave: Vec<Front>,
+    next: Vec<Front>,
+}
+
+/// The wave at one pixel of a line.
+#[derive(Debug, Clone, Copy, Default)]
+struct Front {
+    /// Depth of the foreground here, or where it was last seen; 0 = none.
+    depth: f32,
+    /// Lines without depth since then.
+    gap: usize,
+}
+
+/// Pixels of a box: columns `left..right`, rows `top..bottom`.
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    left: usize,
+    right: usize,
+    top: usize,
+    bottom: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Side {
+    Left,
+    Right,
+    Top,
+    Bottom,
+}
+
+impl BoxCorrector {
+    /// Makes a corrector.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    pub fn new(config: CorrectionConfig) -> Result<Self, Error> {
+        config.validate()?;
+        Ok(Self { config, wave: Vec::new(), next: Vec::new() })
+    }
+
+    /// The corrected box. Sides that do not move keep their fractions of a pixel, and their parts outside the image;
+    /// without a foreground, or without a pixel in the image, the box stays as it is.
+    pub fn correct(
+        &mut self,
+        depth: &DepthImage,
+        bounding_box: &BoundingBox,
+        foreground: &Foreground,
+    ) -> BoundingBox {
+        let allowance = scaled_pixels(self.config.max_extension, depth.width());
+        let columns = bounding_box.columns(depth.width());
+        let rows = bounding_box.rows(depth.height());
+        if foreground.is_empty() || allowance == 0 || columns.is_empty() || rows.is_empty() {
+            return *bounding_box;
+        }
+        let start = Window { left: columns.start, right: columns.end, top: rows.start, bottom: rows.end };
+        let limit = Window {
+            left: start.left.saturating_sub(allowance),
+            right: (start.right + allowance).min(depth.width()),
+            top: start.top.saturating_sub(allowance),
+            bottom: (start.bottom + allowance).min(depth.height()),
+        };
+        let mut window = start;
+        for side in [Side::Left, Side::Right, Side::Top, Side::Bottom, Side::Left, Side::Right] {
+            self.extend(side, depth, foreground, limit, &mut window);
+        }
+        widened(bounding_box, start, window)
+    }
+
+    /// Moves one side outward as far as the foreground goes on.
+    fn extend(
+        &mut self,
+        side: Side,
+        depth: &DepthImage,
+        foreground: &Foreground,
+        limit: Window,
+        window: &mut Window,
+    ) {
+        let min_pixels = scaled_pixels(self.config.min_pixels, depth.width()).max(1);
+        let max_gap = scaled_pixels(self.config.max_gap, depth.width());
+        self.start_wave(side, depth, foreground, window, max_gap);
+        let mut current = *window;
+        while let Some(line) = current.step_outward(side, limit) {
+            let active = self.advance(side, line, depth, foreground, &current, max_gap);
+            if active >= min_pixels {
+                *window = current;
+            }
+            if self.wave.iter().all(|front| front.depth == 0.0) {
+                break;
+            }
+        }
+    }
+
+    /// Fills the wave with the foreground pixels along the inside of a side.
+    fn start_wave(
+        &mut self,
+        side: Side,
+        depth: &DepthImage,
+        foreground: &Foreground,
+        window: &Window,
+        max_gap: usize,
+    ) {
+        self.wave.clear();
+        self.wave.resize(window.length_of(side), Front::default());
+        for inward in (0..=max_gap).rev() {
+            let Some(line) = window.line_inside(side, inward) else { continue };
+            for (along, front) in self.wave.iter_mut().enumerate() {
+                let (u, v) = window.pixel(side, line, along);
+                let z = depth.at(u, v);
+                if z > 0.0 {
+                    *front = if foreground.holds(u, v, z)
+                        || (front.depth > 0.0 && foreground.continues(front.depth, z))
+                    {
+                        Front { depth: z, gap: 0 }
+                    } else {
+                        Front::default()
+                    };
+                } else {
+                    *front = front.carried(max_gap);
+                }
+            }
+        }
+    }
+
+    /// Moves the wave one line outward; answers the number of pixels that continue it.
+    fn advance(
+        &mut self,
+        side: Side,
+        line: usize,
+        depth: &DepthImage,
+        foreground: &Foreground,
+        window: &Window,
+        max_gap: usize,
+    ) -> usize {
+        let wave = &self.wave;
+        let continues = |front: Option<&Front>, z: f32| {
+            front.is_some_and(|front| front.depth > 0.0 && foreground.continues(front.depth, z))
+        };
+        self.next.clear();
+        self.next.extend(wave.iter().enumerate().map(|(along, front)| {
+            let (u, v) = window.pixel(side, line, along);
+            let z = depth.at(u, v);
+            if z == 0.0 {
+                return front.carried(max_gap);
+            }
+            let before = along.checked_sub(1).and_then(|before| wave.get(before));
+            let goes_on = foreground.reaches(z)
+                && (continues(Some(front), z) || continues(before, z) || continues(wave.get(along + 1), z));
+            if goes_on { Front { depth: z, gap: 0 } } else { Front::default() }
+        }));
+        std::mem::swap(&mut self.wave, &mut self.next);
+        self.wave.iter().filter(|front| front.depth > 0.0 && front.gap == 0).count()
+    }
+}
+
+impl Front {
+    fn carried(self, max_gap: usize) -> Self {
+        if self.depth > 0.0 && self.gap < max_gap {
+            Self { depth: self.depth, gap: self.gap + 1 }
+        } else {
+            Self::default()
+        }
+    }
+}
+
+impl Window {
+    /// Takes in one line more on a side; answers the line's column or row, `None` at the limit.
+    fn step_outward(&mut self, side: Side, limit: Self) -> Option<usize> {
+        let (at_limit, edge, outward) = match side {
+            Side::Left => (self.left <= limit.left, &mut self.left, false),
+            Side::Right => (self.right >= limit.right, &mut self.right, true),
+            Side::Top => (self.top <= limit.top, &mut self.top, false),
+            Side::Bottom => (self.bottom >= limit.bottom, &mut self.bottom, true),
+        };
+        if at_limit {
+            return None;
+        }
+        if outward {
+            *edge += 1;
+            Some(*edge - 1)
+        } else {
+            *edge -= 1;
+            Some(*edge)
+        }
+    }
+
+    /// The column or row that lies `inward` lines inside a side.
+    fn line_inside(&self, side: Side, inward: usize) -> Option<usize> {
+        let line = match side {
+            Side::Left => self.left + inward,
+            Side::Top => self.top + inward,
+            Side::Right => self.right.checked_sub(inward + 1)?,
+            Side::Bottom => self.bottom.checked_sub(inward + 1)?,
+        };
+        let lines = match side {
+            Side::Left | Side::Right => self.left..self.right,
+            Side::Top | Side::Bottom => self.top..self.bottom,
+        };
+        lines.contains(&line).then_some(line)
+    }
+
+    fn length_of(&self, side: Side) -> usize {
+        match side {
+            Side::Left | Side::Right => self.bottom - self.top,
+            Side::Top | Side::Bottom => self.right - self.left,
+        }
+    }
+
+    /// Pixel (u, v) at position `along` a line.
+    fn pixel(&self, side: Side, line: usize, along: usize) -> (usize, usize) {
+        match side {
+            Side::Left | Side::Right => (line, self.top + along),
+            Side::Top | Side::Bottom => (self.left + along, line),
+        }
+    }
+}
+
+/// The box with those sides moved that differ between two windows.
+fn widened(bounding_box: &BoundingBox, start: Window, end: Window) -> BoundingBox {
+    let choose = |moved: bool, to: usize, from: f32| if moved { to as f32 } else { from };
+    BoundingBox::new(
+        choose(end.left < start.left, end.left, bounding_box.x_min()),
+        choose(end.top < start.top, end.top, bounding_box.y_min()),
+        choose(end.right > start.right, end.right, bounding_box.x_max()),
+        choose(end.bottom > start.bottom, end.bottom, bounding_box.y_max()),
+    )
+    .unwrap_or(*bounding_box)
+}

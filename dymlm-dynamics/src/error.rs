@@ -1,0 +1,41 @@
+use dymlm_core::ConfigError;
+
+/// Why a frame or a config was refused. A refused frame changes nothing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A frame older than the one before it.
+    #[error("a frame of time {timestamp} s after one of time {previous} s: time must not go backwards")]
+    TimeReversed {
+        /// Time of the frame before, seconds.
+        previous: f64,
+        /// Time of the refused frame, seconds.
+        timestamp: f64,
+    },
+    /// A timestamp that is no number of seconds: not finite, or so large that it is in another unit (epoch times
+    /// in milliseconds, microseconds or nanoseconds all are).
+    #[error("a timestamp of {0} s: it must be finite and at most 1e11 in magnitude; is it in seconds?")]
+    Timestamp(f64),
+    /// A detection's instance mask of another size than the frame.
+    #[error(
+        "the instance mask of detection {detection} has {actual_width}x{actual_height} pixels, the frame {width}x{height}"
+    )]
+    InstanceMaskSize {
+        /// Index of the detection.
+        detection: usize,
+        /// The frame's width, pixels.
+        width: usize,
+        /// The frame's height, pixels.
+        height: usize,
+        /// The mask's width, pixels.
+        actual_width: usize,
+        /// The mask's height, pixels.
+        actual_height: usize,
+    },
+    /// A value that the vocabulary refuses.
+    #[error(transparent)]
+    Core(#[from] dymlm_core::Error),
+    /// A field of a config outside its allowed range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+}

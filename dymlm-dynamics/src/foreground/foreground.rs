@@ -1,0 +1,78 @@
+/// The foreground of a box: depths of the mover's surface on a grid of cells, each `stride` pixels a side.
+///
+/// The buffer is the caller's to keep: filled again for each box, it allocates only to grow.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Foreground {
+    pub(super) stride: usize,
+    pub(super) first_column: usize,
+    pub(super) first_row: usize,
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+    /// Depth of each cell; 0 = not of the foreground.
+    pub(super) depths: Vec<f32>,
+    pub(super) count: usize,
+    pub(super) near: f32,
+    pub(super) median: f32,
+    pub(super) far: f32,
+    pub(super) max_step: f32,
+}
+
+impl Foreground {
+    /// No foreground, to be filled by [`ForegroundFinder::find`](crate::ForegroundFinder::find).
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Whether nothing was found.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Median depth, metres; `None` when there is no foreground.
+    #[inline]
+    pub fn depth(&self) -> Option<f32> {
+        (!self.is_empty()).then_some(self.median)
+    }
+
+    /// Share of the box's cells that are foreground, 0..=1.
+    pub fn fill(&self) -> f32 {
+        if self.depths.is_empty() { 0.0 } else { self.count as f32 / self.depths.len() as f32 }
+    }
+
+    /// Whether a pixel of depth `z` > 0 lies on the foreground's surface: a cell around it holds about that depth.
+    #[inline]
+    pub fn holds(&self, u: usize, v: usize, z: f32) -> bool {
+        if self.is_empty() {
+            return false;
+        }
+        // One cell is added on each side, so that subtraction cannot go below zero.
+        let (column, row) = (u / self.stride + 1, v / self.stride + 1);
+        let columns = Self::neighbours(column, self.first_column, self.columns);
+        let rows = Self::neighbours(row, self.first_row, self.rows);
+        rows.into_iter().any(|row| {
+            let cells = self.depths.get(row * self.columns + columns.start..row * self.columns + columns.end);
+            cells.unwrap_or(&[]).iter().any(|&depth| self.continues(depth, z))
+        })
+    }
+
+    /// Whether two readings can be neighbours on one surface. A depth of 0 is none.
+    #[inline]
+    pub fn continues(&self, a: f32, b: f32) -> bool {
+        (a - b).abs() <= self.max_step * a.min(b)
+    }
+
+    /// Whether a depth lies within reach of the foreground.
+    #[inline]
+    pub fn reaches(&self, z: f32) -> bool {
+        (self.near..=self.far).contains(&z)
+    }
+
+    /// The cells around cell `index` (counted from 1) of a grid that begins at `first` and has `count` cells.
+    #[inline]
+    fn neighbours(index: usize, first: usize, count: usize) -> std::ops::Range<usize> {
+        let end = (index + 1).saturating_sub(first).min(count);
+        let start = index.saturating_sub(first + 2).min(end);
+        start..end
+    }
+}

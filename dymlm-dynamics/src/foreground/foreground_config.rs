@@ -1,0 +1,41 @@
+use dymlm_core::{ConfigError, check_range};
+
+/// Settings of [`ForegroundFinder`](crate::ForegroundFinder).
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct ForegroundConfig {
+    /// Distance of the sampled pixels, in pixels of an image 640 wide (other images: in proportion); 1..=64, default
+    /// 4: some thousand points for a person that fills the image.
+    pub stride: usize,
+    /// Radius of DBSCAN, metres at a depth of 1 m, growing with depth; 1e-3..=1, default 0.025: three strides of a
+    /// camera with a field of view of 60 degrees.
+    pub eps: f32,
+    /// Neighbours that make a core point of DBSCAN, itself counted; 1..=1e6, default 8: a third of what a surface
+    /// seen frontally has within eps.
+    pub min_points: usize,
+    /// Largest change of depth from a pixel to the next one of the same surface, metres at a depth of 1 m, growing
+    /// with depth; 1e-3..=0.5, default 0.02: above a Kinect's depth steps, below the gap between a person and most
+    /// furniture.
+    pub max_step: f32,
+    /// Furthest that the mover's surface may reach before and behind its median depth, metres; 0.05..=10, default
+    /// 0.6: an outstretched arm.
+    pub max_reach: f32,
+}
+
+impl Default for ForegroundConfig {
+    fn default() -> Self {
+        Self { stride: 4, eps: 0.025, min_points: 8, max_step: 0.02, max_reach: 0.6 }
+    }
+}
+
+impl ForegroundConfig {
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("foreground.stride", self.stride as f64, 1.0..=64.0)?;
+        check_range("foreground.eps", self.eps.into(), 1e-3..=1.0)?;
+        check_range("foreground.min_points", self.min_points as f64, 1.0..=1e6)?;
+        check_range("foreground.max_step", self.max_step.into(), 1e-3..=0.5)?;
+        check_range("foreground.max_reach", self.max_reach.into(), 0.05..=10.0)
+    }
+}

@@ -1,0 +1,229 @@
+use dymlm_core::{BoundingBox, DepthImage, Mask, PinholeCamera, Point};
+use dymlm_geometry::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
+
+use super::{Foreground, ForegroundConfig};
+use crate::Error;
+use crate::image_scale::scaled_pixels;
+
+/// A depth this far from the expected one halves a cluster's score, metres.
+const EXPECTED_DEPTH_SCALE: f32 = 0.25;
+/// How far the surface between two samples may stick out of the range of depths sampled, metres.
+const RANGE_MARGIN: f32 = 0.1;
+
+/// Finds the mover among the pixels of its box: paper section III-A, "DBSCAN to extract foreground points".
+///
+/// The box's pixels are sampled on a grid, back-projected, and clustered by DBSCAN with a radius that grows with
+/// depth, as the distance of neighbouring pixels and the sensor's noise do. To have one radius for all depths, the
+/// points are taken in the coordinates (x / z, y / z, ln z), in which a distance of eps is one of eps z metres.
+/// The cluster is chosen by its number of samples, each weighted by how central it lies in the box, how near to the
+/// camera, and how close to the depth at which the track was expected.
+///
+/// Costs O(n log n) for n samples, a few thousand for a person.
+///
+/// ```
+/// use dymlm_core::{BoundingBox, DepthImage, PinholeCamera};
+/// use dymlm_dynamics::{Foreground, ForegroundConfig, ForegroundFinder, ForegroundSearch};
+///
+/// // Somebody at 2 m, before a wall at 3 m.
+/// let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5)?;
+/// let person = |u: usize| (60..100).contains(&u);
+/// let depth = (0..160 * 120).map(|i| if person(i % 160) { 2.0 } else { 3.0 }).collect();
+/// let depth = DepthImage::new(160, 120, depth)?;
+///
+/// let mut finder = ForegroundFinder::new(ForegroundConfig::default())?;
+/// let mut foreground = Foreground::new();
+/// let search = ForegroundSearch::new(BoundingBox::new(50.0, 0.0, 110.0, 120.0)?);
+/// finder.find(&camera, &depth, &search, &mut foreground);
+/// assert_eq!(foreground.depth(), Some(2.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct ForegroundFinder {
+    config: ForegroundConfig,
+    dbscan: Dbscan,
+    scratch: DbscanScratch,
+    clusters: Clusters,
+    samples: Vec<Sample>,
+    points: Vec<Point>,
+    scores: Vec<f32>,
+    depths: Vec<f32>,
+}
+
+/// Where to look for a foreground, and what is known of it.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct ForegroundSearch<'a> {
+    /// The box, pixels.
+    pub bounding_box: BoundingBox,
+    /// The detector's instance mask: only its pixels are looked at.
+    pub instance_mask: Option<&'a Mask>,
+    /// The depth at which the mover should be, metres.
+    pub expected_depth: Option<f32>,
+}
+
+impl ForegroundSearch<'_> {
+    /// A search in a box, with nothing else known.
+    pub fn new(bounding_box: BoundingBox) -> Self {
+        Self { bounding_box, instance_mask: None, expected_depth: None }
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    cell: usize,
+    depth: f32,
+    /// 1 at the centre of the box, 0 at its sides.
+    centrality: f32,
+}
+
+impl ForegroundFinder {
+    /// Makes a finder.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    pub fn new(config: ForegroundConfig) -> Result<Self, Error> {
+        config.validate()?;
+        let mut dbscan = DbscanConfig::default();
+        dbscan.eps = config.eps;
+        dbscan.min_points = config.min_points;
+        Ok(Self {
+            config,
+            dbscan: Dbscan::new(dbscan)?,
+            scratch: DbscanScratch::default(),
+            clusters: Clusters::default(),
+            samples: Vec::new(),
+            points: Vec::new(),
+            scores: Vec::new(),
+            depths: Vec::new(),
+        })
+    }
+
+    /// Finds the foreground of a box. It is empty when the box is, or when nothing in it has a depth.
+    pub fn find(
+        &mut self,
+        camera: &PinholeCamera,
+        depth: &DepthImage,
+        search: &ForegroundSearch<'_>,
+        foreground: &mut Foreground,
+    ) {
+        self.lay_grid(depth, search, foreground);
+        self.sample(camera, depth, search, foreground);
+        self.dbscan.cluster_into(&self.points, &mut self.scratch, &mut self.clusters);
+        if let Some(chosen) = self.choose(search.expected_depth) {
+            self.keep(chosen, foreground);
+        }
+    }
+
+    fn lay_grid(&self, depth: &DepthImage, search: &ForegroundSearch<'_>, foreground: &mut Foreground) {
+        let stride = scaled_pixels(self.config.stride as f32, depth.width()).max(1);
+        let columns = search.bounding_box.columns(depth.width());
+        let rows = search.bounding_box.rows(depth.height());
+        foreground.stride = stride;
+        foreground.first_column = columns.start / stride;
+        foreground.first_row = rows.start / stride;
+        foreground.columns = columns.end.div_ceil(stride) - foreground.first_column;
+        foreground.rows = rows.end.div_ceil(stride) - foreground.first_row;
+        if columns.is_empty() || rows.is_empty() {
+            (foreground.columns, foreground.rows) = (0, 0);
+        }
+        foreground.depths.clear();
+        foreground.depths.resize(foreground.columns * foreground.rows, 0.0);
+        foreground.count = 0;
+        foreground.max_step = self.config.max_step;
+    }
+
+    /// Takes the middle pixel of each cell.
+    fn sample(
+        &mut self,
+        camera: &PinholeCamera,
+        depth: &DepthImage,
+        search: &ForegroundSearch<'_>,
+        foreground: &Foreground,
+    ) {
+        self.samples.clear();
+        self.points.clear();
+        let region = &search.bounding_box;
+        let (columns, rows) = (region.columns(depth.width()), region.rows(depth.height()));
+        let [center_u, center_v] = region.center();
+        let (half_width, half_height) = (0.5 * region.width(), 0.5 * region.height());
+        for row in 0..foreground.rows {
+            let v = (foreground.first_row + row) * foreground.stride + foreground.stride / 2;
+            if !rows.contains(&v) {
+                continue;
+            }
+            let depths = depth.row(v);
+            let vertical = parabola((v as f32 - center_v) / half_height);
+            let ray_y = ((v as f64 - camera.cy()) / camera.fy()) as f32;
+            for column in 0..foreground.columns {
+                let u = (foreground.first_column + column) * foreground.stride + foreground.stride / 2;
+                let z = depths.get(u).copied().unwrap_or(0.0);
+                let outside = search.instance_mask.is_some_and(|mask| !mask.at(u, v));
+                if z == 0.0 || outside || !columns.contains(&u) {
+                    continue;
+                }
+                let ray_x = ((u as f64 - camera.cx()) / camera.fx()) as f32;
+                self.points.push([ray_x, ray_y, z.ln()]);
+                self.samples.push(Sample {
+                    cell: row * foreground.columns + column,
+                    depth: z,
+                    centrality: vertical * parabola((u as f32 - center_u) / half_width),
+                });
+            }
+        }
+    }
+
+    /// The cluster of the highest score.
+    fn choose(&mut self, expected_depth: Option<f32>) -> Option<u32> {
+        let nearest = percentile(&mut self.depths, self.samples.iter().map(|sample| sample.depth), 0.05)?;
+        self.scores.clear();
+        self.scores.resize(self.clusters.count(), 0.0);
+        for (sample, label) in self.samples.iter().zip(self.clusters.labels()) {
+            let Some(score) = label.and_then(|label| self.scores.get_mut(label as usize)) else { continue };
+            let expectation = match expected_depth {
+                Some(expected) => {
+                    let off = (sample.depth - expected) / EXPECTED_DEPTH_SCALE;
+                    1.0 / (1.0 + off * off)
+                }
+                None => (nearest / sample.depth).min(1.0).powi(2),
+            };
+            *score += sample.centrality * expectation;
+        }
+        let best = self.scores.iter().copied().enumerate().reduce(|a, b| if b.1 > a.1 { b } else { a });
+        best.map(|(label, _)| label as u32)
+    }
+
+    /// Writes the samples of the chosen cluster into the grid, except those out of reach of its median depth.
+    fn keep(&mut self, chosen: u32, foreground: &mut Foreground) {
+        let members = || {
+            let labelled = self.samples.iter().zip(self.clusters.labels());
+            labelled.filter(|(_, label)| **label == Some(chosen)).map(|(sample, _)| *sample)
+        };
+        let Some(median) = percentile(&mut self.depths, members().map(|sample| sample.depth), 0.5) else {
+            return;
+        };
+        let reach = median - self.config.max_reach..=median + self.config.max_reach;
+        (foreground.near, foreground.far) = (median, median);
+        foreground.median = median;
+        for sample in members().filter(|sample| reach.contains(&sample.depth)) {
+            foreground.depths[sample.cell] = sample.depth;
+            foreground.count += 1;
+            foreground.near = foreground.near.min(sample.depth);
+            foreground.far = foreground.far.max(sample.depth);
+        }
+        foreground.near -= RANGE_MARGIN;
+        foreground.far += RANGE_MARGIN;
+    }
+}
+
+fn parabola(x: f32) -> f32 {
+    (1.0 - x * x).max(0.0)
+}
+
+/// The value below which a `share` of the values lies; `None` of none.
+fn percentile(buffer: &mut Vec<f32>, values: impl Iterator<Item = f32>, share: f32) -> Option<f32> {
+    buffer.clear();
+    buffer.extend(values);
+    let rank = (share * buffer.len() as f32) as usize;
+    (rank < buffer.len()).then(|| *buffer.select_nth_unstable_by(rank, f32::total_cmp).1)
+}

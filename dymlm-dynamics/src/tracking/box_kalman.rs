@@ -1,0 +1,168 @@
+use dymlm_core::BoundingBox;
+
+/// The published noise of SORT, a frame of 1/30 s: process noise Q, measurement noise R, initial covariance P0.
+const CENTER_Q: f64 = 1.0;
+const CENTER_RATE_Q: f64 = 0.01;
+const AREA_Q: f64 = 1.0;
+const AREA_RATE_Q: f64 = 1e-4;
+const ASPECT_Q: f64 = 1.0;
+const CENTER_R: f64 = 1.0;
+const AREA_R: f64 = 10.0;
+const ASPECT_R: f64 = 10.0;
+const VALUE_P0: f64 = 10.0;
+const RATE_P0: f64 = 1e4;
+
+/// The frame that the noise is published for, 1/s.
+const FRAME_RATE: f64 = 30.0;
+
+/// Motion of one box: the constant-velocity Kalman filter of SORT over (u, v, s, r, u', v', s'), where (u, v) is
+/// the centre in pixels, s the area in square pixels, r the aspect ratio width / height.
+///
+/// Source: Bewley, Ge, Ott, Ramos, Upcroft: "Simple Online and Realtime Tracking", ICIP 2016, with the noise of the
+/// published program: R = diag(1, 1, 10, 10), P0 = diag(10, 10, 10, 10, 1e4, 1e4, 1e4),
+/// Q = diag(1, 1, 1, 1, 0.01, 0.01, 1e-4) a frame of 1/30 s. Rates are kept a frame; a step of any duration is so
+/// many frames, and Q grows with it.
+///
+/// P0, Q and R are diagonal, and the motion couples only u with u', v with v', s with s'. The covariance so stays
+/// block-diagonal, and the filter of seven states is, exactly, four small ones. A step costs O(1).
+///
+/// ```
+/// use dymlm_core::BoundingBox;
+/// use dymlm_dynamics::BoxKalman;
+///
+/// let mut filter = BoxKalman::new(&BoundingBox::new(10.0, 10.0, 50.0, 90.0)?);
+/// filter.predict(1.0 / 30.0);
+/// filter.update(&BoundingBox::new(13.0, 10.0, 53.0, 90.0)?);
+/// filter.predict(1.0 / 30.0);
+/// let ahead = filter.bounding_box().unwrap();
+/// assert!((ahead.center()[0] - 36.0).abs() < 0.1); // it goes on at 3 pixels a frame
+/// # Ok::<(), dymlm_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoxKalman {
+    u: AxisFilter,
+    v: AxisFilter,
+    area: AxisFilter,
+    aspect: f64,
+    aspect_variance: f64,
+}
+
+impl BoxKalman {
+    /// A box at rest, of unknown rate. An empty box is taken as one of 1e-6 pixels a side.
+    pub fn new(bounding_box: &BoundingBox) -> Self {
+        let [u, v, area, aspect] = measurement(bounding_box);
+        Self {
+            u: AxisFilter::new(u),
+            v: AxisFilter::new(v),
+            area: AxisFilter::new(area),
+            aspect,
+            aspect_variance: VALUE_P0,
+        }
+    }
+
+    /// Moves on by `seconds`, which are >= 0. An area about to vanish stops shrinking, as in SORT.
+    pub fn predict(&mut self, seconds: f64) {
+        let frames = seconds * FRAME_RATE;
+        if self.area.value + self.area.rate * frames <= 0.0 {
+            self.area.rate = 0.0;
+        }
+        self.u.predict(frames, CENTER_Q, CENTER_RATE_Q);
+        self.v.predict(frames, CENTER_Q, CENTER_RATE_Q);
+        self.area.predict(frames, AREA_Q, AREA_RATE_Q);
+        self.aspect_variance += ASPECT_Q * frames;
+    }
+
+    /// Takes a measured box in.
+    pub fn update(&mut self, bounding_box: &BoundingBox) {
+        let [u, v, area, aspect] = measurement(bounding_box);
+        self.u.update(u, CENTER_R);
+        self.v.update(v, CENTER_R);
+        self.area.update(area, AREA_R);
+        let gain = self.aspect_variance / (self.aspect_variance + ASPECT_R);
+        self.aspect += gain * (aspect - self.aspect);
+        self.aspect_variance *= 1.0 - gain;
+    }
+
+    /// The state (u, v, s, r, u', v', s'); rates a frame of 1/30 s.
+    pub fn state(&self) -> [f64; 7] {
+        [self.u.value, self.v.value, self.area.value, self.aspect, self.u.rate, self.v.rate, self.area.rate]
+    }
+
+    /// Variances of the state, the diagonal of P.
+    pub fn variances(&self) -> [f64; 7] {
+        [self.u.p00, self.v.p00, self.area.p00, self.aspect_variance, self.u.p11, self.v.p11, self.area.p11]
+    }
+
+    /// The box of the state; `None` when it has run out of the range of f32.
+    pub fn bounding_box(&self) -> Option<BoundingBox> {
+        let width = (self.area.value * self.aspect).sqrt();
+        let height = self.area.value / width;
+        let (left, top) = (self.u.value - 0.5 * width, self.v.value - 0.5 * height);
+        let (right, bottom) = (left + width, top + height);
+        BoundingBox::new(left as f32, top as f32, right as f32, bottom as f32).ok()
+    }
+
+    /// Centre `[u, v]`, pixels.
+    pub fn center(&self) -> [f64; 2] {
+        [self.u.value, self.v.value]
+    }
+
+    /// The same box in another image: its centre at `center`, all lengths times `scale`, which is positive.
+    pub(super) fn reproject(&mut self, center: [f64; 2], scale: f64) {
+        self.u.rescale(scale);
+        self.v.rescale(scale);
+        self.area.rescale(scale * scale);
+        [self.u.value, self.v.value] = center;
+    }
+}
+
+/// (u, v, s, r) of a box.
+fn measurement(bounding_box: &BoundingBox) -> [f64; 4] {
+    let [x_min, y_min, x_max, y_max] = <[f32; 4]>::from(*bounding_box).map(f64::from);
+    let (width, height) = ((x_max - x_min).max(1e-6), (y_max - y_min).max(1e-6));
+    [0.5 * (x_min + x_max), 0.5 * (y_min + y_max), width * height, width / height]
+}
+
+/// A Kalman filter over a value and its rate, measured by the value.
+#[derive(Debug, Clone, PartialEq)]
+struct AxisFilter {
+    value: f64,
+    rate: f64,
+    p00: f64,
+    p01: f64,
+    p11: f64,
+}
+
+impl AxisFilter {
+    fn new(value: f64) -> Self {
+        Self { value, rate: 0.0, p00: VALUE_P0, p01: 0.0, p11: RATE_P0 }
+    }
+
+    /// x = F x, P = F P F' + Q over `t` frames, F = [1 t; 0 1].
+    fn predict(&mut self, t: f64, value_q: f64, rate_q: f64) {
+        self.value += self.rate * t;
+        self.p00 += t * (2.0 * self.p01 + t * self.p11) + value_q * t;
+        self.p01 += t * self.p11;
+        self.p11 += rate_q * t;
+    }
+
+    /// K = P H' / (H P H' + R), x += K (z - H x), P = (I - K H) P, H = [1 0].
+    fn update(&mut self, measured: f64, r: f64) {
+        let innovation = measured - self.value;
+        let k0 = self.p00 / (self.p00 + r);
+        let k1 = self.p01 / (self.p00 + r);
+        self.value += k0 * innovation;
+        self.rate += k1 * innovation;
+        self.p11 -= k1 * self.p01;
+        self.p01 *= 1.0 - k0;
+        self.p00 *= 1.0 - k0;
+    }
+
+    fn rescale(&mut self, scale: f64) {
+        self.value *= scale;
+        self.rate *= scale;
+        for p in [&mut self.p00, &mut self.p01, &mut self.p11] {
+            *p *= scale * scale;
+        }
+    }
+}

@@ -1,0 +1,329 @@
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+use dymlm_core::{BoundingBox, Detection};
+
+use super::assignment::{Matches, assign};
+use super::ego_motion;
+use super::{BoxKalman, BoxSource, TrackState, TrackedBox, TrackerConfig, View};
+use crate::Error;
+
+/// Largest timestamp that can be in seconds; epoch times in milliseconds are above it.
+const MAX_TIMESTAMP: f64 = 1e11;
+
+/// Tracks the boxes of a 2D detector from frame to frame, label by label.
+///
+/// SORT (Bewley, Ge, Ott, Ramos, Upcroft: "Simple Online and Realtime Tracking", ICIP 2016): each track's box is
+/// predicted by a [`BoxKalman`] and paired with the frame's detections so that the sum of the intersections over
+/// union is greatest. Added to it:
+/// - a second association of the tracks left over with the weak detections (Zhang et al.: "`ByteTrack`: Multi-Object
+///   Tracking by Associating Every Detection Box", ECCV 2022), for a weak box often is the missed person;
+/// - true time steps instead of frame counts;
+/// - ego-motion compensation, when the camera's [`View`] is given: a track is first re-projected from the image
+///   before as a thing at rest, at the depth given to [`Self::observe_depth`] (without one, only the camera's rotation
+///   is undone);
+/// - unmatched tracks are output, for a while, as [`BoxSource::Predicted`].
+///
+/// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. The order of the
+/// detections does not matter. Empty boxes are ignored.
+///
+/// ```
+/// use dymlm_core::{BoundingBox, Detection};
+/// use dymlm_dynamics::{BoxSource, BoxTracker, TrackerConfig};
+///
+/// let mut tracker = BoxTracker::new(TrackerConfig::default())?;
+/// let person = |x: f32| Detection::new("person", 0.9, BoundingBox::new(x, 0.0, x + 50.0, 200.0)?);
+/// for frame in 0_u8..5 {
+///     let detections = [person(f32::from(frame) * 4.0)?];
+///     let boxes = tracker.update(f64::from(frame) / 30.0, &detections, None)?;
+///     assert_eq!(boxes[0].track_id, 0);
+/// }
+/// // The detector misses: the track goes on by itself.
+/// let boxes = tracker.update(5.0 / 30.0, &[], None)?;
+/// assert!(matches!(boxes[0].source, BoxSource::Predicted { .. }));
+/// assert!((boxes[0].bounding_box.x_min() - 20.0).abs() < 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct BoxTracker {
+    config: TrackerConfig,
+    tracks: Vec<Track>,
+    next_id: u64,
+    last_timestamp: Option<f64>,
+    last_view: Option<View>,
+    boxes: Vec<TrackedBox>,
+    scratch: Scratch,
+}
+
+#[derive(Debug, Clone)]
+struct Track {
+    id: u64,
+    label: Arc<str>,
+    filter: BoxKalman,
+    score: f32,
+    hits: u32,
+    last_seen: f64,
+    depth: Option<f32>,
+    /// Box and detection in the present frame.
+    matched: Option<(usize, BoundingBox)>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Scratch {
+    /// Detections of the frame that take part, in an order of their own.
+    candidates: Vec<usize>,
+    /// The tracks and detections of one label that are still to be paired.
+    open_tracks: Vec<usize>,
+    open_detections: Vec<usize>,
+    iou: Vec<f64>,
+    matches: Matches,
+}
+
+impl BoxTracker {
+    /// A tracker without tracks.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    pub fn new(config: TrackerConfig) -> Result<Self, Error> {
+        config.validate()?;
+        Ok(Self {
+            config,
+            tracks: Vec::new(),
+            next_id: 0,
+            last_timestamp: None,
+            last_view: None,
+            boxes: Vec::new(),
+            scratch: Scratch::default(),
+        })
+    }
+
+    /// Takes the detections of one frame, at `timestamp` seconds, and answers the boxes of all tracks that are in
+    /// view or coasting, by ascending track id. `view` says from where the frame was seen; without it nothing is
+    /// known of the camera's motion.
+    ///
+    /// Frames may be missing and of any rate; a frame of the same time as the last one is a step of no duration.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Timestamp`], [`Error::TimeReversed`]; the tracker stays as it was.
+    pub fn update(
+        &mut self,
+        timestamp: f64,
+        detections: &[Detection],
+        view: Option<&View>,
+    ) -> Result<&[TrackedBox], Error> {
+        self.update_where(timestamp, detections, view, |_| true)
+    }
+
+    /// [`Self::update`] with only those detections that `wanted` chooses.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::update`].
+    pub fn update_where(
+        &mut self,
+        timestamp: f64,
+        detections: &[Detection],
+        view: Option<&View>,
+        wanted: impl Fn(&Detection) -> bool,
+    ) -> Result<&[TrackedBox], Error> {
+        let elapsed = self.check_time(timestamp)?;
+        self.predict(elapsed, view);
+        self.choose_candidates(detections, wanted);
+        self.associate(timestamp, detections);
+        self.start_tracks(timestamp, detections);
+        self.forget_lost(timestamp);
+        self.collect_boxes(timestamp);
+        self.last_timestamp = Some(timestamp);
+        self.last_view = view.copied();
+        Ok(&self.boxes)
+    }
+
+    /// The boxes that the last frame gave.
+    pub fn boxes(&self) -> &[TrackedBox] {
+        &self.boxes
+    }
+
+    /// Tells the depth of a track's foreground in the present frame, metres. Depths that are no reading and ids that
+    /// are no longer known are passed over.
+    pub fn observe_depth(&mut self, track_id: u64, depth: f32) {
+        if depth > 0.0
+            && depth.is_finite()
+            && let Some(track) = self.tracks.iter_mut().find(|track| track.id == track_id)
+        {
+            track.depth = Some(depth);
+        }
+    }
+
+    /// Seconds since the last frame.
+    fn check_time(&self, timestamp: f64) -> Result<f64, Error> {
+        // NaN fails the comparison.
+        if !(timestamp.abs() <= MAX_TIMESTAMP) {
+            return Err(Error::Timestamp(timestamp));
+        }
+        match self.last_timestamp {
+            Some(previous) if timestamp < previous => Err(Error::TimeReversed { previous, timestamp }),
+            Some(previous) => Ok(timestamp - previous),
+            None => Ok(0.0),
+        }
+    }
+
+    /// Carries all tracks over into the present image and time.
+    fn predict(&mut self, elapsed: f64, view: Option<&View>) {
+        for track in &mut self.tracks {
+            if let (Some(before), Some(now)) = (&self.last_view, view) {
+                track.depth = ego_motion::compensate(&mut track.filter, track.depth, before, now);
+            }
+            track.filter.predict(elapsed);
+            track.matched = None;
+        }
+        self.tracks.retain(|track| track.filter.bounding_box().is_some());
+    }
+
+    /// Chooses the detections that take part and puts them into an order that does not depend on the caller's.
+    fn choose_candidates(&mut self, detections: &[Detection], wanted: impl Fn(&Detection) -> bool) {
+        let candidates = &mut self.scratch.candidates;
+        candidates.clear();
+        candidates.extend(detections.iter().enumerate().filter_map(|(index, detection)| {
+            let usable = detection.score() >= self.config.low_score && detection.bounding_box().area() > 0.0;
+            (usable && wanted(detection)).then_some(index)
+        }));
+        candidates.sort_by(|&a, &b| canonical_order(&detections[a], &detections[b]));
+    }
+
+    /// Pairs tracks and detections, label by label: first with the strong detections, then with the weak ones.
+    fn associate(&mut self, timestamp: f64, detections: &[Detection]) {
+        let candidates = std::mem::take(&mut self.scratch.candidates);
+        for of_label in candidates.chunk_by(|&a, &b| detections[a].label() == detections[b].label()) {
+            let strong = of_label.partition_point(|&i| detections[i].score() >= self.config.high_score);
+            let (strong, weak) = of_label.split_at(strong);
+            self.pair(timestamp, detections, strong, self.config.min_iou);
+            self.pair(timestamp, detections, weak, self.config.min_iou_low_score);
+        }
+        self.scratch.candidates = candidates;
+    }
+
+    /// Pairs `candidates`, which are of one label, with the unmatched tracks of that label.
+    fn pair(&mut self, timestamp: f64, detections: &[Detection], candidates: &[usize], min_iou: f32) {
+        let Some(label) = candidates.first().map(|&first| detections[first].label()) else { return };
+        let Scratch { open_tracks, iou, matches, .. } = &mut self.scratch;
+        open_tracks.clear();
+        iou.clear();
+        for (index, track) in self.tracks.iter().enumerate() {
+            if track.matched.is_none()
+                && *track.label == *label
+                && let Some(predicted) = track.filter.bounding_box()
+            {
+                open_tracks.push(index);
+                iou.extend(candidates.iter().map(|&c| overlap(&predicted, &detections[c].bounding_box())));
+            }
+        }
+        assign(iou, candidates.len(), min_iou.into(), matches);
+
+        for (&index, matched) in open_tracks.iter().zip(matches.iter()) {
+            if let Some(candidate) = *matched {
+                let detection = candidates[candidate];
+                self.tracks[index].take(timestamp, detection, &detections[detection]);
+            }
+        }
+    }
+
+    /// Every detection of at least `min_score` that no track took starts one.
+    fn start_tracks(&mut self, timestamp: f64, detections: &[Detection]) {
+        let open = &mut self.scratch.open_detections;
+        open.clear();
+        open.extend(self.scratch.candidates.iter().copied().filter(|&candidate| {
+            let taken = self.tracks.iter().any(|t| t.matched.is_some_and(|(index, _)| index == candidate));
+            !taken && detections[candidate].score() >= self.config.min_score
+        }));
+        for &candidate in &*open {
+            let detection = &detections[candidate];
+            self.tracks.push(Track {
+                id: self.next_id,
+                label: known_label(&self.tracks, detection.label()),
+                filter: BoxKalman::new(&detection.bounding_box()),
+                score: detection.score(),
+                hits: 1,
+                last_seen: timestamp,
+                depth: None,
+                matched: Some((candidate, detection.bounding_box())),
+            });
+            self.next_id += 1;
+        }
+    }
+
+    fn forget_lost(&mut self, timestamp: f64) {
+        let max_age = self.config.max_age.max(self.config.max_coast);
+        self.tracks.retain(|track| track.matched.is_some() || timestamp - track.last_seen <= max_age);
+    }
+
+    fn collect_boxes(&mut self, timestamp: f64) {
+        self.boxes.clear();
+        for track in &self.tracks {
+            let state = if track.hits >= self.config.min_hits {
+                TrackState::Confirmed
+            } else {
+                TrackState::Tentative
+            };
+            let missed_for = timestamp - track.last_seen;
+            let (source, bounding_box) = if let Some((detection, bounding_box)) = track.matched {
+                (BoxSource::Detected { detection }, bounding_box)
+            } else if state == TrackState::Confirmed
+                && self.config.max_coast > 0.0
+                && missed_for <= self.config.max_coast
+                && let Some(predicted) = track.filter.bounding_box()
+            {
+                (BoxSource::Predicted { missed_for }, predicted)
+            } else {
+                continue;
+            };
+            self.boxes.push(TrackedBox {
+                track_id: track.id,
+                label: Arc::clone(&track.label),
+                score: track.score,
+                bounding_box,
+                source,
+                state,
+                expected_depth: track.depth,
+            });
+        }
+    }
+}
+
+impl Track {
+    fn take(&mut self, timestamp: f64, index: usize, detection: &Detection) {
+        self.filter.update(&detection.bounding_box());
+        self.score = detection.score();
+        self.hits = self.hits.saturating_add(1);
+        self.last_seen = timestamp;
+        self.matched = Some((index, detection.bounding_box()));
+    }
+}
+
+/// By label, then the surest first, then by place.
+fn canonical_order(a: &Detection, b: &Detection) -> Ordering {
+    let place = |detection: &Detection| <[f32; 4]>::from(detection.bounding_box());
+    let by_place = || {
+        let pairs = place(a).into_iter().zip(place(b));
+        pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    };
+    a.label().cmp(b.label()).then(b.score().total_cmp(&a.score())).then_with(by_place)
+}
+
+/// Intersection over union in f64, so that no box overflows.
+fn overlap(a: &BoundingBox, b: &BoundingBox) -> f64 {
+    let [a, b] = [a, b].map(|bounding_box| <[f32; 4]>::from(*bounding_box).map(f64::from));
+    let area = |[x_min, y_min, x_max, y_max]: [f64; 4]| (x_max - x_min).max(0.0) * (y_max - y_min).max(0.0);
+    let shared = area([a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]);
+    let union = area(a) + area(b) - shared;
+    if union > 0.0 { shared / union } else { 0.0 }
+}
+
+/// The label, shared with a track that has it already.
+fn known_label(tracks: &[Track], label: &str) -> Arc<str> {
+    tracks
+        .iter()
+        .find(|track| *track.label == *label)
+        .map_or_else(|| label.into(), |track| track.label.clone())
+}

@@ -1,0 +1,31 @@
+use super::{BoxKalman, View};
+
+/// Carries a track over from the image it was last predicted in to the next one, as if it stood still in the world:
+/// its centre is re-projected, and its lengths grow as it comes nearer. Answers its depth in the new camera.
+///
+/// Without a depth only the camera's rotation can be undone. A box that ends up behind the camera, or so near that
+/// its size would more than double or halve twice over, stays as it was.
+pub(super) fn compensate(
+    filter: &mut BoxKalman,
+    depth: Option<f32>,
+    before: &View,
+    now: &View,
+) -> Option<f32> {
+    let camera_from_before = now.world_from_camera.inverse() * before.world_from_camera;
+    let z_before = depth.map_or(1.0, f64::from);
+    let point = before.camera.back_project(filter.center(), z_before);
+    let moved = if depth.is_some() {
+        camera_from_before.transform_point(point)
+    } else {
+        camera_from_before.rotate(point)
+    };
+
+    let scale = z_before / moved[2] * (now.camera.fx() / before.camera.fx()).abs();
+    match now.camera.project(moved) {
+        Some(center) if (0.25..=4.0).contains(&scale) => {
+            filter.reproject(center, scale);
+            depth.map(|_| moved[2] as f32)
+        }
+        _ => depth,
+    }
+}

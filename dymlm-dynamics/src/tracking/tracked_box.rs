@@ -1,0 +1,48 @@
+use std::sync::Arc;
+
+use dymlm_core::BoundingBox;
+
+/// A box of one track in one frame.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct TrackedBox {
+    /// Stable over the life of a track, never used again after it; counts from 0.
+    pub track_id: u64,
+    /// Class label; all detections of a track have it.
+    pub label: Arc<str>,
+    /// The detector's confidence in this frame's detection, or in the last one when the box is predicted; 0..=1.
+    pub score: f32,
+    /// The box as detected, or as predicted; pixels.
+    pub bounding_box: BoundingBox,
+    /// Where the box comes from.
+    pub source: BoxSource,
+    /// Whether the track has been seen often enough to be relied upon.
+    pub state: TrackState,
+    /// Depth of the track's foreground as last observed, carried over into the present camera; metres. `None` when
+    /// it was never given to [`BoxTracker::observe_depth`](crate::BoxTracker::observe_depth).
+    pub expected_depth: Option<f32>,
+}
+
+/// Where the box of a track comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BoxSource {
+    /// A detection of this frame.
+    Detected {
+        /// Its index among the frame's detections.
+        detection: usize,
+    },
+    /// The track's motion: no detection of this frame fits.
+    Predicted {
+        /// Time since the track's last detection, seconds.
+        missed_for: f64,
+    },
+}
+
+/// How much a track is to be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrackState {
+    /// Seen fewer than `min_hits` times.
+    Tentative,
+    /// Seen at least `min_hits` times.
+    Confirmed,
+}
