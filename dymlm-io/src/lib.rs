@@ -15,6 +15,8 @@
 mod detection_file;
 mod error;
 mod image_file;
+mod pcd;
+mod ply;
 mod text_lines;
 mod trajectory;
 mod tum;
@@ -24,6 +26,8 @@ mod yolo_folder;
 pub use detection_file::{DetectionFile, encode_detections, write_detections};
 pub use error::Error;
 pub use image_file::{read_color_image, read_depth_png, write_depth_png, write_png};
+pub use pcd::{PcdCloud, PcdEncoding, PcdField, PcdValues, decode_pcd, encode_pcd, read_pcd, write_pcd};
+pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap, UncoveredTime};
 pub use tum::{FrameBuffers, PosedFrame, TumDataset, TumFrame, TumOptions};
 pub use write_atomically::write_atomically;

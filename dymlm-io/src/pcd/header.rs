@@ -1,0 +1,245 @@
+use std::path::Path;
+
+use dymlm_core::Pose;
+
+use super::encode::PcdEncoding;
+use crate::Error;
+use crate::text_lines::{number, quoted};
+
+/// Scalar type of a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+/// A field as the header declares it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FieldHeader {
+    pub(super) name: String,
+    pub(super) scalar: Scalar,
+    pub(super) count: usize,
+}
+
+/// All that stands before the points.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PcdHeader {
+    pub(super) fields: Vec<FieldHeader>,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) viewpoint: Pose,
+    pub(super) encoding: PcdEncoding,
+    /// Bytes of a point.
+    pub(super) stride: usize,
+    /// Where the points begin in the file.
+    pub(super) body: usize,
+    /// The line after the header.
+    pub(super) body_line: usize,
+}
+
+impl Scalar {
+    fn new(kind: &str, size: &str) -> Result<Self, String> {
+        Ok(match (kind, size) {
+            ("I", "1") => Self::I8,
+            ("U", "1") => Self::U8,
+            ("I", "2") => Self::I16,
+            ("U", "2") => Self::U16,
+            ("I", "4") => Self::I32,
+            ("U", "4") => Self::U32,
+            ("I", "8") => Self::I64,
+            ("U", "8") => Self::U64,
+            ("F", "4") => Self::F32,
+            ("F", "8") => Self::F64,
+            _ => return Err(format!("type {} of size {}", quoted(kind), quoted(size))),
+        })
+    }
+
+    /// Bytes.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+}
+
+impl FieldHeader {
+    /// Bytes of the field in a point.
+    pub(super) fn size(&self) -> usize {
+        self.scalar.size() * self.count
+    }
+}
+
+impl PcdHeader {
+    /// Number of points.
+    pub(super) fn points(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Reads the header of a file.
+    pub(super) fn parse(file: &[u8], path: &Path) -> Result<Self, Error> {
+        let mut entries = Entries::default();
+        let mut body = 0;
+        for (index, line) in file.split_inclusive(|&byte| byte == b'\n').enumerate() {
+            body += line.len();
+            let text = std::str::from_utf8(line)
+                .map_err(|_| Error::line(path, index + 1, "no UTF-8 in the header of a PCD file"))?
+                .trim();
+            if text.is_empty() || text.starts_with('#') {
+                continue;
+            }
+            let last = entries.add(text).map_err(|reason| Error::line(path, index + 1, reason))?;
+            if last {
+                let header = entries.finish(body, index + 2);
+                return header.map_err(|reason| Error::malformed(path, reason));
+            }
+        }
+        Err(Error::malformed(path, "no PCD file: the header has no DATA line"))
+    }
+}
+
+/// The lines of a header, gathered in any order.
+#[derive(Default)]
+struct Entries<'a> {
+    names: Vec<&'a str>,
+    sizes: Vec<&'a str>,
+    kinds: Vec<&'a str>,
+    counts: Option<Vec<usize>>,
+    width: Option<usize>,
+    height: Option<usize>,
+    points: Option<usize>,
+    viewpoint: Option<Pose>,
+    encoding: Option<PcdEncoding>,
+}
+
+impl<'a> Entries<'a> {
+    /// Takes a line; says whether it was the last one.
+    fn add(&mut self, line: &'a str) -> Result<bool, String> {
+        let mut columns = line.split_ascii_whitespace();
+        let key = columns.next().unwrap_or_default();
+        let values: Vec<&str> = columns.collect();
+        match key {
+            "VERSION" => {}
+            "FIELDS" => self.names = values,
+            "SIZE" => self.sizes = values,
+            "TYPE" => self.kinds = values,
+            "COUNT" => {
+                self.counts = Some(values.iter().map(|value| whole(value)).collect::<Result<_, _>>()?);
+            }
+            "WIDTH" => self.width = Some(single(&values)?),
+            "HEIGHT" => self.height = Some(single(&values)?),
+            "POINTS" => self.points = Some(single(&values)?),
+            "VIEWPOINT" => self.viewpoint = Some(viewpoint(&values)?),
+            "DATA" => {
+                self.encoding = Some(encoding(&values)?);
+                return Ok(true);
+            }
+            _ => return Err(format!("{} is no entry of a PCD header", quoted(key))),
+        }
+        Ok(false)
+    }
+
+    fn finish(self, body: usize, body_line: usize) -> Result<PcdHeader, String> {
+        let fields = self.fields()?;
+        let stride = fields
+            .iter()
+            .try_fold(0_usize, |sum, field| sum.checked_add(field.scalar.size().checked_mul(field.count)?))
+            .ok_or("points of more bytes than can be addressed")?;
+        let (width, height) = self.organization()?;
+        Ok(PcdHeader {
+            fields,
+            width,
+            height,
+            viewpoint: self.viewpoint.unwrap_or_default(),
+            encoding: self.encoding.ok_or("no DATA line")?,
+            stride,
+            body,
+            body_line,
+        })
+    }
+
+    fn fields(&self) -> Result<Vec<FieldHeader>, String> {
+        let ones = vec![1; self.names.len()];
+        let counts = self.counts.as_ref().unwrap_or(&ones);
+        if [self.sizes.len(), self.kinds.len(), counts.len()].iter().any(|&n| n != self.names.len()) {
+            return Err(format!(
+                "{} FIELDS, but {} of SIZE, {} of TYPE and {} of COUNT",
+                self.names.len(),
+                self.sizes.len(),
+                self.kinds.len(),
+                counts.len()
+            ));
+        }
+        let mut fields: Vec<FieldHeader> = Vec::with_capacity(self.names.len());
+        for (i, &name) in self.names.iter().enumerate() {
+            let scalar = Scalar::new(self.kinds[i], self.sizes[i])?;
+            // Padding may come again and again; any other name is its field's own.
+            if name != "_" && fields.iter().any(|field| field.name == name) {
+                return Err(format!("two fields of the name {}", quoted(name)));
+            }
+            if counts[i] == 0 {
+                return Err(format!("the field {} has no values", quoted(name)));
+            }
+            fields.push(FieldHeader { name: name.to_owned(), scalar, count: counts[i] });
+        }
+        Ok(fields)
+    }
+
+    fn organization(&self) -> Result<(usize, usize), String> {
+        let (width, height) = match (self.width, self.height, self.points) {
+            (Some(width), height, _) => (width, height.unwrap_or(1)),
+            (None, _, Some(points)) => (points, 1),
+            (None, _, None) => return Err("neither WIDTH nor POINTS".to_owned()),
+        };
+        let points = width
+            .checked_mul(height)
+            .ok_or_else(|| format!("{width}x{height} points are more than can be addressed"))?;
+        match self.points {
+            Some(given) if given != points => {
+                Err(format!("POINTS {given} is not WIDTH {width} times HEIGHT {height}"))
+            }
+            _ => Ok((width, height)),
+        }
+    }
+}
+
+fn single(values: &[&str]) -> Result<usize, String> {
+    match values {
+        [value] => whole(value),
+        _ => Err(format!("{} values instead of one", values.len())),
+    }
+}
+
+fn whole(value: &str) -> Result<usize, String> {
+    value.parse().map_err(|_| format!("{} is no number of things", quoted(value)))
+}
+
+/// `tx ty tz qw qx qy qz`.
+fn viewpoint(values: &[&str]) -> Result<Pose, String> {
+    let numbers: Vec<f64> = values.iter().map(|value| number(value)).collect::<Result<_, _>>()?;
+    match numbers.as_slice() {
+        &[tx, ty, tz, qw, qx, qy, qz] => {
+            Pose::new([tx, ty, tz], [qx, qy, qz, qw]).map_err(|error| error.to_string())
+        }
+        _ => Err(format!("a VIEWPOINT of {} numbers instead of 7", numbers.len())),
+    }
+}
+
+fn encoding(values: &[&str]) -> Result<PcdEncoding, String> {
+    match values {
+        ["ascii"] => Ok(PcdEncoding::Ascii),
+        ["binary"] => Ok(PcdEncoding::Binary),
+        ["binary_compressed"] => Ok(PcdEncoding::BinaryCompressed),
+        _ => Err(format!("DATA {} is none of ascii, binary, binary_compressed", quoted(&values.join(" ")))),
+    }
+}
