@@ -15,6 +15,7 @@
 mod detection_file;
 mod error;
 mod image_file;
+mod map_folder;
 mod pcd;
 mod ply;
 mod text_lines;
@@ -26,6 +27,7 @@ mod yolo_folder;
 pub use detection_file::{DetectionFile, encode_detections, write_detections};
 pub use error::Error;
 pub use image_file::{read_color_image, read_depth_png, write_depth_png, write_png};
+pub use map_folder::{MapFolder, MapFolderWriter};
 pub use pcd::{PcdCloud, PcdEncoding, PcdField, PcdValues, decode_pcd, encode_pcd, read_pcd, write_pcd};
 pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap, UncoveredTime};

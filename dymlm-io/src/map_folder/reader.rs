@@ -1,0 +1,129 @@
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+
+use super::manifest::{FileEntry, MANIFEST, Manifest, check_name};
+use super::replace::{recover, resolve};
+use crate::Error;
+
+/// A map folder, opened and verified: every file that its manifest lists is there and is as it was written.
+///
+/// See [`MapFolderWriter`](crate::MapFolderWriter).
+#[derive(Debug, Clone)]
+pub struct MapFolder {
+    folder: PathBuf,
+    manifest: Manifest,
+}
+
+impl MapFolder {
+    /// Opens a map folder and compares sizes and checksums of its files. When a crash left the map aside while it was
+    /// being replaced, it is put back first.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] when a file cannot be read; [`Error::Malformed`] or [`Error::Line`] when the folder has no valid
+    /// manifest; [`Error::MapVersion`]; [`Error::Checksum`] for the first file that is not as it was written.
+    pub fn open(folder: impl AsRef<Path>) -> Result<Self, Error> {
+        let folder = folder.as_ref();
+        if !folder.exists()
+            && folder.parent().is_some_and(|parent| parent.as_os_str().is_empty() || parent.exists())
+        {
+            recover(&resolve(folder)?)?;
+        }
+        let manifest = Manifest::read(folder)?;
+        for file in &manifest.files {
+            verify(&folder.join(&file.name), file)?;
+        }
+        Ok(Self { folder: folder.to_path_buf(), manifest })
+    }
+
+    /// Names of the files, in the order in which they were written.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.manifest.files.iter().map(|file| file.name.as_str())
+    }
+
+    /// Opens a file of the map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] when the map has no file of this name; [`Error::Io`].
+    pub fn reader(&self, name: &str) -> Result<impl BufRead + use<>, Error> {
+        let path = self.path(name)?;
+        let file = fs::File::open(&path).map_err(Error::io(&path))?;
+        Ok(BufReader::with_capacity(1 << 16, file))
+    }
+
+    /// Reads a file of the map.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::reader`].
+    pub fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
+        let path = self.path(name)?;
+        fs::read(&path).map_err(Error::io(&path))
+    }
+
+    /// The path of a file of the map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] when the map has no file of this name.
+    pub fn path(&self, name: &str) -> Result<PathBuf, Error> {
+        let path = check_name(&self.folder, name)?;
+        if self.files().any(|file| file == name) {
+            Ok(path)
+        } else {
+            Err(Error::malformed(&path, "the map has no file of this name"))
+        }
+    }
+
+    /// The config that the map was made with.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] when the manifest holds something else than a `C`.
+    pub fn config<C: DeserializeOwned>(&self) -> Result<C, Error> {
+        self.entry("config", &self.manifest.config)
+    }
+
+    /// The counts that the map's writer gave.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] when the manifest holds something else than an `N`.
+    pub fn counts<N: DeserializeOwned>(&self) -> Result<N, Error> {
+        self.entry("counts", &self.manifest.counts)
+    }
+
+    fn entry<T: DeserializeOwned>(&self, name: &str, value: &serde_json::Value) -> Result<T, Error> {
+        T::deserialize(value)
+            .map_err(|error| Error::malformed(&self.folder.join(MANIFEST), format!("{name}: {error}")))
+    }
+}
+
+fn verify(path: &Path, entry: &FileEntry) -> Result<(), Error> {
+    let mut file = fs::File::open(path).map_err(Error::io(path))?;
+    let actual_bytes = file.metadata().map_err(Error::io(path))?.len();
+    // A file of another size is no longer the one that was written, whatever its checksum.
+    let actual_crc32 =
+        if actual_bytes == entry.bytes { checksum(&mut file).map_err(Error::io(path))? } else { 0 };
+    if (actual_bytes, actual_crc32) == (entry.bytes, entry.crc32) {
+        Ok(())
+    } else {
+        let (path, bytes, crc32) = (path.to_path_buf(), entry.bytes, entry.crc32);
+        Err(Error::Checksum { path, bytes, crc32, actual_bytes, actual_crc32 })
+    }
+}
+
+fn checksum(file: &mut fs::File) -> std::io::Result<u32> {
+    let mut checksum = crc32fast::Hasher::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok(checksum.finalize()),
+            read => checksum.update(buffer.get(..read).unwrap_or_default()),
+        }
+    }
+}
