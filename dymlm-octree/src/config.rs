@@ -1,0 +1,102 @@
+use dymlm_core::{ConfigError, check_range};
+
+/// What rays a scan is turned into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum RayMode {
+    /// One ray for each distinct cell that holds points, to the cell's centre: OctoMap's
+    /// `insertPointCloud(.., discretize = true)`. Much faster on depth frames, where many pixels share a cell.
+    #[default]
+    PerCell,
+    /// One ray for each point, to the point itself: OctoMap's default.
+    PerPoint,
+}
+
+/// Whether leaves carry a colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum ColorMode {
+    /// No colours; files have the id `OcTree`.
+    #[default]
+    Off,
+    /// A colour per leaf; `.ot` files have the id `ColorOcTree`. Colours given with a scan are averaged within each
+    /// cell, and the average is blended half and half with the colour the cell had (`averageNodeColor` in OctoMap).
+    PerLeaf,
+}
+
+/// Settings of an [`Octree`](crate::Octree). The defaults are OctoMap's, with the range limit of an indoor depth
+/// camera.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct OctreeConfig {
+    /// Side of the smallest cell, metres, `1e-4..=1e4`. The map spans 65536 cells along each axis, with the world's
+    /// origin at its centre. Default 0.05, common for rooms.
+    pub resolution: f64,
+    /// Readings beyond this distance from the sensor, metres, free the cells up to it and set nothing occupied;
+    /// any positive value, infinite for no limit. Default 5.0: beyond it a structured-light camera's depth error
+    /// exceeds a cell.
+    pub max_range: f64,
+    /// Probability that a cell is occupied given one hit, `0.5..=0.999999`. Default 0.7 (`OctoMap`).
+    pub p_hit: f64,
+    /// Probability that a cell is occupied given one miss, `1e-6..=0.5`. Default 0.4 (`OctoMap`).
+    pub p_miss: f64,
+    /// Lowest probability a cell can reach, `1e-6..=0.5`. Default 0.1192, log-odds -2 (`OctoMap`).
+    pub p_clamp_min: f64,
+    /// Highest probability a cell can reach, `0.5..=0.999999`. Default 0.971, log-odds 3.5 (`OctoMap`).
+    pub p_clamp_max: f64,
+    /// A cell is occupied from this probability on, `p_clamp_min..=p_clamp_max`. Default 0.5 (`OctoMap`).
+    pub p_occupied: f64,
+    /// What rays a scan is turned into. Default one for each distinct cell.
+    pub rays: RayMode,
+    /// Whether leaves carry a colour. Default off.
+    pub color: ColorMode,
+}
+
+impl Default for OctreeConfig {
+    fn default() -> Self {
+        Self {
+            resolution: 0.05,
+            max_range: 5.0,
+            p_hit: 0.7,
+            p_miss: 0.4,
+            p_clamp_min: 0.1192,
+            p_clamp_max: 0.971,
+            p_occupied: 0.5,
+            rays: RayMode::default(),
+            color: ColorMode::default(),
+        }
+    }
+}
+
+impl OctreeConfig {
+    /// Checks every field against its range.
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("octree.resolution", self.resolution, 1e-4..=1e4)?;
+        check_range("octree.max_range", self.max_range, f64::MIN_POSITIVE..=f64::INFINITY)?;
+        check_range("octree.p_hit", self.p_hit, 0.5..=0.999_999)?;
+        check_range("octree.p_miss", self.p_miss, 1e-6..=0.5)?;
+        check_range("octree.p_clamp_min", self.p_clamp_min, 1e-6..=0.5)?;
+        check_range("octree.p_clamp_max", self.p_clamp_max, 0.5..=0.999_999)?;
+        check_range("octree.p_occupied", self.p_occupied, self.p_clamp_min..=self.p_clamp_max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_the_field_at_fault() {
+        assert!(OctreeConfig::default().validate().is_ok());
+        let config = OctreeConfig { resolution: -0.05, ..OctreeConfig::default() };
+        assert_eq!(config.validate().unwrap_err().field, "octree.resolution");
+        let config = OctreeConfig { max_range: f64::NAN, ..OctreeConfig::default() };
+        assert_eq!(config.validate().unwrap_err().field, "octree.max_range");
+        let config = OctreeConfig { p_occupied: 0.99, ..OctreeConfig::default() };
+        assert_eq!(config.validate().unwrap_err().field, "octree.p_occupied");
+    }
+}

@@ -1,0 +1,67 @@
+use dymlm_core::ConfigError;
+
+/// Why an octree refused something. A refused call changes nothing.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A field of a config outside its allowed range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// An image or a colour buffer that does not fit the camera or the points.
+    #[error(transparent)]
+    Core(#[from] dymlm_core::Error),
+    /// A sensor origin that is not finite or outside the 65536 cells an axis of the map.
+    #[error("the origin {origin:?} is not inside the map, which ends at +-{half_extent} m")]
+    Origin {
+        /// Given origin, metres.
+        origin: [f64; 3],
+        /// Distance from the world's origin to the border of the map, metres.
+        half_extent: f64,
+    },
+    /// Two maps that cannot be merged.
+    #[error("a map of {other} m cells cannot be merged into one of {resolution} m cells")]
+    Resolution {
+        /// Cell size of the map merged into, metres.
+        resolution: f64,
+        /// Cell size of the other map, metres.
+        other: f64,
+    },
+    /// A direction or an interval of heights that describes no projection.
+    #[error("no projection along up = {up:?} between the heights {min_height} and {max_height} m")]
+    Projection {
+        /// Given direction.
+        up: [f64; 3],
+        /// Given lower height, metres.
+        min_height: f64,
+        /// Given upper height, metres.
+        max_height: f64,
+    },
+    /// A projection with more cells than [`OccupancyGrid::MAX_CELLS`](crate::OccupancyGrid::MAX_CELLS).
+    #[error("a grid of {width} x {height} cells is larger than 2^28 cells")]
+    GridSize {
+        /// Cells along x.
+        width: u64,
+        /// Cells along y.
+        height: u64,
+    },
+    /// A file that is no octree file, or one that is damaged.
+    #[error("no valid octree file: {0}")]
+    Malformed(String),
+    /// A file of a kind of octree that is not supported.
+    #[error("octrees with the id {0:?} are not supported, only OcTree and ColorOcTree")]
+    UnsupportedTree(String),
+    /// Reading or writing failed.
+    #[error("{path}{source}")]
+    Io {
+        /// The file's path followed by ": ", or nothing when a stream was read.
+        path: String,
+        /// What went wrong.
+        source: std::io::Error,
+    },
+}
+
+impl From<std::io::Error> for Error {
+    fn from(source: std::io::Error) -> Self {
+        Self::Io { path: String::new(), source }
+    }
+}

@@ -1,0 +1,156 @@
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::path::Path;
+
+use super::header::Header;
+use super::{at, read_error};
+use crate::lattice::{DEPTH, Key};
+use crate::sensor_model::SensorModel;
+use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
+use crate::{ColorMode, Error, Octree, OctreeConfig};
+
+const FIRST_LINE: &str = "# Octomap OcTree binary file";
+
+/// What a node's two bits say of a child.
+const FREE: u16 = 0b01;
+const OCCUPIED: u16 = 0b10;
+const INNER: u16 = 0b11;
+
+/// The compact format, `.bt`: only free or occupied, two bits a node.
+impl Octree {
+    /// Writes the maximum-likelihood map (see [`Self::to_max_likelihood`]), as OctoMap's `writeBinary` does; this map
+    /// stays as it is. Write to a buffered writer.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`].
+    pub fn write_bt(&self, mut writer: impl Write) -> Result<(), Error> {
+        let mut map = Self::from_parts(self.config().clone(), self.tree.clone());
+        map.to_max_likelihood();
+        let mut nodes = map.counts().nodes as u64;
+        if nodes == 1 {
+            // The root itself has no bits: a map that is one leaf is written as its eight children.
+            nodes = 9;
+        }
+        let header = Header { id: "OcTree".to_owned(), size: nodes, resolution: map.resolution() };
+        header.write(&mut writer, FIRST_LINE)?;
+        if !map.is_empty() {
+            write_children(&map.tree, Subtree::ROOT, &map.model, &mut writer)?;
+        }
+        writer.flush()?;
+        Ok(())
+    }
+
+    /// Reads a map. Free and occupied leaves get the clamping bounds of `config`; the cell size comes from the file,
+    /// and there are no colours. The reader is left at the first byte after the tree.
+    ///
+    /// Memory grows with what has been read, whatever the header promises.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for anything that is not the tree the header promises, [`Error::UnsupportedTree`],
+    /// [`Error::Config`], [`Error::Io`].
+    ///
+    /// ```
+    /// # use dymlm_octree::{Octree, OctreeConfig};
+    /// # let mut map = Octree::new(OctreeConfig::default())?;
+    /// map.insert_scan([0.0; 3], &[[1.0, 0.0, 0.0]])?;
+    /// let mut file = Vec::new();
+    /// map.write_bt(&mut file)?;
+    /// let again = Octree::read_bt(file.as_slice(), OctreeConfig::default())?;
+    /// assert_eq!(again.state([1.0, 0.0, 0.0]), map.state([1.0, 0.0, 0.0]));
+    /// # Ok::<(), dymlm_octree::Error>(())
+    /// ```
+    pub fn read_bt(mut reader: impl BufRead, mut config: OctreeConfig) -> Result<Self, Error> {
+        let header = Header::read(&mut reader, FIRST_LINE)?;
+        config.resolution = header.resolution;
+        config.color = ColorMode::Off;
+        config.validate()?;
+        let mut tree = Tree::new(false);
+        if header.size > 0 {
+            let nodes = read_nodes(&mut reader, &SensorModel::new(&config), &mut tree)?;
+            if nodes != header.size {
+                let promised = header.size;
+                return Err(Error::Malformed(format!("{nodes} nodes, but its header says {promised}")));
+            }
+        }
+        tree.settle_all();
+        Ok(Self::from_parts(config, tree))
+    }
+
+    /// [`Self::write_bt`] to a new file.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`], naming the file.
+    pub fn save_bt(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref();
+        let file = File::create(path).map_err(|source| at(path)(source.into()))?;
+        self.write_bt(BufWriter::new(file)).map_err(at(path))
+    }
+
+    /// [`Self::read_bt`] from a file.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read_bt`], naming the file.
+    pub fn load_bt(path: impl AsRef<Path>, config: OctreeConfig) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let file = File::open(path).map_err(|source| at(path)(source.into()))?;
+        Self::read_bt(BufReader::new(file), config).map_err(at(path))
+    }
+}
+
+/// Two bits for each child, children 0 to 3 in the first byte, then those children that are no leaves. At most 16
+/// calls deep.
+fn write_children(
+    tree: &Tree,
+    subtree: Subtree,
+    model: &SensorModel,
+    writer: &mut impl Write,
+) -> Result<(), Error> {
+    let children: [Subtree; 8] = std::array::from_fn(|i| tree.child(subtree, i as u8));
+    let bits = children.iter().rev().fold(0, |bits, &child| {
+        bits << 2
+            | match tree.kind(child) {
+                Kind::Absent => 0,
+                Kind::Leaf(log_odds) if model.is_occupied(log_odds) => OCCUPIED,
+                Kind::Leaf(_) => FREE,
+                Kind::Inner => INNER,
+            }
+    });
+    writer.write_all(&bits.to_le_bytes())?;
+    children
+        .iter()
+        .filter(|&&child| tree.kind(child) == Kind::Inner)
+        .try_for_each(|&child| write_children(tree, child, model, writer))
+}
+
+/// Reads a whole tree into leaves, and counts its nodes.
+fn read_nodes(reader: &mut impl BufRead, model: &SensorModel, tree: &mut Tree) -> Result<u64, Error> {
+    let mut nodes = 1;
+    // Inner nodes to come, the next one last: depth and lower corner. At most 7 a level and one.
+    let mut stack: Vec<(u8, Key)> = vec![(0, [0; 3])];
+    while let Some((depth, corner)) = stack.pop() {
+        let mut bytes = [0; 2];
+        reader.read_exact(&mut bytes).map_err(read_error)?;
+        let bits = u16::from_le_bytes(bytes);
+        if bits == 0 {
+            return Err(Error::Malformed(format!("an inner node without children at depth {depth}")));
+        }
+        for i in (0..8).rev() {
+            let corner = child_corner(corner, depth, i);
+            match bits >> (2 * i) & 0b11 {
+                FREE => tree.fill(corner, depth + 1, model.min, NO_COLOR),
+                OCCUPIED => tree.fill(corner, depth + 1, model.max, NO_COLOR),
+                INNER if depth + 1 == DEPTH => {
+                    return Err(Error::Malformed(format!("a node with children below depth {DEPTH}")));
+                }
+                INNER => stack.push((depth + 1, corner)),
+                _ => continue,
+            }
+            nodes += 1;
+        }
+    }
+    Ok(nodes)
+}

@@ -1,0 +1,157 @@
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::path::Path;
+
+use dymlm_core::Rgb;
+
+use super::header::Header;
+use super::{at, read_error};
+use crate::lattice::{DEPTH, Key};
+use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
+use crate::{ColorMode, Error, Octree, OctreeConfig};
+
+const FIRST_LINE: &str = "# Octomap OcTree file";
+
+/// The full format, `.ot`: every node with its log-odds and, in a `ColorOcTree`, its colour.
+impl Octree {
+    /// Writes the map with all its log-odds, as OctoMap's `write` does. Write to a buffered writer.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`].
+    pub fn write_ot(&self, mut writer: impl Write) -> Result<(), Error> {
+        let id = if self.tree.has_colors() { "ColorOcTree" } else { "OcTree" };
+        let header =
+            Header { id: id.to_owned(), size: self.counts().nodes as u64, resolution: self.resolution() };
+        header.write(&mut writer, FIRST_LINE)?;
+        write_node(&self.tree, Subtree::ROOT, &mut writer)?;
+        writer.flush()?;
+        Ok(())
+    }
+
+    /// Reads a map. Cell size and colour mode come from the file, all else from `config`. The reader is left at the
+    /// first byte after the tree. A tree that was written unpruned is pruned.
+    ///
+    /// Memory grows with what has been read, whatever the header promises.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for anything that is not the tree the header promises, [`Error::UnsupportedTree`],
+    /// [`Error::Config`], [`Error::Io`].
+    ///
+    /// ```
+    /// # use dymlm_octree::{Octree, OctreeConfig};
+    /// # let mut map = Octree::new(OctreeConfig::default())?;
+    /// map.insert_scan([0.0; 3], &[[1.0, 0.0, 0.0]])?;
+    /// let mut file = Vec::new();
+    /// map.write_ot(&mut file)?;
+    /// let again = Octree::read_ot(file.as_slice(), OctreeConfig::default())?;
+    /// assert!(again.leaves().eq(map.leaves()));
+    /// # Ok::<(), dymlm_octree::Error>(())
+    /// ```
+    pub fn read_ot(mut reader: impl BufRead, mut config: OctreeConfig) -> Result<Self, Error> {
+        let header = Header::read(&mut reader, FIRST_LINE)?;
+        let colored = header.id == "ColorOcTree";
+        config.resolution = header.resolution;
+        config.color = if colored { ColorMode::PerLeaf } else { ColorMode::Off };
+        config.validate()?;
+        let mut tree = Tree::new(colored);
+        if header.size > 0 {
+            let nodes = read_nodes(&mut reader, colored, &mut tree)?;
+            if nodes != header.size {
+                let promised = header.size;
+                return Err(Error::Malformed(format!("{nodes} nodes, but its header says {promised}")));
+            }
+        }
+        tree.settle_all();
+        Ok(Self::from_parts(config, tree))
+    }
+
+    /// [`Self::write_ot`] to a new file.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`], naming the file.
+    pub fn save_ot(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref();
+        let file = File::create(path).map_err(|source| at(path)(source.into()))?;
+        self.write_ot(BufWriter::new(file)).map_err(at(path))
+    }
+
+    /// [`Self::read_ot`] from a file.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read_ot`], naming the file.
+    pub fn load_ot(path: impl AsRef<Path>, config: OctreeConfig) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let file = File::open(path).map_err(|source| at(path)(source.into()))?;
+        Self::read_ot(BufReader::new(file), config).map_err(at(path))
+    }
+}
+
+/// A node: log-odds (f32), colour (three bytes, only in a `ColorOcTree`), one bit for each child that exists, then the
+/// children. At most 16 calls deep.
+fn write_node(tree: &Tree, subtree: Subtree, writer: &mut impl Write) -> Result<(), Error> {
+    let kind = tree.kind(subtree);
+    let log_odds = match kind {
+        Kind::Absent => return Ok(()),
+        Kind::Leaf(log_odds) => log_odds,
+        Kind::Inner => tree.max_log_odds(subtree).unwrap_or(0.0),
+    };
+    writer.write_all(&log_odds.to_le_bytes())?;
+    if tree.has_colors() {
+        writer.write_all(&tree.color(subtree))?;
+    }
+    if kind != Kind::Inner {
+        writer.write_all(&[0])?;
+        return Ok(());
+    }
+    let children: [Subtree; 8] = std::array::from_fn(|i| tree.child(subtree, i as u8));
+    let exists = |i: usize| u8::from(tree.kind(children[i]) != Kind::Absent) << i;
+    writer.write_all(&[(0..8).map(exists).sum()])?;
+    children.iter().try_for_each(|&child| write_node(tree, child, writer))
+}
+
+/// One node as the file has it.
+struct Node {
+    log_odds: f32,
+    color: Rgb,
+    children: u8,
+}
+
+/// Reads a whole tree into leaves, and counts its nodes.
+fn read_nodes(reader: &mut impl BufRead, colored: bool, tree: &mut Tree) -> Result<u64, Error> {
+    let mut nodes = 0;
+    // Nodes to come, the next one last: depth and lower corner. At most 7 a level and one.
+    let mut stack: Vec<(u8, Key)> = vec![(0, [0; 3])];
+    while let Some((depth, corner)) = stack.pop() {
+        let node = read_node(reader, colored)?;
+        nodes += 1;
+        if node.children == 0 {
+            if !node.log_odds.is_finite() {
+                let log_odds = node.log_odds;
+                return Err(Error::Malformed(format!("the log-odds of its node {nodes} are {log_odds}")));
+            }
+            tree.fill(corner, depth, node.log_odds, node.color);
+            continue;
+        }
+        if depth == DEPTH {
+            return Err(Error::Malformed(format!("its node {nodes} has children below depth {DEPTH}")));
+        }
+        for i in (0..8).rev().filter(|i| node.children >> i & 1 != 0) {
+            stack.push((depth + 1, child_corner(corner, depth, i)));
+        }
+    }
+    Ok(nodes)
+}
+
+fn read_node(reader: &mut impl BufRead, colored: bool) -> Result<Node, Error> {
+    let mut bytes = [0; 8];
+    let bytes = &mut bytes[..if colored { 8 } else { 5 }];
+    reader.read_exact(bytes).map_err(read_error)?;
+    let log_odds = f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    let (color, children) =
+        if colored { ([bytes[4], bytes[5], bytes[6]], bytes[7]) } else { (NO_COLOR, bytes[4]) };
+    Ok(Node { log_odds, color, children })
+}

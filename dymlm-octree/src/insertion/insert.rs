@@ -1,0 +1,312 @@
+use dymlm_core::{ColorImage, DepthImage, Mask, PinholeCamera, Point, Pose, Rgb};
+
+use super::ScanScratch;
+use super::marks::Marks;
+use super::ray::RayOrigin;
+use super::sparse_marks::pack;
+use crate::lattice::{Key, Lattice};
+use crate::{ColorMode, Error, Octree, RayMode};
+
+/// What became of a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct InsertReport {
+    /// Readings given: points, or pixels with a depth and in the mask.
+    pub readings: usize,
+    /// Readings skipped because a coordinate is NaN or infinite.
+    pub not_finite: usize,
+    /// Readings skipped because they lie outside the 65536 cells an axis of the map.
+    pub outside: usize,
+    /// Rays followed.
+    pub rays: usize,
+    /// Of these, rays cut at the maximum range; they hit nothing.
+    pub cut_rays: usize,
+    /// Cells hit, each counted once.
+    pub hit_cells: usize,
+    /// Cells passed and not hit, each counted once.
+    pub missed_cells: usize,
+}
+
+/// Inserting scans.
+impl Octree {
+    /// Inserts a scan: the cell of every reading within the range is hit once, every cell that a ray from the origin
+    /// to a reading passes before its end is missed once, and hits win over misses. Readings beyond the range miss
+    /// the cells up to it.
+    ///
+    /// `origin` (the sensor) and `points` are in the world, metres. The leaves afterwards are those of OctoMap's
+    /// `insertPointCloud(points, origin, max_range, lazy_eval = false, discretize)`, bit by bit, with `discretize`
+    /// true for [`RayMode::PerCell`] and false for [`RayMode::PerPoint`]. Points that are not finite or outside the
+    /// map are skipped and counted (`OctoMap` wraps them round to the other side).
+    ///
+    /// Costs O(points + cells passed by rays) and allocates nothing once its buffers have grown.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Origin`].
+    ///
+    /// ```
+    /// use dymlm_octree::{CellState, Octree, OctreeConfig};
+    ///
+    /// let mut map = Octree::new(OctreeConfig::default())?;
+    /// let report = map.insert_scan([0.0, 0.0, 0.0], &[[2.0, 0.0, 0.0], [f32::NAN; 3]])?;
+    /// assert_eq!((report.hit_cells, report.not_finite), (1, 1));
+    /// assert_eq!(map.state([2.0, 0.0, 0.0]), CellState::Occupied);
+    /// assert_eq!(map.state([1.0, 0.0, 0.0]), CellState::Free);
+    /// assert_eq!(map.state([3.0, 0.0, 0.0]), CellState::Unknown);
+    /// # Ok::<(), dymlm_octree::Error>(())
+    /// ```
+    pub fn insert_scan(&mut self, origin: [f64; 3], points: &[Point]) -> Result<InsertReport, Error> {
+        let origin = self.ray_origin(origin)?;
+        Ok(self.insert_readings(&origin, points, None))
+    }
+
+    /// [`Self::insert_scan`] with a colour for each point. Without [`ColorMode::PerLeaf`] the colours are ignored.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Origin`]; [`Error::Core`] when points and colours differ in number.
+    pub fn insert_scan_colored(
+        &mut self,
+        origin: [f64; 3],
+        points: &[Point],
+        colors: &[Rgb],
+    ) -> Result<InsertReport, Error> {
+        let origin = self.ray_origin(origin)?;
+        if points.len() != colors.len() {
+            return Err(dymlm_core::Error::ColorCount { points: points.len(), colors: colors.len() }.into());
+        }
+        Ok(self.insert_readings(&origin, points, Some(colors)))
+    }
+
+    /// Inserts a depth frame: exactly [`Self::insert_scan`] of its back-projected readings.
+    ///
+    /// A reading is a pixel with a depth that is `true` in `static_mask` (all are without one); any other pixel says
+    /// nothing, neither of its surface nor of the space before it. Back-projection is in single precision, within
+    /// 1e-5 m of exact in a room.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Core`] when an image is of another size than the camera; [`Error::Origin`].
+    pub fn insert_depth(
+        &mut self,
+        camera: &PinholeCamera,
+        depth: &DepthImage,
+        static_mask: Option<&Mask>,
+        color: Option<&ColorImage>,
+        world_from_camera: &Pose,
+    ) -> Result<InsertReport, Error> {
+        if let Some(mask) = static_mask {
+            check_size("the static mask", camera, mask.width(), mask.height())?;
+        }
+        if let Some(color) = color {
+            check_size("the colour image", camera, color.width(), color.height())?;
+        }
+        let origin = self.ray_origin(world_from_camera.translation())?;
+        let color = color.filter(|_| self.config().color == ColorMode::PerLeaf);
+
+        self.scratch.camera_points.back_project(camera, depth)?;
+        let mut points = std::mem::take(&mut self.scratch.points);
+        let mut colors = std::mem::take(&mut self.scratch.point_colors);
+        points.clear();
+        colors.clear();
+        static_points(self.scratch.camera_points.points(), static_mask, world_from_camera, &mut points);
+        if let Some(image) = color {
+            let readings = depth.data().iter().zip(image.data()).enumerate();
+            let is_static = |i: usize| static_mask.is_none_or(|mask| mask.data()[i]);
+            colors.extend(
+                readings.filter(|&(i, (&z, _))| z > 0.0 && is_static(i)).map(|(_, (_, color))| *color),
+            );
+        }
+        let report = self.insert_readings(&origin, &points, color.map(|_| colors.as_slice()));
+        self.scratch.points = points;
+        self.scratch.point_colors = colors;
+        Ok(report)
+    }
+
+    fn ray_origin(&self, origin: [f64; 3]) -> Result<RayOrigin, Error> {
+        // OctoMap's coordinates are single precision.
+        let point = origin.map(|coordinate| coordinate as f32);
+        match self.lattice.key_f32(point) {
+            Some(key) => Ok(RayOrigin::new(point, key, &self.lattice)),
+            None => Err(Error::Origin { origin, half_extent: self.lattice.half_extent() }),
+        }
+    }
+
+    /// The steps of an insertion: cells of the readings, marks along their rays, update of the marked cells.
+    fn insert_readings(
+        &mut self,
+        origin: &RayOrigin,
+        points: &[Point],
+        colors: Option<&[Rgb]>,
+    ) -> InsertReport {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let mut report = InsertReport { readings: points.len(), ..InsertReport::default() };
+        let (rays, lattice) = (self.config().rays, self.lattice);
+
+        let bounds = find_cells(points, origin, &lattice, rays, &mut scratch, &mut report);
+        if let (Some(colors), ColorMode::PerLeaf) = (colors, self.config().color) {
+            self.sum_colors(points, colors, origin, &mut scratch);
+        }
+        let (min, max) = bounds.within_reach(origin.key, self.config().max_range / lattice.resolution);
+        let mut window = std::mem::take(&mut scratch.window);
+        let mut sparse = std::mem::take(&mut scratch.sparse);
+        if window.lay(min, max) {
+            self.mark_rays(origin, &mut scratch, &mut window, &mut report);
+            self.apply_marks(&mut window, &mut report);
+        } else {
+            self.mark_rays(origin, &mut scratch, &mut sparse, &mut report);
+            self.apply_marks(&mut sparse, &mut report);
+        }
+        (scratch.window, scratch.sparse) = (window, sparse);
+        scratch.colors.drain(|key, color| self.tree.blend_color(key, color));
+        self.scratch = scratch;
+        report
+    }
+
+    /// Marks the hits, and the cells that their rays pass.
+    fn mark_rays<M: Marks>(
+        &self,
+        origin: &RayOrigin,
+        scratch: &mut ScanScratch,
+        marks: &mut M,
+        report: &mut InsertReport,
+    ) {
+        let per_cell = self.config().rays == RayMode::PerCell;
+        let range = self.config().max_range;
+        for (i, &key) in scratch.keys.iter().enumerate() {
+            let end = if per_cell { self.lattice.center_f32(key) } else { scratch.ends[i] };
+            if origin.distance(end) <= range {
+                if marks.hit(key) {
+                    report.hit_cells += 1;
+                } else if per_cell {
+                    continue;
+                }
+                origin.pass_to(end, key, marks);
+                report.rays += 1;
+            } else {
+                if per_cell && !scratch.far.insert(pack(key)) {
+                    continue;
+                }
+                let end = origin.cut(end, range);
+                if let Some(key) = self.lattice.key_f32(end) {
+                    origin.pass_to(end, key, marks);
+                    report.rays += 1;
+                    report.cut_rays += 1;
+                }
+            }
+        }
+        scratch.far.clear();
+    }
+
+    fn apply_marks<M: Marks>(&mut self, marks: &mut M, report: &mut InsertReport) {
+        marks.drain(|corner, misses, hits| {
+            report.missed_cells += misses.iter().map(|word| word.count_ones() as usize).sum::<usize>();
+            self.tree.observe(corner, misses, hits, &self.model);
+        });
+        self.tree.settle();
+    }
+
+    fn sum_colors(&self, points: &[Point], colors: &[Rgb], origin: &RayOrigin, scratch: &mut ScanScratch) {
+        for (&point, &color) in points.iter().zip(colors) {
+            let Some(key) = self.lattice.key_f32(point) else { continue };
+            let end = match self.config().rays {
+                RayMode::PerCell => self.lattice.center_f32(key),
+                RayMode::PerPoint => point,
+            };
+            if origin.distance(end) <= self.config().max_range {
+                scratch.colors.add(key, color);
+            }
+        }
+    }
+}
+
+/// A box of cells, from and to including.
+struct Bounds {
+    min: Key,
+    max: Key,
+}
+
+impl Bounds {
+    /// The part that rays can reach, `reach` cells far.
+    fn within_reach(&self, origin: Key, reach: f64) -> ([i32; 3], [i32; 3]) {
+        let reach = reach.min(65536.0).ceil() as i32 + 2;
+        let origin = origin.map(i32::from);
+        (
+            std::array::from_fn(|axis| i32::from(self.min[axis]).max(origin[axis] - reach)),
+            std::array::from_fn(|axis| i32::from(self.max[axis]).min(origin[axis] + reach)),
+        )
+    }
+}
+
+/// Finds the cell of each reading, and the box around them and the origin.
+fn find_cells(
+    points: &[Point],
+    origin: &RayOrigin,
+    lattice: &Lattice,
+    rays: RayMode,
+    scratch: &mut ScanScratch,
+    report: &mut InsertReport,
+) -> Bounds {
+    scratch.keys.clear();
+    scratch.ends.clear();
+    let mut bounds = Bounds { min: origin.key, max: origin.key };
+    let mut last = None;
+    for &point in points {
+        let Some(key) = lattice.key_f32(point) else {
+            if point.iter().all(|coordinate| coordinate.is_finite()) {
+                report.outside += 1;
+            } else {
+                report.not_finite += 1;
+            }
+            continue;
+        };
+        if rays == RayMode::PerPoint {
+            scratch.ends.push(point);
+        } else if last == Some(key) {
+            // Neighbouring pixels mostly share a cell.
+            continue;
+        }
+        last = Some(key);
+        scratch.keys.push(key);
+        for axis in 0..3 {
+            bounds.min[axis] = bounds.min[axis].min(key[axis]);
+            bounds.max[axis] = bounds.max[axis].max(key[axis]);
+        }
+    }
+    bounds
+}
+
+/// Takes the pixels with a depth that the mask keeps to the world.
+fn static_points(
+    camera_points: &[Point],
+    mask: Option<&Mask>,
+    world_from_camera: &Pose,
+    points: &mut Vec<Point>,
+) {
+    let rotation = world_from_camera.rotation_matrix().map(|row| row.map(|value| value as f32));
+    let translation = world_from_camera.translation().map(|value| value as f32);
+    let to_world = |&[x, y, z]: &Point| -> Point {
+        std::array::from_fn(|i| rotation[i][0] * x + rotation[i][1] * y + rotation[i][2] * z + translation[i])
+    };
+    match mask {
+        Some(mask) => {
+            let kept = camera_points.iter().zip(mask.data()).filter(|(point, keep)| **keep && point[2] > 0.0);
+            points.extend(kept.map(|(point, _)| to_world(point)));
+        }
+        None => points.extend(camera_points.iter().filter(|point| point[2] > 0.0).map(to_world)),
+    }
+}
+
+fn check_size(
+    what: &'static str,
+    camera: &PinholeCamera,
+    actual_width: usize,
+    actual_height: usize,
+) -> Result<(), Error> {
+    let (width, height) = (camera.width(), camera.height());
+    if (width, height) == (actual_width, actual_height) {
+        Ok(())
+    } else {
+        Err(dymlm_core::Error::SizeMismatch { what, width, height, actual_width, actual_height }.into())
+    }
+}

@@ -1,0 +1,45 @@
+use std::collections::HashSet;
+use std::hash::BuildHasherDefault;
+
+use dymlm_core::{OrganizedCloud, Point, Rgb};
+
+use super::cell_colors::CellColors;
+use super::sparse_marks::{IntegerHasher, SparseMarks};
+use super::window_marks::WindowMarks;
+use crate::lattice::Key;
+
+/// Buffers of an insertion, kept so that a frame allocates nothing. Empty between calls.
+#[derive(Debug, Default)]
+pub(crate) struct ScanScratch {
+    /// Cells of the readings; without those equal to the one before when a cell has one ray.
+    pub(crate) keys: Vec<Key>,
+    /// Where the rays end, beside `keys`; only used when every reading has its own ray.
+    pub(crate) ends: Vec<Point>,
+    pub(crate) window: WindowMarks,
+    pub(crate) sparse: SparseMarks,
+    /// Cells beyond the range that already have their ray.
+    pub(crate) far: HashSet<u64, BuildHasherDefault<IntegerHasher>>,
+    pub(crate) colors: CellColors,
+    pub(crate) camera_points: OrganizedCloud,
+    pub(crate) points: Vec<Point>,
+    pub(crate) point_colors: Vec<Rgb>,
+}
+
+impl ScanScratch {
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.window.memory_bytes()
+            + self.sparse.memory_bytes()
+            + self.far.capacity() * 8
+            + self.keys.capacity() * size_of::<Key>()
+            + (self.ends.capacity() + self.points.capacity() + self.camera_points.points().len())
+                * size_of::<Point>()
+            + self.point_colors.capacity() * size_of::<Rgb>()
+    }
+}
+
+impl Clone for ScanScratch {
+    /// A map's copy needs no copy of its buffers.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}

@@ -1,0 +1,127 @@
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use super::marks::Marks;
+use crate::lattice::Key;
+use crate::storage::{Bits, entry_of};
+
+/// A multiplicative hash for keys that are one integer.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct IntegerHasher(u64);
+
+impl Hasher for IntegerHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u64(u64::from(byte));
+        }
+    }
+
+    #[inline]
+    fn write_u64(&mut self, value: u64) {
+        // Fibonacci hashing; the high bits are the good ones, and hash maps use both ends.
+        let product = (self.0 ^ value).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        self.0 = product ^ product >> 32;
+    }
+}
+
+pub(crate) type IntegerMap<V> = HashMap<u64, V, BuildHasherDefault<IntegerHasher>>;
+
+/// A key as one integer.
+#[inline]
+pub(crate) fn pack(key: Key) -> u64 {
+    u64::from(key[0]) | u64::from(key[1]) << 16 | u64::from(key[2]) << 32
+}
+
+/// Marks in a hash map of blocks, for scans too wide for a window: a laser that sees hundreds of metres.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SparseMarks {
+    slots: IntegerMap<u32>,
+    blocks: Vec<MarkedBlock>,
+    /// The block of the last mark: rays stay in one for some steps.
+    last: Option<(Key, u32)>,
+}
+
+#[derive(Debug, Clone)]
+struct MarkedBlock {
+    corner: Key,
+    passed: Bits,
+    hit: Bits,
+}
+
+impl SparseMarks {
+    #[inline]
+    fn block(&mut self, key: Key) -> &mut MarkedBlock {
+        let corner = key.map(|index| index & !7);
+        let slot = match self.last {
+            Some((last, slot)) if last == corner => slot,
+            _ => self.find(corner),
+        };
+        self.last = Some((corner, slot));
+        &mut self.blocks[slot as usize]
+    }
+
+    fn find(&mut self, corner: Key) -> u32 {
+        let next = self.blocks.len() as u32;
+        let slot = *self.slots.entry(pack(corner)).or_insert(next);
+        if slot == next {
+            self.blocks.push(MarkedBlock { corner, passed: [0; 8], hit: [0; 8] });
+        }
+        slot
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.blocks.capacity() * size_of::<MarkedBlock>() + self.slots.capacity() * 16
+    }
+}
+
+impl Marks for SparseMarks {
+    type Cursor = Key;
+
+    #[inline]
+    fn hit(&mut self, key: Key) -> bool {
+        let entry = entry_of(key, 0);
+        let word = &mut self.block(key).hit[entry / 64];
+        let bit = 1 << (entry % 64);
+        let new = *word & bit == 0;
+        *word |= bit;
+        new
+    }
+
+    #[inline]
+    fn cursor(&self, key: Key) -> Key {
+        key
+    }
+
+    #[inline]
+    fn advance(&self, cursor: &mut Key, axis: usize, up: bool) {
+        cursor[axis] = if up { cursor[axis].wrapping_add(1) } else { cursor[axis].wrapping_sub(1) };
+    }
+
+    #[inline]
+    fn same(a: &Key, b: &Key) -> bool {
+        a == b
+    }
+
+    #[inline]
+    fn pass(&mut self, cursor: &Key) {
+        let entry = entry_of(*cursor, 0);
+        self.block(*cursor).passed[entry / 64] |= 1 << (entry % 64);
+    }
+
+    fn drain(&mut self, mut f: impl FnMut(Key, &Bits, &Bits)) {
+        self.blocks.sort_unstable_by_key(|block| pack(block.corner));
+        for block in &mut self.blocks {
+            for (passed, &hit) in block.passed.iter_mut().zip(&block.hit) {
+                *passed &= !hit;
+            }
+            f(block.corner, &block.passed, &block.hit);
+        }
+        self.blocks.clear();
+        self.slots.clear();
+        self.last = None;
+    }
+}

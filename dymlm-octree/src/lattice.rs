@@ -1,0 +1,105 @@
+/// Indices of a cell along x, y, z: `floor(coordinate / resolution) + 32768`, as OctoMap's keys.
+pub(crate) type Key = [u16; 3];
+
+/// Octree levels: a cell is at depth 16, the whole map at depth 0.
+pub(crate) const DEPTH: u8 = 16;
+
+/// The key of the cell whose lower corner is the world's origin.
+const CENTER: i32 = 32768;
+
+/// The grid of smallest cells. Its arithmetic is OctoMap's, operation by operation, so that keys agree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lattice {
+    pub(crate) resolution: f64,
+    /// 1 / resolution.
+    factor: f64,
+}
+
+impl Lattice {
+    pub(crate) fn new(resolution: f64) -> Self {
+        Self { resolution, factor: 1.0 / resolution }
+    }
+
+    /// Distance from the world's origin to the border, metres.
+    pub(crate) fn half_extent(&self) -> f64 {
+        f64::from(CENTER) * self.resolution
+    }
+
+    /// The index of the cell that holds a coordinate; `None` outside the map and for NaN.
+    #[inline]
+    pub(crate) fn index(&self, coordinate: f64) -> Option<u16> {
+        let scaled = self.factor * coordinate;
+        // NaN fails.
+        if !(scaled >= -32768.0 && scaled < 32768.0) {
+            return None;
+        }
+        // floor(): a call into libm on the x86-64 baseline, a truncation and a comparison here.
+        let truncated = scaled as i32;
+        let floor = truncated - i32::from(f64::from(truncated) > scaled);
+        Some((floor + CENTER) as u16)
+    }
+
+    /// The cell that holds a point; `None` outside the map and for NaN.
+    #[inline]
+    pub(crate) fn key(&self, point: [f64; 3]) -> Option<Key> {
+        Some([self.index(point[0])?, self.index(point[1])?, self.index(point[2])?])
+    }
+
+    /// The cell that holds a point given in single precision.
+    #[inline]
+    pub(crate) fn key_f32(&self, point: [f32; 3]) -> Option<Key> {
+        self.key(point.map(f64::from))
+    }
+
+    /// Centre of the cells with an index, metres.
+    #[inline]
+    pub(crate) fn center(&self, index: u16) -> f64 {
+        (f64::from(i32::from(index) - CENTER) + 0.5) * self.resolution
+    }
+
+    /// Centre of a cell in single precision, as OctoMap has it.
+    #[inline]
+    pub(crate) fn center_f32(&self, key: Key) -> [f32; 3] {
+        key.map(|index| self.center(index) as f32)
+    }
+
+    /// Side of a cell of the octree at a depth, metres.
+    pub(crate) fn size(&self, depth: u8) -> f64 {
+        self.resolution * f64::from(1_u32 << (DEPTH - depth))
+    }
+
+    /// Lower corner of the octree cell that begins at a key, metres.
+    pub(crate) fn corner(&self, key: Key) -> [f64; 3] {
+        key.map(|index| f64::from(i32::from(index) - CENTER) * self.resolution)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_are_floors() {
+        let lattice = Lattice::new(0.1);
+        assert_eq!(lattice.index(0.0), Some(32768));
+        assert_eq!(lattice.index(-1e-18), Some(32767));
+        assert_eq!(lattice.index(-0.1), Some(32767));
+        assert_eq!(lattice.index(0.25), Some(32770));
+        assert_eq!(lattice.index(-3276.8), Some(0));
+        assert_eq!(lattice.index(3276.8), None);
+        for outside in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e300, -3276.9] {
+            assert_eq!(lattice.index(outside), None);
+        }
+    }
+
+    #[test]
+    fn centres_lie_in_their_cells() {
+        for resolution in [0.02, 0.05, 0.08, 1.7] {
+            let lattice = Lattice::new(resolution);
+            for index in [0, 1, 7, 32767, 32768, 40000, 65535] {
+                assert_eq!(lattice.index(lattice.center(index)), Some(index));
+                assert_eq!(lattice.index(f64::from(lattice.center(index) as f32)), Some(index));
+            }
+        }
+    }
+}

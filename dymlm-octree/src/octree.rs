@@ -1,0 +1,240 @@
+use dymlm_core::{PointCloud, Rgb};
+
+use crate::insertion::ScanScratch;
+use crate::lattice::{DEPTH, Lattice};
+use crate::sensor_model::{SensorModel, probability};
+use crate::storage::{Kind, NO_COLOR, Subtree, Tree};
+use crate::{CellState, ColorMode, Error, OctreeConfig};
+
+/// A probabilistic occupancy octree with OctoMap's model (Hornung, Wurm, Bennewitz, Stachniss, Burgard: "`OctoMap`: an
+/// efficient probabilistic 3D mapping framework based on octrees", Autonomous Robots 34, 2013).
+///
+/// Space is divided into 65536 cells along each axis around the world's origin, whose log-odds of being occupied are
+/// summed over the scans and clamped. Eight equal neighbours are one leaf, up to the largest cubes that are equal
+/// throughout: the octree has 16 levels and is always pruned.
+///
+/// A cell is found in O(1) (six steps at most), a scan costs O(points + cells passed by its rays).
+///
+/// ```
+/// use dymlm_octree::{CellState, Octree, OctreeConfig};
+///
+/// let mut config = OctreeConfig::default();
+/// config.resolution = 0.1;
+/// let mut map = Octree::new(config)?;
+/// map.insert_scan([0.0, 0.0, 1.0], &[[2.05, 0.05, 1.05], [2.05, 0.15, 1.05]])?;
+///
+/// assert_eq!(map.state([2.05, 0.05, 1.05]), CellState::Occupied);
+/// assert_eq!(map.state([1.05, 0.05, 1.05]), CellState::Free);
+/// assert!((map.probability([2.05, 0.05, 1.05]).unwrap() - 0.7).abs() < 1e-6);
+/// # Ok::<(), dymlm_octree::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Octree {
+    config: OctreeConfig,
+    pub(crate) lattice: Lattice,
+    pub(crate) model: SensorModel,
+    pub(crate) tree: Tree,
+    pub(crate) scratch: ScanScratch,
+}
+
+/// Size of an octree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct OctreeCounts {
+    /// Nodes of the pruned octree, leaves included: what OctoMap calls its size.
+    pub nodes: usize,
+    /// Leaves of the pruned octree.
+    pub leaves: usize,
+    /// Leaves that are occupied.
+    pub occupied_leaves: usize,
+}
+
+/// A box in the world, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Lower corner.
+    pub min: [f64; 3],
+    /// Upper corner.
+    pub max: [f64; 3],
+}
+
+impl Octree {
+    /// An empty map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    pub fn new(config: OctreeConfig) -> Result<Self, Error> {
+        config.validate()?;
+        Ok(Self {
+            lattice: Lattice::new(config.resolution),
+            model: SensorModel::new(&config),
+            tree: Tree::new(config.color == ColorMode::PerLeaf),
+            scratch: ScanScratch::default(),
+            config,
+        })
+    }
+
+    /// The paper's plain conversion: every cell that holds points of a cloud of static points is hit once, so it is
+    /// occupied; nothing is free. With [`ColorMode::PerLeaf`] a leaf has the mean colour of its points.
+    ///
+    /// Points that are not finite or outside the map are skipped.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    ///
+    /// ```
+    /// use dymlm_core::PointCloud;
+    /// use dymlm_octree::{Octree, OctreeConfig};
+    ///
+    /// let cloud = PointCloud::new(vec![[0.01, 0.0, 0.0], [0.02, 0.0, 0.0], [0.3, 0.0, 0.0]]);
+    /// let map = Octree::from_cloud(&cloud, OctreeConfig::default())?;
+    /// assert_eq!(map.counts().occupied_leaves, 2);
+    /// # Ok::<(), dymlm_octree::Error>(())
+    /// ```
+    pub fn from_cloud(cloud: &PointCloud, config: OctreeConfig) -> Result<Self, Error> {
+        let mut map = Self::new(config)?;
+        map.hit_points(cloud);
+        Ok(map)
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &OctreeConfig {
+        &self.config
+    }
+
+    /// Side of the smallest cell, metres.
+    pub fn resolution(&self) -> f64 {
+        self.lattice.resolution
+    }
+
+    /// Whether nothing has been observed.
+    pub fn is_empty(&self) -> bool {
+        self.tree.is_empty()
+    }
+
+    /// Forgets all observations. Memory is kept for what comes.
+    pub fn clear(&mut self) {
+        self.tree.clear();
+    }
+
+    /// What is known of the cell that holds a point, metres; unknown outside the map and for NaN.
+    #[inline]
+    pub fn state(&self, point: [f64; 3]) -> CellState {
+        self.model.state(self.log_odds(point))
+    }
+
+    /// What is known of the octree cell at `depth` (0: the whole map, 16: the smallest cells; more counts as 16) that
+    /// holds a point: occupied when any cell in it is, else free when any cell in it is.
+    pub fn state_at_depth(&self, point: [f64; 3], depth: u8) -> CellState {
+        let max = self.lattice.key(point).and_then(|key| {
+            let subtree = self.tree.subtree_at(key, depth.min(DEPTH));
+            self.tree.max_log_odds(subtree)
+        });
+        self.model.state(max)
+    }
+
+    /// Log-odds that the cell at a point is occupied; `None` where nothing is known.
+    #[inline]
+    pub fn log_odds(&self, point: [f64; 3]) -> Option<f32> {
+        let key = self.lattice.key(point)?;
+        self.tree.log_odds_at(self.tree.place(key), key)
+    }
+
+    /// Probability that the cell at a point is occupied; `None` where nothing is known.
+    pub fn probability(&self, point: [f64; 3]) -> Option<f64> {
+        self.log_odds(point).map(probability)
+    }
+
+    /// The colour of the cell at a point; `None` where nothing is known of it, or without colours.
+    pub fn color(&self, point: [f64; 3]) -> Option<Rgb> {
+        let color = self.tree.cell_color(self.lattice.key(point)?);
+        (color != NO_COLOR).then_some(color)
+    }
+
+    /// Sets the log-odds of the cell at a point, clamped; `None` makes it unknown again. Nothing happens outside the
+    /// map.
+    pub fn set_log_odds(&mut self, point: [f64; 3], log_odds: Option<f32>) {
+        if let Some(key) = self.lattice.key(point) {
+            let log_odds = log_odds.filter(|value| !value.is_nan()).map(|value| self.model.clamped(value));
+            self.tree.change_cell(key, |_| log_odds);
+            self.tree.settle();
+        }
+    }
+
+    /// Counts nodes and leaves. O(blocks).
+    pub fn counts(&self) -> OctreeCounts {
+        let mut counts = OctreeCounts::default();
+        self.count(Subtree::ROOT, &mut counts);
+        counts
+    }
+
+    /// At most 16 calls deep.
+    fn count(&self, subtree: Subtree, counts: &mut OctreeCounts) {
+        match self.tree.kind(subtree) {
+            Kind::Absent => {}
+            Kind::Leaf(log_odds) => {
+                counts.nodes += 1;
+                counts.leaves += 1;
+                counts.occupied_leaves += usize::from(self.model.is_occupied(log_odds));
+            }
+            Kind::Inner => {
+                counts.nodes += 1;
+                for i in 0..8 {
+                    self.count(self.tree.child(subtree, i), counts);
+                }
+            }
+        }
+    }
+
+    /// Bytes of memory held, buffers included.
+    pub fn memory_bytes(&self) -> usize {
+        size_of::<Self>() + self.tree.memory_bytes() + self.scratch.memory_bytes()
+    }
+
+    /// The box around all leaves; `None` for an empty map. O(leaves).
+    pub fn extent(&self) -> Option<Extent> {
+        let mut extent: Option<Extent> = None;
+        for leaf in self.leaves() {
+            let corner = self.lattice.corner(leaf.key);
+            let grown = extent.get_or_insert(Extent { min: corner, max: corner });
+            for axis in 0..3 {
+                grown.min[axis] = grown.min[axis].min(corner[axis]);
+                grown.max[axis] = grown.max[axis].max(corner[axis] + leaf.size);
+            }
+        }
+        extent
+    }
+
+    /// Rounds every leaf to the clamping bound on its side of the occupancy threshold, which makes larger leaves: what
+    /// [`Self::write_bt`] keeps of a map.
+    pub fn to_max_likelihood(&mut self) {
+        let model = self.model;
+        self.tree.map_values(|log_odds| model.most_likely(log_odds));
+    }
+
+    /// Adds another map's observations as independent evidence: log-odds add up, clamped; colours are blended half
+    /// and half.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Resolution`] when the cells differ in size.
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        if self.resolution() != other.resolution() {
+            return Err(Error::Resolution { resolution: self.resolution(), other: other.resolution() });
+        }
+        self.tree.merge(&other.tree, &self.model);
+        Ok(())
+    }
+
+    pub(crate) fn from_parts(config: OctreeConfig, tree: Tree) -> Self {
+        Self {
+            lattice: Lattice::new(config.resolution),
+            model: SensorModel::new(&config),
+            tree,
+            scratch: ScanScratch::default(),
+            config,
+        }
+    }
+}
