@@ -1,1 +1,246 @@
-pub(crate) struct Detector;
+use dymlm_core::{BoundingBox, Detection};
+use rand::{Rng, RngExt};
+use rand_chacha::ChaCha8Rng;
+
+use super::{DetectionRates, DetectorConfig};
+use crate::noise::{NormalTable, Use, normal_quantile, stream};
+use crate::render::{NOTHING, Rendering};
+use crate::scene::{Part, Scene};
+
+/// A 2D detector: from exact masks to boxes.
+///
+/// How sure it is of a thing, which sides of its box it cuts and what it takes it for are smooth random functions of
+/// time, one a thing, so that failures come in bursts; a failure happens where the function is below the normal
+/// quantile of its rate. Jitter and surplus boxes are drawn anew each frame. O(pixels).
+#[derive(Debug, Clone)]
+pub(crate) struct Detector {
+    config: DetectorConfig,
+    seed: u64,
+    normals: NormalTable,
+}
+
+/// The pixels that show a thing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Visible {
+    pixels: usize,
+    x: [usize; 2],
+    y: [usize; 2],
+}
+
+/// The smooth random functions of a thing.
+#[derive(Debug, Clone, Copy)]
+enum Mood {
+    Confidence = 0,
+    Sliver = 1,
+    Label = 2,
+    Left = 3,
+    Top = 4,
+    Right = 5,
+    Bottom = 6,
+}
+
+/// Smallest score that is reported.
+const MIN_SCORE: f64 = 0.25;
+/// Score at the median and near the top of the recorded people's boxes.
+const USUAL_SCORE: f64 = 0.85;
+const BEST_SCORE: f64 = 0.95;
+
+impl Detector {
+    pub(crate) fn new(config: DetectorConfig, seed: u64) -> Self {
+        Self { config, seed, normals: NormalTable::new() }
+    }
+
+    /// The boxes of frame `index`, taken at `time` seconds, best score first.
+    pub(crate) fn detect(
+        &self,
+        exact: &Rendering,
+        parts: &[Part],
+        scene: &Scene,
+        index: usize,
+        time: f64,
+    ) -> Vec<Detection> {
+        let mut found = Vec::new();
+        for (instance, visible) in visible_things(exact, parts, scene.instances.len()).into_iter().enumerate()
+        {
+            let (Some(label), Some(visible)) = (scene.instances[instance].label, visible) else { continue };
+            let mut rng = stream(self.seed, Use::Boxes, index as u64, instance as u64 + 1);
+            let moves = scene.moves(instance);
+            if let Some(score) = self.score(&visible, exact, moves, instance, time) {
+                let label = if moves { label } else { self.label_given(label, instance, time) };
+                let area = self.box_around(&visible, exact, instance, time, &mut rng);
+                found.extend(detection(label, score, area, exact));
+            }
+            if moves && rng.random_range(0.0..1.0) < self.config.surplus_rate {
+                found.extend(surplus(label, &visible, exact, &mut rng));
+            }
+        }
+        let mut rng = stream(self.seed, Use::Boxes, index as u64, 0);
+        if rng.random_range(0.0..1.0) < self.config.invented_rate {
+            found.extend(invented(exact, &mut rng));
+        }
+        found.sort_by(|a, b| b.score().total_cmp(&a.score()));
+        found
+    }
+
+    /// The score of a view, or `None` when it is missed.
+    fn score(
+        &self,
+        visible: &Visible,
+        exact: &Rendering,
+        moves: bool,
+        instance: usize,
+        time: f64,
+    ) -> Option<f64> {
+        let share = visible.pixels as f64 / exact.depth.len() as f64;
+        if share < self.config.min_area {
+            return None;
+        }
+        let sliver = moves && share < self.config.sliver_area;
+        if sliver && self.mood(Mood::Sliver, instance, time) < normal_quantile(self.config.sliver_missed) {
+            return None;
+        }
+        let rates = if moves { &self.config.movers } else { &self.config.objects };
+        score_of(self.mood(Mood::Confidence, instance, time), rates)
+    }
+
+    fn label_given(&self, label: &'static str, instance: usize, time: f64) -> &'static str {
+        let confused = self.mood(Mood::Label, instance, time) < normal_quantile(self.config.confusion_rate);
+        if confused { mistaken_for(label) } else { label }
+    }
+
+    /// The box around a view: sides at the image's border stay there, the others jitter, some are cut short.
+    fn box_around(
+        &self,
+        visible: &Visible,
+        exact: &Rendering,
+        instance: usize,
+        time: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> [f64; 4] {
+        let [x, y] = [visible.x, visible.y].map(|side| side.map(|c| c as f64));
+        let (width, height) = (x[1] - x[0], y[1] - y[0]);
+        let mut side = |mood: Mood, at: f64, border: f64, inwards: f64| {
+            let jitter = f64::from(self.normals.normal(rng.next_u64())) * self.config.box_jitter * inwards;
+            let cut = self.cut(mood, instance, time) * inwards;
+            if at == border && cut == 0.0 { at } else { at + jitter + cut }
+        };
+        [
+            side(Mood::Left, x[0], 0.0, width),
+            side(Mood::Top, y[0], 0.0, height),
+            side(Mood::Right, x[1], exact.width as f64, -width),
+            side(Mood::Bottom, y[1], exact.height as f64, -height),
+        ]
+    }
+
+    /// The part of the extent that is cut off a side, 0 at most times.
+    fn cut(&self, mood: Mood, instance: usize, time: f64) -> f64 {
+        let below = normal_quantile(self.config.cut_rate) - self.mood(mood, instance, time);
+        // A fifth of the full depth at once, all of it one sigma further down.
+        if below > 0.0 { self.config.cut_depth * (0.2 + 0.8 * below).min(1.0) } else { 0.0 }
+    }
+
+    /// A smooth random function of time: at each moment a standard normal variable, decorrelated after two burst times.
+    fn mood(&self, mood: Mood, instance: usize, time: f64) -> f64 {
+        let position = (time / self.config.burst_time).max(0.0);
+        let (knot, fraction) = (position.floor(), position.fract());
+        let at = |knot: f64| {
+            let key = (instance as u64) << 4 | mood as u64;
+            // Knots take the larger field, so that long recordings do not repeat.
+            f64::from(self.normals.normal(stream(self.seed, Use::Confidence, knot as u64, key).next_u64()))
+        };
+        let (before, after) = (1.0 - fraction, fraction);
+        (before * at(knot) + after * at(knot + 1.0)) / before.hypot(after)
+    }
+}
+
+/// Pixels and bounds of all things.
+fn visible_things(exact: &Rendering, parts: &[Part], things: usize) -> Vec<Option<Visible>> {
+    let mut visible: Vec<Option<Visible>> = vec![None; things];
+    for (v, row) in exact.part.chunks(exact.width).enumerate() {
+        let mut u = 0;
+        for run in row.chunk_by(|a, b| a == b) {
+            let columns = [u, u + run.len()];
+            u = columns[1];
+            let Some(&part) = run.first().filter(|&&part| part != NOTHING) else { continue };
+            let Some(part) = parts.get(usize::from(part)) else { continue };
+            let Some(thing) = visible.get_mut(part.instance) else { continue };
+            let seen = thing.get_or_insert(Visible { pixels: 0, x: columns, y: [v, v + 1] });
+            seen.pixels += run.len();
+            seen.x = [seen.x[0].min(columns[0]), seen.x[1].max(columns[1])];
+            seen.y[1] = v + 1;
+        }
+    }
+    visible
+}
+
+/// The score at a confidence (a standard normal variable): piecewise linear through the quantiles that the rates
+/// name, `None` below the first.
+fn score_of(confidence: f64, rates: &DetectionRates) -> Option<f64> {
+    let top = (2.5, BEST_SCORE);
+    let usual = (normal_quantile(0.5), USUAL_SCORE);
+    let knots = [
+        (normal_quantile(rates.missed).max(-3.7), MIN_SCORE),
+        (normal_quantile(rates.below_half).max(-3.7), 0.5),
+        (normal_quantile(rates.below_seven_tenths).max(-3.7), 0.7),
+        if rates.below_seven_tenths < 0.4 { usual } else { top },
+        top,
+    ];
+    if confidence < normal_quantile(rates.missed) {
+        return None;
+    }
+    let mut score = MIN_SCORE;
+    for pair in knots.windows(2) {
+        let ((from, low), (to, high)) = (pair[0], pair[1]);
+        if confidence >= from {
+            let along = if to > from { ((confidence - from) / (to - from)).min(1.0) } else { 1.0 };
+            score = low + along * (high - low);
+        }
+    }
+    Some(score)
+}
+
+/// Another label for a thing, as detectors confuse them.
+fn mistaken_for(label: &'static str) -> &'static str {
+    match label {
+        "tv" => "laptop",
+        "keyboard" => "remote",
+        "mouse" => "cell phone",
+        "book" => "laptop",
+        "bottle" => "vase",
+        "cup" => "bowl",
+        "chair" => "couch",
+        "teddy bear" => "dog",
+        "potted plant" => "vase",
+        other => other,
+    }
+}
+
+/// A second box around a part of a view.
+fn surplus(label: &str, visible: &Visible, exact: &Rendering, rng: &mut ChaCha8Rng) -> Option<Detection> {
+    let [x, y] = [visible.x, visible.y].map(|side| side.map(|c| c as f64));
+    let (width, height) = (x[1] - x[0], y[1] - y[0]);
+    let part = rng.random_range(0.4..0.8);
+    let left = x[0] + width * rng.random_range(0.0..0.3);
+    let top = y[0] + height * rng.random_range(0.0..1.0 - part);
+    let score = rng.random_range(MIN_SCORE..0.6);
+    detection(label, score, [left, top, left + 0.7 * width, top + part * height], exact)
+}
+
+/// A box around nothing.
+fn invented(exact: &Rendering, rng: &mut ChaCha8Rng) -> Option<Detection> {
+    const LABELS: [&str; 5] = ["remote", "cell phone", "sink", "bench", "suitcase"];
+    let label = LABELS[rng.random_range(0..LABELS.len())];
+    let (width, height) = (exact.width as f64, exact.height as f64);
+    let left = width * rng.random_range(0.0..0.8);
+    let top = height * rng.random_range(0.0..0.8);
+    let right = left + width * rng.random_range(0.05..0.3);
+    let bottom = top + height * rng.random_range(0.05..0.3);
+    detection(label, rng.random_range(MIN_SCORE..0.5), [left, top, right, bottom], exact)
+}
+
+/// A detection clipped to the image; `None` when nothing of the box is left.
+fn detection(label: &str, score: f64, sides: [f64; 4], exact: &Rendering) -> Option<Detection> {
+    let [left, top, right, bottom] = sides.map(|side| side as f32);
+    let area = BoundingBox::new(left, top, right, bottom).ok()?.clipped(exact.width, exact.height)?;
+    Detection::new(label, score as f32, area).ok()
+}

@@ -1,1 +1,6 @@
+//! From bodies to images: depth, colour, and what is seen where.
 
+mod renderer;
+mod view;
+
+pub(crate) use renderer::{NOTHING, Rendering, render};

@@ -1,1 +1,238 @@
-pub(crate) struct Sensor;
+use dymlm_core::{PinholeCamera, axial_noise};
+use rand::{Rng, RngExt};
+#[cfg(feature = "parallel")]
+use rayon::prelude::*;
+
+use super::SensorConfig;
+use crate::noise::{NormalTable, Use, stream};
+use crate::render::{NOTHING, Rendering};
+use crate::scene::Part;
+
+/// A structured-light depth camera: from exact depth to readings.
+///
+/// In the order of the light's way: the projector's shadow; readings lost or mixed at depth edges; the jitter of the
+/// place that a pixel looks at; surfaces that send nothing back; axial noise; disparity steps; range. Models: Nguyen,
+/// Izadi, Lovell (3DIMPVT 2012) for axial and lateral noise; Khoshelham, Elberink (Sensors 2012) for quantization;
+/// lateral jitter before axial noise as in Handa et al. (ICRA 2014). O(pixels).
+#[derive(Debug, Clone)]
+pub(crate) struct Sensor {
+    config: SensorConfig,
+    seed: u64,
+    normals: NormalTable,
+}
+
+/// What a pixel looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Surface,
+    /// Within reach of a depth edge.
+    Edge,
+    /// Not lit by the projector.
+    Shadow,
+}
+
+/// A depth step is an edge from 3 cm + 4 % of the depth on, as in plane extraction (Feng 2014).
+fn is_edge(z: f32, other: f32) -> bool {
+    (z - other).abs() > 0.03 + 0.04 * z.min(other)
+}
+
+impl Sensor {
+    pub(crate) fn new(config: SensorConfig, seed: u64) -> Self {
+        Self { config, seed, normals: NormalTable::new() }
+    }
+
+    /// The readings of frame `index`, row by row; 0 = none.
+    pub(crate) fn sense(
+        &self,
+        camera: &PinholeCamera,
+        exact: &Rendering,
+        parts: &[Part],
+        index: usize,
+    ) -> Vec<f32> {
+        let places = self.places(camera, exact);
+        let mut readings = vec![0.0; exact.depth.len()];
+        let sense_row = |(v, row): (usize, &mut [f32])| self.sense_row(row, v, exact, &places, parts, index);
+        #[cfg(feature = "parallel")]
+        readings.par_chunks_mut(exact.width).enumerate().for_each(sense_row);
+        #[cfg(not(feature = "parallel"))]
+        readings.chunks_mut(exact.width).enumerate().for_each(sense_row);
+        readings
+    }
+
+    fn places(&self, camera: &PinholeCamera, exact: &Rendering) -> Vec<Place> {
+        let reach = self.reach(exact.width);
+        let mut places = vec![Place::Surface; exact.depth.len()];
+        if reach > 0 {
+            mark_edges(&mut places, exact, reach);
+        }
+        if self.config.baseline != 0.0 {
+            let disparity_at_1m = (camera.fx() * self.config.baseline) as f32;
+            for (places, depths) in places.chunks_mut(exact.width).zip(exact.depth.chunks(exact.width)) {
+                mark_shadow(places, depths, disparity_at_1m);
+            }
+        }
+        places
+    }
+
+    /// Pixels over which an edge is felt.
+    fn reach(&self, width: usize) -> usize {
+        (self.config.edge_width * width as f64 / 640.0).round() as usize
+    }
+
+    fn sense_row(
+        &self,
+        row: &mut [f32],
+        v: usize,
+        exact: &Rendering,
+        places: &[Place],
+        parts: &[Part],
+        index: usize,
+    ) {
+        let mut rng = stream(self.seed, Use::Sensor, index as u64, v as u64);
+        let lateral = (self.config.lateral_noise * exact.width as f64 / 640.0) as f32;
+        let reach = self.reach(exact.width);
+        for (u, reading) in row.iter_mut().enumerate() {
+            let bits = rng.next_u64();
+            let source_u = jittered(u, lateral * self.normals.normal(bits), exact.width);
+            let source_v = jittered(v, lateral * self.normals.normal(bits >> 12), exact.height);
+            let source = source_v * exact.width + source_u;
+            let z = match places[source] {
+                Place::Shadow => continue,
+                Place::Edge => self.at_edge(exact, [source_u, source_v], reach, &mut rng),
+                Place::Surface => exact.depth[source],
+            };
+            let incidence = exact.incidence[source];
+            if z > 0.0 && self.comes_back(incidence, absorption(parts, exact.part[source]), &mut rng) {
+                let noisy = z + self.axial_noise(z, incidence) * self.normals.normal(bits >> 24);
+                *reading = self.in_range(self.quantized(noisy));
+            }
+        }
+    }
+
+    /// Near an edge a reading is lost, or mixed from the surfaces on its two sides, or right.
+    fn at_edge(&self, exact: &Rendering, [u, v]: [usize; 2], reach: usize, rng: &mut impl Rng) -> f32 {
+        let fate = rng.random_range(0.0..1.0);
+        let z = exact.depth[v * exact.width + u];
+        if fate < self.config.edge_dropout {
+            0.0
+        } else if fate < self.config.edge_dropout + self.config.flying_pixels {
+            let other = neighbours(exact, u, v, reach)
+                .map(|pixel| exact.depth[pixel])
+                .filter(|&other| other > 0.0 && is_edge(z, other))
+                .last()
+                .unwrap_or(z);
+            z + rng.random_range(0.0..1.0_f32) * (other - z)
+        } else {
+            z
+        }
+    }
+
+    /// Whether the surface sends the pattern back.
+    fn comes_back(&self, incidence: f32, absorption: f32, rng: &mut impl Rng) -> bool {
+        let lost = self.config.dropout.max(f64::from(absorption) * self.config.absorption);
+        // Most pixels look at a surface at less than 60 degrees and need no angle.
+        let lost = if incidence > 0.5 && self.config.grazing_start > 1.048 {
+            lost
+        } else {
+            let angle = f64::from(incidence).acos();
+            let ramp = (self.config.grazing_end - self.config.grazing_start).max(1e-9);
+            lost.max(((angle - self.config.grazing_start) / ramp).clamp(0.0, 1.0))
+        };
+        lost <= 0.0 || rng.random_range(0.0..1.0) >= lost
+    }
+
+    /// Standard deviation along the optical axis at depth z (Nguyen 2012, eq. 4).
+    fn axial_noise(&self, z: f32, incidence: f32) -> f32 {
+        let mut sigma = axial_noise(z);
+        if incidence < 0.6 {
+            let angle = incidence.acos();
+            // The fit ends at 80 degrees.
+            let rest = (std::f32::consts::FRAC_PI_2 - angle).max(0.17);
+            sigma += 0.0001 / z.sqrt() * (angle / rest) * (angle / rest);
+        }
+        sigma * self.config.axial_noise as f32
+    }
+
+    /// Depth whose disparity is a whole number of steps.
+    fn quantized(&self, z: f32) -> f32 {
+        if self.config.quantization <= 0.0 || z <= 0.0 {
+            return z;
+        }
+        let steps_at_1m = 1.0 / self.config.quantization as f32;
+        let disparity = (steps_at_1m / z).round();
+        if disparity >= 1.0 { steps_at_1m / disparity } else { 0.0 }
+    }
+
+    fn in_range(&self, z: f32) -> f32 {
+        let range = self.config.min_depth as f32..=self.config.max_depth as f32;
+        if range.contains(&z) { z } else { 0.0 }
+    }
+}
+
+fn jittered(coordinate: usize, offset: f32, count: usize) -> usize {
+    (coordinate as i64 + offset.round() as i64).clamp(0, count as i64 - 1) as usize
+}
+
+fn absorption(parts: &[Part], part: u16) -> f32 {
+    if part == NOTHING {
+        0.0
+    } else {
+        parts.get(usize::from(part)).map_or(0.0, |part| part.material.absorption)
+    }
+}
+
+/// The pixels of the same row and column within `reach`, nearest last.
+fn neighbours(exact: &Rendering, u: usize, v: usize, reach: usize) -> impl Iterator<Item = usize> {
+    let (width, height) = (exact.width, exact.height);
+    (1..=reach).rev().flat_map(move |k| {
+        let left = (u >= k).then(|| v * width + u - k);
+        let right = (u + k < width).then_some(v * width + u + k);
+        let above = (v >= k).then(|| (v - k) * width + u);
+        let below = (v + k < height).then_some((v + k) * width + u);
+        [left, right, above, below].into_iter().flatten()
+    })
+}
+
+/// Marks all pixels within `reach` of a depth step, on both sides, along rows and columns.
+fn mark_edges(places: &mut [Place], exact: &Rendering, reach: usize) {
+    let (width, height) = (exact.width, exact.height);
+    for v in 0..height {
+        for u in 0..width {
+            let pixel = v * width + u;
+            let z = exact.depth[pixel];
+            if u + 1 < width && is_edge(z, exact.depth[pixel + 1]) {
+                let (first, end) = ((u + 1).saturating_sub(reach), (u + 1 + reach).min(width));
+                places[v * width + first..v * width + end].fill(Place::Edge);
+            }
+            if v + 1 < height && is_edge(z, exact.depth[pixel + width]) {
+                for row in (v + 1).saturating_sub(reach)..(v + 1 + reach).min(height) {
+                    places[row * width + u] = Place::Edge;
+                }
+            }
+        }
+    }
+}
+
+/// Marks what the projector, beside the camera on its x axis, does not reach. The projector sees a pixel at u at its
+/// own column u - disparity; going away from the projector's side, a column already passed is hidden behind what
+/// passed it.
+fn mark_shadow(places: &mut [Place], depths: &[f32], disparity_at_1m: f32) {
+    let mut passed = f32::INFINITY;
+    let mut visit = |u: usize, toward: f32| {
+        let z = depths[u];
+        if z <= 0.0 {
+            return;
+        }
+        let column = toward * (u as f32 - disparity_at_1m / z);
+        // Steep surfaces advance by little; rounding must not shadow them.
+        if column > passed + 0.5 {
+            places[u] = Place::Shadow;
+        }
+        passed = passed.min(column);
+    };
+    if disparity_at_1m > 0.0 {
+        (0..depths.len()).rev().for_each(|u| visit(u, 1.0));
+    } else {
+        (0..depths.len()).for_each(|u| visit(u, -1.0));
+    }
+}

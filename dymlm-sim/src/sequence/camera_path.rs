@@ -22,9 +22,9 @@ pub enum CameraPath {
 }
 
 /// Where the camera rests, metres in the scene.
-const STATION: Vec3 = Vec3::new(0.15, -1.75, 1.45);
+const STATION: Vec3 = Vec3::new(0.15, -1.45, 1.45);
 /// What it looks at: just above the desk.
-const TARGET: Vec3 = Vec3::new(-0.1, 1.6, 0.85);
+const TARGET: Vec3 = Vec3::new(-0.05, 1.7, 0.9);
 
 impl CameraPath {
     /// The camera's pose in the scene at `time` seconds.
@@ -48,7 +48,7 @@ impl CameraPath {
             Self::HalfSphere => {
                 let azimuth = 0.75 * wave(13.0, 0.0);
                 let elevation = 0.35 + 0.3 * wave(5.2, 0.1);
-                let centre = Vec3::new(0.0, -0.35, 0.95);
+                let centre = Vec3::new(0.0, -0.25, 0.95);
                 let back = Vec3::new(
                     azimuth.sin() * elevation.cos(),
                     -azimuth.cos() * elevation.cos(),

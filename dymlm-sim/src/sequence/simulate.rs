@@ -1,14 +1,38 @@
-use dymlm_core::{DepthImage, Detection, Error, Frame, Mask, PinholeCamera, Pose};
+use dymlm_core::{ColorImage, DepthImage, Detection, Error, Frame, Mask, PinholeCamera, Pose};
+use parry3d::math::Pose3;
+use rand::RngExt;
 
 use super::SequenceConfig;
+use crate::detector::Detector;
+use crate::noise::{Use, stream};
+use crate::render::{NOTHING, render};
+use crate::scene::{Part, Scene};
+use crate::sensor::Sensor;
 
 /// A synthetic recording: frames by index, each a function of the config and the index alone.
 ///
-/// A frame of 640x480 costs some 50 ms on one core; with the feature `parallel` its rows are shared among cores.
+/// A frame of 640x480 costs about 50 ms on one core; with the feature `parallel` its rows are shared among cores, and
+/// the bits stay the same.
+///
+/// ```
+/// use dymlm_core::PinholeCamera;
+/// use dymlm_sim::{Sequence, SequenceConfig};
+///
+/// let mut config = SequenceConfig::default();
+/// config.camera = Some(PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?);
+/// let sequence = Sequence::walking(&config)?;
+/// let frame = sequence.frame(20).ok_or("a sequence of 150 frames")?;
+/// assert_eq!(frame.frame.timestamp(), 2.0);
+/// assert!(sequence.frame(150).is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Sequence {
     config: SequenceConfig,
     camera: PinholeCamera,
+    scene: Scene,
+    sensor: Sensor,
+    detector: Detector,
 }
 
 /// One frame of a [`Sequence`] and the truth about it.
@@ -28,7 +52,9 @@ pub struct SimulatedFrame {
 }
 
 impl Sequence {
-    /// The office of [`Scene`](crate) with people walking through it.
+    /// An office with people walking through it: a desk with a partition behind, monitors, keyboards and small
+    /// things, swivel chairs, a cabinet, a shelf, a plant; one person walks up and down before the desk, the other
+    /// round the room, at 0.6 to 1 m/s and mostly 1 to 2.5 m from the camera.
     ///
     /// # Errors
     ///
@@ -39,7 +65,15 @@ impl Sequence {
             Some(camera) => camera,
             None => PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?,
         };
-        Ok(Self { config: config.clone(), camera })
+        let mut rng = stream(config.seed, Use::Scene, 0, 0);
+        let choice = std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(0.0..1.0)));
+        Ok(Self {
+            config: config.clone(),
+            camera,
+            scene: Scene::office(config.people, choice),
+            sensor: Sensor::new(config.sensor, config.seed),
+            detector: Detector::new(config.detector, config.seed),
+        })
     }
 
     /// Number of frames.
@@ -62,19 +96,66 @@ impl Sequence {
         &self.camera
     }
 
-    /// Time of frame `index`, seconds.
+    /// Time of frame `index`, seconds from the first.
     pub fn timestamp(&self, index: usize) -> f64 {
         index as f64 / self.config.frame_rate
     }
 
+    /// The exact pose of frame `index`, past the end as well.
+    pub fn world_from_camera(&self, index: usize) -> Pose {
+        self.config.world_from_scene * to_pose(&self.scene_from_camera(index))
+    }
+
     /// Renders frame `index`; `None` past the end.
     pub fn frame(&self, index: usize) -> Option<SimulatedFrame> {
-        let _ = index;
-        None
+        if index >= self.len() {
+            return None;
+        }
+        let time = self.timestamp(index);
+        let parts = self.parts_at(time);
+        let exact = render(&self.camera, &self.scene_from_camera(index), &parts);
+        let readings = self.sensor.sense(&self.camera, &exact, &parts, index);
+        let detections = self.detector.detect(&exact, &parts, &self.scene, index, time);
+
+        let moves: Vec<bool> = parts.iter().map(|part| self.scene.moves(part.instance)).collect();
+        let shows_mover = |part: &u16| *part != NOTHING && moves.get(usize::from(*part)) == Some(&true);
+        let mover_mask = exact.part.iter().map(shows_mover).collect();
+
+        let (width, height) = (exact.width, exact.height);
+        let depth = DepthImage::new(width, height, readings).ok()?;
+        let color = ColorImage::new(width, height, exact.color).ok()?;
+        Some(SimulatedFrame {
+            frame: Frame::new(time, self.camera, depth, Some(color)).ok()?,
+            detections,
+            world_from_camera: self.world_from_camera(index),
+            true_depth: DepthImage::new(width, height, exact.depth).ok()?,
+            mover_mask: Mask::new(width, height, mover_mask).ok()?,
+        })
     }
 
     /// All frames in order.
     pub fn frames(&self) -> impl Iterator<Item = SimulatedFrame> + '_ {
         (0..self.len()).filter_map(|index| self.frame(index))
     }
+
+    pub(crate) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn scene_from_camera(&self, index: usize) -> Pose3 {
+        self.config.path.scene_from_camera(self.timestamp(index))
+    }
+
+    /// All bodies at `time` seconds, those that stay first.
+    fn parts_at(&self, time: f64) -> Vec<Part> {
+        let mut moving = Vec::new();
+        self.scene.moving_parts(time, &mut moving);
+        self.scene.static_parts.iter().cloned().chain(moving).collect()
+    }
+}
+
+/// A pose of the renderer in the common vocabulary. (Its rotations are unit quaternions, so none is refused.)
+fn to_pose(pose: &Pose3) -> Pose {
+    let translation = pose.translation.to_array().map(f64::from);
+    Pose::new(translation, pose.rotation.to_array().map(f64::from)).unwrap_or_default()
 }

@@ -1,0 +1,95 @@
+use dymlm_core::PinholeCamera;
+use parry3d::math::{Mat3, Pose3, Vec3};
+
+use crate::scene::Part;
+
+/// A part as the camera sees it: where in the image its rays can be, and the way into its frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View<'a> {
+    pub(super) part: &'a Part,
+    pub(super) index: u16,
+    /// Takes directions of the camera to the part's frame.
+    pub(super) part_from_camera: Mat3,
+    /// The camera's place in the part's frame.
+    pub(super) eye: Vec3,
+    /// Columns and rows outside of which no ray meets the part, half-open.
+    pub(super) columns: [usize; 2],
+    pub(super) rows: [usize; 2],
+    /// No hit is nearer.
+    pub(super) nearest: f32,
+}
+
+/// Depth of the plane at which bodies are cut off before they are projected, metres.
+const NEAR: f32 = 0.02;
+
+impl<'a> View<'a> {
+    /// `None` when the part cannot be in the image.
+    pub(super) fn new(
+        part: &'a Part,
+        index: u16,
+        camera: &PinholeCamera,
+        camera_from_scene: &Pose3,
+    ) -> Option<Self> {
+        let camera_from_part = *camera_from_scene * part.scene_from_part;
+        let corners = corners(part.shape.half_extents()).map(|corner| camera_from_part * corner);
+        let nearest = corners.iter().map(|corner| corner.z).fold(f32::INFINITY, f32::min);
+        let (columns, rows) = image_bounds(&corners, camera)?;
+        let part_from_camera = camera_from_part.inverse();
+        Some(Self {
+            part,
+            index,
+            part_from_camera: Mat3::from_quat(part_from_camera.rotation),
+            eye: part_from_camera.translation,
+            columns,
+            rows,
+            nearest,
+        })
+    }
+
+    /// Whether rays of a rectangle of the image can meet the part.
+    pub(super) fn overlaps(&self, columns: [usize; 2], rows: [usize; 2]) -> bool {
+        self.columns[0] < columns[1]
+            && columns[0] < self.columns[1]
+            && self.rows[0] < rows[1]
+            && rows[0] < self.rows[1]
+    }
+}
+
+fn corners(half: Vec3) -> [Vec3; 8] {
+    std::array::from_fn(|k| {
+        let side = |bit: usize| if k >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        half * Vec3::new(side(0), side(1), side(2))
+    })
+}
+
+/// Columns and rows that the box with the given corners can cover: the bounds of its part before the camera.
+fn image_bounds(corners: &[Vec3; 8], camera: &PinholeCamera) -> Option<([usize; 2], [usize; 2])> {
+    let mut low = [f32::INFINITY; 2];
+    let mut high = [f32::NEG_INFINITY; 2];
+    let mut include = |point: Vec3| {
+        let u = camera.fx() as f32 * point.x / point.z + camera.cx() as f32;
+        let v = camera.fy() as f32 * point.y / point.z + camera.cy() as f32;
+        low = [low[0].min(u), low[1].min(v)];
+        high = [high[0].max(u), high[1].max(v)];
+    };
+    for (k, &corner) in corners.iter().enumerate() {
+        if corner.z >= NEAR {
+            include(corner);
+        }
+        // Where an edge passes through the near plane, the box is cut.
+        for bit in 0..3 {
+            let other = corners[k ^ (1 << bit)];
+            if corner.z < NEAR && other.z > NEAR {
+                include(corner.lerp(other, (NEAR - corner.z) / (other.z - corner.z)));
+            }
+        }
+    }
+    let span = |low: f32, high: f32, count: usize| {
+        // Half a pixel more on both sides against rounding.
+        let first = (low - 0.5).ceil().max(0.0) as usize;
+        let end = ((high + 0.5).floor().max(-1.0) + 1.0) as usize;
+        let end = end.min(count);
+        (first < end).then_some([first, end])
+    };
+    Some((span(low[0], high[0], camera.width())?, span(low[1], high[1], camera.height())?))
+}

@@ -1,0 +1,96 @@
+use parry3d::math::{Pose3, Rot3, Vec3};
+
+use super::{Instance, Material, Motion, Part, Shape};
+
+/// Puts a scene together thing by thing. A thing's parts are given in a frame of its own: origin on the floor (or
+/// on what it stands on), z up, front towards -y.
+#[derive(Debug, Default)]
+pub(super) struct Builder {
+    pub(super) parts: Vec<Part>,
+    pub(super) instances: Vec<Instance>,
+    scene_from_thing: Pose3,
+}
+
+impl Builder {
+    /// Begins a thing that stays, at `place`, turned by `yaw` radians about z.
+    pub(super) fn thing(&mut self, label: Option<&'static str>, place: [f32; 3], yaw: f32) -> &mut Self {
+        self.instances.push(Instance { label, motion: Motion::Still });
+        self.scene_from_thing = Pose3::from_parts(place.into(), Rot3::from_rotation_z(yaw));
+        self
+    }
+
+    /// A cuboid of full lengths `size` about `center`.
+    pub(super) fn cuboid(&mut self, center: [f32; 3], size: [f32; 3], material: Material) -> &mut Self {
+        let pose = Pose3::from_translation(center.into());
+        self.part(Shape::cuboid(0.5 * Vec3::from(size)), pose, material)
+    }
+
+    /// A cuboid tilted by `pitch` radians about its x axis.
+    pub(super) fn tilted(
+        &mut self,
+        center: [f32; 3],
+        size: [f32; 3],
+        pitch: f32,
+        material: Material,
+    ) -> &mut Self {
+        let pose = Pose3::from_parts(center.into(), Rot3::from_rotation_x(pitch));
+        self.part(Shape::cuboid(0.5 * Vec3::from(size)), pose, material)
+    }
+
+    /// An upright cylinder standing on `foot`.
+    pub(super) fn cylinder(
+        &mut self,
+        foot: [f32; 3],
+        height: f32,
+        radius: f32,
+        material: Material,
+    ) -> &mut Self {
+        let center = Vec3::from(foot) + Vec3::new(0.0, 0.0, 0.5 * height);
+        let upright = Rot3::from_rotation_x(std::f32::consts::FRAC_PI_2);
+        self.part(Shape::cylinder(0.5 * height, radius), Pose3::from_parts(center, upright), material)
+    }
+
+    /// A rod with round ends from `a` to `b`.
+    pub(super) fn rod(&mut self, a: [f32; 3], b: [f32; 3], radius: f32, material: Material) -> &mut Self {
+        let (shape, pose) = capsule_between(a.into(), b.into(), radius);
+        self.part(shape, pose, material)
+    }
+
+    /// An ellipsoid of semi-axes `radii`.
+    pub(super) fn ellipsoid(&mut self, center: [f32; 3], radii: [f32; 3], material: Material) -> &mut Self {
+        self.part(Shape::Ellipsoid(radii.into()), Pose3::from_translation(center.into()), material)
+    }
+
+    /// Any shape at a pose in the thing's frame.
+    pub(super) fn part(&mut self, shape: Shape, thing_from_part: Pose3, material: Material) -> &mut Self {
+        let scene_from_part = self.scene_from_thing * thing_from_part;
+        let instance = self.instances.len().saturating_sub(1);
+        self.parts.push(Part { shape, scene_from_part, material, instance });
+        self
+    }
+}
+
+/// The capsule whose axis runs from `a` to `b`.
+pub(super) fn capsule_between(a: Vec3, b: Vec3, radius: f32) -> (Shape, Pose3) {
+    let axis = b - a;
+    let along = axis.normalize_or(Vec3::Y);
+    let pose = Pose3::from_parts(0.5 * (a + b), Rot3::from_rotation_arc(Vec3::Y, along));
+    (Shape::capsule(0.5 * axis.length(), radius), pose)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_capsule_reaches_from_end_to_end() {
+        for b in [Vec3::new(0.4, -0.2, 0.9), Vec3::new(0.1, -1.0, 0.3), Vec3::new(0.1, 0.2, 0.3)] {
+            let a = Vec3::new(0.1, 0.2, 0.3);
+            let (shape, pose) = capsule_between(a, b, 0.1);
+            for end in [a, b] {
+                let local = pose.inverse_transform_point(end);
+                assert!((shape.surface_distance(local) - 0.1).abs() < 1e-5 && shape.reaches(local, 0.0));
+            }
+        }
+    }
+}

@@ -1,0 +1,123 @@
+use parry3d::math::Vec3;
+
+/// How a surface looks, to the colour camera and to the infrared one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Material {
+    /// The two colours that the pattern mixes, 0..=1 a channel.
+    pub(crate) colors: [[f32; 3]; 2],
+    pub(crate) pattern: Pattern,
+    /// Size of the pattern's features, metres.
+    pub(crate) scale: f32,
+    /// Share of depth readings that the surface swallows: near 1 for black glass.
+    pub(crate) absorption: f32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pattern {
+    /// Blotches and grain: plaster, fabric, skin.
+    Noise,
+    /// Squares: tiles, a chequered shirt.
+    Checker,
+    /// Bands along the first surface axis: books on a shelf, knitwear.
+    Stripes,
+    /// Noise drawn out along the first surface axis.
+    Wood,
+    /// Rows of small marks: text on a screen, keys.
+    Glyphs,
+}
+
+impl Material {
+    pub(crate) const fn new(pattern: Pattern, scale: f32, first: [f32; 3], second: [f32; 3]) -> Self {
+        Self { colors: [first, second], pattern, scale, absorption: 0.0 }
+    }
+
+    /// The same surface swallowing a share of the depth readings.
+    pub(crate) const fn absorbing(mut self, absorption: f32) -> Self {
+        self.absorption = absorption;
+        self
+    }
+
+    /// Colour, 0..=1 a channel, at a point of the surface with the given normal, both in the part's frame. `seed`
+    /// tells equal things apart.
+    #[inline]
+    pub(crate) fn color(&self, point: Vec3, normal: Vec3, seed: u32) -> [f32; 3] {
+        let [s, t] = surface_coordinates(point, normal);
+        let (s, t) = (s / self.scale, t / self.scale);
+        let mix = match self.pattern {
+            Pattern::Noise => 0.7 * noise(s, t, seed) + 0.3 * noise(4.0 * s, 4.0 * t, seed ^ 1),
+            Pattern::Checker => {
+                let odd = (s.floor() as i32 ^ t.floor() as i32) & 1;
+                0.85 * odd as f32 + 0.15 * noise(5.0 * s, 5.0 * t, seed)
+            }
+            Pattern::Stripes => 0.8 * hash(s.floor() as i32, 0, seed) + 0.2 * noise(s, 0.3 * t, seed),
+            Pattern::Wood => 0.8 * noise(0.12 * s, t, seed) + 0.2 * noise(0.5 * s, 6.0 * t, seed ^ 1),
+            Pattern::Glyphs => {
+                let (row, column) = (t.floor(), s.floor());
+                let in_line = t - row < 0.6 && s - column < 0.75;
+                if in_line { hash(column as i32, row as i32, seed) } else { 0.0 }
+            }
+        };
+        let [first, second] = self.colors;
+        std::array::from_fn(|channel| first[channel] + mix * (second[channel] - first[channel]))
+    }
+}
+
+/// Two coordinates along the surface: those of the axes that the normal is least along.
+#[inline]
+fn surface_coordinates(p: Vec3, normal: Vec3) -> [f32; 2] {
+    let n = normal.abs();
+    if n.x >= n.y && n.x >= n.z {
+        [p.y, p.z]
+    } else if n.y >= n.z {
+        [p.x, p.z]
+    } else {
+        [p.x, p.y]
+    }
+}
+
+/// Smooth value noise, 0..=1, with features of size 1 (Perlin's lattice with values instead of gradients).
+#[inline]
+fn noise(s: f32, t: f32, seed: u32) -> f32 {
+    let (s0, t0) = (s.floor(), t.floor());
+    let (fs, ft) = (s - s0, t - t0);
+    let (ws, wt) = (fs * fs * (3.0 - 2.0 * fs), ft * ft * (3.0 - 2.0 * ft));
+    let (i, j) = (s0 as i32, t0 as i32);
+    let lower = hash(i, j, seed) * (1.0 - ws) + hash(i.wrapping_add(1), j, seed) * ws;
+    let upper =
+        hash(i, j.wrapping_add(1), seed) * (1.0 - ws) + hash(i.wrapping_add(1), j.wrapping_add(1), seed) * ws;
+    lower * (1.0 - wt) + upper * wt
+}
+
+/// A value of 0..1 for a lattice point.
+#[inline]
+fn hash(i: i32, j: i32, seed: u32) -> f32 {
+    let mut h = (i as u32).wrapping_mul(0x9e37_79b1)
+        ^ (j as u32).wrapping_mul(0x85eb_ca77)
+        ^ seed.wrapping_mul(0xc2b2_ae3d);
+    h ^= h >> 15;
+    h = h.wrapping_mul(0x2c1b_3c6d);
+    h ^= h >> 13;
+    (h >> 8) as f32 / (1 << 24) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pattern_varies_and_stays_between_its_colours() {
+        for pattern in [Pattern::Noise, Pattern::Checker, Pattern::Stripes, Pattern::Wood, Pattern::Glyphs] {
+            let material = Material::new(pattern, 0.05, [0.2, 0.3, 0.4], [0.8, 0.3, 0.1]);
+            let reds: Vec<f32> = (0..400)
+                .map(|i| {
+                    let point = Vec3::new(-0.5 + 0.013 * (i % 20) as f32, 0.3, 0.017 * (i / 20) as f32);
+                    let [r, g, b] = material.color(point, Vec3::Y, 3);
+                    assert!((0.2..=0.8).contains(&r) && (g - 0.3).abs() < 1e-6 && (0.1..=0.4).contains(&b));
+                    r
+                })
+                .collect();
+            let (low, high) = reds.iter().fold((1.0_f32, 0.0_f32), |(l, h), &r| (l.min(r), h.max(r)));
+            assert!(high - low > 0.2, "{pattern:?} spans {low} to {high}");
+        }
+    }
+}
