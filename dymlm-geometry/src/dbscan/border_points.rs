@@ -2,19 +2,19 @@ use dymlm_core::Point;
 
 use super::NO_CLUSTER;
 use super::grid::Grid;
-use super::neighbor_rows::{NEAREST_FIRST, NeighborRows};
+use super::touching_blocks::RowOffset;
 use crate::parallel::{for_each, task_size};
 
 /// The points that are no core points: border points and noise.
 #[derive(Debug, Default)]
 pub(super) struct BorderPoints {
-    /// In the order of their cells.
+    /// In the order of their blocks.
     points: Vec<BorderPoint>,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct BorderPoint {
-    cell: u32,
+    block: u32,
     /// Index into the cloud.
     point: u32,
     label: u32,
@@ -26,7 +26,7 @@ impl BorderPoints {
         self.points.clear();
         grid.retain(
             |slot| neighbors[slot] >= min_points,
-            |cell, point| self.points.push(BorderPoint { cell: cell as u32, point, label: NO_CLUSTER }),
+            |block, point| self.points.push(BorderPoint { block: block as u32, point, label: NO_CLUSTER }),
         );
     }
 
@@ -34,18 +34,9 @@ impl BorderPoints {
     pub(super) fn label(&mut self, grid: &Grid, label_of_cell: &[u32], squared_eps: f32, points: &[Point]) {
         let share = task_size(self.points.len());
         for_each(self.points.chunks_mut(share), |share| {
-            let Some(first) = share.first() else { return };
-            let mut row = grid.row_of_cell(first.cell as usize);
-            let mut around = NeighborRows::starting_at(grid, row);
-            around.go_to(row);
             for border in share {
-                let cell = border.cell as usize;
-                if !grid.cells_of_row(row).contains(&cell) {
-                    row = grid.row_of_cell(cell);
-                    around.go_to(row);
-                }
                 let point = points[border.point as usize];
-                border.label = first_label(grid, &mut around, label_of_cell, cell, point, squared_eps);
+                border.label = first_label(grid, label_of_cell, border.block as usize, point, squared_eps);
             }
         });
     }
@@ -60,20 +51,16 @@ impl BorderPoints {
 }
 
 /// The least label of the cells with a core point within eps; [`NO_CLUSTER`] is greater than all.
-fn first_label(
-    grid: &Grid,
-    around: &mut NeighborRows<'_>,
-    label_of_cell: &[u32],
-    cell: usize,
-    point: Point,
-    squared_eps: f32,
-) -> u32 {
-    let z = grid.z_of_cell(cell);
+fn first_label(grid: &Grid, label_of_cell: &[u32], block: usize, point: Point, squared_eps: f32) -> u32 {
     let mut first = NO_CLUSTER;
-    for offset in NEAREST_FIRST {
-        for other in around.cells(offset, z, Grid::REACH) {
-            let label = label_of_cell[other];
-            if label < first && grid.run(other..other + 1).any_within(point, squared_eps) {
+    for row in RowOffset::ALL {
+        let cells = grid.cells_of_blocks(grid.touching(block, row));
+        if !grid.run(cells.clone()).any_within(point, squared_eps) {
+            continue;
+        }
+        for cell in cells {
+            let label = label_of_cell[cell];
+            if label < first && grid.run(cell..cell + 1).any_within(point, squared_eps) {
                 first = label;
             }
         }

@@ -1,75 +1,158 @@
-use super::distance::any_pair_within;
+use std::ops::Range;
+
 use super::grid::Grid;
-use super::neighbor_rows::NeighborRows;
+use super::touching_blocks::RowOffset;
 use super::union_find::UnionFind;
 use crate::parallel::{for_each, task_size};
 
-/// Offsets of the rows after a row, those beside it first.
-const ROWS_AFTER: [[i32; 2]; 12] =
-    [[0, 1], [1, 0], [1, -1], [1, 1], [0, 2], [2, 0], [1, -2], [1, 2], [2, -1], [2, 1], [2, -2], [2, 2]];
-const ROWS_BESIDE: usize = 4;
-
-/// Joins all cells that hold a pair of points, one each, within eps. The grid holds core points only.
-///
-/// Adjacent cells come first, and those two apart in a second round: most of them are joined by then, and to find that
-/// out costs far less than to look for a near pair where there is none.
-pub(super) fn join_cells(grid: &Grid, squared_eps: f32, joined: &mut UnionFind) {
-    joined.reset(grid.cell_count());
-    for reach in 1..=Grid::REACH {
-        join_cells_up_to(grid, reach, squared_eps, joined);
-        joined.flatten();
-    }
+/// Joins cells that hold points within eps of each other.
+#[derive(Debug, Default)]
+pub(super) struct ConnectedCells {
+    joined: UnionFind,
+    /// The root that all cells of a block have; [`NO_COMMON_ROOT`] when they differ or there is no point.
+    common_roots: Vec<u32>,
 }
 
-fn join_cells_up_to(grid: &Grid, reach: i32, squared_eps: f32, joined: &UnionFind) {
-    let rows = grid.rows().len();
-    let rows_per_task = task_size(rows);
-    let tasks = (0..rows).step_by(rows_per_task).map(|first| first..(first + rows_per_task).min(rows));
-    for_each(tasks, |rows| {
-        let mut around = NeighborRows::starting_at(grid, rows.start);
-        for row in rows {
-            around.go_to(row);
-            for cell in grid.cells_of_row(row).filter(|&cell| !grid.point_indices(cell).is_empty()) {
-                join_with_cells_after(grid, &mut around, row, cell, reach, squared_eps, joined);
-            }
-        }
-    });
+const NO_COMMON_ROOT: u32 = u32::MAX;
+
+/// Two cells lie this far apart: the greatest difference of their indices. Cells farther apart hold no points within
+/// eps of each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Distance {
+    Adjacent,
+    TwoApart,
 }
 
-fn join_with_cells_after(
-    grid: &Grid,
-    around: &mut NeighborRows<'_>,
-    row: usize,
-    cell: usize,
-    reach: i32,
-    squared_eps: f32,
-    joined: &UnionFind,
-) {
-    let own = grid.run(cell..cell + 1);
-    let z = grid.z_of_cell(cell);
-    let mut root = joined.root(cell);
-    let mut join = |other: usize| {
-        if joined.root(other) != root && any_pair_within(own, grid.run(other..other + 1), squared_eps) {
-            joined.join(cell, other);
-            root = joined.root(cell);
-        }
-    };
-    let (adjacent, farther) = (reach == 1, reach > 1);
-    for other in
-        (cell + 1..grid.cells_of_row(row).end).take_while(|&other| grid.z_of_cell(other) <= z + reach)
-    {
-        if adjacent || grid.z_of_cell(other) > z + 1 {
-            join(other);
-        }
+impl ConnectedCells {
+    /// Joins all cells that hold a pair of points, one each, within eps. The grid holds core points only.
+    ///
+    /// Adjacent cells come first. Most blocks are joined by then, each in itself and with those that touch it, which is
+    /// found out at once; so it is among few blocks that near pairs have to be looked for in cells two apart.
+    pub(super) fn join(&mut self, grid: &Grid, squared_eps: f32) {
+        self.joined.reset(grid.cell_count());
+        self.common_roots.clear();
+        self.common_roots.resize(grid.block_count(), NO_COMMON_ROOT);
+        self.join_at(Distance::Adjacent, grid, squared_eps);
+        self.joined.flatten();
+        self.find_common_roots(grid);
+        self.join_at(Distance::TwoApart, grid, squared_eps);
+        self.joined.flatten();
     }
-    for offset in &ROWS_AFTER[..ROWS_BESIDE] {
-        for other in around.cells(*offset, z, reach) {
-            if adjacent || grid.z_of_cell(other).abs_diff(z) > 1 {
-                join(other);
+
+    /// The first of the cells that a cell is connected to.
+    #[inline]
+    pub(super) fn root(&self, cell: usize) -> usize {
+        self.joined.root(cell)
+    }
+
+    fn find_common_roots(&mut self, grid: &Grid) {
+        for (block, common) in self.common_roots.iter_mut().enumerate() {
+            let cells =
+                grid.cells_of_blocks(block..block + 1).filter(|&cell| !grid.run(cell..cell + 1).is_empty());
+            let mut roots = cells.map(|cell| self.joined.root(cell) as u32);
+            if let Some(first) = roots.next()
+                && roots.all(|root| root == first)
+            {
+                *common = first;
             }
         }
     }
-    for offset in ROWS_AFTER[ROWS_BESIDE..].iter().filter(|_| farther) {
-        around.cells(*offset, z, reach).for_each(&mut join);
+
+    fn join_at(&self, distance: Distance, grid: &Grid, squared_eps: f32) {
+        let blocks = grid.block_count();
+        let share = task_size(blocks);
+        let tasks = (0..blocks).step_by(share).map(|first| first..(first + share).min(blocks));
+        for_each(tasks, |blocks| {
+            for block in blocks {
+                self.join_block(distance, grid, squared_eps, block);
+            }
+        });
     }
+
+    /// Joins the cells of a block with each other and with those of the blocks after it.
+    fn join_block(&self, distance: Distance, grid: &Grid, squared_eps: f32, block: usize) {
+        if grid.run(grid.cells_of_blocks(block..block + 1)).is_empty() {
+            return;
+        }
+        let mut join = |other: usize, offset: [i32; 3]| {
+            let root = self.common_roots[block];
+            if root == NO_COMMON_ROOT || root != self.common_roots[other] {
+                self.join_blocks(distance, grid, squared_eps, [block, other], offset);
+            }
+        };
+        if distance == Distance::Adjacent {
+            join(block, [0; 3]);
+        }
+        let own_row = grid.touching(block, RowOffset::OWN);
+        own_row.filter(|&other| other > block).for_each(|other| join(other, [0, 0, 1]));
+        for row in RowOffset::AFTER {
+            for other in grid.touching(block, row) {
+                join(other, [row.x, row.y, grid.z_of_block(other) - grid.z_of_block(block)]);
+            }
+        }
+    }
+
+    /// Joins the cells of two blocks, of which the second lies at `offset` from the first.
+    fn join_blocks(
+        &self,
+        distance: Distance,
+        grid: &Grid,
+        squared_eps: f32,
+        blocks: [usize; 2],
+        offset: [i32; 3],
+    ) {
+        let [own, others] = blocks.map(|block| grid.cells_of_blocks(block..block + 1));
+        let pairs = &PAIRS[distance as usize][place(offset)];
+        for cell in own {
+            let partners = pairs[usize::from(grid.octant_of_cell(cell))];
+            if partners != 0 {
+                self.join_cell(grid, squared_eps, cell, others.clone(), partners);
+            }
+        }
+    }
+
+    /// Joins a cell with those of a block whose octants are among the partners.
+    #[inline]
+    fn join_cell(&self, grid: &Grid, squared_eps: f32, cell: usize, others: Range<usize>, partners: u8) {
+        let run = grid.run(cell..cell + 1);
+        for other in others.filter(|&other| partners >> grid.octant_of_cell(other) & 1 != 0) {
+            if self.joined.root(cell) != self.joined.root(other)
+                && run.any_pair_within(grid.run(other..other + 1), squared_eps)
+            {
+                self.joined.join(cell, other);
+            }
+        }
+    }
+}
+
+/// For each distance, offset of the other block and octant of a cell: the octants of the other block, a bit each, whose
+/// cells lie at that distance. Of two octants of one block only the later one counts.
+const PAIRS: [[[u8; 8]; 27]; 2] = [pairs_at(1), pairs_at(2)];
+
+const fn pairs_at(distance: i32) -> [[u8; 8]; 27] {
+    let mut pairs = [[0; 8]; 27];
+    let mut index = 0;
+    while index < 27 * 64 {
+        let (place, from, to) = (index / 64, index / 8 % 8, index % 8);
+        let offset = [place as i32 / 9 - 1, place as i32 / 3 % 3 - 1, place as i32 % 3 - 1];
+        let (mut axis, mut greatest) = (0, 0);
+        while axis < 3 {
+            let bit = 2 - axis;
+            let apart = (2 * offset[axis] + (to >> bit & 1) as i32 - (from >> bit & 1) as i32).abs();
+            greatest = if apart > greatest { apart } else { greatest };
+            axis += 1;
+        }
+        let same_block = offset[0] == 0 && offset[1] == 0 && offset[2] == 0;
+        if greatest == distance && !(same_block && to < from) {
+            pairs[place][from] |= 1 << to;
+        }
+        index += 1;
+    }
+    pairs
+}
+
+/// Place of an offset, each coordinate -1, 0 or 1, in [`PAIRS`].
+#[inline]
+fn place([x, y, z]: [i32; 3]) -> usize {
+    ((x + 1) * 9 + (y + 1) * 3 + z + 1) as usize
 }

@@ -1,65 +1,67 @@
 use super::grid::Grid;
-use super::neighbor_rows::{NEAREST_FIRST, NeighborRows};
+use super::touching_blocks::RowOffset;
 use crate::parallel::{for_each, task_size};
 
-/// Counts the neighbours of each slot, itself among them, and stops where `min_points` is reached: a slot holds a core
-/// point when its count reaches `min_points`.
+/// Counts the neighbours of each slot, itself among them, as far as `min_points` at least: a slot holds a core point
+/// when its count reaches `min_points`.
 pub(super) fn count_neighbors(grid: &Grid, squared_eps: f32, min_points: u32, neighbors: &mut Vec<u32>) {
     neighbors.clear();
     neighbors.resize(grid.slot_count(), 0);
-    let rows = grid.rows().len();
-    let rows_per_task = task_size(rows);
     let mut rest = neighbors.as_mut_slice();
-    let tasks = (0..rows).step_by(rows_per_task).map(|first_row| {
-        let end_row = (first_row + rows_per_task).min(rows);
-        let cells = grid.cells_of_row(first_row).start..grid.cells_of_row(end_row - 1).end;
+    let mut split_off = |blocks| {
+        let slots = grid.slots_of_cells(grid.cells_of_blocks(blocks));
         let counts;
-        (counts, rest) = std::mem::take(&mut rest).split_at_mut(grid.slots(cells).len());
-        (first_row..end_row, counts)
+        (counts, rest) = std::mem::take(&mut rest).split_at_mut(slots.len());
+        counts
+    };
+    let blocks_per_task = task_size(grid.block_count());
+    let tasks = (0..grid.block_count()).step_by(blocks_per_task).map(|first| {
+        let blocks = first..(first + blocks_per_task).min(grid.block_count());
+        (blocks.clone(), split_off(blocks))
     });
-    for_each(tasks, |(rows, counts)| {
-        let mut around = NeighborRows::starting_at(grid, rows.start);
+    for_each(tasks, |(blocks, counts)| {
         let mut rest = counts;
-        for row in rows {
-            around.go_to(row);
-            for cell in grid.cells_of_row(row) {
-                let own;
-                (own, rest) = std::mem::take(&mut rest).split_at_mut(grid.point_indices(cell).len());
-                count_in_cell(grid, &mut around, cell, squared_eps, min_points, own);
-            }
+        for block in blocks {
+            let slots = grid.slots_of_cells(grid.cells_of_blocks(block..block + 1));
+            let counts;
+            (counts, rest) = std::mem::take(&mut rest).split_at_mut(slots.len());
+            count_in_block(grid, block, squared_eps, min_points, counts);
         }
     });
 }
 
-fn count_in_cell(
-    grid: &Grid,
-    around: &mut NeighborRows<'_>,
-    cell: usize,
-    squared_eps: f32,
-    min_points: u32,
-    counts: &mut [u32],
-) {
-    if counts.len() >= min_points as usize {
-        counts.fill(min_points);
+fn count_in_block(grid: &Grid, block: usize, squared_eps: f32, min_points: u32, counts: &mut [u32]) {
+    if settle_full_cells(grid, block, min_points, counts) {
         return;
     }
-    let own = grid.run(cell..cell + 1);
-    let z = grid.z_of_cell(cell);
-    for offset in NEAREST_FIRST {
-        let cells = around.cells(offset, z, Grid::REACH);
-        let others = grid.run(cells);
-        if others.len() == 0 {
-            continue;
-        }
-        let mut open = false;
-        for (slot, count) in counts.iter_mut().enumerate() {
+    let own = grid.run(grid.cells_of_blocks(block..block + 1));
+    for row in RowOffset::ALL {
+        let others = grid.run(grid.cells_of_blocks(grid.touching(block, row)));
+        let mut settled = true;
+        for (count, point) in counts.iter_mut().zip(own.points()) {
             if *count < min_points {
-                *count += others.count_within(own.point(slot), squared_eps);
-                open |= *count < min_points;
+                *count += others.count_within(point, squared_eps, min_points - *count);
+                settled &= *count >= min_points;
             }
         }
-        if !open {
+        if settled {
             return;
         }
     }
+}
+
+/// All points of a cell are neighbours. Returns whether no other points are left in the block.
+fn settle_full_cells(grid: &Grid, block: usize, min_points: u32, counts: &mut [u32]) -> bool {
+    let mut settled = true;
+    let mut rest = counts;
+    for cell in grid.cells_of_blocks(block..block + 1) {
+        let counts;
+        (counts, rest) = std::mem::take(&mut rest).split_at_mut(grid.slots_of_cells(cell..cell + 1).len());
+        if counts.len() >= min_points as usize {
+            counts.fill(min_points);
+        } else {
+            settled = false;
+        }
+    }
+    settled
 }

@@ -5,9 +5,9 @@ mod clusters;
 mod config;
 mod connected_cells;
 mod core_points;
-mod distance;
 mod grid;
-mod neighbor_rows;
+mod run;
+mod touching_blocks;
 mod union_find;
 
 pub use clusters::Clusters;
@@ -16,10 +16,9 @@ pub use config::DbscanConfig;
 use dymlm_core::{ConfigError, Point};
 
 use border_points::BorderPoints;
-use connected_cells::join_cells;
+use connected_cells::ConnectedCells;
 use core_points::count_neighbors;
 use grid::Grid;
-use union_find::UnionFind;
 
 /// Exact DBSCAN in 3D.
 ///
@@ -71,7 +70,7 @@ pub struct DbscanScratch {
     grid: Grid,
     /// Neighbours of each slot of the grid, counted up to `min_points`.
     neighbors: Vec<u32>,
-    joined: UnionFind,
+    connected: ConnectedCells,
     border: BorderPoints,
     numbering: Numbering,
 }
@@ -116,15 +115,15 @@ impl Dbscan {
     /// Clusters a cloud into a caller's buffers, whose content does not matter. Allocates nothing once the buffers
     /// have grown to the size of the clouds (feature `parallel` allocates its lists of tasks).
     pub fn cluster_into(&self, points: &[Point], scratch: &mut DbscanScratch, clusters: &mut Clusters) {
-        let DbscanScratch { grid, neighbors, joined, border, numbering } = scratch;
+        let DbscanScratch { grid, neighbors, connected, border, numbering } = scratch;
         let squared_eps = self.config.eps * self.config.eps;
         let min_points = self.config.min_points as u32;
 
         grid.build(self.config.eps, points);
         count_neighbors(grid, squared_eps, min_points, neighbors);
         border.take_from(grid, neighbors, min_points);
-        join_cells(grid, squared_eps, joined);
-        numbering.number(grid, joined);
+        connected.join(grid, squared_eps);
+        numbering.number(grid, connected);
         border.label(grid, &numbering.label_of_cell, squared_eps, points);
         write_labels(grid, numbering, border, points.len(), clusters);
     }
@@ -132,14 +131,14 @@ impl Dbscan {
 
 impl Numbering {
     /// Numbers the clusters by their first core points.
-    fn number(&mut self, grid: &Grid, joined: &mut UnionFind) {
+    fn number(&mut self, grid: &Grid, connected: &ConnectedCells) {
         // A cell's first slot holds its first core point; a cluster's first core point is the least of those.
         let first_points = &mut self.label_of_cell;
         first_points.clear();
         first_points.resize(grid.cell_count(), NO_CLUSTER);
         for cell in 0..grid.cell_count() {
             if let Some(&point) = grid.point_indices(cell).first() {
-                let first = &mut first_points[joined.root(cell)];
+                let first = &mut first_points[connected.root(cell)];
                 *first = point.min(*first);
             }
         }
@@ -157,7 +156,7 @@ impl Numbering {
         // Roots are the first cells of their clusters, so they are read before they could be overwritten.
         for cell in 0..grid.cell_count() {
             if !grid.point_indices(cell).is_empty() {
-                self.label_of_cell[cell] = self.label_of_cell[joined.root(cell)];
+                self.label_of_cell[cell] = self.label_of_cell[connected.root(cell)];
             }
         }
     }

@@ -56,12 +56,6 @@ impl CellSort {
         &self.starts
     }
 
-    /// Indices into the cloud, by slot.
-    #[inline]
-    pub(crate) fn order(&self) -> impl ExactSizeIterator<Item = u32> + '_ {
-        self.entries.iter().map(|&entry| entry as u32)
-    }
-
     /// Indices into the cloud of some slots.
     #[inline]
     pub(crate) fn points_of(
