@@ -7,6 +7,9 @@ pub(crate) const DEPTH: u8 = 16;
 /// The key of the cell whose lower corner is the world's origin.
 const CENTER: i32 = 32768;
 
+/// The first number that is no index.
+pub(crate) const OUTSIDE: u32 = 65536;
+
 /// The grid of smallest cells. Its arithmetic is OctoMap's, operation by operation, so that keys agree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lattice {
@@ -37,6 +40,22 @@ impl Lattice {
         let truncated = scaled as i32;
         let floor = truncated - i32::from(f64::from(truncated) > scaled);
         Some((floor + CENTER) as u16)
+    }
+
+    /// [`Self::index`] of many coordinates at once, without a branch; [`OUTSIDE`] and more for those without one.
+    #[inline]
+    pub(crate) fn indices(&self, coordinates: &[f32], indices: &mut [u32]) {
+        // Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, and leaves it in the low bits.
+        const MAGIC: f64 = 6_755_399_441_055_744.0;
+        for (index, &coordinate) in indices.iter_mut().zip(coordinates) {
+            let scaled = self.factor * f64::from(coordinate);
+            // NaN fails the first comparison.
+            let low = if scaled > -1e6 { scaled } else { -1e6 };
+            let scaled = if low < 1e6 { low } else { 1e6 };
+            let nearest = (scaled + MAGIC) - MAGIC;
+            let floor = nearest - if nearest > scaled { 1.0 } else { 0.0 };
+            *index = ((floor + MAGIC).to_bits() as u32).wrapping_add(CENTER as u32);
+        }
     }
 
     /// The cell that holds a point; `None` outside the map and for NaN.
@@ -89,6 +108,29 @@ mod tests {
         assert_eq!(lattice.index(3276.8), None);
         for outside in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e300, -3276.9] {
             assert_eq!(lattice.index(outside), None);
+        }
+    }
+
+    #[test]
+    fn many_indices_at_once_are_the_same() {
+        let lattice = Lattice::new(0.05);
+        let mut coordinates =
+            vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -0.0, 1638.4, -1638.4];
+        for index in 32700..32900_u16 {
+            let border = lattice.corner([index; 3])[0] as f32;
+            coordinates.extend([
+                border,
+                border.next_up(),
+                border.next_down(),
+                border * 49.0,
+                border * 1000.0,
+            ]);
+        }
+        let mut indices = vec![0; coordinates.len()];
+        lattice.indices(&coordinates, &mut indices);
+        for (&coordinate, &index) in coordinates.iter().zip(&indices) {
+            let expected = lattice.index(f64::from(coordinate));
+            assert_eq!(u16::try_from(index).ok(), expected, "{coordinate}");
         }
     }
 

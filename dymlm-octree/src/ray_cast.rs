@@ -75,6 +75,7 @@ impl Accessor<'_> {
         let mut walk = Walk::new(self, origin, direction)?;
         // NaN becomes 0.
         let max_range = max_range.max(0.0);
+        let surely_within = 0.999_999 * max_range - 2.0 * self.lattice.resolution;
         let end = loop {
             match (self.cell_state(walk.key), unknown) {
                 (CellState::Occupied, _) => break RayEnd::Occupied,
@@ -84,7 +85,8 @@ impl Accessor<'_> {
             if !walk.step() {
                 break RayEnd::Border;
             }
-            if walk.distance_squared(self) > max_range * max_range {
+            // The centre of a cell is less than two cells from where the ray enters it.
+            if walk.entered > surely_within && walk.distance_squared(self) > max_range * max_range {
                 break RayEnd::MaxRange;
             }
         };
@@ -138,11 +140,21 @@ impl Walk {
         } else {
             2
         };
-        let index = if self.up[axis] { self.key[axis].checked_add(1) } else { self.key[axis].checked_sub(1) };
+        match axis {
+            0 => self.advance::<0>(),
+            1 => self.advance::<1>(),
+            _ => self.advance::<2>(),
+        }
+    }
+
+    #[inline]
+    fn advance<const AXIS: usize>(&mut self) -> bool {
+        let index = self.key[AXIS];
+        let index = if self.up[AXIS] { index.checked_add(1) } else { index.checked_sub(1) };
         let Some(index) = index else { return false };
-        self.key[axis] = index;
-        self.entered = self.next[axis];
-        self.next[axis] += self.between[axis];
+        self.key[AXIS] = index;
+        self.entered = self.next[AXIS];
+        self.next[AXIS] += self.between[AXIS];
         true
     }
 

@@ -4,7 +4,7 @@ use super::ScanScratch;
 use super::marks::Marks;
 use super::ray::RayOrigin;
 use super::sparse_marks::pack;
-use crate::lattice::{Key, Lattice};
+use crate::lattice::{Key, Lattice, OUTSIDE};
 use crate::{ColorMode, Error, Octree, RayMode};
 
 /// What became of a scan.
@@ -220,6 +220,9 @@ impl Octree {
     }
 }
 
+/// Points whose cells are found at once.
+const CHUNK: usize = 256;
+
 /// A box of cells, from and to including.
 struct Bounds {
     min: Key,
@@ -251,26 +254,32 @@ fn find_cells(
     scratch.ends.clear();
     let mut bounds = Bounds { min: origin.key, max: origin.key };
     let mut last = None;
-    for &point in points {
-        let Some(key) = lattice.key_f32(point) else {
-            if point.iter().all(|coordinate| coordinate.is_finite()) {
-                report.outside += 1;
-            } else {
-                report.not_finite += 1;
+    let mut indices = [0; 3 * CHUNK];
+    for points in points.chunks(CHUNK) {
+        let indices = &mut indices[..3 * points.len()];
+        lattice.indices(points.as_flattened(), indices);
+        for (&point, &[x, y, z]) in points.iter().zip(indices.as_chunks::<3>().0) {
+            if x.max(y).max(z) >= OUTSIDE {
+                if point.iter().all(|coordinate| coordinate.is_finite()) {
+                    report.outside += 1;
+                } else {
+                    report.not_finite += 1;
+                }
+                continue;
             }
-            continue;
-        };
-        if rays == RayMode::PerPoint {
-            scratch.ends.push(point);
-        } else if last == Some(key) {
-            // Neighbouring pixels mostly share a cell.
-            continue;
-        }
-        last = Some(key);
-        scratch.keys.push(key);
-        for axis in 0..3 {
-            bounds.min[axis] = bounds.min[axis].min(key[axis]);
-            bounds.max[axis] = bounds.max[axis].max(key[axis]);
+            let key = [x as u16, y as u16, z as u16];
+            if rays == RayMode::PerPoint {
+                scratch.ends.push(point);
+            } else if last == Some([x, y, z]) {
+                // Neighbouring pixels mostly share a cell.
+                continue;
+            }
+            last = Some([x, y, z]);
+            scratch.keys.push(key);
+            for axis in 0..3 {
+                bounds.min[axis] = bounds.min[axis].min(key[axis]);
+                bounds.max[axis] = bounds.max[axis].max(key[axis]);
+            }
         }
     }
     bounds

@@ -9,10 +9,11 @@ pub(crate) trait Marks {
     /// Marks a cell as hit, and says whether it was not yet.
     fn hit(&mut self, key: Key) -> bool;
 
-    fn cursor(&self, key: Key) -> Self::Cursor;
+    /// A cursor at a cell, for a ray that goes upwards or downwards along each axis.
+    fn cursor(&self, key: Key, up: [bool; 3]) -> Self::Cursor;
 
-    /// Moves to the next cell along `axis`, upwards or downwards.
-    fn advance(&self, cursor: &mut Self::Cursor, axis: usize, up: bool);
+    /// Moves to the next cell along an axis.
+    fn advance<const AXIS: usize>(cursor: &mut Self::Cursor);
 
     /// Whether two cursors are at the same cell.
     fn same(a: &Self::Cursor, b: &Self::Cursor) -> bool;

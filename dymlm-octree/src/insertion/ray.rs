@@ -72,8 +72,8 @@ impl RayOrigin {
             return;
         }
         let Ray { next: [mut x, mut y, mut z], between: [dx, dy, dz], up, length } = self.ray_to(end);
-        let mut cursor = marks.cursor(self.key);
-        let last = marks.cursor(end_key);
+        let mut cursor = marks.cursor(self.key, up);
+        let last = marks.cursor(end_key, up);
         marks.pass(&cursor);
         loop {
             // OctoMap's order of comparisons decides ties.
@@ -85,11 +85,19 @@ impl RayOrigin {
                 2
             };
             match axis {
-                0 => x += dx,
-                1 => y += dy,
-                _ => z += dz,
+                0 => {
+                    x += dx;
+                    M::advance::<0>(&mut cursor);
+                }
+                1 => {
+                    y += dy;
+                    M::advance::<1>(&mut cursor);
+                }
+                _ => {
+                    z += dz;
+                    M::advance::<2>(&mut cursor);
+                }
             }
-            marks.advance(&mut cursor, axis, up[axis]);
             let yz = if y < z { y } else { z };
             let nearest = if x < yz { x } else { yz };
             // Rounding may carry the ray past its last cell; then its length ends it.

@@ -45,6 +45,13 @@ pub(crate) struct SparseMarks {
     last: Option<(Key, u32)>,
 }
 
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SparseCursor {
+    key: Key,
+    /// What a step along each axis adds.
+    steps: [u16; 3],
+}
+
 #[derive(Debug, Clone)]
 struct MarkedBlock {
     corner: Key,
@@ -79,7 +86,7 @@ impl SparseMarks {
 }
 
 impl Marks for SparseMarks {
-    type Cursor = Key;
+    type Cursor = SparseCursor;
 
     #[inline]
     fn hit(&mut self, key: Key) -> bool {
@@ -92,24 +99,24 @@ impl Marks for SparseMarks {
     }
 
     #[inline]
-    fn cursor(&self, key: Key) -> Key {
-        key
+    fn cursor(&self, key: Key, up: [bool; 3]) -> SparseCursor {
+        SparseCursor { key, steps: up.map(|up| if up { 1 } else { u16::MAX }) }
     }
 
     #[inline]
-    fn advance(&self, cursor: &mut Key, axis: usize, up: bool) {
-        cursor[axis] = if up { cursor[axis].wrapping_add(1) } else { cursor[axis].wrapping_sub(1) };
+    fn advance<const AXIS: usize>(cursor: &mut SparseCursor) {
+        cursor.key[AXIS] = cursor.key[AXIS].wrapping_add(cursor.steps[AXIS]);
     }
 
     #[inline]
-    fn same(a: &Key, b: &Key) -> bool {
-        a == b
+    fn same(a: &SparseCursor, b: &SparseCursor) -> bool {
+        a.key == b.key
     }
 
     #[inline]
-    fn pass(&mut self, cursor: &Key) {
-        let entry = entry_of(*cursor, 0);
-        self.block(*cursor).passed[entry / 64] |= 1 << (entry % 64);
+    fn pass(&mut self, cursor: &SparseCursor) {
+        let entry = entry_of(cursor.key, 0);
+        self.block(cursor.key).passed[entry / 64] |= 1 << (entry % 64);
     }
 
     fn drain(&mut self, mut f: impl FnMut(Key, &Bits, &Bits)) {

@@ -33,6 +33,10 @@ pub(crate) struct WindowMarks {
 pub(crate) struct WindowCursor {
     /// Address bits of x, y, z.
     axes: [u32; 3],
+    /// The address bits of each axis.
+    masks: [u32; 3],
+    /// What a step along each axis adds.
+    steps: [u32; 3],
 }
 
 impl WindowCursor {
@@ -74,6 +78,11 @@ impl WindowMarks {
         true
     }
 
+    #[inline]
+    fn axes_of(&self, key: Key) -> [u32; 3] {
+        std::array::from_fn(|axis| self.addresses[axis][(i32::from(key[axis]) - self.base[axis]) as usize])
+    }
+
     pub(crate) fn memory_bytes(&self) -> usize {
         (self.passed.capacity() + self.hit.capacity()) * 8
     }
@@ -84,7 +93,8 @@ impl Marks for WindowMarks {
 
     #[inline]
     fn hit(&mut self, key: Key) -> bool {
-        let address = self.cursor(key).address();
+        let [x, y, z] = self.axes_of(key);
+        let address = x | y | z;
         let word = &mut self.hit[address as usize / 64];
         let bit = 1 << (address % 64);
         let new = *word & bit == 0;
@@ -93,21 +103,16 @@ impl Marks for WindowMarks {
     }
 
     #[inline]
-    fn cursor(&self, key: Key) -> WindowCursor {
-        WindowCursor {
-            axes: std::array::from_fn(|axis| {
-                self.addresses[axis][(i32::from(key[axis]) - self.base[axis]) as usize]
-            }),
-        }
+    fn cursor(&self, key: Key, up: [bool; 3]) -> WindowCursor {
+        // Up: the bits of the other axes are ones, so that the carry runs through them. Down: they are zeros, and
+        // the borrow does.
+        let step = |axis: usize| if up[axis] { (!self.masks[axis]).wrapping_add(1) } else { u32::MAX };
+        WindowCursor { axes: self.axes_of(key), masks: self.masks, steps: [step(0), step(1), step(2)] }
     }
 
     #[inline]
-    fn advance(&self, cursor: &mut WindowCursor, axis: usize, up: bool) {
-        // Up: the bits of the other axes are ones, so that the carry runs through them. Down: they are zeros, and
-        // the borrow does.
-        let mask = self.masks[axis];
-        let change = if up { (!mask).wrapping_add(1) } else { u32::MAX };
-        cursor.axes[axis] = cursor.axes[axis].wrapping_add(change) & mask;
+    fn advance<const AXIS: usize>(cursor: &mut WindowCursor) {
+        cursor.axes[AXIS] = cursor.axes[AXIS].wrapping_add(cursor.steps[AXIS]) & cursor.masks[AXIS];
     }
 
     #[inline]
