@@ -1,8 +1,11 @@
 //! How far maps and masks are from the truth.
 
+mod cell_grid;
 mod cloud_score;
 mod mask_score;
 mod reference_cloud;
+mod surfaces;
+mod swept_volume;
 mod truth;
 mod voxel_key;
 

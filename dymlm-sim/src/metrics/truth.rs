@@ -1,5 +1,8 @@
-use dymlm_core::{ConfigError, Point};
+use dymlm_core::{ConfigError, Point, Pose, check_range};
 
+use super::surfaces::Surfaces;
+use super::swept_volume::SweptVolume;
+use super::voxel_key::{VoxelKey, VoxelMap};
 use crate::{Sequence, SimulatedFrame};
 
 /// How the truth about a sequence is gathered.
@@ -10,12 +13,12 @@ pub struct TruthConfig {
     pub min_depth: f64,
     /// Farthest depth that counts as seen, metres, 0..=1000, default 4: as far as maps use a Kinect.
     pub max_depth: f64,
-    /// Distance between the sampled visible surface points, metres, 0.002..=1, default 0.02.
+    /// Side of the cubes that visible surface is sampled by, metres, 0.002..=1, default 0.02.
     pub sample_distance: f64,
     /// Frames that must see a surface point before a map is asked for it, 1..=1000000, default 3.
     pub min_views: u32,
-    /// How far around the movers' bodies a point counts as left by them, metres, 0..=1, default 0.1: three sigma of
-    /// the depth noise at 3.5 m and the grid's rounding.
+    /// How far around the movers' bodies a point counts as left by them, metres, 0.01..=1, default 0.1: three sigma
+    /// of the depth noise at 3.5 m and the grid's rounding.
     pub swept_margin: f64,
 }
 
@@ -25,10 +28,38 @@ impl Default for TruthConfig {
     }
 }
 
+impl TruthConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        check_range("truth.max_depth", self.max_depth, 0.0..=1000.0)?;
+        check_range("truth.min_depth", self.min_depth, 0.0..=self.max_depth.min(100.0))?;
+        check_range("truth.sample_distance", self.sample_distance, 0.002..=1.0)?;
+        check_range("truth.min_views", self.min_views.into(), 1.0..=1e6)?;
+        check_range("truth.swept_margin", self.swept_margin, 0.01..=1.0)
+    }
+}
+
 /// The exact truth about a sequence, in its world frame: static surfaces, the volume that movers swept, and the
 /// surface points that were seen.
+///
+/// Distances are exact to the analytic bodies (f32), the swept volume is kept in cells of 5 cm. Gathering costs about
+/// as much as rendering a frame or two, observing O(pixels) a frame.
 #[derive(Debug, Clone)]
-pub struct Truth {}
+pub struct Truth {
+    config: TruthConfig,
+    scene_from_world: Pose,
+    surfaces: Surfaces,
+    swept: SweptVolume,
+    seen: VoxelMap<Seen>,
+    frames: u32,
+}
+
+/// A piece of surface: the first point that was seen of it, and by how many frames it was seen.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    point: Point,
+    views: u32,
+    last_frame: u32,
+}
 
 impl Truth {
     /// The static surfaces and the swept volume of a sequence. Nothing is rendered: show it the frames with
@@ -38,8 +69,16 @@ impl Truth {
     ///
     /// [`ConfigError`] when a field is outside its range.
     pub fn new(sequence: &Sequence, config: &TruthConfig) -> Result<Self, ConfigError> {
-        let _ = (sequence, config);
-        Ok(Self {})
+        config.validate()?;
+        let times = (0..sequence.len()).map(|index| sequence.timestamp(index));
+        Ok(Self {
+            config: *config,
+            scene_from_world: sequence.config().world_from_scene.inverse(),
+            surfaces: Surfaces::new(&sequence.scene().static_parts),
+            swept: SweptVolume::new(sequence.scene(), times, config.swept_margin as f32),
+            seen: VoxelMap::default(),
+            frames: 0,
+        })
     }
 
     /// The truth with all frames of the sequence rendered and observed.
@@ -56,24 +95,55 @@ impl Truth {
     /// Notes which surface points a frame sees: where the sensor has a reading, the exact depth is within range, and
     /// no mover is in the way. Each frame is to be shown once.
     pub fn observe(&mut self, frame: &SimulatedFrame) {
-        let _ = frame;
+        self.frames += 1;
+        let camera = frame.frame.camera();
+        let cubes_per_metre = (1.0 / self.config.sample_distance) as f32;
+        let range = self.config.min_depth as f32..=self.config.max_depth as f32;
+        let pixels =
+            frame.true_depth.data().iter().zip(frame.frame.depth().data()).zip(frame.mover_mask.data());
+        for (pixel, ((&z, &reading), &mover)) in pixels.enumerate() {
+            if mover || reading <= 0.0 || !range.contains(&z) {
+                continue;
+            }
+            let (u, v) = (pixel % camera.width(), pixel / camera.width());
+            let point = camera.back_project([u as f64, v as f64], z.into());
+            let point = frame.world_from_camera.transform_point(point).map(|c| c as f32);
+            let Some(cube) = VoxelKey::of(point, cubes_per_metre) else { continue };
+            let seen = self.seen.entry(cube).or_insert(Seen { point, views: 0, last_frame: 0 });
+            seen.views += u32::from(seen.last_frame != self.frames);
+            seen.last_frame = self.frames;
+        }
     }
 
     /// Distance of a point to the nearest static surface, metres, from outside or from within a body; infinite for a
     /// point that is not finite.
     pub fn surface_distance(&self, point: Point) -> f32 {
-        let _ = point;
-        f32::INFINITY
+        self.in_scene(point).map_or(f32::INFINITY, |point| self.surfaces.distance(point))
     }
 
-    /// Whether a point lies in the volume that movers filled at the times of the frames, grown by the margin.
+    /// Whether a point lies in the volume that movers filled at the times of the frames, grown by the margin; to a cell
+    /// of 5 cm, whose centre decides.
     pub fn swept_by_movers(&self, point: Point) -> bool {
-        let _ = point;
-        false
+        self.in_scene(point).is_some_and(|point| self.swept.contains(point))
     }
 
-    /// Surface points that enough frames saw, one a cube of side `sample_distance`, in a fixed order.
+    /// Surface points that at least `min_views` frames saw, one a cube of side `sample_distance`, in the order of
+    /// their cubes.
     pub fn visible_points(&self) -> Vec<Point> {
-        Vec::new()
+        // Sorted, so that the order of the hash table shows nowhere.
+        let mut seen: Vec<(VoxelKey, Point)> = self
+            .seen
+            .iter()
+            .filter(|(_, seen)| seen.views >= self.config.min_views)
+            .map(|(&cube, seen)| (cube, seen.point))
+            .collect();
+        seen.sort_unstable_by_key(|&(cube, _)| cube);
+        seen.into_iter().map(|(_, point)| point).collect()
+    }
+
+    /// A world point in the scene's frame; `None` when it is not finite.
+    fn in_scene(&self, point: Point) -> Option<Point> {
+        let point = self.scene_from_world.transform_point(point.map(f64::from)).map(|c| c as f32);
+        point.iter().all(|c| c.is_finite()).then_some(point)
     }
 }

@@ -3,7 +3,6 @@ use std::f32::consts::TAU;
 use parry3d::math::{Pose3, Rot3, Vec3};
 
 use super::builder::capsule_between;
-use super::material::Pattern;
 use super::walk::Walk;
 use super::{Material, Part, Shape};
 
@@ -141,6 +140,7 @@ fn hanging(angle: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::material::Pattern;
 
     fn walker() -> Person {
         let material = Material::new(Pattern::Noise, 0.1, [0.2; 3], [0.5; 3]);

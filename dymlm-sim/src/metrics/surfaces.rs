@@ -1,0 +1,101 @@
+use dymlm_core::Point;
+use parry3d::math::{Mat3, Vec3};
+
+use super::cell_grid::CellGrid;
+use crate::scene::{Part, Shape};
+
+/// Exact distances to the surfaces of many bodies.
+///
+/// A grid of 25 cm keeps for each cell the bodies that can be nearest to any point of it: those not further from its
+/// centre than the nearest plus the cell's diagonal. A query asks those few only.
+#[derive(Debug, Clone)]
+pub(super) struct Surfaces {
+    bodies: Vec<Body>,
+    grid: CellGrid,
+    /// Bodies of all cells one after the other, and where each cell's begin.
+    candidates: Vec<u16>,
+    begins: Vec<u32>,
+}
+
+#[derive(Debug, Clone)]
+struct Body {
+    shape: Shape,
+    part_from_scene: Mat3,
+    center: Vec3,
+}
+
+const CELL: f32 = 0.25;
+
+impl Surfaces {
+    pub(super) fn new(parts: &[Part]) -> Self {
+        let bodies: Vec<Body> = parts
+            .iter()
+            .take(usize::from(u16::MAX))
+            .map(|part| Body {
+                shape: part.shape,
+                part_from_scene: Mat3::from_quat(part.scene_from_part.rotation.inverse()),
+                center: part.scene_from_part.translation,
+            })
+            .collect();
+
+        let grid = CellGrid::around(parts, 0.5, CELL);
+        let mut candidates = Vec::new();
+        let mut begins = vec![0];
+        let mut distances = vec![0.0; bodies.len()];
+        for cell in 0..grid.len() {
+            let center = grid.center(cell);
+            for (distance, body) in distances.iter_mut().zip(&bodies) {
+                *distance = body.distance(center);
+            }
+            let bound =
+                distances.iter().copied().fold(f32::INFINITY, f32::min) + 1.01 * CELL * 3.0_f32.sqrt();
+            candidates.extend(
+                distances.iter().zip(0_u16..).filter(|&(&distance, _)| distance <= bound).map(|(_, i)| i),
+            );
+            begins.push(candidates.len() as u32);
+        }
+        Self { bodies, grid, candidates, begins }
+    }
+
+    /// Distance to the nearest surface, metres; infinite when there is none.
+    pub(super) fn distance(&self, point: Point) -> f32 {
+        let point = Vec3::from(point);
+        let nearest = |distance: f32, body: &Body| distance.min(body.distance(point));
+        match self.grid.cell(point) {
+            Some(cell) => {
+                let range = self.begins[cell] as usize..self.begins[cell + 1] as usize;
+                self.candidates[range]
+                    .iter()
+                    .map(|&i| &self.bodies[usize::from(i)])
+                    .fold(f32::INFINITY, nearest)
+            }
+            None => self.bodies.iter().fold(f32::INFINITY, nearest),
+        }
+    }
+}
+
+impl Body {
+    fn distance(&self, point: Vec3) -> f32 {
+        self.shape.surface_distance(self.part_from_scene * (point - self.center))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn the_grid_changes_no_distance() {
+        let parts = Scene::office(0, [[0.5; 2]; 2]).static_parts;
+        let surfaces = Surfaces::new(&parts);
+        for k in 0..4000 {
+            // Low-discrepancy points, some of them outside the room and its grid.
+            let along = |step: f64, reach: f64| ((f64::from(k) * step).fract() * 2.0 * reach - reach) as f32;
+            let point = Vec3::new(along(0.754_877, 4.0), along(0.569_840, 3.5), along(0.438_579, 1.8) + 1.3);
+            let brute = surfaces.bodies.iter().map(|body| body.distance(point)).fold(f32::INFINITY, f32::min);
+            assert_eq!(surfaces.distance(point.to_array()), brute, "at {point}");
+        }
+        assert_eq!(Surfaces::new(&[]).distance([0.0; 3]), f32::INFINITY);
+    }
+}

@@ -1,0 +1,75 @@
+use dymlm_core::Point;
+use parry3d::math::Vec3;
+
+use super::cell_grid::{CellGrid, bounds};
+use crate::scene::Scene;
+
+/// The cells of 5 cm whose centres lie in a mover's body, or within a margin of it, at one of the given times.
+#[derive(Debug, Clone)]
+pub(super) struct SweptVolume {
+    grid: CellGrid,
+    swept: Vec<bool>,
+}
+
+const CELL: f32 = 0.05;
+
+impl SweptVolume {
+    pub(super) fn new(scene: &Scene, times: impl Iterator<Item = f64> + Clone, margin: f32) -> Self {
+        let mut bodies = Vec::new();
+        let mut grid = CellGrid::EMPTY;
+        for time in times.clone() {
+            scene.moving_parts(time, &mut bodies);
+            grid = grid.joined(CellGrid::around(&bodies, margin + CELL, CELL));
+        }
+
+        let mut swept = vec![false; grid.len()];
+        for time in times {
+            scene.moving_parts(time, &mut bodies);
+            for body in &bodies {
+                let [center, half] = bounds(body);
+                for cell in grid.cells_within([center, half + Vec3::splat(margin)]) {
+                    let local = || body.scene_from_part.inverse_transform_point(grid.center(cell));
+                    swept[cell] = swept[cell] || body.shape.reaches(local(), margin);
+                }
+            }
+        }
+        Self { grid, swept }
+    }
+
+    pub(super) fn contains(&self, point: Point) -> bool {
+        self.grid.cell(point.into()).is_some_and(|cell| self.swept[cell])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn holds_the_bodies_and_their_margin_and_no_more() {
+        let scene = Scene::office(2, [[0.5; 2]; 2]);
+        let times = [0.0, 0.7];
+        let swept = SweptVolume::new(&scene, times.into_iter(), 0.1);
+        let mut at_times = vec![Vec::new(); 2];
+        times.iter().zip(&mut at_times).for_each(|(&time, bodies)| scene.moving_parts(time, bodies));
+        let bodies: Vec<_> = at_times.concat();
+        let mut inside = 0;
+        for k in 0..20_000 {
+            let along = |step: f64, reach: f64| ((f64::from(k) * step).fract() * 2.0 * reach - reach) as f32;
+            let point = Vec3::new(along(0.754_877, 2.9), along(0.569_840, 2.6), along(0.438_579, 1.3) + 1.3);
+            let reached = |margin: f32| {
+                bodies.iter().any(|body| {
+                    body.shape.reaches(body.scene_from_part.inverse_transform_point(point), margin)
+                })
+            };
+            // Half a cell's diagonal is 4.4 cm.
+            let contained = swept.contains(point.to_array());
+            assert!(contained || !reached(0.055), "{point} is within 5.5 cm of a body");
+            assert!(!contained || reached(0.145), "{point} is not within 14.5 cm of a body");
+            inside += usize::from(contained);
+        }
+        assert!(inside > 100, "{inside} points inside");
+        let nobody = SweptVolume::new(&Scene::office(0, [[0.5; 2]; 2]), times.into_iter(), 0.1);
+        assert!(!nobody.contains([0.0, 0.0, 1.0]));
+    }
+}
