@@ -165,3 +165,91 @@ proptest! {
         }
     }
 }
+
+fn data(name: &str) -> String {
+    std::fs::read_to_string(format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+/// `tests/data/make_golden.py` made the points and scikit-learn's labels.
+#[test]
+fn equals_scikit_learn() {
+    let points: Vec<Point> = data("points.csv")
+        .lines()
+        .map(|line| {
+            let values: Vec<f32> = line.split(',').map(|value| value.parse().unwrap()).collect();
+            values.try_into().unwrap()
+        })
+        .collect();
+    assert_eq!(points.len(), 1500);
+    let golden = data("dbscan_labels.csv");
+    assert_eq!(golden.lines().count(), 6);
+    for line in golden.lines() {
+        let mut fields = line.split(',');
+        let eps = fields.next().unwrap().parse().unwrap();
+        let min_points = fields.next().unwrap().parse().unwrap();
+        let expected: Vec<Option<u32>> = fields.map(|label| label.parse().ok()).collect();
+        assert_eq!(
+            dbscan(eps, min_points).cluster(&points).labels(),
+            expected,
+            "eps {eps}, {min_points} points"
+        );
+    }
+}
+
+#[test]
+fn degenerate_clouds_have_plain_answers() {
+    let three = dbscan(0.1, 3);
+    assert_eq!(three.cluster(&[]), Clusters::new());
+    assert_eq!(three.cluster(&[[1.0; 3]]).labels(), [None]);
+    assert_eq!(three.cluster(&[[f32::NAN; 3]; 5]).labels(), [None; 5]);
+    assert_eq!(three.cluster(&[[0.3, -7.0, 1e30]; 3]).labels(), [Some(0); 3]);
+    assert_eq!(three.cluster(&[[1.0; 3]; 2]).labels(), [None; 2]);
+    assert_eq!(dbscan(0.1, 1).cluster(&[[0.0; 3], [f32::MAX; 3], [f32::MIN; 3]]).count(), 3);
+
+    let line: Vec<Point> = (0..50).map(|i| [0.0625 * i as f32, 0.0, 0.0]).collect();
+    // The ends have two neighbours each.
+    assert_eq!(dbscan(0.0625, 3).cluster(&line).sizes(), [50]);
+    assert_eq!(dbscan(0.0625, 4).cluster(&line).count(), 0);
+    assert_eq!(dbscan(0.0624, 2).cluster(&line).count(), 0);
+}
+
+/// A crowded cell, and two crowded cells that just fail to touch.
+#[test]
+fn crowded_cells_meet_at_eps_and_not_beyond() {
+    let crowd = |x: f32| (0..2000_u16).map(move |i| [x, f32::from(i % 50) * 1e-4, f32::from(i / 50) * 1e-4]);
+    let pair = |gap: f32| crowd(0.0).chain(crowd(gap)).collect::<Vec<Point>>();
+    let dbscan = dbscan(0.125, 10);
+    assert_eq!(dbscan.cluster(&crowd(0.3).collect::<Vec<_>>()).sizes(), [2000]);
+    assert_eq!(dbscan.cluster(&pair(0.125)).sizes(), [4000]);
+    assert_eq!(dbscan.cluster(&pair(0.125_f32.next_up())).sizes(), [2000, 2000]);
+}
+
+/// A border point within eps of two clusters belongs to the one with the lower number, wherever it stands in the cloud.
+#[test]
+fn border_points_go_to_the_first_cluster() {
+    let left = [[0.0, 0.0, 0.0], [-0.25, 0.0, 0.0], [0.0, 0.25, 0.0]];
+    let right = [[1.0, 0.0, 0.0], [1.25, 0.0, 0.0], [1.0, 0.25, 0.0]];
+    let between = [[0.5, 0.0, 0.0]];
+    let labels = |parts: [&[Point]; 3]| dbscan(0.5, 4).cluster(&parts.concat()).labels().to_vec();
+    let (zero, one) = ([Some(0); 3], [Some(1); 3]);
+    assert_eq!(labels([&left, &right, &between]), [&zero[..], &one, &[Some(0)]].concat());
+    assert_eq!(labels([&right, &left, &between]), [&zero[..], &one, &[Some(0)]].concat());
+    assert_eq!(labels([&between, &right, &left]), [&[Some(0)], &zero[..], &one].concat());
+}
+
+#[test]
+fn refuses_settings_out_of_range() {
+    let refused = |eps: f32, min_points: usize| {
+        let mut config = DbscanConfig::default();
+        (config.eps, config.min_points) = (eps, min_points);
+        Dbscan::new(config).unwrap_err().field
+    };
+    for eps in [0.0, -0.05, f32::NAN, f32::INFINITY, 1e-7, 2e6] {
+        assert_eq!(refused(eps, 10), "dbscan.eps");
+    }
+    for min_points in [0, usize::MAX] {
+        assert_eq!(refused(0.05, min_points), "dbscan.min_points");
+    }
+    dbscan(1e-6, 1);
+    dbscan(1e6, 1_000_000_000);
+}

@@ -74,7 +74,7 @@ impl ConnectedCells {
         if grid.run(grid.cells_of_blocks(block..block + 1)).is_empty() {
             return;
         }
-        let mut join = |other: usize, offset: [i32; 3]| {
+        let join = |other: usize, offset: [i32; 3]| {
             let root = self.common_roots[block];
             if root == NO_COMMON_ROOT || root != self.common_roots[other] {
                 self.join_blocks(distance, grid, squared_eps, [block, other], offset);

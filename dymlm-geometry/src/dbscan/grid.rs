@@ -63,10 +63,10 @@ impl Grid {
             values.resize(self.sort.len(), 0.0);
         }
         for block in self.sort.starts().windows(2) {
-            let slots = || self.sort.points_of(block[0] as usize..block[1] as usize);
+            let entries = self.sort.entries(block[0] as usize..block[1] as usize);
             let mut next_slot = [0; 8];
-            for point in slots() {
-                next_slot[octant(cells, points[point])] += 1;
+            for &entry in entries {
+                next_slot[octant(cells, points[CellSort::point_index(entry)])] += 1;
             }
             self.block_start.push(self.octant.len() as u32);
             let mut start = block[0];
@@ -78,7 +78,8 @@ impl Grid {
                     start += count;
                 }
             }
-            for index in slots() {
+            for &entry in entries {
+                let index = CellSort::point_index(entry);
                 let point = points[index];
                 let next = &mut next_slot[octant(cells, point)];
                 let slot = *next as usize;

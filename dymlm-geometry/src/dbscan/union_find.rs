@@ -82,7 +82,7 @@ mod tests {
         sets.join(2, 6);
         sets.flatten();
         assert_eq!(roots(&sets), [0, 1, 1, 1, 4, 1, 1]);
-        assert!((0..7).all(|element| sets.parent(element) as usize == sets.root(element)));
+        assert!((0..7).all(|element| sets.parent(element) as usize == sets.root(element as usize)));
     }
 
     #[test]

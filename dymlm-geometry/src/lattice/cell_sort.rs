@@ -1,7 +1,7 @@
 use dymlm_core::Point;
 
 use super::CubicLattice;
-use super::radix_sort::sort_by_upper_half;
+use super::radix_sort::RadixSort;
 
 /// The points of a cloud, sorted by lattice cell.
 ///
@@ -12,7 +12,7 @@ use super::radix_sort::sort_by_upper_half;
 pub(crate) struct CellSort {
     /// Upper half: sort key; lower half: index of the point.
     entries: Vec<u64>,
-    spare: Vec<u64>,
+    radix: RadixSort,
     /// First slot of each cell, and the number of slots at the end.
     starts: Vec<u32>,
 }
@@ -56,13 +56,16 @@ impl CellSort {
         &self.starts
     }
 
-    /// Indices into the cloud of some slots.
+    /// The points in some slots, as entries.
     #[inline]
-    pub(crate) fn points_of(
-        &self,
-        slots: std::ops::Range<usize>,
-    ) -> impl ExactSizeIterator<Item = usize> + '_ {
-        self.entries[slots].iter().map(|&entry| entry as u32 as usize)
+    pub(crate) fn entries(&self, slots: std::ops::Range<usize>) -> &[u64] {
+        &self.entries[slots]
+    }
+
+    /// Index into the cloud of the point that an entry stands for.
+    #[inline]
+    pub(crate) fn point_index(entry: u64) -> usize {
+        entry as u32 as usize
     }
 
     fn sort_by_packed_key(&mut self, lattice: CubicLattice, extent: &Extent, points: &[Point]) {
@@ -72,7 +75,7 @@ impl CellSort {
                 .filter(|(_, point)| is_finite(point))
                 .map(|(index, point): (u64, _)| (u64::from(extent.key(lattice, point)) << 32) | index),
         );
-        sort_by_upper_half(&mut self.entries, &mut self.spare, extent.max_key);
+        self.radix.sort(&mut self.entries, extent.max_key);
         self.find_starts(|a, b| (a ^ b) >> 32 == 0);
     }
 
@@ -82,16 +85,16 @@ impl CellSort {
             (0..).zip(points).filter(|(_, point)| is_finite(point)).map(|(index, _): (u64, _)| index),
         );
         for axis in [2, 1, 0] {
-            let index = |entry: u64| lattice.index(points[entry as u32 as usize][axis]);
+            let index = |entry: u64| lattice.index(points[Self::point_index(entry)][axis]);
             let indices = || self.entries.iter().map(|&entry| index(entry));
             let least = indices().min().unwrap_or_default();
             let greatest = indices().max().unwrap_or_default();
             for entry in &mut self.entries {
                 *entry = (u64::from(index(*entry).abs_diff(least)) << 32) | u64::from(*entry as u32);
             }
-            sort_by_upper_half(&mut self.entries, &mut self.spare, greatest.abs_diff(least));
+            self.radix.sort(&mut self.entries, greatest.abs_diff(least));
         }
-        let cell = |entry: u64| points[entry as u32 as usize].map(|x| lattice.index(x));
+        let cell = |entry: u64| points[Self::point_index(entry)].map(|x| lattice.index(x));
         self.find_starts(|a, b| cell(a) == cell(b));
     }
 

@@ -1,39 +1,49 @@
 const MAX_DIGIT_BITS: u32 = 11;
 const BUCKETS: usize = 1 << MAX_DIGIT_BITS;
-const MAX_PASSES: usize = 3;
 
-/// Sorts entries by the key in their upper 32 bits; equal keys keep their order. Keys are at most `max_key`.
-///
-/// Least significant digit first, at most three passes of 11 bits: O(n) time; `spare` holds n entries.
-pub(super) fn sort_by_upper_half(entries: &mut Vec<u64>, spare: &mut Vec<u64>, max_key: u32) {
-    let bits = 32 - max_key.leading_zeros();
-    let passes = bits.div_ceil(MAX_DIGIT_BITS);
-    if passes == 0 {
-        return;
-    }
-    let digit_bits = bits.div_ceil(passes);
-    let digit =
-        |entry: u64, pass: u32| (entry >> (32 + pass * digit_bits)) as usize & ((1 << digit_bits) - 1);
+/// Sorts entries by the key in their upper 32 bits; keeps its working memory.
+#[derive(Debug, Clone, Default)]
+pub(super) struct RadixSort {
+    spare: Vec<u64>,
+    histograms: Vec<[u32; BUCKETS]>,
+}
 
-    let mut histograms = [[0_u32; BUCKETS]; MAX_PASSES];
-    for &entry in entries.iter() {
-        for (pass, histogram) in (0..passes).zip(&mut histograms) {
-            histogram[digit(entry, pass)] += 1;
+impl RadixSort {
+    /// Sorts entries by their keys, at most `max_key`; those of equal keys keep their order.
+    ///
+    /// Least significant digit first, at most three passes of 11 bits: O(n).
+    pub(super) fn sort(&mut self, entries: &mut Vec<u64>, max_key: u32) {
+        let bits = 32 - max_key.leading_zeros();
+        let passes = bits.div_ceil(MAX_DIGIT_BITS);
+        if passes == 0 {
+            return;
         }
-    }
-    spare.clear();
-    spare.resize(entries.len(), 0);
-    for (pass, histogram) in (0..passes).zip(&mut histograms) {
-        let mut next = 0;
-        for bucket in histogram.iter_mut() {
-            next += std::mem::replace(bucket, next);
-        }
+        let digit_bits = bits.div_ceil(passes);
+        let digit =
+            |entry: u64, pass: u32| (entry >> (32 + pass * digit_bits)) as usize & ((1 << digit_bits) - 1);
+
+        let Self { spare, histograms } = self;
+        histograms.clear();
+        histograms.resize(passes as usize, [0; BUCKETS]);
         for &entry in entries.iter() {
-            let bucket = &mut histogram[digit(entry, pass)];
-            spare[*bucket as usize] = entry;
-            *bucket += 1;
+            for (pass, histogram) in (0..).zip(histograms.iter_mut()) {
+                histogram[digit(entry, pass)] += 1;
+            }
         }
-        std::mem::swap(entries, spare);
+        spare.clear();
+        spare.resize(entries.len(), 0);
+        for (pass, histogram) in (0..).zip(histograms.iter_mut()) {
+            let mut next = 0;
+            for bucket in histogram.iter_mut() {
+                next += std::mem::replace(bucket, next);
+            }
+            for &entry in entries.iter() {
+                let bucket = &mut histogram[digit(entry, pass)];
+                spare[*bucket as usize] = entry;
+                *bucket += 1;
+            }
+            std::mem::swap(entries, spare);
+        }
     }
 }
 
@@ -56,7 +66,7 @@ mod tests {
                 .collect();
             let mut expected = entries.clone();
             expected.sort_by_key(|entry| entry >> 32);
-            sort_by_upper_half(&mut entries, &mut Vec::new(), max_key);
+            RadixSort::default().sort(&mut entries, max_key);
             assert_eq!(entries, expected, "{bits} bits");
         }
     }
@@ -65,7 +75,7 @@ mod tests {
     fn sorts_nothing_and_one() {
         for entries in [vec![], vec![u64::MAX]] {
             let mut sorted = entries.clone();
-            sort_by_upper_half(&mut sorted, &mut Vec::new(), u32::MAX);
+            RadixSort::default().sort(&mut sorted, u32::MAX);
             assert_eq!(sorted, entries);
         }
     }
