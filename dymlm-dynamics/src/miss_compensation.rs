@@ -9,10 +9,10 @@ use crate::{Error, Foreground};
 #[non_exhaustive]
 pub struct CompensationConfig {
     /// Largest difference between the depth of the foreground and the one expected of the track, metres; 0..=10,
-    /// default 0.3: half a person's extent along the ray, and the error of a box cut differently.
+    /// default 0.2: what the median of a person's surface moves by when the box is cut differently.
     pub depth_tolerance: f32,
     /// Speed of movers: the tolerance grows by it with the time since the last detection, metres per second;
-    /// 0..=100, default 1.5: a brisk walk.
+    /// 0..=100, default 0.7: an indoor walk.
     pub mover_speed: f32,
     /// Least share of the box's samples that must be foreground; 0..=1, default 0.15: a person that raises the arms
     /// fills a third.
@@ -21,7 +21,7 @@ pub struct CompensationConfig {
 
 impl Default for CompensationConfig {
     fn default() -> Self {
-        Self { depth_tolerance: 0.3, mover_speed: 1.5, min_fill: 0.15 }
+        Self { depth_tolerance: 0.2, mover_speed: 0.7, min_fill: 0.15 }
     }
 }
 

@@ -147,7 +147,8 @@ impl Preprocessor {
                 continue;
             }
             mover.depth = foreground.depth();
-            if let Some(depth) = mover.depth {
+            // Only a detection vouches for what is in the box.
+            if let (BoxSource::Detected { .. }, Some(depth)) = (mover.source, mover.depth) {
                 self.tracker.observe_depth(mover.track_id, depth);
             }
             self.movers.swap(kept, index);

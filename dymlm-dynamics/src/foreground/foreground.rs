@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 /// The foreground of a box: depths of the mover's surface on a grid of cells, each `stride` pixels a side.
 ///
 /// The buffer is the caller's to keep: filled again for each box, it allocates only to grow.
@@ -56,10 +58,40 @@ impl Foreground {
         })
     }
 
+    /// The cells near which the foreground's surface runs.
+    pub(crate) fn patches(&self) -> impl Iterator<Item = Patch> + '_ {
+        let rows = self.first_row.saturating_sub(1)..=self.first_row + self.rows;
+        rows.flat_map(move |row| {
+            let columns = self.first_column.saturating_sub(1)..=self.first_column + self.columns;
+            columns.map(move |column| self.patch(column, row))
+        })
+        .filter(|patch| patch.count > 0)
+    }
+
+    fn patch(&self, column: usize, row: usize) -> Patch {
+        let mut patch = Patch {
+            columns: column * self.stride..(column + 1) * self.stride,
+            rows: row * self.stride..(row + 1) * self.stride,
+            depths: [0.0; 9],
+            count: 0,
+            max_step: self.max_step,
+        };
+        let near = Self::neighbours(column + 1, self.first_column, self.columns);
+        for row in Self::neighbours(row + 1, self.first_row, self.rows) {
+            for &depth in &self.depths[row * self.columns..][near.clone()] {
+                if depth > 0.0 {
+                    patch.depths[patch.count] = depth;
+                    patch.count += 1;
+                }
+            }
+        }
+        patch
+    }
+
     /// Whether two readings can be neighbours on one surface. A depth of 0 is none.
     #[inline]
     pub fn continues(&self, a: f32, b: f32) -> bool {
-        (a - b).abs() <= self.max_step * a.min(b)
+        continues(a, b, self.max_step)
     }
 
     /// Whether a depth lies within reach of the foreground.
@@ -70,9 +102,32 @@ impl Foreground {
 
     /// The cells around cell `index` (counted from 1) of a grid that begins at `first` and has `count` cells.
     #[inline]
-    fn neighbours(index: usize, first: usize, count: usize) -> std::ops::Range<usize> {
+    fn neighbours(index: usize, first: usize, count: usize) -> Range<usize> {
         let end = (index + 1).saturating_sub(first).min(count);
         let start = index.saturating_sub(first + 2).min(end);
         start..end
     }
+}
+
+/// The pixels of one cell, and the depths of the foreground in and around it.
+#[derive(Debug, Clone)]
+pub(crate) struct Patch {
+    pub(crate) columns: Range<usize>,
+    pub(crate) rows: Range<usize>,
+    depths: [f32; 9],
+    count: usize,
+    max_step: f32,
+}
+
+impl Patch {
+    /// Whether a pixel of the cell lies on the foreground's surface. A depth of 0 does not.
+    #[inline]
+    pub(crate) fn holds(&self, z: f32) -> bool {
+        z > 0.0 && self.depths.iter().take(self.count).any(|&depth| continues(depth, z, self.max_step))
+    }
+}
+
+#[inline]
+fn continues(a: f32, b: f32, max_step: f32) -> bool {
+    (a - b).abs() <= max_step * a.min(b)
 }

@@ -22,11 +22,25 @@ pub struct ForegroundConfig {
     /// Furthest that the mover's surface may reach before and behind its median depth, metres; 0.05..=10, default
     /// 0.6: an outstretched arm.
     pub max_reach: f32,
+    /// Furthest that the mean depth of another cluster may lie before the mover's median depth for it to count as a
+    /// part of the mover, metres; 0..=10, default 0.2: an arm before the body, but not the chair before the person.
+    pub part_reach_near: f32,
+    /// The same behind it; 0..=10, default 0.5: a leg or an arm behind the body, a person leaning. Both tuned on a
+    /// recorded kitchen.
+    pub part_reach_far: f32,
 }
 
 impl Default for ForegroundConfig {
     fn default() -> Self {
-        Self { stride: 4, eps: 0.025, min_points: 8, max_step: 0.02, max_reach: 0.6 }
+        Self {
+            stride: 4,
+            eps: 0.025,
+            min_points: 8,
+            max_step: 0.02,
+            max_reach: 0.6,
+            part_reach_near: 0.2,
+            part_reach_far: 0.5,
+        }
     }
 }
 
@@ -36,6 +50,8 @@ impl ForegroundConfig {
         check_range("foreground.eps", self.eps.into(), 1e-3..=1.0)?;
         check_range("foreground.min_points", self.min_points as f64, 1.0..=1e6)?;
         check_range("foreground.max_step", self.max_step.into(), 1e-3..=0.5)?;
-        check_range("foreground.max_reach", self.max_reach.into(), 0.05..=10.0)
+        check_range("foreground.max_reach", self.max_reach.into(), 0.05..=10.0)?;
+        check_range("foreground.part_reach_near", self.part_reach_near.into(), 0.0..=10.0)?;
+        check_range("foreground.part_reach_far", self.part_reach_far.into(), 0.0..=10.0)
     }
 }

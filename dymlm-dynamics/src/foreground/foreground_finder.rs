@@ -7,6 +7,8 @@ use crate::image_scale::scaled_pixels;
 
 /// A depth this far from the expected one halves a cluster's score, metres.
 const EXPECTED_DEPTH_SCALE: f32 = 0.25;
+/// Samples along the box's sides, in square roots of the cluster's size, above which the box cuts through it.
+const SIDE_SHARE: f32 = 1.0;
 /// How far the surface between two samples may stick out of the range of depths sampled, metres.
 const RANGE_MARGIN: f32 = 0.1;
 
@@ -46,6 +48,7 @@ pub struct ForegroundFinder {
     samples: Vec<Sample>,
     points: Vec<Point>,
     scores: Vec<f32>,
+    parts: Vec<Part>,
     depths: Vec<f32>,
 }
 
@@ -74,6 +77,23 @@ struct Sample {
     depth: f32,
     /// 1 at the centre of the box, 0 at its sides.
     centrality: f32,
+    /// Whether the box ends beside it, and the image does not.
+    at_side: bool,
+}
+
+/// A cluster that may be a part of the mover.
+#[derive(Debug, Clone, Copy, Default)]
+struct Part {
+    mean_depth: f32,
+    size: usize,
+    at_sides: usize,
+}
+
+impl Part {
+    /// Whether the box cuts through it: furniture and walls go on outside, limbs hardly.
+    fn goes_on_outside(self) -> bool {
+        self.at_sides as f32 > SIDE_SHARE * (self.size as f32).sqrt()
+    }
 }
 
 impl ForegroundFinder {
@@ -95,6 +115,7 @@ impl ForegroundFinder {
             samples: Vec::new(),
             points: Vec::new(),
             scores: Vec::new(),
+            parts: Vec::new(),
             depths: Vec::new(),
         })
     }
@@ -110,6 +131,7 @@ impl ForegroundFinder {
         self.lay_grid(depth, search, foreground);
         self.sample(camera, depth, search, foreground);
         self.dbscan.cluster_into(&self.points, &mut self.scratch, &mut self.clusters);
+        self.describe_clusters();
         if let Some(chosen) = self.choose(search.expected_depth) {
             self.keep(chosen, foreground);
         }
@@ -145,6 +167,7 @@ impl ForegroundFinder {
         self.points.clear();
         let region = &search.bounding_box;
         let (columns, rows) = (region.columns(depth.width()), region.rows(depth.height()));
+        let stride = foreground.stride;
         let [center_u, center_v] = region.center();
         let (half_width, half_height) = (0.5 * region.width(), 0.5 * region.height());
         for row in 0..foreground.rows {
@@ -153,6 +176,8 @@ impl ForegroundFinder {
                 continue;
             }
             let depths = depth.row(v);
+            let at_side_v = (v < rows.start + stride && rows.start > 0)
+                || (v + stride >= rows.end && rows.end < depth.height());
             let vertical = parabola((v as f32 - center_v) / half_height);
             let ray_y = ((v as f64 - camera.cy()) / camera.fy()) as f32;
             for column in 0..foreground.columns {
@@ -167,9 +192,28 @@ impl ForegroundFinder {
                 self.samples.push(Sample {
                     cell: row * foreground.columns + column,
                     depth: z,
+                    at_side: at_side_v
+                        || (u < columns.start + stride && columns.start > 0)
+                        || (u + stride >= columns.end && columns.end < depth.width()),
                     centrality: vertical * parabola((u as f32 - center_u) / half_width),
                 });
             }
+        }
+    }
+
+    /// Mean depth of each cluster, and how much of it lies along the box's sides.
+    fn describe_clusters(&mut self) {
+        self.parts.clear();
+        self.parts.resize(self.clusters.count(), Part::default());
+        for (sample, label) in self.samples.iter().zip(self.clusters.labels()) {
+            if let Some(part) = label.and_then(|label| self.parts.get_mut(label as usize)) {
+                part.mean_depth += sample.depth;
+                part.at_sides += usize::from(sample.at_side);
+            }
+        }
+        for (part, &size) in self.parts.iter_mut().zip(self.clusters.sizes()) {
+            part.mean_depth /= size as f32;
+            part.size = size;
         }
     }
 
@@ -193,25 +237,31 @@ impl ForegroundFinder {
         best.map(|(label, _)| label as u32)
     }
 
-    /// Writes the samples of the chosen cluster into the grid, except those out of reach of its median depth.
+    /// Writes the samples of the mover into the grid: those of the chosen cluster, and of all others that lie at its
+    /// depth. What stands before a mover, or another limb of it, parts its surface.
     fn keep(&mut self, chosen: u32, foreground: &mut Foreground) {
-        let members = || {
-            let labelled = self.samples.iter().zip(self.clusters.labels());
-            labelled.filter(|(_, label)| **label == Some(chosen)).map(|(sample, _)| *sample)
-        };
-        let Some(median) = percentile(&mut self.depths, members().map(|sample| sample.depth), 0.5) else {
-            return;
-        };
-        let reach = median - self.config.max_reach..=median + self.config.max_reach;
-        (foreground.near, foreground.far) = (median, median);
+        let labelled = || self.samples.iter().zip(self.clusters.labels());
+        let members = labelled().filter(|(_, label)| **label == Some(chosen)).map(|(sample, _)| sample.depth);
+        let Some(median) = percentile(&mut self.depths, members, 0.5) else { return };
+        let reach = |distance: f32| median - distance..=median + distance;
+        let sample_reach = reach(self.config.max_reach);
+        let part_reach = median - self.config.part_reach_near..=median + self.config.part_reach_far;
+
         foreground.median = median;
-        for sample in members().filter(|sample| reach.contains(&sample.depth)) {
-            foreground.depths[sample.cell] = sample.depth;
-            foreground.count += 1;
-            foreground.near = foreground.near.min(sample.depth);
-            foreground.far = foreground.far.max(sample.depth);
+        (foreground.near, foreground.far) = (median, median);
+        for (sample, label) in labelled() {
+            let is_part = label.is_some_and(|label| {
+                let part = self.parts.get(label as usize).copied().unwrap_or_default();
+                label == chosen || (part_reach.contains(&part.mean_depth) && !part.goes_on_outside())
+            });
+            if is_part && sample_reach.contains(&sample.depth) {
+                foreground.depths[sample.cell] = sample.depth;
+                foreground.count += 1;
+                foreground.near = foreground.near.min(sample.depth);
+                foreground.far = foreground.far.max(sample.depth);
+            }
         }
-        foreground.near -= RANGE_MARGIN;
+        foreground.near = (foreground.near - RANGE_MARGIN).max(f32::MIN_POSITIVE);
         foreground.far += RANGE_MARGIN;
     }
 }

@@ -10,6 +10,8 @@ use crate::Error;
 
 /// Largest timestamp that can be in seconds; epoch times in milliseconds are above it.
 const MAX_TIMESTAMP: f64 = 1e11;
+/// Rounding of timestamps, seconds: three frames at 6 Hz are half a second.
+const TIME_SLACK: f64 = 1e-3;
 
 /// Tracks the boxes of a 2D detector from frame to frame, label by label.
 ///
@@ -255,7 +257,8 @@ impl BoxTracker {
 
     fn forget_lost(&mut self, timestamp: f64) {
         let max_age = self.config.max_age.max(self.config.max_coast);
-        self.tracks.retain(|track| track.matched.is_some() || timestamp - track.last_seen <= max_age);
+        self.tracks
+            .retain(|track| track.matched.is_some() || timestamp - track.last_seen <= max_age + TIME_SLACK);
     }
 
     fn collect_boxes(&mut self, timestamp: f64) {
@@ -271,7 +274,7 @@ impl BoxTracker {
                 (BoxSource::Detected { detection }, bounding_box)
             } else if state == TrackState::Confirmed
                 && self.config.max_coast > 0.0
-                && missed_for <= self.config.max_coast
+                && missed_for <= self.config.max_coast + TIME_SLACK
                 && let Some(predicted) = track.filter.bounding_box()
             {
                 (BoxSource::Predicted { missed_for }, predicted)

@@ -1,0 +1,183 @@
+use std::ops::Range;
+
+use dymlm_core::{DepthImage, Mask};
+
+use super::MaskRegion;
+use crate::Foreground;
+
+/// The pixels of one mover in its box.
+///
+/// The box is copied with a border of one pixel around it, so that no step has to ask whether a neighbour exists.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Silhouette {
+    columns: Range<usize>,
+    rows: Range<usize>,
+    /// Of the box and its border; 0 = no reading.
+    depths: Vec<f32>,
+    pixels: Vec<Pixel>,
+    /// Pixels whose neighbours are still to be looked at.
+    front: Vec<usize>,
+    next_front: Vec<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Pixel {
+    /// Part of the mover.
+    Inside,
+    /// Not (yet) part of it.
+    Outside,
+    /// The border: not part of the box.
+    Border,
+}
+
+impl Silhouette {
+    /// Finds the mover's pixels in its box.
+    pub(super) fn trace(
+        &mut self,
+        mover: &MaskRegion<'_>,
+        depth: &DepthImage,
+        dilation: usize,
+        shadow: usize,
+    ) {
+        self.columns = mover.bounding_box.columns(depth.width());
+        self.rows = mover.bounding_box.rows(depth.height());
+        self.copy_box(depth);
+        self.take_surface(mover.foreground);
+        self.take_instance(mover.instance_mask);
+        self.grow(mover.foreground);
+        self.add_rim(dilation, shadow);
+    }
+
+    /// Makes the mover's pixels `false`.
+    pub(super) fn remove_from(&self, is_static: &mut Mask) {
+        let width = is_static.width();
+        for (row, v) in self.rows.clone().enumerate() {
+            let pixels = &self.pixels[self.index(0, row)..][..self.columns.len()];
+            let choices = &mut is_static.data_mut()[v * width..][self.columns.clone()];
+            for (choice, &pixel) in choices.iter_mut().zip(pixels) {
+                *choice &= pixel != Pixel::Inside;
+            }
+        }
+    }
+
+    /// Width of the box and its border.
+    fn stride(&self) -> usize {
+        self.columns.len() + 2
+    }
+
+    /// Index of a pixel of the box, counted from its corner.
+    fn index(&self, column: usize, row: usize) -> usize {
+        (row + 1) * self.stride() + column + 1
+    }
+
+    fn copy_box(&mut self, depth: &DepthImage) {
+        let size = self.stride() * (self.rows.len() + 2);
+        self.depths.clear();
+        self.depths.resize(size, 0.0);
+        self.pixels.clear();
+        self.pixels.resize(size, Pixel::Border);
+        for (row, v) in self.rows.clone().enumerate() {
+            let start = self.index(0, row);
+            let end = start + self.columns.len();
+            self.depths[start..end].copy_from_slice(&depth.row(v)[self.columns.clone()]);
+            self.pixels[start..end].fill(Pixel::Outside);
+        }
+    }
+
+    /// Starts with the pixels on the foreground's surface.
+    fn take_surface(&mut self, foreground: &Foreground) {
+        for patch in foreground.patches() {
+            let columns = within(&patch.columns, &self.columns);
+            for row in within(&patch.rows, &self.rows) {
+                for column in columns.clone() {
+                    let index = self.index(column, row);
+                    if patch.holds(self.depths[index]) && self.pixels[index] == Pixel::Outside {
+                        self.pixels[index] = Pixel::Inside;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the detector's own mask.
+    fn take_instance(&mut self, instance_mask: Option<&Mask>) {
+        let Some(mask) = instance_mask else { return };
+        for (row, v) in self.rows.clone().enumerate() {
+            for (column, u) in self.columns.clone().enumerate() {
+                if mask.at(u, v) {
+                    let index = self.index(column, row);
+                    self.pixels[index] = Pixel::Inside;
+                }
+            }
+        }
+    }
+
+    /// Adds neighbours that continue the surface, until there are none.
+    fn grow(&mut self, foreground: &Foreground) {
+        self.collect_front();
+        while let Some(pixel) = self.front.pop() {
+            let z = self.depths[pixel];
+            for neighbour in self.neighbours(pixel) {
+                // A reading of 0 continues nothing.
+                let z_neighbour = self.depths[neighbour];
+                if self.pixels[neighbour] == Pixel::Outside
+                    && foreground.continues(z, z_neighbour)
+                    && foreground.reaches(z_neighbour)
+                {
+                    self.pixels[neighbour] = Pixel::Inside;
+                    self.front.push(neighbour);
+                }
+            }
+        }
+    }
+
+    /// Adds layers of pixels around the silhouette: all pixels for `dilation` layers, from then on to `shadow` only
+    /// those without depth.
+    fn add_rim(&mut self, dilation: usize, shadow: usize) {
+        self.collect_front();
+        for layer in 0..shadow {
+            self.next_front.clear();
+            for &pixel in &self.front {
+                for neighbour in self.neighbours(pixel) {
+                    let joins = layer < dilation || self.depths[neighbour] == 0.0;
+                    if joins && self.pixels[neighbour] == Pixel::Outside {
+                        self.pixels[neighbour] = Pixel::Inside;
+                        self.next_front.push(neighbour);
+                    }
+                }
+            }
+            std::mem::swap(&mut self.front, &mut self.next_front);
+        }
+    }
+
+    /// Puts those pixels of the mover in front that have a neighbour outside it.
+    fn collect_front(&mut self) {
+        self.front.clear();
+        let (stride, width) = (self.stride(), self.columns.len());
+        for row in 0..self.rows.len() {
+            let start = self.index(0, row);
+            let line = |from: usize| self.pixels[from..].iter().take(width);
+            let around =
+                line(start - 1).zip(line(start + 1)).zip(line(start - stride).zip(line(start + stride)));
+            for (offset, (&pixel, ((&left, &right), (&above, &below)))) in line(start).zip(around).enumerate()
+            {
+                let open = [left, right, above, below].map(|neighbour| neighbour == Pixel::Outside);
+                if (pixel == Pixel::Inside) & (open[0] | open[1] | open[2] | open[3]) {
+                    self.front.push(start + offset);
+                }
+            }
+        }
+    }
+
+    /// The pixels left, right, above and below one of the box.
+    fn neighbours(&self, pixel: usize) -> [usize; 4] {
+        [pixel - 1, pixel + 1, pixel - self.stride(), pixel + self.stride()]
+    }
+}
+
+/// The part of `range` in `window`, counted from the window's start.
+fn within(range: &Range<usize>, window: &Range<usize>) -> Range<usize> {
+    let start = range.start.max(window.start) - window.start;
+    let end = range.end.min(window.end).saturating_sub(window.start);
+    start..end.max(start)
+}

@@ -1,0 +1,81 @@
+//! The masks of a recorded kitchen with people, against the exact ones.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
+mod common;
+
+use common::{Coverage, data_folder, kitchen};
+use dymlm_core::Detection;
+use dymlm_dynamics::{DynamicsConfig, MaskMode, Preprocessor};
+
+fn raw_boxes() -> DynamicsConfig {
+    let mut config = DynamicsConfig::default();
+    config.tracker.max_coast = 0.0;
+    config.correction.max_extension = 0.0;
+    config.mask.mode = MaskMode::Box;
+    config
+}
+
+fn compensated_boxes() -> DynamicsConfig {
+    let mut config = raw_boxes();
+    config.tracker.max_coast = DynamicsConfig::default().tracker.max_coast;
+    config
+}
+
+fn corrected_boxes() -> DynamicsConfig {
+    let mut config = DynamicsConfig::default();
+    config.mask.mode = MaskMode::Box;
+    config
+}
+
+struct Row {
+    name: &'static str,
+    min_score: f32,
+    least_recall: f64,
+    least_precision: f64,
+    preprocessor: Preprocessor,
+    coverage: Coverage,
+}
+
+#[test]
+fn masks_cover_the_people() {
+    let Some(folder) = data_folder("kitchen_people") else { return };
+    let row = |name, min_score, config: DynamicsConfig, least_recall, least_precision| Row {
+        name,
+        min_score,
+        least_recall,
+        least_precision,
+        preprocessor: Preprocessor::new(config).unwrap(),
+        coverage: Coverage::default(),
+    };
+    let mut rows = Vec::new();
+    for (min_score, least) in [(0.25, [[0.0; 2]; 4]), (0.7, [[0.0; 2]; 4])] {
+        rows.push(row("raw boxes", min_score, raw_boxes(), least[0][0], least[0][1]));
+        rows.push(row("+ compensation", min_score, compensated_boxes(), least[1][0], least[1][1]));
+        rows.push(row("+ correction", min_score, corrected_boxes(), least[2][0], least[2][1]));
+        rows.push(row("silhouettes", min_score, DynamicsConfig::default(), least[3][0], least[3][1]));
+    }
+
+    for recorded in kitchen(&folder) {
+        for row in &mut rows {
+            let detections: Vec<Detection> =
+                recorded.detections.iter().filter(|d| d.score() >= row.min_score).cloned().collect();
+            let result =
+                row.preprocessor.process(&recorded.frame, &detections, &recorded.world_from_camera).unwrap();
+            row.coverage.add(recorded.frame.depth(), &recorded.people, result.static_mask);
+        }
+    }
+    println!("{:>9} {:<16} {:>8} {:>10}", "score >=", "mask", "recall", "precision");
+    for row in &rows {
+        let (recall, precision) = (row.coverage.recall(), row.coverage.precision());
+        println!("{:>9} {:<16} {recall:>8.4} {precision:>10.4}", row.min_score, row.name);
+    }
+    for row in &rows {
+        assert!(row.coverage.recall() >= row.least_recall, "recall of {} at {}", row.name, row.min_score);
+        assert!(
+            row.coverage.precision() >= row.least_precision,
+            "precision of {} at {}",
+            row.name,
+            row.min_score
+        );
+    }
+}
