@@ -3,5 +3,11 @@
 mod dbscan;
 mod lattice;
 mod parallel;
+mod statistical_outlier_removal;
+mod voxel_grid;
 
 pub use dbscan::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
+pub use statistical_outlier_removal::{
+    StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,
+};
+pub use voxel_grid::{VoxelGrid, VoxelGridConfig, VoxelGridScratch};
