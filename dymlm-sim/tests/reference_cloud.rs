@@ -1,6 +1,7 @@
 //! The metrics against a stitched reference: by hand, by brute force, and on the recorded kitchen.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use dymlm_core::{BoundingBox, DepthImage, Frame, Mask, PinholeCamera, Point, Pose};
@@ -15,49 +16,57 @@ fn frame(depths: Vec<f32>) -> Frame {
 }
 
 proptest! {
-    /// The formulas word by word: lattice voxels, centres, all pairs.
+    /// The formulas word by word: lattice voxels, means, all pairs.
     #[test]
     fn agrees_with_brute_force(
         frames in prop::collection::vec(prop::collection::vec(0.5_f32..0.9, 12), 1..6),
         map in prop::collection::vec((-0.05_f32..0.2, -0.1_f32..0.1, 0.4_f32..1.0), 0..60),
     ) {
-        let size = 0.02_f32;
         let mut reference = ReferenceCloud::new(0.02).unwrap();
-        let mut hits: Vec<Vec<[i64; 3]>> = Vec::new();
-        for depths in frames {
+        // The points that each frame puts into each voxel.
+        let mut readings: Vec<(usize, Point)> = Vec::new();
+        for (k, depths) in frames.into_iter().enumerate() {
             let frame = frame(depths);
             reference.add_frame(&frame, &Pose::identity(), 0.3, 0.8);
             let depths = frame.depth().data().iter().enumerate().filter(|&(_, &z)| z <= 0.8);
-            let voxels = depths.map(|(u, &z)| {
-                let point = frame.camera().back_project([u as f64, 0.0], z.into());
-                point.map(|c| (c as f32 * (1.0 / size)).floor() as i64)
-            });
-            hits.push(voxels.collect());
+            readings.extend(depths.map(|(u, &z)| {
+                (k, frame.camera().back_project([u as f64, 0.0], z.into()).map(|c| c as f32))
+            }));
         }
-        let map: Vec<Point> = map.into_iter().map(|(x, y, z)| [x, y, z]).collect();
-        let score = reference.score(&map);
+        let map: Vec<(usize, Point)> = map.into_iter().map(|(x, y, z)| (0, [x, y, z])).collect();
+        let points: Vec<Point> = map.iter().map(|&(_, point)| point).collect();
+        let score = reference.score(&points);
 
-        let unique = |voxels: Vec<[i64; 3]>| {
-            let mut voxels = voxels;
-            voxels.sort_unstable();
-            voxels.dedup();
-            voxels
-        };
-        let map = unique(map.iter().map(|p| p.map(|c| (c * (1.0 / size)).floor() as i64)).collect());
-        let all = unique(hits.concat());
-        let often: Vec<[i64; 3]> =
-            all.iter().copied().filter(|v| hits.iter().filter(|h| h.contains(v)).count() >= 3).collect();
-        let squared = |a: &[i64; 3], b: &[i64; 3]| (0..3).map(|i| (a[i] - b[i]).pow(2)).sum::<i64>();
-        // 6 cm are 3 voxels; 5 cm are 2.5, whose square is 6.25.
-        let residue = map.iter().filter(|m| all.iter().all(|r| squared(m, r) > 9)).count();
-        let complete = often.iter().filter(|r| map.iter().any(|m| squared(m, r) <= 6)).count();
+        let (all, often, map) = (voxel_means(&readings, 1), voxel_means(&readings, 3), voxel_means(&map, 1));
+        let distance = |a: &Point, b: &Point| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f32>().sqrt();
+        let residue = map.iter().filter(|m| all.iter().all(|r| distance(m, r) > 0.06)).count();
+        let complete = often.iter().filter(|r| map.iter().any(|m| distance(m, r) <= 0.05)).count();
         prop_assert_eq!(score.map_voxels, map.len());
         prop_assert_eq!(score.reference_voxels, often.len());
-        prop_assert!((score.residue * map.len() as f64 - residue as f64).abs() < 1e-9);
+        prop_assert!((score.residue * map.len() as f64 - residue as f64).abs() < 1e-6);
         if !often.is_empty() {
-            prop_assert!((score.completeness * often.len() as f64 - complete as f64).abs() < 1e-9);
+            prop_assert!((score.completeness * often.len() as f64 - complete as f64).abs() < 1e-6);
         }
     }
+}
+
+/// Means of the points in each voxel of 2 cm that at least `min_frames` frames hit.
+fn voxel_means(points: &[(usize, Point)], min_frames: usize) -> Vec<Point> {
+    let mut voxels: BTreeMap<[i64; 3], Vec<(usize, Point)>> = BTreeMap::new();
+    for &(frame, point) in points {
+        voxels.entry(point.map(|c| (c * 50.0).floor() as i64)).or_default().push((frame, point));
+    }
+    let often = voxels.values().filter(|points| {
+        let mut frames: Vec<usize> = points.iter().map(|&(frame, _)| frame).collect();
+        frames.dedup();
+        frames.len() >= min_frames
+    });
+    let mean = |points: &Vec<(usize, Point)>| -> Point {
+        std::array::from_fn(|i| {
+            (points.iter().map(|(_, p)| f64::from(p[i])).sum::<f64>() / points.len() as f64) as f32
+        })
+    };
+    often.map(mean).collect()
 }
 
 #[test]
@@ -77,8 +86,9 @@ fn nothing_is_scored_as_nothing() {
 
 /// The kitchen recording with people cut in, against the one without. The expected shares were computed
 /// independently of this crate when the data set was made: residue of all frames stitched as they are 31.6 %, with
-/// the raw person boxes (half-open, pixel centres) removed 2.08 %, with those of score >= 0.7 only 6.27 %, with the
-/// exact masks 0.000 %; completeness 99.9 % each.
+/// the raw person boxes removed 2.08 %, with those of score >= 0.7 only 6.27 %, with the exact masks 0.000 %;
+/// completeness 99.9 % each. How they round boxes to pixels is not known: whole pixels less at the far sides make
+/// 2.087 and 6.268 % here, pixel centres within half-open boxes 2.058 and 6.240 %.
 #[test]
 fn the_kitchen_gives_its_known_figures() {
     let Some(data) = data_folder() else {
@@ -97,45 +107,63 @@ fn the_kitchen_gives_its_known_figures() {
         reference.add_frame(&depth_frame(&clean, name, camera), pose, 0.3, 4.0);
     }
     // As they are, raw boxes, sure boxes, exact masks.
-    let mut maps: [Vec<Point>; 4] = Default::default();
+    let mut maps: [Stitched; 4] = Default::default();
     for ((name, pose), boxes) in names.iter().zip(&poses).zip(&detections) {
         let frame = depth_frame(&people, name, camera);
         let exact = exact_mask(&people, name);
         let nothing = Mask::filled(640, 480, false).unwrap();
         let masks = [nothing, box_mask(boxes, 0.25), box_mask(boxes, 0.7), exact];
-        for (map, mask) in maps.iter_mut().zip(&masks) {
-            stitch(map, &frame, pose, mask);
-        }
+        stitch(&mut maps, &masks, &frame, pose);
     }
-    let scores = maps.map(|map| reference.score(&map));
+    let scores = maps.map(|map| {
+        let means = map.values().map(|(sum, points)| sum.map(|c| (c / points) as f32));
+        reference.score(&means.collect::<Vec<Point>>())
+    });
     let shares: Vec<[f64; 2]> = scores.iter().map(|s| [100.0 * s.residue, 100.0 * s.completeness]).collect();
     eprintln!("residue and completeness in %: as is, boxes, boxes >= 0.7, exact masks: {shares:.3?}");
     for (score, expected) in scores.iter().zip([0.316, 0.0208, 0.0627, 0.0]) {
         let ReferenceScore { residue, completeness, .. } = score;
         assert!((residue - expected).abs() < 0.0006, "residue {residue}, not {expected}");
-        assert!((completeness - 0.999).abs() < 0.0006, "completeness {completeness}");
+        assert!(*completeness > 0.999, "completeness {completeness}");
     }
 }
 
-/// Adds one point a voxel of 1 mm at most: the readings themselves.
-fn stitch(map: &mut Vec<Point>, frame: &Frame, world_from_camera: &Pose, mask: &Mask) {
+/// Sum and number of the points in each voxel of 2 cm: all readings would take a gigabyte.
+type Stitched = HashMap<[i32; 3], ([f64; 3], f64)>;
+
+fn stitch(maps: &mut [Stitched; 4], masks: &[Mask; 4], frame: &Frame, world_from_camera: &Pose) {
     let camera = frame.camera();
+    let mut runs = [([i32::MAX; 3], ([0.0; 3], 0.0)); 4];
+    let put = |map: &mut Stitched, (voxel, (sum, points)): ([i32; 3], ([f64; 3], f64))| {
+        let entry = map.entry(voxel).or_default();
+        (0..3).for_each(|i| entry.0[i] += sum[i]);
+        entry.1 += points;
+    };
     for v in 0..camera.height() {
-        let mut last = [i32::MAX; 3];
         for u in 0..camera.width() {
             let z = frame.depth().at(u, v);
-            if (0.3..=4.0).contains(&z) && !mask.at(u, v) {
-                let point = camera.back_project([u as f64, v as f64], z.into());
-                let point = world_from_camera.transform_point(point).map(|c| c as f32);
-                // Runs within one voxel of 2 cm are given once: the score counts voxels.
-                let voxel = point.map(|c| (c * 50.0).floor() as i32);
-                if voxel != last {
-                    map.push(point);
-                    last = voxel;
+            if !(0.3..=4.0).contains(&z) {
+                continue;
+            }
+            let point = camera.back_project([u as f64, v as f64], z.into());
+            let point = world_from_camera.transform_point(point);
+            let voxel = point.map(|c| (c * 50.0).floor() as i32);
+            for ((map, mask), run) in maps.iter_mut().zip(masks).zip(&mut runs) {
+                if mask.at(u, v) {
+                    continue;
                 }
+                if voxel != run.0 {
+                    if run.1.1 > 0.0 {
+                        put(map, *run);
+                    }
+                    *run = (voxel, ([0.0; 3], 0.0));
+                }
+                (0..3).for_each(|i| run.1.0[i] += point[i]);
+                run.1.1 += 1.0;
             }
         }
     }
+    maps.iter_mut().zip(runs).filter(|(_, run)| run.1.1 > 0.0).for_each(|(map, run)| put(map, run));
 }
 
 fn data_folder() -> Option<PathBuf> {

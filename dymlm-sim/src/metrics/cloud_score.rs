@@ -1,6 +1,6 @@
 use dymlm_core::{Point, PointCloud};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
+use super::nearest::share_within;
 use crate::Truth;
 
 /// How far a cloud is from the truth. With d(p) the distance of a point p of the cloud to the nearest static surface,
@@ -53,23 +53,12 @@ pub fn score_cloud(cloud: &PointCloud, truth: &Truth) -> Option<CloudScore> {
     Some(CloudScore {
         residue,
         stray,
-        completeness: covered_share(&visible, &points)?,
+        completeness: share_within(&visible, &points, MAPPED).unwrap_or(1.0),
         median_distance: median.into(),
         p95_distance: p95.into(),
         points: points.len(),
         visible_points: visible.len(),
     })
-}
-
-/// Share of the `asked` points with one of `points` (not empty, finite) within reach.
-fn covered_share(asked: &[Point], points: &[Point]) -> Option<f64> {
-    if asked.is_empty() {
-        return Some(1.0);
-    }
-    let tree = ImmutableKdTree::<f32, 3>::new_from_slice(points).ok()?;
-    let nearest = |point: &Point| tree.query(point).nearest_one::<SquaredEuclidean<f32>>().execute().distance;
-    let covered = asked.iter().filter(|&point| nearest(point) <= MAPPED * MAPPED).count();
-    Some(covered as f64 / asked.len() as f64)
 }
 
 /// The smallest value not exceeded by `percent` of the values; reorders them. `None` when there are none.

@@ -3,6 +3,7 @@
 mod cell_grid;
 mod cloud_score;
 mod mask_score;
+mod nearest;
 mod reference_cloud;
 mod surfaces;
 mod swept_volume;

@@ -30,13 +30,6 @@ impl VoxelKey {
         let [x, y, z] = cell.map(|c| (c.clamp(-LIMIT, LIMIT) + LIMIT) as u64);
         Self(x << 42 | y << 21 | z)
     }
-
-    /// The voxel `offset` voxels away, held to the lattice's bounds.
-    #[inline]
-    pub(crate) fn offset(self, offset: [i32; 3]) -> Self {
-        let [x, y, z] = [42, 21, 0].map(|shift| (self.0 >> shift & 0x1f_ffff) as i32 - LIMIT);
-        Self::pack([x + offset[0], y + offset[1], z + offset[2]])
-    }
 }
 
 /// A map from voxels, hashed by one multiplication: its keys are points of space, not an adversary's choice.
@@ -64,47 +57,24 @@ impl Hasher for VoxelHasher {
     }
 }
 
-/// All offsets within `radius` voxels (Euclidean, bound included), nearest first.
-pub(crate) fn ball(radius: f32) -> Vec<[i32; 3]> {
-    let reach = radius.max(0.0).min(64.0);
-    let (whole, squared) = (reach as i32, (reach * reach) as i32);
-    let length = |[x, y, z]: [i32; 3]| x * x + y * y + z * z;
-    let side = -whole..=whole;
-    let mut offsets: Vec<[i32; 3]> = side
-        .clone()
-        .flat_map(|x| side.clone().map(move |y| (x, y)))
-        .flat_map(|(x, y)| side.clone().map(move |z| [x, y, z]))
-        .filter(|&offset| length(offset) <= squared)
-        .collect();
-    offsets.sort_by_key(|&offset| (length(offset), offset));
-    offsets
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn offsets_agree_with_moved_points() {
-        for point in [[0.5_f32, -0.5, 3.5], [-1e4, 20.25, 0.0], [1e5, -1e5, 0.125]] {
-            let key = VoxelKey::of(point, 1.0).unwrap();
-            let moved = [point[0] + 3.0, point[1] - 2.0, point[2] + 1.0];
-            assert_eq!(key.offset([3, -2, 1]), VoxelKey::of(moved, 1.0).unwrap());
-        }
+    fn voxels_are_half_open_cubes_from_the_origin() {
+        let key = |x: f32| VoxelKey::of([x, -0.5, 2.5], 1.0).unwrap();
+        assert_eq!(key(0.0), key(0.999));
+        assert_ne!(key(0.0), key(-0.001));
+        assert!(key(-1.5) < key(-0.5) && key(0.5) < key(1.0));
     }
 
     #[test]
     fn odd_points_do_no_harm() {
         assert_eq!(VoxelKey::of([f32::NAN, 0.0, 0.0], 50.0), None);
         assert_eq!(VoxelKey::of([0.0, f32::INFINITY, f32::NEG_INFINITY], 50.0), None);
-        let far = VoxelKey::of([f32::MAX, f32::MAX, -f32::MAX], 50.0).unwrap();
-        assert_eq!(far.offset([1, 1, -1]), far);
-    }
-
-    #[test]
-    fn a_ball_holds_its_bound() {
-        assert_eq!(ball(0.0), [[0; 3]]);
-        assert_eq!(ball(3.0).len(), 123);
-        assert!(ball(3.0).contains(&[0, 0, 3]) && ball(3.0).contains(&[2, 2, 1]));
+        let far = |x: f32| VoxelKey::of([x, x, -x], 50.0).unwrap();
+        assert_eq!(far(f32::MAX), far(1e9));
+        assert!(far(f32::MAX) > far(1e3));
     }
 }

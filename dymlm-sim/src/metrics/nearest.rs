@@ -1,0 +1,44 @@
+use dymlm_core::Point;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+
+/// Share of the `asked` points with one of `points` within `reach` metres; `None` when nothing is asked. All must be
+/// finite.
+pub(super) fn share_within(asked: &[Point], points: &[Point], reach: f32) -> Option<f64> {
+    if asked.is_empty() {
+        return None;
+    }
+    // No tree of no points: its nearest would be an item that is not there.
+    let covered = if points.is_empty() {
+        0
+    } else {
+        let tree = ImmutableKdTree::<f32, 3>::new_from_slice(points).ok()?;
+        let nearest =
+            |point: &Point| tree.query(point).nearest_one::<SquaredEuclidean<f32>>().execute().distance;
+        asked.iter().filter(|&point| nearest(point) <= reach * reach).count()
+    };
+    Some(covered as f64 / asked.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_what_is_within_reach() {
+        let points = [[0.0; 3], [1.0, 0.0, 0.0]];
+        assert_eq!(
+            share_within(&[[0.25, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.125, 0.0]], &points, 0.25),
+            Some(2.0 / 3.0)
+        );
+        assert_eq!(share_within(&[[0.0; 3]], &[], 1.0), Some(0.0));
+        assert_eq!(share_within(&[], &points, 1.0), None);
+    }
+
+    #[test]
+    fn points_on_one_plane_and_all_alike_are_no_trouble() {
+        let plane: Vec<Point> =
+            (0..5000).map(|i| [(i % 70) as f32 * 0.02, (i / 70) as f32 * 0.02, 1.0]).collect();
+        assert_eq!(share_within(&plane, &plane, 0.0), Some(1.0));
+        assert_eq!(share_within(&[[0.0; 3], [2.0; 3]], &[[2.0; 3]; 1000], 0.1), Some(0.5));
+    }
+}
