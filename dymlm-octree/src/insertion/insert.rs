@@ -123,6 +123,16 @@ impl Octree {
         Ok(report)
     }
 
+    /// Whether a sensor at `origin` (world, metres) can insert here: the one thing about a pose that an insertion
+    /// refuses.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Origin`].
+    pub fn check_origin(&self, origin: [f64; 3]) -> Result<(), Error> {
+        self.ray_origin(origin).map(|_| ())
+    }
+
     fn ray_origin(&self, origin: [f64; 3]) -> Result<RayOrigin, Error> {
         // OctoMap's coordinates are single precision.
         let point = origin.map(|coordinate| coordinate as f32);
