@@ -174,7 +174,7 @@ impl Trajectory {
             return Ok(own);
         }
         match (previous, next) {
-            (Some(a), Some(b)) if b.timestamp - a.timestamp <= max_gap => {
+            (Some(a), Some(b)) if !is_gap(a, b, max_gap) => {
                 let fraction = (timestamp - a.timestamp) / (b.timestamp - a.timestamp);
                 Ok(a.world_from_camera.interpolate(&b.world_from_camera, fraction))
             }
@@ -189,10 +189,10 @@ impl Trajectory {
 
     /// The stretches between two poses longer than `max_gap` seconds, in time order.
     pub fn gaps(&self, max_gap: f64) -> Vec<TrajectoryGap> {
-        self.poses
-            .windows(2)
-            .map(|pair| TrajectoryGap { from: pair[0].timestamp, to: pair[1].timestamp })
-            .filter(|gap| gap.to - gap.from > max_gap)
+        let neighbours = self.poses.windows(2).filter_map(|pair| Some((pair.first()?, pair.last()?)));
+        neighbours
+            .filter(|(a, b)| is_gap(a, b, max_gap))
+            .map(|(a, b)| TrajectoryGap { from: a.timestamp, to: b.timestamp })
             .collect()
     }
 }
@@ -228,6 +228,11 @@ impl TrajectoryFile {
         let after = self.trajectory.poses.partition_point(|pose| pose.timestamp <= timestamp);
         self.lines.get(after.saturating_sub(1)).copied().unwrap_or(1)
     }
+}
+
+/// Whether two neighbours are too far apart. The least excess is rounding: 0.3 - 0.1 is more than 0.2.
+fn is_gap(a: &StampedPose, b: &StampedPose, max_gap: f64) -> bool {
+    b.timestamp - a.timestamp > max_gap + Trajectory::SAME_TIME
 }
 
 /// The pose whose own time this is, the nearer of the two.

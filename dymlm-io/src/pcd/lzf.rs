@@ -156,10 +156,27 @@ mod tests {
         assert_eq!(decompress(&compressed, input.len()), Ok(input));
     }
 
+    #[test]
+    fn repeats_from_as_far_back_as_can_be_said() {
+        // Two copies of bytes that do not repeat, just within reach and just beyond it.
+        for distance in [FARTHEST - 1, FARTHEST, FARTHEST + 1] {
+            let mut state = 1_u32;
+            let mut input: Vec<u8> = Vec::new();
+            while input.len() < distance {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                input.push((state >> 24) as u8);
+            }
+            input.extend_from_within(..1000);
+            let compressed = compress(&input);
+            assert_eq!(compressed.len() < distance + distance / 32 + 100, distance <= FARTHEST);
+            assert_eq!(decompress(&compressed, input.len()), Ok(input));
+        }
+    }
+
     proptest! {
         #[test]
         fn gives_back_what_it_took(
-            input in prop::collection::vec(prop_oneof![Just(0_u8), 0..4_u8, any::<u8>()], 0..40_000),
+            input in prop::collection::vec(prop_oneof![Just(0_u8), 0..4_u8, any::<u8>()], 0..2000),
         ) {
             let compressed = compress(&input);
             prop_assert!(compressed.len() <= input.len() + input.len() / 32 + 1);

@@ -1,0 +1,271 @@
+use std::fs;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
+
+use dymlm_core::{Point, PointCloud, Rgb};
+
+use super::header::{Element, Format, Kind, PlyHeader, Property, Scalar};
+use crate::Error;
+use crate::text_lines::quoted;
+
+/// More rows are not made room for before they are there.
+const ROWS_AHEAD: usize = 1 << 16;
+
+/// Reads a point cloud from a PLY file: the `x y z` of its vertices, of any scalar type, and their colours when there
+/// are `red green blue` (or `diffuse_red` ...) of type uchar. Everything else (normals, faces ...) is passed over.
+/// Ascii and binary of both byte orders. Points that are not finite are kept, so that points keep their numbers.
+///
+/// # Errors
+///
+/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is no PLY, has no vertices with
+/// coordinates or ends before its last vertex.
+pub fn read_ply(path: impl AsRef<Path>) -> Result<PointCloud, Error> {
+    let path = path.as_ref();
+    let file = fs::File::open(path).map_err(Error::io(path))?;
+    decode_ply(BufReader::with_capacity(1 << 16, file), path)
+}
+
+/// Reads a point cloud in PLY format from a stream; `name` is what errors call it.
+///
+/// # Errors
+///
+/// As [`read_ply`].
+pub fn decode_ply(mut stream: impl BufRead, name: impl AsRef<Path>) -> Result<PointCloud, Error> {
+    let name = name.as_ref();
+    let header = PlyHeader::read(&mut stream, name)?;
+    let mut rows = Rows { stream, format: header.format, line: Vec::new(), lines: header.lines, path: name };
+    for element in &header.elements {
+        if element.name == "vertex" {
+            check_coordinates(element, name)?;
+            return read_vertices(&mut rows, element);
+        }
+        rows.pass_over(element)?;
+    }
+    Err(Error::malformed(name, "a PLY file without vertices"))
+}
+
+/// What a property is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Coordinate(usize),
+    Color(usize),
+    Passed,
+}
+
+/// A row of the vertices.
+#[derive(Debug, Clone, Copy, Default)]
+struct Vertex {
+    point: Point,
+    color: Rgb,
+}
+
+fn check_coordinates(vertex: &Element, path: &Path) -> Result<(), Error> {
+    let has = |axis| vertex.properties.iter().any(|property| role(property) == Role::Coordinate(axis));
+    match (0..3).find(|&axis| !has(axis)) {
+        Some(axis) => {
+            let name = ["x", "y", "z"][axis];
+            Err(Error::malformed(path, format!("vertices without a scalar property {name}")))
+        }
+        None => Ok(()),
+    }
+}
+
+fn role(property: &Property) -> Role {
+    match (property.name.as_str(), property.kind) {
+        ("x", Kind::Scalar(_)) => Role::Coordinate(0),
+        ("y", Kind::Scalar(_)) => Role::Coordinate(1),
+        ("z", Kind::Scalar(_)) => Role::Coordinate(2),
+        ("red" | "diffuse_red", Kind::Scalar(Scalar::U8)) => Role::Color(0),
+        ("green" | "diffuse_green", Kind::Scalar(Scalar::U8)) => Role::Color(1),
+        ("blue" | "diffuse_blue", Kind::Scalar(Scalar::U8)) => Role::Color(2),
+        _ => Role::Passed,
+    }
+}
+
+fn read_vertices(rows: &mut Rows<'_, impl BufRead>, element: &Element) -> Result<PointCloud, Error> {
+    let roles: Vec<(Kind, Role)> = element.properties.iter().map(|p| (p.kind, role(p))).collect();
+    let has_colors = (0..3).all(|channel| roles.iter().any(|&(_, role)| role == Role::Color(channel)));
+    let mut points = Vec::with_capacity(element.count.min(ROWS_AHEAD));
+    let mut colors = Vec::with_capacity(if has_colors { element.count.min(ROWS_AHEAD) } else { 0 });
+    for row in 0..element.count {
+        let vertex = rows.next(&roles).map_err(|fault| rows.error(fault, element, row))?;
+        points.push(vertex.point);
+        if has_colors {
+            colors.push(vertex.color);
+        }
+    }
+    if has_colors {
+        PointCloud::with_colors(points, colors)
+            .map_err(|error| Error::malformed(rows.path, error.to_string()))
+    } else {
+        Ok(PointCloud::new(points))
+    }
+}
+
+/// The rows after the header.
+struct Rows<'a, R> {
+    stream: R,
+    format: Format,
+    /// The last line of an ascii file.
+    line: Vec<u8>,
+    /// Its number.
+    lines: usize,
+    path: &'a Path,
+}
+
+/// Why there is no next row.
+enum Fault {
+    Io(io::Error),
+    Line(String),
+}
+
+impl From<io::Error> for Fault {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl<R: BufRead> Rows<'_, R> {
+    /// Passes over the rows of an element; those without properties take nothing, however many they are.
+    fn pass_over(&mut self, element: &Element) -> Result<(), Error> {
+        if element.properties.is_empty() {
+            return Ok(());
+        }
+        let roles: Vec<(Kind, Role)> = element.properties.iter().map(|p| (p.kind, Role::Passed)).collect();
+        for row in 0..element.count {
+            self.next(&roles).map_err(|fault| self.error(fault, element, row))?;
+        }
+        Ok(())
+    }
+
+    fn next(&mut self, roles: &[(Kind, Role)]) -> Result<Vertex, Fault> {
+        match self.format {
+            Format::Ascii => self.next_line(roles),
+            Format::LittleEndian => next_binary(&mut self.stream, roles, |_| ()),
+            Format::BigEndian => next_binary(&mut self.stream, roles, <[u8]>::reverse),
+        }
+    }
+
+    /// One row of an ascii file: a line that is not blank.
+    fn next_line(&mut self, roles: &[(Kind, Role)]) -> Result<Vertex, Fault> {
+        loop {
+            self.line.clear();
+            self.lines += 1;
+            if self.stream.read_until(b'\n', &mut self.line)? == 0 {
+                return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
+            }
+            if !self.line.trim_ascii().is_empty() {
+                break;
+            }
+        }
+        let line = std::str::from_utf8(&self.line).map_err(|_| Fault::Line("no UTF-8".to_owned()))?;
+        let mut tokens = line.split_ascii_whitespace();
+        let mut vertex = Vertex::default();
+        for &(kind, role) in roles {
+            let token = tokens.next().ok_or_else(|| Fault::Line("the line ends too early".to_owned()))?;
+            let is_value = match (kind, role) {
+                (Kind::List { .. }, _) => pass_list(token, &mut tokens),
+                (_, Role::Coordinate(axis)) => token.parse().map(|value| vertex.point[axis] = value).is_ok(),
+                (_, Role::Color(channel)) => token.parse().map(|value| vertex.color[channel] = value).is_ok(),
+                (_, Role::Passed) => true,
+            };
+            if !is_value {
+                return Err(Fault::Line(format!("{} is not what belongs there", quoted(token))));
+            }
+        }
+        match tokens.next() {
+            Some(token) => Err(Fault::Line(format!("{} is beyond the last property", quoted(token)))),
+            None => Ok(vertex),
+        }
+    }
+
+    fn error(&self, fault: Fault, element: &Element, row: usize) -> Error {
+        match fault {
+            Fault::Line(reason) => Error::line(self.path, self.lines, reason),
+            Fault::Io(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                let (count, name) = (element.count, &element.name);
+                let reason =
+                    format!("{count} elements {} are announced, but only {row} follow", quoted(name));
+                Error::malformed(self.path, reason)
+            }
+            Fault::Io(error) => Error::io(self.path)(error),
+        }
+    }
+}
+
+/// Passes over the values of a list; says whether they are there.
+fn pass_list<'a>(count: &str, values: &mut impl Iterator<Item = &'a str>) -> bool {
+    match count.parse::<usize>() {
+        Ok(0) => true,
+        Ok(count) => values.nth(count - 1).is_some(),
+        Err(_) => false,
+    }
+}
+
+/// One row of a binary file; `to_little_endian` turns the bytes of a value around if need be.
+fn next_binary(
+    stream: &mut impl BufRead,
+    roles: &[(Kind, Role)],
+    to_little_endian: impl Fn(&mut [u8]),
+) -> Result<Vertex, Fault> {
+    let read = |scalar: Scalar, stream: &mut _| -> io::Result<[u8; 8]> {
+        let mut bytes = [0; 8];
+        if let Some(value) = bytes.get_mut(..scalar.size()) {
+            Read::read_exact(stream, value)?;
+            to_little_endian(value);
+        }
+        Ok(bytes)
+    };
+    let mut vertex = Vertex::default();
+    for &(kind, role) in roles {
+        match (kind, role) {
+            (Kind::List { count, values }, _) => {
+                let count = list_length(count, read(count, stream)?)?;
+                pass_bytes(stream, count.saturating_mul(values.size() as u64))?;
+            }
+            (Kind::Scalar(scalar), Role::Coordinate(axis)) => {
+                vertex.point[axis] = to_f32(scalar, read(scalar, stream)?);
+            }
+            (Kind::Scalar(scalar), Role::Color(channel)) => vertex.color[channel] = read(scalar, stream)?[0],
+            (Kind::Scalar(scalar), Role::Passed) => {
+                read(scalar, stream)?;
+            }
+        }
+    }
+    Ok(vertex)
+}
+
+fn to_f32(scalar: Scalar, bytes: [u8; 8]) -> f32 {
+    let [a, b, c, d, ..] = bytes;
+    match scalar {
+        Scalar::I8 => i8::from_le_bytes([a]).into(),
+        Scalar::U8 => a.into(),
+        Scalar::I16 => i16::from_le_bytes([a, b]).into(),
+        Scalar::U16 => u16::from_le_bytes([a, b]).into(),
+        Scalar::I32 => i32::from_le_bytes([a, b, c, d]) as f32,
+        Scalar::U32 => u32::from_le_bytes([a, b, c, d]) as f32,
+        Scalar::F32 => f32::from_le_bytes([a, b, c, d]),
+        Scalar::F64 => f64::from_le_bytes(bytes) as f32,
+    }
+}
+
+fn list_length(scalar: Scalar, bytes: [u8; 8]) -> Result<u64, Fault> {
+    let [a, b, c, d, ..] = bytes;
+    let length: i64 = match scalar {
+        Scalar::I8 => i8::from_le_bytes([a]).into(),
+        Scalar::U8 => a.into(),
+        Scalar::I16 => i16::from_le_bytes([a, b]).into(),
+        Scalar::U16 => u16::from_le_bytes([a, b]).into(),
+        Scalar::I32 => i32::from_le_bytes([a, b, c, d]).into(),
+        Scalar::U32 => u32::from_le_bytes([a, b, c, d]).into(),
+        Scalar::F32 | Scalar::F64 => -1,
+    };
+    u64::try_from(length).map_err(|_: std::num::TryFromIntError| {
+        io::Error::new(io::ErrorKind::InvalidData, "a list whose length is no number of values").into()
+    })
+}
+
+fn pass_bytes(stream: &mut impl BufRead, count: u64) -> io::Result<()> {
+    let passed = io::copy(&mut stream.take(count), &mut io::sink())?;
+    if passed == count { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+}

@@ -1,0 +1,11 @@
+//! Point clouds as PLY files (Turk 1994, <https://paulbourke.net/dataformats/ply/>).
+//!
+//! Own code for the part of the format that clouds need: the maintained crate for all of it, `ply-rs-bw` 4.0, refuses
+//! the `nan` of ascii clouds, believes the count of elements that take no bytes, and needs a parser generator.
+
+mod decode;
+mod encode;
+mod header;
+
+pub use decode::{decode_ply, read_ply};
+pub use encode::{encode_ply, write_ply};
