@@ -93,12 +93,12 @@ impl VoxelGrid {
         voxels.sort(self.lattice, cloud.points());
 
         let (mut points, colors) = std::mem::take(downsampled).into_parts();
-        average(voxels, &mut points, |members| centroid(cloud.points(), members));
+        average(voxels, &mut points, |voxels, voxel| centroid(cloud.points(), voxels, voxel));
         *downsampled = match cloud.colors() {
             None => PointCloud::new(points),
             Some(all_colors) => {
                 let mut colors = colors.unwrap_or_default();
-                average(voxels, &mut colors, |members| mean_color(all_colors, members));
+                average(voxels, &mut colors, |voxels, voxel| mean_color(all_colors, voxels, voxel));
                 // One of each a voxel, so that the counts agree.
                 PointCloud::with_colors(points, colors).unwrap_or_default()
             }
@@ -106,45 +106,49 @@ impl VoxelGrid {
     }
 }
 
-/// Computes one value a voxel from the entries of its points.
+/// Computes one value a voxel from the ranges of its points.
 fn average<T: Copy + Default + Send>(
     voxels: &CellSort,
     averages: &mut Vec<T>,
-    of: impl Fn(&[u64]) -> T + Send + Sync,
+    of: impl Fn(&CellSort, usize) -> T + Send + Sync,
 ) {
-    let starts = voxels.starts();
-    averages.resize(starts.len().saturating_sub(1), T::default());
+    averages.resize(voxels.cell_count(), T::default());
     let share = task_size(averages.len());
     for_each(averages.chunks_mut(share).enumerate(), |(task, averages)| {
-        for (average, bounds) in averages.iter_mut().zip(starts[task * share..].windows(2)) {
-            *average = of(voxels.entries(bounds[0] as usize..bounds[1] as usize));
+        for (voxel, average) in (task * share..).zip(averages) {
+            *average = of(voxels, voxel);
         }
     });
 }
 
-/// Mean of some points.
+/// Mean of the points of a voxel.
 #[inline]
-fn centroid(points: &[Point], members: &[u64]) -> Point {
+fn centroid(points: &[Point], voxels: &CellSort, voxel: usize) -> Point {
     let mut sum = [0.0_f64; 3];
-    for &member in members {
-        let point = points[CellSort::point_index(member)];
-        for axis in 0..3 {
-            sum[axis] += f64::from(point[axis]);
+    let mut count = 0;
+    for run in voxels.runs_of_cell(voxel) {
+        count += run.len();
+        for point in &points[run] {
+            for axis in 0..3 {
+                sum[axis] += f64::from(point[axis]);
+            }
         }
     }
-    sum.map(|sum| (sum / members.len() as f64) as f32)
+    sum.map(|sum| (sum / count as f64) as f32)
 }
 
-/// Mean of some colours, to the nearest, halves up.
+/// Mean colour of a voxel, to the nearest, halves up.
 #[inline]
-fn mean_color(colors: &[Rgb], members: &[u64]) -> Rgb {
+fn mean_color(colors: &[Rgb], voxels: &CellSort, voxel: usize) -> Rgb {
     let mut sum = [0_u64; 3];
-    for &member in members {
-        let color = colors[CellSort::point_index(member)];
-        for channel in 0..3 {
-            sum[channel] += u64::from(color[channel]);
+    let mut count = 0;
+    for run in voxels.runs_of_cell(voxel) {
+        count += run.len() as u64;
+        for color in &colors[run] {
+            for channel in 0..3 {
+                sum[channel] += u64::from(color[channel]);
+            }
         }
     }
-    let count = members.len() as u64;
-    sum.map(|sum| ((2 * sum + count) / (2 * count)) as u8)
+    sum.map(|sum| ((2 * sum + count) / (2 * count).max(1)) as u8)
 }

@@ -58,18 +58,17 @@ impl Grid {
         self.block_start.clear();
         self.octant.clear();
         self.cell_start.clear();
-        self.point.resize(self.sort.len(), 0);
+        self.point.resize(points.len(), 0);
         for values in [&mut self.x, &mut self.y, &mut self.z] {
-            values.resize(self.sort.len(), 0.0);
+            values.resize(points.len(), 0.0);
         }
-        for block in self.sort.starts().windows(2) {
-            let entries = self.sort.entries(block[0] as usize..block[1] as usize);
+        let mut start = 0;
+        for block in 0..self.sort.cell_count() {
             let mut next_slot = [0; 8];
-            for &entry in entries {
-                next_slot[octant(cells, points[CellSort::point_index(entry)])] += 1;
+            for point in self.sort.runs_of_cell(block).flat_map(|run| &points[run]) {
+                next_slot[octant(cells, *point)] += 1;
             }
             self.block_start.push(self.octant.len() as u32);
-            let mut start = block[0];
             for (octant, slot) in (0..).zip(&mut next_slot) {
                 let count = std::mem::replace(slot, start);
                 if count > 0 {
@@ -78,29 +77,30 @@ impl Grid {
                     start += count;
                 }
             }
-            for &entry in entries {
-                let index = CellSort::point_index(entry);
-                let point = points[index];
-                let next = &mut next_slot[octant(cells, point)];
-                let slot = *next as usize;
-                *next += 1;
-                self.point[slot] = index as u32;
-                [self.x[slot], self.y[slot], self.z[slot]] = point;
+            for run in self.sort.runs_of_cell(block) {
+                for (index, point) in (run.start as u32..).zip(&points[run]) {
+                    let next = &mut next_slot[octant(cells, *point)];
+                    let slot = *next as usize;
+                    *next += 1;
+                    self.point[slot] = index;
+                    [self.x[slot], self.y[slot], self.z[slot]] = *point;
+                }
             }
         }
         self.block_start.push(self.octant.len() as u32);
-        self.cell_start.push(self.sort.len() as u32);
+        self.cell_start.push(start);
+        self.truncate_slots(start as usize);
     }
 
     fn find_rows(&mut self, blocks: CubicLattice) {
         self.rows.clear();
         self.block_z.clear();
-        for (block, &slot) in (0..).zip(self.sort.starts()).take(self.block_count()) {
-            let slot = slot as usize;
+        for block in 0..self.block_count() {
+            let slot = self.cell_start[self.block_start[block] as usize] as usize;
             let (x, y) = (blocks.index(self.x[slot]), blocks.index(self.y[slot]));
             self.block_z.push(blocks.index(self.z[slot]));
             if self.rows.last().is_none_or(|row| (row.x, row.y) != (x, y)) {
-                self.rows.push(Row { x, y, first_block: block });
+                self.rows.push(Row { x, y, first_block: block as u32 });
             }
         }
         self.rows.push(Row { x: i32::MAX, y: i32::MAX, first_block: self.block_count() as u32 });
@@ -213,6 +213,10 @@ impl Grid {
         if let Some(last) = self.cell_start.last_mut() {
             *last = end as u32;
         }
+        self.truncate_slots(end);
+    }
+
+    fn truncate_slots(&mut self, end: usize) {
         self.point.truncate(end);
         for values in [&mut self.x, &mut self.y, &mut self.z] {
             values.truncate(end);

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use dymlm_core::Point;
 
 use super::CubicLattice;
@@ -6,15 +8,20 @@ use super::radix_sort::RadixSort;
 /// The points of a cloud, sorted by lattice cell.
 ///
 /// Cells ascend by x, then y, then z; the points of a cell keep the order of the cloud. Points that are not finite
-/// are left out, and so is what follows the first 2^32 - 1 points. O(n): a radix sort on one packed key a point,
-/// or, where the extent is too large for a key of 32 bits, on the three indices one after the other.
+/// are left out, and so is what follows the first 2^32 - 1 points.
+///
+/// What is sorted is not points but *runs* of successive points in one cell: neighbouring pixels mostly share one. O(n):
+/// a radix sort on one packed key a run, or, where the extent is too large for a key of 32 bits, on the three indices
+/// one after the other.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CellSort {
-    /// Upper half: sort key; lower half: index of the point.
+    /// First point of each run, and the number of points at the end.
+    run_starts: Vec<u32>,
+    /// The runs of finite points. Upper half: sort key; lower half: number of the run.
     entries: Vec<u64>,
     radix: RadixSort,
-    /// First slot of each cell, and the number of slots at the end.
-    starts: Vec<u32>,
+    /// First entry of each cell, and the number of entries at the end.
+    cell_starts: Vec<u32>,
 }
 
 /// The cells from the least to the greatest finite coordinate.
@@ -27,87 +34,106 @@ struct Extent {
     max_key: u32,
 }
 
+/// No cell has this key, which points that are not finite are given.
+const NOT_FINITE: u64 = u64::MAX;
+
 impl CellSort {
     /// Sorts a cloud.
     pub(crate) fn sort(&mut self, lattice: CubicLattice, points: &[Point]) {
         let points = points.get(..u32::MAX as usize).unwrap_or(points);
-        self.entries.clear();
-        self.starts.clear();
-        let Some([min, max]) = finite_bounds(points) else {
-            self.starts.push(0);
+        let Some(bounds) = Bounds::of(points) else {
+            self.entries.clear();
+            self.find_cells(|_, _| true);
             return;
         };
-        if let Some(extent) = Extent::new(lattice, min, max) {
-            self.sort_by_packed_key(lattice, &extent, points);
+        if let Some(extent) = Extent::new(lattice, bounds.min, bounds.max) {
+            let key = |point: &Point| u64::from(extent.key(lattice, point));
+            if bounds.all_finite {
+                self.find_runs(points, key);
+            } else {
+                self.find_runs(points, |point| if is_finite(point) { key(point) } else { NOT_FINITE });
+            }
+            self.radix.sort(&mut self.entries, extent.max_key);
+            self.find_cells(|a, b| (a ^ b) >> 32 == 0);
         } else {
             self.sort_by_each_axis(lattice, points);
         }
     }
 
-    /// Number of slots: of finite points.
+    /// Number of cells.
     #[inline]
-    pub(crate) fn len(&self) -> usize {
-        self.entries.len()
+    pub(crate) fn cell_count(&self) -> usize {
+        self.cell_starts.len().saturating_sub(1)
     }
 
-    /// First slot of each cell, and the number of slots at the end.
+    /// The points of a cell: ranges of the cloud, ascending.
     #[inline]
-    pub(crate) fn starts(&self) -> &[u32] {
-        &self.starts
+    pub(crate) fn runs_of_cell(&self, cell: usize) -> impl Iterator<Item = Range<usize>> + Clone + '_ {
+        let entries = &self.entries[self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize];
+        entries.iter().map(|&entry| self.run(entry))
     }
 
-    /// The points in some slots, as entries.
     #[inline]
-    pub(crate) fn entries(&self, slots: std::ops::Range<usize>) -> &[u64] {
-        &self.entries[slots]
+    fn run(&self, entry: u64) -> Range<usize> {
+        let run = entry as u32 as usize;
+        self.run_starts[run] as usize..self.run_starts[run + 1] as usize
     }
 
-    /// Index into the cloud of the point that an entry stands for.
-    #[inline]
-    pub(crate) fn point_index(entry: u64) -> usize {
-        entry as u32 as usize
-    }
-
-    fn sort_by_packed_key(&mut self, lattice: CubicLattice, extent: &Extent, points: &[Point]) {
-        self.entries.extend(
-            (0..)
-                .zip(points)
-                .filter(|(_, point)| is_finite(point))
-                .map(|(index, point): (u64, _)| (u64::from(extent.key(lattice, point)) << 32) | index),
-        );
-        self.radix.sort(&mut self.entries, extent.max_key);
-        self.find_starts(|a, b| (a ^ b) >> 32 == 0);
+    /// Cuts the cloud where the key changes, without a branch on what no processor could predict.
+    fn find_runs(&mut self, points: &[Point], key: impl Fn(&Point) -> u64) {
+        self.run_starts.resize(points.len() + 1, 0);
+        self.entries.resize(points.len(), 0);
+        let (mut runs, mut entries) = (0, 0);
+        // No point has this key.
+        let mut previous = NOT_FINITE - 1;
+        for (index, point) in (0..).zip(points) {
+            let key = key(point);
+            // Overwritten by the next point unless this one begins a run.
+            self.run_starts[runs] = index;
+            self.entries[entries] = key << 32 | runs as u64;
+            let begins = previous != key;
+            runs += usize::from(begins);
+            entries += usize::from(begins & (key != NOT_FINITE));
+            previous = key;
+        }
+        self.run_starts.truncate(runs);
+        self.run_starts.push(points.len() as u32);
+        self.entries.truncate(entries);
     }
 
     /// Least significant axis first; the sort is stable.
     fn sort_by_each_axis(&mut self, lattice: CubicLattice, points: &[Point]) {
+        // Each point a run of its own.
+        self.run_starts.clear();
+        self.run_starts.extend(0..=points.len() as u32);
+        self.entries.clear();
         self.entries.extend(
             (0..).zip(points).filter(|(_, point)| is_finite(point)).map(|(index, _): (u64, _)| index),
         );
         for axis in [2, 1, 0] {
-            let index = |entry: u64| lattice.index(points[Self::point_index(entry)][axis]);
+            let index = |entry: u64| lattice.index(points[entry as u32 as usize][axis]);
             let indices = || self.entries.iter().map(|&entry| index(entry));
             let least = indices().min().unwrap_or_default();
             let greatest = indices().max().unwrap_or_default();
             for entry in &mut self.entries {
-                *entry = (u64::from(index(*entry).abs_diff(least)) << 32) | u64::from(*entry as u32);
+                *entry = u64::from(index(*entry).abs_diff(least)) << 32 | u64::from(*entry as u32);
             }
             self.radix.sort(&mut self.entries, greatest.abs_diff(least));
         }
-        let cell = |entry: u64| points[Self::point_index(entry)].map(|x| lattice.index(x));
-        self.find_starts(|a, b| cell(a) == cell(b));
+        let cell = |entry: u64| points[entry as u32 as usize].map(|x| lattice.index(x));
+        self.find_cells(|a, b| cell(a) == cell(b));
     }
 
-    /// Finds the slots where a cell begins, without a branch on what no processor could predict.
-    fn find_starts(&mut self, same_cell: impl Fn(u64, u64) -> bool) {
-        self.starts.resize(self.entries.len() + 1, 0);
-        let mut cells = 1;
-        for (slot, pair) in (1..).zip(self.entries.windows(2)) {
-            self.starts[cells] = slot;
+    /// Cuts the sorted entries where the cell changes.
+    fn find_cells(&mut self, same_cell: impl Fn(u64, u64) -> bool) {
+        self.cell_starts.resize(self.entries.len() + 1, 0);
+        let mut cells = usize::from(!self.entries.is_empty());
+        for (index, pair) in (1..).zip(self.entries.windows(2)) {
+            self.cell_starts[cells] = index;
             cells += usize::from(!same_cell(pair[0], pair[1]));
         }
-        self.starts.truncate(cells);
-        self.starts.push(self.entries.len() as u32);
+        self.cell_starts.truncate(cells);
+        self.cell_starts.push(self.entries.len() as u32);
     }
 }
 
@@ -138,17 +164,60 @@ impl Extent {
     }
 }
 
-/// Least and greatest coordinates of the finite points; `None` when there is none.
-fn finite_bounds(points: &[Point]) -> Option<[Point; 2]> {
-    let mut min = [f32::INFINITY; 3];
-    let mut max = [f32::NEG_INFINITY; 3];
-    for point in points.iter().filter(|point| is_finite(point)) {
-        for axis in 0..3 {
-            min[axis] = if point[axis] < min[axis] { point[axis] } else { min[axis] };
-            max[axis] = if point[axis] > max[axis] { point[axis] } else { max[axis] };
+/// Least and greatest coordinates of the finite points.
+struct Bounds {
+    min: Point,
+    max: Point,
+    all_finite: bool,
+}
+
+impl Bounds {
+    /// `None` when there is no finite point.
+    fn of(points: &[Point]) -> Option<Self> {
+        let all = Self::of_finite(points);
+        if all.all_finite && !points.is_empty() {
+            return Some(all);
+        }
+        // Rare enough for one point at a time.
+        let finite = points.iter().filter(|point| is_finite(point)).map(|point| Self::of_finite(&[*point]));
+        let bounds = finite.reduce(|a, b| a.and(&b))?;
+        Some(Self { all_finite: false, ..bounds })
+    }
+
+    /// The bounds of points that prove finite, four at a time in vector registers.
+    fn of_finite(points: &[Point]) -> Self {
+        const LANES: usize = 12;
+        let mut min = [f32::INFINITY; LANES];
+        let mut max = [f32::NEG_INFINITY; LANES];
+        let mut not_finite = [0.0; LANES];
+        let (fours, rest) = points.as_chunks::<4>();
+        // The rest as four points, the last one repeated.
+        let last = rest.last().map(|last| std::array::from_fn(|i| *rest.get(i).unwrap_or(last)));
+        for four in fours.iter().chain(&last) {
+            for ((lane, &x), not_finite) in four.as_flattened().iter().enumerate().zip(&mut not_finite) {
+                min[lane] = if x < min[lane] { x } else { min[lane] };
+                max[lane] = if x > max[lane] { x } else { max[lane] };
+                // NaN for NaN and the infinities.
+                *not_finite += 0.0 * x;
+            }
+        }
+        let axis = |lanes: &[f32; LANES], axis: usize, better: fn(f32, f32) -> f32| {
+            lanes.iter().skip(axis).step_by(3).copied().reduce(better).unwrap_or_default()
+        };
+        Self {
+            min: std::array::from_fn(|i| axis(&min, i, f32::min)),
+            max: std::array::from_fn(|i| axis(&max, i, f32::max)),
+            all_finite: not_finite.iter().all(|&sum| sum == 0.0),
         }
     }
-    (min[0] <= max[0]).then_some([min, max])
+
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            min: std::array::from_fn(|axis| self.min[axis].min(other.min[axis])),
+            max: std::array::from_fn(|axis| self.max[axis].max(other.max[axis])),
+            all_finite: self.all_finite && other.all_finite,
+        }
+    }
 }
 
 /// One test for three coordinates: 0 x is NaN for NaN and the infinities.
