@@ -33,7 +33,7 @@ impl Lattice {
     pub(crate) fn index(&self, coordinate: f64) -> Option<u16> {
         let scaled = self.factor * coordinate;
         // NaN fails.
-        if !(scaled >= -32768.0 && scaled < 32768.0) {
+        if !(-32768.0..32768.0).contains(&scaled) {
             return None;
         }
         // floor(): a call into libm on the x86-64 baseline, a truncation and a comparison here.

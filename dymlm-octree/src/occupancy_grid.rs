@@ -1,3 +1,4 @@
+use std::cmp::Ordering;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -50,8 +51,7 @@ impl Octree {
     pub fn project(&self, up: [f64; 3], min_height: f64, max_height: f64) -> Result<OccupancyGrid, Error> {
         let refused = Error::Projection { up, min_height, max_height };
         let Some(axes) = grid_axes(up) else { return Err(refused) };
-        // NaN fails.
-        if !(min_height < max_height) {
+        if min_height.partial_cmp(&max_height) != Some(Ordering::Less) {
             return Err(refused);
         }
         let world_from_grid = world_from_grid(axes)?;

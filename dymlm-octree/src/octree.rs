@@ -199,9 +199,9 @@ impl Octree {
         for leaf in self.leaves() {
             let corner = self.lattice.corner(leaf.key);
             let grown = extent.get_or_insert(Extent { min: corner, max: corner });
-            for axis in 0..3 {
-                grown.min[axis] = grown.min[axis].min(corner[axis]);
-                grown.max[axis] = grown.max[axis].max(corner[axis] + leaf.size);
+            for ((min, max), corner) in grown.min.iter_mut().zip(&mut grown.max).zip(corner) {
+                *min = corner.min(*min);
+                *max = max.max(corner + leaf.size);
             }
         }
         extent

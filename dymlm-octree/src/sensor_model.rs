@@ -82,7 +82,7 @@ mod tests {
         let model = SensorModel::new(&OctreeConfig::default());
         assert_eq!(model.hit, 0.847_297_85);
         assert_eq!(model.miss, -0.405_465_1);
-        assert_eq!(model.min, -2.000_027_9);
+        assert_eq!(model.min, -2.000_028);
         assert_eq!(model.max, 3.511_030_7);
         assert_eq!(model.occupied, 0.0);
     }

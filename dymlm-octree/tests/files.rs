@@ -225,17 +225,13 @@ fn files_are_named_in_errors() {
 
 /// Runs one of OctoMap's tools; `None` (and a printed line) when it is not installed.
 fn tool(name: &str, arguments: &[&std::path::Path]) -> Option<String> {
-    match Command::new(name).args(arguments).output() {
-        Ok(output) => {
-            let text = [output.stdout, output.stderr].concat();
-            assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&text));
-            Some(String::from_utf8_lossy(&text).into_owned())
-        }
-        Err(_) => {
-            eprintln!("skipped: {name} is not installed");
-            None
-        }
-    }
+    let Ok(output) = Command::new(name).args(arguments).output() else {
+        eprintln!("skipped: {name} is not installed");
+        return None;
+    };
+    let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    assert!(output.status.success(), "{name}: {text}");
+    Some(text)
 }
 
 #[test]

@@ -1,10 +1,10 @@
 use dymlm_core::{ColorImage, DepthImage, Mask, PinholeCamera, Point, Pose, Rgb};
 
 use super::ScanScratch;
+use super::cells::{Readings, find_cells};
 use super::marks::Marks;
 use super::ray::RayOrigin;
 use super::sparse_marks::pack;
-use crate::lattice::{Key, Lattice, OUTSIDE};
 use crate::{ColorMode, Error, Octree, RayMode};
 
 /// What became of a scan.
@@ -57,7 +57,7 @@ impl Octree {
     /// ```
     pub fn insert_scan(&mut self, origin: [f64; 3], points: &[Point]) -> Result<InsertReport, Error> {
         let origin = self.ray_origin(origin)?;
-        Ok(self.insert_readings(&origin, points, None))
+        Ok(self.insert(&origin, &Readings::Points { points, colors: None }))
     }
 
     /// [`Self::insert_scan`] with a colour for each point. Without [`ColorMode::PerLeaf`] the colours are ignored.
@@ -75,13 +75,14 @@ impl Octree {
         if points.len() != colors.len() {
             return Err(dymlm_core::Error::ColorCount { points: points.len(), colors: colors.len() }.into());
         }
-        Ok(self.insert_readings(&origin, points, Some(colors)))
+        let colors = Some(colors).filter(|_| self.config().color == ColorMode::PerLeaf);
+        Ok(self.insert(&origin, &Readings::Points { points, colors }))
     }
 
     /// Inserts a depth frame: exactly [`Self::insert_scan`] of its back-projected readings.
     ///
     /// A reading is a pixel with a depth that is `true` in `static_mask` (all are without one); any other pixel says
-    /// nothing, neither of its surface nor of the space before it. Back-projection is in single precision, within
+    /// nothing, neither of its surface nor of the space before it. Back-projection is in single precision: within
     /// 1e-5 m of exact in a room.
     ///
     /// # Errors
@@ -101,36 +102,12 @@ impl Octree {
         if let Some(color) = color {
             check_size("the colour image", camera, color.width(), color.height())?;
         }
+        check_size("the depth image", camera, depth.width(), depth.height())?;
         let origin = self.ray_origin(world_from_camera.translation())?;
         let color = color.filter(|_| self.config().color == ColorMode::PerLeaf);
 
-        self.scratch.camera_points.back_project(camera, depth)?;
-        let mut points = std::mem::take(&mut self.scratch.points);
-        let mut colors = std::mem::take(&mut self.scratch.point_colors);
-        points.clear();
-        colors.clear();
-        static_points(self.scratch.camera_points.points(), static_mask, world_from_camera, &mut points);
-        if let Some(image) = color {
-            let readings = depth.data().iter().zip(image.data()).enumerate();
-            let is_static = |i: usize| static_mask.is_none_or(|mask| mask.data()[i]);
-            colors.extend(
-                readings.filter(|&(i, (&z, _))| z > 0.0 && is_static(i)).map(|(_, (_, color))| *color),
-            );
-        }
-        let report = self.insert_readings(&origin, &points, color.map(|_| colors.as_slice()));
-        self.scratch.points = points;
-        self.scratch.point_colors = colors;
-        Ok(report)
-    }
-
-    /// Whether a sensor at `origin` (world, metres) can insert here: the one thing about a pose that an insertion
-    /// refuses.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Origin`].
-    pub fn check_origin(&self, origin: [f64; 3]) -> Result<(), Error> {
-        self.ray_origin(origin).map(|_| ())
+        let readings = Readings::Depth { camera, depth, static_mask, color, world_from_camera };
+        Ok(self.insert(&origin, &readings))
     }
 
     fn ray_origin(&self, origin: [f64; 3]) -> Result<RayOrigin, Error> {
@@ -143,21 +120,11 @@ impl Octree {
     }
 
     /// The steps of an insertion: cells of the readings, marks along their rays, update of the marked cells.
-    fn insert_readings(
-        &mut self,
-        origin: &RayOrigin,
-        points: &[Point],
-        colors: Option<&[Rgb]>,
-    ) -> InsertReport {
+    fn insert(&mut self, origin: &RayOrigin, readings: &Readings<'_>) -> InsertReport {
         let mut scratch = std::mem::take(&mut self.scratch);
-        let mut report = InsertReport { readings: points.len(), ..InsertReport::default() };
-        let (rays, lattice) = (self.config().rays, self.lattice);
-
-        let bounds = find_cells(points, origin, &lattice, rays, &mut scratch, &mut report);
-        if let (Some(colors), ColorMode::PerLeaf) = (colors, self.config().color) {
-            self.sum_colors(points, colors, origin, &mut scratch);
-        }
-        let (min, max) = bounds.within_reach(origin.key, self.config().max_range / lattice.resolution);
+        let mut report = InsertReport::default();
+        let bounds = find_cells(readings, origin, &self.lattice, self.config(), &mut scratch, &mut report);
+        let (min, max) = bounds.within_reach(origin.key, self.config().max_range / self.resolution());
         let mut window = std::mem::take(&mut scratch.window);
         let mut sparse = std::mem::take(&mut scratch.sparse);
         if window.lay(min, max) {
@@ -214,105 +181,6 @@ impl Octree {
             self.tree.observe(corner, misses, hits, &self.model);
         });
         self.tree.settle();
-    }
-
-    fn sum_colors(&self, points: &[Point], colors: &[Rgb], origin: &RayOrigin, scratch: &mut ScanScratch) {
-        for (&point, &color) in points.iter().zip(colors) {
-            let Some(key) = self.lattice.key_f32(point) else { continue };
-            let end = match self.config().rays {
-                RayMode::PerCell => self.lattice.center_f32(key),
-                RayMode::PerPoint => point,
-            };
-            if origin.distance(end) <= self.config().max_range {
-                scratch.colors.add(key, color);
-            }
-        }
-    }
-}
-
-/// Points whose cells are found at once.
-const CHUNK: usize = 256;
-
-/// A box of cells, from and to including.
-struct Bounds {
-    min: Key,
-    max: Key,
-}
-
-impl Bounds {
-    /// The part that rays can reach, `reach` cells far.
-    fn within_reach(&self, origin: Key, reach: f64) -> ([i32; 3], [i32; 3]) {
-        let reach = reach.min(65536.0).ceil() as i32 + 2;
-        let origin = origin.map(i32::from);
-        (
-            std::array::from_fn(|axis| i32::from(self.min[axis]).max(origin[axis] - reach)),
-            std::array::from_fn(|axis| i32::from(self.max[axis]).min(origin[axis] + reach)),
-        )
-    }
-}
-
-/// Finds the cell of each reading, and the box around them and the origin.
-fn find_cells(
-    points: &[Point],
-    origin: &RayOrigin,
-    lattice: &Lattice,
-    rays: RayMode,
-    scratch: &mut ScanScratch,
-    report: &mut InsertReport,
-) -> Bounds {
-    scratch.keys.clear();
-    scratch.ends.clear();
-    let mut bounds = Bounds { min: origin.key, max: origin.key };
-    let mut last = None;
-    let mut indices = [0; 3 * CHUNK];
-    for points in points.chunks(CHUNK) {
-        let indices = &mut indices[..3 * points.len()];
-        lattice.indices(points.as_flattened(), indices);
-        for (&point, &[x, y, z]) in points.iter().zip(indices.as_chunks::<3>().0) {
-            if x.max(y).max(z) >= OUTSIDE {
-                if point.iter().all(|coordinate| coordinate.is_finite()) {
-                    report.outside += 1;
-                } else {
-                    report.not_finite += 1;
-                }
-                continue;
-            }
-            let key = [x as u16, y as u16, z as u16];
-            if rays == RayMode::PerPoint {
-                scratch.ends.push(point);
-            } else if last == Some([x, y, z]) {
-                // Neighbouring pixels mostly share a cell.
-                continue;
-            }
-            last = Some([x, y, z]);
-            scratch.keys.push(key);
-            for axis in 0..3 {
-                bounds.min[axis] = bounds.min[axis].min(key[axis]);
-                bounds.max[axis] = bounds.max[axis].max(key[axis]);
-            }
-        }
-    }
-    bounds
-}
-
-/// Takes the pixels with a depth that the mask keeps to the world.
-fn static_points(
-    camera_points: &[Point],
-    mask: Option<&Mask>,
-    world_from_camera: &Pose,
-    points: &mut Vec<Point>,
-) {
-    let rotation = world_from_camera.rotation_matrix().map(|row| row.map(|value| value as f32));
-    let translation = world_from_camera.translation().map(|value| value as f32);
-    let to_world = |&[x, y, z]: &Point| -> Point {
-        std::array::from_fn(|i| rotation[i][0] * x + rotation[i][1] * y + rotation[i][2] * z + translation[i])
-    };
-    match mask {
-        Some(mask) => {
-            let kept = camera_points.iter().zip(mask.data()).filter(|(point, keep)| **keep && point[2] > 0.0);
-            points.extend(kept.map(|(point, _)| to_world(point)));
-        }
-        None => points.extend(camera_points.iter().filter(|point| point[2] > 0.0).map(to_world)),
     }
 }
 

@@ -5,6 +5,7 @@
 //! than once a cell.
 
 mod cell_colors;
+mod cells;
 mod insert;
 mod marks;
 mod ray;

@@ -54,8 +54,8 @@ impl RayOrigin {
         let length = norm(offset) as f32;
         let mut ray =
             Ray { next: [f64::MAX; 3], between: [f64::MAX; 3], up: [true; 3], length: f64::from(length) };
-        for axis in 0..3 {
-            let direction = f64::from(offset[axis] / length);
+        for (axis, offset) in offset.into_iter().enumerate() {
+            let direction = f64::from(offset / length);
             if direction != 0.0 {
                 ray.up[axis] = direction > 0.0;
                 ray.next[axis] = self.borders[axis][usize::from(direction < 0.0)] / direction;

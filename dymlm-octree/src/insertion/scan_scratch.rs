@@ -1,9 +1,10 @@
 use std::collections::HashSet;
 use std::hash::BuildHasherDefault;
 
-use dymlm_core::{OrganizedCloud, Point, Rgb};
+use dymlm_core::Point;
 
 use super::cell_colors::CellColors;
+use super::cells::DepthRow;
 use super::sparse_marks::{IntegerHasher, SparseMarks};
 use super::window_marks::WindowMarks;
 use crate::lattice::Key;
@@ -20,9 +21,7 @@ pub(crate) struct ScanScratch {
     /// Cells beyond the range that already have their ray.
     pub(crate) far: HashSet<u64, BuildHasherDefault<IntegerHasher>>,
     pub(crate) colors: CellColors,
-    pub(crate) camera_points: OrganizedCloud,
-    pub(crate) points: Vec<Point>,
-    pub(crate) point_colors: Vec<Rgb>,
+    pub(crate) row: DepthRow,
 }
 
 impl ScanScratch {
@@ -31,9 +30,8 @@ impl ScanScratch {
             + self.sparse.memory_bytes()
             + self.far.capacity() * 8
             + self.keys.capacity() * size_of::<Key>()
-            + (self.ends.capacity() + self.points.capacity() + self.camera_points.points().len())
-                * size_of::<Point>()
-            + self.point_colors.capacity() * size_of::<Rgb>()
+            + self.ends.capacity() * size_of::<Point>()
+            + self.row.memory_bytes()
     }
 }
 

@@ -61,12 +61,12 @@ impl WindowMarks {
         (self.base, self.blocks) = (base, blocks);
         self.shifts = [0, widths[0], widths[0] + widths[1]];
         self.masks = std::array::from_fn(|axis| {
-            (((1 << widths[axis]) - 1) << (9 + self.shifts[axis])) | 0b1001001 << axis
+            (((1 << widths[axis]) - 1) << (9 + self.shifts[axis])) | 0b100_1001 << axis
         });
-        for axis in 0..3 {
+        for (axis, addresses) in self.addresses.iter_mut().enumerate() {
             let shift = 9 + self.shifts[axis];
-            self.addresses[axis].clear();
-            self.addresses[axis].extend((0..blocks[axis] as u32 * 8).map(|i| {
+            addresses.clear();
+            addresses.extend((0..blocks[axis] as u32 * 8).map(|i| {
                 let within = i & 1 | (i & 2) << 2 | (i & 4) << 4;
                 (i >> 3) << shift | within << axis
             }));

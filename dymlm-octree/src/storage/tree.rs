@@ -306,11 +306,8 @@ impl Tree {
             let color = mean_color(below[child as usize].iter().copied());
             colors.branches[node as usize][entry] = color;
         }
-        if level == 1 {
-            self.free_blocks.push(child)
-        } else {
-            self.free_branches.push(child)
-        }
+        let free = if level == 1 { &mut self.free_blocks } else { &mut self.free_branches };
+        free.push(child);
         self.branches[node as usize].set(entry, replacement);
     }
 

@@ -44,7 +44,7 @@ pub(crate) struct Naive {
 
 pub(crate) const HIT: f32 = 0.847_297_85;
 pub(crate) const MISS: f32 = -0.405_465_1;
-pub(crate) const MIN: f32 = -2.000_027_9;
+pub(crate) const MIN: f32 = -2.000_028;
 pub(crate) const MAX: f32 = 3.511_030_7;
 
 impl Naive {
