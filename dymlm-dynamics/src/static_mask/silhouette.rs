@@ -15,9 +15,10 @@ pub(super) struct Silhouette {
     /// Of the box and its border; 0 = no reading.
     depths: Vec<f32>,
     pixels: Vec<Pixel>,
-    /// Pixels whose neighbours are still to be looked at.
+    /// Pixels whose neighbours are to be looked at now, and those to be looked at in the next layer.
     front: Vec<usize>,
     next_front: Vec<usize>,
+    at_edge: Vec<bool>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,9 +113,11 @@ impl Silhouette {
         }
     }
 
-    /// Adds neighbours that continue the surface, until there are none.
+    /// Adds neighbours that continue the surface, until there are none. Leaves in `next_front` all pixels of the mover
+    /// that may have a neighbour outside it.
     fn grow(&mut self, foreground: &Foreground) {
         self.collect_front();
+        self.next_front.clear();
         while let Some(pixel) = self.front.pop() {
             let z = self.depths[pixel];
             for neighbour in self.neighbours(pixel) {
@@ -128,14 +131,17 @@ impl Silhouette {
                     self.front.push(neighbour);
                 }
             }
+            if self.neighbours(pixel).into_iter().any(|n| self.pixels[n] == Pixel::Outside) {
+                self.next_front.push(pixel);
+            }
         }
     }
 
     /// Adds layers of pixels around the silhouette: all pixels for `dilation` layers, from then on to `shadow` only
     /// those without depth.
     fn add_rim(&mut self, dilation: usize, shadow: usize) {
-        self.collect_front();
         for layer in 0..shadow {
+            std::mem::swap(&mut self.front, &mut self.next_front);
             self.next_front.clear();
             for &pixel in &self.front {
                 for neighbour in self.neighbours(pixel) {
@@ -146,7 +152,6 @@ impl Silhouette {
                     }
                 }
             }
-            std::mem::swap(&mut self.front, &mut self.next_front);
         }
     }
 
@@ -154,16 +159,25 @@ impl Silhouette {
     fn collect_front(&mut self) {
         self.front.clear();
         let (stride, width) = (self.stride(), self.columns.len());
+        self.at_edge.resize(width, false);
         for row in 0..self.rows.len() {
             let start = self.index(0, row);
-            let line = |from: usize| self.pixels[from..].iter().take(width);
-            let around =
-                line(start - 1).zip(line(start + 1)).zip(line(start - stride).zip(line(start + stride)));
-            for (offset, (&pixel, ((&left, &right), (&above, &below)))) in line(start).zip(around).enumerate()
-            {
-                let open = [left, right, above, below].map(|neighbour| neighbour == Pixel::Outside);
-                if (pixel == Pixel::Inside) & (open[0] | open[1] | open[2] | open[3]) {
-                    self.front.push(start + offset);
+            let line = |from: usize| &self.pixels[from..from + width];
+            let (pixels, left, right) = (line(start), line(start - 1), line(start + 1));
+            let (above, below) = (line(start - stride), line(start + stride));
+            // A plain loop over slices of one length: the compiler compares sixteen pixels at once.
+            for i in 0..width {
+                let open = (left[i] == Pixel::Outside)
+                    | (right[i] == Pixel::Outside)
+                    | (above[i] == Pixel::Outside)
+                    | (below[i] == Pixel::Outside);
+                self.at_edge[i] = (pixels[i] == Pixel::Inside) & open;
+            }
+            for (chunk, flags) in self.at_edge.chunks(16).enumerate() {
+                if flags.contains(&true) {
+                    let first = start + 16 * chunk;
+                    self.front
+                        .extend(flags.iter().enumerate().filter_map(|(i, &edge)| edge.then_some(first + i)));
                 }
             }
         }

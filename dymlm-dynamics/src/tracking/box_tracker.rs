@@ -270,27 +270,30 @@ impl BoxTracker {
                 TrackState::Tentative
             };
             let missed_for = timestamp - track.last_seen;
-            let (source, bounding_box) = if let Some((detection, bounding_box)) = track.matched {
-                (BoxSource::Detected { detection }, bounding_box)
-            } else if state == TrackState::Confirmed
-                && self.config.max_coast > 0.0
-                && missed_for <= self.config.max_coast + TIME_SLACK
-                && let Some(predicted) = track.filter.bounding_box()
-            {
-                (BoxSource::Predicted { missed_for }, predicted)
-            } else {
-                continue;
+            let filtered_box = track.filter.bounding_box();
+            let (source, bounding_box) = match (track.matched, filtered_box) {
+                (Some((detection, bounding_box)), _) => (BoxSource::Detected { detection }, bounding_box),
+                (None, Some(predicted)) if state == TrackState::Confirmed && self.coasts(missed_for) => {
+                    (BoxSource::Predicted { missed_for }, predicted)
+                }
+                _ => continue,
             };
             self.boxes.push(TrackedBox {
                 track_id: track.id,
                 label: Arc::clone(&track.label),
                 score: track.score,
                 bounding_box,
+                filtered_box: filtered_box.unwrap_or(bounding_box),
                 source,
                 state,
                 expected_depth: track.depth,
             });
         }
+    }
+
+    /// Whether a track last detected so long ago is still to be output.
+    fn coasts(&self, missed_for: f64) -> bool {
+        self.config.max_coast > 0.0 && missed_for <= self.config.max_coast + TIME_SLACK
     }
 }
 

@@ -14,6 +14,9 @@ pub struct TrackedBox {
     pub score: f32,
     /// The box as detected, or as predicted; pixels.
     pub bounding_box: BoundingBox,
+    /// The filter's estimate of the box, in which the detector's jitter is smoothed; pixels. The same as
+    /// `bounding_box` when that is predicted.
+    pub filtered_box: BoundingBox,
     /// Where the box comes from.
     pub source: BoxSource,
     /// Whether the track has been seen often enough to be relied upon.
