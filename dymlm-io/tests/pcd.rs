@@ -1,4 +1,4 @@
-//! PCD: files by Open3D, round trips, bad files.
+//! PCD: files by `Open3D`, round trips, bad files.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fs;

@@ -1,5 +1,6 @@
 //! Trajectories: interpolation against scipy, round trips, bad files.
 #![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(clippy::unreadable_literal, reason = "numbers as scipy prints them")]
 
 use std::fs;
 
@@ -56,11 +57,11 @@ fn interpolates_as_scipy_does() {
         let pose = trajectory.pose_at(time, 1.0).unwrap();
         let found = pose.quaternion();
         let sign = found[3].signum();
-        for axis in 0..3 {
-            assert!((pose.translation()[axis] - translation[axis]).abs() < 1e-12, "{time}: {pose:?}");
+        for (found, expected) in pose.translation().iter().zip(translation) {
+            assert!((found - expected).abs() < 1e-12, "{time}: {pose:?}");
         }
-        for k in 0..4 {
-            assert!((sign * found[k] - quaternion[k]).abs() < 1e-12, "{time}: {pose:?}");
+        for (found, expected) in found.iter().zip(quaternion) {
+            assert!((sign * found - expected).abs() < 1e-12, "{time}: {pose:?}");
         }
     }
 }

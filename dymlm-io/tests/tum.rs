@@ -83,7 +83,8 @@ fn reads_associations_in_both_column_orders() {
                 let (color, depth) =
                     (format!("{:.6} {color}", time(i) + 0.004), format!("{:.6} {depth}", time(i)));
                 let line = if depth_first { [depth, color] } else { [color, depth] };
-                lines += &format!("{}\r\n", line.join("\t"));
+                lines += &line.join("\t");
+                lines += "\r\n";
             }
             dataset.write("associations.txt", &lines);
             if telling {

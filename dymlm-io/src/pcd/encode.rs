@@ -99,15 +99,12 @@ fn columns(cloud: &PcdCloud) -> Vec<Column<'_>> {
     coordinates.chain(colors).chain(fields).collect()
 }
 
-fn write_header(
+fn write_header<'a>(
     out: &mut impl Write,
-    cloud: &PcdCloud,
-    columns: &[Column<'_>],
+    cloud: &'a PcdCloud,
+    columns: &'a [Column<'a>],
     encoding: PcdEncoding,
 ) -> io::Result<()> {
-    let all = |value: &dyn Fn(&Column<'_>) -> String| -> String {
-        columns.iter().map(|column| format!(" {}", value(column))).collect()
-    };
     let [tx, ty, tz] = cloud.viewpoint().translation();
     let [qx, qy, qz, qw] = cloud.viewpoint().quaternion();
     let data = match encoding {
@@ -116,13 +113,25 @@ fn write_header(
         PcdEncoding::BinaryCompressed => "binary_compressed",
     };
     writeln!(out, "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7")?;
-    writeln!(out, "FIELDS{}", all(&|column| column.name.to_owned()))?;
-    writeln!(out, "SIZE{}", all(&|column| column.size().to_string()))?;
-    writeln!(out, "TYPE{}", all(&|column| column.kind().to_owned()))?;
-    writeln!(out, "COUNT{}", all(&|column| column.count.to_string()))?;
+    write_entry(out, "FIELDS", columns, |column| column.name)?;
+    write_entry(out, "SIZE", columns, Column::size)?;
+    write_entry(out, "TYPE", columns, Column::kind)?;
+    write_entry(out, "COUNT", columns, |column| column.count)?;
     writeln!(out, "WIDTH {}\nHEIGHT {}", cloud.width(), cloud.height())?;
     writeln!(out, "VIEWPOINT {tx} {ty} {tz} {qw} {qx} {qy} {qz}")?;
     writeln!(out, "POINTS {}\nDATA {data}", cloud.cloud().len())
+}
+
+/// A line of the header that says something of each column.
+fn write_entry<'a, T: Display>(
+    out: &mut impl Write,
+    key: &str,
+    columns: &'a [Column<'a>],
+    value: impl Fn(&'a Column<'a>) -> T,
+) -> io::Result<()> {
+    write!(out, "{key}")?;
+    columns.iter().try_for_each(|column| write!(out, " {}", value(column)))?;
+    writeln!(out)
 }
 
 fn write_ascii(out: &mut impl Write, columns: &[Column<'_>], points: usize) -> io::Result<()> {
