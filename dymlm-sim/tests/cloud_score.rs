@@ -23,7 +23,9 @@ static RECORDED: LazyLock<Recorded> = LazyLock::new(|| {
     let sequence = Sequence::walking(&config).unwrap();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
     let frames: Vec<SimulatedFrame> = sequence.frames().collect();
-    frames.iter().for_each(|frame| truth.observe(frame));
+    for frame in &frames {
+        truth.observe(frame);
+    }
     let exact = frames.iter().flat_map(|frame| points(frame, false)).collect();
     Recorded { frames, truth, exact }
 });

@@ -46,10 +46,11 @@ pub struct DetectorConfig {
     /// Time over which the detector's confidence in a thing persists, seconds, 0.001..=100, default 0.3: misses
     /// come in bursts of this length.
     pub burst_time: f64,
-    /// Standard deviation of each side of a box, relative to the box's extent, 0..=1, default 0.03 (half of the
-    /// measured left and right sides are within 0.028 of the mask's).
+    /// Standard deviation of each side of a box, relative to the box's extent, 0..=1, default 0.015. (Half of
+    /// the measured left and right sides are within 0.028 of the mask's, but what they miss is mostly thin.)
     pub box_jitter: f64,
-    /// Share of a box's sides that are cut short, 0..=1, default 0.08, also in bursts.
+    /// Share of a box's sides that are cut short, 0..=1, default 0.015, also in bursts: with the jitter and the
+    /// misses it leaves about 3 % of the people's pixels outside all boxes; 2.3 % were measured.
     pub cut_rate: f64,
     /// Largest part of the extent that is cut off, 0..=0.45, default 0.3 (99 % of the measured left and right
     /// sides).
@@ -72,8 +73,8 @@ impl Default for DetectorConfig {
             sliver_missed: 0.67,
             min_area: 0.0005,
             burst_time: 0.3,
-            box_jitter: 0.03,
-            cut_rate: 0.08,
+            box_jitter: 0.015,
+            cut_rate: 0.015,
             cut_depth: 0.3,
             surplus_rate: 0.06,
             invented_rate: 0.1,

@@ -202,15 +202,13 @@ fn score_of(confidence: f64, rates: &DetectionRates) -> Option<f64> {
 /// Another label for a thing, as detectors confuse them.
 fn mistaken_for(label: &'static str) -> &'static str {
     match label {
-        "tv" => "laptop",
+        "tv" | "book" => "laptop",
         "keyboard" => "remote",
         "mouse" => "cell phone",
-        "book" => "laptop",
-        "bottle" => "vase",
+        "bottle" | "potted plant" => "vase",
         "cup" => "bowl",
         "chair" => "couch",
         "teddy bear" => "dog",
-        "potted plant" => "vase",
         other => other,
     }
 }

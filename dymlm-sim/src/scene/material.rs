@@ -46,15 +46,15 @@ impl Material {
         let mix = match self.pattern {
             Pattern::Noise => 0.7 * noise(s, t, seed) + 0.3 * noise(4.0 * s, 4.0 * t, seed ^ 1),
             Pattern::Checker => {
-                let odd = (s.floor() as i32 ^ t.floor() as i32) & 1;
+                let odd = (floor(s) ^ floor(t)) & 1;
                 0.85 * odd as f32 + 0.15 * noise(5.0 * s, 5.0 * t, seed)
             }
-            Pattern::Stripes => 0.8 * hash(s.floor() as i32, 0, seed) + 0.2 * noise(s, 0.3 * t, seed),
+            Pattern::Stripes => 0.8 * hash(floor(s), 0, seed) + 0.2 * noise(s, 0.3 * t, seed),
             Pattern::Wood => 0.8 * noise(0.12 * s, t, seed) + 0.2 * noise(0.5 * s, 6.0 * t, seed ^ 1),
             Pattern::Glyphs => {
-                let (row, column) = (t.floor(), s.floor());
-                let in_line = t - row < 0.6 && s - column < 0.75;
-                if in_line { hash(column as i32, row as i32, seed) } else { 0.0 }
+                let (row, column) = (floor(t), floor(s));
+                let in_line = t - (row as f32) < 0.6 && s - (column as f32) < 0.75;
+                if in_line { hash(column, row, seed) } else { 0.0 }
             }
         };
         let [first, second] = self.colors;
@@ -78,14 +78,20 @@ fn surface_coordinates(p: Vec3, normal: Vec3) -> [f32; 2] {
 /// Smooth value noise, 0..=1, with features of size 1 (Perlin's lattice with values instead of gradients).
 #[inline]
 fn noise(s: f32, t: f32, seed: u32) -> f32 {
-    let (s0, t0) = (s.floor(), t.floor());
-    let (fs, ft) = (s - s0, t - t0);
+    let (i, j) = (floor(s), floor(t));
+    let (fs, ft) = (s - i as f32, t - j as f32);
     let (ws, wt) = (fs * fs * (3.0 - 2.0 * fs), ft * ft * (3.0 - 2.0 * ft));
-    let (i, j) = (s0 as i32, t0 as i32);
     let lower = hash(i, j, seed) * (1.0 - ws) + hash(i.wrapping_add(1), j, seed) * ws;
     let upper =
         hash(i, j.wrapping_add(1), seed) * (1.0 - ws) + hash(i.wrapping_add(1), j.wrapping_add(1), seed) * ws;
     lower * (1.0 - wt) + upper * wt
+}
+
+/// The whole number below; inline where `f32::floor` is a call on plain x86-64.
+#[inline]
+fn floor(x: f32) -> i32 {
+    let towards_zero = x as i32;
+    towards_zero - i32::from(x < towards_zero as f32)
 }
 
 /// A value of 0..1 for a lattice point.

@@ -25,6 +25,7 @@ pub(crate) struct Scene {
 }
 
 /// A convex body of one material.
+#[allow(clippy::struct_field_names, reason = "a pose is named with both frames")]
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
     pub(crate) shape: Shape,

@@ -54,7 +54,7 @@ impl Shape {
                 Ball::new(1.0).cast_local_ray(&scaled, farthest, true)
             }
             Self::Capsule(capsule) => capsule.cast_local_ray(ray, farthest, true),
-            Self::Cylinder(cylinder) => cast_cylinder(cylinder, ray, farthest),
+            Self::Cylinder(cylinder) => cast_cylinder(*cylinder, ray, farthest),
         };
         hit.filter(|&t| t > 0.0)
     }
@@ -120,7 +120,7 @@ fn face_normal(p: Vec3) -> Vec3 {
 }
 
 /// First hit of a cylinder about y from outside. (parry has rays at cylinders only by its general GJK iteration.)
-fn cast_cylinder(cylinder: &Cylinder, ray: &Ray, farthest: f32) -> Option<f32> {
+fn cast_cylinder(cylinder: Cylinder, ray: &Ray, farthest: f32) -> Option<f32> {
     let (origin, dir) = (ray.origin, ray.dir);
     let within = |t: f32| (t > 0.0 && t <= farthest).then_some(t);
 

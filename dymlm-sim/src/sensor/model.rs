@@ -159,7 +159,7 @@ impl Sensor {
             return z;
         }
         let steps_at_1m = 1.0 / self.config.quantization as f32;
-        let disparity = (steps_at_1m / z).round();
+        let disparity = (steps_at_1m / z + 0.5) as u32 as f32;
         if disparity >= 1.0 { steps_at_1m / disparity } else { 0.0 }
     }
 
@@ -170,7 +170,9 @@ impl Sensor {
 }
 
 fn jittered(coordinate: usize, offset: f32, count: usize) -> usize {
-    (coordinate as i64 + offset.round() as i64).clamp(0, count as i64 - 1) as usize
+    // To the nearest whole pixel, away from zero: truncation is inline where `f32::round` is a call.
+    let whole = (offset + 0.5_f32.copysign(offset)) as i64;
+    (coordinate as i64 + whole).clamp(0, count as i64 - 1) as usize
 }
 
 fn absorption(parts: &[Part], part: u16) -> f32 {
