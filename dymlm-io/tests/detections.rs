@@ -5,7 +5,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use dymlm_core::{BoundingBox, Detection};
-use dymlm_io::{DetectionFile, Error, YoloFolder, read_class_names, write_detections};
+use dymlm_io::{DetectionFile, Error, YoloFolder, encode_detections, read_class_names, write_detections};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
@@ -107,6 +107,19 @@ fn times_that_are_none_are_not_written() {
 }
 
 #[test]
+fn writes_a_file() {
+    let (_folder, path) = file("old");
+    let found =
+        [Detection::new("dining table", 0.25, BoundingBox::new(-1.5, 0.0, 3.0, 4.0).unwrap()).unwrap()];
+    write_detections(&path, [(0.166667, &found[..]), (0.5, &[])]).unwrap();
+    assert_eq!(
+        fs::read_to_string(&path).unwrap(),
+        "{\"timestamp\":0.166667,\"detections\":[{\"label\":\"dining table\",\"score\":0.25,\
+         \"bbox\":[-1.5,0.0,3.0,4.0]}]}\n{\"timestamp\":0.5,\"detections\":[]}\n"
+    );
+}
+
+#[test]
 fn reads_yolo_folders() {
     let folder = tempfile::tempdir().unwrap();
     let names_path = folder.path().join("names");
@@ -160,8 +173,11 @@ proptest! {
         let mut frames = frames;
         frames.sort_by(|a, b| a.0.total_cmp(&b.0));
         frames.dedup_by(|a, b| a.0 == b.0);
-        let (_folder, path) = file("");
-        write_detections(&path, frames.iter().map(|(t, found)| (*t, found.as_slice()))).unwrap();
+        let mut bytes = Vec::new();
+        for (t, found) in &frames {
+            encode_detections(&mut bytes, *t, found).unwrap();
+        }
+        let (_folder, path) = file(bytes);
         let read = DetectionFile::open(&path, 0.0).unwrap();
         prop_assert!(read.faults().is_empty());
         for (t, found) in &frames {

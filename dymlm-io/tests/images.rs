@@ -63,6 +63,9 @@ fn absurd_sizes_take_no_memory() {
 }
 
 proptest! {
+    // Atomic files are flushed to the disk, which takes its time.
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
     #[test]
     fn reads_what_it_wrote(width in 1..20_usize, stored in prop::collection::vec(any::<u16>(), 1..200)) {
         let folder = tempfile::tempdir().unwrap();

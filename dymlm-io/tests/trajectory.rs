@@ -88,6 +88,18 @@ fn never_extrapolates() {
 }
 
 #[test]
+fn writes_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("poses.txt");
+    let written =
+        Trajectory::new(vec![stamped(1305031102.175304, [0.1, -2.0, 3.0], [0.5, -0.5, 0.5, 0.5])]).unwrap();
+    written.write(&path).unwrap();
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.ends_with("\n1305031102.175304 0.1 -2 3 0.5 -0.5 0.5 0.5\n"), "{text}");
+    assert_eq!(Trajectory::read(&path).unwrap(), written);
+}
+
+#[test]
 fn refuses_times_that_are_none() {
     let pose = stamped(f64::NAN, [0.0; 3], [0.0, 0.0, 0.0, 1.0]);
     assert!(matches!(Trajectory::new(vec![pose]), Err(dymlm_core::Error::Timestamp(_))));
@@ -141,7 +153,9 @@ proptest! {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("poses.txt");
         let written = Trajectory::new(poses).unwrap();
-        written.write(&path).unwrap();
+        let mut bytes = Vec::new();
+        written.encode(&mut bytes).unwrap();
+        fs::write(&path, bytes).unwrap();
         let read = Trajectory::read(&path).unwrap();
         prop_assert_eq!(read.poses().len(), written.poses().len());
         for (a, b) in read.poses().iter().zip(written.poses()) {
