@@ -13,7 +13,7 @@ pub struct CorrectionConfig {
     /// (the paper's); 0 = boxes stay as they are.
     pub max_extension: f32,
     /// Pixels of a line that must continue the foreground for a side to move past it, in pixels of an image 640 wide;
-    /// 1..=640, default 3: more than a stray reading, less than a finger's... width at arm's length.
+    /// 1..=640, default 3: more than a stray reading, less than a wrist at 3 m.
     pub min_pixels: f32,
     /// Widest gap without depth that is bridged, in pixels of an image 640 wide; 0..=64, default 6: the shadow rim of
     /// a structured-light sensor.

@@ -7,8 +7,8 @@ use crate::image_scale::scaled_pixels;
 
 /// A depth this far from the expected one halves a cluster's score, metres.
 const EXPECTED_DEPTH_SCALE: f32 = 0.25;
-/// Samples along the box's sides, in square roots of the cluster's size, above which the box cuts through it.
-const SIDE_SHARE: f32 = 1.0;
+/// Samples at which the box's sides cut a cluster, in square roots of its size, above which it is no part of a mover.
+const MAX_CUT: f32 = 1.0;
 /// How far the surface between two samples may stick out of the range of depths sampled, metres.
 const RANGE_MARGIN: f32 = 0.1;
 
@@ -77,8 +77,8 @@ struct Sample {
     depth: f32,
     /// 1 at the centre of the box, 0 at its sides.
     centrality: f32,
-    /// Whether the box ends beside it, and the image does not.
-    at_side: bool,
+    /// Whether the box ends beside it and its surface does not.
+    is_cut: bool,
 }
 
 /// A cluster that may be a part of the mover.
@@ -86,13 +86,13 @@ struct Sample {
 struct Part {
     mean_depth: f32,
     size: usize,
-    at_sides: usize,
+    cut: usize,
 }
 
 impl Part {
     /// Whether the box cuts through it: furniture and walls go on outside, limbs hardly.
     fn goes_on_outside(self) -> bool {
-        self.at_sides as f32 > SIDE_SHARE * (self.size as f32).sqrt()
+        self.cut as f32 > MAX_CUT * (self.size as f32).sqrt()
     }
 }
 
@@ -176,8 +176,6 @@ impl ForegroundFinder {
                 continue;
             }
             let depths = depth.row(v);
-            let at_side_v = (v < rows.start + stride && rows.start > 0)
-                || (v + stride >= rows.end && rows.end < depth.height());
             let vertical = parabola((v as f32 - center_v) / half_height);
             let ray_y = ((v as f64 - camera.cy()) / camera.fy()) as f32;
             for column in 0..foreground.columns {
@@ -192,23 +190,25 @@ impl ForegroundFinder {
                 self.samples.push(Sample {
                     cell: row * foreground.columns + column,
                     depth: z,
-                    at_side: at_side_v
-                        || (u < columns.start + stride && columns.start > 0)
-                        || (u + stride >= columns.end && columns.end < depth.width()),
+                    is_cut: neighbours(u, v, stride).any(|(u, v)| {
+                        let outside = depth.at(u, v);
+                        !(columns.contains(&u) && rows.contains(&v))
+                            && (outside - z).abs() <= self.config.eps * z
+                    }),
                     centrality: vertical * parabola((u as f32 - center_u) / half_width),
                 });
             }
         }
     }
 
-    /// Mean depth of each cluster, and how much of it lies along the box's sides.
+    /// Mean depth of each cluster, and how much of it the box's sides cut.
     fn describe_clusters(&mut self) {
         self.parts.clear();
         self.parts.resize(self.clusters.count(), Part::default());
         for (sample, label) in self.samples.iter().zip(self.clusters.labels()) {
             if let Some(part) = label.and_then(|label| self.parts.get_mut(label as usize)) {
                 part.mean_depth += sample.depth;
-                part.at_sides += usize::from(sample.at_side);
+                part.cut += usize::from(sample.is_cut);
             }
         }
         for (part, &size) in self.parts.iter_mut().zip(self.clusters.sizes()) {
@@ -264,6 +264,18 @@ impl ForegroundFinder {
         foreground.near = (foreground.near - RANGE_MARGIN).max(f32::MIN_POSITIVE);
         foreground.far += RANGE_MARGIN;
     }
+}
+
+/// The pixels a stride to the left, right, above and below.
+fn neighbours(u: usize, v: usize, stride: usize) -> impl Iterator<Item = (usize, usize)> {
+    [
+        (u.checked_sub(stride), Some(v)),
+        (Some(u + stride), Some(v)),
+        (Some(u), v.checked_sub(stride)),
+        (Some(u), Some(v + stride)),
+    ]
+    .into_iter()
+    .filter_map(|(u, v)| u.zip(v))
 }
 
 fn parabola(x: f32) -> f32 {

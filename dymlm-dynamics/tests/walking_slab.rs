@@ -1,0 +1,387 @@
+//! All steps on a scene with exact answers: a slab the shape of a person walks before a wall, beside a box on the
+//! floor; the detector misses, and cuts it short.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
+use dymlm_dynamics::{BoxSource, DynamicsConfig, Error, MaskMode, Mover, Preprocessor};
+use proptest::prelude::*;
+
+const WIDTH: usize = 640;
+const HEIGHT: usize = 480;
+
+/// A rectangle of one depth: columns, rows, metres.
+#[derive(Clone, Copy)]
+struct Slab {
+    x: [usize; 2],
+    y: [usize; 2],
+    depth: f32,
+}
+
+fn slab(x: [usize; 2], y: [usize; 2], depth: f32) -> Slab {
+    Slab { x, y, depth }
+}
+
+/// Head, body and two legs, 80 pixels wide from column `left`.
+fn person(left: usize, depth: f32) -> [Slab; 4] {
+    [
+        slab([left + 25, left + 55], [60, 110], depth),
+        slab([left, left + 80], [110, 260], depth),
+        slab([left + 5, left + 35], [260, 420], depth),
+        slab([left + 45, left + 75], [260, 420], depth),
+    ]
+}
+
+fn boxed(x_min: f32, y_min: f32, x_max: f32, y_max: f32) -> BoundingBox {
+    BoundingBox::new(x_min, y_min, x_max, y_max).unwrap()
+}
+
+/// The box that just holds [`person`].
+fn person_box(left: usize) -> BoundingBox {
+    boxed(left as f32, 60.0, left as f32 + 80.0, 420.0)
+}
+
+fn detect(bounding_box: BoundingBox) -> Detection {
+    Detection::new("person", 0.9, bounding_box).unwrap()
+}
+
+/// A wall at 3 m, and before it the slabs, the nearest in front. A depth of 0 punches a hole.
+fn render(slabs: &[Slab]) -> DepthImage {
+    let mut data = vec![3.0_f32; WIDTH * HEIGHT];
+    for slab in slabs {
+        for v in slab.y[0]..slab.y[1].min(HEIGHT) {
+            for depth in &mut data[v * WIDTH + slab.x[0]..v * WIDTH + slab.x[1].min(WIDTH)] {
+                *depth = if slab.depth == 0.0 { 0.0 } else { depth.min(slab.depth) };
+            }
+        }
+    }
+    DepthImage::new(WIDTH, HEIGHT, data).unwrap()
+}
+
+fn frame(timestamp: f64, slabs: &[Slab]) -> Frame {
+    let camera = PinholeCamera::new(WIDTH, HEIGHT, 525.0, 525.0, 319.5, 239.5).unwrap();
+    Frame::new(timestamp, camera, render(slabs), None).unwrap()
+}
+
+fn preprocessor(change: impl Fn(&mut DynamicsConfig)) -> Preprocessor {
+    let mut config = DynamicsConfig::default();
+    change(&mut config);
+    Preprocessor::new(config).unwrap()
+}
+
+/// Silhouettes without a rim, so that the mask is exact.
+fn bare(config: &mut DynamicsConfig) {
+    config.mask.dilation = 0.0;
+    config.mask.shadow = 0.0;
+}
+
+/// One frame through a new preprocessor.
+fn run(change: impl Fn(&mut DynamicsConfig), slabs: &[Slab], detections: &[Detection]) -> (Vec<Mover>, Mask) {
+    let mut preprocessor = preprocessor(change);
+    let result = preprocessor.process(&frame(0.0, slabs), detections, &Pose::identity()).unwrap();
+    (result.movers.to_vec(), result.static_mask.clone())
+}
+
+fn is_in(slabs: &[Slab], u: usize, v: usize) -> bool {
+    slabs.iter().any(|s| (s.x[0]..s.x[1]).contains(&u) && (s.y[0]..s.y[1]).contains(&v))
+}
+
+/// Asserts that just the pixels that `masked` chooses are masked.
+fn assert_masks(mask: &Mask, masked: impl Fn(usize, usize) -> bool) {
+    for v in 0..HEIGHT {
+        for u in 0..WIDTH {
+            assert_eq!(!mask.at(u, v), masked(u, v), "at pixel ({u}, {v})");
+        }
+    }
+}
+
+#[test]
+fn a_silhouette_is_just_the_person() {
+    let walker = person(200, 2.0);
+    let (movers, mask) = run(bare, &walker, &[detect(person_box(200))]);
+    assert_eq!(movers[0].corrected_box, person_box(200));
+    assert_eq!(movers[0].depth, Some(2.0));
+    assert_masks(&mask, |u, v| is_in(&walker, u, v));
+}
+
+#[test]
+fn a_box_is_the_whole_box() {
+    let boxes = |config: &mut DynamicsConfig| config.mask.mode = MaskMode::Box;
+    let (_, mask) = run(boxes, &person(200, 2.0), &[detect(person_box(200))]);
+    assert_masks(&mask, |u, v| (200..280).contains(&u) && (60..420).contains(&v));
+}
+
+#[test]
+fn the_rim_is_as_wide_as_set() {
+    let walker = [slab([200, 280], [100, 400], 2.0)];
+    let (_, mask) = run(|_| {}, &walker, &[detect(boxed(180.0, 80.0, 300.0, 420.0))]);
+    assert!(!mask.at(197, 200) && mask.at(196, 200) && !mask.at(282, 200) && mask.at(283, 200));
+    // Where there is no depth it goes on for eight pixels.
+    let shadow = slab([280, 300], [100, 400], 0.0);
+    let (_, mask) = run(|_| {}, &[walker[0], shadow], &[detect(boxed(180.0, 80.0, 300.0, 420.0))]);
+    assert!(!mask.at(287, 200) && mask.at(288, 200) && mask.at(196, 200));
+}
+
+#[test]
+fn boxes_cut_short_grow_to_the_person() {
+    let walker = person(200, 2.0);
+    let cut = boxed(221.5, 95.0, 262.25, 390.0);
+    let (movers, mask) = run(bare, &walker, &[detect(cut)]);
+    assert_eq!(movers[0].bounding_box, cut);
+    assert_eq!(movers[0].corrected_box, person_box(200));
+    assert_masks(&mask, |u, v| is_in(&walker, u, v));
+}
+
+#[test]
+fn sides_move_by_no_more_than_allowed_and_never_inward() {
+    // A wall's worth of surface at one depth: only the limit stops it.
+    let wide = [slab([0, WIDTH], [0, HEIGHT], 2.0)];
+    let (movers, _) = run(|_| {}, &wide, &[detect(boxed(200.0, 150.0, 300.0, 300.0))]);
+    assert_eq!(movers[0].corrected_box, boxed(150.0, 100.0, 350.0, 350.0));
+    let (movers, _) =
+        run(|config| config.correction.max_extension = 7.0, &wide, &[detect(boxed(3.0, 2.0, 300.0, 479.5))]);
+    assert_eq!(movers[0].corrected_box, boxed(0.0, 0.0, 307.0, 479.5));
+    let (movers, _) = run(
+        |config| config.correction.max_extension = 0.0,
+        &wide,
+        &[detect(boxed(200.0, 150.0, 300.0, 300.0))],
+    );
+    assert_eq!(movers[0].corrected_box, movers[0].bounding_box);
+    let loose = boxed(150.0, 20.0, 350.0, 470.0);
+    let (movers, _) = run(|_| {}, &person(200, 2.0), &[detect(loose)]);
+    assert_eq!(movers[0].corrected_box, loose);
+}
+
+#[test]
+fn the_limit_scales_with_the_image() {
+    let camera = PinholeCamera::new(320, 240, 262.0, 262.0, 159.5, 119.5).unwrap();
+    let depth = DepthImage::new(320, 240, vec![2.0; 320 * 240]).unwrap();
+    let frame = Frame::new(0.0, camera, depth, None).unwrap();
+    let mut preprocessor = preprocessor(|_| {});
+    let result = preprocessor
+        .process(&frame, &[detect(boxed(100.0, 100.0, 150.0, 150.0))], &Pose::identity())
+        .unwrap();
+    assert_eq!(result.movers[0].corrected_box, boxed(75.0, 75.0, 175.0, 175.0));
+}
+
+#[test]
+fn furniture_before_and_beside_a_person_stays() {
+    let walker = person(200, 2.0);
+    // A chair 30 cm before the legs, going on outside the box, and a cupboard 30 cm behind, at the person's side.
+    let chair = slab([150, 250], [330, 480], 1.7);
+    let cupboard = slab([280, 400], [200, 480], 2.3);
+    let (_, mask) =
+        run(bare, &[walker[0], walker[1], walker[2], walker[3], chair, cupboard], &[detect(person_box(200))]);
+    assert_masks(&mask, |u, v| is_in(&walker, u, v) && !is_in(&[chair], u, v));
+}
+
+#[test]
+fn a_person_parted_by_a_bar_is_whole() {
+    let walker = person(200, 2.0);
+    let bar = slab([100, 400], [200, 215], 1.2);
+    let (_, mask) = run(bare, &[walker[0], walker[1], walker[2], walker[3], bar], &[detect(person_box(200))]);
+    assert_masks(&mask, |u, v| is_in(&walker, u, v) && !is_in(&[bar], u, v));
+}
+
+#[test]
+fn two_people_one_before_the_other() {
+    let (near, far) = (person(200, 1.5), person(250, 2.2));
+    let slabs: Vec<Slab> = far.into_iter().chain(near).collect();
+    let (movers, mask) = run(bare, &slabs, &[detect(person_box(250)), detect(person_box(200))]);
+    let depth_of = |left: f32| movers.iter().find(|m| m.bounding_box.x_min() == left).unwrap().depth;
+    assert_eq!((depth_of(200.0), depth_of(250.0)), (Some(1.5), Some(2.2)));
+    assert_masks(&mask, |u, v| is_in(&slabs, u, v));
+}
+
+#[test]
+fn a_person_cut_by_the_image_and_partly_without_depth() {
+    // The left border of the image has no depth, as after registration of a Kinect's depth to its colour.
+    let walker = [slab([0, 60], [40, HEIGHT], 1.2)];
+    let border = slab([0, 25], [0, HEIGHT], 0.0);
+    let (movers, mask) = run(bare, &[walker[0], border], &[detect(boxed(-5.0, 38.0, 50.0, 480.0))]);
+    assert_eq!(movers[0].corrected_box.x_max(), 60.0);
+    assert_masks(&mask, |u, v| u >= 25 && is_in(&walker, u, v));
+}
+
+#[test]
+fn a_given_mask_seeds_the_foreground() {
+    // Two people at one depth, in one box; the instance mask says which one is meant, but for its edge.
+    let (meant, other) = (slab([200, 260], [100, 400], 2.0), slab([300, 360], [100, 400], 2.0));
+    let mut instance = Mask::filled(WIDTH, HEIGHT, false).unwrap();
+    for v in 110..390 {
+        instance.data_mut()[v * WIDTH + 205..v * WIDTH + 255].fill(true);
+    }
+    let detection = detect(boxed(190.0, 90.0, 370.0, 410.0)).with_mask(instance);
+    let (_, mask) = run(bare, &[meant, other], &[detection]);
+    assert_masks(&mask, |u, v| is_in(&[meant], u, v));
+}
+
+/// Walks 6 pixels a frame; the detector misses frames 5 to 7.
+#[test]
+fn missed_detections_are_bridged() {
+    for max_coast in [0.5, 0.0] {
+        let mut preprocessor = preprocessor(|config| {
+            bare(config);
+            config.tracker.max_coast = max_coast;
+        });
+        for step in 0..10 {
+            let walker = person(200 + 6 * step, 2.0);
+            let missed = (5..8).contains(&step);
+            let detections = [detect(person_box(200 + 6 * step))];
+            let detections = if missed { &[][..] } else { &detections[..] };
+            let result = preprocessor
+                .process(&frame(step as f64 / 10.0, &walker), detections, &Pose::identity())
+                .unwrap();
+            if missed && max_coast == 0.0 {
+                assert!(result.movers.is_empty());
+                assert_eq!(result.static_mask.count(), WIDTH * HEIGHT);
+            } else {
+                assert_eq!((result.movers.len(), result.movers[0].track_id), (1, 0));
+                assert_eq!(matches!(result.movers[0].source, BoxSource::Predicted { .. }), missed);
+                assert_masks(result.static_mask, |u, v| is_in(&walker, u, v));
+            }
+        }
+    }
+}
+
+/// The person steps out of sight: what is predicted holds the wall only.
+#[test]
+fn nobody_is_nobody() {
+    let mut preprocessor = preprocessor(|_| {});
+    for step in 0..4 {
+        preprocessor
+            .process(
+                &frame(f64::from(step) / 10.0, &person(200, 2.0)),
+                &[detect(person_box(200))],
+                &Pose::identity(),
+            )
+            .unwrap();
+    }
+    let result = preprocessor.process(&frame(0.4, &[]), &[], &Pose::identity()).unwrap();
+    assert!(result.movers.is_empty());
+    assert_eq!(result.static_mask.count(), WIDTH * HEIGHT);
+}
+
+#[test]
+fn a_detection_masks_in_its_first_frame_whatever_its_depth() {
+    // Nothing in the box has a depth: all of it goes, so that colour without depth goes too.
+    let hole = [slab([0, WIDTH], [0, HEIGHT], 0.0)];
+    let (movers, mask) = run(|_| {}, &hole, &[detect(person_box(200))]);
+    assert_eq!((movers[0].depth, movers[0].corrected_box), (None, person_box(200)));
+    assert_masks(&mask, |u, v| (200..280).contains(&u) && (60..420).contains(&v));
+}
+
+#[test]
+fn only_labels_of_movers_are_movers() {
+    let chair = Detection::new("chair", 0.9, person_box(200)).unwrap();
+    let dog = Detection::new("dog", 0.9, person_box(200)).unwrap();
+    let (movers, mask) = run(|_| {}, &person(200, 2.0), std::slice::from_ref(&chair));
+    assert!(movers.is_empty() && mask.count() == WIDTH * HEIGHT);
+    let (movers, _) = run(|_| {}, &person(200, 2.0), &[chair.clone(), dog.clone()]);
+    assert_eq!((movers.len(), &*movers[0].label), (1, "dog"));
+    assert_eq!(movers[0].source, BoxSource::Detected { detection: 1 });
+    let chairs = |config: &mut DynamicsConfig| config.mover_labels = vec!["chair".into()];
+    let (movers, _) = run(chairs, &person(200, 2.0), &[chair, dog]);
+    assert_eq!((movers.len(), &*movers[0].label), (1, "chair"));
+}
+
+#[test]
+fn odd_boxes_mask_what_they_cover() {
+    let odd = [
+        boxed(700.0, 500.0, 800.0, 600.0),
+        boxed(-90.0, -90.0, -10.0, -10.0),
+        boxed(50.0, 50.0, 50.0, 90.0),
+        boxed(20.2, 20.2, 20.8, 20.8),
+        boxed(-1e38, -1e38, 1e38, -1e37),
+    ];
+    let (_, mask) = run(|_| {}, &person(200, 2.0), &odd.map(detect));
+    assert_eq!(mask.count(), WIDTH * HEIGHT);
+    let (_, mask) = run(bare, &person(200, 2.0), &[]);
+    assert_eq!(mask.count(), WIDTH * HEIGHT);
+    // All of the image, and far beyond.
+    let (_, mask) = run(
+        |config| config.mask.mode = MaskMode::Box,
+        &person(200, 2.0),
+        &[detect(boxed(-1e30, -1e30, 1e30, 1e30))],
+    );
+    assert_eq!(mask.count(), 0);
+}
+
+#[test]
+fn tiny_images_are_images() {
+    for (width, height) in [(1, 1), (2, 1), (3, 7), (16, 12)] {
+        let camera = PinholeCamera::new(width, height, 10.0, 10.0, 0.0, 0.0).unwrap();
+        let depth = DepthImage::new(width, height, vec![2.0; width * height]).unwrap();
+        let frame = Frame::new(0.0, camera, depth, None).unwrap();
+        let mut preprocessor = preprocessor(|_| {});
+        let result =
+            preprocessor.process(&frame, &[detect(boxed(0.0, 0.0, 99.0, 99.0))], &Pose::identity()).unwrap();
+        assert_eq!(result.static_mask.count(), 0);
+    }
+}
+
+#[test]
+fn refused_frames_change_nothing() {
+    let mut preprocessor = preprocessor(|_| {});
+    let walker = person(200, 2.0);
+    preprocessor.process(&frame(1.0, &walker), &[detect(person_box(200))], &Pose::identity()).unwrap();
+    let before = format!("{preprocessor:?}");
+    let small = detect(person_box(200)).with_mask(Mask::filled(2, 2, true).unwrap());
+    assert_eq!(
+        preprocessor.process(&frame(1.1, &walker), &[small], &Pose::identity()).unwrap_err(),
+        Error::InstanceMaskSize { detection: 0, width: 640, height: 480, actual_width: 2, actual_height: 2 }
+    );
+    assert!(preprocessor.process(&frame(0.9, &walker), &[], &Pose::identity()).is_err());
+    assert_eq!(format!("{preprocessor:?}"), before);
+}
+
+#[test]
+fn settings_are_checked() {
+    let change: [fn(&mut DynamicsConfig); 6] = [
+        |config| config.tracker.max_coast = -1.0,
+        |config| config.foreground.eps = f32::NAN,
+        |config| config.foreground.stride = 0,
+        |config| config.compensation.depth_tolerance = f32::INFINITY,
+        |config| config.correction.max_extension = 1e9,
+        |config| config.mask.dilation = -1.0,
+    ];
+    for change in change {
+        let mut config = DynamicsConfig::default();
+        change(&mut config);
+        assert!(matches!(Preprocessor::new(config), Err(Error::Config(_))));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Boxes anywhere, over people anywhere: whatever the order of the detections, the mask is the same, a second run
+    /// gives the same bits, sides never move inward, and silhouettes stay within the corrected boxes.
+    #[test]
+    fn masks_are_determined(
+        people in proptest::collection::vec((0_usize..560, 0.6_f32..2.9), 0..4),
+        boxes in proptest::collection::vec([-50_i16..640, -50_i16..480, 1_i16..300, 1_i16..300], 0..5),
+        holes in proptest::collection::vec([0_usize..600, 0_usize..440], 0..6),
+    ) {
+        let mut slabs: Vec<Slab> = people.iter().flat_map(|&(left, depth)| person(left, depth)).collect();
+        slabs.extend(holes.iter().map(|&[x, y]| slab([x, x + 40], [y, y + 40], 0.0)));
+        let detections: Vec<Detection> = boxes
+            .iter()
+            .map(|&[x, y, width, height]| {
+                let [x, y, width, height] = [x, y, width, height].map(f32::from);
+                detect(boxed(x, y, x + width, y + height))
+            })
+            .collect();
+        let (movers, mask) = run(|_| {}, &slabs, &detections);
+        let reversed: Vec<Detection> = detections.iter().rev().cloned().collect();
+        prop_assert_eq!(&run(|_| {}, &slabs, &reversed).1, &mask);
+        prop_assert_eq!(&run(|_| {}, &slabs, &detections).1, &mask);
+        for mover in &movers {
+            let [a, b] = [mover.bounding_box, mover.corrected_box].map(<[f32; 4]>::from);
+            prop_assert!(b[0] <= a[0] && b[1] <= a[1] && b[2] >= a[2] && b[3] >= a[3]);
+        }
+        let (_, box_mask) = run(|config| config.mask.mode = MaskMode::Box, &slabs, &detections);
+        for (silhouette, whole) in mask.data().iter().zip(box_mask.data()) {
+            prop_assert!(*silhouette || !*whole);
+        }
+    }
+}
