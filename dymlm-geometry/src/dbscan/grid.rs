@@ -28,9 +28,12 @@ pub(super) struct Grid {
     cell_start: Vec<u32>,
     /// Index into the cloud of each slot.
     point: Vec<u32>,
+    /// Coordinates of each slot, and [`Run::PADDING`] values after them.
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
+    /// Which octant of its block each point is in, for one block.
+    octants: Vec<u8>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,67 +46,82 @@ pub(super) struct Row {
 impl Grid {
     /// Sorts a cloud into cells.
     pub(super) fn build(&mut self, eps: f32, points: &[Point]) {
-        // Shorter by 2^-20, so that neither a cell's index nor the test in f32, both good to some 2^-22, parts two
+        // Shorter by 2^-20, so that neither a cell's border nor the test in f32, both good to some 2^-22, parts two
         // points of a cell. Twice the side is more than eps.
         let side = f64::from(eps) / 3.0_f64.sqrt() * (1.0 - 1.0 / f64::from(1 << 20));
         let blocks = CubicLattice::new(2.0 * side);
         self.sort.sort(blocks, points);
-        self.split_blocks(CubicLattice::new(side), points);
-        self.find_rows(blocks);
+        self.find_rows(blocks, points);
+        self.split_blocks(side, points);
         self.find_touching_blocks();
     }
 
+    fn find_rows(&mut self, blocks: CubicLattice, points: &[Point]) {
+        self.rows.clear();
+        self.block_z.clear();
+        for block in 0..self.sort.cell_count() {
+            let Some(point) = self.sort.runs_of_cell(block).next().map(|run| points[run.start]) else {
+                continue;
+            };
+            let [x, y, z] = point.map(|x| blocks.index(x));
+            if self.rows.last().is_none_or(|row| (row.x, row.y) != (x, y)) {
+                self.rows.push(Row { x, y, first_block: block as u32 });
+            }
+            self.block_z.push(z);
+        }
+        self.rows.push(Row { x: i32::MAX, y: i32::MAX, first_block: self.block_z.len() as u32 });
+    }
+
     /// Sorts the points of each block by octant, and copies them.
-    fn split_blocks(&mut self, cells: CubicLattice, points: &[Point]) {
+    fn split_blocks(&mut self, side: f64, points: &[Point]) {
         self.block_start.clear();
         self.octant.clear();
         self.cell_start.clear();
-        self.point.resize(points.len(), 0);
-        for values in [&mut self.x, &mut self.y, &mut self.z] {
-            values.resize(points.len(), 0.0);
-        }
+        self.resize_slots(points.len());
         let mut start = 0;
-        for block in 0..self.sort.cell_count() {
-            let mut next_slot = [0; 8];
-            for point in self.sort.runs_of_cell(block).flat_map(|run| &points[run]) {
-                next_slot[octant(cells, *point)] += 1;
-            }
-            self.block_start.push(self.octant.len() as u32);
-            for (octant, slot) in (0..).zip(&mut next_slot) {
-                let count = std::mem::replace(slot, start);
-                if count > 0 {
-                    self.octant.push(octant);
-                    self.cell_start.push(start);
-                    start += count;
-                }
-            }
-            for run in self.sort.runs_of_cell(block) {
-                for (index, point) in (run.start as u32..).zip(&points[run]) {
-                    let next = &mut next_slot[octant(cells, *point)];
-                    let slot = *next as usize;
-                    *next += 1;
-                    self.point[slot] = index;
-                    [self.x[slot], self.y[slot], self.z[slot]] = *point;
-                }
+        for row in 0..self.rows().len() {
+            for block in self.blocks_of_row(row) {
+                let index = [self.rows[row].x, self.rows[row].y, self.block_z[block]];
+                // Beyond the counted blocks this is no centre; but there all points of a block are equal.
+                let center = index.map(|index| f64::from(index) * 2.0 * side + side);
+                start = self.split_block(block, center, start, points);
             }
         }
         self.block_start.push(self.octant.len() as u32);
         self.cell_start.push(start);
-        self.truncate_slots(start as usize);
+        self.resize_slots(start as usize);
     }
 
-    fn find_rows(&mut self, blocks: CubicLattice) {
-        self.rows.clear();
-        self.block_z.clear();
-        for block in 0..self.block_count() {
-            let slot = self.cell_start[self.block_start[block] as usize] as usize;
-            let (x, y) = (blocks.index(self.x[slot]), blocks.index(self.y[slot]));
-            self.block_z.push(blocks.index(self.z[slot]));
-            if self.rows.last().is_none_or(|row| (row.x, row.y) != (x, y)) {
-                self.rows.push(Row { x, y, first_block: block as u32 });
+    /// Sorts the points of a block by octant into the slots from `start` on. Returns the slot after the last.
+    fn split_block(&mut self, block: usize, center: [f64; 3], start: u32, points: &[Point]) -> u32 {
+        let mut next_slot = [0; 8];
+        self.octants.clear();
+        for point in self.sort.runs_of_cell(block).flat_map(|run| &points[run]) {
+            let octant = octant(center, *point);
+            next_slot[usize::from(octant)] += 1;
+            self.octants.push(octant);
+        }
+        self.block_start.push(self.octant.len() as u32);
+        let mut end = start;
+        for (octant, slot) in (0..).zip(&mut next_slot) {
+            let count = std::mem::replace(slot, end);
+            if count > 0 {
+                self.octant.push(octant);
+                self.cell_start.push(end);
+                end += count;
             }
         }
-        self.rows.push(Row { x: i32::MAX, y: i32::MAX, first_block: self.block_count() as u32 });
+        let mut octants = self.octants.iter();
+        for run in self.sort.runs_of_cell(block) {
+            for ((index, point), &octant) in (run.start as u32..).zip(&points[run]).zip(&mut octants) {
+                let next = &mut next_slot[usize::from(octant)];
+                let slot = *next as usize;
+                *next += 1;
+                self.point[slot] = index;
+                [self.x[slot], self.y[slot], self.z[slot]] = *point;
+            }
+        }
+        end
     }
 
     fn find_touching_blocks(&mut self) {
@@ -188,7 +206,7 @@ impl Grid {
     #[inline]
     pub(super) fn run(&self, cells: Range<usize>) -> Run<'_> {
         let slots = self.slots_of_cells(cells);
-        Run { x: &self.x[slots.clone()], y: &self.y[slots.clone()], z: &self.z[slots] }
+        Run::new([&self.x, &self.y, &self.z], slots)
     }
 
     /// Keeps the points whose slots `keep` approves, and all cells, some of them empty now; calls `removed` for each
@@ -213,22 +231,20 @@ impl Grid {
         if let Some(last) = self.cell_start.last_mut() {
             *last = end as u32;
         }
-        self.truncate_slots(end);
+        self.resize_slots(end);
     }
 
-    fn truncate_slots(&mut self, end: usize) {
-        self.point.truncate(end);
+    fn resize_slots(&mut self, count: usize) {
+        self.point.resize(count, 0);
         for values in [&mut self.x, &mut self.y, &mut self.z] {
-            values.truncate(end);
+            values.resize(count + Run::PADDING, 0.0);
         }
     }
 }
 
 /// Which octant of its block a point lies in: bit 2 is x, bit 1 y, bit 0 z.
-///
-/// Beyond the counted blocks, where all points of a block are equal, any octant will do.
 #[inline]
-fn octant(cells: CubicLattice, point: Point) -> usize {
-    let [x, y, z] = point.map(|x| cells.parity(x));
+fn octant(center: [f64; 3], point: Point) -> u8 {
+    let [x, y, z] = std::array::from_fn(|axis| u8::from(f64::from(point[axis]) >= center[axis]));
     x << 2 | y << 1 | z
 }

@@ -1,28 +1,44 @@
+use std::ops::Range;
+
 use dymlm_core::Point;
 
-/// Points that lie side by side in the grid, one slice an axis, of equal lengths.
+/// Points that lie side by side in the grid.
 ///
-/// Tests against a run are plain loops without branches over pieces of a few points, which compile to vector code.
+/// Tests against a run take eight points at a time, without branches, which compiles to vector code. The last eight may
+/// reach beyond the run: its surplus is read but not counted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Run<'a> {
-    pub(super) x: &'a [f32],
-    pub(super) y: &'a [f32],
-    pub(super) z: &'a [f32],
+    x: &'a [[f32; LANES]],
+    y: &'a [[f32; LANES]],
+    z: &'a [[f32; LANES]],
+    len: usize,
 }
 
-/// Points tested between looks at the result.
-const PIECE: usize = 32;
+const LANES: usize = 8;
 
 impl<'a> Run<'a> {
-    /// Number of points within the distance, counted no further than the piece that reaches `enough`.
+    /// How many values have to follow the last one of a run.
+    pub(super) const PADDING: usize = LANES - 1;
+
+    /// The slots of a run, from coordinates that go on for [`Self::PADDING`] values at least.
+    #[inline]
+    pub(super) fn new([x, y, z]: [&'a [f32]; 3], slots: Range<usize>) -> Self {
+        let padded = slots.start..slots.start + slots.len().next_multiple_of(LANES);
+        let eights = |values: &'a [f32]| values[padded.clone()].as_chunks().0;
+        Self { x: eights(x), y: eights(y), z: eights(z), len: slots.len() }
+    }
+
+    /// Number of points within the distance, counted no further than the eight that reach `enough`.
     #[inline]
     pub(super) fn count_within(self, point: Point, squared_eps: f32, enough: u32) -> u32 {
         let mut count = 0;
-        for piece in self.pieces() {
-            count += piece.count_all_within(point, squared_eps);
+        let mut left = self.len as i32;
+        for ((x, y), z) in self.x.iter().zip(self.y).zip(self.z) {
+            count += count_within_first([x, y, z], left, point, squared_eps);
             if count >= enough {
                 break;
             }
+            left -= LANES as i32;
         }
         count
     }
@@ -30,7 +46,7 @@ impl<'a> Run<'a> {
     /// Whether any point lies within the distance.
     #[inline]
     pub(super) fn any_within(self, point: Point, squared_eps: f32) -> bool {
-        self.pieces().any(|piece| piece.count_all_within(point, squared_eps) > 0)
+        self.count_within(point, squared_eps, 1) > 0
     }
 
     /// Whether any point lies within the distance of any point of another run.
@@ -48,32 +64,18 @@ impl<'a> Run<'a> {
 
     #[inline]
     pub(super) fn len(self) -> usize {
-        self.x.len()
+        self.len
     }
 
     #[inline]
     pub(super) fn is_empty(self) -> bool {
-        self.x.is_empty()
+        self.len == 0
     }
 
     #[inline]
     pub(super) fn points(self) -> impl Iterator<Item = Point> + 'a {
-        self.x.iter().zip(self.y).zip(self.z).map(|((&x, &y), &z)| [x, y, z])
-    }
-
-    #[inline]
-    fn pieces(self) -> impl Iterator<Item = Self> {
-        let (x, y, z) = (self.x.chunks(PIECE), self.y.chunks(PIECE), self.z.chunks(PIECE));
-        x.zip(y).zip(z).map(|((x, y), z)| Self { x, y, z })
-    }
-
-    #[inline]
-    fn count_all_within(self, [x, y, z]: Point, squared_eps: f32) -> u32 {
-        let within = self.points().map(|[other_x, other_y, other_z]| {
-            let (dx, dy, dz) = (x - other_x, y - other_y, z - other_z);
-            u32::from(dx * dx + dy * dy + dz * dz <= squared_eps)
-        });
-        within.sum()
+        let (x, y, z) = (self.x.as_flattened(), self.y.as_flattened(), self.z.as_flattened());
+        x.iter().zip(y).zip(z).map(|((&x, &y), &z)| [x, y, z]).take(self.len)
     }
 
     /// Least and greatest coordinates.
@@ -85,6 +87,23 @@ impl<'a> Run<'a> {
             [std::array::from_fn(least), std::array::from_fn(greatest)]
         })
     }
+}
+
+/// Number of points within the distance among the first `len` of eight.
+#[inline]
+fn count_within_first(points: [&[f32; LANES]; 3], len: i32, point: Point, squared_eps: f32) -> u32 {
+    let mut squared = [0.0; LANES];
+    for (others, x) in points.into_iter().zip(point) {
+        for lane in 0..LANES {
+            let difference = x - others[lane];
+            squared[lane] += difference * difference;
+        }
+    }
+    let mut count = 0;
+    for (lane, squared) in (0..).zip(squared) {
+        count += u32::from(squared <= squared_eps) & u32::from(lane < len);
+    }
+    count
 }
 
 /// Never more than to any point of the box, in f32 as well: rounding is monotone.

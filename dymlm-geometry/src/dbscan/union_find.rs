@@ -92,7 +92,9 @@ mod tests {
             (0..COUNT).map(|i| (i, (i * 7919 + 13) % COUNT)).filter(|e| e.0 % 3 != 0).collect();
         let mut alone = UnionFind::default();
         alone.reset(COUNT);
-        edges.iter().for_each(|&(a, b)| alone.join(a, b));
+        for &(a, b) in &edges {
+            alone.join(a, b);
+        }
         let mut together = UnionFind::default();
         together.reset(COUNT);
         std::thread::scope(|scope| {

@@ -93,7 +93,7 @@ impl CellSort {
             self.entries[entries] = key << 32 | runs as u64;
             let begins = previous != key;
             runs += usize::from(begins);
-            entries += usize::from(begins & (key != NOT_FINITE));
+            entries += usize::from(begins) & usize::from(key != NOT_FINITE);
             previous = key;
         }
         self.run_starts.truncate(runs);

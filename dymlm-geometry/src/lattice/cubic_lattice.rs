@@ -51,14 +51,6 @@ impl CubicLattice {
         let nearest = (cells + ROUNDING) - ROUNDING;
         nearest - if nearest > cells { 1.0 } else { 0.0 }
     }
-
-    /// Which half of the cell twice as large, that holds the cell, a coordinate lies in; beyond 2^51 cells the same
-    /// for equal coordinates, and no more.
-    #[inline]
-    pub(crate) fn parity(self, x: f32) -> usize {
-        // The lowest bit of 1.5 * 2^52 + i is that of i.
-        (self.counted_index(x) + ROUNDING).to_bits() as usize & 1
-    }
 }
 
 #[cfg(test)]
