@@ -1,5 +1,3 @@
-use std::ops::Range;
-
 use super::grid::Grid;
 use super::touching_blocks::RowOffset;
 use super::union_find::UnionFind;
@@ -11,6 +9,8 @@ pub(super) struct ConnectedCells {
     joined: UnionFind,
     /// The root that all cells of a block have; [`NO_COMMON_ROOT`] when they differ or there is no point.
     common_roots: Vec<u32>,
+    /// Which octants of each block are cells of the grid, a bit each.
+    octants: Vec<u8>,
 }
 
 const NO_COMMON_ROOT: u32 = u32::MAX;
@@ -32,6 +32,8 @@ impl ConnectedCells {
         self.joined.reset(grid.cell_count());
         self.common_roots.clear();
         self.common_roots.resize(grid.block_count(), NO_COMMON_ROOT);
+        self.octants.clear();
+        self.octants.extend((0..grid.block_count()).map(|block| octants_of(grid, block)));
         self.join_at(Distance::Adjacent, grid, squared_eps);
         self.joined.flatten();
         self.find_common_roots(grid);
@@ -47,9 +49,7 @@ impl ConnectedCells {
 
     fn find_common_roots(&mut self, grid: &Grid) {
         for (block, common) in self.common_roots.iter_mut().enumerate() {
-            let cells =
-                grid.cells_of_blocks(block..block + 1).filter(|&cell| !grid.run(cell..cell + 1).is_empty());
-            let mut roots = cells.map(|cell| self.joined.root(cell) as u32);
+            let mut roots = grid.cells_of_blocks(block..block + 1).map(|cell| self.joined.root(cell) as u32);
             if let Some(first) = roots.next()
                 && roots.all(|root| root == first)
             {
@@ -71,7 +71,7 @@ impl ConnectedCells {
 
     /// Joins the cells of a block with each other and with those of the blocks after it.
     fn join_block(&self, distance: Distance, grid: &Grid, squared_eps: f32, block: usize) {
-        if grid.run(grid.cells_of_blocks(block..block + 1)).is_empty() {
+        if grid.cells_of_blocks(block..block + 1).is_empty() {
             return;
         }
         let join = |other: usize, offset: [i32; 3]| {
@@ -103,26 +103,32 @@ impl ConnectedCells {
     ) {
         let [own, others] = blocks.map(|block| grid.cells_of_blocks(block..block + 1));
         let pairs = &PAIRS[distance as usize][place(offset)];
+        let present = self.octants[blocks[1]];
         for cell in own {
-            let partners = pairs[usize::from(grid.octant_of_cell(cell))];
-            if partners != 0 {
-                self.join_cell(grid, squared_eps, cell, others.clone(), partners);
+            let mut partners = pairs[usize::from(grid.octant_of_cell(cell))] & present;
+            while partners != 0 {
+                let octant = partners.trailing_zeros();
+                partners &= partners - 1;
+                // The cells of a block ascend by octant.
+                let before = (present & ((1 << octant) - 1)).count_ones();
+                self.join_cell(grid, squared_eps, cell, others.start + before as usize);
             }
         }
     }
 
-    /// Joins a cell with those of a block whose octants are among the partners.
     #[inline]
-    fn join_cell(&self, grid: &Grid, squared_eps: f32, cell: usize, others: Range<usize>, partners: u8) {
-        let run = grid.run(cell..cell + 1);
-        for other in others.filter(|&other| partners >> grid.octant_of_cell(other) & 1 != 0) {
-            if self.joined.root(cell) != self.joined.root(other)
-                && run.any_pair_within(grid.run(other..other + 1), squared_eps)
-            {
-                self.joined.join(cell, other);
-            }
+    fn join_cell(&self, grid: &Grid, squared_eps: f32, cell: usize, other: usize) {
+        let run = |cell: usize| grid.run(cell..cell + 1);
+        if self.joined.root(cell) != self.joined.root(other)
+            && run(cell).any_pair_within(run(other), squared_eps)
+        {
+            self.joined.join(cell, other);
         }
     }
+}
+
+fn octants_of(grid: &Grid, block: usize) -> u8 {
+    grid.cells_of_blocks(block..block + 1).fold(0, |octants, cell| octants | 1 << grid.octant_of_cell(cell))
 }
 
 /// For each distance, offset of the other block and octant of a cell: the octants of the other block, a bit each, whose

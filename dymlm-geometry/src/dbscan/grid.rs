@@ -209,29 +209,40 @@ impl Grid {
         Run::new([&self.x, &self.y, &self.z], slots)
     }
 
-    /// Keeps the points whose slots `keep` approves, and all cells, some of them empty now; calls `removed` for each
-    /// other point with its block and its index into the cloud, in the order of the slots.
+    /// Keeps the points whose slots `keep` approves, and the cells that still hold some; calls `removed` for each other
+    /// point with its block and its index into the cloud, in the order of the slots.
     pub(super) fn retain(&mut self, keep: impl Fn(usize) -> bool, mut removed: impl FnMut(usize, u32)) {
-        let mut end = 0;
+        let (mut kept_cells, mut kept_slots) = (0, 0);
         for block in 0..self.block_count() {
-            for cell in self.cells_of_blocks(block..block + 1) {
-                let slots = self.slots_of_cells(cell..cell + 1);
-                self.cell_start[cell] = end as u32;
-                for slot in slots {
+            let cells = self.cells_of_blocks(block..block + 1);
+            self.block_start[block] = kept_cells as u32;
+            for cell in cells {
+                let first = kept_slots;
+                for slot in self.slots_of_cells(cell..cell + 1) {
                     if keep(slot) {
-                        self.point[end] = self.point[slot];
-                        [self.x[end], self.y[end], self.z[end]] = [self.x[slot], self.y[slot], self.z[slot]];
-                        end += 1;
+                        self.point[kept_slots] = self.point[slot];
+                        for values in [&mut self.x, &mut self.y, &mut self.z] {
+                            values[kept_slots] = values[slot];
+                        }
+                        kept_slots += 1;
                     } else {
                         removed(block, self.point[slot]);
                     }
                 }
+                if kept_slots > first {
+                    self.octant[kept_cells] = self.octant[cell];
+                    self.cell_start[kept_cells] = first as u32;
+                    kept_cells += 1;
+                }
             }
         }
-        if let Some(last) = self.cell_start.last_mut() {
-            *last = end as u32;
+        if let Some(last) = self.block_start.last_mut() {
+            *last = kept_cells as u32;
         }
-        self.resize_slots(end);
+        self.octant.truncate(kept_cells);
+        self.cell_start.truncate(kept_cells);
+        self.cell_start.push(kept_slots as u32);
+        self.resize_slots(kept_slots);
     }
 
     fn resize_slots(&mut self, count: usize) {

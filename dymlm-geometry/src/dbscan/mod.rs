@@ -80,11 +80,11 @@ pub struct DbscanScratch {
 struct Numbering {
     /// First core point and representative cell of each cluster, sorted.
     clusters: Vec<(u32, u32)>,
-    /// The number of each cell's cluster, [`NO_CLUSTER`] without a core point.
+    /// The number of each cell's cluster.
     label_of_cell: Vec<u32>,
 }
 
-/// No cell holds this number: there are fewer clusters than points.
+/// Greater than the number of any cluster and the index of any point.
 const NO_CLUSTER: u32 = u32::MAX;
 
 impl DbscanScratch {
@@ -132,32 +132,23 @@ impl Dbscan {
 impl Numbering {
     /// Numbers the clusters by their first core points.
     fn number(&mut self, grid: &Grid, connected: &ConnectedCells) {
-        // A cell's first slot holds its first core point; a cluster's first core point is the least of those.
+        // A cell's points ascend, so a cluster's first core point is the first point of one of its cells.
         let first_points = &mut self.label_of_cell;
         first_points.clear();
         first_points.resize(grid.cell_count(), NO_CLUSTER);
         for cell in 0..grid.cell_count() {
-            if let Some(&point) = grid.point_indices(cell).first() {
-                let first = &mut first_points[connected.root(cell)];
-                *first = point.min(*first);
-            }
+            let first = &mut first_points[connected.root(cell)];
+            *first = grid.point_indices(cell).first().map_or(*first, |&point| point.min(*first));
         }
         self.clusters.clear();
-        self.clusters.extend(
-            (0..)
-                .zip(first_points.iter())
-                .filter(|(_, first)| **first != NO_CLUSTER)
-                .map(|(cell, first)| (*first, cell)),
-        );
+        let roots = (0..).zip(first_points.iter()).filter(|(_, first)| **first != NO_CLUSTER);
+        self.clusters.extend(roots.map(|(cell, first)| (*first, cell)));
         self.clusters.sort_unstable();
         for (label, &(_, root)) in (0..).zip(&self.clusters) {
             self.label_of_cell[root as usize] = label;
         }
-        // Roots are the first cells of their clusters, so they are read before they could be overwritten.
         for cell in 0..grid.cell_count() {
-            if !grid.point_indices(cell).is_empty() {
-                self.label_of_cell[cell] = self.label_of_cell[connected.root(cell)];
-            }
+            self.label_of_cell[cell] = self.label_of_cell[connected.root(cell)];
         }
     }
 }
@@ -176,9 +167,6 @@ fn write_labels(
     sizes.clear();
     sizes.resize(numbering.clusters.len(), 0);
     for (cell, &label) in numbering.label_of_cell.iter().enumerate() {
-        if label == NO_CLUSTER {
-            continue;
-        }
         let points = grid.point_indices(cell);
         sizes[label as usize] += points.len();
         for &point in points {

@@ -63,13 +63,8 @@ impl<'a> Run<'a> {
     }
 
     #[inline]
-    pub(super) fn len(self) -> usize {
+    fn len(self) -> usize {
         self.len
-    }
-
-    #[inline]
-    pub(super) fn is_empty(self) -> bool {
-        self.len == 0
     }
 
     #[inline]
