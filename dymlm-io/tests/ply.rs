@@ -78,6 +78,64 @@ fn reads_big_endian_other_types_and_passes_over_the_rest() {
     assert_eq!(decode(&bytes).unwrap(), expected);
 }
 
+/// Rows of one size are read another way than rows with lists; all scalar types, more rows than a block, both orders.
+#[test]
+fn reads_rows_of_one_size_of_every_type() {
+    let count = 5000_usize;
+    for big_endian in [false, true] {
+        let format = if big_endian { "big" } else { "little" };
+        for (name, size) in [
+            ("char", 1),
+            ("uint8", 1),
+            ("int16", 2),
+            ("ushort", 2),
+            ("int", 4),
+            ("uint32", 4),
+            ("float", 4),
+            ("double", 8),
+        ] {
+            let mut bytes = format!(
+                "ply\nformat binary_{format}_endian 1.0\nelement camera 3\nproperty double a\nproperty uchar b\n\
+                 element vertex {count}\nproperty uchar blue\nproperty float z\nproperty {name} y\nproperty short w\n\
+                 property uchar red\nproperty uchar green\nproperty double x\nend_header\n"
+            )
+            .into_bytes();
+            bytes.extend([0xff; 3 * 9]);
+            for i in 0..count {
+                let mut push = |mut value: Vec<u8>| {
+                    if big_endian {
+                        value.reverse();
+                    }
+                    bytes.extend(value);
+                };
+                let y = (i % 100) as i64;
+                push(vec![3]);
+                push((i as f32 + 0.5).to_le_bytes().to_vec());
+                match name {
+                    "float" => push((y as f32).to_le_bytes().to_vec()),
+                    "double" => push((y as f64).to_le_bytes().to_vec()),
+                    _ => push(y.to_le_bytes()[..size].to_vec()),
+                }
+                push(vec![9, 9]);
+                push(vec![1]);
+                push(vec![(i % 256) as u8]);
+                push((-(i as f64)).to_le_bytes().to_vec());
+            }
+            let cloud = decode(&bytes).unwrap();
+            assert_eq!(cloud.len(), count);
+            for (i, (point, color)) in cloud.points().iter().zip(cloud.colors().unwrap()).enumerate() {
+                assert_eq!(*point, [-(i as f32), (i % 100) as f32, i as f32 + 0.5], "{name} {format}");
+                assert_eq!(*color, [1, (i % 256) as u8, 3]);
+            }
+            let message = decode(&bytes[..bytes.len() - 1]).unwrap_err().to_string();
+            assert!(
+                message.contains("5000 elements \"vertex\" are announced, but only 4999 follow"),
+                "{message}"
+            );
+        }
+    }
+}
+
 #[test]
 fn reads_ascii_with_numbers_that_are_none() {
     let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\

@@ -11,6 +11,9 @@ use crate::text_lines::quoted;
 /// More rows are not made room for before they are there.
 const ROWS_AHEAD: usize = 1 << 16;
 
+/// Rows of one size are read so many at a time.
+const ROWS_A_BLOCK: usize = 1 << 12;
+
 /// Reads a point cloud from a PLY file: the `x y z` of its vertices, of any scalar type, and their colours when there
 /// are `red green blue` (or `diffuse_red` ...) of type uchar. Everything else (normals, faces ...) is passed over.
 /// Ascii and binary of both byte orders. Points that are not finite are kept, so that points keep their numbers.
@@ -85,20 +88,53 @@ fn role(property: &Property) -> Role {
 fn read_vertices(rows: &mut Rows<'_, impl BufRead>, element: &Element) -> Result<PointCloud, Error> {
     let roles: Vec<(Kind, Role)> = element.properties.iter().map(|p| (p.kind, role(p))).collect();
     let has_colors = (0..3).all(|channel| roles.iter().any(|&(_, role)| role == Role::Color(channel)));
-    let mut points = Vec::with_capacity(element.count.min(ROWS_AHEAD));
-    let mut colors = Vec::with_capacity(if has_colors { element.count.min(ROWS_AHEAD) } else { 0 });
-    for row in 0..element.count {
-        let vertex = rows.next(&roles).map_err(|fault| rows.error(fault, element, row))?;
-        points.push(vertex.point);
-        if has_colors {
-            colors.push(vertex.color);
+    let mut vertices = Vertices::with_capacity(element.count.min(ROWS_AHEAD), has_colors);
+    match (rows.format, row_size(element)) {
+        (Format::LittleEndian, Some(size)) => rows.blocks(element, size, &roles, &mut vertices, |_| ())?,
+        (Format::BigEndian, Some(size)) => {
+            rows.blocks(element, size, &roles, &mut vertices, <[u8]>::reverse)?
+        }
+        _ => {
+            for row in 0..element.count {
+                vertices.push(rows.next(&roles).map_err(|fault| rows.error(fault, element, row))?);
+            }
         }
     }
-    if has_colors {
-        PointCloud::with_colors(points, colors)
-            .map_err(|error| Error::malformed(rows.path, error.to_string()))
-    } else {
-        Ok(PointCloud::new(points))
+    match vertices.colors {
+        Some(colors) => PointCloud::with_colors(vertices.points, colors)
+            .map_err(|error| Error::malformed(rows.path, error.to_string())),
+        None => Ok(PointCloud::new(vertices.points)),
+    }
+}
+
+/// Bytes of a row of a binary file; `None` when lists make the rows differ.
+fn row_size(element: &Element) -> Option<usize> {
+    element.properties.iter().try_fold(0, |sum, property| match property.kind {
+        Kind::Scalar(scalar) => Some(sum + scalar.size()),
+        Kind::List { .. } => None,
+    })
+}
+
+/// The vertices read so far.
+struct Vertices {
+    points: Vec<Point>,
+    colors: Option<Vec<Rgb>>,
+}
+
+impl Vertices {
+    fn with_capacity(capacity: usize, has_colors: bool) -> Self {
+        Self {
+            points: Vec::with_capacity(capacity),
+            colors: has_colors.then(|| Vec::with_capacity(capacity)),
+        }
+    }
+
+    #[inline]
+    fn push(&mut self, vertex: Vertex) {
+        self.points.push(vertex.point);
+        if let Some(colors) = &mut self.colors {
+            colors.push(vertex.color);
+        }
     }
 }
 
@@ -131,9 +167,41 @@ impl<R: BufRead> Rows<'_, R> {
         if element.properties.is_empty() {
             return Ok(());
         }
+        if let (Format::LittleEndian | Format::BigEndian, Some(size)) = (self.format, row_size(element)) {
+            let bytes = (element.count as u64).saturating_mul(size as u64);
+            return pass_bytes(&mut self.stream, bytes).map_err(|error| self.error(error.into(), element, 0));
+        }
         let roles: Vec<(Kind, Role)> = element.properties.iter().map(|p| (p.kind, Role::Passed)).collect();
         for row in 0..element.count {
             self.next(&roles).map_err(|fault| self.error(fault, element, row))?;
+        }
+        Ok(())
+    }
+
+    /// Reads rows of one size, many at a time.
+    fn blocks(
+        &mut self,
+        element: &Element,
+        row_size: usize,
+        roles: &[(Kind, Role)],
+        vertices: &mut Vertices,
+        to_little_endian: impl Fn(&mut [u8]),
+    ) -> Result<(), Error> {
+        let columns = columns(roles);
+        let mut block = Vec::new();
+        let mut done = 0;
+        while done < element.count {
+            block.clear();
+            let wanted = ((element.count - done).min(ROWS_A_BLOCK) * row_size) as u64;
+            self.stream.by_ref().take(wanted).read_to_end(&mut block).map_err(Error::io(self.path))?;
+            for row in block.chunks_exact(row_size) {
+                vertices.push(vertex_of(row, &columns, &to_little_endian));
+            }
+            done += block.len() / row_size;
+            if (block.len() as u64) < wanted {
+                let end = io::Error::from(io::ErrorKind::UnexpectedEof);
+                return Err(self.error(end.into(), element, done));
+            }
         }
         Ok(())
     }
@@ -191,6 +259,58 @@ impl<R: BufRead> Rows<'_, R> {
             Fault::Io(error) => Error::io(self.path)(error),
         }
     }
+}
+
+/// A property that is asked for: where it begins in a row of one size.
+#[derive(Debug, Clone, Copy)]
+struct Column {
+    offset: usize,
+    scalar: Scalar,
+    role: Role,
+}
+
+fn columns(roles: &[(Kind, Role)]) -> Vec<Column> {
+    let mut offset = 0;
+    let mut columns = Vec::new();
+    for &(kind, role) in roles {
+        if let Kind::Scalar(scalar) = kind {
+            if role != Role::Passed {
+                columns.push(Column { offset, scalar, role });
+            }
+            offset += scalar.size();
+        }
+    }
+    columns
+}
+
+#[inline]
+fn vertex_of(row: &[u8], columns: &[Column], to_little_endian: &impl Fn(&mut [u8])) -> Vertex {
+    let mut vertex = Vertex::default();
+    for &Column { offset, scalar, role } in columns {
+        let value = row.get(offset..).unwrap_or_default();
+        match role {
+            Role::Coordinate(axis) => vertex.point[axis] = coordinate(value, scalar, to_little_endian),
+            Role::Color(channel) => vertex.color[channel] = value.first().copied().unwrap_or_default(),
+            Role::Passed => {}
+        }
+    }
+    vertex
+}
+
+#[inline]
+fn coordinate(value: &[u8], scalar: Scalar, to_little_endian: &impl Fn(&mut [u8])) -> f32 {
+    if let (Scalar::F32, Some(&bytes)) = (scalar, value.first_chunk()) {
+        // Nearly every file's: without the detour over eight bytes.
+        let mut bytes: [u8; 4] = bytes;
+        to_little_endian(&mut bytes);
+        return f32::from_le_bytes(bytes);
+    }
+    let mut bytes = [0; 8];
+    if let (Some(bytes), Some(value)) = (bytes.get_mut(..scalar.size()), value.get(..scalar.size())) {
+        bytes.copy_from_slice(value);
+        to_little_endian(bytes);
+    }
+    to_f32(scalar, bytes)
 }
 
 /// Passes over the values of a list; says whether they are there.
