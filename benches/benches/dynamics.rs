@@ -1,3 +1,104 @@
-//! Benches, to come.
+//! Preprocessing of a 640x480 frame with two people in it: each step, and all of them.
 
-fn main() {}
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use dymlm_benches::{kinect, room_depth};
+use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, Pose};
+use dymlm_dynamics::{
+    BoxCorrector, BoxTracker, CorrectionConfig, DynamicsConfig, Foreground, ForegroundConfig,
+    ForegroundFinder, ForegroundSearch, MaskConfig, MaskRegion, Preprocessor, StaticMaskBuilder,
+    TrackerConfig,
+};
+
+/// Columns at which the two people stand, and how far away.
+const PEOPLE: [(usize, f32); 2] = [(120, 1.5), (380, 2.2)];
+const PERSON_WIDTH: usize = 140;
+
+/// The room, with two people: elliptic cylinders from near the upper to the lower border of the image.
+#[allow(clippy::unwrap_used, reason = "the buffer has the camera's size")]
+fn people_in_a_room() -> DepthImage {
+    let room = room_depth();
+    let (width, height) = (room.width(), room.height());
+    let mut data = room.into_data();
+    for (left, distance) in PEOPLE {
+        for v in 40..height {
+            for column in 0..PERSON_WIDTH {
+                let across = 2.0 * column as f32 / PERSON_WIDTH as f32 - 1.0;
+                let depth = &mut data[v * width + left + column];
+                *depth = depth.min(distance - 0.2 * (1.0 - across * across).sqrt());
+            }
+        }
+    }
+    DepthImage::new(width, height, data).unwrap()
+}
+
+#[allow(clippy::unwrap_used, reason = "constants")]
+fn frame(timestamp: f64) -> Frame {
+    Frame::new(timestamp, kinect(), people_in_a_room(), None).unwrap()
+}
+
+/// Boxes that cut ten pixels off on each side.
+#[allow(clippy::unwrap_used, reason = "constants")]
+fn boxes() -> [BoundingBox; 2] {
+    PEOPLE.map(|(left, _)| {
+        BoundingBox::new(left as f32 + 10.0, 50.0, (left + PERSON_WIDTH) as f32 - 10.0, 480.0).unwrap()
+    })
+}
+
+#[allow(clippy::unwrap_used, reason = "constants")]
+fn detections() -> [Detection; 2] {
+    boxes().map(|bounding_box| Detection::new("person", 0.9, bounding_box).unwrap())
+}
+
+#[allow(clippy::unwrap_used, reason = "constants")]
+fn preprocess(criterion: &mut Criterion) {
+    let mut preprocessor = Preprocessor::new(DynamicsConfig::default()).unwrap();
+    let (frame, detections) = (frame(0.0), detections());
+    criterion.bench_function("dymlm-dynamics/preprocess/two_people", |bencher| {
+        bencher.iter(|| {
+            let result = preprocessor.process(black_box(&frame), &detections, &Pose::identity());
+            result.map(|result| result.movers.len())
+        });
+    });
+}
+
+#[allow(clippy::unwrap_used, reason = "constants")]
+fn track(criterion: &mut Criterion) {
+    let mut tracker = BoxTracker::new(TrackerConfig::default()).unwrap();
+    let crowd: Vec<Detection> = (0_u8..50)
+        .map(|i| {
+            let (x, y) = (f32::from(i % 10) * 60.0, f32::from(i / 10) * 90.0);
+            Detection::new("person", 0.9, BoundingBox::new(x, y, x + 80.0, y + 120.0).unwrap()).unwrap()
+        })
+        .collect();
+    criterion.bench_function("dymlm-dynamics/track/50_people", |bencher| {
+        bencher.iter(|| tracker.update(0.0, black_box(&crowd), None).map(<[_]>::len));
+    });
+}
+
+#[allow(clippy::unwrap_used, reason = "constants")]
+fn steps(criterion: &mut Criterion) {
+    let depth = people_in_a_room();
+    let bounding_box = boxes()[0];
+    let mut finder = ForegroundFinder::new(ForegroundConfig::default()).unwrap();
+    let mut foreground = Foreground::new();
+    criterion.bench_function("dymlm-dynamics/foreground/one_person", |bencher| {
+        let search = ForegroundSearch::new(bounding_box);
+        bencher.iter(|| finder.find(&kinect(), black_box(&depth), &search, &mut foreground));
+    });
+    let mut corrector = BoxCorrector::new(CorrectionConfig::default()).unwrap();
+    criterion.bench_function("dymlm-dynamics/correct/one_person", |bencher| {
+        bencher.iter(|| corrector.correct(black_box(&depth), &bounding_box, &foreground));
+    });
+    let mut builder = StaticMaskBuilder::new(MaskConfig::default()).unwrap();
+    let mut mask = Mask::filled(depth.width(), depth.height(), true).unwrap();
+    let bounding_box = corrector.correct(&depth, &bounding_box, &foreground);
+    criterion.bench_function("dymlm-dynamics/mask/one_person", |bencher| {
+        let region = MaskRegion { bounding_box, foreground: &foreground, instance_mask: None };
+        bencher.iter(|| builder.build([region], black_box(&depth), &mut mask));
+    });
+}
+
+criterion_group!(benches, preprocess, track, steps);
+criterion_main!(benches);

@@ -13,7 +13,7 @@ fn boxed([x_min, y_min, x_max, y_max]: [f32; 4]) -> BoundingBox {
 #[test]
 #[allow(clippy::unreadable_literal, clippy::excessive_precision, reason = "figures of another program")]
 fn is_the_filter_of_seven_states() {
-    let frames: [(Option<[f32; 4]>, [f64; 7], [f64; 7]); 4] = [
+    let frames = [
         (
             Some([12.0, 21.0, 53.0, 103.0]),
             [

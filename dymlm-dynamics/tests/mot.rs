@@ -61,7 +61,7 @@ struct Score {
     idf1: f64,
 }
 
-/// CLEAR MOT (Bernardin and Stiefelhagen 2008) and IDF1 (Ristani et al. 2016) at an IoU of 0.5.
+/// CLEAR MOT (Bernardin and Stiefelhagen 2008) and IDF1 (Ristani et al. 2016) at an overlap of 0.5.
 fn score(truth: &Tracks, tracks: &Tracks) -> Score {
     let mut matched: BTreeMap<i64, i64> = BTreeMap::new();
     let (mut objects, mut outputs, mut pairs, mut switches) = (0, 0, 0, 0);

@@ -13,7 +13,7 @@ pub enum MaskMode {
     Silhouette,
 }
 
-/// Settings of [`StaticMaskBuilder`].
+/// Settings of [`StaticMaskBuilder`](crate::StaticMaskBuilder).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]

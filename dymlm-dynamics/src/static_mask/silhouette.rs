@@ -156,6 +156,7 @@ impl Silhouette {
     }
 
     /// Puts those pixels of the mover in front that have a neighbour outside it.
+    #[allow(clippy::needless_bitwise_bool, reason = "without branches sixteen pixels are compared at once")]
     fn collect_front(&mut self) {
         self.front.clear();
         let (stride, width) = (self.stride(), self.columns.len());
@@ -165,7 +166,6 @@ impl Silhouette {
             let line = |from: usize| &self.pixels[from..from + width];
             let (pixels, left, right) = (line(start), line(start - 1), line(start + 1));
             let (above, below) = (line(start - stride), line(start + stride));
-            // A plain loop over slices of one length: the compiler compares sixteen pixels at once.
             for i in 0..width {
                 let open = (left[i] == Pixel::Outside)
                     | (right[i] == Pixel::Outside)

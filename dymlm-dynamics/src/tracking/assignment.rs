@@ -1,7 +1,7 @@
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 
-/// IoU in fixed point: sums of assignments compare exactly, on every machine.
+/// `IoU` in fixed point: sums of assignments compare exactly, on every machine.
 const ONE: f64 = (1_u64 << 40) as f64;
 
 /// Chosen pairs, as many as rows.

@@ -160,8 +160,8 @@ impl BoxTracker {
 
     /// Seconds since the last frame.
     fn check_time(&self, timestamp: f64) -> Result<f64, Error> {
-        // NaN fails the comparison.
-        if !(timestamp.abs() <= MAX_TIMESTAMP) {
+        // NaN lies in no range.
+        if !(-MAX_TIMESTAMP..=MAX_TIMESTAMP).contains(&timestamp) {
             return Err(Error::Timestamp(timestamp));
         }
         match self.last_timestamp {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
 
 /// The folder of test data, if this machine has it; prints a line when it has not.
-pub fn data_folder(name: &str) -> Option<PathBuf> {
+pub(crate) fn data_folder(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("DYMLM_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
     let folder = root.join(name);
@@ -20,17 +20,17 @@ pub fn data_folder(name: &str) -> Option<PathBuf> {
 }
 
 /// One recorded frame and its truth.
-pub struct Recorded {
-    pub frame: Frame,
-    pub world_from_camera: Pose,
-    pub detections: Vec<Detection>,
+pub(crate) struct Recorded {
+    pub(crate) frame: Frame,
+    pub(crate) world_from_camera: Pose,
+    pub(crate) detections: Vec<Detection>,
     /// `true` = person.
-    pub people: Mask,
-    pub color_file: PathBuf,
+    pub(crate) people: Mask,
+    pub(crate) color_file: PathBuf,
 }
 
 /// All frames of a sequence, read one by one.
-pub fn kitchen(folder: &Path) -> impl Iterator<Item = Recorded> {
+pub(crate) fn kitchen(folder: &Path) -> impl Iterator<Item = Recorded> {
     let lines = |name: &str| {
         let text = fs::read_to_string(folder.join(name)).unwrap();
         text.lines().filter(|line| !line.starts_with('#')).map(String::from).collect::<Vec<_>>()
@@ -87,14 +87,14 @@ fn read_detections(line: &str) -> Vec<Detection> {
 
 /// How a mask compares with the truth, over the pixels that have a depth.
 #[derive(Debug, Default, Clone, Copy)]
-pub struct Coverage {
-    pub people: usize,
-    pub masked: usize,
-    pub both: usize,
+pub(crate) struct Coverage {
+    pub(crate) people: usize,
+    pub(crate) masked: usize,
+    pub(crate) both: usize,
 }
 
 impl Coverage {
-    pub fn add(&mut self, depth: &DepthImage, people: &Mask, is_static: &Mask) {
+    pub(crate) fn add(&mut self, depth: &DepthImage, people: &Mask, is_static: &Mask) {
         for ((&z, &person), &is_static) in depth.data().iter().zip(people.data()).zip(is_static.data()) {
             if z > 0.0 {
                 self.people += usize::from(person);
@@ -105,12 +105,12 @@ impl Coverage {
     }
 
     /// Share of the people that is masked.
-    pub fn recall(&self) -> f64 {
+    pub(crate) fn recall(&self) -> f64 {
         self.both as f64 / self.people as f64
     }
 
     /// Share of the masked that is people.
-    pub fn precision(&self) -> f64 {
+    pub(crate) fn precision(&self) -> f64 {
         self.both as f64 / self.masked as f64
     }
 }
