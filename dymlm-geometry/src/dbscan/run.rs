@@ -32,13 +32,13 @@ impl<'a> Run<'a> {
     #[inline]
     pub(super) fn count_within(self, point: Point, squared_eps: f32, enough: u32) -> u32 {
         let mut count = 0;
-        let mut left = self.len as i32;
+        let mut left = self.len;
         for ((x, y), z) in self.x.iter().zip(self.y).zip(self.z) {
-            count += count_within_first([x, y, z], left, point, squared_eps);
+            count += count_within_first([x, y, z], left.min(LANES) as i32, point, squared_eps);
             if count >= enough {
                 break;
             }
-            left -= LANES as i32;
+            left -= left.min(LANES);
         }
         count
     }
