@@ -1,1 +1,18 @@
-//! What the examples share.
+//! What the examples share: where frames come from, pictures of the maps, reports of a run.
+
+mod frame_source;
+mod orthographic;
+mod pictures;
+mod progress;
+mod run_report;
+mod statistics;
+
+pub use frame_source::{FrameSource, SourceFrame};
+pub use orthographic::Orthographic;
+pub use pictures::{Picture, cloud_pictures, octree_pictures};
+pub use progress::progress_bar;
+pub use run_report::{Counts, RunReport, peak_memory_bytes};
+pub use statistics::{Milliseconds, mean_up};
+
+/// Any error of an example: it is printed and ends the program.
+pub type AnyError = Box<dyn std::error::Error + Send + Sync>;

@@ -1,0 +1,161 @@
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// Cells along the side of a block.
+pub(super) const BLOCK_SIDE: usize = 8;
+/// Cells of a block.
+pub(super) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
+
+/// The place of a block on its lattice: three coordinates of 21 bits in one word, z first, so that the order of
+/// keys is the order of z, then y, then x.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct BlockKey(u64);
+
+impl BlockKey {
+    const BITS: u32 = 21;
+    const BIAS: i32 = 1 << (Self::BITS - 1);
+    /// Lattice coordinates c of cells with -LIMIT <= c < LIMIT have a key.
+    pub(super) const LIMIT: i32 = Self::BIAS * BLOCK_SIDE as i32;
+
+    /// The block at block coordinates (cell coordinates / 8, rounded down).
+    #[inline]
+    pub(super) fn new(block: [i32; 3]) -> Self {
+        let [x, y, z] = block.map(|c| u64::from((c.wrapping_add(Self::BIAS)) as u32));
+        Self(z << (2 * Self::BITS) | y << Self::BITS | x)
+    }
+
+    /// Block coordinates.
+    #[inline]
+    pub(super) fn block(self) -> [i32; 3] {
+        let mask = (1 << Self::BITS) - 1;
+        [self.0 & mask, self.0 >> Self::BITS & mask, self.0 >> (2 * Self::BITS)]
+            .map(|c| c as i32 - Self::BIAS)
+    }
+}
+
+/// Block coordinates of a cell, and the cell's index in its block.
+#[inline]
+pub(super) fn split(cell: [i32; 3]) -> ([i32; 3], usize) {
+    let [x, y, z] = cell.map(|c| (c & 7) as usize);
+    (cell.map(|c| c >> 3), z << 6 | y << 3 | x)
+}
+
+/// Coordinates within its block of the cell with this index.
+#[inline]
+pub(super) fn cell_in_block(index: usize) -> [i32; 3] {
+    [index & 7, index >> 3 & 7, index >> 6].map(|c| c as i32)
+}
+
+/// Blocks by their place, each at a slot that stays. O(1) expected a look-up.
+#[derive(Debug, Clone, Default)]
+pub(super) struct BlockStore<B> {
+    slots: HashMap<BlockKey, u32, BuildHasherDefault<KeyHasher>>,
+    keys: Vec<BlockKey>,
+    blocks: Vec<B>,
+}
+
+impl<B: Default> BlockStore<B> {
+    #[inline]
+    pub(super) fn slot(&self, key: BlockKey) -> Option<usize> {
+        self.slots.get(&key).map(|&slot| slot as usize)
+    }
+
+    /// The slot of the block at `key`, made when there is none.
+    #[inline]
+    pub(super) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
+        let next = self.blocks.len();
+        let slot = *self.slots.entry(key).or_insert(next as u32) as usize;
+        if slot == next {
+            self.keys.push(key);
+            self.blocks.push(B::default());
+        }
+        slot
+    }
+
+    #[inline]
+    pub(super) fn get(&self, key: BlockKey) -> Option<&B> {
+        self.slot(key).and_then(|slot| self.blocks.get(slot))
+    }
+
+    #[inline]
+    pub(super) fn blocks(&self) -> &[B] {
+        &self.blocks
+    }
+
+    #[inline]
+    pub(super) fn blocks_mut(&mut self) -> &mut [B] {
+        &mut self.blocks
+    }
+
+    /// Keys by slot.
+    #[inline]
+    pub(super) fn keys(&self) -> &[BlockKey] {
+        &self.keys
+    }
+
+    /// All slots in the order of their keys, which does not depend on the order of insertion.
+    pub(super) fn sorted_slots(&self) -> Vec<usize> {
+        let mut slots: Vec<usize> = (0..self.keys.len()).collect();
+        slots.sort_unstable_by_key(|&slot| self.keys[slot]);
+        slots
+    }
+
+    /// Bytes of the store itself, without what its blocks own.
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.slots.capacity() * (size_of::<(BlockKey, u32)>() + 1)
+            + self.keys.capacity() * size_of::<BlockKey>()
+            + self.blocks.capacity() * size_of::<B>()
+    }
+}
+
+/// Multiplies and folds: keys are distinct words already, an attacker does not choose them, and the standard
+/// hasher would cost more than the rest of the look-up.
+#[derive(Debug, Clone, Default)]
+pub(super) struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u64(u64::from(byte));
+        }
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        let product = (self.0 ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        self.0 = product ^ product >> 32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_hold_their_block_and_sort_by_z_y_x() {
+        let corners = [-BlockKey::BIAS, -1, 0, 1, BlockKey::BIAS - 1];
+        let mut keys = Vec::new();
+        for z in corners {
+            for y in corners {
+                for x in corners {
+                    assert_eq!(BlockKey::new([x, y, z]).block(), [x, y, z]);
+                    keys.push(BlockKey::new([x, y, z]));
+                }
+            }
+        }
+        assert!(keys.is_sorted());
+    }
+
+    #[test]
+    fn cells_split_into_block_and_index() {
+        for cell in [[0, 0, 0], [7, 8, -1], [-8, -9, 1_000_003]] {
+            let (block, index) = split(cell);
+            let within = cell_in_block(index);
+            let again: [i32; 3] = std::array::from_fn(|axis| block[axis] * 8 + within[axis]);
+            assert_eq!(again, cell);
+        }
+    }
+}

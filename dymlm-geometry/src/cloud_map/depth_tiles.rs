@@ -1,0 +1,91 @@
+use dymlm_core::DepthImage;
+
+/// Side of a tile, pixels.
+pub(super) const TILE: usize = 16;
+
+/// Nearest and farthest reading of each tile of 16x16 pixels: one look at a few tiles settles most blocks.
+#[derive(Debug, Clone, Default)]
+pub(super) struct DepthTiles {
+    columns: usize,
+    rows: usize,
+    tiles: Vec<DepthRange>,
+}
+
+/// The readings of a tile or of several.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DepthRange {
+    /// Nearest reading; 0 when a pixel has none.
+    pub(super) nearest: f32,
+    /// Farthest reading; 0 when there is none at all.
+    pub(super) farthest: f32,
+}
+
+impl DepthRange {
+    const NOTHING: Self = Self { nearest: f32::INFINITY, farthest: 0.0 };
+
+    #[inline]
+    fn join(self, other: Self) -> Self {
+        Self { nearest: self.nearest.min(other.nearest), farthest: self.farthest.max(other.farthest) }
+    }
+}
+
+impl DepthTiles {
+    /// Reads one image.
+    pub(super) fn build(&mut self, depth: &DepthImage) {
+        self.columns = depth.width().div_ceil(TILE);
+        self.rows = depth.height().div_ceil(TILE);
+        self.tiles.clear();
+        self.tiles.resize(self.columns * self.rows, DepthRange::NOTHING);
+        for (v, row) in depth.data().chunks_exact(depth.width()).enumerate() {
+            let tiles = &mut self.tiles[v / TILE * self.columns..][..self.columns];
+            for (tile, pixels) in tiles.iter_mut().zip(row.chunks(TILE)) {
+                let range = |range: DepthRange, &z: &f32| range.join(DepthRange { nearest: z, farthest: z });
+                *tile = pixels.iter().fold(*tile, range);
+            }
+        }
+    }
+
+    /// The readings of all tiles that touch the pixels [left, right] x [top, bottom]; `None` when there are no such
+    /// pixels. Outside the image there is no reading.
+    pub(super) fn range(&self, [left, right]: [f32; 2], [top, bottom]: [f32; 2]) -> Option<DepthRange> {
+        let tile_of = |pixel: f32| ((pixel + 0.5) / TILE as f32).floor();
+        let (first_column, last_column) = (tile_of(left), tile_of(right));
+        let (first_row, last_row) = (tile_of(top), tile_of(bottom));
+        let (columns, rows) = (self.columns as f32, self.rows as f32);
+        if last_column < 0.0 || last_row < 0.0 || first_column >= columns || first_row >= rows {
+            return None;
+        }
+        let mut range = DepthRange::NOTHING;
+        if first_column < 0.0 || first_row < 0.0 || last_column >= columns || last_row >= rows {
+            range.nearest = 0.0;
+        }
+        let columns = first_column.max(0.0) as usize..=(last_column as usize).min(self.columns - 1);
+        for row in first_row.max(0.0) as usize..=(last_row as usize).min(self.rows - 1) {
+            let tiles = &self.tiles[row * self.columns..][..self.columns];
+            range = tiles[columns.clone()].iter().fold(range, |range, &tile| range.join(tile));
+        }
+        Some(range)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_hold_the_extremes_of_their_pixels() {
+        let mut data = vec![2.0; 40 * 20];
+        data[3] = 0.5;
+        data[39] = 0.0;
+        let mut tiles = DepthTiles::default();
+        tiles.build(&DepthImage::new(40, 20, data).unwrap());
+        let range = |left, right| tiles.range([left, right], [0.0, 3.0]).unwrap();
+        assert_eq!((range(0.0, 15.0).nearest, range(0.0, 15.0).farthest), (0.5, 2.0));
+        assert_eq!(range(16.0, 31.0).nearest, 2.0);
+        // A pixel without a reading, and a footprint that leaves the image.
+        assert_eq!(range(16.0, 33.0).nearest, 0.0);
+        assert_eq!(range(-9.0, 1.0).nearest, 0.0);
+        assert!(tiles.range([-30.0, -1.0], [0.0, 3.0]).is_none());
+        assert!(tiles.range([48.0, 60.0], [0.0, 3.0]).is_none());
+    }
+}

@@ -1,0 +1,43 @@
+use dymlm_core::ConfigError;
+
+/// Why a cloud map refused a call. The map stays as it was.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CloudMapError {
+    /// A field of the config outside its range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A mask of another size than the frame.
+    #[error("a static mask of {mask_width}x{mask_height} pixels for a frame of {width}x{height}")]
+    MaskSize {
+        /// The frame's width, pixels.
+        width: usize,
+        /// The frame's height, pixels.
+        height: usize,
+        /// The mask's width, pixels.
+        mask_width: usize,
+        /// The mask's height, pixels.
+        mask_height: usize,
+    },
+    /// A camera so far from the world's origin that its readings leave the lattice.
+    #[error(
+        "a camera at {translation:?} m: with voxels of {voxel_size} m the map reaches {reach} m from the origin"
+    )]
+    OutOfReach {
+        /// The camera's place in the world, metres.
+        translation: [f64; 3],
+        /// Side of a voxel, metres.
+        voxel_size: f64,
+        /// Half side of the mappable cube, metres.
+        reach: f64,
+    },
+    /// A frame to be taken out that was never put in like this.
+    #[error("the frame at {timestamp} s is not in the map with this pose and mask: it cannot be taken out")]
+    NotInserted {
+        /// The frame's time, seconds.
+        timestamp: f64,
+    },
+    /// Two maps with different configs.
+    #[error("the maps have different configs: they have no common lattice")]
+    DifferentConfigs,
+}

@@ -1,0 +1,101 @@
+use dymlm_core::{PinholeCamera, Pose};
+
+use super::rounding::{ROUNDING_LIMIT, round_to_i32};
+use super::voxel::{SUBVOXELS, weight};
+
+/// One row of pixels as fixed-point world coordinates (1/256 voxel) and weights; weight 0 = not mapped.
+///
+/// Coordinates relative to the camera are exact to a fraction of a unit in f32; the camera's own place is added as
+/// an integer, so that precision does not fall with the distance from the world's origin.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PixelRow {
+    pub(super) x: Vec<i32>,
+    pub(super) y: Vec<i32>,
+    pub(super) z: Vec<i32>,
+    pub(super) weight: Vec<u32>,
+}
+
+/// Takes the pixels of one frame to the world's lattice, a row at a time.
+#[derive(Debug, Clone)]
+pub(super) struct FixedPointFrame {
+    /// Columns of the rotation, in units of 1/256 voxel a metre.
+    columns: [[f32; 3]; 3],
+    /// The camera's place, 1/256 voxel.
+    origin: [i32; 3],
+    inverse_fy: f64,
+    cy: f64,
+    depth_range: [f32; 2],
+}
+
+impl FixedPointFrame {
+    /// `None` when a mapped reading of this frame could lie `limit` units or more from the world's origin, or
+    /// [`ROUNDING_LIMIT`] from the camera.
+    pub(super) fn new(
+        camera: &PinholeCamera,
+        world_from_camera: &Pose,
+        voxel_size: f64,
+        depth_range: [f32; 2],
+        limit: i32,
+    ) -> Option<Self> {
+        let units_per_metre = f64::from(SUBVOXELS) / voxel_size;
+        let rotation = world_from_camera.rotation_matrix();
+        let columns = std::array::from_fn(|column| {
+            std::array::from_fn(|row| (rotation[row][column] * units_per_metre) as f32)
+        });
+        let origin = world_from_camera.translation().map(|t| (t * units_per_metre).floor());
+        let reach = (ray_length(camera) * f64::from(depth_range[1]) * units_per_metre).ceil();
+        let inside = reach < f64::from(ROUNDING_LIMIT) && origin.iter().all(|place| place.abs() + reach < f64::from(limit));
+        inside.then(|| Self {
+            columns,
+            origin: origin.map(|place| place as i32),
+            inverse_fy: 1.0 / camera.fy(),
+            cy: camera.cy(),
+            depth_range,
+        })
+    }
+
+    /// Fills `row` with the pixels of row `v`. `ray_x` holds (u - cx) / fx of each column; pixels whose entry in
+    /// `mask` is false, without a reading or out of range get weight 0.
+    pub(super) fn fill(
+        &self,
+        row: &mut PixelRow,
+        v: usize,
+        ray_x: &[f32],
+        depths: &[f32],
+        mask: Option<&[bool]>,
+    ) {
+        let width = depths.len();
+        for buffer in [&mut row.x, &mut row.y, &mut row.z] {
+            buffer.resize(width, 0);
+        }
+        row.weight.resize(width, 0);
+        let ray_y = ((v as f64 - self.cy) * self.inverse_fy) as f32;
+        let [right, down, forward] = self.columns;
+        for (axis, out) in [&mut row.x, &mut row.y, &mut row.z].into_iter().enumerate() {
+            let base = down[axis] * ray_y + forward[axis];
+            let (slope, origin) = (right[axis], self.origin[axis]);
+            for ((out, &ray_x), &z) in out.iter_mut().zip(ray_x).zip(depths) {
+                *out = origin.wrapping_add(round_to_i32((slope * ray_x + base) * z));
+            }
+        }
+        let [near, far] = self.depth_range;
+        for (out, &z) in row.weight.iter_mut().zip(depths) {
+            *out = if z > 0.0 && z >= near && z <= far { weight(z) } else { 0 };
+        }
+        if let Some(mask) = mask {
+            for (out, &chosen) in row.weight.iter_mut().zip(mask) {
+                *out *= u32::from(chosen);
+            }
+        }
+    }
+}
+
+/// Longest ray of the image at depth 1: the one through the corner farthest from the principal point.
+fn ray_length(camera: &PinholeCamera) -> f64 {
+    let farthest = |size: usize, centre: f64, focal: f64| {
+        ((0.0 - centre) / focal).abs().max(((size as f64 - 1.0 - centre) / focal).abs())
+    };
+    let x = farthest(camera.width(), camera.cx(), camera.fx());
+    let y = farthest(camera.height(), camera.cy(), camera.fy());
+    (x * x + y * y + 1.0).sqrt()
+}

@@ -1,0 +1,435 @@
+use dymlm_core::{Frame, Mask, Point, PointCloud, Pose, Rgb};
+
+use super::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, cell_in_block, split};
+use super::evidence::{Direction, Evidence, Support};
+use super::fixed_point::{FixedPointFrame, PixelRow};
+use super::verdict::{Verdict, Verdicts};
+use super::voxel::{SUBVOXEL_BITS, SUBVOXELS, Voxel};
+use super::{CloudMapConfig, CloudMapError};
+
+/// The dense coloured cloud of the static world.
+///
+/// Each voxel holds the weighted mean of position and colour of the readings in it, weight 1 / sigma(z)^2 with the
+/// axial noise of [`dymlm_core::axial_noise`]. Beside the voxels stands the evidence of all frames, which decides on
+/// output which voxels are static: **late ghost removal**. A voxel is no part of the static map when more frames
+/// look through it than support it, whether they came before or after the thing that was there; so movers that no
+/// detector has seen vanish too, and a wrong verdict heals with later frames.
+///
+/// Everything is summed in integers. So the map does not depend on the order of frames, [`CloudMap::remove`] takes a
+/// frame out exactly, and two maps [`merge`](CloudMap::merge) to what one map of all frames would be.
+///
+/// Cost: O(pixels + blocks in view) a frame, independent of the frames before.
+///
+/// ```
+/// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
+/// use dymlm_geometry::{CloudMap, CloudMapConfig, Selection};
+///
+/// let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5)?;
+/// let wall = Frame::new(0.0, camera, DepthImage::new(64, 48, vec![2.0; 64 * 48])?, None)?;
+///
+/// let mut map = CloudMap::new(CloudMapConfig::default())?;
+/// map.insert(&wall, None, &Pose::identity())?;
+/// let cloud = map.point_cloud(Selection::Static);
+/// assert!(cloud.points().iter().all(|point| (point[2] - 2.0).abs() < 1e-4));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct CloudMap {
+    config: CloudMapConfig,
+    voxels: BlockStore<VoxelBlock>,
+    voxel_count: usize,
+    evidence: Evidence,
+    frames: u32,
+    uncolored_frames: u32,
+    /// Number of the current frame for [`Voxel::stamp`].
+    stamp: u32,
+    row: PixelRow,
+    ray_x: Vec<f32>,
+    /// Slots of the blocks that the current frame touches.
+    touched: Vec<usize>,
+}
+
+/// What a frame has done to the map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct CloudFrameReport {
+    /// Static readings in range.
+    pub readings: usize,
+    /// Voxels that they fell into.
+    pub voxels: usize,
+    /// Of these, voxels that were empty before.
+    pub new_voxels: usize,
+}
+
+/// One voxel of the map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct CloudVoxel {
+    /// Weighted mean position, metres, world.
+    pub position: Point,
+    /// Weighted mean colour.
+    pub color: Rgb,
+    /// Sum of weights; one reading at 0.4 m weighs 1.
+    pub weight: f64,
+    /// Number of frames that read it.
+    pub observations: u32,
+    /// How many frames speak for and against its cell of the evidence.
+    pub evidence: Support,
+    /// What follows from the evidence there and around.
+    pub verdict: Verdict,
+}
+
+/// Which voxels of a map are meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selection {
+    /// All that were read.
+    All,
+    /// Those that the evidence holds for static.
+    Static,
+}
+
+/// The voxels of 8^3 places that are not empty.
+#[derive(Debug, Clone)]
+struct VoxelBlock {
+    /// For each place 1 + its index in `voxels`, or 0.
+    index: [u16; BLOCK_CELLS],
+    voxels: Vec<Voxel>,
+    /// Stamp of the last frame that touched the block.
+    stamp: u32,
+}
+
+impl CloudMap {
+    /// An empty map.
+    ///
+    /// # Errors
+    ///
+    /// [`CloudMapError::Config`] names the field outside its range.
+    pub fn new(config: CloudMapConfig) -> Result<Self, CloudMapError> {
+        config.validate()?;
+        let depth_range = [config.min_depth as f32, config.max_depth as f32];
+        let evidence = Evidence::new(&config.evidence, config.voxel_size, depth_range);
+        Ok(Self {
+            config,
+            voxels: BlockStore::default(),
+            voxel_count: 0,
+            evidence,
+            frames: 0,
+            uncolored_frames: 0,
+            stamp: 0,
+            row: PixelRow::default(),
+            ray_x: Vec::new(),
+            touched: Vec::new(),
+        })
+    }
+
+    /// Whether the map reaches as far as a frame's readings: the one thing about a pose that an insertion refuses.
+    ///
+    /// # Errors
+    ///
+    /// [`CloudMapError::OutOfReach`].
+    pub fn check_reach(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), CloudMapError> {
+        self.lattice_of(frame, None, world_from_camera).map(|_| ())
+    }
+
+    /// Adds the static pixels of a frame: those whose entry in `static_mask` is true, or all without a mask.
+    ///
+    /// # Errors
+    ///
+    /// [`CloudMapError::MaskSize`], [`CloudMapError::OutOfReach`].
+    pub fn insert(
+        &mut self,
+        frame: &Frame,
+        static_mask: Option<&Mask>,
+        world_from_camera: &Pose,
+    ) -> Result<CloudFrameReport, CloudMapError> {
+        let lattice = self.lattice_of(frame, static_mask, world_from_camera)?;
+        let report = self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Insert);
+        Ok(report)
+    }
+
+    /// Takes a frame out again, exactly: pose and mask must be those it was inserted with.
+    ///
+    /// # Errors
+    ///
+    /// As [`CloudMap::insert`]; [`CloudMapError::NotInserted`] when the map does not hold the frame's readings.
+    pub fn remove(
+        &mut self,
+        frame: &Frame,
+        static_mask: Option<&Mask>,
+        world_from_camera: &Pose,
+    ) -> Result<(), CloudMapError> {
+        let lattice = self.lattice_of(frame, static_mask, world_from_camera)?;
+        self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Remove);
+        if self.is_overdrawn(frame) {
+            self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Insert);
+            self.drop_empty_voxels();
+            return Err(CloudMapError::NotInserted { timestamp: frame.timestamp() });
+        }
+        self.drop_empty_voxels();
+        Ok(())
+    }
+
+    /// Adds another map in the same world frame, as if its frames had been inserted here.
+    ///
+    /// # Errors
+    ///
+    /// [`CloudMapError::DifferentConfigs`].
+    pub fn merge(&mut self, other: &Self) -> Result<(), CloudMapError> {
+        if self.config != other.config {
+            return Err(CloudMapError::DifferentConfigs);
+        }
+        for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks()) {
+            let slot = self.voxels.slot_or_insert(*key);
+            let Some(block) = self.voxels.blocks_mut().get_mut(slot) else { continue };
+            for (place, voxel) in theirs.iter() {
+                let (ours, is_new) = block.voxel_or_insert(place);
+                ours.merge(voxel);
+                self.voxel_count += usize::from(is_new);
+            }
+        }
+        self.evidence.merge(&other.evidence);
+        self.frames = self.frames.wrapping_add(other.frames);
+        self.uncolored_frames = self.uncolored_frames.wrapping_add(other.uncolored_frames);
+        Ok(())
+    }
+
+    /// All voxels in a fixed order: by blocks of 8^3, z first, then y, then x, and so within each block.
+    pub fn voxels(&self) -> impl Iterator<Item = CloudVoxel> + '_ {
+        let verdicts = Verdicts::of(&self.evidence, self.config.evidence.looks_per_reading);
+        let mut voxels = Vec::with_capacity(self.voxel_count);
+        for slot in self.voxels.sorted_slots() {
+            let corner = self.voxels.keys()[slot].block().map(|c| c * BLOCK_SIDE as i32);
+            for (place, voxel) in self.voxels.blocks()[slot].iter() {
+                let within = cell_in_block(place);
+                let cell: [i32; 3] = std::array::from_fn(|axis| corner[axis] + within[axis]);
+                voxels.push((cell, voxel));
+            }
+        }
+        voxels.into_iter().map(move |(cell, voxel)| CloudVoxel {
+            position: voxel.mean_position(cell, self.config.voxel_size),
+            color: voxel.mean_color(),
+            weight: voxel.total_weight(),
+            observations: voxel.observations,
+            evidence: verdicts.evidence_of_voxel(cell),
+            verdict: verdicts.of_voxel(cell),
+        })
+    }
+
+    /// The cloud in the order of [`CloudMap::voxels`], with colours when every frame had them.
+    pub fn point_cloud(&self, selection: Selection) -> PointCloud {
+        let chosen = |voxel: &CloudVoxel| selection == Selection::All || voxel.verdict == Verdict::Static;
+        let (points, colors) =
+            self.voxels().filter(chosen).map(|voxel| (voxel.position, voxel.color)).unzip();
+        if self.uncolored_frames > 0 {
+            return PointCloud::new(points);
+        }
+        PointCloud::with_colors(points, colors).unwrap_or_default()
+    }
+
+    /// Number of voxels, static or not.
+    pub fn len(&self) -> usize {
+        self.voxel_count
+    }
+
+    /// Whether nothing is mapped.
+    pub fn is_empty(&self) -> bool {
+        self.voxel_count == 0
+    }
+
+    /// Number of frames in the map.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// The config.
+    pub fn config(&self) -> &CloudMapConfig {
+        &self.config
+    }
+
+    /// Bytes that the map holds, about.
+    pub fn memory_bytes(&self) -> usize {
+        let voxels: usize = self.voxels.blocks().iter().map(|block| block.voxels.capacity()).sum();
+        self.voxels.memory_bytes() + voxels * size_of::<Voxel>() + self.evidence.memory_bytes()
+    }
+
+    /// Checks what can be wrong with a frame, before anything changes.
+    fn lattice_of(
+        &self,
+        frame: &Frame,
+        static_mask: Option<&Mask>,
+        world_from_camera: &Pose,
+    ) -> Result<FixedPointFrame, CloudMapError> {
+        let (width, height) = (frame.camera().width(), frame.camera().height());
+        if let Some(mask) = static_mask.filter(|mask| (mask.width(), mask.height()) != (width, height)) {
+            let (mask_width, mask_height) = (mask.width(), mask.height());
+            return Err(CloudMapError::MaskSize { width, height, mask_width, mask_height });
+        }
+        let voxel_size = self.config.voxel_size;
+        let depth_range = [self.config.min_depth as f32, self.config.max_depth as f32];
+        let limit = BlockKey::LIMIT.min(i32::MAX / SUBVOXELS) * SUBVOXELS;
+        FixedPointFrame::new(frame.camera(), world_from_camera, voxel_size, depth_range, limit).ok_or_else(
+            || CloudMapError::OutOfReach {
+                translation: world_from_camera.translation(),
+                voxel_size,
+                reach: f64::from(limit / SUBVOXELS) * voxel_size,
+            },
+        )
+    }
+
+    fn apply(
+        &mut self,
+        frame: &Frame,
+        static_mask: Option<&Mask>,
+        world_from_camera: &Pose,
+        lattice: &FixedPointFrame,
+        direction: Direction,
+    ) -> CloudFrameReport {
+        self.begin_frame(frame, direction);
+        let report = self.add_readings(frame, static_mask, lattice, direction);
+        self.evidence.count_frame(frame.camera(), frame.depth(), world_from_camera, direction);
+        report
+    }
+
+    fn begin_frame(&mut self, frame: &Frame, direction: Direction) {
+        self.frames = self.frames.wrapping_add(direction.unit());
+        if frame.color().is_none() {
+            self.uncolored_frames = self.uncolored_frames.wrapping_add(direction.unit());
+        }
+        self.touched.clear();
+        self.stamp = self.stamp.wrapping_add(1);
+        if self.stamp == 0 {
+            // Once in 2^32 frames: no voxel may carry a stamp that comes again.
+            for block in self.voxels.blocks_mut() {
+                block.stamp = 0;
+                block.voxels.iter_mut().for_each(|voxel| voxel.stamp = 0);
+            }
+            self.stamp = 1;
+        }
+        let camera = frame.camera();
+        self.ray_x.clear();
+        self.ray_x.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));
+    }
+
+    fn add_readings(
+        &mut self,
+        frame: &Frame,
+        static_mask: Option<&Mask>,
+        lattice: &FixedPointFrame,
+        direction: Direction,
+    ) -> CloudFrameReport {
+        let mut report = CloudFrameReport::default();
+        let width = frame.camera().width();
+        let sign = match direction {
+            Direction::Insert => 1_u64,
+            Direction::Remove => 1_u64.wrapping_neg(),
+        };
+        let mut last = ([i32::MIN; 3], 0);
+        for (v, depths) in frame.depth().data().chunks_exact(width).enumerate() {
+            let pixels = v * width..(v + 1) * width;
+            let mask = static_mask.and_then(|mask| mask.data().get(pixels.clone()));
+            let colors = frame.color().and_then(|color| color.data().get(pixels)).unwrap_or(&[]);
+            lattice.fill(&mut self.row, v, &self.ray_x, depths, mask);
+            for u in 0..width {
+                let weight = self.row.weight[u];
+                if weight == 0 {
+                    continue;
+                }
+                report.readings += 1;
+                let fixed = [self.row.x[u], self.row.y[u], self.row.z[u]];
+                let cell = fixed.map(|c| c >> SUBVOXEL_BITS);
+                let (block_coordinates, place) = split(cell);
+                if last.0 != block_coordinates {
+                    last = (block_coordinates, self.voxels.slot_or_insert(BlockKey::new(block_coordinates)));
+                }
+                let block = &mut self.voxels.blocks_mut()[last.1];
+                if block.stamp != self.stamp {
+                    block.stamp = self.stamp;
+                    self.touched.push(last.1);
+                }
+                let (voxel, is_new) = block.voxel_or_insert(place);
+                let within = fixed.map(|c| (c & (SUBVOXELS - 1)) as u64);
+                let color = colors.get(u).copied().unwrap_or_default();
+                voxel.add(u64::from(weight).wrapping_mul(sign), within, color);
+                if voxel.stamp != self.stamp {
+                    voxel.stamp = self.stamp;
+                    voxel.observations = voxel.observations.wrapping_add(direction.unit());
+                    report.voxels += 1;
+                    report.new_voxels += usize::from(is_new);
+                    self.evidence.read(cell);
+                }
+            }
+        }
+        self.voxel_count += report.new_voxels;
+        report
+    }
+
+    /// Whether the frame that was just taken out had not been in the map.
+    fn is_overdrawn(&self, frame: &Frame) -> bool {
+        self.frames > u32::MAX / 2
+            || (frame.color().is_none() && self.uncolored_frames > u32::MAX / 2)
+            || self.touched.iter().filter_map(|&slot| self.voxels.blocks().get(slot)).any(|block| {
+                block.voxels.iter().any(|voxel| voxel.stamp == self.stamp && voxel.is_overdrawn())
+            })
+    }
+
+    /// Drops the voxels that the last removal has emptied.
+    fn drop_empty_voxels(&mut self) {
+        for &slot in &self.touched {
+            if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
+                self.voxel_count -= block.drop_empty();
+            }
+        }
+    }
+}
+
+impl VoxelBlock {
+    #[inline]
+    fn voxel_or_insert(&mut self, place: usize) -> (&mut Voxel, bool) {
+        let is_new = self.index[place] == 0;
+        if is_new {
+            if self.voxels.len() == self.voxels.capacity() {
+                // Small steps: a surface fills an eighth of its block, doubling would waste a quarter of the map.
+                self.voxels.reserve_exact(16);
+            }
+            self.voxels.push(Voxel::default());
+            self.index[place] = self.voxels.len() as u16;
+        }
+        (&mut self.voxels[usize::from(self.index[place]) - 1], is_new)
+    }
+
+    /// The voxels by place.
+    fn iter(&self) -> impl Iterator<Item = (usize, &Voxel)> {
+        self.index.iter().enumerate().filter_map(|(place, &index)| {
+            usize::from(index)
+                .checked_sub(1)
+                .and_then(|index| self.voxels.get(index))
+                .map(|voxel| (place, voxel))
+        })
+    }
+
+    /// Drops the empty voxels; returns how many there were.
+    fn drop_empty(&mut self) -> usize {
+        let before = self.voxels.len();
+        if self.voxels.iter().any(Voxel::is_empty) {
+            let mut kept = Vec::with_capacity(before);
+            for index in &mut self.index {
+                let voxel = usize::from(*index).checked_sub(1).and_then(|index| self.voxels.get(index));
+                *index = match voxel.filter(|voxel| !voxel.is_empty()) {
+                    Some(voxel) => {
+                        kept.push(*voxel);
+                        kept.len() as u16
+                    }
+                    None => 0,
+                };
+            }
+            self.voxels = kept;
+        }
+        before - self.voxels.len()
+    }
+}
+
+impl Default for VoxelBlock {
+    fn default() -> Self {
+        Self { index: [0; BLOCK_CELLS], voxels: Vec::new(), stamp: 0 }
+    }
+}

@@ -1,0 +1,20 @@
+//! The dense cloud of the static world: weighted voxels, and the evidence that decides which of them stand still.
+//!
+//! Paper III-A, DESIGN 4.2. See [`CloudMap`].
+
+mod block_store;
+mod config;
+mod depth_tiles;
+mod error;
+mod evidence;
+mod fixed_point;
+mod map;
+mod rounding;
+mod verdict;
+mod voxel;
+
+pub use config::{CloudMapConfig, EvidenceConfig};
+pub use error::CloudMapError;
+pub use evidence::Support;
+pub use map::{CloudFrameReport, CloudMap, CloudVoxel, Selection};
+pub use verdict::Verdict;

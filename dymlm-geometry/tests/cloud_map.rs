@@ -1,0 +1,338 @@
+//! `CloudMap`: against a naive map, exact removal, order and merging, late ghost removal, refused input.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::collections::BTreeMap;
+
+use dymlm_core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, Point, Pose, Rgb, axial_noise};
+use dymlm_geometry::{CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, Selection, Verdict};
+use proptest::prelude::*;
+
+const WIDTH: usize = 48;
+const HEIGHT: usize = 36;
+
+fn camera() -> PinholeCamera {
+    PinholeCamera::new(WIDTH, HEIGHT, 40.0, 40.0, 23.5, 17.5).unwrap()
+}
+
+fn config(voxel_size: f64) -> CloudMapConfig {
+    let mut config = CloudMapConfig::default();
+    config.voxel_size = voxel_size;
+    config
+}
+
+/// A frame whose depth is `depth(u, v)`, with a colour that depends on the pixel.
+fn frame(timestamp: f64, depth: impl Fn(usize, usize) -> f32) -> Frame {
+    let pixels = || (0..HEIGHT).flat_map(|v| (0..WIDTH).map(move |u| (u, v)));
+    let depth = pixels().map(|(u, v)| depth(u, v)).collect();
+    let color = pixels().map(|(u, v)| [u as u8, v as u8, (u * v % 256) as u8]).collect();
+    let depth = DepthImage::new(WIDTH, HEIGHT, depth).unwrap();
+    let color = ColorImage::new(WIDTH, HEIGHT, color).unwrap();
+    Frame::new(timestamp, camera(), depth, Some(color)).unwrap()
+}
+
+/// Uneven depths from 0.2 to 4.4 m, some of them missing.
+fn uneven(seed: usize) -> Frame {
+    frame(seed as f64, |u, v| {
+        let value = (u * 7919 + v * 104_729 + seed * 1_299_709) % 1000;
+        if value < 50 { 0.0 } else { 0.2 + value as f32 * 0.0042 }
+    })
+}
+
+fn pose(seed: usize) -> Pose {
+    let angle = 0.1 * seed as f64;
+    let (sin, cos) = (angle / 2.0).sin_cos();
+    let place = [0.05 * seed as f64, -0.03 * seed as f64, 0.02 * seed as f64];
+    Pose::new(place, [0.6 * sin, 0.8 * sin, 0.0, cos]).unwrap()
+}
+
+fn voxels(map: &CloudMap) -> Vec<CloudVoxel> {
+    map.voxels().collect()
+}
+
+/// The same map by the definition: exact positions in f64, voxels in a tree.
+#[derive(Default)]
+struct NaiveVoxel {
+    weight: f64,
+    position: [f64; 3],
+    color: [f64; 3],
+}
+
+fn naive(frames: &[(Frame, Pose)], voxel_size: f64) -> BTreeMap<[i64; 3], NaiveVoxel> {
+    let mut map: BTreeMap<[i64; 3], NaiveVoxel> = BTreeMap::new();
+    for (frame, world_from_camera) in frames {
+        for v in 0..HEIGHT {
+            for u in 0..WIDTH {
+                let z = frame.depth().at(u, v);
+                if !(0.3..=4.0).contains(&z) {
+                    continue;
+                }
+                let point = frame.camera().back_project([u as f64, v as f64], f64::from(z));
+                let point = world_from_camera.transform_point(point);
+                let weight = f64::from(axial_noise(0.4) / axial_noise(z)).powi(2);
+                let voxel = map.entry(point.map(|c| (c / voxel_size).floor() as i64)).or_default();
+                voxel.weight += weight;
+                let color = frame.color().unwrap().at(u, v).unwrap();
+                for axis in 0..3 {
+                    voxel.position[axis] += weight * point[axis];
+                    voxel.color[axis] += weight * f64::from(color[axis]);
+                }
+            }
+        }
+    }
+    map
+}
+
+#[test]
+fn agrees_with_the_naive_map() {
+    // Voxels of 8 cm hold several readings each. A reading within rounding of a border may change sides: few do.
+    let frames: Vec<(Frame, Pose)> = (0..4).map(|seed| (uneven(seed), pose(seed))).collect();
+    let mut map = CloudMap::new(config(0.08)).unwrap();
+    for (frame, world_from_camera) in &frames {
+        map.insert(frame, None, world_from_camera).unwrap();
+    }
+    let naive = naive(&frames, 0.08);
+    let mut agreeing = 0;
+    for voxel in map.voxels() {
+        let key = voxel.position.map(|c| (f64::from(c) / 0.08).floor() as i64);
+        let Some(expected) = naive.get(&key) else { continue };
+        let near = |axis: usize| {
+            (f64::from(voxel.position[axis]) - expected.position[axis] / expected.weight).abs() < 5e-4
+                && (f64::from(voxel.color[axis]) - expected.color[axis] / expected.weight).abs() <= 1.5
+        };
+        // Weights are multiples of 1/4096.
+        let same_weight = (voxel.weight - expected.weight).abs() < 0.02 * expected.weight + 1e-3;
+        agreeing += usize::from(same_weight && (0..3).all(near));
+    }
+    assert!(naive.len() > 1000);
+    assert!(map.len().abs_diff(naive.len()) < naive.len() / 100, "{} and {}", map.len(), naive.len());
+    assert!(agreeing > naive.len() * 98 / 100, "{agreeing} of {}", naive.len());
+}
+
+#[test]
+fn precision_does_not_fall_far_from_the_origin() {
+    let wall = frame(0.0, |_, _| 2.0);
+    let relative = |origin: [f64; 3]| -> Vec<[f64; 3]> {
+        let mut map = CloudMap::new(config(0.01)).unwrap();
+        map.insert(&wall, None, &Pose::new(origin, [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
+        map.voxels().map(|v| std::array::from_fn(|axis| f64::from(v.position[axis]) - origin[axis])).collect()
+    };
+    // 1 km away, where an f32 position itself is good to 0.06 mm.
+    for (near, far) in relative([0.0; 3]).iter().zip(&relative([1000.0, -1000.0, 500.0])) {
+        assert!((0..3).all(|axis| (near[axis] - far[axis]).abs() < 2e-4), "{near:?} {far:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn the_order_of_frames_does_not_matter(order in Just((0..5).collect::<Vec<usize>>()).prop_shuffle()) {
+        let build = |order: &[usize]| {
+            let mut map = CloudMap::new(config(0.02)).unwrap();
+            for &seed in order {
+                map.insert(&uneven(seed), None, &pose(seed)).unwrap();
+            }
+            voxels(&map)
+        };
+        prop_assert_eq!(build(&order), build(&[0, 1, 2, 3, 4]));
+    }
+
+    #[test]
+    fn a_frame_is_taken_out_without_a_trace(removed in 0_usize..4, masked in any::<bool>()) {
+        let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
+        mask.data_mut()[300..900].fill(false);
+        let mask = masked.then_some(&mask);
+        let mut map = CloudMap::new(config(0.02)).unwrap();
+        let mut without = CloudMap::new(config(0.02)).unwrap();
+        for seed in 0..4 {
+            map.insert(&uneven(seed), mask, &pose(seed)).unwrap();
+            if seed != removed {
+                without.insert(&uneven(seed), mask, &pose(seed)).unwrap();
+            }
+        }
+        map.remove(&uneven(removed), mask, &pose(removed)).unwrap();
+        prop_assert_eq!(voxels(&map), voxels(&without));
+        prop_assert_eq!(map.len(), without.len());
+        prop_assert_eq!(map.frames(), 3);
+    }
+
+    #[test]
+    fn two_maps_add_up(split in 0_usize..=4) {
+        let mut whole = CloudMap::new(config(0.02)).unwrap();
+        let mut halves = [whole.clone(), whole.clone()];
+        for seed in 0..4 {
+            whole.insert(&uneven(seed), None, &pose(seed)).unwrap();
+            halves[usize::from(seed >= split)].insert(&uneven(seed), None, &pose(seed)).unwrap();
+        }
+        let [mut merged, other] = halves;
+        merged.merge(&other).unwrap();
+        prop_assert_eq!(voxels(&merged), voxels(&whole));
+        prop_assert_eq!(merged.len(), whole.len());
+        // And a frame of the other map can be taken out.
+        merged.remove(&uneven(3), None, &pose(3)).unwrap();
+        whole.remove(&uneven(3), None, &pose(3)).unwrap();
+        prop_assert_eq!(voxels(&merged), voxels(&whole));
+    }
+}
+
+/// Somebody stands 1.2 m from the camera, before a wall at 2.4 m, in the pixels of these columns.
+fn person_before_wall(timestamp: f64, columns: std::ops::Range<usize>) -> Frame {
+    frame(timestamp, |u, _| if columns.contains(&u) { 1.2 } else { 2.4 })
+}
+
+fn ghosts(cloud: &[Point]) -> usize {
+    cloud.iter().filter(|point| point[2] < 2.0).count()
+}
+
+#[test]
+fn what_walks_by_unnoticed_is_removed_late() {
+    let mut map = CloudMap::new(config(0.02)).unwrap();
+    for step in 0..8 {
+        // Four columns on each frame: 12 cm at 1.2 m. Every place is taken once and free seven times.
+        let frame = person_before_wall(f64::from(step), step as usize * 4 + 4..step as usize * 4 + 8);
+        map.insert(&frame, None, &Pose::identity()).unwrap();
+    }
+    assert!(ghosts(map.point_cloud(Selection::All).points()) > 500);
+    let cloud = map.point_cloud(Selection::Static);
+    assert_eq!(ghosts(cloud.points()), 0);
+    // The wall stays, whole.
+    let wall = |cloud: &[Point]| cloud.iter().filter(|point| point[2] > 2.3).count();
+    assert_eq!(wall(cloud.points()), wall(map.point_cloud(Selection::All).points()));
+}
+
+#[test]
+fn a_ghost_seen_last_is_removed_by_the_frames_before_it() {
+    let mut map = CloudMap::new(config(0.02)).unwrap();
+    for step in 0..5 {
+        map.insert(&person_before_wall(f64::from(step), 0..0), None, &Pose::identity()).unwrap();
+    }
+    map.insert(&person_before_wall(5.0, 20..24), None, &Pose::identity()).unwrap();
+    assert_eq!(ghosts(map.point_cloud(Selection::Static).points()), 0);
+}
+
+#[test]
+fn a_wrong_verdict_heals() {
+    let mut map = CloudMap::new(config(0.02)).unwrap();
+    for step in 0..3 {
+        map.insert(&person_before_wall(f64::from(step), 0..0), None, &Pose::identity()).unwrap();
+    }
+    // A cupboard is put there, and stays.
+    let cupboard = |step: u32| person_before_wall(f64::from(step), 16..32);
+    map.insert(&cupboard(3), None, &Pose::identity()).unwrap();
+    assert_eq!(ghosts(map.point_cloud(Selection::Static).points()), 0);
+    for step in 4..10 {
+        map.insert(&cupboard(step), None, &Pose::identity()).unwrap();
+    }
+    assert_eq!(
+        ghosts(map.point_cloud(Selection::Static).points()),
+        ghosts(map.point_cloud(Selection::All).points())
+    );
+}
+
+#[test]
+fn masked_pixels_are_not_mapped() {
+    let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
+    for row in mask.data_mut().chunks_exact_mut(WIDTH) {
+        row[20..24].fill(false);
+    }
+    let mut map = CloudMap::new(config(0.02)).unwrap();
+    let report = map.insert(&person_before_wall(0.0, 20..24), Some(&mask), &Pose::identity()).unwrap();
+    assert_eq!(report.readings, (WIDTH - 4) * HEIGHT);
+    assert_eq!(report.voxels, report.new_voxels);
+    assert_eq!(report.voxels, map.len());
+    assert_eq!(ghosts(map.point_cloud(Selection::All).points()), 0);
+}
+
+#[test]
+fn evidence_counts_frames_for_and_against() {
+    let mut map = CloudMap::new(config(0.02)).unwrap();
+    map.insert(&person_before_wall(0.0, 10..40), None, &Pose::identity()).unwrap();
+    map.insert(&person_before_wall(1.0, 10..40), None, &Pose::identity()).unwrap();
+    for step in 2..9 {
+        map.insert(&person_before_wall(f64::from(step), 0..0), None, &Pose::identity()).unwrap();
+    }
+    let centre = map
+        .voxels()
+        .find(|voxel| voxel.position[2] < 2.0 && voxel.position[0].abs() < 0.05 && voxel.position[1].abs() < 0.05)
+        .unwrap();
+    assert_eq!((centre.evidence.support, centre.evidence.looked_through), (2, 7));
+    assert_eq!((centre.observations, centre.verdict), (2, Verdict::Ghost));
+}
+
+#[test]
+fn refused_input_changes_nothing() {
+    let mut map = CloudMap::new(config(0.02)).unwrap();
+    map.insert(&uneven(0), None, &pose(0)).unwrap();
+    let before = voxels(&map);
+
+    let small_mask = Mask::filled(2, 2, true).unwrap();
+    let error = map.insert(&uneven(1), Some(&small_mask), &pose(1)).unwrap_err();
+    assert_eq!(error.to_string(), "a static mask of 2x2 pixels for a frame of 48x36");
+
+    for place in [1e9, -1e9, 1.7e5, f64::MAX] {
+        let far = Pose::new([place, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        assert!(matches!(map.insert(&uneven(1), None, &far), Err(CloudMapError::OutOfReach { .. })));
+        assert!(matches!(map.check_reach(&uneven(1), &far), Err(CloudMapError::OutOfReach { .. })));
+    }
+
+    // Never inserted; inserted from elsewhere; inserted without that mask.
+    assert!(matches!(map.remove(&uneven(1), None, &pose(1)), Err(CloudMapError::NotInserted { .. })));
+    assert!(matches!(map.remove(&uneven(0), None, &pose(1)), Err(CloudMapError::NotInserted { .. })));
+
+    let other = CloudMap::new(config(0.03)).unwrap();
+    assert!(matches!(map.merge(&other), Err(CloudMapError::DifferentConfigs)));
+
+    assert_eq!(voxels(&map), before);
+    assert_eq!(map.frames(), 1);
+}
+
+#[test]
+fn degenerate_frames_give_empty_maps() {
+    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+    assert!(map.is_empty() && map.point_cloud(Selection::Static).is_empty());
+    for depth in [0.0, f32::NAN, f32::INFINITY, -1.0, 0.1, 1e30] {
+        map.insert(&frame(0.0, |_, _| depth), None, &Pose::identity()).unwrap();
+    }
+    assert!(map.is_empty());
+    // A camera of one pixel.
+    let camera = PinholeCamera::new(1, 1, 1.0, 1.0, 0.0, 0.0).unwrap();
+    let pixel = Frame::new(0.0, camera, DepthImage::new(1, 1, vec![1.0]).unwrap(), None).unwrap();
+    map.insert(&pixel, None, &Pose::identity()).unwrap();
+    assert_eq!(map.len(), 1);
+}
+
+#[test]
+fn a_cloud_has_colours_when_every_frame_had() {
+    let mut map = CloudMap::new(config(0.05)).unwrap();
+    map.insert(&uneven(0), None, &pose(0)).unwrap();
+    let colors: Vec<Rgb> = map.point_cloud(Selection::All).colors().unwrap().to_vec();
+    assert_eq!(colors.len(), map.len());
+    let (depth, _) = uneven(1).into_images();
+    let grey = Frame::new(1.0, camera(), depth, None).unwrap();
+    map.insert(&grey, None, &pose(1)).unwrap();
+    assert!(map.point_cloud(Selection::All).colors().is_none());
+    map.remove(&grey, None, &pose(1)).unwrap();
+    assert_eq!(map.point_cloud(Selection::All).colors(), Some(&colors[..]));
+}
+
+#[test]
+fn configs_are_checked_field_by_field() {
+    let broken: [(&str, fn(&mut CloudMapConfig)); 7] = [
+        ("cloud.voxel_size", |config| config.voxel_size = 0.0),
+        ("cloud.min_depth", |config| config.min_depth = f64::NAN),
+        ("cloud.max_depth", |config| config.max_depth = 0.2),
+        ("cloud.evidence.cell_size", |config| config.evidence.cell_size = 2.0),
+        ("cloud.evidence.margin", |config| config.evidence.margin = -0.1),
+        ("cloud.evidence.margin_per_depth", |config| config.evidence.margin_per_depth = f64::INFINITY),
+        ("cloud.evidence.looks_per_reading", |config| config.evidence.looks_per_reading = 0.0),
+    ];
+    for (field, spoil) in broken {
+        let mut config = CloudMapConfig::default();
+        spoil(&mut config);
+        match CloudMap::new(config) {
+            Err(CloudMapError::Config(error)) => assert_eq!(error.field, field),
+            other => panic!("{field}: {other:?}"),
+        }
+    }
+}

@@ -1,0 +1,19 @@
+use dymlm_core::ConfigError;
+
+/// Why a frame or a config was refused. A refused frame changes nothing.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A field of the config outside its range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// Refused by the preprocessing: a time that runs backwards, an instance mask of the wrong size.
+    #[error(transparent)]
+    Dynamics(#[from] dymlm_dynamics::Error),
+    /// Refused by the cloud: a camera out of its reach.
+    #[error(transparent)]
+    Cloud(#[from] dymlm_geometry::CloudMapError),
+    /// Refused by the octree: a camera outside its cells.
+    #[error(transparent)]
+    Octree(#[from] dymlm_octree::Error),
+}

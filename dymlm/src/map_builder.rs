@@ -1,0 +1,114 @@
+use dymlm_core::{Detection, Frame, Pose};
+use dymlm_dynamics::Preprocessor;
+
+use crate::key_frames::KeyFrames;
+use crate::stages::StageClock;
+use crate::{Error, FrameReport, MapConfig, MapUpdate, MultiLevelMap, Stage};
+
+/// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
+#[derive(Debug)]
+pub struct MapBuilder {
+    config: MapConfig,
+    preprocessor: Preprocessor,
+    key_frames: KeyFrames,
+    map: MultiLevelMap,
+}
+
+impl MapBuilder {
+    /// Makes a builder with empty maps.
+    ///
+    /// # Errors
+    ///
+    /// Names the field of the config that is outside its range.
+    pub fn new(config: MapConfig) -> Result<Self, Error> {
+        Ok(Self {
+            preprocessor: Preprocessor::new(config.dynamics.clone())?,
+            key_frames: KeyFrames::new(config.key_frames)?,
+            map: MultiLevelMap::new(&config)?,
+            config,
+        })
+    }
+
+    /// Takes in one frame: `detections` in it (all labels; which of them may move is configuration) and the pose that
+    /// takes its camera coordinates to the world. Frames come in the order of their time.
+    ///
+    /// The cost does not grow with the number of frames before.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Dynamics`] when time runs backwards or an instance mask is of another size than the frame;
+    /// [`Error::Cloud`] and [`Error::Octree`] when the pose lies outside what the maps can reach. The builder stays as
+    /// it was.
+    pub fn insert(
+        &mut self,
+        frame: &Frame,
+        detections: &[Detection],
+        world_from_camera: &Pose,
+    ) -> Result<FrameReport, Error> {
+        self.map.check_reach(frame, world_from_camera)?;
+        let mut clock = StageClock::start();
+
+        self.preprocessor.track(frame, detections, world_from_camera)?;
+        clock.end(Stage::Tracking);
+        self.preprocessor.find_foregrounds(frame, detections);
+        clock.end(Stage::Foreground);
+        self.preprocessor.compensate_misses();
+        clock.end(Stage::Compensation);
+        self.preprocessor.correct_boxes(frame);
+        clock.end(Stage::Correction);
+        self.preprocessor.mask_movers(frame, detections);
+        clock.end(Stage::Mask);
+
+        let update = if self.key_frames.choose(world_from_camera) {
+            Some(self.update_maps(frame, world_from_camera, &mut clock)?)
+        } else {
+            None
+        };
+
+        let mask = self.preprocessor.static_mask();
+        Ok(FrameReport {
+            timestamp: frame.timestamp(),
+            movers: self.preprocessor.movers().to_vec(),
+            masked_pixels: mask.data().len() - mask.count(),
+            update,
+            stages: clock.finish(),
+        })
+    }
+
+    fn update_maps(
+        &mut self,
+        frame: &Frame,
+        world_from_camera: &Pose,
+        clock: &mut StageClock,
+    ) -> Result<MapUpdate, Error> {
+        let mask = Some(self.preprocessor.static_mask());
+
+        let cloud = self.map.cloud.insert(frame, mask, world_from_camera)?;
+        clock.end(Stage::Cloud);
+        let (camera, depth, color) = (frame.camera(), frame.depth(), frame.color());
+        let octree = self.map.octree.insert_depth(camera, depth, mask, color, world_from_camera)?;
+        clock.end(Stage::Octree);
+
+        Ok(MapUpdate { cloud, octree })
+    }
+
+    /// The maps as they stand.
+    pub fn map(&self) -> &MultiLevelMap {
+        &self.map
+    }
+
+    /// The preprocessing of the last frame: its movers and its static mask.
+    pub fn preprocessor(&self) -> &Preprocessor {
+        &self.preprocessor
+    }
+
+    /// The config.
+    pub fn config(&self) -> &MapConfig {
+        &self.config
+    }
+
+    /// Gives the maps away.
+    pub fn into_map(self) -> MultiLevelMap {
+        self.map
+    }
+}

@@ -1,0 +1,35 @@
+use dymlm_core::{Frame, Pose};
+use dymlm_geometry::CloudMap;
+use dymlm_octree::Octree;
+
+use crate::{Error, MapConfig};
+
+/// The maps of the static world, in one world frame.
+#[derive(Debug)]
+pub struct MultiLevelMap {
+    pub(crate) cloud: CloudMap,
+    pub(crate) octree: Octree,
+}
+
+impl MultiLevelMap {
+    pub(crate) fn new(config: &MapConfig) -> Result<Self, Error> {
+        Ok(Self { cloud: CloudMap::new(config.cloud.clone())?, octree: Octree::new(config.octree.clone())? })
+    }
+
+    /// The dense coloured cloud.
+    pub fn cloud(&self) -> &CloudMap {
+        &self.cloud
+    }
+
+    /// The occupancy octree.
+    pub fn octree(&self) -> &Octree {
+        &self.octree
+    }
+
+    /// Asks every map whether it would take a frame from this pose, before any of them changes.
+    pub(crate) fn check_reach(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), Error> {
+        self.cloud.check_reach(frame, world_from_camera)?;
+        self.octree.check_origin(world_from_camera.translation())?;
+        Ok(())
+    }
+}

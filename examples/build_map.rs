@@ -1,0 +1,153 @@
+//! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a report.
+//!
+//! `cargo run --release --example build_map -- --dataset DIR [--detections FILE] [--trajectory FILE]
+//! [--config FILE.toml] [--every N] [--out DIR]`
+
+#![allow(clippy::print_stdout, reason = "a program for the terminal")]
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use dymlm::core::PointCloud;
+use dymlm::{FrameReport, MapBuilder, MapConfig, MultiLevelMap, Selection};
+use dymlm_examples::{
+    AnyError, Counts, FrameSource, Picture, RunReport, cloud_pictures, mean_up, octree_pictures, progress_bar,
+};
+use dymlm_io::{MapFolderWriter, TumOptions, encode_ply};
+use dymlm_sim::SequenceConfig;
+
+/// Builds the maps of the static world from a recorded RGB-D sequence with people walking through it. Without
+/// --dataset it renders a synthetic walking sequence and maps that.
+#[derive(Parser)]
+struct Arguments {
+    /// TUM RGB-D folder
+    #[arg(long)]
+    dataset: Option<PathBuf>,
+    /// JSON-lines file or YOLO folder (with names.txt); default: the dataset's detections.jsonl
+    #[arg(long)]
+    detections: Option<PathBuf>,
+    /// Poses, camera to world; default: the dataset's groundtruth.txt
+    #[arg(long)]
+    trajectory: Option<PathBuf>,
+    /// Settings; what the file leaves out stays at its default
+    #[arg(long)]
+    config: Option<PathBuf>,
+    /// Take every N-th frame
+    #[arg(long, default_value_t = 1)]
+    every: usize,
+    /// Folder for the results
+    #[arg(long, default_value = "out/map")]
+    out: PathBuf,
+}
+
+fn main() -> Result<(), AnyError> {
+    let arguments = Arguments::parse();
+    let config = read_config(&arguments)?;
+    let mut source = open_source(&arguments)?;
+    // Claimed first: an output folder that cannot be written shall not cost a run.
+    let mut folder = MapFolderWriter::create(&arguments.out)?;
+
+    let mut builder = MapBuilder::new(config)?;
+    let reports = insert_all(&mut builder, &mut source);
+    if reports.is_empty() {
+        return Err("no frame could be mapped; nothing is written".into());
+    }
+
+    let cloud = builder.map().cloud().point_cloud(Selection::Static);
+    let counts = Counts::of(builder.map(), cloud.len());
+    let report = RunReport::new(source.len(), &reports, counts, builder.config().clone());
+    let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
+    let voxel_size = builder.config().cloud.voxel_size;
+    let mut pictures = cloud_pictures(&cloud, up, voxel_size);
+    pictures.extend(octree_pictures(builder.map().octree(), up));
+
+    write_maps(&mut folder, builder.map(), &cloud)?;
+    write_pictures(&mut folder, &pictures)?;
+    folder.file("report.json", |out| -> Result<(), AnyError> {
+        serde_json::to_writer_pretty(&mut *out, &report)?;
+        Ok(writeln!(out)?)
+    })?;
+    folder.finish(&report.config, &report.counts)?;
+
+    print_summary(&report, &arguments);
+    Ok(())
+}
+
+fn read_config(arguments: &Arguments) -> Result<MapConfig, AnyError> {
+    let Some(path) = &arguments.config else { return Ok(MapConfig::default()) };
+    let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()).into())
+}
+
+fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
+    let mut options = TumOptions::default();
+    options.trajectory.clone_from(&arguments.trajectory);
+    options.every = arguments.every;
+    match &arguments.dataset {
+        Some(folder) => FrameSource::recorded(folder, arguments.detections.as_deref(), &options),
+        None => FrameSource::synthetic(&SequenceConfig::default()),
+    }
+}
+
+/// Feeds every frame to the builder. A frame that cannot be loaded or is refused costs a warning, no more.
+fn insert_all(builder: &mut MapBuilder, source: &mut FrameSource) -> Vec<FrameReport> {
+    let bar = progress_bar(source.len(), "mapping");
+    let warn = |text: String| bar.suspend(|| eprintln_warning(&text));
+    source.faults().into_iter().for_each(&warn);
+    let mut reports = Vec::new();
+    for index in 0..source.len() {
+        match source.load(index) {
+            Ok(next) => {
+                match builder.insert(&next.frame, &next.detections, &next.world_from_camera) {
+                    Ok(report) => reports.push(report),
+                    Err(error) => warn(format!("frame {index} skipped: {error}")),
+                }
+                source.recycle(next);
+            }
+            Err(error) => warn(format!("frame {index} skipped: {error}")),
+        }
+        bar.inc(1);
+    }
+    bar.finish();
+    reports
+}
+
+#[allow(clippy::print_stderr, reason = "warnings of a program for the terminal")]
+fn eprintln_warning(text: &str) {
+    eprintln!("warning: {text}");
+}
+
+fn write_maps(folder: &mut MapFolderWriter, map: &MultiLevelMap, cloud: &PointCloud) -> Result<(), AnyError> {
+    folder.file("cloud.ply", |out| encode_ply(out, cloud))?;
+    folder.file("octree.bt", |out| map.octree().write_bt(out))?;
+    folder.file("octree.ot", |out| map.octree().write_ot(out))?;
+    Ok(())
+}
+
+fn write_pictures(folder: &mut MapFolderWriter, pictures: &[Picture]) -> Result<(), AnyError> {
+    for picture in pictures {
+        folder.file(picture.name, |out| picture.encode_png(out))?;
+    }
+    Ok(())
+}
+
+fn print_summary(report: &RunReport, arguments: &Arguments) {
+    println!(
+        "{} of {} frames mapped ({} skipped), {} key frames",
+        report.frames - report.frames_skipped,
+        report.frames,
+        report.frames_skipped,
+        report.key_frames
+    );
+    println!("{:>13}  median    p95    max ms", "step");
+    for (name, time) in &report.stages {
+        println!("{name:>13}  {:6.2} {:6.2} {:6.2}", time.median_ms, time.p95_ms, time.max_ms);
+    }
+    let counts = &report.counts;
+    println!("cloud: {} points ({} voxels before late removal)", counts.cloud_points, counts.cloud_voxels);
+    println!("octree: {} leaves, {} occupied", counts.octree_leaves, counts.octree_occupied_leaves);
+    if let Some(bytes) = report.peak_memory_bytes {
+        println!("peak memory: {:.0} MB", bytes as f64 / 1e6);
+    }
+    println!("written to {}", arguments.out.display());
+}

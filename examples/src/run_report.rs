@@ -1,0 +1,86 @@
+use std::collections::BTreeMap;
+
+use dymlm::{FrameReport, MapConfig, MultiLevelMap, Stage};
+use serde::Serialize;
+
+use crate::Milliseconds;
+
+/// `report.json`: what a run did, how long its steps took, and how it was configured.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunReport {
+    /// Frames of the sequence.
+    pub frames: usize,
+    /// Frames that could not be loaded or were refused.
+    pub frames_skipped: usize,
+    /// Frames that were mapped.
+    pub key_frames: usize,
+    /// Times of the whole insertion ("insert") and of each of its steps.
+    pub stages: BTreeMap<&'static str, Milliseconds>,
+    /// What is in the maps.
+    pub counts: Counts,
+    /// Most memory the process held, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+    /// The config.
+    pub config: MapConfig,
+}
+
+/// What is in the maps.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Counts {
+    /// Points of the static cloud, as written.
+    pub cloud_points: usize,
+    /// Voxels of the cloud before late ghost removal.
+    pub cloud_voxels: usize,
+    /// Nodes of the pruned octree.
+    pub octree_nodes: usize,
+    /// Leaves of the pruned octree.
+    pub octree_leaves: usize,
+    /// Occupied leaves.
+    pub octree_occupied_leaves: usize,
+}
+
+impl Counts {
+    /// Counts a map from which a static cloud of `cloud_points` was taken.
+    pub fn of(map: &MultiLevelMap, cloud_points: usize) -> Self {
+        let octree = map.octree().counts();
+        Self {
+            cloud_points,
+            cloud_voxels: map.cloud().len(),
+            octree_nodes: octree.nodes,
+            octree_leaves: octree.leaves,
+            octree_occupied_leaves: octree.occupied_leaves,
+        }
+    }
+}
+
+impl RunReport {
+    /// Sums a run up from the reports of its frames.
+    pub fn new(frames: usize, reports: &[FrameReport], counts: Counts, config: MapConfig) -> Self {
+        let milliseconds = |stage: Option<Stage>| {
+            let time = |report: &FrameReport| {
+                stage.map_or(report.stages.total(), |stage| report.stages.of(stage)).as_secs_f64() * 1e3
+            };
+            Milliseconds::of(reports.iter().map(time).collect())
+        };
+        let mut stages: BTreeMap<_, _> =
+            Stage::ALL.into_iter().map(|stage| (stage.name(), milliseconds(Some(stage)))).collect();
+        stages.insert("insert", milliseconds(None));
+        Self {
+            frames,
+            frames_skipped: frames - reports.len(),
+            key_frames: reports.iter().filter(|report| report.update.is_some()).count(),
+            stages,
+            counts,
+            peak_memory_bytes: peak_memory_bytes(),
+            config,
+        }
+    }
+}
+
+/// Most memory this process ever held, as Linux tells it.
+pub fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes * 1024)
+}

@@ -1,0 +1,55 @@
+use dymlm::core::Pose;
+use serde::Serialize;
+
+/// Median, 95 % quantile and maximum of durations, milliseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Milliseconds {
+    /// Half of the durations are no longer.
+    pub median_ms: f64,
+    /// 95 % of the durations are no longer.
+    pub p95_ms: f64,
+    /// The longest.
+    pub max_ms: f64,
+}
+
+impl Milliseconds {
+    /// Of durations in milliseconds; all zero when there are none.
+    pub fn of(mut durations: Vec<f64>) -> Self {
+        durations.sort_by(f64::total_cmp);
+        let quantile = |share: f64| {
+            let rank = (durations.len() as f64 * share).ceil() as usize;
+            durations.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)
+        };
+        Self { median_ms: quantile(0.5), p95_ms: quantile(0.95), max_ms: quantile(1.0) }
+    }
+}
+
+/// The mean direction of "up" in the images of these poses, in the world: for pictures, when nobody says where up is.
+/// People hold cameras upright on average.
+pub fn mean_up(poses: impl Iterator<Item = Pose>) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for pose in poses {
+        let up = pose.rotate([0.0, -1.0, 0.0]);
+        sum = std::array::from_fn(|axis| sum[axis] + up[axis]);
+    }
+    let length = sum.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if length > 1e-9 { sum.map(|c| c / length) } else { [0.0, 0.0, 1.0] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_values_that_occurred() {
+        let times = Milliseconds::of((1..=100).rev().map(f64::from).collect());
+        assert_eq!(times, Milliseconds { median_ms: 50.0, p95_ms: 95.0, max_ms: 100.0 });
+        assert_eq!(Milliseconds::of(Vec::new()), Milliseconds::default());
+    }
+
+    #[test]
+    fn up_is_against_the_image_rows() {
+        assert_eq!(mean_up([Pose::identity()].into_iter()), [0.0, -1.0, 0.0]);
+        assert_eq!(mean_up(std::iter::empty()), [0.0, 0.0, 1.0]);
+    }
+}
