@@ -1,11 +1,15 @@
 //! Algorithms on point clouds: exact DBSCAN, voxel grids, the weighted cloud map, outlier removal.
 
+mod cloud_map;
 mod dbscan;
 mod lattice;
 mod parallel;
 mod statistical_outlier_removal;
 mod voxel_grid;
 
+pub use cloud_map::{
+    CloudFrameReport, CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, EvidenceConfig, Selection, Support, Verdict,
+};
 pub use dbscan::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 pub use statistical_outlier_removal::{
     StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,
