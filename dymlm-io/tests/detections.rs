@@ -111,7 +111,7 @@ fn writes_a_file() {
     let (_folder, path) = file("old");
     let found =
         [Detection::new("dining table", 0.25, BoundingBox::new(-1.5, 0.0, 3.0, 4.0).unwrap()).unwrap()];
-    write_detections(&path, [(0.166667, &found[..]), (0.5, &[])]).unwrap();
+    write_detections(&path, [(0.166_667, &found[..]), (0.5, &[])]).unwrap();
     assert_eq!(
         fs::read_to_string(&path).unwrap(),
         "{\"timestamp\":0.166667,\"detections\":[{\"label\":\"dining table\",\"score\":0.25,\

@@ -6,6 +6,7 @@
 mod decode;
 mod encode;
 mod header;
+mod rows;
 
 pub use decode::{decode_ply, read_ply};
 pub use encode::{encode_ply, write_ply};

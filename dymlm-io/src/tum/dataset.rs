@@ -1,12 +1,10 @@
-use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Pose, Rgb};
 
-use super::TumOptions;
-use super::association::associate;
-use super::list_file::{List, ListedFile, ListedPair, read_files, read_pairs};
+use super::camera_file::read_camera;
+use super::lists::{Lists, read_lists};
+use super::options::TumOptions;
 use crate::image_file::{DecodeBuffers, decode_color, decode_depth};
 use crate::trajectory::TrajectoryFile;
 use crate::{Error, Trajectory, TrajectoryGap, UncoveredTime};
@@ -69,15 +67,15 @@ pub struct TumFrame {
     pub color: Option<PathBuf>,
     /// The pose at the frame's time, or why there is none.
     pub world_from_camera: Result<Pose, UncoveredTime>,
-    depth_listing: Listing,
-    color_listing: Listing,
+    pub(super) depth_listing: Listing,
+    pub(super) color_listing: Listing,
 }
 
 /// Where an image is listed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Listing {
-    list: &'static str,
-    line: usize,
+pub(super) struct Listing {
+    pub(super) list: &'static str,
+    pub(super) line: usize,
 }
 
 /// A loaded frame and where it was seen from.
@@ -108,9 +106,6 @@ impl FrameBuffers {
     }
 }
 
-const ASSOCIATIONS: &str = "associations.txt";
-const RGB: &str = "rgb.txt";
-const DEPTH: &str = "depth.txt";
 const GROUND_TRUTH: &str = "groundtruth.txt";
 const CAMERA: &str = "camera.json";
 
@@ -238,31 +233,6 @@ impl TumDataset {
     }
 }
 
-/// What `camera.json` holds; other keys are passed over.
-#[derive(serde::Deserialize)]
-struct RawCamera {
-    width: usize,
-    height: usize,
-    fx: f64,
-    fy: f64,
-    cx: f64,
-    cy: f64,
-    depth_scale: f64,
-}
-
-fn read_camera(path: &Path) -> Result<(PinholeCamera, f64), Error> {
-    let bytes = fs::read(path).map_err(Error::io(path))?;
-    let raw: RawCamera = serde_json::from_slice(&bytes)
-        .map_err(|error| Error::line(path, error.line().max(1), error.to_string()))?;
-    let camera = PinholeCamera::new(raw.width, raw.height, raw.fx, raw.fy, raw.cx, raw.cy)
-        .map_err(|error| Error::malformed(path, error.to_string()))?;
-    if !(raw.depth_scale.is_finite() && raw.depth_scale > 0.0) {
-        let error = dymlm_core::Error::DepthScale(raw.depth_scale);
-        return Err(Error::malformed(path, error.to_string()));
-    }
-    Ok((camera, raw.depth_scale))
-}
-
 fn read_trajectory(path: &Path, faults: &mut Vec<Error>) -> Result<TrajectoryFile, Error> {
     let mut file = TrajectoryFile::read(path)?;
     if file.trajectory.poses().is_empty() {
@@ -272,103 +242,4 @@ fn read_trajectory(path: &Path, faults: &mut Vec<Error>) -> Result<TrajectoryFil
     }
     faults.append(&mut file.faults);
     Ok(file)
-}
-
-/// Frames as the lists give them, their poses still unknown.
-struct Lists {
-    frames: Vec<TumFrame>,
-    faults: Vec<Error>,
-    unpaired_depth_images: usize,
-}
-
-fn read_lists(folder: &Path, options: &TumOptions) -> Result<Lists, Error> {
-    let associations = folder.join(ASSOCIATIONS);
-    let (list, lists) = if associations.exists() {
-        let lists = read_associations(folder, &associations)?;
-        (associations, lists)
-    } else {
-        let lists = associate_lists(folder, options.max_association_gap)?;
-        (folder.join(DEPTH), lists)
-    };
-    if lists.frames.is_empty() {
-        let reason = match lists.unpaired_depth_images {
-            0 => "no frame is listed".to_owned(),
-            count => format!(
-                "none of {count} depth images has a colour image of {RGB} within {} s",
-                options.max_association_gap
-            ),
-        };
-        // The first bad line says more than that there is no good one.
-        return Err(lists.faults.into_iter().next().unwrap_or_else(|| Error::malformed(&list, reason)));
-    }
-    Ok(lists)
-}
-
-fn read_associations(folder: &Path, path: &Path) -> Result<Lists, Error> {
-    let List { entries, faults } = read_pairs(path)?;
-    let depth_first = depth_comes_first(folder, &entries);
-    let frames = entries
-        .into_iter()
-        .map(|ListedPair { first, second }| {
-            let (color, depth) = if depth_first { (second, first) } else { (first, second) };
-            listed_frame(folder, ASSOCIATIONS, &depth, Some((ASSOCIATIONS, &color)))
-        })
-        .collect();
-    Ok(Lists { frames, faults, unpaired_depth_images: 0 })
-}
-
-/// Pairs `rgb.txt` and `depth.txt` by time. Without `rgb.txt` the frames have no colour.
-fn associate_lists(folder: &Path, max_gap: f64) -> Result<Lists, Error> {
-    let List { entries: depth, mut faults } = read_files(&folder.join(DEPTH))?;
-    let rgb = folder.join(RGB);
-    if !rgb.exists() {
-        let frames = depth.iter().map(|depth| listed_frame(folder, DEPTH, depth, None)).collect();
-        return Ok(Lists { frames, faults, unpaired_depth_images: 0 });
-    }
-    let List { entries: color, faults: color_faults } = read_files(&rgb)?;
-    faults.extend(color_faults);
-    let pairs = associate(&color, &depth, max_gap);
-    let frames = pairs
-        .iter()
-        .map(|pair| listed_frame(folder, DEPTH, &depth[pair.depth], Some((RGB, &color[pair.color]))))
-        .collect();
-    Ok(Lists { frames, faults, unpaired_depth_images: depth.len() - pairs.len() })
-}
-
-fn listed_frame(
-    folder: &Path,
-    depth_list: &'static str,
-    depth: &ListedFile,
-    color: Option<(&'static str, &ListedFile)>,
-) -> TumFrame {
-    let depth_listing = Listing { list: depth_list, line: depth.line };
-    TumFrame {
-        timestamp: depth.timestamp,
-        color_timestamp: color.map(|(_, file)| file.timestamp),
-        depth: folder.join(&depth.path),
-        color: color.map(|(_, file)| folder.join(&file.path)),
-        world_from_camera: Err(UncoveredTime::Empty { timestamp: depth.timestamp }),
-        depth_listing,
-        color_listing: color.map_or(depth_listing, |(list, file)| Listing { list, line: file.line }),
-    }
-}
-
-/// Whether `associations.txt` gives the depth image first. Each line votes by what its names are in `rgb.txt` and
-/// `depth.txt`, or else look like; without evidence colour comes first, as the benchmark's own tool writes it.
-fn depth_comes_first(folder: &Path, pairs: &[ListedPair]) -> bool {
-    let names = |list: &str| -> BTreeSet<PathBuf> {
-        let list = read_files(&folder.join(list)).map(|list| list.entries).unwrap_or_default();
-        list.into_iter().map(|file| file.path).collect()
-    };
-    let (color_names, depth_names) = (names(RGB), names(DEPTH));
-    let is_depth = |file: &ListedFile| {
-        depth_names.contains(&file.path)
-            || (!color_names.contains(&file.path) && looks_like_depth(&file.path))
-    };
-    let votes = |pair: &ListedPair| i64::from(is_depth(&pair.first)) - i64::from(is_depth(&pair.second));
-    pairs.iter().map(votes).sum::<i64>() > 0
-}
-
-fn looks_like_depth(path: &Path) -> bool {
-    path.to_string_lossy().to_ascii_lowercase().contains("depth")
 }
