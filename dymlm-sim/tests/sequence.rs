@@ -106,7 +106,7 @@ fn every_pixel_shows_something_within_the_room() {
                 assert!(
                     z > 0.0
                         && x.abs() < 3.001
-                        && (-3.301..2.701).contains(&y)
+                        && (-3.351..3.101).contains(&y)
                         && (-0.001..2.601).contains(&up)
                 );
             }

@@ -1,7 +1,7 @@
 use dymlm_core::PinholeCamera;
 use parry3d::math::{Mat3, Pose3, Vec3};
 
-use crate::scene::Part;
+use crate::scene::{Part, Shape};
 
 /// A part as the camera sees it: where in the image its rays can be, and the way into its frame.
 #[derive(Debug, Clone, Copy)]
@@ -15,7 +15,7 @@ pub(super) struct View<'a> {
     /// Columns and rows outside of which no ray meets the part, half-open.
     pub(super) columns: [usize; 2],
     pub(super) rows: [usize; 2],
-    /// No hit is nearer.
+    /// No hit is nearer (a room: any other hit is nearer).
     pub(super) nearest: f32,
 }
 
@@ -32,7 +32,11 @@ impl<'a> View<'a> {
     ) -> Option<Self> {
         let camera_from_part = *camera_from_scene * part.scene_from_part;
         let corners = corners(part.shape.half_extents()).map(|corner| camera_from_part * corner);
-        let nearest = corners.iter().map(|corner| corner.z).fold(f32::INFINITY, f32::min);
+        let nearest = match part.shape {
+            // Behind whatever else there is: asked last, and only where nothing else was hit.
+            Shape::Interior(_) => 0.5 * f32::MAX,
+            _ => corners.iter().map(|corner| corner.z).fold(f32::INFINITY, f32::min),
+        };
         let (columns, rows) = image_bounds(&corners, camera)?;
         let part_from_camera = camera_from_part.inverse();
         Some(Self {

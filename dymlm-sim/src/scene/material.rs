@@ -44,7 +44,9 @@ impl Material {
         let [s, t] = surface_coordinates(point, normal);
         let (s, t) = (s / self.scale, t / self.scale);
         let mix = match self.pattern {
-            Pattern::Noise => 0.7 * noise(s, t, seed) + 0.3 * noise(4.0 * s, 4.0 * t, seed ^ 1),
+            Pattern::Noise => {
+                0.85 * noise(s, t, seed) + 0.15 * hash(floor(24.0 * s), floor(24.0 * t), seed ^ 1)
+            }
             Pattern::Checker => {
                 let odd = (floor(s) ^ floor(t)) & 1;
                 0.85 * odd as f32 + 0.15 * noise(5.0 * s, 5.0 * t, seed)

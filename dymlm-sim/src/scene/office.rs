@@ -29,7 +29,7 @@ const CHINA: Material = Material::new(Stripes, 0.03, [0.90, 0.90, 0.88], [0.75, 
 const DESK: f32 = 0.74;
 
 impl Scene {
-    /// An office of 6 x 6 m: a desk before a partition with two monitors, keyboards and small things, three
+    /// An office of 6.0 x 6.4 m: a desk before a partition with two monitors, keyboards and small things, three
     /// swivel chairs, a cabinet, a shelf, a plant, and up to two people who walk between the desk and the camera.
     /// `choice` (two values of 0..1 a person) sets where they start and how fast they walk.
     pub(crate) fn office(people: usize, choice: [[f64; 2]; 2]) -> Self {
@@ -54,14 +54,14 @@ impl Scene {
 }
 
 fn room(b: &mut Builder) {
-    let half = Vec3::new(3.0, 3.0, 1.3);
-    let above_floor = Pose3::from_translation(Vec3::new(0.0, -0.3, half.z));
+    let half = Vec3::new(3.0, 3.225, 1.3);
+    let above_floor = Pose3::from_translation(Vec3::new(0.0, -0.125, half.z));
     b.thing(None, [0.0; 3], 0.0).part(Shape::Interior(Cuboid::new(half)), above_floor, PLASTER);
     // A carpet that covers the room, 1 cm thick.
-    b.thing(None, [0.0; 3], 0.0).cuboid([0.0, -0.3, 0.0], [5.98, 5.98, 0.02], CARPET);
+    b.thing(None, [0.0; 3], 0.0).cuboid([0.0, -0.125, 0.005], [5.98, 6.43, 0.01], CARPET);
     // A door frame and a poster give the far walls something to look at.
-    b.thing(None, [-2.3, 2.68, 0.0], 0.0).cuboid([0.0, 0.0, 1.03], [0.9, 0.06, 2.06], BEECH);
-    b.thing(None, [2.1, 2.69, 1.6], 0.0).cuboid([0.0, 0.0, 0.0], [0.7, 0.02, 0.9], SPINES);
+    b.thing(None, [-2.3, 3.07, 0.0], 0.0).cuboid([0.0, 0.0, 1.03], [0.9, 0.06, 2.06], BEECH);
+    b.thing(None, [2.1, 3.09, 1.6], 0.0).cuboid([0.0, 0.0, 0.0], [0.7, 0.02, 0.9], SPINES);
 }
 
 fn desk(b: &mut Builder) {
@@ -202,11 +202,11 @@ fn walkers(choice: [[f64; 2]; 2]) -> [(Walk, f32, Clothes); 2] {
         hair: Material::new(Noise, 0.02, [0.45, 0.35, 0.20], [0.62, 0.50, 0.30]),
         shoes: Material::new(Noise, 0.05, [0.45, 0.42, 0.40], [0.60, 0.58, 0.55]),
     };
-    let near = [[-2.1, 0.12], [-0.7, -0.15], [0.8, -0.3], [2.1, 0.0], [1.0, 0.12], [-0.6, 0.2]];
+    let near = [[-2.1, 0.2], [-0.7, 0.0], [0.8, -0.15], [2.1, 0.08], [1.0, 0.17], [-0.6, 0.24]];
     let far = [
         [2.1, 0.4],
         [0.6, 0.47],
-        [-0.9, 0.5],
+        [-0.9, 0.46],
         [-2.1, 0.1],
         [-2.05, -1.4],
         [-1.3, -2.7],
@@ -236,7 +236,7 @@ mod tests {
             assert!(part.instance < scene.instances.len() && !scene.moves(part.instance));
             let center = part.scene_from_part.translation;
             assert!(
-                center.x.abs() <= 3.0 && (-3.3..=2.7).contains(&center.y) && (0.0..=2.6).contains(&center.z)
+                center.x.abs() <= 3.0 && (-3.35..=3.1).contains(&center.y) && (0.0..=2.6).contains(&center.z)
             );
         }
     }
@@ -251,7 +251,7 @@ mod tests {
             // Above the shoes, which touch the floor.
             for body in bodies.iter().filter(|body| body.scene_from_part.translation.z > 0.3) {
                 let center = body.scene_from_part.translation;
-                assert!(center.x.abs() < 2.8 && (-3.1..2.5).contains(&center.y));
+                assert!(center.x.abs() < 2.8 && (-3.1..2.3).contains(&center.y));
                 for part in &scene.static_parts {
                     let local = part.scene_from_part.inverse_transform_point(center);
                     assert!(

@@ -6,7 +6,7 @@ use parry3d::shape::{Ball, Capsule, Cuboid, Cylinder};
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Shape {
     Cuboid(Cuboid),
-    /// A room: the walls of a cuboid seen from within.
+    /// A room: the walls of a cuboid seen from within. All other bodies lie inside, and so before it.
     Interior(Cuboid),
     /// Semi-axes along x, y, z.
     Ellipsoid(Vec3),

@@ -22,7 +22,7 @@ pub enum CameraPath {
 }
 
 /// Where the camera rests, metres in the scene.
-const STATION: Vec3 = Vec3::new(0.15, -1.75, 1.45);
+const STATION: Vec3 = Vec3::new(0.15, -1.45, 1.45);
 /// What it looks at: just above the desk.
 const TARGET: Vec3 = Vec3::new(-0.05, 1.7, 0.9);
 
