@@ -41,14 +41,32 @@ impl Bounds {
     }
 }
 
-/// Buffers for one row of a depth image, an array for each of x, y, z.
+/// Index along x of a pixel without a reading.
+const NO_READING: u32 = u32::MAX;
+
+/// Some readings side by side: a row of a depth image, or a stretch of a cloud. An array for each of x, y, z, so that
+/// the compiler makes vector code of the loops over them.
 #[derive(Debug, Default)]
-pub(crate) struct DepthRow {
-    /// Direction of each column's pixel in the middle row, in the world.
+pub(crate) struct Row {
+    /// Direction of each column's pixel on the camera's horizon, in the world. (Depth images only.)
     rays: [Vec<f32>; 3],
+    /// Points in the world, metres.
     world: [Vec<f32>; 3],
+    /// Their cells; x is [`NO_READING`] where there is none.
     indices: [Vec<u32>; 3],
+    /// Not 0 where the cell differs from the one before.
+    changes: Vec<u32>,
 }
+
+/// What a row holds.
+struct RowSummary {
+    readings: usize,
+    /// Whether some lie outside the map or are not finite.
+    some_outside: bool,
+}
+
+/// Points of a cloud that are looked at together.
+const STRETCH: usize = 512;
 
 /// Finds the cells of readings: fills `keys` (and `ends`) of the scratch, and sums up colours. Returns the box around
 /// the cells and the origin.
@@ -70,20 +88,28 @@ pub(crate) fn find_cells(
         ends: &mut scratch.ends,
         colors: &mut scratch.colors,
         bounds: Bounds { min: origin.key, max: origin.key },
-        last: [OUTSIDE; 3],
         report,
     };
     match *readings {
-        Readings::Points { points, colors } => cells.add_points(points, colors),
+        Readings::Points { points, colors } => {
+            for start in (0..points.len()).step_by(STRETCH) {
+                let stretch = start..(start + STRETCH).min(points.len());
+                scratch.row.copy_points(&points[stretch.clone()]);
+                scratch.row.find_indices(lattice);
+                cells.add_row(&mut scratch.row, colors.map(|colors| &colors[stretch]));
+            }
+        }
         Readings::Depth { camera, depth, static_mask, color, world_from_camera } => {
             scratch.row.prepare(camera, world_from_camera);
             for v in 0..camera.height() {
                 let pixels = v * camera.width()..(v + 1) * camera.width();
                 let depths = &depth.data()[pixels.clone()];
-                scratch.row.fill(camera, world_from_camera, v, depths, lattice);
                 let mask = static_mask.map(|mask| &mask.data()[pixels.clone()]);
+                scratch.row.back_project(camera, world_from_camera, v, depths);
+                scratch.row.find_indices(lattice);
+                scratch.row.drop_pixels(depths, mask);
                 let colors = color.map(|color| &color.data()[pixels.clone()]);
-                cells.add_row(&scratch.row, depths, mask, colors);
+                cells.add_row(&mut scratch.row, colors);
             }
         }
     }
@@ -99,53 +125,51 @@ struct CellList<'a> {
     ends: &'a mut Vec<Point>,
     colors: &'a mut CellColors,
     bounds: Bounds,
-    last: [u32; 3],
     report: &'a mut InsertReport,
 }
 
 impl CellList<'_> {
-    fn add_points(&mut self, points: &[Point], colors: Option<&[Rgb]>) {
-        const CHUNK: usize = 256;
-        let mut indices = [0; 3 * CHUNK];
-        for (chunk, points) in points.chunks(CHUNK).enumerate() {
-            let indices = &mut indices[..3 * points.len()];
-            self.lattice.indices(points.as_flattened(), indices);
-            for (i, (&point, &indices)) in points.iter().zip(indices.as_chunks::<3>().0).enumerate() {
-                let color = colors.map(|colors| colors[chunk * CHUNK + i]);
-                self.add(indices, || point, color);
+    fn add_row(&mut self, row: &mut Row, colors: Option<&[Rgb]>) {
+        let summary = row.compare_neighbors();
+        self.report.readings += summary.readings;
+        if self.config.rays == RayMode::PerCell && colors.is_none() && !summary.some_outside {
+            self.add_changes(row);
+        } else {
+            let count = row.world[0].len();
+            for i in (0..count).filter(|&i| row.indices[0][i] != NO_READING) {
+                self.add(row.cell(i), row.point(i), colors.map(|colors| colors[i]));
             }
         }
     }
 
-    fn add_row(&mut self, row: &DepthRow, depths: &[f32], mask: Option<&[bool]>, colors: Option<&[Rgb]>) {
-        let [x, y, z] = &row.indices;
-        for (u, (((&depth, &x), &y), &z)) in depths.iter().zip(x).zip(y).zip(z).enumerate() {
-            if depth > 0.0 && mask.is_none_or(|mask| mask[u]) {
-                let point = || [row.world[0][u], row.world[1][u], row.world[2][u]];
-                self.add([x, y, z], point, colors.map(|colors| colors[u]));
+    /// The common case, a ray a cell: neighbouring pixels mostly share theirs.
+    fn add_changes(&mut self, row: &Row) {
+        for (i, &change) in row.changes.iter().enumerate() {
+            if change != 0 && row.indices[0][i] != NO_READING {
+                self.add_key(row.cell(i).map(|index| index as u16));
             }
         }
+    }
+
+    fn add(&mut self, cell: [u32; 3], point: Point, color: Option<Rgb>) {
+        if cell.iter().any(|&index| index >= OUTSIDE) {
+            self.skip(point);
+            return;
+        }
+        let key = cell.map(|index| index as u16);
+        if let Some(color) = color {
+            self.add_color(key, point, color);
+        }
+        if self.config.rays == RayMode::PerPoint {
+            self.ends.push(point);
+        } else if self.keys.last() == Some(&key) {
+            return;
+        }
+        self.add_key(key);
     }
 
     #[inline]
-    fn add(&mut self, indices: [u32; 3], point: impl Fn() -> Point, color: Option<Rgb>) {
-        self.report.readings += 1;
-        let again = indices == self.last;
-        if !again && indices.iter().any(|&index| index >= OUTSIDE) {
-            self.skip(point());
-            return;
-        }
-        let key = indices.map(|index| index as u16);
-        if let Some(color) = color {
-            self.add_color(key, point(), color);
-        }
-        if self.config.rays == RayMode::PerPoint {
-            self.ends.push(point());
-        } else if again {
-            // Neighbouring pixels mostly share a cell.
-            return;
-        }
-        self.last = indices;
+    fn add_key(&mut self, key: Key) {
         self.keys.push(key);
         for ((min, max), index) in self.bounds.min.iter_mut().zip(&mut self.bounds.max).zip(key) {
             *min = index.min(*min);
@@ -172,43 +196,95 @@ impl CellList<'_> {
     }
 }
 
-/// Back-projection: world = (ray of the column + what a row adds) * depth + camera centre, with the rays already
-/// turned into the world. Loops over plain arrays, which the compiler makes vector code of.
-impl DepthRow {
+impl Row {
+    fn cell(&self, i: usize) -> [u32; 3] {
+        [self.indices[0][i], self.indices[1][i], self.indices[2][i]]
+    }
+
+    fn point(&self, i: usize) -> Point {
+        [self.world[0][i], self.world[1][i], self.world[2][i]]
+    }
+
+    fn resize(&mut self, count: usize) {
+        self.world.iter_mut().for_each(|world| world.resize(count, 0.0));
+        self.indices.iter_mut().for_each(|indices| indices.resize(count, 0));
+        self.changes.resize(count, 0);
+    }
+
+    fn copy_points(&mut self, points: &[Point]) {
+        self.resize(points.len());
+        for (axis, world) in self.world.iter_mut().enumerate() {
+            for (world, point) in world.iter_mut().zip(points) {
+                *world = point[axis];
+            }
+        }
+    }
+
+    /// Turns the rays of a camera's columns into the world.
     fn prepare(&mut self, camera: &PinholeCamera, world_from_camera: &Pose) {
         let rotation = world_from_camera.rotation_matrix();
         for (rays, [x, _, z]) in self.rays.iter_mut().zip(rotation) {
             rays.clear();
             rays.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx() * x + z) as f32));
         }
-        for (world, indices) in self.world.iter_mut().zip(&mut self.indices) {
-            world.resize(camera.width(), 0.0);
-            indices.resize(camera.width(), 0);
-        }
+        self.resize(camera.width());
     }
 
-    fn fill(
-        &mut self,
-        camera: &PinholeCamera,
-        world_from_camera: &Pose,
-        v: usize,
-        depths: &[f32],
-        lattice: &Lattice,
-    ) {
+    /// Row v of a depth image: (ray of the column + what the row adds) * depth + camera centre.
+    fn back_project(&mut self, camera: &PinholeCamera, world_from_camera: &Pose, v: usize, depths: &[f32]) {
         let rotation = world_from_camera.rotation_matrix();
         let translation = world_from_camera.translation();
         let ray_y = (v as f64 - camera.cy()) / camera.fy();
         for axis in 0..3 {
             let (row, center) = ((ray_y * rotation[axis][1]) as f32, translation[axis] as f32);
-            let world = &mut self.world[axis];
-            for ((world, &ray), &depth) in world.iter_mut().zip(&self.rays[axis]).zip(depths) {
+            for ((world, &ray), &depth) in self.world[axis].iter_mut().zip(&self.rays[axis]).zip(depths) {
                 *world = (ray + row) * depth + center;
             }
-            lattice.indices(world, &mut self.indices[axis]);
         }
     }
 
+    fn find_indices(&mut self, lattice: &Lattice) {
+        for (indices, world) in self.indices.iter_mut().zip(&self.world) {
+            lattice.indices(world, indices);
+        }
+    }
+
+    /// Pixels without a depth, or outside the mask, are no readings.
+    fn drop_pixels(&mut self, depths: &[f32], mask: Option<&[bool]>) {
+        for (index, &depth) in self.indices[0].iter_mut().zip(depths) {
+            *index = if depth > 0.0 { *index } else { NO_READING };
+        }
+        if let Some(mask) = mask {
+            for (index, &keep) in self.indices[0].iter_mut().zip(mask) {
+                *index = if keep { *index } else { NO_READING };
+            }
+        }
+    }
+
+    /// Fills `changes`.
+    fn compare_neighbors(&mut self) -> RowSummary {
+        let [x, y, z] = &self.indices;
+        let mut readings = 0;
+        let mut outside = 0;
+        for ((&x, &y), &z) in x.iter().zip(y).zip(z) {
+            let reading = u32::from(x != NO_READING);
+            readings += reading;
+            outside |= reading & u32::from((x | y | z) >= OUTSIDE);
+        }
+        for (axis, indices) in self.indices.iter().enumerate() {
+            let pairs = indices.iter().zip(indices.iter().skip(1));
+            for (change, (&before, &here)) in self.changes.iter_mut().skip(1).zip(pairs) {
+                let difference = before ^ here;
+                *change = if axis == 0 { difference } else { *change | difference };
+            }
+        }
+        if let Some(first) = self.changes.first_mut() {
+            *first = 1;
+        }
+        RowSummary { readings: readings as usize, some_outside: outside != 0 }
+    }
+
     pub(crate) fn memory_bytes(&self) -> usize {
-        9 * size_of::<f32>() * self.rays[0].capacity()
+        size_of::<f32>() * (3 * self.rays[0].capacity() + 7 * self.changes.capacity())
     }
 }

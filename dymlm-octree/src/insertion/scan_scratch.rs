@@ -4,7 +4,7 @@ use std::hash::BuildHasherDefault;
 use dymlm_core::Point;
 
 use super::cell_colors::CellColors;
-use super::cells::DepthRow;
+use super::cells::Row;
 use super::sparse_marks::{IntegerHasher, SparseMarks};
 use super::window_marks::WindowMarks;
 use crate::lattice::Key;
@@ -21,7 +21,7 @@ pub(crate) struct ScanScratch {
     /// Cells beyond the range that already have their ray.
     pub(crate) far: HashSet<u64, BuildHasherDefault<IntegerHasher>>,
     pub(crate) colors: CellColors,
-    pub(crate) row: DepthRow,
+    pub(crate) row: Row,
 }
 
 impl ScanScratch {
