@@ -5,7 +5,8 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::parallel::{for_each, task_size};
 
-/// Points further than this from the origin are outliers: the square of their distance would leave the range of f32.
+/// Points further than this from the origin are outliers: the square of their distance would leave the range
+/// of f32.
 const FARTHEST: f32 = 1e18;
 
 /// Which points stand apart.
@@ -17,8 +18,8 @@ pub struct StatisticalOutlierConfig {
     /// Number of nearest neighbours, the point itself not counted, as in PCL (`Open3D` counts it: its
     /// `nb_neighbors` is one more); 1 to 1000. Default 20, as in `Open3D`'s documentation.
     pub neighbors: usize,
-    /// How many standard deviations above the mean a point's distance may be; 0 to 100. Default 2, as in `Open3D`'s
-    /// documentation; smaller removes more.
+    /// How many standard deviations above the mean a point's distance may be; 0 to 100. Default 2, as in
+    /// `Open3D`'s documentation; smaller removes more.
     pub std_ratio: f64,
 }
 
@@ -30,15 +31,16 @@ impl Default for StatisticalOutlierConfig {
 
 /// Removal of points that stand apart from the others.
 ///
-/// For each point the mean distance to its nearest neighbours is taken; a point whose distance exceeds the mean of these
-/// distances over the cloud by more than [`std_ratio`](StatisticalOutlierConfig::std_ratio) standard deviations (of the
-/// sample: n - 1) is an outlier. So is a point that is not finite, or further than 1e18 m from the origin. In a cloud
-/// of fewer points than neighbours, all others are the neighbours; a point alone is an inlier, at distance 0.
+/// For each point the mean distance to its nearest neighbours is taken; a point whose distance exceeds the
+/// mean of these distances over the cloud by more than [`std_ratio`](StatisticalOutlierConfig::std_ratio)
+/// standard deviations (of the sample: n - 1) is an outlier. So is a point that is not finite, or further
+/// than 1e18 m from the origin. In a cloud of fewer points than neighbours, all others are the neighbours; a
+/// point alone is an inlier, at distance 0.
 ///
 /// O(n log n), with a k-d tree. The same bits come out with feature `parallel`, on any number of threads.
 ///
-/// Rusu, Marton, Blodow, Dolha, Beetz: "Towards 3D point cloud based object maps for household environments", Robotics
-/// and Autonomous Systems 2008; PCL's `StatisticalOutlierRemoval`.
+/// Rusu, Marton, Blodow, Dolha, Beetz: "Towards 3D point cloud based object maps for household environments",
+/// Robotics and Autonomous Systems 2008; PCL's `StatisticalOutlierRemoval`.
 ///
 /// ```
 /// use dymlm_geometry::{StatisticalOutlierConfig, StatisticalOutlierRemoval};

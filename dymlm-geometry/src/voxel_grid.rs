@@ -21,13 +21,15 @@ impl Default for VoxelGridConfig {
 
 /// Downsampling to one point a voxel: the centroid of the points in it, with their mean colour.
 ///
-/// Point p lies in voxel floor(p / `voxel_size`), axis by axis: the lattice is anchored at the origin, so that clouds in
-/// one frame share their voxels. The quotient is evaluated in f64 as p * (1 / `voxel_size`). Further than 2^26 voxels
-/// from the origin, where one step of an f32 spans several voxels, voxels are as large as that step.
+/// Point p lies in voxel floor(p / `voxel_size`), axis by axis: the lattice is anchored at the origin, so
+/// that clouds in one frame share their voxels. The quotient is evaluated in f64 as p * (1 / `voxel_size`).
+/// Further than 2^26 voxels from the origin, where one step of an f32 spans several voxels, voxels are as
+/// large as that step.
 ///
-/// Voxels come in ascending order of x, then y, then z. Sums are taken in f64, in the order of the cloud, and rounded
-/// to f32 once, so that a centroid is off by half a unit in the last place at most, give or take 2^-53 a point; mean
-/// colours are rounded to the nearest, halves up. Points that are not finite are left out.
+/// Voxels come in ascending order of x, then y, then z. Sums are taken in f64, in the order of the cloud, and
+/// rounded to f32 once, so that a centroid is off by half a unit in the last place at most, give or take
+/// 2^-53 a point; mean colours are rounded to the nearest, halves up. Points that are not finite are left
+/// out.
 ///
 /// O(n): a radix sort by voxel. The same bits come out with feature `parallel`, on any number of threads.
 ///
@@ -81,8 +83,8 @@ impl VoxelGrid {
         downsampled
     }
 
-    /// Downsamples a cloud into a caller's, whose content does not matter. Allocates nothing once the buffers have
-    /// grown to the size of the clouds (feature `parallel` allocates its lists of tasks).
+    /// Downsamples a cloud into a caller's, whose content does not matter. Allocates nothing once the buffers
+    /// have grown to the size of the clouds (feature `parallel` allocates its lists of tasks).
     pub fn downsample_into(
         &self,
         cloud: &PointCloud,

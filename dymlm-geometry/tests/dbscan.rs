@@ -115,7 +115,8 @@ proptest! {
         prop_assert_eq!(clusters.labels(), by_definition(&points, 0.25, 4));
     }
 
-    /// Another order of the points renumbers clusters and may move border points, but parts core points and noise alike.
+    /// Another order of the points renumbers clusters and may move border points, but parts core points and
+    /// noise alike.
     #[test]
     fn order_does_not_matter_to_core_points(points in clouds(), seed in any::<u64>()) {
         let (eps, min_points) = (0.25, 5);
@@ -146,7 +147,8 @@ proptest! {
         }
     }
 
-    /// A quarter turn and a shift by a power of two change no rounding here, so that the labels stay as they are.
+    /// A quarter turn and a shift by a power of two change no rounding here, so that the labels stay as they
+    /// are.
     #[test]
     fn moved_clouds_have_the_same_labels(points in prop::collection::vec(prop::array::uniform3(-64..64_i8), 0..300)) {
         let points: Vec<Point> = points.iter().map(|p| p.map(|x| f32::from(x) / 64.0)).collect();
@@ -224,7 +226,8 @@ fn crowded_cells_meet_at_eps_and_not_beyond() {
     assert_eq!(dbscan.cluster(&pair(0.125_f32.next_up())).sizes(), [2000, 2000]);
 }
 
-/// A border point within eps of two clusters belongs to the one with the lower number, wherever it stands in the cloud.
+/// A border point within eps of two clusters belongs to the one with the lower number, wherever it stands in
+/// the cloud.
 #[test]
 fn border_points_go_to_the_first_cluster() {
     let left = [[0.0, 0.0, 0.0], [-0.25, 0.0, 0.0], [0.0, 0.25, 0.0]];

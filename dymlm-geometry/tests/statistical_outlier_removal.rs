@@ -1,4 +1,4 @@
-//! Statistical outlier removal against brute force, against Open3D, and on degenerate clouds.
+//! Statistical outlier removal against brute force, against `Open3D`, and on degenerate clouds.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::Point;
@@ -80,8 +80,8 @@ fn data(name: &str) -> String {
     std::fs::read_to_string(format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
 
-/// `tests/data/make_golden.py` made the points and Open3D's inliers. Open3D counts the point itself among its neighbours,
-/// at distance 0, which scales all mean distances alike and changes no verdict.
+/// `tests/data/make_golden.py` made the points and `Open3D`'s inliers. `Open3D` counts the point itself among
+/// its neighbours, at distance 0, which scales all mean distances alike and changes no verdict.
 #[test]
 fn equals_open3d() {
     let points: Vec<Point> = data("points.csv")

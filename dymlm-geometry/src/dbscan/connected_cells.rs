@@ -15,8 +15,8 @@ pub(super) struct ConnectedCells {
 
 const NO_COMMON_ROOT: u32 = u32::MAX;
 
-/// Two cells lie this far apart: the greatest difference of their indices. Cells farther apart hold no points within
-/// eps of each other.
+/// Two cells lie this far apart: the greatest difference of their indices. Cells farther apart hold no points
+/// within eps of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Distance {
     Adjacent,
@@ -26,8 +26,9 @@ enum Distance {
 impl ConnectedCells {
     /// Joins all cells that hold a pair of points, one each, within eps. The grid holds core points only.
     ///
-    /// Adjacent cells come first. Most blocks are joined by then, each in itself and with those that touch it, which is
-    /// found out at once; so it is among few blocks that near pairs have to be looked for in cells two apart.
+    /// Adjacent cells come first. Most blocks are joined by then, each in itself and with those that touch
+    /// it, which is found out at once; so it is among few blocks that near pairs have to be looked for in
+    /// cells two apart.
     pub(super) fn join(&mut self, grid: &Grid, squared_eps: f32) {
         self.joined.reset(grid.cell_count());
         self.common_roots.clear();
@@ -131,8 +132,8 @@ fn octants_of(grid: &Grid, block: usize) -> u8 {
     grid.cells_of_blocks(block..block + 1).fold(0, |octants, cell| octants | 1 << grid.octant_of_cell(cell))
 }
 
-/// For each distance, offset of the other block and octant of a cell: the octants of the other block, a bit each, whose
-/// cells lie at that distance. Of two octants of one block only the later one counts.
+/// For each distance, offset of the other block and octant of a cell: the octants of the other block, a bit
+/// each, whose cells lie at that distance. Of two octants of one block only the later one counts.
 const PAIRS: [[[u8; 8]; 27]; 2] = [pairs_at(1), pairs_at(2)];
 
 const fn pairs_at(distance: i32) -> [[u8; 8]; 27] {

@@ -2,8 +2,8 @@ use super::grid::Grid;
 use super::touching_blocks::RowOffset;
 use crate::parallel::{for_each, task_size};
 
-/// Counts the neighbours of each slot, itself among them, as far as `min_points` at least: a slot holds a core point
-/// when its count reaches `min_points`.
+/// Counts the neighbours of each slot, itself among them, as far as `min_points` at least: a slot holds a
+/// core point when its count reaches `min_points`.
 pub(super) fn count_neighbors(grid: &Grid, squared_eps: f32, min_points: u32, neighbors: &mut Vec<u32>) {
     neighbors.clear();
     neighbors.resize(grid.slot_count(), 0);

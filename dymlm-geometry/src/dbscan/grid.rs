@@ -9,9 +9,10 @@ use crate::parallel::{for_each, task_size};
 
 /// The points in *cells* with a diagonal of eps, eight of which make a *block*, two along each axis.
 ///
-/// Points of a cell are within eps of each other, and points within eps of each other lie in blocks that touch. Blocks
-/// are sorted by x, then y, then z; those of the same x and y form a *row*. A *slot* is a point's place in the order of
-/// blocks, then cells of a block, then the cloud: the points of neighbouring blocks of a row lie side by side.
+/// Points of a cell are within eps of each other, and points within eps of each other lie in blocks that
+/// touch. Blocks are sorted by x, then y, then z; those of the same x and y form a *row*. A *slot* is a
+/// point's place in the order of blocks, then cells of a block, then the cloud: the points of neighbouring
+/// blocks of a row lie side by side.
 #[derive(Debug, Default)]
 pub(super) struct Grid {
     sort: CellSort,
@@ -46,8 +47,8 @@ pub(super) struct Row {
 impl Grid {
     /// Sorts a cloud into cells.
     pub(super) fn build(&mut self, eps: f32, points: &[Point]) {
-        // Shorter by 2^-20, so that neither a cell's border nor the test in f32, both good to some 2^-22, parts two
-        // points of a cell. Twice the side is more than eps.
+        // Shorter by 2^-20, so that neither a cell's border nor the test in f32, both good to some 2^-22,
+        // parts two points of a cell. Twice the side is more than eps.
         let side = f64::from(eps) / 3.0_f64.sqrt() * (1.0 - 1.0 / f64::from(1 << 20));
         let blocks = CubicLattice::new(2.0 * side);
         self.sort.sort(blocks, points);
@@ -209,8 +210,8 @@ impl Grid {
         Run::new([&self.x, &self.y, &self.z], slots)
     }
 
-    /// Keeps the points whose slots `keep` approves, and the cells that still hold some; calls `removed` for each other
-    /// point with its block and its index into the cloud, in the order of the slots.
+    /// Keeps the points whose slots `keep` approves, and the cells that still hold some; calls `removed` for
+    /// each other point with its block and its index into the cloud, in the order of the slots.
     pub(super) fn retain(&mut self, keep: impl Fn(usize) -> bool, mut removed: impl FnMut(usize, u32)) {
         let (mut kept_cells, mut kept_slots) = (0, 0);
         for block in 0..self.block_count() {

@@ -22,29 +22,32 @@ use grid::Grid;
 
 /// Exact DBSCAN in 3D.
 ///
-/// A point with at least [`min_points`](DbscanConfig::min_points) points within [`eps`](DbscanConfig::eps), itself
-/// counted, is a core point. Core points within eps of each other belong to one cluster, and so on transitively. A
-/// point that is no core point belongs to the first cluster, by number, that has a core point within eps of it: a
-/// border point. What is left is noise, and so is every point that is not finite. Clusters are numbered in the
-/// order of their first core points in the cloud. These are scikit-learn's rules, and its labels.
+/// A point with at least [`min_points`](DbscanConfig::min_points) points within [`eps`](DbscanConfig::eps),
+/// itself counted, is a core point. Core points within eps of each other belong to one cluster, and so on
+/// transitively. A point that is no core point belongs to the first cluster, by number, that has a core point
+/// within eps of it: a border point. What is left is noise, and so is every point that is not finite.
+/// Clusters are numbered in the order of their first core points in the cloud. These are scikit-learn's
+/// rules, and its labels.
 ///
 /// Two points are within eps when `dx * dx + dy * dy + dz * dz <= eps * eps`, evaluated in f32 in this order.
 /// Of a cloud of more than 2^32 - 1 points the rest is noise.
 ///
 /// # Algorithm
 ///
-/// Points are sorted into cubic cells with a diagonal of eps, so that all points of a cell are neighbours: a cell of
-/// `min_points` points or more has core points only, and the core points of a cell belong to one cluster. What is
-/// left is to count neighbours in sparse cells, and to join cells by a union-find, looking for one near pair among
-/// the two cells' core points and only while the cells are not joined yet. The grid is a sorted list of cells, walked
-/// along its rows: no hash table, and memory of O(n) for any extent.
+/// Points are sorted into cubic cells with a diagonal of eps, so that all points of a cell are neighbours: a
+/// cell of `min_points` points or more has core points only, and the core points of a cell belong to one
+/// cluster. What is left is to count neighbours in sparse cells, and to join cells by a union-find, looking
+/// for one near pair among the two cells' core points and only while the cells are not joined yet. The grid
+/// is a sorted list of blocks of eight cells, walked along its rows: no hash table, and memory of O(n) for any
+/// extent.
 ///
-/// Time is O(`min_points` n) on data of bounded density, less where cells are full; O(n^2) at worst, for pairs of
-/// crowded cells that just fail to touch. The same bits come out with feature `parallel`, on any number of threads.
+/// Time is O(`min_points` n) on data of bounded density, less where cells are full; O(n^2) at worst, for
+/// pairs of crowded cells that just fail to touch. The same bits come out with feature `parallel`, on any
+/// number of threads.
 ///
-/// Ester, Kriegel, Sander, Xu: "A density-based algorithm for discovering clusters in large spatial databases with
-/// noise", KDD 1996. Grid: Gunawan: "A faster algorithm for DBSCAN", TU Eindhoven 2013; de Berg, Gunawan, Roeloffzen:
-/// "Faster DBSCAN and HDBSCAN in low-dimensional Euclidean spaces", IJCGA 2019.
+/// Ester, Kriegel, Sander, Xu: "A density-based algorithm for discovering clusters in large spatial databases
+/// with noise", KDD 1996. Grid: Gunawan: "A faster algorithm for DBSCAN", TU Eindhoven 2013; de Berg,
+/// Gunawan, Roeloffzen: "Faster DBSCAN and HDBSCAN in low-dimensional Euclidean spaces", IJCGA 2019.
 ///
 /// ```
 /// use dymlm_geometry::{Dbscan, DbscanConfig};
@@ -112,8 +115,8 @@ impl Dbscan {
         clusters
     }
 
-    /// Clusters a cloud into a caller's buffers, whose content does not matter. Allocates nothing once the buffers
-    /// have grown to the size of the clouds (feature `parallel` allocates its lists of tasks).
+    /// Clusters a cloud into a caller's buffers, whose content does not matter. Allocates nothing once the
+    /// buffers have grown to the size of the clouds (feature `parallel` allocates its lists of tasks).
     pub fn cluster_into(&self, points: &[Point], scratch: &mut DbscanScratch, clusters: &mut Clusters) {
         let DbscanScratch { grid, neighbors, connected, border, numbering } = scratch;
         let squared_eps = self.config.eps * self.config.eps;

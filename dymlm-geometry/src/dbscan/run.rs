@@ -4,8 +4,8 @@ use dymlm_core::Point;
 
 /// Points that lie side by side in the grid.
 ///
-/// Tests against a run take eight points at a time, without branches, which compiles to vector code. The last eight may
-/// reach beyond the run: its surplus is read but not counted.
+/// Tests against a run take eight points at a time, without branches, which compiles to vector code. The last
+/// eight may reach beyond the run: its surplus is read but not counted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Run<'a> {
     x: &'a [[f32; LANES]],

@@ -63,8 +63,8 @@ impl TouchingBlocks {
     }
 }
 
-/// A walk along the blocks of a grid: three cursors into the rows, one for each x, and nine into the blocks of the
-/// neighbouring rows. They only move forward, so that the whole walk takes O(blocks).
+/// A walk along the blocks of a grid: three cursors into the rows, one for each x, and nine into the blocks
+/// of the neighbouring rows. They only move forward, so that the whole walk takes O(blocks).
 struct Walk<'a> {
     grid: &'a Grid,
     z: i32,

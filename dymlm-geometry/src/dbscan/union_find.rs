@@ -2,9 +2,10 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Disjoint sets of 0..n. The root of a set is its least element.
 ///
-/// Threads may join sets at the same time. A parent is never greater than its child, so that a chain of parents, even
-/// one read while others write, ends at a root; and which elements share a set in the end does not depend on the order
-/// of the joins. Orderings are relaxed: nothing but the parents themselves passes between threads.
+/// Threads may join sets at the same time. A parent is never greater than its child, so that a chain of
+/// parents, even one read while others write, ends at a root; and which elements share a set in the end does
+/// not depend on the order of the joins. Orderings are relaxed: nothing but the parents themselves passes
+/// between threads.
 #[derive(Debug, Default)]
 pub(super) struct UnionFind {
     parents: Vec<AtomicU32>,

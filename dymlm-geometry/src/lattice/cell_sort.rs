@@ -7,12 +7,12 @@ use super::radix_sort::RadixSort;
 
 /// The points of a cloud, sorted by lattice cell.
 ///
-/// Cells ascend by x, then y, then z; the points of a cell keep the order of the cloud. Points that are not finite
-/// are left out, and so is what follows the first 2^32 - 1 points.
+/// Cells ascend by x, then y, then z; the points of a cell keep the order of the cloud. Points that are not
+/// finite are left out, and so is what follows the first 2^32 - 1 points.
 ///
-/// What is sorted is not points but *runs* of successive points in one cell: neighbouring pixels mostly share one. O(n):
-/// a radix sort on one packed key a run, or, where the extent is too large for a key of 32 bits, on the three indices
-/// one after the other.
+/// What is sorted is not points but *runs* of successive points in one cell: neighbouring pixels mostly share
+/// one. O(n): a radix sort on one packed key a run, or, where the extent is too large for a key of 32 bits,
+/// on the three indices one after the other.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CellSort {
     /// First point of each run, and the number of points at the end.

@@ -4,15 +4,16 @@ const COUNTED: f64 = (1_u32 << 26) as f64;
 /// Bits of 32.0, less than any coordinate beyond the counted cells (see [`CubicLattice::MIN_SIDE`]).
 const RANKS_FROM: i32 = 0x4200_0000;
 
-/// Adding and subtracting this rounds an f64 below 2^51 to an integer, without a call and in vector registers.
+/// Adding and subtracting this rounds an f64 below 2^51 to an integer, without a call and in vector
+/// registers.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
 /// A lattice of cubic cells anchored at the origin: cell i of an axis covers [i, i + 1) sides.
 ///
-/// Any finite f32 has an index, and no two coordinates more than a side apart share one. Up to 2^26 cells from
-/// the origin, index(x) = floor(x / side) evaluated as floor(x * (1 / side)) in f64, off by at most 2^-26 of a
-/// cell at the cell's border. Beyond, one step of an f32 is longer than four cells: distinct coordinates lie in
-/// distinct cells, so that a coordinate's rank among all f32 serves as the index.
+/// Any finite f32 has an index, and no two coordinates more than a side apart share one. Up to 2^26 cells
+/// from the origin, index(x) = floor(x / side) evaluated as floor(x * (1 / side)) in f64, off by at most
+/// 2^-26 of a cell at the cell's border. Beyond, one step of an f32 is longer than four cells: distinct
+/// coordinates lie in distinct cells, so that a coordinate's rank among all f32 serves as the index.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct CubicLattice {
     cells_per_metre: f64,
