@@ -85,8 +85,10 @@ fn score(truth: &Tracks, tracks: &Tracks) -> Score {
         let size = truth.len().max(found.len());
         let weights =
             Matrix::from_fn(size, size, |(row, column)| match (truth.get(row), found.get(column)) {
-                (Some((_, a)), Some((_, b))) if kept[row].is_none() && !kept.contains(&Some(column)) => {
-                    if a.iou(b) >= 0.5 { (1e6 * (1.0 + a.iou(b))) as i64 } else { 0 }
+                (Some((_, a)), Some((_, b)))
+                    if a.iou(b) >= 0.5 && kept[row].is_none() && !kept.contains(&Some(column)) =>
+                {
+                    (1e6 * (1.0 + a.iou(b))) as i64
                 }
                 _ => 0,
             });
