@@ -110,6 +110,16 @@ impl Octree {
         Ok(self.insert(&origin, &readings))
     }
 
+    /// Whether a sensor at `origin` (world, metres) can insert here: the one thing about a pose that an insertion
+    /// refuses.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Origin`].
+    pub fn check_origin(&self, origin: [f64; 3]) -> Result<(), Error> {
+        self.ray_origin(origin).map(|_| ())
+    }
+
     fn ray_origin(&self, origin: [f64; 3]) -> Result<RayOrigin, Error> {
         // OctoMap's coordinates are single precision.
         let point = origin.map(|coordinate| coordinate as f32);
