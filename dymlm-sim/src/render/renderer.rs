@@ -27,8 +27,7 @@ pub(crate) const NOTHING: u16 = u16::MAX;
 /// Size of the tiles that share a list of parts, pixels.
 const TILE: [usize; 2] = [32, 16];
 
-/// Where the light comes from, in the scene, and how much: two lamps and what comes from all sides.
-const LAMPS: [(Vec3, f32); 2] = [(Vec3::new(0.30, -0.45, 0.84), 0.45), (Vec3::new(-0.80, -0.30, 0.52), 0.18)];
+/// Light that comes from all sides, beside the two lamps.
 const AMBIENT: f32 = 0.48;
 
 /// Casts one ray a pixel at the parts.
@@ -97,17 +96,17 @@ fn bands(rendering: &mut Rendering) -> Vec<Band<'_>> {
 
 fn render_band(mut band: Band<'_>, camera: &PinholeCamera, views: &[View<'_>]) {
     let rows = [band.first_row, band.first_row + band.depth.len() / band.width];
+    let ray_x: Vec<f32> = (0..band.width).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32).collect();
     let mut candidates = Vec::with_capacity(views.len());
     for first_column in (0..band.width).step_by(TILE[0]) {
         let columns = [first_column, (first_column + TILE[0]).min(band.width)];
         candidates.clear();
         candidates.extend(views.iter().filter(|view| view.overlaps(columns, rows)));
         for v in rows[0]..rows[1] {
+            let y = ((v as f64 - camera.cy()) / camera.fy()) as f32;
             for u in columns[0]..columns[1] {
-                let x = ((u as f64 - camera.cx()) / camera.fx()) as f32;
-                let y = ((v as f64 - camera.cy()) / camera.fy()) as f32;
                 let pixel = (v - rows[0]) * band.width + u;
-                shade_pixel(&mut band, pixel, [u, v], Vec3::new(x, y, 1.0), &candidates);
+                shade_pixel(&mut band, pixel, [u, v], Vec3::new(ray_x[u], y, 1.0), &candidates);
             }
         }
     }
@@ -126,26 +125,24 @@ fn shade_pixel(band: &mut Band<'_>, pixel: usize, [u, v]: [usize; 2], ray: Vec3,
             continue;
         }
         let local = Ray::new(view.eye, view.part_from_camera * ray);
-        if let Some(t) = view.part.shape.cast(&local, depth).filter(|&t| t < depth) {
+        if let Some(t) = view.shape.cast(&local, depth).filter(|&t| t < depth) {
             (hit, depth) = (Some(view), t);
         }
     }
     let Some(view) = hit else { return };
 
-    let point = view.eye + view.part_from_camera * (ray * depth);
-    let normal = view.part.shape.normal(point);
-    let seen_normal = view.part_from_camera.transpose() * normal;
+    let direction = view.part_from_camera * ray;
+    let point = view.eye + direction * depth;
+    let normal = view.shape.normal(point);
     band.depth[pixel] = depth;
-    band.incidence[pixel] = (-seen_normal.dot(ray) / ray.length()).clamp(0.0, 1.0);
+    band.incidence[pixel] = (-normal.dot(direction) / ray.length()).clamp(0.0, 1.0);
     band.part[pixel] = view.index;
-    band.color[pixel] = lit_color(view.part, view.index, point, normal);
+    band.color[pixel] = lit_color(view, point, normal);
 }
 
 /// The material's colour in the light of the room (Lambert).
-fn lit_color(part: &Part, index: u16, point: Vec3, normal: Vec3) -> Rgb {
-    let scene_normal = part.scene_from_part.rotation * normal;
-    let light = LAMPS
-        .iter()
-        .fold(AMBIENT, |light, (direction, power)| light + power * scene_normal.dot(*direction).max(0.0));
-    part.material.color(point, normal, index.into()).map(|c| (c * light * 255.0).clamp(0.0, 255.0) as u8)
+#[inline]
+fn lit_color(view: &View<'_>, point: Vec3, normal: Vec3) -> Rgb {
+    let light = view.lamps.iter().fold(AMBIENT, |light, &lamp| light + normal.dot(lamp).max(0.0));
+    view.material.color(point, normal, view.index.into()).map(|c| (c * light * 255.0).clamp(0.0, 255.0) as u8)
 }

@@ -1,17 +1,20 @@
 use dymlm_core::PinholeCamera;
 use parry3d::math::{Mat3, Pose3, Vec3};
 
-use crate::scene::{Part, Shape};
+use crate::scene::{Material, Part, Shape};
 
 /// A part as the camera sees it: where in the image its rays can be, and the way into its frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View<'a> {
-    pub(super) part: &'a Part,
+    pub(super) shape: Shape,
+    pub(super) material: &'a Material,
     pub(super) index: u16,
     /// Takes directions of the camera to the part's frame.
     pub(super) part_from_camera: Mat3,
     /// The camera's place in the part's frame.
     pub(super) eye: Vec3,
+    /// Directions to the lamps in the part's frame, as long as they are bright.
+    pub(super) lamps: [Vec3; 2],
     /// Columns and rows outside of which no ray meets the part, half-open.
     pub(super) columns: [usize; 2],
     pub(super) rows: [usize; 2],
@@ -21,6 +24,9 @@ pub(super) struct View<'a> {
 
 /// Depth of the plane at which bodies are cut off before they are projected, metres.
 const NEAR: f32 = 0.02;
+
+/// Where the light comes from, in the scene, and how much: two lamps.
+const LAMPS: [(Vec3, f32); 2] = [(Vec3::new(0.30, -0.45, 0.84), 0.45), (Vec3::new(-0.80, -0.30, 0.52), 0.18)];
 
 impl<'a> View<'a> {
     /// `None` when the part cannot be in the image.
@@ -40,8 +46,11 @@ impl<'a> View<'a> {
         let (columns, rows) = image_bounds(&corners, camera)?;
         let part_from_camera = camera_from_part.inverse();
         Some(Self {
-            part,
+            shape: part.shape,
+            material: &part.material,
             index,
+            lamps: LAMPS
+                .map(|(direction, power)| part.scene_from_part.rotation.inverse() * direction * power),
             part_from_camera: Mat3::from_quat(part_from_camera.rotation),
             eye: part_from_camera.translation,
             columns,

@@ -11,7 +11,7 @@ use crate::sensor::Sensor;
 
 /// A synthetic recording: frames by index, each a function of the config and the index alone.
 ///
-/// A frame of 640x480 costs about 50 ms on one core; with the feature `parallel` its rows are shared among cores, and
+/// A frame costs O(pixels); with the feature `parallel` its rows are shared among cores, and
 /// the bits stay the same.
 ///
 /// ```
