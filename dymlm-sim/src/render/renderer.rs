@@ -104,9 +104,9 @@ fn render_band(mut band: Band<'_>, camera: &PinholeCamera, views: &[View<'_>]) {
         candidates.extend(views.iter().filter(|view| view.overlaps(columns, rows)));
         for v in rows[0]..rows[1] {
             let y = ((v as f64 - camera.cy()) / camera.fy()) as f32;
-            for u in columns[0]..columns[1] {
+            for (u, &x) in ray_x.iter().enumerate().take(columns[1]).skip(columns[0]) {
                 let pixel = (v - rows[0]) * band.width + u;
-                shade_pixel(&mut band, pixel, [u, v], Vec3::new(ray_x[u], y, 1.0), &candidates);
+                shade_pixel(&mut band, pixel, [u, v], Vec3::new(x, y, 1.0), &candidates);
             }
         }
     }
