@@ -58,7 +58,9 @@ pub(crate) fn render(camera: &PinholeCamera, scene_from_camera: &Pose3, parts: &
     #[cfg(feature = "parallel")]
     bands.into_par_iter().for_each(|band| render_band(band, camera, &views));
     #[cfg(not(feature = "parallel"))]
-    bands.into_iter().for_each(|band| render_band(band, camera, &views));
+    for band in bands {
+        render_band(band, camera, &views);
+    }
     rendering
 }
 
