@@ -1,0 +1,160 @@
+"""Do the contestants compute the same? One function an operation: from output files to a verdict for each contestant."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .files import read_core, read_labels, read_leaves, read_points, read_states
+
+
+@dataclass
+class Agreement:
+    """`good` is False only where something exact was promised and does not hold."""
+
+    text: str
+    good: bool = True
+
+
+Outputs = dict[str, Path]
+OURS = "dymlm"
+
+
+def ours(outputs: Outputs) -> list[str]:
+    return [name for name in outputs if name.startswith(OURS)]
+
+
+def dbscan(_: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against scikit-learn: same clusters of core points, same noise. Border points may go to any cluster they touch."""
+    reference = "scikit-learn"
+    if reference not in outputs:
+        return {name: Agreement("no scikit-learn to compare with") for name in outputs}
+    labels, core = read_labels(outputs[reference]), read_core(outputs[reference])
+    clusters, noise = labels.max() + 1, np.count_nonzero(labels < 0)
+    agreements = {reference: Agreement(f"the reference: {clusters} clusters, {noise} noise, {core.sum()} core points")}
+    for name, path in outputs.items():
+        if name == reference:
+            continue
+        other = read_labels(path)
+        moved = np.count_nonzero(core) - matched(labels[core], other[core])
+        noise_differs = np.count_nonzero((labels < 0) != (other < 0))
+        border = np.count_nonzero(~core & (labels >= 0))
+        elsewhere = border - matched_like(labels, other, core, ~core & (labels >= 0))
+        same = moved == 0 and noise_differs == 0 and other.max() + 1 == clusters
+        if same:
+            text = f"same clusters of core points, same noise; {elsewhere} of {border} border points elsewhere"
+        else:
+            text = f"{other.max() + 1} clusters, {moved} core points elsewhere, noise differs at {noise_differs} points"
+        agreements[name] = Agreement(text, same or name not in ours(outputs))
+    return agreements
+
+
+def partners(a: np.ndarray, b: np.ndarray) -> dict[int, int]:
+    """For each label of `a` the label of `b` it shares most points with, where that holds the other way round too."""
+    pairs, counts = np.unique(np.stack([a, b]), axis=1, return_counts=True)
+    best_of_a, best_of_b = {}, {}
+    for (left, right), _ in sorted(zip(pairs.T.tolist(), counts.tolist()), key=lambda pair: -pair[1]):
+        if right >= 0:
+            best_of_a.setdefault(left, right)
+            best_of_b.setdefault(right, left)
+    return {left: right for left, right in best_of_a.items() if best_of_b[right] == left}
+
+
+def matched(a: np.ndarray, b: np.ndarray) -> int:
+    """Points whose labels correspond."""
+    return count_partners(partners(a, b), a, b)
+
+
+def matched_like(a: np.ndarray, b: np.ndarray, learn: np.ndarray, ask: np.ndarray) -> int:
+    """Points of `ask` whose labels correspond as those of `learn` do."""
+    return count_partners(partners(a[learn], b[learn]), a[ask], b[ask])
+
+
+def count_partners(partner: dict[int, int], a: np.ndarray, b: np.ndarray) -> int:
+    table = np.full(max(a.max(initial=0), 0) + 2, -2)
+    for left, right in partner.items():
+        table[left] = right
+    return int(np.count_nonzero(table[a] == b))
+
+
+def voxel_grid(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against the definition, computed here: voxel floor(p / size), centroid in double precision."""
+    size = parameters["voxel_size"]
+    keys, centroids = exact_voxels(read_points(Path(parameters["input"])), size)
+    agreements = {}
+    for name, path in outputs.items():
+        points = read_points(path)
+        if name == "Open3D":
+            agreements[name] = Agreement(f"{len(points)} voxels of {len(keys)}; its lattice begins at the cloud's corner")
+            continue
+        # A centroid may round onto its voxel's border, so it is looked up by the nearest centroid instead of its key.
+        distance = nearest_distances(centroids, points)
+        off = np.count_nonzero(distance > 1e-5)
+        text = f"{len(points)} voxels of {len(keys)}, centroids within {distance.max() * 1e6:.2g} um"
+        if off:
+            text += f", {off} off by more than 10 um (points on a border between voxels)"
+        exact = len(points) == len(keys) and distance.max() <= 1e-6
+        agreements[name] = Agreement(text, exact or name not in ours(outputs))
+    return agreements
+
+
+def exact_voxels(points: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    points = points.astype(np.float64)
+    index = np.floor(points * (1 / size)).astype(np.int64)
+    packed = ((index[:, 0] + (1 << 20)) << 42) | ((index[:, 1] + (1 << 20)) << 21) | (index[:, 2] + (1 << 20))
+    keys, voxel, counts = np.unique(packed, return_inverse=True, return_counts=True)
+    sums = [np.bincount(voxel, weights=points[:, axis]) for axis in range(3)]
+    return keys, np.stack(sums, axis=1) / counts[:, None]
+
+
+def nearest_distances(points: np.ndarray, queries: np.ndarray) -> np.ndarray:
+    from scipy.spatial import cKDTree
+
+    return cKDTree(points).query(queries.astype(np.float64))[0]
+
+
+def octree_leaves(_: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against OctoMap: same leaves, same log-odds to the bit."""
+    reference = next((name for name in outputs if name not in ours(outputs)), None)
+    if reference is None:
+        return {name: Agreement("no OctoMap to compare with") for name in outputs}
+    theirs = read_leaves(outputs[reference])
+    agreements = {reference: Agreement(f"the reference: {theirs.nodes} nodes, {len(theirs.leaves)} leaves")}
+    for name in ours(outputs):
+        mine = read_leaves(outputs[name])
+        if mine.nodes == theirs.nodes and np.array_equal(mine.leaves, theirs.leaves):
+            agreements[name] = Agreement("same nodes, same leaves, same log-odds to the bit")
+        else:
+            both = np.intersect1d(mine.leaves.view("V12"), theirs.leaves.view("V12"))
+            text = f"{mine.nodes} nodes, {len(mine.leaves)} leaves, of which {len(both)} are equal"
+            agreements[name] = Agreement(text, good=False)
+    return agreements
+
+
+def octree_hits(_: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against OctoMap: same rays hit, and the same cells."""
+    return exactly_equal(outputs, read_points, "rays end at the same cells", lambda hits: f"{np.count_nonzero(~np.isnan(hits[:, 0]))} of {len(hits)} rays hit")
+
+
+def octree_states(_: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against OctoMap: same states."""
+    def tally(states):
+        unknown, free, occupied = np.bincount(states, minlength=3)
+        return f"{occupied} occupied, {free} free, {unknown} unknown"
+
+    return exactly_equal(outputs, read_states, "same states", tally)
+
+
+def exactly_equal(outputs: Outputs, read, same: str, describe) -> dict[str, Agreement]:
+    reference = next((name for name in outputs if name not in ours(outputs)), None)
+    if reference is None:
+        return {name: Agreement("no OctoMap to compare with") for name in outputs}
+    theirs = read(outputs[reference])
+    agreements = {reference: Agreement("the reference: " + describe(theirs))}
+    for name in ours(outputs):
+        mine = read(outputs[name])
+        rows = lambda values: values.reshape(len(values), -1)
+        equal = (rows(mine) == rows(theirs)) | ((rows(mine) != rows(mine)) & (rows(theirs) != rows(theirs)))
+        differ = len(equal) - np.count_nonzero(equal.all(axis=1))
+        agreements[name] = Agreement(f"{differ} of {len(equal)} differ" if differ else same, good=differ == 0)
+    return agreements

@@ -1,0 +1,75 @@
+"""Builds and starts the programs that run the libraries."""
+
+import importlib.metadata
+import importlib.util
+import json
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from .program import Program
+
+PYTHON_PEERS = {"dbscan": "dbscan", "scikit-learn": "sklearn", "Open3D": "open3d"}
+
+
+@dataclass
+class Contestants:
+    """The running programs by the name of their library, and the versions of the libraries."""
+
+    programs: dict[str, Program]
+    versions: dict[str, str]
+
+    def close(self) -> None:
+        for program in set(self.programs.values()):
+            program.close()
+
+
+def contestants(here: Path, root: Path, pin: list[str]) -> Contestants:
+    """All that can be had on this machine; a line is printed for each that cannot."""
+    found = Contestants({}, {})
+    add_ours(found, root, pin)
+    add_cpp_peers(found, here, pin)
+    add_python_peers(found, here, pin)
+    return found
+
+
+def add_ours(found: Contestants, root: Path, pin: list[str]) -> None:
+    print("building ours: cargo build --release -p dymlm-benches --bin compare_ours", flush=True)
+    command = ["cargo", "build", "--release", "-p", "dymlm-benches", "--bin", "compare_ours"]
+    built = subprocess.run(
+        [*command, "--message-format=json-render-diagnostics"], cwd=root, check=True, stdout=subprocess.PIPE, text=True
+    )
+    messages = map(json.loads, built.stdout.splitlines())
+    executable = next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "compare_ours")
+    found.programs["dymlm"] = Program([*pin, executable])
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=root, stdout=subprocess.PIPE, text=True)
+    found.versions["dymlm"] = commit.stdout.strip() or "unknown"
+
+
+def add_cpp_peers(found: Contestants, here: Path, pin: list[str]) -> None:
+    if shutil.which("cmake") is None:
+        print("no cmake: OctoMap and PCL are left out")
+        return
+    build = here / "build" / "peers"
+    configured = subprocess.run(["cmake", "-S", here, "-B", build], stdout=subprocess.PIPE, text=True)
+    if configured.returncode != 0 or subprocess.run(["cmake", "--build", build], stdout=subprocess.DEVNULL).returncode != 0:
+        print("the C++ peers cannot be built: OctoMap and PCL are left out")
+        return
+    print("\n".join(re.findall(r"peer missing: .*", configured.stdout)))
+    program = Program([*pin, str(build / "peers")])
+    for name, version in re.findall(r"peer found: (\w+) (\S+)", configured.stdout):
+        found.programs[name] = program
+        found.versions[name] = f"{version} (Debian's)"
+
+
+def add_python_peers(found: Contestants, here: Path, pin: list[str]) -> None:
+    for name, module in PYTHON_PEERS.items():
+        if importlib.util.find_spec(module) is None:
+            print(f"peer missing: {name}")
+            continue
+        # A process each, so that no library meets another's threads or memory.
+        found.programs[name] = Program([*pin, sys.executable, "-m", "harness.python_peer", module], cwd=here)
+        found.versions[name] = importlib.metadata.version(name.lower())

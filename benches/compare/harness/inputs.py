@@ -1,0 +1,147 @@
+"""Seeded inputs, written once into the build folder."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from . import scenes
+from .files import Scan, write_frames, write_points
+
+SEED = 7
+# Goes up when an input is made in another way, so that old files are not taken for new ones.
+RECIPE = 2
+FRAMES = 30
+
+
+@dataclass
+class Inputs:
+    """Where the inputs are, and what they are."""
+
+    folder: Path
+    # One line for each input.
+    description: dict[str, str]
+
+    def path(self, name: str) -> Path:
+        return self.folder / name
+
+
+def prepare(folder: Path, data: Path) -> Inputs:
+    """Writes what is not there yet."""
+    kitchen = data / "kitchen"
+    real = (kitchen / "groundtruth.txt").exists()
+    folder = folder.with_name(f"{folder.name}_{RECIPE}_{'kitchen' if real else 'room'}")
+    described = folder / "description.json"
+    if not described.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        print(f"making inputs in {folder}", flush=True)
+        described.write_text(json.dumps(make(folder, kitchen if real else None), indent=1))
+    return Inputs(folder, json.loads(described.read_text()))
+
+
+def make(folder: Path, kitchen: Path | None) -> dict[str, str]:
+    rng = np.random.default_rng(SEED)
+    description = {}
+    for name, count in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)]:
+        write_points(folder / f"blobs_{name}.points", blobs(count, rng))
+        description[f"{name} blobs"] = f"{count} points in blobs of 20 cm, 1000 a blob and cubic metre, 5 % noise"
+
+    if kitchen is None:
+        print("no kitchen/ in the data folder: a synthetic room takes its place", flush=True)
+        frames = scenes.room(FRAMES, rng)
+        frame = max(frames, key=lambda scan: len(scan.points)).points
+        where = "synthetic room"
+    else:
+        frames = kitchen_frames(kitchen, FRAMES)
+        frame = fullest_frame(kitchen)
+        where = "kitchen recording"
+    write_points(folder / "frame.points", frame)
+    write_frames(folder / "frames.frames", frames)
+    description["frame"] = f"the fullest depth frame of the {where}, unfiltered: {len(frame)} points, camera frame"
+    description["30 frames"] = f"{FRAMES} posed frames of the {where}, {describe_frames(frames)}"
+
+    halls = scenes.hall(6, rng)
+    write_frames(folder / "hall.frames", halls)
+    description["hall"] = f"6 posed frames of a synthetic hall of 5 x 3 m, far wall 6 m away, {describe_frames(halls)}"
+
+    write_points(folder / "scattered.points", scattered_points(frames, 1_000_000, rng))
+    description["scattered points"] = "1000000 points on the 30 frames' lines of sight, in random order"
+    surfaces = np.concatenate([scan.points for scan in frames[::7]])
+    write_points(folder / "surfaces.points", surfaces)
+    description["scan-ordered points"] = f"{len(surfaces)} readings of 5 of the 30 frames, in the order of the pixels"
+    write_points(folder / "rays.rays", rays(frames, 100_000, rng))
+    description["rays"] = "100000 rays, from a sensor position towards a reading of any frame, both at random"
+    return description
+
+
+def blobs(count: int, rng: np.random.Generator) -> np.ndarray:
+    """The distribution of `dymlm_benches::blobs`."""
+    blob_count = max(count // 1000, 1)
+    side = np.cbrt(blob_count)
+    centers = rng.uniform(0, side, (blob_count, 3))
+    index = np.arange(count)
+    points = centers[index % blob_count] + rng.uniform(-0.1, 0.1, (count, 3, 3)).sum(axis=1)
+    noise = index % 20 == 0
+    points[noise] = rng.uniform(0, side, (noise.sum(), 3))
+    return points.astype(np.float32)
+
+
+def kitchen_depth(kitchen: Path, name: str) -> np.ndarray:
+    """The readings of a depth image in the camera's frame, metres, float64."""
+    import open3d
+
+    camera = json.loads((kitchen / "camera.json").read_text())
+    z = np.asarray(open3d.io.read_image(str(kitchen / name))) / camera["depth_scale"]
+    v, u = np.nonzero(z)
+    z = z[v, u]
+    return np.stack([(u - camera["cx"]) / camera["fx"] * z, (v - camera["cy"]) / camera["fy"] * z, z], axis=1)
+
+
+def kitchen_listing(kitchen: Path) -> list[str]:
+    lines = (kitchen / "associations.txt").read_text().splitlines()
+    return [line.split()[3] for line in lines if line and not line.startswith("#")]
+
+
+def fullest_frame(kitchen: Path) -> np.ndarray:
+    return max((kitchen_depth(kitchen, name) for name in kitchen_listing(kitchen)), key=len).astype(np.float32)
+
+
+def kitchen_frames(kitchen: Path, count: int) -> list[Scan]:
+    """Frames spread evenly over the sequence, in the world."""
+    names, poses = kitchen_listing(kitchen), np.loadtxt(kitchen / "groundtruth.txt")
+    scans = []
+    for i in np.arange(count) * len(names) // count:
+        _, tx, ty, tz, x, y, z, w = poses[i]
+        rotation = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        origin = np.array([tx, ty, tz])
+        points = kitchen_depth(kitchen, names[i]) @ rotation.T + origin
+        scans.append(Scan(origin.astype(np.float32), points.astype(np.float32)))
+    return scans
+
+
+def describe_frames(scans: list[Scan]) -> str:
+    distances = np.concatenate([np.linalg.norm(scan.points - scan.origin, axis=1) for scan in scans])
+    low, middle, high = np.percentile(distances, [5, 50, 95])
+    points = len(distances) // len(scans)
+    return f"{points} points a frame, distances {low:.1f} / {middle:.1f} / {high:.1f} m (5 %, median, 95 %)"
+
+
+def scattered_points(scans: list[Scan], count: int, rng: np.random.Generator) -> np.ndarray:
+    chosen = [scans[i] for i in rng.integers(len(scans), size=count)]
+    ends = np.array([scan.points[rng.integers(len(scan.points))] for scan in chosen])
+    origins = np.array([scan.origin for scan in chosen])
+    return origins + rng.random((count, 1)) * (ends - origins)
+
+
+def rays(scans: list[Scan], count: int, rng: np.random.Generator) -> np.ndarray:
+    origins = np.array([scans[i].origin for i in rng.integers(len(scans), size=count)])
+    seen = [scans[i] for i in rng.integers(len(scans), size=count)]
+    targets = np.array([scan.points[rng.integers(len(scan.points))] for scan in seen])
+    return np.concatenate([origins, targets - origins], axis=1)

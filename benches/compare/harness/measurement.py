@@ -1,0 +1,103 @@
+"""Interleaved runs: in each round every contestant runs once, so that all meet the same disturbances."""
+
+import statistics
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .agreement import Agreement
+from .build import Contestants
+from .program import Refused, Timing
+from .rows import Entrant, Row
+
+# A contestant that takes longer than this a run, in seconds, runs only as often as fits into its budget.
+SLOW, SLOW_BUDGET = 10.0, 40.0
+
+
+@dataclass
+class Result:
+    """One contestant in one row."""
+
+    entrant: Entrant
+    timings: list[Timing] = field(default_factory=list)
+    # Why there is no timing.
+    refusal: str | None = None
+    agreement: Agreement | None = None
+    output: Path | None = None
+
+    def seconds(self, clock: str) -> float:
+        """Median."""
+        return statistics.median(getattr(timing, clock) for timing in self.timings)
+
+
+@dataclass
+class Outcome:
+    """A row with what was measured."""
+
+    row: Row
+    results: list[Result]
+
+    @property
+    def agreed(self) -> bool:
+        return all(result.agreement is None or result.agreement.good for result in self.results)
+
+
+def measure(rows: list[Row], contestants: Contestants, runs: int, folder: Path) -> list[Outcome]:
+    folder.mkdir(parents=True, exist_ok=True)
+    outcomes = []
+    for row in rows:
+        start = time.monotonic()
+        print(f"{row.name} ..", end="", flush=True)
+        outcomes.append(run_row(row, contestants, runs, folder))
+        print(f" {time.monotonic() - start:.0f} s", flush=True)
+    return outcomes
+
+
+def run_row(row: Row, contestants: Contestants, runs: int, folder: Path) -> Outcome:
+    results = [Result(entrant) for entrant in row.entrants if entrant.library in contestants.programs]
+    first_runs(row, contestants, results, folder)
+    check(row, results)
+
+    wanted = {id(result): wanted_runs(result, runs) for result in results}
+    for _ in range(runs):
+        for result in results:
+            if result.refusal is None and len(result.timings) < wanted[id(result)]:
+                result.timings.append(run_once(row, contestants, result.entrant))
+    return Outcome(row, results)
+
+
+def first_runs(row: Row, contestants: Contestants, results: list[Result], folder: Path) -> None:
+    """The first run warms up and leaves its output for the check."""
+    for i, result in enumerate(results):
+        result.output = folder / f"{i}.output"
+        try:
+            result.timings.append(run_once(row, contestants, result.entrant, {"result": result.output}))
+        except Refused as refused:
+            result.refusal = str(refused)
+
+
+def wanted_runs(result: Result, runs: int) -> int:
+    """How many runs count. A slow contestant's first run does, any other's was for warming up."""
+    if result.refusal is not None:
+        return 0
+    first = result.timings[0].cpu
+    if first > SLOW:
+        return max(1, min(runs, int(SLOW_BUDGET / first)))
+    result.timings.clear()
+    return runs
+
+
+def run_once(row: Row, contestants: Contestants, entrant: Entrant, more: dict | None = None) -> Timing:
+    parameters = row.parameters | entrant.parameters | (more or {})
+    return contestants.programs[entrant.library].run(row.operation, parameters)
+
+
+def check(row: Row, results: list[Result]) -> None:
+    """Compares outputs, which are large and only kept as long."""
+    ran = [result for result in results if result.refusal is None]
+    agreements = row.check(row.parameters, {result.entrant.name: result.output for result in ran})
+    for result in ran:
+        result.agreement = agreements.get(result.entrant.name)
+    for result in ran:
+        result.output.unlink()
+        result.output.with_suffix(".core").unlink(missing_ok=True)

@@ -1,0 +1,125 @@
+"""What was measured, as text, JSON and Markdown."""
+
+import json
+from dataclasses import dataclass
+
+from .measurement import Outcome, Result
+
+
+@dataclass
+class Verdict:
+    """A row in short: ours against the peer that its aim names, or the best."""
+
+    ours: Result
+    peer: Result
+    ratio: float
+
+    @classmethod
+    def of(cls, outcome: Outcome, clock: str) -> "Verdict | None":
+        timed = [result for result in outcome.results if result.timings]
+        ours = next((result for result in timed if result.entrant.name == "dymlm"), None)
+        aim = outcome.row.aim
+        against = aim.against if aim else None
+        peers = [r for r in timed if r.entrant.library != "dymlm" and against in (None, r.entrant.name)]
+        if ours is None or not peers:
+            return None
+        peer = min(peers, key=lambda result: result.seconds(clock))
+        return cls(ours, peer, peer.seconds(clock) / ours.seconds(clock))
+
+
+class Report:
+    def __init__(self, outcomes: list[Outcome], machine: dict, clock: str, inputs: dict[str, str]):
+        self.outcomes, self.machine, self.clock, self.inputs = outcomes, machine, clock, inputs
+
+    def text(self) -> str:
+        tables = [self.summary(), self.details()]
+        return "\n" + self.headline() + "\n\n" + "\n\n".join(map(plain_table, tables))
+
+    def markdown(self) -> str:
+        inputs = "\n".join(f"- {name}: {text}" for name, text in self.inputs.items())
+        summary, details = markdown_table(self.summary()), markdown_table(self.details())
+        return f"{self.headline()}\n\n{summary}\n\nAll contestants:\n\n{details}\n\nInputs:\n\n{inputs}\n"
+
+    def json(self) -> str:
+        rows = []
+        for outcome in self.outcomes:
+            verdict, row = Verdict.of(outcome, self.clock), outcome.row
+            rows.append(
+                {
+                    "name": row.name,
+                    "operation": row.operation,
+                    "parameters": {key: str(value) for key, value in row.parameters.items()},
+                    "unit": row.unit,
+                    "count": row.count,
+                    "aim": row.aim.factor if row.aim else None,
+                    "ratio": verdict.ratio if verdict else None,
+                    "peer": verdict.peer.entrant.name if verdict else None,
+                    "contestants": [contestant(result) for result in outcome.results],
+                }
+            )
+        return json.dumps({"machine": self.machine, "clock": self.clock, "inputs": self.inputs, "rows": rows}, indent=1)
+
+    def headline(self) -> str:
+        machine, clock = self.machine, {"cpu": "processor time", "wall": "wall time"}[self.clock]
+        versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
+        return (
+            f"{machine['date']}, {machine['cpu']} at {machine['ghz']} GHz, {machine['cores']} cores (load {machine['load']}); "
+            f"one thread on one core each, medians of interleaved runs, {clock}. {versions}."
+        )
+
+    def summary(self) -> list[list[str]]:
+        table = [["comparison", "dymlm", "peer", "its time", "ratio", "aim", "agrees"]]
+        for outcome in self.outcomes:
+            verdict, row = Verdict.of(outcome, self.clock), outcome.row
+            if verdict is None:
+                table.append([row.name, "", "none ran", "", "", "", ""])
+                continue
+            aim = "" if row.aim is None else f"{row.aim.factor:g}x" + (" met" if verdict.ratio >= row.aim.factor else " MISSED")
+            times = [self.time(outcome, result) for result in (verdict.ours, verdict.peer)]
+            agrees = "yes" if outcome.agreed else "NO"
+            table.append([row.name, times[0], verdict.peer.entrant.name, times[1], f"{verdict.ratio:.1f}x", aim, agrees])
+        return table
+
+    def details(self) -> list[list[str]]:
+        table = [["comparison", "contestant", "median", "per", "runs", "times ours", "agreement"]]
+        for outcome in self.outcomes:
+            ours = next((r for r in outcome.results if r.entrant.name == "dymlm" and r.timings), None)
+            for result in outcome.results:
+                start = [outcome.row.name, result.entrant.name]
+                if not result.timings:
+                    table.append([*start, "", "", "", "", f"refused: {result.refusal}"])
+                    continue
+                times = f"{result.seconds(self.clock) / ours.seconds(self.clock):.2f}" if ours else ""
+                agreement = result.agreement.text if result.agreement else ""
+                table.append([*start, self.time(outcome, result), outcome.row.unit, str(len(result.timings)), times, agreement])
+        return table
+
+    def time(self, outcome: Outcome, result: Result) -> str:
+        seconds = result.seconds(self.clock) / outcome.row.count
+        for unit, scale in [("s", 1), ("ms", 1e-3), ("us", 1e-6)]:
+            if seconds >= scale:
+                return f"{seconds / scale:.3g} {unit}"
+        return f"{seconds / 1e-9:.3g} ns"
+
+
+def contestant(result: Result) -> dict:
+    return {
+        "name": result.entrant.name,
+        "library": result.entrant.library,
+        "refusal": result.refusal,
+        "agreement": result.agreement.text if result.agreement else None,
+        "agrees": result.agreement.good if result.agreement else None,
+        "wall_s": [timing.wall for timing in result.timings],
+        "cpu_s": [timing.cpu for timing in result.timings],
+    }
+
+
+def plain_table(table: list[list[str]]) -> str:
+    widths = [max(len(row[i]) for row in table) for i in range(len(table[0]))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in table]
+    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
+
+
+def markdown_table(table: list[list[str]]) -> str:
+    header, *rows = ["| " + " | ".join(row) + " |" for row in table]
+    return "\n".join([header, "|" + " --- |" * len(table[0]), *rows])

@@ -1,0 +1,144 @@
+"""The table: what is compared. A later comparison is one more entry here, and its functions in the programs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from . import agreement
+from .inputs import Inputs
+
+
+@dataclass
+class Entrant:
+    """A contestant of a row: how it is called there, whose program runs it, and what is said to it alone."""
+
+    name: str
+    library: str
+    parameters: dict = field(default_factory=dict)
+
+
+@dataclass
+class Aim:
+    """How many times faster than `against` ours is to be; against the best peer when that is not named."""
+
+    factor: float
+    against: str | None = None
+
+
+@dataclass
+class Row:
+    """One comparison. Times are divided by `count` and shown per `unit`."""
+
+    name: str
+    operation: str
+    parameters: dict
+    entrants: list[Entrant]
+    check: Callable[[dict, agreement.Outputs], dict[str, agreement.Agreement]]
+    aim: Aim | None = None
+    unit: str = "run"
+    count: int = 1
+
+
+# Ours with working memory and output of the run before, as in a loop over frames, and without.
+OURS_KEPT = Entrant("dymlm", "dymlm", {"buffers": "kept"})
+OURS_FRESH = Entrant("dymlm, fresh buffers", "dymlm", {"buffers": "fresh"})
+OURS = Entrant("dymlm", "dymlm")
+
+
+def rows(inputs: Inputs, quick: bool) -> list[Row]:
+    return [*dbscan_rows(inputs, quick), *voxel_grid_rows(inputs, quick), *octree_rows(inputs, quick)]
+
+
+def dbscan_rows(inputs: Inputs, quick: bool) -> list[Row]:
+    clouds = [("10k blobs", "blobs_10k", 4), ("100k blobs", "blobs_100k", 4), ("1M blobs", "blobs_1M", 4), ("frame", "frame", 2)]
+    peers = [Entrant(name, name) for name in ["dbscan", "scikit-learn", "Open3D"]]
+    return [
+        Row(
+            name=f"DBSCAN, {cloud}",
+            operation="dbscan",
+            parameters={"input": inputs.path(f"{file}.points"), "eps": 0.05, "min_points": 10},
+            entrants=[OURS_KEPT, OURS_FRESH, *peers],
+            check=agreement.dbscan,
+            aim=Aim(factor),
+        )
+        for cloud, file, factor in clouds[: 2 if quick else 4]
+    ]
+
+
+def voxel_grid_rows(inputs: Inputs, quick: bool) -> list[Row]:
+    clouds = [("frame", "frame"), ("1M blobs", "blobs_1M")]
+    return [
+        Row(
+            name=f"voxel grid 1 cm, {cloud}",
+            operation="voxel_grid",
+            parameters={"input": inputs.path(f"{file}.points"), "voxel_size": 0.01},
+            entrants=[OURS_KEPT, OURS_FRESH, Entrant("PCL", "PCL", {"buffers": "kept"}), Entrant("Open3D", "Open3D")],
+            check=agreement.voxel_grid,
+            aim=Aim(3),
+        )
+        for cloud, file in clouds[: 1 if quick else 2]
+    ]
+
+
+def octree_rows(inputs: Inputs, quick: bool) -> list[Row]:
+    room, hall = ("30 frames", "frames", 5.0, 6), ("hall", "hall", "inf", 12)
+    # Scene, cell size, rays, number of frames, the same for --quick (0: left out).
+    insertions = [
+        (room, 0.05, "per_cell", 30, 10), (room, 0.02, "per_cell", 30, 2), (hall, 0.05, "per_cell", 6, 2), (hall, 0.02, "per_cell", 1, 0),
+        (room, 0.05, "per_point", 5, 2), (room, 0.02, "per_point", 2, 0), (hall, 0.05, "per_point", 1, 0),
+    ]  # fmt: skip
+    insertion_rows = [
+        insertion_row(inputs, scene, size, rays, quick_frames if quick else frames)
+        for scene, size, rays, frames, quick_frames in insertions
+        if frames and (quick_frames or not quick)
+    ]
+    return insertion_rows + query_rows(inputs)
+
+
+def insertion_row(inputs: Inputs, scene: tuple, size: float, rays: str, frames: int) -> Row:
+    name, file, max_range, factor = scene
+    plain = rays == "per_point"
+    return Row(
+        name=f"octree insertion {size * 100:.0f} cm, {name}" + (", a ray a point" if plain else ""),
+        operation="octree_insert",
+        parameters={
+            "frames": inputs.path(f"{file}.frames"), "limit": frames, "resolution": size, "max_range": max_range, "rays": rays,
+        },
+        entrants=[OURS, Entrant("OctoMap" if plain else "OctoMap, discretized", "OctoMap")],
+        check=agreement.octree_leaves,
+        aim=None if plain else Aim(factor, "OctoMap, discretized"),
+        unit=f"frame ({frames})",
+        count=frames,
+    )  # fmt: skip
+
+
+def query_rows(inputs: Inputs) -> list[Row]:
+    map_of = {"frames": inputs.path("frames.frames"), "resolution": 0.05, "max_range": 5.0, "rays": "per_cell"}
+    by_map, by_accessor = Entrant("dymlm, plain", "dymlm", {"reader": "map"}), Entrant("dymlm", "dymlm", {"reader": "accessor"})
+    octomap = Entrant("OctoMap", "OctoMap")
+    queries = [
+        Row(
+            name=f"octree query, {points}",
+            operation="octree_query",
+            parameters=map_of | {"points": inputs.path(f"{file}.points")},
+            entrants=[*entrants, octomap],
+            check=agreement.octree_states,
+            aim=Aim(2),
+            unit="query",
+            count=inputs.path(f"{file}.points").stat().st_size // 12,
+        )
+        for points, file, entrants in [
+            ("scattered points", "scattered", [Entrant("dymlm", "dymlm", {"reader": "map"})]),
+            ("scan-ordered points", "surfaces", [by_accessor, by_map]),
+        ]
+    ]
+    casts = Row(
+        name="octree ray cast",
+        operation="octree_cast",
+        parameters=map_of | {"rays_file": inputs.path("rays.rays"), "cast_range": 10.0},
+        entrants=[OURS, octomap],
+        check=agreement.octree_hits,
+        aim=Aim(2),
+        unit="ray",
+        count=100_000,
+    )
+    return [*queries, casts]

@@ -1,0 +1,61 @@
+//! Our side of `benches/compare`: runs one operation on given input whenever it is asked to, and says how long it
+//! took. `compare.py` starts it beside the other libraries' programs, which speak the same protocol:
+//!
+//! - a request is a line on standard input, `operation key=value key=value ..`;
+//! - the answer is a line on standard output, `ok wall_seconds cpu_seconds` or `error message`;
+//! - with `result=PATH` in the request, what was computed is written to that file after the clock has stopped.
+//!
+//! Inputs are read once and kept. Files are raw little-endian numbers, described in [`inputs`] and [`results`].
+
+mod dbscan;
+mod inputs;
+mod octree;
+mod request;
+mod results;
+mod timing;
+mod voxel_grid;
+
+use std::error::Error;
+use std::io::{BufRead, Write, stdin, stdout};
+
+use request::Request;
+use timing::Timing;
+
+/// Whatever goes wrong goes to the script as text.
+type Failure = Box<dyn Error>;
+
+/// What each operation keeps between requests.
+#[derive(Default)]
+struct Contestant {
+    inputs: inputs::Inputs,
+    dbscan: dbscan::Buffers,
+    voxel_grid: voxel_grid::Buffers,
+    octree: octree::Maps,
+}
+
+impl Contestant {
+    fn run(&mut self, request: &Request) -> Result<Timing, Failure> {
+        match request.operation() {
+            "dbscan" => dbscan::run(request, &mut self.inputs, &mut self.dbscan),
+            "voxel_grid" => voxel_grid::run(request, &mut self.inputs, &mut self.voxel_grid),
+            "octree_insert" => octree::insert(request, &mut self.inputs),
+            "octree_cast" => octree::cast(request, &mut self.inputs, &mut self.octree),
+            "octree_query" => octree::query(request, &mut self.inputs, &mut self.octree),
+            unknown => Err(format!("no operation {unknown}").into()),
+        }
+    }
+}
+
+fn main() -> Result<(), Failure> {
+    let mut contestant = Contestant::default();
+    for line in stdin().lock().lines() {
+        let answer = match Request::parse(&line?).and_then(|request| contestant.run(&request)) {
+            Ok(Timing { wall, cpu }) => format!("ok {:.9} {:.9}", wall.as_secs_f64(), cpu.as_secs_f64()),
+            Err(failure) => format!("error {failure}"),
+        };
+        let mut out = stdout().lock();
+        writeln!(out, "{answer}")?;
+        out.flush()?;
+    }
+    Ok(())
+}
