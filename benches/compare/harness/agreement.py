@@ -1,4 +1,4 @@
-"""Do the contestants compute the same? One function an operation: from output files to a verdict for each contestant."""
+"""Do the contestants compute the same? One function an operation, from output files to a verdict for each."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,7 @@ def ours(outputs: Outputs) -> list[str]:
 
 
 def dbscan(_: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """Against scikit-learn: same clusters of core points, same noise. Border points may go to any cluster they touch."""
+    """Against scikit-learn: same clusters of core points, same noise. Border points may go to any cluster in reach."""
     reference = "scikit-learn"
     if reference not in outputs:
         return {name: Agreement("no scikit-learn to compare with") for name in outputs}
@@ -54,7 +54,7 @@ def partners(a: np.ndarray, b: np.ndarray) -> dict[int, int]:
     pairs, counts = np.unique(np.stack([a, b]), axis=1, return_counts=True)
     best_of_a, best_of_b = {}, {}
     for (left, right), _ in sorted(zip(pairs.T.tolist(), counts.tolist()), key=lambda pair: -pair[1]):
-        if right >= 0:
+        if left >= 0 and right >= 0:
             best_of_a.setdefault(left, right)
             best_of_b.setdefault(right, left)
     return {left: right for left, right in best_of_a.items() if best_of_b[right] == left}
@@ -71,7 +71,8 @@ def matched_like(a: np.ndarray, b: np.ndarray, learn: np.ndarray, ask: np.ndarra
 
 
 def count_partners(partner: dict[int, int], a: np.ndarray, b: np.ndarray) -> int:
-    table = np.full(max(a.max(initial=0), 0) + 2, -2)
+    # Noise, -1, indexes the last entry, which corresponds to nothing.
+    table = np.full(max([a.max(initial=0), *partner]) + 2, -2)
     for left, right in partner.items():
         table[left] = right
     return int(np.count_nonzero(table[a] == b))
@@ -85,14 +86,15 @@ def voxel_grid(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
     for name, path in outputs.items():
         points = read_points(path)
         if name == "Open3D":
-            agreements[name] = Agreement(f"{len(points)} voxels of {len(keys)}; its lattice begins at the cloud's corner")
+            text = f"{len(points)} voxels of {len(keys)}; its lattice begins at the cloud's corner"
+            agreements[name] = Agreement(text)
             continue
         # A centroid may round onto its voxel's border, so it is looked up by the nearest centroid instead of its key.
         distance = nearest_distances(centroids, points)
         off = np.count_nonzero(distance > 1e-5)
-        text = f"{len(points)} voxels of {len(keys)}, centroids within {distance.max() * 1e6:.2g} um"
+        text = f"{len(points)} voxels of {len(keys)}, centroids within {distance.max() * 1e3:.2g} mm"
         if off:
-            text += f", {off} off by more than 10 um (points on a border between voxels)"
+            text += f", {off} off by more than 0.01 mm: points on a border between voxels"
         exact = len(points) == len(keys) and distance.max() <= 1e-6
         agreements[name] = Agreement(text, exact or name not in ours(outputs))
     return agreements
@@ -133,11 +135,16 @@ def octree_leaves(_: dict, outputs: Outputs) -> dict[str, Agreement]:
 
 def octree_hits(_: dict, outputs: Outputs) -> dict[str, Agreement]:
     """Against OctoMap: same rays hit, and the same cells."""
-    return exactly_equal(outputs, read_points, "rays end at the same cells", lambda hits: f"{np.count_nonzero(~np.isnan(hits[:, 0]))} of {len(hits)} rays hit")
+
+    def tally(hits):
+        return f"{np.count_nonzero(~np.isnan(hits[:, 0]))} of {len(hits)} rays hit"
+
+    return exactly_equal(outputs, read_points, "rays end at the same cells", tally)
 
 
 def octree_states(_: dict, outputs: Outputs) -> dict[str, Agreement]:
     """Against OctoMap: same states."""
+
     def tally(states):
         unknown, free, occupied = np.bincount(states, minlength=3)
         return f"{occupied} occupied, {free} free, {unknown} unknown"
@@ -153,8 +160,11 @@ def exactly_equal(outputs: Outputs, read, same: str, describe) -> dict[str, Agre
     agreements = {reference: Agreement("the reference: " + describe(theirs))}
     for name in ours(outputs):
         mine = read(outputs[name])
-        rows = lambda values: values.reshape(len(values), -1)
-        equal = (rows(mine) == rows(theirs)) | ((rows(mine) != rows(mine)) & (rows(theirs) != rows(theirs)))
-        differ = len(equal) - np.count_nonzero(equal.all(axis=1))
+        if mine.shape != theirs.shape:
+            agreements[name] = Agreement(f"{len(mine)} answers, not {len(theirs)}", good=False)
+            continue
+        # NaN, the centre of no cell, equals NaN.
+        equal = (mine == theirs) | ((mine != mine) & (theirs != theirs))
+        differ = len(equal) - np.count_nonzero(equal.reshape(len(equal), -1).all(axis=1))
         agreements[name] = Agreement(f"{differ} of {len(equal)} differ" if differ else same, good=differ == 0)
     return agreements

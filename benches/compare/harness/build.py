@@ -39,14 +39,14 @@ def contestants(here: Path, root: Path, pin: list[str]) -> Contestants:
 def add_ours(found: Contestants, root: Path, pin: list[str]) -> None:
     print("building ours: cargo build --release -p dymlm-benches --bin compare_ours", flush=True)
     command = ["cargo", "build", "--release", "-p", "dymlm-benches", "--bin", "compare_ours"]
-    built = subprocess.run(
-        [*command, "--message-format=json-render-diagnostics"], cwd=root, check=True, stdout=subprocess.PIPE, text=True
-    )
-    messages = map(json.loads, built.stdout.splitlines())
-    executable = next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "compare_ours")
+    command.append("--message-format=json-render-diagnostics")
+    built = subprocess.run(command, cwd=root, check=True, stdout=subprocess.PIPE, text=True)
+    executables = [json.loads(message).get("executable") for message in built.stdout.splitlines()]
+    executable = next(path for path in executables if path and Path(path).name == "compare_ours")
     found.programs["dymlm"] = Program([*pin, executable])
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=root, stdout=subprocess.PIPE, text=True)
-    found.versions["dymlm"] = commit.stdout.strip() or "unknown"
+    describe = ["git", "describe", "--always", "--dirty"]
+    commit = subprocess.run(describe, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    found.versions["dymlm"] = commit.stdout.strip() or "of unknown commit"
 
 
 def add_cpp_peers(found: Contestants, here: Path, pin: list[str]) -> None:
@@ -55,10 +55,12 @@ def add_cpp_peers(found: Contestants, here: Path, pin: list[str]) -> None:
         return
     build = here / "build" / "peers"
     configured = subprocess.run(["cmake", "-S", here, "-B", build], stdout=subprocess.PIPE, text=True)
-    if configured.returncode != 0 or subprocess.run(["cmake", "--build", build], stdout=subprocess.DEVNULL).returncode != 0:
+    built = subprocess.run(["cmake", "--build", build], stdout=subprocess.DEVNULL)
+    if configured.returncode != 0 or built.returncode != 0:
         print("the C++ peers cannot be built: OctoMap and PCL are left out")
         return
-    print("\n".join(re.findall(r"peer missing: .*", configured.stdout)))
+    for missing in re.findall(r"peer missing: .*", configured.stdout):
+        print(missing)
     program = Program([*pin, str(build / "peers")])
     for name, version in re.findall(r"peer found: (\w+) (\S+)", configured.stdout):
         found.programs[name] = program

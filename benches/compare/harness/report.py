@@ -57,14 +57,16 @@ class Report:
                     "contestants": [contestant(result) for result in outcome.results],
                 }
             )
-        return json.dumps({"machine": self.machine, "clock": self.clock, "inputs": self.inputs, "rows": rows}, indent=1)
+        measured = {"machine": self.machine, "clock": self.clock, "inputs": self.inputs, "rows": rows}
+        return json.dumps(measured, indent=1)
 
     def headline(self) -> str:
         machine, clock = self.machine, {"cpu": "processor time", "wall": "wall time"}[self.clock]
+        processor = f"{machine['cpu']} at {machine['ghz']} GHz, {machine['cores']} cores (load {machine['load']})"
         versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
         return (
-            f"{machine['date']}, {machine['cpu']} at {machine['ghz']} GHz, {machine['cores']} cores (load {machine['load']}); "
-            f"one thread on one core each, medians of interleaved runs, {clock}. {versions}."
+            f"{machine['date']}, {processor}; one thread on one core each, medians of interleaved runs, {clock}. "
+            f"{versions}."
         )
 
     def summary(self) -> list[list[str]]:
@@ -74,10 +76,12 @@ class Report:
             if verdict is None:
                 table.append([row.name, "", "none ran", "", "", "", ""])
                 continue
-            aim = "" if row.aim is None else f"{row.aim.factor:g}x" + (" met" if verdict.ratio >= row.aim.factor else " MISSED")
-            times = [self.time(outcome, result) for result in (verdict.ours, verdict.peer)]
+            aim = ""
+            if row.aim is not None:
+                aim = f"{row.aim.factor:g}x " + ("met" if verdict.ratio >= row.aim.factor else "MISSED")
+            ours, theirs = (self.time(outcome, result) for result in (verdict.ours, verdict.peer))
             agrees = "yes" if outcome.agreed else "NO"
-            table.append([row.name, times[0], verdict.peer.entrant.name, times[1], f"{verdict.ratio:.1f}x", aim, agrees])
+            table.append([row.name, ours, verdict.peer.entrant.name, theirs, f"{verdict.ratio:.1f}x", aim, agrees])
         return table
 
     def details(self) -> list[list[str]]:
@@ -91,7 +95,8 @@ class Report:
                     continue
                 times = f"{result.seconds(self.clock) / ours.seconds(self.clock):.2f}" if ours else ""
                 agreement = result.agreement.text if result.agreement else ""
-                table.append([*start, self.time(outcome, result), outcome.row.unit, str(len(result.timings)), times, agreement])
+                median, runs = self.time(outcome, result), str(len(result.timings))
+                table.append([*start, median, outcome.row.unit, runs, times, agreement])
         return table
 
     def time(self, outcome: Outcome, result: Result) -> str:
@@ -108,7 +113,7 @@ def contestant(result: Result) -> dict:
         "library": result.entrant.library,
         "refusal": result.refusal,
         "agreement": result.agreement.text if result.agreement else None,
-        "agrees": result.agreement.good if result.agreement else None,
+        "agrees": bool(result.agreement.good) if result.agreement else None,
         "wall_s": [timing.wall for timing in result.timings],
         "cpu_s": [timing.cpu for timing in result.timings],
     }

@@ -49,7 +49,8 @@ def rows(inputs: Inputs, quick: bool) -> list[Row]:
 
 
 def dbscan_rows(inputs: Inputs, quick: bool) -> list[Row]:
-    clouds = [("10k blobs", "blobs_10k", 4), ("100k blobs", "blobs_100k", 4), ("1M blobs", "blobs_1M", 4), ("frame", "frame", 2)]
+    blobs = [(f"{size} blobs", f"blobs_{size}", 4) for size in ["10k", "100k", "1M"]]
+    clouds = [*blobs, ("frame", "frame", 2)]
     peers = [Entrant(name, name) for name in ["dbscan", "scikit-learn", "Open3D"]]
     return [
         Row(
@@ -83,7 +84,8 @@ def octree_rows(inputs: Inputs, quick: bool) -> list[Row]:
     room, hall = ("30 frames", "frames", 5.0, 6), ("hall", "hall", "inf", 12)
     # Scene, cell size, rays, number of frames, the same for --quick (0: left out).
     insertions = [
-        (room, 0.05, "per_cell", 30, 10), (room, 0.02, "per_cell", 30, 2), (hall, 0.05, "per_cell", 6, 2), (hall, 0.02, "per_cell", 1, 0),
+        (room, 0.05, "per_cell", 30, 10), (room, 0.02, "per_cell", 30, 2),
+        (hall, 0.05, "per_cell", 6, 2), (hall, 0.02, "per_cell", 1, 0),
         (room, 0.05, "per_point", 5, 2), (room, 0.02, "per_point", 2, 0), (hall, 0.05, "per_point", 1, 0),
     ]  # fmt: skip
     insertion_rows = [
@@ -101,7 +103,8 @@ def insertion_row(inputs: Inputs, scene: tuple, size: float, rays: str, frames: 
         name=f"octree insertion {size * 100:.0f} cm, {name}" + (", a ray a point" if plain else ""),
         operation="octree_insert",
         parameters={
-            "frames": inputs.path(f"{file}.frames"), "limit": frames, "resolution": size, "max_range": max_range, "rays": rays,
+            "frames": inputs.path(f"{file}.frames"), "limit": frames, "resolution": size,
+            "max_range": max_range, "rays": rays,
         },
         entrants=[OURS, Entrant("OctoMap" if plain else "OctoMap, discretized", "OctoMap")],
         check=agreement.octree_leaves,
@@ -113,7 +116,7 @@ def insertion_row(inputs: Inputs, scene: tuple, size: float, rays: str, frames: 
 
 def query_rows(inputs: Inputs) -> list[Row]:
     map_of = {"frames": inputs.path("frames.frames"), "resolution": 0.05, "max_range": 5.0, "rays": "per_cell"}
-    by_map, by_accessor = Entrant("dymlm, plain", "dymlm", {"reader": "map"}), Entrant("dymlm", "dymlm", {"reader": "accessor"})
+    by_map, by_accessor = {"reader": "map"}, {"reader": "accessor"}
     octomap = Entrant("OctoMap", "OctoMap")
     queries = [
         Row(
@@ -127,8 +130,12 @@ def query_rows(inputs: Inputs) -> list[Row]:
             count=inputs.path(f"{file}.points").stat().st_size // 12,
         )
         for points, file, entrants in [
-            ("scattered points", "scattered", [Entrant("dymlm", "dymlm", {"reader": "map"})]),
-            ("scan-ordered points", "surfaces", [by_accessor, by_map]),
+            ("scattered points", "scattered", [Entrant("dymlm", "dymlm", by_map)]),
+            (
+                "scan-ordered points",
+                "surfaces",
+                [Entrant("dymlm", "dymlm", by_accessor), Entrant("dymlm, plain", "dymlm", by_map)],
+            ),
         ]
     ]
     casts = Row(

@@ -24,7 +24,11 @@ def room(frames: int, rng: np.random.Generator) -> list[Scan]:
     interior = box((-1.6, -1.4, -1.5), (1.6, 1.2, 3.0))
     solids = [box((-0.5, 0.5, 1.4), (0.5, 0.56, 2.2)), box((0.9, -0.4, 2.4), (1.6, 1.2, 3.0))]
     poses = [((0.3 * np.sin(0.2 * i), 0.0, 0.01 * i), 0.5 * np.sin(0.21 * i)) for i in range(frames)]
-    return [scan(interior, solids, *pose, lambda z: 0.0012 + 0.0019 * np.maximum(z - 0.4, 0) ** 2, rng) for pose in poses]
+
+    def axial_noise(z):
+        return 0.0012 + 0.0019 * np.maximum(z - 0.4, 0) ** 2
+
+    return [scan(interior, solids, *pose, axial_noise, rng) for pose in poses]
 
 
 def box(low, high) -> np.ndarray:

@@ -13,11 +13,16 @@ def enter(folder: Path, requirements: Path) -> None:
     if Path(sys.prefix).absolute() == folder:
         return
     python = folder / "bin" / "python"
-    if not python.exists():
+    if not is_complete(python):
         print(f"making the virtual environment {folder}", flush=True)
         venv.create(folder, with_pip=True)
         install(python, requirements)
     os.execv(python, [str(python), *sys.argv])
+
+
+def is_complete(python: Path) -> bool:
+    """Whether there is an environment whose installation was not broken off."""
+    return python.exists() and subprocess.run([python, "-c", "import numpy"], stderr=subprocess.DEVNULL).returncode == 0
 
 
 def install(python: Path, requirements: Path) -> None:
