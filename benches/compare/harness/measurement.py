@@ -39,7 +39,9 @@ class Outcome:
 
     @property
     def agreed(self) -> bool:
-        return all(result.agreement is None or result.agreement.good for result in self.results)
+        """Whether nothing that should agree differs, and ours refused nothing."""
+        refused = any(result.refusal is not None for result in self.results if result.entrant.library == "dymlm")
+        return not refused and all(result.agreement is None or result.agreement.good for result in self.results)
 
 
 def measure(rows: list[Row], contestants: Contestants, runs: int, folder: Path) -> list[Outcome]:
@@ -61,8 +63,8 @@ def run_row(row: Row, contestants: Contestants, runs: int, folder: Path) -> Outc
     wanted = {id(result): wanted_runs(result, runs) for result in results}
     for _ in range(runs):
         for result in results:
-            if result.refusal is None and len(result.timings) < wanted[id(result)]:
-                result.timings.append(run_once(row, contestants, result.entrant))
+            if len(result.timings) < wanted[id(result)]:
+                run_once(row, contestants, result)
     return Outcome(row, results)
 
 
@@ -70,10 +72,7 @@ def first_runs(row: Row, contestants: Contestants, results: list[Result], folder
     """The first run warms up and leaves its output for the check."""
     for i, result in enumerate(results):
         result.output = folder / f"{i}.output"
-        try:
-            result.timings.append(run_once(row, contestants, result.entrant, {"result": result.output}))
-        except Refused as refused:
-            result.refusal = str(refused)
+        run_once(row, contestants, result, {"result": result.output})
 
 
 def wanted_runs(result: Result, runs: int) -> int:
@@ -87,9 +86,15 @@ def wanted_runs(result: Result, runs: int) -> int:
     return runs
 
 
-def run_once(row: Row, contestants: Contestants, entrant: Entrant, more: dict | None = None) -> Timing:
-    parameters = row.parameters | entrant.parameters | (more or {})
-    return contestants.programs[entrant.library].run(row.operation, parameters)
+def run_once(row: Row, contestants: Contestants, result: Result, more: dict | None = None) -> None:
+    """Adds a timing. Who refuses once is not asked again in this row."""
+    if result.refusal is not None:
+        return
+    parameters = row.parameters | result.entrant.parameters | (more or {})
+    try:
+        result.timings.append(contestants.programs[result.entrant.library].run(row.operation, parameters))
+    except Refused as refused:
+        result.refusal = str(refused)
 
 
 def check(row: Row, results: list[Result]) -> None:
