@@ -8,7 +8,8 @@ mod statistical_outlier_removal;
 mod voxel_grid;
 
 pub use cloud_map::{
-    CloudFrameReport, CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, EvidenceConfig, Selection, Support, Verdict,
+    CloudFrameReport, CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, EvidenceConfig, Selection,
+    Support, ThinningConfig, Verdict,
 };
 pub use dbscan::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 pub use statistical_outlier_removal::{

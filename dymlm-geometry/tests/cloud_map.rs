@@ -211,6 +211,65 @@ fn a_ghost_seen_last_is_removed_by_the_frames_before_it() {
     assert_eq!(ghosts(map.point_cloud(Selection::Static).points()), 0);
 }
 
+/// A wall at `depth` as a noisy sensor reads it: normal noise of the axial deviation, the same for every seed.
+fn noisy_wall(seed: u32, depth: f32) -> Frame {
+    frame(f64::from(seed), |u, v| {
+        let uniform = |k: u32| {
+            let mixed = [u as u32, v as u32, seed, k].into_iter().fold(0x9E37_79B9_u32, |hash, part| {
+                // The finalizer of MurmurHash3.
+                let hash = (hash ^ part ^ (hash >> 16)).wrapping_mul(0x85EB_CA6B);
+                let hash = (hash ^ (hash >> 13)).wrapping_mul(0xC2B2_AE35);
+                hash ^ (hash >> 16)
+            });
+            (mixed >> 8) as f32 / (1 << 24) as f32 - 0.5
+        };
+        // The sum of four uniform numbers has deviation 1 / sqrt(3).
+        depth + axial_noise(depth) * 3_f32.sqrt() * (0..4).map(uniform).sum::<f32>()
+    })
+}
+
+#[test]
+fn a_far_noisy_surface_is_thinned() {
+    let mut map = CloudMap::new(config(0.01)).unwrap();
+    for seed in 0..200 {
+        map.insert(&noisy_wall(seed, 3.5), None, &Pose::identity()).unwrap();
+    }
+    let distances = |selection| -> Vec<f32> {
+        let cloud = map.point_cloud(selection);
+        let mut distances: Vec<f32> = cloud.points().iter().map(|point| (point[2] - 3.5).abs()).collect();
+        distances.sort_by(f32::total_cmp);
+        distances
+    };
+    let quantile = |distances: &[f32], percent: usize| distances[distances.len() * percent / 100];
+    let (all, thinned) = (distances(Selection::All), distances(Selection::Static));
+    assert!(quantile(&all, 95) > 0.05, "{}", quantile(&all, 95));
+    assert!(quantile(&thinned, 95) < 0.03, "{}", quantile(&thinned, 95));
+    assert!(quantile(&thinned, 50) < 0.016, "{}", quantile(&thinned, 50));
+    // No hole: each pixel's line of sight keeps a voxel.
+    assert!(thinned.len() > WIDTH * HEIGHT);
+}
+
+#[test]
+fn what_was_seen_from_near_is_left_as_it_is() {
+    // At 0.5 m the deviation is 1.2 mm. The wall lies across a border of voxels, so that one layer is heavier.
+    let mut map = CloudMap::new(config(0.01)).unwrap();
+    for seed in 0..10 {
+        map.insert(&noisy_wall(seed, 0.5), None, &Pose::identity()).unwrap();
+    }
+    let noise = map.voxels().filter(|voxel| voxel.verdict == Verdict::Noise);
+    assert!(noise.map(|voxel| voxel.observations).all(|observations| observations < 2));
+}
+
+#[test]
+fn thinning_can_be_turned_off() {
+    let mut config = config(0.01);
+    config.thinning.min_observations = 1;
+    config.thinning.radius = 0.0;
+    let mut map = CloudMap::new(config).unwrap();
+    map.insert(&noisy_wall(0, 3.5), None, &Pose::identity()).unwrap();
+    assert_eq!(map.point_cloud(Selection::Static), map.point_cloud(Selection::All));
+}
+
 #[test]
 fn a_wrong_verdict_heals() {
     let mut map = CloudMap::new(config(0.02)).unwrap();
@@ -254,7 +313,9 @@ fn evidence_counts_frames_for_and_against() {
     }
     let centre = map
         .voxels()
-        .find(|voxel| voxel.position[2] < 2.0 && voxel.position[0].abs() < 0.05 && voxel.position[1].abs() < 0.05)
+        .find(|voxel| {
+            voxel.position[2] < 2.0 && voxel.position[0].abs() < 0.05 && voxel.position[1].abs() < 0.05
+        })
         .unwrap();
     assert_eq!((centre.evidence.support, centre.evidence.looked_through), (2, 7));
     assert_eq!((centre.observations, centre.verdict), (2, Verdict::Ghost));
@@ -318,7 +379,8 @@ fn a_cloud_has_colours_when_every_frame_had() {
 
 #[test]
 fn configs_are_checked_field_by_field() {
-    let broken: [(&str, fn(&mut CloudMapConfig)); 7] = [
+    type Spoil = fn(&mut CloudMapConfig);
+    let broken: [(&str, Spoil); 10] = [
         ("cloud.voxel_size", |config| config.voxel_size = 0.0),
         ("cloud.min_depth", |config| config.min_depth = f64::NAN),
         ("cloud.max_depth", |config| config.max_depth = 0.2),
@@ -326,6 +388,9 @@ fn configs_are_checked_field_by_field() {
         ("cloud.evidence.margin", |config| config.evidence.margin = -0.1),
         ("cloud.evidence.margin_per_depth", |config| config.evidence.margin_per_depth = f64::INFINITY),
         ("cloud.evidence.looks_per_reading", |config| config.evidence.looks_per_reading = 0.0),
+        ("cloud.thinning.min_observations", |config| config.thinning.min_observations = 0),
+        ("cloud.thinning.radius", |config| config.thinning.radius = -1.0),
+        ("cloud.thinning.min_weight_share", |config| config.thinning.min_weight_share = 1.5),
     ];
     for (field, spoil) in broken {
         let mut config = CloudMapConfig::default();

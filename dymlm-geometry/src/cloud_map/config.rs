@@ -15,11 +15,19 @@ pub struct CloudMapConfig {
     pub max_depth: f64,
     /// Late ghost removal.
     pub evidence: EvidenceConfig,
+    /// Thinning of noise on output.
+    pub thinning: ThinningConfig,
 }
 
 impl Default for CloudMapConfig {
     fn default() -> Self {
-        Self { voxel_size: 0.01, min_depth: 0.3, max_depth: 4.0, evidence: EvidenceConfig::default() }
+        Self {
+            voxel_size: 0.01,
+            min_depth: 0.3,
+            max_depth: 4.0,
+            evidence: EvidenceConfig::default(),
+            thinning: ThinningConfig::default(),
+        }
     }
 }
 
@@ -48,6 +56,29 @@ impl Default for EvidenceConfig {
     }
 }
 
+/// Settings of thinning: which voxels of the static map are but the noise of a surface beside them.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct ThinningConfig {
+    /// Fewest frames that must have read a voxel, 1..=1000000. Default 2: what one frame alone has seen may be a
+    /// flying pixel.
+    pub min_observations: u32,
+    /// How far a voxel looks for heavier ones, in standard deviations of its own readings, 0..=10; at most six
+    /// voxels; 0 = no thinning. Default 2: within it lies 95 % of what was read of the same surface.
+    pub radius: f64,
+    /// A voxel with less than this share of the weight of one within that radius is noise, 0..=1. Default 0.4: what
+    /// lies 1.4 standard deviations off a surface has that share of readings.
+    pub min_weight_share: f64,
+}
+
+impl Default for ThinningConfig {
+    fn default() -> Self {
+        Self { min_observations: 2, radius: 2.0, min_weight_share: 0.4 }
+    }
+}
+
 impl CloudMapConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         check_range("cloud.voxel_size", self.voxel_size, 0.001..=1.0)?;
@@ -56,6 +87,10 @@ impl CloudMapConfig {
         check_range("cloud.evidence.cell_size", self.evidence.cell_size, 0.005..=0.5)?;
         check_range("cloud.evidence.margin", self.evidence.margin, 0.0..=1.0)?;
         check_range("cloud.evidence.margin_per_depth", self.evidence.margin_per_depth, 0.0..=1.0)?;
-        check_range("cloud.evidence.looks_per_reading", self.evidence.looks_per_reading, 0.1..=100.0)
+        check_range("cloud.evidence.looks_per_reading", self.evidence.looks_per_reading, 0.1..=100.0)?;
+        let thinning = &self.thinning;
+        check_range("cloud.thinning.min_observations", f64::from(thinning.min_observations), 1.0..=1e6)?;
+        check_range("cloud.thinning.radius", thinning.radius, 0.0..=10.0)?;
+        check_range("cloud.thinning.min_weight_share", thinning.min_weight_share, 0.0..=1.0)
     }
 }

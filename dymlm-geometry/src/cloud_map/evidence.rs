@@ -28,6 +28,8 @@ pub(super) struct Evidence {
     blocks: BlockStore<EvidenceBlock>,
     /// Slots of blocks with a cell read by the current frame.
     read_blocks: Vec<usize>,
+    /// The block read last, and its slot.
+    last_read: Option<(BlockKey, usize)>,
     tiles: DepthTiles,
     samples: Box<CellSamples>,
 }
@@ -41,8 +43,9 @@ pub(super) struct EvidenceBlock {
     looked_through: u32,
     /// All cells, or none as long as no cell differs from the others.
     cells: Vec<Support>,
-    /// The cells that the current frame has read.
+    /// The cells that the current frame has read, and whether there are any.
     read: CellBits,
+    is_read: bool,
 }
 
 /// How many frames speak for and against a place.
@@ -120,6 +123,7 @@ impl Evidence {
             depth_range,
             blocks: BlockStore::default(),
             read_blocks: Vec::new(),
+            last_read: None,
             tiles: DepthTiles::default(),
             samples: Box::default(),
         }
@@ -129,9 +133,16 @@ impl Evidence {
     #[inline]
     pub(super) fn read(&mut self, voxel: [i32; 3]) {
         let (block, index) = self.cell_of(voxel);
-        let slot = self.blocks.slot_or_insert(BlockKey::new(block));
+        let key = BlockKey::new(block);
+        // Neighbouring readings mostly share a block.
+        let slot = match self.last_read {
+            Some((last_key, slot)) if last_key == key => slot,
+            _ => self.blocks.slot_or_insert(key),
+        };
+        self.last_read = Some((key, slot));
         if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
-            if block.read == CellBits::default() {
+            if !block.is_read {
+                block.is_read = true;
                 self.read_blocks.push(slot);
             }
             block.read[index / 64] |= 1 << (index % 64);
@@ -221,6 +232,7 @@ impl Evidence {
         for slot in self.read_blocks.drain(..) {
             let Some(block) = self.blocks.blocks_mut().get_mut(slot) else { continue };
             let read = std::mem::take(&mut block.read);
+            block.is_read = false;
             let cells = block.cells_mut();
             for (word, mut bits) in read.into_iter().enumerate() {
                 while bits != 0 {
@@ -273,8 +285,8 @@ impl CellSamples {
         for index in 0..BLOCK_CELLS {
             let offset = cell_in_block(index).map(|c| (f64::from(c) - middle) * cell_size);
             let offset = camera_from_world.rotate(offset);
-            for axis in 0..3 {
-                self.offsets[axis][index] = offset[axis] as f32;
+            for (axis, place) in self.offsets.iter_mut().zip(offset) {
+                axis[index] = place as f32;
             }
         }
     }
@@ -309,8 +321,8 @@ impl View<'_> {
         if verdict == BlockVerdict::NothingLookedThrough {
             return;
         }
-        let read = blocks.get(key).map_or(CellBits::default(), |block| block.read);
-        if verdict == BlockVerdict::AllLookedThrough && read == CellBits::default() {
+        let read = blocks.get(key).filter(|block| block.is_read).map(|block| block.read);
+        if verdict == BlockVerdict::AllLookedThrough && read.is_none() {
             let slot = blocks.slot_or_insert(key);
             if let Some(block) = blocks.blocks_mut().get_mut(slot) {
                 block.looked_through = block.looked_through.wrapping_add(self.unit);
@@ -318,7 +330,7 @@ impl View<'_> {
             return;
         }
         samples.project(self, center);
-        self.count_cells(samples, &read, key, blocks);
+        self.count_cells(samples, &read.unwrap_or_default(), key, blocks);
     }
 
     /// Compares the block's ball as a whole with the readings around it.

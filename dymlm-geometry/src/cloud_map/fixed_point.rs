@@ -1,7 +1,7 @@
 use dymlm_core::{PinholeCamera, Pose};
 
 use super::rounding::{ROUNDING_LIMIT, round_to_i32};
-use super::voxel::{SUBVOXELS, weight};
+use super::voxel::{SUBVOXEL_BITS, SUBVOXELS, weight};
 
 /// One row of pixels as fixed-point world coordinates (1/256 voxel) and weights; weight 0 = not mapped.
 ///
@@ -9,10 +9,24 @@ use super::voxel::{SUBVOXELS, weight};
 /// an integer, so that precision does not fall with the distance from the world's origin.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PixelRow {
-    pub(super) x: Vec<i32>,
-    pub(super) y: Vec<i32>,
-    pub(super) z: Vec<i32>,
+    x: Vec<i32>,
+    y: Vec<i32>,
+    z: Vec<i32>,
     pub(super) weight: Vec<u32>,
+}
+
+impl PixelRow {
+    /// The voxel of the reading in column `u`.
+    #[inline]
+    pub(super) fn cell(&self, u: usize) -> [i32; 3] {
+        [self.x[u], self.y[u], self.z[u]].map(|c| c >> SUBVOXEL_BITS)
+    }
+
+    /// Its place within the voxel, 1/256 voxel.
+    #[inline]
+    pub(super) fn within_cell(&self, u: usize) -> [u64; 3] {
+        [self.x[u], self.y[u], self.z[u]].map(|c| (c & (SUBVOXELS - 1)) as u64)
+    }
 }
 
 /// Takes the pixels of one frame to the world's lattice, a row at a time.
@@ -44,7 +58,8 @@ impl FixedPointFrame {
         });
         let origin = world_from_camera.translation().map(|t| (t * units_per_metre).floor());
         let reach = (ray_length(camera) * f64::from(depth_range[1]) * units_per_metre).ceil();
-        let inside = reach < f64::from(ROUNDING_LIMIT) && origin.iter().all(|place| place.abs() + reach < f64::from(limit));
+        let inside = reach < f64::from(ROUNDING_LIMIT)
+            && origin.iter().all(|place| place.abs() + reach < f64::from(limit));
         inside.then(|| Self {
             columns,
             origin: origin.map(|place| place as i32),

@@ -1,10 +1,12 @@
 use dymlm_core::{Frame, Mask, Point, PointCloud, Pose, Rgb};
 
-use super::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, cell_in_block, split};
+use super::block_store::{BLOCK_SIDE, BlockKey, BlockStore, cell_in_block, split};
 use super::evidence::{Direction, Evidence, Support};
 use super::fixed_point::{FixedPointFrame, PixelRow};
+use super::thinning::Thinning;
 use super::verdict::{Verdict, Verdicts};
-use super::voxel::{SUBVOXEL_BITS, SUBVOXELS, Voxel};
+use super::voxel::{SUBVOXELS, Voxel};
+use super::voxel_block::VoxelBlock;
 use super::{CloudMapConfig, CloudMapError};
 
 /// The dense coloured cloud of the static world.
@@ -28,6 +30,8 @@ use super::{CloudMapConfig, CloudMapError};
 /// let wall = Frame::new(0.0, camera, DepthImage::new(64, 48, vec![2.0; 64 * 48])?, None)?;
 ///
 /// let mut map = CloudMap::new(CloudMapConfig::default())?;
+/// // What a single frame has seen may be noise: two are needed.
+/// map.insert(&wall, None, &Pose::identity())?;
 /// map.insert(&wall, None, &Pose::identity())?;
 /// let cloud = map.point_cloud(Selection::Static);
 /// assert!(cloud.points().iter().all(|point| (point[2] - 2.0).abs() < 1e-4));
@@ -45,8 +49,19 @@ pub struct CloudMap {
     stamp: u32,
     row: PixelRow,
     ray_x: Vec<f32>,
+    /// The voxels that the row's readings fall into.
+    targets: Vec<Target>,
     /// Slots of the blocks that the current frame touches.
     touched: Vec<usize>,
+}
+
+/// The voxel of a reading.
+#[derive(Debug, Clone, Copy)]
+struct Target {
+    column: u32,
+    slot: u32,
+    /// In the block's voxels.
+    index: u16,
 }
 
 /// What a frame has done to the map.
@@ -84,18 +99,8 @@ pub struct CloudVoxel {
 pub enum Selection {
     /// All that were read.
     All,
-    /// Those that the evidence holds for static.
+    /// Those whose verdict is [`Verdict::Static`].
     Static,
-}
-
-/// The voxels of 8^3 places that are not empty.
-#[derive(Debug, Clone)]
-struct VoxelBlock {
-    /// For each place 1 + its index in `voxels`, or 0.
-    index: [u16; BLOCK_CELLS],
-    voxels: Vec<Voxel>,
-    /// Stamp of the last frame that touched the block.
-    stamp: u32,
 }
 
 impl CloudMap {
@@ -118,6 +123,7 @@ impl CloudMap {
             stamp: 0,
             row: PixelRow::default(),
             ray_x: Vec::new(),
+            targets: Vec::new(),
             touched: Vec::new(),
         })
     }
@@ -182,9 +188,10 @@ impl CloudMap {
             let slot = self.voxels.slot_or_insert(*key);
             let Some(block) = self.voxels.blocks_mut().get_mut(slot) else { continue };
             for (place, voxel) in theirs.iter() {
-                let (ours, is_new) = block.voxel_or_insert(place);
-                ours.merge(voxel);
-                self.voxel_count += usize::from(is_new);
+                let count = block.voxels.len();
+                let index = block.index_or_insert(place);
+                block.voxels[usize::from(index)].merge(voxel);
+                self.voxel_count += block.voxels.len() - count;
             }
         }
         self.evidence.merge(&other.evidence);
@@ -194,25 +201,38 @@ impl CloudMap {
     }
 
     /// All voxels in a fixed order: by blocks of 8^3, z first, then y, then x, and so within each block.
+    ///
+    /// The verdicts are made anew for the whole map at each call: some tenths of a second for a million voxels.
     pub fn voxels(&self) -> impl Iterator<Item = CloudVoxel> + '_ {
         let verdicts = Verdicts::of(&self.evidence, self.config.evidence.looks_per_reading);
-        let mut voxels = Vec::with_capacity(self.voxel_count);
-        for slot in self.voxels.sorted_slots() {
-            let corner = self.voxels.keys()[slot].block().map(|c| c * BLOCK_SIDE as i32);
-            for (place, voxel) in self.voxels.blocks()[slot].iter() {
+        let thinning = Thinning::of(&self.voxels, &verdicts, &self.config);
+        let slots = self.voxels.sorted_slots();
+        let blocks = crate::parallel::map(slots, |slot| {
+            let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
+            let noise = thinning.noise_of_block(key);
+            let corner = key.block().map(|c| c * BLOCK_SIDE as i32);
+            let voxels = block.iter().zip(noise).map(|((place, voxel), is_noise)| {
                 let within = cell_in_block(place);
                 let cell: [i32; 3] = std::array::from_fn(|axis| corner[axis] + within[axis]);
-                voxels.push((cell, voxel));
-            }
-        }
-        voxels.into_iter().map(move |(cell, voxel)| CloudVoxel {
-            position: voxel.mean_position(cell, self.config.voxel_size),
-            color: voxel.mean_color(),
-            weight: voxel.total_weight(),
-            observations: voxel.observations,
-            evidence: verdicts.evidence_of_voxel(cell),
-            verdict: verdicts.of_voxel(cell),
-        })
+                let verdict = if verdicts.is_ghost(cell) {
+                    Verdict::Ghost
+                } else if is_noise {
+                    Verdict::Noise
+                } else {
+                    Verdict::Static
+                };
+                CloudVoxel {
+                    position: voxel.mean_position(cell, self.config.voxel_size),
+                    color: voxel.mean_color(),
+                    weight: voxel.total_weight(),
+                    observations: voxel.observations,
+                    evidence: verdicts.evidence_of_voxel(cell),
+                    verdict,
+                }
+            });
+            voxels.collect::<Vec<_>>()
+        });
+        blocks.into_iter().flatten()
     }
 
     /// The cloud in the order of [`CloudMap::voxels`], with colours when every frame had them.
@@ -319,48 +339,64 @@ impl CloudMap {
     ) -> CloudFrameReport {
         let mut report = CloudFrameReport::default();
         let width = frame.camera().width();
-        let sign = match direction {
-            Direction::Insert => 1_u64,
-            Direction::Remove => 1_u64.wrapping_neg(),
-        };
-        let mut last = ([i32::MIN; 3], 0);
         for (v, depths) in frame.depth().data().chunks_exact(width).enumerate() {
             let pixels = v * width..(v + 1) * width;
             let mask = static_mask.and_then(|mask| mask.data().get(pixels.clone()));
             let colors = frame.color().and_then(|color| color.data().get(pixels)).unwrap_or(&[]);
             lattice.fill(&mut self.row, v, &self.ray_x, depths, mask);
-            for u in 0..width {
-                let weight = self.row.weight[u];
-                if weight == 0 {
-                    continue;
-                }
-                report.readings += 1;
-                let fixed = [self.row.x[u], self.row.y[u], self.row.z[u]];
-                let cell = fixed.map(|c| c >> SUBVOXEL_BITS);
-                let (block_coordinates, place) = split(cell);
-                if last.0 != block_coordinates {
-                    last = (block_coordinates, self.voxels.slot_or_insert(BlockKey::new(block_coordinates)));
-                }
-                let block = &mut self.voxels.blocks_mut()[last.1];
-                if block.stamp != self.stamp {
-                    block.stamp = self.stamp;
-                    self.touched.push(last.1);
-                }
-                let (voxel, is_new) = block.voxel_or_insert(place);
-                let within = fixed.map(|c| (c & (SUBVOXELS - 1)) as u64);
-                let color = colors.get(u).copied().unwrap_or_default();
-                voxel.add(u64::from(weight).wrapping_mul(sign), within, color);
-                if voxel.stamp != self.stamp {
-                    voxel.stamp = self.stamp;
-                    voxel.observations = voxel.observations.wrapping_add(direction.unit());
-                    report.voxels += 1;
-                    report.new_voxels += usize::from(is_new);
-                    self.evidence.read(cell);
-                }
-            }
+            self.find_voxels_of_row(&mut report);
+            self.add_row(colors, direction, &mut report);
         }
         self.voxel_count += report.new_voxels;
         report
+    }
+
+    /// Finds or makes the voxel of each reading of the row. Apart from adding to them, so that the processor can fetch
+    /// many voxels at a time: waiting for them is most of the work.
+    fn find_voxels_of_row(&mut self, report: &mut CloudFrameReport) {
+        self.targets.clear();
+        let mut last = None;
+        for (u, &weight) in self.row.weight.iter().enumerate() {
+            if weight == 0 {
+                continue;
+            }
+            let (block, place) = split(self.row.cell(u));
+            let key = BlockKey::new(block);
+            let slot = match last {
+                Some((last_key, slot)) if last_key == key => slot,
+                _ => self.voxels.slot_or_insert(key),
+            };
+            last = Some((key, slot));
+            let block = &mut self.voxels.blocks_mut()[slot];
+            if block.stamp != self.stamp {
+                block.stamp = self.stamp;
+                self.touched.push(slot);
+            }
+            let count = block.voxels.len();
+            let index = block.index_or_insert(place);
+            report.new_voxels += block.voxels.len() - count;
+            self.targets.push(Target { column: u as u32, slot: slot as u32, index });
+        }
+        report.readings += self.targets.len();
+    }
+
+    fn add_row(&mut self, colors: &[Rgb], direction: Direction, report: &mut CloudFrameReport) {
+        let sign = match direction {
+            Direction::Insert => 1_u64,
+            Direction::Remove => 1_u64.wrapping_neg(),
+        };
+        for target in &self.targets {
+            let u = target.column as usize;
+            let voxel = &mut self.voxels.blocks_mut()[target.slot as usize].voxels[usize::from(target.index)];
+            let weight = u64::from(self.row.weight[u]).wrapping_mul(sign);
+            voxel.add(weight, self.row.within_cell(u), colors.get(u).copied().unwrap_or_default());
+            if voxel.stamp != self.stamp {
+                voxel.stamp = self.stamp;
+                voxel.observations = voxel.observations.wrapping_add(direction.unit());
+                report.voxels += 1;
+                self.evidence.read(self.row.cell(u));
+            }
+        }
     }
 
     /// Whether the frame that was just taken out had not been in the map.
@@ -379,57 +415,5 @@ impl CloudMap {
                 self.voxel_count -= block.drop_empty();
             }
         }
-    }
-}
-
-impl VoxelBlock {
-    #[inline]
-    fn voxel_or_insert(&mut self, place: usize) -> (&mut Voxel, bool) {
-        let is_new = self.index[place] == 0;
-        if is_new {
-            if self.voxels.len() == self.voxels.capacity() {
-                // Small steps: a surface fills an eighth of its block, doubling would waste a quarter of the map.
-                self.voxels.reserve_exact(16);
-            }
-            self.voxels.push(Voxel::default());
-            self.index[place] = self.voxels.len() as u16;
-        }
-        (&mut self.voxels[usize::from(self.index[place]) - 1], is_new)
-    }
-
-    /// The voxels by place.
-    fn iter(&self) -> impl Iterator<Item = (usize, &Voxel)> {
-        self.index.iter().enumerate().filter_map(|(place, &index)| {
-            usize::from(index)
-                .checked_sub(1)
-                .and_then(|index| self.voxels.get(index))
-                .map(|voxel| (place, voxel))
-        })
-    }
-
-    /// Drops the empty voxels; returns how many there were.
-    fn drop_empty(&mut self) -> usize {
-        let before = self.voxels.len();
-        if self.voxels.iter().any(Voxel::is_empty) {
-            let mut kept = Vec::with_capacity(before);
-            for index in &mut self.index {
-                let voxel = usize::from(*index).checked_sub(1).and_then(|index| self.voxels.get(index));
-                *index = match voxel.filter(|voxel| !voxel.is_empty()) {
-                    Some(voxel) => {
-                        kept.push(*voxel);
-                        kept.len() as u16
-                    }
-                    None => 0,
-                };
-            }
-            self.voxels = kept;
-        }
-        before - self.voxels.len()
-    }
-}
-
-impl Default for VoxelBlock {
-    fn default() -> Self {
-        Self { index: [0; BLOCK_CELLS], voxels: Vec::new(), stamp: 0 }
     }
 }

@@ -10,10 +10,12 @@ mod evidence;
 mod fixed_point;
 mod map;
 mod rounding;
+mod thinning;
 mod verdict;
 mod voxel;
+mod voxel_block;
 
-pub use config::{CloudMapConfig, EvidenceConfig};
+pub use config::{CloudMapConfig, EvidenceConfig, ThinningConfig};
 pub use error::CloudMapError;
 pub use evidence::Support;
 pub use map::{CloudFrameReport, CloudMap, CloudVoxel, Selection};

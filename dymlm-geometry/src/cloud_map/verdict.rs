@@ -8,6 +8,8 @@ pub enum Verdict {
     Static,
     /// Something was there that moved, or nothing ever was: a mover's trace or a flying pixel.
     Ghost,
+    /// Read too seldom, or but the noise of a heavier surface beside it.
+    Noise,
 }
 
 /// A cell's vote is cut to this many frames either way: a surface watched for minutes must not outvote the trace
@@ -44,12 +46,10 @@ impl<'a> Verdicts<'a> {
     }
 
     #[inline]
-    pub(super) fn of_voxel(&self, voxel: [i32; 3]) -> Verdict {
+    pub(super) fn is_ghost(&self, voxel: [i32; 3]) -> bool {
         let (block, index) = self.evidence.cell_of(voxel);
-        match self.static_cells.get(BlockKey::new(block)) {
-            Some(bits) if bits[index / 64] >> (index % 64) & 1 == 1 => Verdict::Static,
-            _ => Verdict::Ghost,
-        }
+        let bits = self.static_cells.get(BlockKey::new(block));
+        bits.is_none_or(|bits| bits[index / 64] >> (index % 64) & 1 == 0)
     }
 
     pub(super) fn evidence_of_voxel(&self, voxel: [i32; 3]) -> Support {
@@ -77,7 +77,9 @@ fn votes_around(
     for neighbor in 0..27_usize {
         let step = [neighbor % 3, neighbor / 3 % 3, neighbor / 9].map(|c| c as i32 - 1);
         let place: [i32; 3] = std::array::from_fn(|axis| corner[axis] + step[axis]);
-        let Some(block) = blocks.get(BlockKey::new(place)).filter(|block| block.may_be_supported()) else { continue };
+        let Some(block) = blocks.get(BlockKey::new(place)).filter(|block| block.may_be_supported()) else {
+            continue;
+        };
         // Along an axis: the last cell of the block before, all of this one, the first of the one after.
         let [xs, ys, zs] = step.map(|step| match step {
             -1 => 7..8,

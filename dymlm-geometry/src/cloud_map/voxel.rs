@@ -77,6 +77,13 @@ impl Voxel {
         self.weight as f64 / f64::from(UNIT_WEIGHT)
     }
 
+    /// Standard deviation of one of its readings along the line of sight, metres, from their mean weight. Where
+    /// several readings of a frame fall into the voxel, that is near the camera, it comes out too small.
+    pub(super) fn standard_deviation(&self) -> f64 {
+        let weight_per_frame = self.total_weight() / f64::from(self.observations.max(1));
+        f64::from(axial_noise(0.4)) / weight_per_frame.max(1e-9).sqrt()
+    }
+
     /// Weighted mean position, metres, of the voxel at lattice coordinates `cell`.
     pub(super) fn mean_position(&self, cell: [i32; 3], voxel_size: f64) -> Point {
         let weight = self.weight.max(1) as f64;

@@ -1,0 +1,148 @@
+use super::block_store::{BLOCK_SIDE, BlockKey, BlockStore, cell_in_block};
+use super::verdict::Verdicts;
+use super::voxel::Voxel;
+use super::voxel_block::VoxelBlock;
+use super::{CloudMapConfig, ThinningConfig};
+
+/// Farthest that a voxel looks for heavier ones, voxels.
+const MAX_RADIUS: i32 = 6;
+/// Cells along the side of a block with what lies around it within that radius.
+const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
+
+/// Tells which voxels are but the noise of a surface beside them.
+///
+/// Readings of a surface scatter along the line of sight by sigma(z), at 4 m over many voxels: the true surface is
+/// where most weight lies, and a shell of light voxels surrounds it. A voxel is noise when another static voxel within
+/// `radius` standard deviations has more than 1 / `min_weight_share` times its weight. The deviation is that of the
+/// voxel's own readings: what was seen from near is exact, reaches not even the next voxel, and is left alone, and
+/// two surfaces stay two as long as they are further apart than that.
+///
+/// O(voxels x ball), cut off at the first heavier voxel; the nearest are asked first.
+pub(super) struct Thinning<'a> {
+    config: &'a ThinningConfig,
+    blocks: &'a BlockStore<VoxelBlock>,
+    /// For each slot the weights of the block's voxels, in its order; 0 for ghosts.
+    weights: Vec<Vec<f32>>,
+    /// Offsets in a window by ascending distance, each with its square in voxels.
+    ball: Vec<Offset>,
+    voxel_size: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Offset {
+    squared_distance: f32,
+    step: isize,
+}
+
+impl<'a> Thinning<'a> {
+    pub(super) fn of(
+        blocks: &'a BlockStore<VoxelBlock>,
+        verdicts: &Verdicts<'_>,
+        config: &'a CloudMapConfig,
+    ) -> Self {
+        let weights = |(&key, block): (&BlockKey, &VoxelBlock)| {
+            let corner = key.block().map(|c| c * BLOCK_SIDE as i32);
+            let weight = |(place, voxel): (usize, &Voxel)| {
+                let within = cell_in_block(place);
+                let cell = std::array::from_fn(|axis| corner[axis] + within[axis]);
+                if verdicts.is_ghost(cell) { 0.0 } else { voxel.total_weight() as f32 }
+            };
+            block.iter().map(weight).collect()
+        };
+        Self {
+            config: &config.thinning,
+            blocks,
+            weights: blocks.keys().iter().zip(blocks.blocks()).map(weights).collect(),
+            ball: ball(),
+            voxel_size: config.voxel_size,
+        }
+    }
+
+    /// For each voxel of a block, in its order, whether it is noise.
+    pub(super) fn noise_of_block(&self, key: BlockKey) -> Vec<bool> {
+        let Some(block) = self.blocks.get(key) else { return Vec::new() };
+        let mut window = None;
+        let is_noise = |(place, voxel): (usize, &Voxel)| {
+            if voxel.observations < self.config.min_observations {
+                return true;
+            }
+            let radius = self.radius_of(voxel);
+            // Most voxels seen from near need no window.
+            radius >= 1.0 && {
+                let window = window.get_or_insert_with(|| self.window_around(key));
+                self.is_outweighed(window, place, voxel, radius)
+            }
+        };
+        block.iter().map(is_noise).collect()
+    }
+
+    /// How far a voxel looks, voxels.
+    fn radius_of(&self, voxel: &Voxel) -> f32 {
+        let deviations = self.config.radius * voxel.standard_deviation() / self.voxel_size;
+        (deviations as f32).min(MAX_RADIUS as f32)
+    }
+
+    fn is_outweighed(&self, window: &[f32], place: usize, voxel: &Voxel, radius: f32) -> bool {
+        let [x, y, z] = cell_in_block(place).map(|c| (c + MAX_RADIUS) as usize);
+        let center = (z * WINDOW + y) * WINDOW + x;
+        // Without a share nothing outweighs anything.
+        let limit = voxel.total_weight() as f32 / self.config.min_weight_share as f32;
+        let within = self.ball.iter().take_while(|offset| offset.squared_distance <= radius * radius);
+        within.map(|offset| window[center.wrapping_add_signed(offset.step)]).any(|weight| weight > limit)
+    }
+
+    /// The weights of the static voxels in and around a block.
+    fn window_around(&self, key: BlockKey) -> Vec<f32> {
+        let mut window = vec![0.0; WINDOW * WINDOW * WINDOW];
+        let corner = key.block();
+        for neighbor in 0..27_usize {
+            let step = [neighbor % 3, neighbor / 3 % 3, neighbor / 9].map(|c| c as i32 - 1);
+            let around: [i32; 3] = std::array::from_fn(|axis| corner[axis] + step[axis]);
+            let Some(slot) = self.blocks.slot(BlockKey::new(around)) else { continue };
+            let voxels = self.blocks.blocks()[slot].iter().zip(&self.weights[slot]);
+            for ((place, _), &weight) in voxels {
+                let within = cell_in_block(place);
+                let cell: [i32; 3] =
+                    std::array::from_fn(|axis| within[axis] + step[axis] * BLOCK_SIDE as i32 + MAX_RADIUS);
+                if cell.iter().all(|c| (0..WINDOW as i32).contains(c)) {
+                    let [x, y, z] = cell.map(|c| c as usize);
+                    window[(z * WINDOW + y) * WINDOW + x] = weight;
+                }
+            }
+        }
+        window
+    }
+}
+
+/// Offsets to the cells of the largest ball, nearest first, without its centre.
+fn ball() -> Vec<Offset> {
+    let mut offsets = Vec::new();
+    for z in -MAX_RADIUS..=MAX_RADIUS {
+        for y in -MAX_RADIUS..=MAX_RADIUS {
+            for x in -MAX_RADIUS..=MAX_RADIUS {
+                let squared = x * x + y * y + z * z;
+                if (1..=MAX_RADIUS * MAX_RADIUS).contains(&squared) {
+                    let step = (z as isize * WINDOW as isize + y as isize) * WINDOW as isize + x as isize;
+                    offsets.push(Offset { squared_distance: squared as f32, step });
+                }
+            }
+        }
+    }
+    offsets.sort_by(|a, b| a.squared_distance.total_cmp(&b.squared_distance));
+    offsets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ball_is_whole_and_nearest_first() {
+        let ball = ball();
+        assert_eq!(ball.iter().filter(|offset| offset.squared_distance <= 1.0).count(), 6);
+        assert_eq!(ball.iter().filter(|offset| offset.squared_distance <= 3.0).count(), 26);
+        assert!(ball.is_sorted_by(|a, b| a.squared_distance <= b.squared_distance));
+        // Point symmetric, so the steps cancel.
+        assert_eq!(ball.iter().map(|offset| offset.step).sum::<isize>(), 0);
+    }
+}
