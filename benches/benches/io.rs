@@ -7,8 +7,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use dymlm_benches::{SIZES, blobs, kinect, room_depth};
 use dymlm_core::PointCloud;
 use dymlm_io::{
-    FrameBuffers, PcdCloud, PcdEncoding, StampedPose, Trajectory, TumDataset, TumOptions, decode_pcd, decode_ply,
-    encode_pcd, encode_ply, write_depth_png, write_png,
+    FrameBuffers, PcdCloud, PcdEncoding, StampedPose, Trajectory, TumDataset, TumOptions, decode_pcd,
+    decode_ply, encode_pcd, encode_ply, write_depth_png, write_png,
 };
 
 fn colored(n: usize) -> PointCloud {

@@ -17,11 +17,13 @@
 //! let mut builder = MapBuilder::new(MapConfig::default())?;
 //!
 //! // Each frame: images, what the detector saw, and where the camera was.
-//! let depth = DepthImage::new(160, 120, vec![2.0; 160 * 120])?;
-//! let frame = Frame::new(0.0, camera, depth, None)?;
-//! let detections = [Detection::new("person", 0.9, BoundingBox::new(20.0, 0.0, 60.0, 120.0)?)?];
-//! let report = builder.insert(&frame, &detections, &Pose::identity())?;
-//! assert_eq!(report.movers.len(), 1);
+//! for step in 0..3 {
+//!     let depth = DepthImage::new(160, 120, vec![2.0; 160 * 120])?;
+//!     let frame = Frame::new(f64::from(step) / 30.0, camera, depth, None)?;
+//!     let detections = [Detection::new("person", 0.9, BoundingBox::new(20.0, 0.0, 60.0, 120.0)?)?];
+//!     let report = builder.insert(&frame, &detections, &Pose::identity())?;
+//!     assert_eq!(report.movers.len(), 1);
+//! }
 //!
 //! // The maps can be read at any time.
 //! let cloud = builder.map().cloud().point_cloud(Selection::Static);

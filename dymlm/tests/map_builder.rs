@@ -1,0 +1,161 @@
+//! The facade: a walking sequence mapped end to end, the same bits twice, refused frames, key frames.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
+use dymlm::{Error, MapBuilder, MapConfig, MultiLevelMap, Selection, Stage};
+use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig, score_cloud};
+
+/// A short walk, small enough for a test: a quarter of the pixels of a Kinect.
+fn sequence(frames: usize) -> Sequence {
+    let mut config = SequenceConfig::default();
+    config.frames = frames;
+    config.camera = Some(PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap());
+    Sequence::walking(&config).unwrap()
+}
+
+fn config() -> MapConfig {
+    let mut config = MapConfig::default();
+    // Half the resolution, voxels of twice the size.
+    config.cloud.voxel_size = 0.02;
+    config
+}
+
+fn insert_all(builder: &mut MapBuilder, frames: &[SimulatedFrame]) {
+    for frame in frames {
+        builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+    }
+}
+
+/// Everything that the maps say, in bytes.
+fn fingerprint(map: &MultiLevelMap) -> Vec<u8> {
+    let cloud = map.cloud().point_cloud(Selection::Static);
+    let mut bytes: Vec<u8> = cloud.points().iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
+    bytes.extend(cloud.colors().unwrap().iter().flatten());
+    map.octree().write_ot(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn people_who_walk_through_are_not_in_the_map() {
+    let sequence = sequence(60);
+    let frames: Vec<SimulatedFrame> = sequence.frames().collect();
+    let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
+    frames.iter().for_each(|frame| truth.observe(frame));
+    assert!(frames.iter().filter(|frame| frame.mover_mask.count() > 2000).count() > 20, "people are in view");
+
+    let mut builder = MapBuilder::new(config()).unwrap();
+    insert_all(&mut builder, &frames);
+    let score = score_cloud(&builder.map().cloud().point_cloud(Selection::Static), &truth).unwrap();
+    assert!(score.residue < 5e-4, "{score:?}");
+    assert!(score.stray < 0.01, "{score:?}");
+    assert!(score.completeness > 0.97, "{score:?}");
+    assert!(score.median_distance < 0.012 && score.p95_distance < 0.035, "{score:?}");
+
+    // The same without masks: late ghost removal alone, and worse without it.
+    let mut blind = MapBuilder::new(config()).unwrap();
+    for frame in &frames {
+        blind.insert(&frame.frame, &[], &frame.world_from_camera).unwrap();
+    }
+    let residue =
+        |selection| score_cloud(&blind.map().cloud().point_cloud(selection), &truth).unwrap().residue;
+    assert!(residue(Selection::All) > 0.02, "{}", residue(Selection::All));
+    assert!(residue(Selection::Static) < 0.1 * residue(Selection::All), "{}", residue(Selection::Static));
+}
+
+#[test]
+fn the_same_input_gives_the_same_bits() {
+    let frames: Vec<SimulatedFrame> = sequence(8).frames().collect();
+    let build = || {
+        let mut builder = MapBuilder::new(config()).unwrap();
+        insert_all(&mut builder, &frames);
+        fingerprint(&builder.into_map())
+    };
+    assert!(build() == build());
+}
+
+#[test]
+fn a_refused_frame_changes_nothing() {
+    let frames: Vec<SimulatedFrame> = sequence(4).frames().collect();
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let mut undisturbed = MapBuilder::new(config()).unwrap();
+    insert_all(&mut builder, &frames[..3]);
+    insert_all(&mut undisturbed, &frames[..3]);
+    let last = &frames[3];
+
+    // Outside the octree, outside the cloud as well, back in time, with a mask of another size.
+    for place in [2000.0, 1e9] {
+        let far = Pose::new([place, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        let error = builder.insert(&last.frame, &last.detections, &far).unwrap_err();
+        assert!(matches!(error, Error::Octree(_) | Error::Cloud(_)), "{error}");
+    }
+    let early = &frames[0];
+    let error = builder.insert(&early.frame, &early.detections, &early.world_from_camera).unwrap_err();
+    assert!(matches!(error, Error::Dynamics(_)), "{error}");
+    let person = Detection::new("person", 0.9, BoundingBox::new(10.0, 10.0, 90.0, 200.0).unwrap()).unwrap();
+    let person = person.with_mask(Mask::filled(2, 2, true).unwrap());
+    let error = builder.insert(&last.frame, &[person], &last.world_from_camera).unwrap_err();
+    assert!(matches!(error, Error::Dynamics(_)), "{error}");
+
+    // Neither maps nor tracks have noticed.
+    let report = builder.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
+    let expected = undisturbed.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
+    assert_eq!(
+        (report.movers, report.masked_pixels, report.update),
+        (expected.movers, expected.masked_pixels, expected.update)
+    );
+    assert!(fingerprint(builder.map()) == fingerprint(undisturbed.map()));
+}
+
+#[test]
+fn frames_that_are_no_key_frames_are_tracked_only() {
+    let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+    let mut config = MapConfig::default();
+    config.key_frames.min_translation = 0.1;
+    config.key_frames.min_rotation = 3.0;
+    let mut builder = MapBuilder::new(config).unwrap();
+    let mut mapped = Vec::new();
+    for step in 0..6 {
+        let depth = DepthImage::new(64, 48, vec![2.0; 64 * 48]).unwrap();
+        let frame = Frame::new(f64::from(step) * 0.1, camera, depth, None).unwrap();
+        let world_from_camera = Pose::new([0.04 * f64::from(step), 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        let person = Detection::new("person", 0.9, BoundingBox::new(10.0, 5.0, 30.0, 48.0).unwrap()).unwrap();
+        let report = builder.insert(&frame, &[person], &world_from_camera).unwrap();
+        assert_eq!(report.movers.len(), 1);
+        assert_eq!(report.movers[0].track_id, builder.preprocessor().movers()[0].track_id);
+        mapped.push(report.update.is_some());
+    }
+    assert_eq!(mapped, [true, false, false, true, false, false]);
+    assert_eq!(builder.map().cloud().frames(), 2);
+}
+
+#[test]
+fn degenerate_frames_are_no_error() {
+    let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    for (step, value) in [0.0, f32::NAN, f32::INFINITY, 0.01, 1e30].into_iter().enumerate() {
+        let frame =
+            Frame::new(step as f64, camera, DepthImage::new(64, 48, vec![value; 64 * 48]).unwrap(), None)
+                .unwrap();
+        let everywhere = BoundingBox::new(-1e6, -1e6, 1e6, 1e6).unwrap();
+        let nowhere = BoundingBox::new(700.0, 700.0, 700.0, 900.0).unwrap();
+        let detections = [everywhere, nowhere].map(|b| Detection::new("person", 1.0, b).unwrap());
+        let report = builder.insert(&frame, &detections, &Pose::identity()).unwrap();
+        assert_eq!(report.update.unwrap().cloud.readings, 0);
+    }
+    assert!(builder.map().cloud().is_empty());
+}
+
+#[test]
+fn the_report_times_each_step() {
+    let frames: Vec<SimulatedFrame> = sequence(2).frames().collect();
+    let mut builder = MapBuilder::new(config()).unwrap();
+    insert_all(&mut builder, &frames[..1]);
+    let last = &frames[1];
+    let report = builder.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
+    assert!(report.stages.of(Stage::Cloud) > std::time::Duration::ZERO);
+    assert!(
+        Stage::ALL.into_iter().map(|stage| report.stages.of(stage)).sum::<std::time::Duration>()
+            <= report.stages.total()
+    );
+}
