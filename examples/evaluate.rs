@@ -89,7 +89,9 @@ fn rows(arguments: &Arguments) -> Vec<Row> {
     }
     let mut rows = vec![Row { treatment: NoDetections, min_score: 0.0 }];
     for min_score in MIN_SCORES {
-        rows.extend([RawBoxes, Compensation, Correction, Silhouettes].map(|treatment| Row { treatment, min_score }));
+        rows.extend(
+            [RawBoxes, Compensation, Correction, Silhouettes].map(|treatment| Row { treatment, min_score }),
+        );
     }
     rows
 }
@@ -230,7 +232,8 @@ fn print_header(standard: &Standard) {
 }
 
 fn print_row(row: Row, builder: &MapBuilder, masks: MaskScore, standard: &Standard) {
-    let percent = |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.2} %", 100.0 * share));
+    let percent =
+        |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.2} %", 100.0 * share));
     print!("{:<20} {:>5.2} |", row.treatment.name(), row.min_score);
     print!(" {:>7} {:>9}", percent(masks.recall()), percent(masks.precision()));
     for selection in [Selection::All, Selection::Static] {

@@ -57,7 +57,11 @@ impl FrameSource {
     /// # Errors
     ///
     /// When the dataset or the detections cannot be opened.
-    pub fn recorded(folder: &Path, detections: Option<&Path>, options: &TumOptions) -> Result<Self, AnyError> {
+    pub fn recorded(
+        folder: &Path,
+        detections: Option<&Path>,
+        options: &TumOptions,
+    ) -> Result<Self, AnyError> {
         let dataset = TumDataset::open(folder, options)?;
         let own = folder.join("detections.jsonl");
         let detections = match detections.map(Path::to_path_buf).or_else(|| own.exists().then_some(own)) {
@@ -95,7 +99,8 @@ impl FrameSource {
         let mut faults: Vec<String> = recording.dataset.faults().iter().map(ToString::to_string).collect();
         let unpaired = recording.dataset.unpaired_depth_images();
         if unpaired > 0 {
-            faults.push(format!("{unpaired} depth images have no colour image near in time and are left out"));
+            faults
+                .push(format!("{unpaired} depth images have no colour image near in time and are left out"));
         }
         let gaps = recording.dataset.gaps().into_iter().map(|gap| format!("no poses: {gap:?}"));
         faults.extend(gaps);

@@ -22,11 +22,7 @@ const BACKGROUND: Rgb = [255, 255, 255];
 impl Orthographic {
     /// A view along `forward`, with `down` (about) downward in the picture, onto these points. The lowest and highest
     /// half per cent of them on each side may fall outside: strays shall not shrink the picture.
-    pub fn onto(
-        forward: [f64; 3],
-        down: [f64; 3],
-        points: impl Iterator<Item = [f64; 3]>,
-    ) -> Self {
+    pub fn onto(forward: [f64; 3], down: [f64; 3], points: impl Iterator<Item = [f64; 3]>) -> Self {
         let forward = normalized(forward);
         let right = normalized(cross(down, forward));
         let down = cross(forward, right);
@@ -60,8 +56,11 @@ impl Orthographic {
             pixel(self.right, self.corner[0], half),
             self.width,
         );
-        let rows =
-            span(pixel(self.down, self.corner[1], -half), pixel(self.down, self.corner[1], half), self.height);
+        let rows = span(
+            pixel(self.down, self.corner[1], -half),
+            pixel(self.down, self.corner[1], half),
+            self.height,
+        );
         let distance = dot(self.forward, point) as f32;
         for row in rows {
             for index in columns.clone().map(|column| row * self.width + column) {

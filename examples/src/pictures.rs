@@ -34,7 +34,12 @@ impl Picture {
     /// When writing fails.
     pub fn encode_png(&self, out: &mut dyn Write) -> Result<(), AnyError> {
         let bytes = self.pixels.as_flattened();
-        PngEncoder::new(out).write_image(bytes, self.width as u32, self.height as u32, ExtendedColorType::Rgb8)?;
+        PngEncoder::new(out).write_image(
+            bytes,
+            self.width as u32,
+            self.height as u32,
+            ExtendedColorType::Rgb8,
+        )?;
         Ok(())
     }
 }
