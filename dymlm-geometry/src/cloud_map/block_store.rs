@@ -6,6 +6,9 @@ pub(super) const BLOCK_SIDE: usize = 8;
 /// Cells of a block.
 pub(super) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
 
+/// A bit for each cell of a block.
+pub(super) type CellBits = [u64; BLOCK_CELLS / 64];
+
 /// The place of a block on its lattice: three coordinates of 21 bits in one word, z first, so that the order of
 /// keys is the order of z, then y, then x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

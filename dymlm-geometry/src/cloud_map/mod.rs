@@ -8,6 +8,7 @@ mod depth_tiles;
 mod error;
 mod evidence;
 mod fixed_point;
+mod look_through;
 mod map;
 mod rounding;
 mod thinning;

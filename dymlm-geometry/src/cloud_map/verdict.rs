@@ -1,5 +1,5 @@
-use super::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, split};
-use super::evidence::{CellBits, Evidence, EvidenceBlock, Support};
+use super::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, split};
+use super::evidence::{Evidence, EvidenceBlock, Support};
 
 /// What the evidence of all frames says of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
