@@ -26,9 +26,9 @@ impl Frame {
         if !timestamp.is_finite() {
             return Err(Error::Timestamp(timestamp));
         }
-        check_size("the depth image", &camera, depth.width(), depth.height())?;
+        camera.check_size("the depth image", depth.width(), depth.height())?;
         if let Some(color) = &color {
-            check_size("the colour image", &camera, color.width(), color.height())?;
+            camera.check_size("the colour image", color.width(), color.height())?;
         }
         Ok(Self { timestamp, camera, depth, color })
     }
@@ -60,20 +60,6 @@ impl Frame {
     /// Gives the images back, so that their buffers can be used again.
     pub fn into_images(self) -> (DepthImage, Option<ColorImage>) {
         (self.depth, self.color)
-    }
-}
-
-fn check_size(
-    what: &'static str,
-    camera: &PinholeCamera,
-    actual_width: usize,
-    actual_height: usize,
-) -> Result<(), Error> {
-    let (width, height) = (camera.width(), camera.height());
-    if (width, height) == (actual_width, actual_height) {
-        Ok(())
-    } else {
-        Err(Error::SizeMismatch { what, width, height, actual_width, actual_height })
     }
 }
 

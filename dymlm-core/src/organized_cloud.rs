@@ -36,16 +36,8 @@ impl OrganizedCloud {
     /// # Ok::<(), dymlm_core::Error>(())
     /// ```
     pub fn back_project(&mut self, camera: &PinholeCamera, depth: &DepthImage) -> Result<(), Error> {
+        camera.check_size("the depth image", depth.width(), depth.height())?;
         let (width, height) = (camera.width(), camera.height());
-        if (depth.width(), depth.height()) != (width, height) {
-            return Err(Error::SizeMismatch {
-                what: "the depth image",
-                width,
-                height,
-                actual_width: depth.width(),
-                actual_height: depth.height(),
-            });
-        }
         (self.width, self.height) = (width, height);
         self.ray_x.clear();
         self.ray_x.extend((0..width).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));

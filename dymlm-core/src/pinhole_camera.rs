@@ -93,6 +93,24 @@ impl PinholeCamera {
         (z > 0.0).then(|| [self.fx * x / z + self.cx, self.fy * y / z + self.cy])
     }
 
+    /// Checks that an image has this camera's size; `what` names it in the error, for example "the depth image".
+    ///
+    /// # Errors
+    ///
+    /// [`Error::SizeMismatch`].
+    pub fn check_size(&self, what: &'static str, width: usize, height: usize) -> Result<(), Error> {
+        if (width, height) == (self.width, self.height) {
+            return Ok(());
+        }
+        Err(Error::SizeMismatch {
+            what,
+            width: self.width,
+            height: self.height,
+            actual_width: width,
+            actual_height: height,
+        })
+    }
+
     /// Whether `[u, v]` lies on the image: within half a pixel of a pixel's centre.
     #[inline]
     pub fn sees(&self, pixel: [f64; 2]) -> bool {

@@ -329,7 +329,7 @@ fn refused_input_changes_nothing() {
 
     let small_mask = Mask::filled(2, 2, true).unwrap();
     let error = map.insert(&uneven(1), Some(&small_mask), &pose(1)).unwrap_err();
-    assert_eq!(error.to_string(), "a static mask of 2x2 pixels for a frame of 48x36");
+    assert_eq!(error.to_string(), "the static mask has 2x2 pixels, the camera 48x36");
 
     for place in [1e9, -1e9, 1.7e5, f64::MAX] {
         let far = Pose::new([place, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();

@@ -8,17 +8,8 @@ pub enum CloudMapError {
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A mask of another size than the frame.
-    #[error("a static mask of {mask_width}x{mask_height} pixels for a frame of {width}x{height}")]
-    MaskSize {
-        /// The frame's width, pixels.
-        width: usize,
-        /// The frame's height, pixels.
-        height: usize,
-        /// The mask's width, pixels.
-        mask_width: usize,
-        /// The mask's height, pixels.
-        mask_height: usize,
-    },
+    #[error(transparent)]
+    Core(#[from] dymlm_core::Error),
     /// A camera so far from the world's origin that its readings leave the lattice.
     #[error(
         "a camera at {translation:?} m: with voxels of {voxel_size} m the map reaches {reach} m from the origin"

@@ -141,7 +141,7 @@ impl CloudMap {
     ///
     /// # Errors
     ///
-    /// [`CloudMapError::MaskSize`], [`CloudMapError::OutOfReach`].
+    /// [`CloudMapError::Core`] for a mask of another size than the frame; [`CloudMapError::OutOfReach`].
     pub fn insert(
         &mut self,
         frame: &Frame,
@@ -279,10 +279,8 @@ impl CloudMap {
         static_mask: Option<&Mask>,
         world_from_camera: &Pose,
     ) -> Result<FixedPointFrame, CloudMapError> {
-        let (width, height) = (frame.camera().width(), frame.camera().height());
-        if let Some(mask) = static_mask.filter(|mask| (mask.width(), mask.height()) != (width, height)) {
-            let (mask_width, mask_height) = (mask.width(), mask.height());
-            return Err(CloudMapError::MaskSize { width, height, mask_width, mask_height });
+        if let Some(mask) = static_mask {
+            frame.camera().check_size("the static mask", mask.width(), mask.height())?;
         }
         let voxel_size = self.config.voxel_size;
         let depth_range = [self.config.min_depth as f32, self.config.max_depth as f32];

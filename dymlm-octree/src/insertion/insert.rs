@@ -97,12 +97,12 @@ impl Octree {
         world_from_camera: &Pose,
     ) -> Result<InsertReport, Error> {
         if let Some(mask) = static_mask {
-            check_size("the static mask", camera, mask.width(), mask.height())?;
+            camera.check_size("the static mask", mask.width(), mask.height())?;
         }
         if let Some(color) = color {
-            check_size("the colour image", camera, color.width(), color.height())?;
+            camera.check_size("the colour image", color.width(), color.height())?;
         }
-        check_size("the depth image", camera, depth.width(), depth.height())?;
+        camera.check_size("the depth image", depth.width(), depth.height())?;
         let origin = self.ray_origin(world_from_camera.translation())?;
         let color = color.filter(|_| self.config().color == ColorMode::PerLeaf);
 
@@ -191,19 +191,5 @@ impl Octree {
             self.tree.observe(corner, misses, hits, &self.model);
         });
         self.tree.settle();
-    }
-}
-
-fn check_size(
-    what: &'static str,
-    camera: &PinholeCamera,
-    actual_width: usize,
-    actual_height: usize,
-) -> Result<(), Error> {
-    let (width, height) = (camera.width(), camera.height());
-    if (width, height) == (actual_width, actual_height) {
-        Ok(())
-    } else {
-        Err(dymlm_core::Error::SizeMismatch { what, width, height, actual_width, actual_height }.into())
     }
 }
