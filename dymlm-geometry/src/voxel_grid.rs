@@ -1,7 +1,6 @@
 use dymlm_core::{ConfigError, Point, PointCloud, Rgb, check_range};
 
-use crate::lattice::{CellSort, CubicLattice};
-use crate::parallel::{for_each, task_size};
+use crate::lattice::{CellNumbers, CubicLattice};
 
 /// How coarse a downsampled cloud is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +30,8 @@ impl Default for VoxelGridConfig {
 /// 2^-53 a point; mean colours are rounded to the nearest, halves up. Points that are not finite are left
 /// out.
 ///
-/// O(n): a radix sort by voxel. The same bits come out with feature `parallel`, on any number of threads.
+/// O(n): a hash table finds the voxels, sums are taken point by point, and a radix sort puts the voxels in
+/// order. On one thread, with feature `parallel` too.
 ///
 /// Same meaning as PCL's `VoxelGrid`; Rusu, Cousins: "3D is here: Point Cloud Library (PCL)", ICRA 2011.
 ///
@@ -55,7 +55,8 @@ pub struct VoxelGrid {
 /// Working memory of [`VoxelGrid::downsample_into`]; kept between calls, it saves all allocation.
 #[derive(Debug, Default)]
 pub struct VoxelGridScratch {
-    voxels: CellSort,
+    voxels: CellNumbers,
+    sums: Sums,
 }
 
 impl VoxelGridScratch {
@@ -91,16 +92,18 @@ impl VoxelGrid {
         scratch: &mut VoxelGridScratch,
         downsampled: &mut PointCloud,
     ) {
-        let VoxelGridScratch { voxels } = scratch;
-        voxels.sort(self.lattice, cloud.points());
+        let VoxelGridScratch { voxels, sums } = scratch;
+        voxels.find(self.lattice, cloud.points());
 
         let (mut points, colors) = std::mem::take(downsampled).into_parts();
-        average(voxels, &mut points, |voxels, voxel| centroid(cloud.points(), voxels, voxel));
+        sums.take(voxels, cloud.points());
+        sums.write(voxels, &mut points, centroid);
         *downsampled = match cloud.colors() {
             None => PointCloud::new(points),
             Some(all_colors) => {
                 let mut colors = colors.unwrap_or_default();
-                average(voxels, &mut colors, |voxels, voxel| mean_color(all_colors, voxels, voxel));
+                sums.take(voxels, all_colors);
+                sums.write(voxels, &mut colors, mean_color);
                 // One of each a voxel, so that the counts agree.
                 PointCloud::with_colors(points, colors).unwrap_or_default()
             }
@@ -108,49 +111,37 @@ impl VoxelGrid {
     }
 }
 
-/// Computes one value a voxel from the ranges of its points.
-fn average<T: Copy + Default + Send>(
-    voxels: &CellSort,
-    averages: &mut Vec<T>,
-    of: impl Fn(&CellSort, usize) -> T + Send + Sync,
-) {
-    averages.resize(voxels.cell_count(), T::default());
-    let share = task_size(averages.len());
-    for_each(averages.chunks_mut(share).enumerate(), |(task, averages)| {
-        for (voxel, average) in (task * share..).zip(averages) {
-            *average = of(voxels, voxel);
-        }
-    });
-}
+/// Sums of three values, and the number of summands, by number of voxel.
+#[derive(Debug, Default)]
+struct Sums(Vec<[f64; 4]>);
 
-/// Mean of the points of a voxel.
-#[inline]
-fn centroid(points: &[Point], voxels: &CellSort, voxel: usize) -> Point {
-    let mut sum = [0.0_f64; 3];
-    let mut count = 0;
-    for run in voxels.runs_of_cell(voxel) {
-        count += run.len();
-        for point in &points[run] {
-            for axis in 0..3 {
-                sum[axis] += f64::from(point[axis]);
-            }
+impl Sums {
+    /// Sums over the points of each voxel, in the order of the cloud.
+    fn take<T: Copy + Into<f64>>(&mut self, voxels: &CellNumbers, values: &[[T; 3]]) {
+        self.0.clear();
+        self.0.resize(voxels.end(), [0.0; 4]);
+        for (&number, value) in voxels.of_points().iter().zip(values) {
+            let sum = &mut self.0[number as usize];
+            let [x, y, z] = value.map(Into::into);
+            *sum = [sum[0] + x, sum[1] + y, sum[2] + z, sum[3] + 1.0];
         }
     }
-    sum.map(|sum| (sum / count as f64) as f32)
+
+    /// Writes one average a voxel.
+    fn write<T>(&self, voxels: &CellNumbers, averages: &mut Vec<T>, of: impl Fn([f64; 4]) -> T) {
+        averages.clear();
+        averages.extend(voxels.ascending().map(|number| of(self.0[number])));
+    }
 }
 
-/// Mean colour of a voxel, to the nearest, halves up.
 #[inline]
-fn mean_color(colors: &[Rgb], voxels: &CellSort, voxel: usize) -> Rgb {
-    let mut sum = [0_u64; 3];
-    let mut count = 0;
-    for run in voxels.runs_of_cell(voxel) {
-        count += run.len() as u64;
-        for color in &colors[run] {
-            for channel in 0..3 {
-                sum[channel] += u64::from(color[channel]);
-            }
-        }
-    }
-    sum.map(|sum| ((2 * sum + count) / (2 * count).max(1)) as u8)
+fn centroid([x, y, z, count]: [f64; 4]) -> Point {
+    [x, y, z].map(|sum| (sum / count) as f32)
+}
+
+/// To the nearest, halves up; in integers, which the sums are.
+#[inline]
+fn mean_color([r, g, b, count]: [f64; 4]) -> Rgb {
+    let count = count as u64;
+    [r, g, b].map(|sum| ((2 * sum as u64 + count) / (2 * count).max(1)) as u8)
 }

@@ -1,0 +1,87 @@
+use dymlm_core::Point;
+
+use super::CubicLattice;
+use super::bounds::{Bounds, is_finite};
+
+/// Points whose keys are computed together, in vector registers.
+const TOGETHER: usize = 4;
+
+/// The integers from 2^52 to 2^53 are all the f64 there, and their low 52 bits count them.
+const INTEGERS_FROM: f64 = (1_u64 << 52) as f64;
+
+/// Numbers the cells of an extent along z, then y, then x: ascending keys are ascending x, then y, then z.
+///
+/// Keys are computed in f64, which holds the numbers of up to 2^52 cells.
+pub(super) struct CellKeys {
+    lattice: CubicLattice,
+    /// Least index of each axis, an integer; as often as points are taken together.
+    base: [f64; 3 * TOGETHER],
+    /// Number of keys from a cell to the next along each axis.
+    stride: [f64; 3 * TOGETHER],
+    all_finite: bool,
+    max_key: u64,
+}
+
+impl CellKeys {
+    /// The key given to points that are not finite; no cell has it.
+    pub(super) const NOT_FINITE: u64 = u64::MAX;
+
+    /// `None` when the bounds hold more cells than there are keys.
+    pub(super) fn new(lattice: CubicLattice, bounds: &Bounds) -> Option<Self> {
+        if !bounds.min.iter().chain(&bounds.max).all(|&x| lattice.counts(x)) {
+            return None;
+        }
+        let base = bounds.min.map(|x| lattice.counted_index(x));
+        let cells: [f64; 3] =
+            std::array::from_fn(|axis| lattice.counted_index(bounds.max[axis]) - base[axis] + 1.0);
+        // Factors are below 2^28, so that rounding of the product cannot hide that it is too large.
+        let count = cells[0] * cells[1] * cells[2];
+        (count < INTEGERS_FROM).then(|| {
+            let stride = [cells[1] * cells[2], cells[2], 1.0];
+            Self {
+                lattice,
+                base: std::array::from_fn(|i| base[i % 3]),
+                stride: std::array::from_fn(|i| stride[i % 3]),
+                all_finite: bounds.all_finite,
+                max_key: count as u64 - 1,
+            }
+        })
+    }
+
+    /// The greatest key of a cell.
+    pub(super) fn max_key(&self) -> u64 {
+        self.max_key
+    }
+
+    /// Writes the keys of as many points as there are in both.
+    pub(super) fn write(&self, points: &[Point], keys: &mut [u64]) {
+        let (fours, rest) = points.as_chunks::<TOGETHER>();
+        let (key_fours, key_rest) = keys.as_chunks_mut::<TOGETHER>();
+        for (points, keys) in fours.iter().zip(key_fours.iter_mut()) {
+            *keys = self.keys(points);
+        }
+        let mut last = [[0.0; 3]; TOGETHER];
+        last[..rest.len()].copy_from_slice(rest);
+        let last = self.keys(&last);
+        let after = key_fours.get_mut(fours.len()).map_or(key_rest, |four| &mut four[..]);
+        after.iter_mut().zip(last).take(rest.len()).for_each(|(key, last)| *key = last);
+
+        if !self.all_finite {
+            for (point, key) in points.iter().zip(keys) {
+                *key = if is_finite(point) { *key } else { Self::NOT_FINITE };
+            }
+        }
+    }
+
+    #[inline]
+    fn keys(&self, points: &[Point; TOGETHER]) -> [u64; TOGETHER] {
+        let coordinates = points.as_flattened();
+        let parts: [f64; 3 * TOGETHER] = std::array::from_fn(|i| {
+            (self.lattice.counted_index(coordinates[i]) - self.base[i]) * self.stride[i]
+        });
+        std::array::from_fn(|i| {
+            let key = parts[3 * i] + parts[3 * i + 1] + parts[3 * i + 2];
+            (key + INTEGERS_FROM).to_bits() & ((1 << 52) - 1)
+        })
+    }
+}
