@@ -36,8 +36,8 @@ impl CorrectionConfig {
 
 /// Corrects boxes that cut a mover short: paper section III-A.
 ///
-/// Each side moves outward, line by line, while pixels just outside it continue the foreground in depth, at most
-/// `max_extension` pixels. Sides never move inward. Left and right sides go first, so that the upper and lower ones
+/// A box first takes in the parts of the foreground that were found around it. Then each side moves outward, line by line, while pixels just outside it continue the foreground in depth, at most
+/// `max_extension` pixels in all. Sides never move inward. Left and right sides go first, so that the upper and lower ones
 /// see arms that stick out; then all sides may use what is left of their allowance.
 ///
 /// Costs O(perimeter times extension).
@@ -129,7 +129,7 @@ impl BoxCorrector {
             top: start.top.saturating_sub(allowance),
             bottom: (start.bottom + allowance).min(depth.height()),
         };
-        let mut window = start;
+        let mut window = start.with_parts(foreground, limit);
         for side in [Side::Left, Side::Right, Side::Top, Side::Bottom, Side::Left, Side::Right] {
             self.extend(side, depth, foreground, limit, &mut window);
         }
@@ -233,6 +233,17 @@ impl Front {
 }
 
 impl Window {
+    /// The window that also holds all that was found of the mover around it, as far as the limit allows.
+    fn with_parts(self, foreground: &Foreground, limit: Self) -> Self {
+        let Some(found) = foreground.bounds() else { return self };
+        Self {
+            left: self.left.min(found.left).max(limit.left),
+            right: self.right.max(found.right + 1).min(limit.right),
+            top: self.top.min(found.top).max(limit.top),
+            bottom: self.bottom.max(found.bottom + 1).min(limit.bottom),
+        }
+    }
+
     /// Takes in one line more on a side; answers the line's column or row, `None` at the limit.
     fn step_outward(&mut self, side: Side, limit: Self) -> Option<usize> {
         let (at_limit, edge, outward) = match side {

@@ -182,6 +182,58 @@ fn a_person_parted_by_a_bar_is_whole() {
     assert_masks(&mask, |u, v| is_in(&walker, u, v) && !is_in(&[bar], u, v));
 }
 
+/// The box ends at a chair's back; below it the legs show between the slats.
+#[test]
+fn legs_seen_through_a_chair_below_the_box_are_found() {
+    let walker = person(200, 2.0);
+    let slats = [slab([100, 400], [370, 385], 1.2), slab([100, 400], [397, 407], 1.2)];
+    let scene: Vec<Slab> = walker.into_iter().chain(slats).collect();
+    let cut = boxed(200.0, 60.0, 280.0, 375.0);
+    let (movers, mask) = run(bare, &scene, &[detect(cut)]);
+    assert_eq!(movers[0].corrected_box, person_box(200));
+    assert_masks(&mask, |u, v| is_in(&walker, u, v) && !is_in(&slats, u, v));
+    // Without a margin they are not looked for.
+    let without_margin = |config: &mut DynamicsConfig| {
+        bare(config);
+        config.foreground.margin = 0.0;
+    };
+    let (movers, mask) = run(without_margin, &scene, &[detect(cut)]);
+    assert_eq!(movers[0].corrected_box, cut);
+    assert_masks(&mask, |u, v| v < 375 && is_in(&walker, u, v) && !is_in(&slats, u, v));
+}
+
+#[test]
+fn parts_outside_the_box_do_not_take_it_past_its_limit() {
+    let (body, foot) = (slab([200, 280], [60, 300], 2.0), slab([290, 320], [250, 300], 2.1));
+    let narrow = |config: &mut DynamicsConfig| {
+        bare(config);
+        config.correction.max_extension = 20.0;
+    };
+    let (movers, mask) = run(narrow, &[body, foot], &[detect(boxed(200.0, 60.0, 280.0, 300.0))]);
+    assert_eq!(movers[0].corrected_box, boxed(200.0, 60.0, 300.0, 300.0));
+    assert_masks(&mask, |u, v| u < 300 && is_in(&[body, foot], u, v));
+}
+
+#[test]
+fn a_forearm_before_the_body_belongs_to_it() {
+    let (body, forearm) = (slab([200, 280], [60, 420], 2.0), slab([160, 190], [150, 200], 1.7));
+    let (_, mask) = run(bare, &[body, forearm], &[detect(boxed(150.0, 60.0, 280.0, 420.0))]);
+    assert_masks(&mask, |u, v| is_in(&[body, forearm], u, v));
+    // What goes on outside is furniture: the same depth, but past the margin.
+    let rail = slab([20, 190], [150, 200], 1.7);
+    let (_, mask) = run(bare, &[body, rail], &[detect(boxed(150.0, 60.0, 280.0, 420.0))]);
+    assert_masks(&mask, |u, v| is_in(&[body], u, v));
+}
+
+/// Most of the box, and its middle, is wall.
+#[test]
+fn the_wall_is_nobody_however_much_of_the_box_it_fills() {
+    let walker = slab([100, 160], [60, 420], 2.0);
+    let (movers, mask) = run(bare, &[walker], &[detect(boxed(100.0, 60.0, 300.0, 420.0))]);
+    assert_eq!(movers[0].depth, Some(2.0));
+    assert_masks(&mask, |u, v| is_in(&[walker], u, v));
+}
+
 #[test]
 fn two_people_one_before_the_other() {
     let (near, far) = (person(200, 1.5), person(250, 2.2));
@@ -336,7 +388,8 @@ fn refused_frames_change_nothing() {
 
 #[test]
 fn settings_are_checked() {
-    let change: [fn(&mut DynamicsConfig); 6] = [
+    let change: [fn(&mut DynamicsConfig); 7] = [
+        |config| config.foreground.margin = f32::NAN,
         |config| config.tracker.max_coast = -1.0,
         |config| config.foreground.eps = f32::NAN,
         |config| config.foreground.stride = 0,

@@ -13,6 +13,9 @@ pub struct Foreground {
     /// Depth of each cell; 0 = not of the foreground.
     pub(super) depths: Vec<f32>,
     pub(super) count: usize,
+    /// Those in the box, of how many.
+    pub(super) box_count: usize,
+    pub(super) box_cells: usize,
     pub(super) near: f32,
     pub(super) median: f32,
     pub(super) far: f32,
@@ -39,7 +42,7 @@ impl Foreground {
 
     /// Share of the box's cells that are foreground, 0..=1.
     pub fn fill(&self) -> f32 {
-        if self.depths.is_empty() { 0.0 } else { self.count as f32 / self.depths.len() as f32 }
+        if self.box_cells == 0 { 0.0 } else { self.box_count as f32 / self.box_cells as f32 }
     }
 
     /// Whether a pixel of depth `z` > 0 lies on the foreground's surface: a cell around it holds about that depth.
@@ -56,6 +59,23 @@ impl Foreground {
             let cells = self.depths.get(row * self.columns + columns.start..row * self.columns + columns.end);
             cells.unwrap_or(&[]).iter().any(|&depth| self.continues(depth, z))
         })
+    }
+
+    /// The first and the last column and row that were found to be foreground; `None` when nothing was found.
+    pub(crate) fn bounds(&self) -> Option<Bounds> {
+        let (mut bounds, mut any) =
+            (Bounds { left: usize::MAX, right: 0, top: usize::MAX, bottom: 0 }, false);
+        for (row, depths) in self.depths.chunks_exact(self.columns.max(1)).enumerate() {
+            let Some(first) = depths.iter().position(|&depth| depth > 0.0) else { continue };
+            let last = depths.iter().rposition(|&depth| depth > 0.0).unwrap_or(first);
+            let pixel = |cell: usize| cell * self.stride + self.stride / 2;
+            bounds.left = bounds.left.min(pixel(self.first_column + first));
+            bounds.right = bounds.right.max(pixel(self.first_column + last));
+            bounds.top = bounds.top.min(pixel(self.first_row + row));
+            bounds.bottom = bounds.bottom.max(pixel(self.first_row + row));
+            any = true;
+        }
+        any.then_some(bounds)
     }
 
     /// The cells near which the foreground's surface runs.
@@ -107,6 +127,15 @@ impl Foreground {
         let start = index.saturating_sub(first + 2).min(end);
         start..end
     }
+}
+
+/// Outermost sampled pixels of a foreground, inclusive.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds {
+    pub(crate) left: usize,
+    pub(crate) right: usize,
+    pub(crate) top: usize,
+    pub(crate) bottom: usize,
 }
 
 /// The pixels of one cell, and the depths of the foreground in and around it.
