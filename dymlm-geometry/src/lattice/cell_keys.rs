@@ -4,7 +4,7 @@ use super::CubicLattice;
 use super::bounds::{Bounds, is_finite};
 
 /// Points whose keys are computed together, in vector registers.
-const TOGETHER: usize = 4;
+pub(super) const TOGETHER: usize = 4;
 
 /// The integers from 2^52 to 2^53 are all the f64 there, and their low 52 bits count them.
 const INTEGERS_FROM: f64 = (1_u64 << 52) as f64;
@@ -53,21 +53,16 @@ impl CellKeys {
         self.max_key
     }
 
-    /// Writes the keys of as many points as there are in both.
-    pub(super) fn write(&self, points: &[Point], keys: &mut [u64]) {
+    /// Writes the keys of points, at most as many as there are keys.
+    pub(super) fn write(&self, points: &[Point], keys: &mut [[u64; TOGETHER]]) {
         let (fours, rest) = points.as_chunks::<TOGETHER>();
-        let (key_fours, key_rest) = keys.as_chunks_mut::<TOGETHER>();
-        for (points, keys) in fours.iter().zip(key_fours.iter_mut()) {
+        // The rest as four points, the last one repeated.
+        let last = rest.last().map(|last| std::array::from_fn(|i| *rest.get(i).unwrap_or(last)));
+        for (points, keys) in fours.iter().chain(&last).zip(&mut *keys) {
             *keys = self.keys(points);
         }
-        let mut last = [[0.0; 3]; TOGETHER];
-        last[..rest.len()].copy_from_slice(rest);
-        let last = self.keys(&last);
-        let after = key_fours.get_mut(fours.len()).map_or(key_rest, |four| &mut four[..]);
-        after.iter_mut().zip(last).take(rest.len()).for_each(|(key, last)| *key = last);
-
         if !self.all_finite {
-            for (point, key) in points.iter().zip(keys) {
+            for (point, key) in points.iter().zip(keys.as_flattened_mut()) {
                 *key = if is_finite(point) { *key } else { Self::NOT_FINITE };
             }
         }

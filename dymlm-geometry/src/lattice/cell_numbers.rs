@@ -1,12 +1,12 @@
 use dymlm_core::Point;
 
 use super::bounds::Bounds;
-use super::cell_keys::CellKeys;
+use super::cell_keys::{CellKeys, TOGETHER};
 use super::cell_table::CellTable;
 use super::radix_sort::RadixSort;
 use super::{CellSort, CubicLattice};
 
-/// Keys that are computed before they are looked up.
+/// Points whose keys are computed before they are looked up; a run's number fits in a byte.
 const BATCH: usize = 256;
 
 /// The lattice cells of a cloud's points, each with a number, and the order of the cells.
@@ -64,11 +64,17 @@ impl CellNumbers {
 
     fn number_by_key(&mut self, cell_keys: &CellKeys, points: &[Point]) {
         self.table.clear(points.len());
-        let mut keys = [0; BATCH];
+        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
+        let mut runs = Runs { keys: [0; BATCH], of_points: [0; BATCH] };
         for (points, numbers) in points.chunks(BATCH).zip(self.numbers.chunks_mut(BATCH)) {
             cell_keys.write(points, &mut keys);
-            for (number, &key) in numbers.iter_mut().zip(&keys) {
+            let count = runs.find(&keys.as_flattened()[..points.len()]);
+            let mut run_numbers = [0; BATCH];
+            for (number, &key) in run_numbers.iter_mut().zip(&runs.keys[..count]) {
                 *number = self.table.number(key);
+            }
+            for (number, &run) in numbers.iter_mut().zip(&runs.of_points) {
+                *number = run_numbers[usize::from(run)];
             }
         }
         self.end = self.table.keys().len();
@@ -98,5 +104,29 @@ impl CellNumbers {
                 self.numbers[run].fill(cell as u32 + 1);
             }
         }
+    }
+}
+
+/// Runs of successive points in one cell, so that each is looked up once.
+struct Runs {
+    keys: [u64; BATCH],
+    /// The run of each point.
+    of_points: [u8; BATCH],
+}
+
+impl Runs {
+    /// Finds the runs of a batch; gives their count. No branch on what no processor could predict.
+    #[inline]
+    fn find(&mut self, keys: &[u64]) -> usize {
+        let Some(&first) = keys.first() else { return 0 };
+        let (mut run, mut previous) = (0_u8, first);
+        for (&key, of_point) in keys.iter().zip(&mut self.of_points) {
+            // At most 255 times: the first point begins none.
+            run = run.wrapping_add(u8::from(key != previous));
+            self.keys[usize::from(run)] = key;
+            *of_point = run;
+            previous = key;
+        }
+        usize::from(run) + 1
     }
 }
