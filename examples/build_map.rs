@@ -11,7 +11,8 @@ use clap::Parser;
 use dymlm::core::PointCloud;
 use dymlm::{FrameReport, MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_examples::{
-    AnyError, Counts, FrameSource, Picture, RunReport, cloud_pictures, mean_up, octree_pictures, progress_bar,
+    AnyError, Counts, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up, octree_pictures,
+    progress_bar,
 };
 use dymlm_io::{MapFolderWriter, TumOptions, encode_ply};
 use dymlm_sim::SequenceConfig;
@@ -24,10 +25,10 @@ struct Arguments {
     #[arg(long)]
     dataset: Option<PathBuf>,
     /// JSON-lines file or YOLO folder (with names.txt); default: the dataset's detections.jsonl
-    #[arg(long)]
+    #[arg(long, requires = "dataset")]
     detections: Option<PathBuf>,
     /// Poses, camera to world; default: the dataset's groundtruth.txt
-    #[arg(long)]
+    #[arg(long, requires = "dataset")]
     trajectory: Option<PathBuf>,
     /// Settings; what the file leaves out stays at its default
     #[arg(long)]
@@ -85,7 +86,7 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
     options.every = arguments.every;
     match &arguments.dataset {
         Some(folder) => FrameSource::recorded(folder, arguments.detections.as_deref(), &options),
-        None => FrameSource::synthetic(&SequenceConfig::default()),
+        None => FrameSource::synthetic(&every(SequenceConfig::default(), arguments.every)),
     }
 }
 

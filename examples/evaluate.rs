@@ -2,7 +2,8 @@
 //!
 //! Without arguments on the built-in sequence against its exact truth; with `--dataset DIR --reference DIR` on a
 //! recording against another recording of the same place without people. Rows: what is done about movers; columns:
-//! masks against exact masks where there are any, and the cloud before and after late ghost removal.
+//! masks against exact masks where there are any, and the cloud before and after what is removed late (ghosts by the
+//! evidence of all frames, noise by thinning).
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -12,7 +13,7 @@ use clap::Parser;
 use dymlm::core::{Detection, Mask, Point, PointCloud};
 use dymlm::dynamics::MaskMode;
 use dymlm::{MapBuilder, MapConfig, Selection};
-use dymlm_examples::{AnyError, FrameSource, SourceFrame, progress_bar};
+use dymlm_examples::{AnyError, FrameSource, SourceFrame, every, progress_bar};
 use dymlm_io::TumOptions;
 use dymlm_sim::{MaskScore, ReferenceCloud, Sequence, SequenceConfig, Truth, TruthConfig, score_cloud};
 
@@ -99,7 +100,7 @@ fn rows(arguments: &Arguments) -> Vec<Row> {
 /// What maps are held against.
 enum Standard {
     Reference(ReferenceCloud),
-    Truth { truth: Box<Truth>, sequence: Box<Sequence> },
+    Truth(Box<Truth>),
 }
 
 fn main() -> Result<(), AnyError> {
@@ -108,7 +109,7 @@ fn main() -> Result<(), AnyError> {
     print_header(&standard);
     for row in rows(&arguments) {
         let mut source = open_source(&arguments)?;
-        let (builder, masks) = map_sequence(row, &mut source, &arguments, &standard)?;
+        let (builder, masks) = map_sequence(row, &mut source, &arguments)?;
         print_row(row, &builder, masks, &standard);
     }
     Ok(())
@@ -128,20 +129,17 @@ fn options(arguments: &Arguments) -> TumOptions {
 }
 
 fn sequence_config(arguments: &Arguments) -> SequenceConfig {
-    let mut config = SequenceConfig::default();
-    let every = arguments.every.max(1);
-    config.frames = config.frames.div_ceil(every);
-    config.frame_rate /= every as f64;
-    config
+    every(SequenceConfig::default(), arguments.every)
 }
 
 fn open_standard(arguments: &Arguments) -> Result<Standard, AnyError> {
     let Some(folder) = &arguments.reference else {
         let sequence = Sequence::walking(&sequence_config(arguments))?;
         let truth = Truth::of(&sequence, &TruthConfig::default())?;
-        return Ok(Standard::Truth { truth: Box::new(truth), sequence: Box::new(sequence) });
+        return Ok(Standard::Truth(Box::new(truth)));
     };
-    let mut source = FrameSource::recorded(folder, None, &options(arguments))?;
+    // All frames, whatever is left out of the map: what can be asked for does not depend on it.
+    let mut source = FrameSource::recorded(folder, None, &TumOptions::default())?;
     let range = MapConfig::default().cloud;
     let mut reference = ReferenceCloud::new(0.02)?;
     let bar = progress_bar(source.len(), "reference");
@@ -161,7 +159,6 @@ fn map_sequence(
     row: Row,
     source: &mut FrameSource,
     arguments: &Arguments,
-    standard: &Standard,
 ) -> Result<(MapBuilder, MaskScore), AnyError> {
     let mut builder = MapBuilder::new(row.treatment.config())?;
     let mut masks = MaskScore::default();
@@ -173,7 +170,7 @@ fn map_sequence(
             _ => next.detections.iter().filter(|d| d.score() >= row.min_score).cloned().collect(),
         };
         builder.insert(&next.frame, &detections, &next.world_from_camera)?;
-        if let Some(movers) = exact_movers(index, source, arguments, standard, &next)? {
+        if let Some(movers) = exact_movers(index, source, arguments, &next)? {
             let masked = inverted(builder.preprocessor().static_mask())?;
             masks.add(&masked, &movers, next.frame.depth())?;
         }
@@ -189,11 +186,10 @@ fn exact_movers(
     index: usize,
     source: &FrameSource,
     arguments: &Arguments,
-    standard: &Standard,
     frame: &SourceFrame,
 ) -> Result<Option<Mask>, AnyError> {
-    if let Standard::Truth { sequence, .. } = standard {
-        return Ok(sequence.frame(index).map(|frame| frame.mover_mask));
+    if let Some(movers) = &frame.mover_mask {
+        return Ok(Some(movers.clone()));
     }
     let Some(folder) = arguments.dataset.as_ref().map(|folder| folder.join("masks")) else { return Ok(None) };
     if !folder.is_dir() {
@@ -223,7 +219,7 @@ fn print_header(standard: &Standard) {
     for stage in ["before", "after"] {
         match standard {
             Standard::Reference(_) => print!(" | {stage:>6}: residue complete"),
-            Standard::Truth { .. } => {
+            Standard::Truth(_) => {
                 print!(" | {stage:>6}: residue   stray complete  median     p95");
             }
         }
@@ -250,7 +246,7 @@ fn score(cloud: &PointCloud, standard: &Standard) -> String {
             let score = reference.score(points);
             format!("{:>13.4} % {:>6.2} %", 100.0 * score.residue, 100.0 * score.completeness)
         }
-        Standard::Truth { truth, .. } => score_cloud(cloud, truth).map_or("-".to_owned(), |score| {
+        Standard::Truth(truth) => score_cloud(cloud, truth).map_or("-".to_owned(), |score| {
             format!(
                 "{:>13.4} % {:>5.2} % {:>6.2} % {:>4.1} mm {:>4.1} mm",
                 100.0 * score.residue,

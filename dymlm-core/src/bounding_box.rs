@@ -74,7 +74,7 @@ impl BoundingBox {
     /// Centre `[u, v]`, pixels.
     #[inline]
     pub fn center(&self) -> [f32; 2] {
-        [0.5 * (self.x_min + self.x_max), 0.5 * (self.y_min + self.y_max)]
+        [f32::midpoint(self.x_min, self.x_max), f32::midpoint(self.y_min, self.y_max)]
     }
 
     /// Area shared with another box, square pixels.
@@ -97,9 +97,13 @@ impl BoundingBox {
     /// ```
     #[inline]
     pub fn iou(&self, other: &Self) -> f32 {
-        let shared = self.intersection_area(other);
-        let union = self.area() + other.area() - shared;
-        if union > 0.0 { shared / union } else { 0.0 }
+        // In f64, where no area overflows.
+        let [a, b] = [self, other].map(|b| <[f32; 4]>::from(*b).map(f64::from));
+        let area =
+            |[x_min, y_min, x_max, y_max]: [f64; 4]| (x_max - x_min).max(0.0) * (y_max - y_min).max(0.0);
+        let shared = area([a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]);
+        let union = area(a) + area(b) - shared;
+        if union > 0.0 { (shared / union) as f32 } else { 0.0 }
     }
 
     /// The part of the box on an image of `width` x `height` pixels; `None` when there is none.
@@ -166,6 +170,14 @@ mod tests {
         assert!(BoundingBox::new(1.0, 0.0, 0.0, 1.0).is_err());
         assert!(BoundingBox::new(f32::NAN, 0.0, 0.0, 1.0).is_err());
         assert!(BoundingBox::new(0.0, 0.0, f32::INFINITY, 1.0).is_err());
+    }
+
+    #[test]
+    fn huge_boxes_overlap_as_others_do() {
+        let huge = BoundingBox::new(-1e30, -1e30, 1e30, 1e30).unwrap();
+        assert_eq!(huge.iou(&huge), 1.0);
+        assert_eq!(BoundingBox::new(3e38, 0.0, f32::MAX, 1.0).unwrap().center()[1], 0.5);
+        assert!(BoundingBox::new(3e38, 0.0, f32::MAX, 1.0).unwrap().center()[0].is_finite());
     }
 
     #[test]

@@ -48,8 +48,10 @@ pub enum Error {
         /// Number of colours.
         colors: usize,
     },
-    /// A focal length that is zero or not finite, or a principal point that is not finite.
-    #[error("intrinsics fx = {fx}, fy = {fy}, cx = {cx}, cy = {cy}: all must be finite, fx and fy not zero")]
+    /// A focal length that is zero, tiny, huge or not finite, or such a principal point.
+    #[error(
+        "intrinsics fx = {fx}, fy = {fy}, cx = {cx}, cy = {cy}: 1e-3 <= |fx|, |fy| <= 1e9 and |cx|, |cy| <= 1e9 must hold"
+    )]
     Intrinsics {
         /// Focal length along u, pixels.
         fx: f64,

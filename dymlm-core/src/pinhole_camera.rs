@@ -25,11 +25,14 @@ impl PinholeCamera {
     /// # Errors
     ///
     /// [`Error::ImageSize`] when a side is zero or there are more than [`Self::MAX_PIXELS`] pixels;
-    /// [`Error::Intrinsics`] when a value is not finite or a focal length is zero.
+    /// [`Error::Intrinsics`] when a focal length is not within 1e-3 to 1e9 pixels in magnitude or the principal point
+    /// lies further out than 1e9 pixels.
     pub fn new(width: usize, height: usize, fx: f64, fy: f64, cx: f64, cy: f64) -> Result<Self, Error> {
         check_image_size(width, height)?;
-        let finite = [fx, fy, cx, cy].iter().all(|value| value.is_finite());
-        if !finite || fx == 0.0 || fy == 0.0 {
+        // Comparisons with NaN fail.
+        let is_focal = |f: f64| (1e-3..=1e9).contains(&f.abs());
+        let is_center = |c: f64| c.abs() <= 1e9;
+        if !(is_focal(fx) && is_focal(fy) && is_center(cx) && is_center(cy)) {
             return Err(Error::Intrinsics { fx, fy, cx, cy });
         }
         Ok(Self { width, height, fx, fy, cx, cy })
@@ -86,11 +89,12 @@ impl PinholeCamera {
     }
 
     /// The pixel `[u, v]` at which a camera-frame point appears, inside the image or not; `None` when the point
-    /// is not in front of the camera (z <= 0 or not finite).
+    /// is not in front of the camera (z <= 0) or not finite.
     #[inline]
     pub fn project(&self, point: [f64; 3]) -> Option<[f64; 2]> {
         let [x, y, z] = point;
-        (z > 0.0).then(|| [self.fx * x / z + self.cx, self.fy * y / z + self.cy])
+        let in_front = z > 0.0 && z.is_finite() && x.is_finite() && y.is_finite();
+        in_front.then(|| [self.fx * x / z + self.cx, self.fy * y / z + self.cy])
     }
 
     /// Checks that an image has this camera's size; `what` names it in the error, for example "the depth image".
@@ -164,6 +168,7 @@ mod tests {
             Err(Error::ImageSize { .. })
         ));
         assert!(matches!(PinholeCamera::new(2, 2, 0.0, 1.0, 0.0, 0.0), Err(Error::Intrinsics { .. })));
+        assert!(matches!(PinholeCamera::new(2, 2, 1e-300, 1.0, 0.0, 0.0), Err(Error::Intrinsics { .. })));
         assert!(matches!(PinholeCamera::new(2, 2, 1.0, f64::NAN, 0.0, 0.0), Err(Error::Intrinsics { .. })));
         assert!(matches!(
             PinholeCamera::new(2, 2, 1.0, 1.0, f64::INFINITY, 0.0),
@@ -182,5 +187,7 @@ mod tests {
         let camera = PinholeCamera::new(640, 480, 500.0, 500.0, 320.0, 240.0).unwrap();
         assert_eq!(camera.project([0.0, 0.0, f64::NAN]), None);
         assert_eq!(camera.project([0.0, 0.0, 0.0]), None);
+        assert_eq!(camera.project([0.0, 0.0, f64::INFINITY]), None);
+        assert_eq!(camera.project([f64::NAN, 0.0, 1.0]), None);
     }
 }

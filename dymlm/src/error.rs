@@ -4,7 +4,8 @@ use dymlm_core::ConfigError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A field of the config outside its range.
+    /// A field of the key frames' config outside its range. The other parts' fields are refused by their own crates,
+    /// through the variants below.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// Refused by the preprocessing: a time that runs backwards, an instance mask of the wrong size.

@@ -21,7 +21,7 @@ pub struct FrameReport {
 }
 
 /// What a key frame has brought into the maps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct MapUpdate {
     /// Into the dense cloud.

@@ -41,7 +41,9 @@ fn people_who_walk_through_are_not_in_the_map() {
     let sequence = sequence(60);
     let frames: Vec<SimulatedFrame> = sequence.frames().collect();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
-    frames.iter().for_each(|frame| truth.observe(frame));
+    for frame in &frames {
+        truth.observe(frame);
+    }
     assert!(frames.iter().filter(|frame| frame.mover_mask.count() > 2000).count() > 20, "people are in view");
 
     let mut builder = MapBuilder::new(config()).unwrap();
@@ -112,7 +114,6 @@ fn frames_that_are_no_key_frames_are_tracked_only() {
     let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
     let mut config = MapConfig::default();
     config.key_frames.min_translation = 0.1;
-    config.key_frames.min_rotation = 3.0;
     let mut builder = MapBuilder::new(config).unwrap();
     let mut mapped = Vec::new();
     for step in 0..6 {
@@ -155,7 +156,7 @@ fn the_report_times_each_step() {
     let report = builder.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
     assert!(report.stages.of(Stage::Cloud) > std::time::Duration::ZERO);
     assert!(
-        Stage::ALL.into_iter().map(|stage| report.stages.of(stage)).sum::<std::time::Duration>()
+        Stage::ALL.iter().map(|&stage| report.stages.of(stage)).sum::<std::time::Duration>()
             <= report.stages.total()
     );
 }

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use dymlm::core::{Detection, Frame, PinholeCamera, Pose};
+use dymlm::core::{Detection, Frame, Mask, PinholeCamera, Pose};
 use dymlm_io::{DetectionFile, FrameBuffers, TumDataset, TumOptions, YoloFolder, read_class_names};
 use dymlm_sim::{Sequence, SequenceConfig};
 
@@ -39,6 +39,16 @@ pub struct SourceFrame {
     pub detections: Vec<Detection>,
     /// Camera to world.
     pub world_from_camera: Pose,
+    /// The pixels that show movers, where the source knows them exactly.
+    pub mover_mask: Option<Mask>,
+}
+
+/// A sequence's config with only every `n`-th frame of the same walk.
+pub fn every(mut config: SequenceConfig, n: usize) -> SequenceConfig {
+    let n = n.max(1);
+    config.frames = config.frames.div_ceil(n);
+    config.frame_rate /= n as f64;
+    config
 }
 
 impl FrameSource {
@@ -102,8 +112,15 @@ impl FrameSource {
             faults
                 .push(format!("{unpaired} depth images have no colour image near in time and are left out"));
         }
-        let gaps = recording.dataset.gaps().into_iter().map(|gap| format!("no poses: {gap:?}"));
-        faults.extend(gaps);
+        let gaps = recording.dataset.gaps();
+        faults.extend(gaps.iter().map(|gap| format!("no poses between {:.3} and {:.3} s", gap.from, gap.to)));
+        match &recording.detections {
+            Detections::None => {
+                faults.push("no detections: only late removal keeps movers out of the map".into())
+            }
+            Detections::File(file) => faults.extend(file.faults().iter().map(ToString::to_string)),
+            Detections::Yolo(_) => {}
+        }
         faults
     }
 
@@ -121,6 +138,7 @@ impl FrameSource {
                     frame: frame.frame,
                     detections: frame.detections,
                     world_from_camera: frame.world_from_camera,
+                    mover_mask: Some(frame.mover_mask),
                 })
             }
         }
@@ -150,7 +168,12 @@ impl Recording {
             Detections::Yolo(folder) => folder.read(listed.color.as_ref().unwrap_or(&listed.depth))?,
         };
         let posed = self.dataset.load_into(index, &mut self.buffers)?;
-        Ok(SourceFrame { frame: posed.frame, detections, world_from_camera: posed.world_from_camera })
+        Ok(SourceFrame {
+            frame: posed.frame,
+            detections,
+            world_from_camera: posed.world_from_camera,
+            mover_mask: None,
+        })
     }
 }
 

@@ -7,7 +7,7 @@ mod progress;
 mod run_report;
 mod statistics;
 
-pub use frame_source::{FrameSource, SourceFrame};
+pub use frame_source::{FrameSource, SourceFrame, every};
 pub use orthographic::Orthographic;
 pub use pictures::{Picture, cloud_pictures, octree_pictures};
 pub use progress::progress_bar;

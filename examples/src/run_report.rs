@@ -56,14 +56,17 @@ impl Counts {
 impl RunReport {
     /// Sums a run up from the reports of its frames.
     pub fn new(frames: usize, reports: &[FrameReport], counts: Counts, config: MapConfig) -> Self {
+        // Steps that only key frames take are timed over key frames.
         let milliseconds = |stage: Option<Stage>| {
+            let key_frames_only = matches!(stage, Some(Stage::Cloud | Stage::Octree));
+            let timed = reports.iter().filter(|report| !key_frames_only || report.update.is_some());
             let time = |report: &FrameReport| {
                 stage.map_or(report.stages.total(), |stage| report.stages.of(stage)).as_secs_f64() * 1e3
             };
-            Milliseconds::of(reports.iter().map(time).collect())
+            Milliseconds::of(timed.map(time).collect())
         };
         let mut stages: BTreeMap<_, _> =
-            Stage::ALL.into_iter().map(|stage| (stage.name(), milliseconds(Some(stage)))).collect();
+            Stage::ALL.iter().map(|&stage| (stage.name(), milliseconds(Some(stage)))).collect();
         stages.insert("insert", milliseconds(None));
         Self {
             frames,

@@ -10,7 +10,7 @@ pub struct CloudMapConfig {
     pub voxel_size: f64,
     /// Nearest depth that is mapped, metres, 0..=100. Default 0.3: below it structured light reads nothing.
     pub min_depth: f64,
-    /// Farthest depth that is mapped, metres, 0.1..=100. Default 4: there a Kinect's axial noise is 2.6 cm, and it
+    /// Farthest depth that is mapped, metres, 0.1..=100 and at most 8000 voxels. Default 4: there a Kinect's axial noise is 2.6 cm, and it
     /// grows with the square.
     pub max_depth: f64,
     /// Late ghost removal.
@@ -37,7 +37,8 @@ impl Default for CloudMapConfig {
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct EvidenceConfig {
-    /// Side of an evidence cell, metres, 0.005..=0.5; rounded to the nearest power of two of voxels. Default 0.04.
+    /// Side of an evidence cell, metres, 0.005..=0.5; rounded to the nearest power of two of voxels, at least one.
+    /// Default 0.04; the margin below should exceed its half diagonal.
     pub cell_size: f64,
     /// A reading looks through a cell when it lies beyond it by more than this, metres, 0..=1. Default 0.06
     /// (DESIGN 4.2): the cell's half diagonal and a Kinect's noise in the middle of its range.
@@ -83,7 +84,8 @@ impl CloudMapConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         check_range("cloud.voxel_size", self.voxel_size, 0.001..=1.0)?;
         check_range("cloud.min_depth", self.min_depth, 0.0..=100.0)?;
-        check_range("cloud.max_depth", self.max_depth, self.min_depth.max(0.1)..=100.0)?;
+        let farthest = (8000.0 * self.voxel_size).min(100.0);
+        check_range("cloud.max_depth", self.max_depth, self.min_depth.max(0.1)..=farthest)?;
         check_range("cloud.evidence.cell_size", self.evidence.cell_size, 0.005..=0.5)?;
         check_range("cloud.evidence.margin", self.evidence.margin, 0.0..=1.0)?;
         check_range("cloud.evidence.margin_per_depth", self.evidence.margin_per_depth, 0.0..=1.0)?;

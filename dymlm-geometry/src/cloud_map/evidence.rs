@@ -22,6 +22,8 @@ pub(super) struct Evidence {
     read_blocks: Vec<usize>,
     /// The block read last, and its slot.
     last_read: Option<(BlockKey, usize)>,
+    /// Whether the current frame has taken out more than was put in.
+    is_overdrawn: bool,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -71,6 +73,7 @@ impl Evidence {
             blocks: BlockStore::default(),
             read_blocks: Vec::new(),
             last_read: None,
+            is_overdrawn: false,
         }
     }
 
@@ -102,6 +105,7 @@ impl Evidence {
         world_from_camera: &Pose,
         direction: Direction,
     ) {
+        self.is_overdrawn = false;
         self.look_through.take_view(camera, depth, world_from_camera);
         self.count_looked_through(depth, direction.unit());
         self.count_support(direction.unit());
@@ -111,6 +115,11 @@ impl Evidence {
     #[inline]
     pub(super) fn cell_of(&self, voxel: [i32; 3]) -> ([i32; 3], usize) {
         split(voxel.map(|c| c >> self.cell_shift))
+    }
+
+    /// Whether the frame counted last has taken out more than was put in.
+    pub(super) fn is_overdrawn(&self) -> bool {
+        self.is_overdrawn
     }
 
     pub(super) fn blocks(&self) -> &BlockStore<EvidenceBlock> {
@@ -138,27 +147,27 @@ impl Evidence {
     }
 
     fn count_looked_through(&mut self, depth: &DepthImage, unit: u32) {
-        let blocks = &mut self.blocks;
+        let (blocks, is_overdrawn) = (&mut self.blocks, &mut self.is_overdrawn);
         self.look_through.for_each_block(depth, |place, looked_through| {
             let key = BlockKey::new(place);
             let read = blocks.get(key).filter(|block| block.is_read).map(|block| block.read);
             let slot = blocks.slot_or_insert(key);
             let Some(block) = blocks.blocks_mut().get_mut(slot) else { return };
-            match (looked_through, read) {
-                (LookedThrough::All, None) => block.looked_through = block.looked_through.wrapping_add(unit),
+            *is_overdrawn |= match (looked_through, read) {
+                (LookedThrough::All, None) => count(&mut block.looked_through, unit),
                 (LookedThrough::All, Some(read)) => block.count_looked_through(read.map(|word| !word), unit),
                 (LookedThrough::Cells(cells), read) => {
                     let read = read.unwrap_or_default();
-                    block.count_looked_through(std::array::from_fn(|word| cells[word] & !read[word]), unit);
+                    block.count_looked_through(std::array::from_fn(|word| cells[word] & !read[word]), unit)
                 }
-            }
+            };
         });
     }
 
     fn count_support(&mut self, unit: u32) {
         for slot in self.read_blocks.drain(..) {
             if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
-                block.count_read(unit);
+                self.is_overdrawn |= block.count_read(unit);
             }
         }
     }
@@ -172,22 +181,21 @@ impl EvidenceBlock {
         &mut self.cells
     }
 
-    /// Counts the cells that the current frame has read, and forgets which they were.
-    fn count_read(&mut self, unit: u32) {
+    /// Counts the cells that the current frame has read, and forgets which they were. Like the next, tells whether a
+    /// count is overdrawn.
+    fn count_read(&mut self, unit: u32) -> bool {
         let read = std::mem::take(&mut self.read);
         self.is_read = false;
         let cells = self.cells_mut();
-        for_each_bit(read, |index| cells[index].support = cells[index].support.wrapping_add(unit));
+        any_bit(read, |index| count(&mut cells[index].support, unit))
     }
 
-    fn count_looked_through(&mut self, looked_through: CellBits, unit: u32) {
+    fn count_looked_through(&mut self, looked_through: CellBits, unit: u32) -> bool {
         if looked_through == CellBits::default() {
-            return;
+            return false;
         }
         let cells = self.cells_mut();
-        for_each_bit(looked_through, |index| {
-            cells[index].looked_through = cells[index].looked_through.wrapping_add(unit);
-        });
+        any_bit(looked_through, |index| count(&mut cells[index].looked_through, unit))
     }
 
     /// The evidence of the cell with this index.
@@ -204,11 +212,21 @@ impl EvidenceBlock {
     }
 }
 
-fn for_each_bit(cells: CellBits, mut count: impl FnMut(usize)) {
+/// Adds +1 or -1; tells whether more was taken out than put in.
+#[inline]
+fn count(counter: &mut u32, unit: u32) -> bool {
+    *counter = counter.wrapping_add(unit);
+    *counter > u32::MAX / 2
+}
+
+/// Calls `count` for each bit, all of them; tells whether any call said so.
+fn any_bit(cells: CellBits, mut count: impl FnMut(usize) -> bool) -> bool {
+    let mut any = false;
     for (word, mut bits) in cells.into_iter().enumerate() {
         while bits != 0 {
-            count(word * 64 + bits.trailing_zeros() as usize);
+            any |= count(word * 64 + bits.trailing_zeros() as usize);
             bits &= bits - 1;
         }
     }
+    any
 }

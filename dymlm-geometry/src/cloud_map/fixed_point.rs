@@ -56,7 +56,7 @@ impl FixedPointFrame {
         let columns = std::array::from_fn(|column| {
             std::array::from_fn(|row| (rotation[row][column] * units_per_metre) as f32)
         });
-        let origin = world_from_camera.translation().map(|t| (t * units_per_metre).floor());
+        let origin = world_from_camera.translation().map(|t| (t * units_per_metre).round());
         let reach = (ray_length(camera) * f64::from(depth_range[1]) * units_per_metre).ceil();
         let inside = reach < f64::from(ROUNDING_LIMIT)
             && origin.iter().all(|place| place.abs() + reach < f64::from(limit));

@@ -13,9 +13,11 @@ use super::{CloudMapConfig, CloudMapError};
 ///
 /// Each voxel holds the weighted mean of position and colour of the readings in it, weight 1 / sigma(z)^2 with the
 /// axial noise of [`dymlm_core::axial_noise`]. Beside the voxels stands the evidence of all frames, which decides on
-/// output which voxels are static: **late ghost removal**. A voxel is no part of the static map when more frames
-/// look through it than support it, whether they came before or after the thing that was there; so movers that no
-/// detector has seen vanish too, and a wrong verdict heals with later frames.
+/// output which voxels are static: **late ghost removal**. Each cell of some voxels counts the frames that read a
+/// surface in it and those that looked through it, before or after; a reading outweighs a few looks, and the cells
+/// around vote together ([`EvidenceConfig`](crate::EvidenceConfig)). So movers that no detector has seen vanish too,
+/// and a wrong verdict heals with later frames. Then **thinning** leaves out the noise around far surfaces and what a
+/// single frame has seen ([`ThinningConfig`](crate::ThinningConfig)).
 ///
 /// Everything is summed in integers. So the map does not depend on the order of frames, [`CloudMap::remove`] takes a
 /// frame out exactly, and two maps [`merge`](CloudMap::merge) to what one map of all frames would be.
@@ -82,7 +84,7 @@ pub struct CloudFrameReport {
 pub struct CloudVoxel {
     /// Weighted mean position, metres, world.
     pub position: Point,
-    /// Weighted mean colour.
+    /// Weighted mean colour; frames without colours count as black.
     pub color: Rgb,
     /// Sum of weights; one reading at 0.4 m weighs 1.
     pub weight: f64,
@@ -157,7 +159,8 @@ impl CloudMap {
     ///
     /// # Errors
     ///
-    /// As [`CloudMap::insert`]; [`CloudMapError::NotInserted`] when the map does not hold the frame's readings.
+    /// As [`CloudMap::insert`]; [`CloudMapError::NotInserted`] when a sum would go negative. (A frame that was never
+    /// inserted, but whose every reading other frames cover as well, cannot be told apart.)
     pub fn remove(
         &mut self,
         frame: &Frame,
@@ -400,6 +403,7 @@ impl CloudMap {
     /// Whether the frame that was just taken out had not been in the map.
     fn is_overdrawn(&self, frame: &Frame) -> bool {
         self.frames > u32::MAX / 2
+            || self.evidence.is_overdrawn()
             || (frame.color().is_none() && self.uncolored_frames > u32::MAX / 2)
             || self.touched.iter().filter_map(|&slot| self.voxels.blocks().get(slot)).any(|block| {
                 block.voxels.iter().any(|voxel| voxel.stamp == self.stamp && voxel.is_overdrawn())

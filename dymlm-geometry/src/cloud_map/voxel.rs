@@ -88,8 +88,7 @@ impl Voxel {
     pub(super) fn mean_position(&self, cell: [i32; 3], voxel_size: f64) -> Point {
         let weight = self.weight.max(1) as f64;
         std::array::from_fn(|axis| {
-            // Readings stand at the middle of their 1/256.
-            let within = (self.position[axis] as f64 / weight + 0.5) / f64::from(SUBVOXELS);
+            let within = self.position[axis] as f64 / weight / f64::from(SUBVOXELS);
             ((f64::from(cell[axis]) + within) * voxel_size) as f32
         })
     }

@@ -1,0 +1,86 @@
+//! The same bits with and without the feature `parallel`: the gate runs these tests under both, and both must give the
+//! checksums written here. Inputs are made of integers, so that no library of elementary functions has a say.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use dymlm_core::{DepthImage, Frame, PinholeCamera, Point, PointCloud, Pose};
+use dymlm_geometry::{
+    CloudMap, CloudMapConfig, Dbscan, DbscanConfig, Selection, StatisticalOutlierConfig,
+    StatisticalOutlierRemoval, VoxelGrid, VoxelGridConfig,
+};
+
+/// FNV-1a.
+fn checksum(bytes: impl IntoIterator<Item = u8>) -> u64 {
+    bytes
+        .into_iter()
+        .fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+}
+
+fn bytes_of(points: &[Point]) -> impl Iterator<Item = u8> + '_ {
+    points.iter().flatten().flat_map(|c| c.to_le_bytes())
+}
+
+/// Numbers of 0..1000 without a pattern.
+fn numbers() -> impl Iterator<Item = u32> {
+    (0_u32..).map(|n| (n.wrapping_mul(2_654_435_761) ^ (n >> 3).wrapping_mul(40_503)) >> 7).map(|n| n % 1000)
+}
+
+/// 20000 points in clumps.
+fn points() -> Vec<Point> {
+    let mut numbers = numbers();
+    let mut next = || numbers.next().unwrap_or(0);
+    (0..20_000)
+        .map(|_| {
+            let clump = (next() % 40) as f32;
+            [clump * 0.3 + next() as f32 * 1e-4, next() as f32 * 2e-4, next() as f32 * 1e-4]
+        })
+        .collect()
+}
+
+#[test]
+fn dbscan() {
+    let clusters = Dbscan::new(DbscanConfig::default()).unwrap().cluster(&points());
+    assert!(clusters.count() > 1);
+    let labels =
+        clusters.labels().iter().flat_map(|label| label.map_or(u32::MAX, |label| label).to_le_bytes());
+    assert_eq!(checksum(labels), DBSCAN);
+}
+
+#[test]
+fn voxel_grid() {
+    let mut config = VoxelGridConfig::default();
+    config.voxel_size = 0.02;
+    let cloud = VoxelGrid::new(config).unwrap().downsample(&PointCloud::new(points()));
+    assert_eq!(checksum(bytes_of(cloud.points())), VOXEL_GRID);
+}
+
+#[test]
+fn statistical_outlier_removal() {
+    let removal = StatisticalOutlierRemoval::new(StatisticalOutlierConfig::default()).unwrap();
+    let report = removal.apply(&points());
+    assert!(report.inliers.len() > 10_000);
+    assert_eq!(checksum(report.inliers.iter().flat_map(|index| index.to_le_bytes())), OUTLIERS);
+}
+
+#[test]
+fn cloud_map() {
+    let camera = PinholeCamera::new(160, 120, 128.0, 128.0, 79.5, 59.5).unwrap();
+    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+    let mut numbers = numbers();
+    for step in 0..6 {
+        let depth =
+            (0..160 * 120).map(|i| 2.0 + (i % 160) as f32 / 128.0 + numbers.next().unwrap() as f32 * 3e-5);
+        let depth = DepthImage::new(160, 120, depth.collect()).unwrap();
+        let frame = Frame::new(f64::from(step), camera, depth, None).unwrap();
+        let pose = Pose::new([f64::from(step) / 64.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        map.insert(&frame, None, &pose).unwrap();
+    }
+    let cloud = map.point_cloud(Selection::Static);
+    assert!(cloud.len() > 1000);
+    assert_eq!(checksum(bytes_of(cloud.points())), CLOUD_MAP);
+}
+
+const DBSCAN: u64 = 785_505_067_816_263_314;
+const VOXEL_GRID: u64 = 4_366_979_335_492_723_052;
+const OUTLIERS: u64 = 17_109_755_038_464_632_074;
+const CLOUD_MAP: u64 = 9_295_513_384_647_466_988;

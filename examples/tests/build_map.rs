@@ -1,0 +1,123 @@
+//! `build_map` as a program: what it writes, how it treats broken frames, and that it never leaves half an output.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use dymlm::core::{ColorImage, DepthImage, Pose};
+use dymlm_io::{MapFolder, StampedPose, Trajectory, write_depth_png, write_png};
+
+const FRAMES: usize = 6;
+const WIDTH: usize = 64;
+const HEIGHT: usize = 48;
+
+/// The example beside this test's own binary: `cargo test` builds it with the package.
+fn build_map(arguments: &[&str]) -> Option<Output> {
+    let deps = std::env::current_exe().unwrap();
+    let program =
+        deps.parent()?.parent()?.join("examples").join(format!("build_map{}", std::env::consts::EXE_SUFFIX));
+    if !program.exists() {
+        println!("skipped: {} is not built; run the whole package's tests", program.display());
+        return None;
+    }
+    Some(Command::new(program).args(arguments).output().unwrap())
+}
+
+/// A wall at 2 m, seen in six frames from the same place.
+fn write_dataset(folder: &Path) {
+    let (mut rgb, mut depth) = (String::new(), String::new());
+    let mut poses = Vec::new();
+    for index in 0..FRAMES {
+        let timestamp = index as f64 * 0.1;
+        let color = ColorImage::new(WIDTH, HEIGHT, vec![[90, 120, 60]; WIDTH * HEIGHT]).unwrap();
+        write_png(folder.join(format!("{index}_rgb.png")), WIDTH, HEIGHT, color.data()).unwrap();
+        let wall = DepthImage::new(WIDTH, HEIGHT, vec![2.0; WIDTH * HEIGHT]).unwrap();
+        write_depth_png(folder.join(format!("{index}_depth.png")), &wall, 5000.0).unwrap();
+        rgb += &format!("{timestamp:.3} {index}_rgb.png\n");
+        depth += &format!("{timestamp:.3} {index}_depth.png\n");
+        poses.push(StampedPose { timestamp, world_from_camera: Pose::identity() });
+    }
+    fs::write(folder.join("rgb.txt"), rgb).unwrap();
+    fs::write(folder.join("depth.txt"), depth).unwrap();
+    Trajectory::new(poses).unwrap().write(folder.join("groundtruth.txt")).unwrap();
+    let camera =
+        r#"{"width": 64, "height": 48, "fx": 52.5, "fy": 52.5, "cx": 31.5, "cy": 23.5, "depth_scale": 5000}"#;
+    fs::write(folder.join("camera.json"), camera).unwrap();
+}
+
+fn paths() -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let parent = tempfile::tempdir().unwrap();
+    let (dataset, out) = (parent.path().join("dataset"), parent.path().join("map"));
+    fs::create_dir(&dataset).unwrap();
+    write_dataset(&dataset);
+    (parent, dataset, out)
+}
+
+#[test]
+fn a_broken_frame_costs_a_warning_and_a_count() {
+    let (_parent, dataset, out) = paths();
+    // A truncated image, a missing one, one of another size, and a bad line of detections.
+    let bytes = fs::read(dataset.join("1_depth.png")).unwrap();
+    fs::write(dataset.join("1_depth.png"), &bytes[..bytes.len() / 2]).unwrap();
+    fs::remove_file(dataset.join("2_rgb.png")).unwrap();
+    write_depth_png(dataset.join("3_depth.png"), &DepthImage::new(2, 2, vec![1.0; 4]).unwrap(), 5000.0)
+        .unwrap();
+    let good = |t: f64| format!("{{\"timestamp\": {t:.1}, \"detections\": []}}\n");
+    let lines =
+        [good(0.0), good(0.1), good(0.2), good(0.3), "{\"timestamp\": 0.4, \"detect\n".into(), good(0.5)];
+    fs::write(dataset.join("detections.jsonl"), lines.concat()).unwrap();
+
+    let (dataset, out_name) = (dataset.to_str().unwrap(), out.to_str().unwrap());
+    let Some(output) = build_map(&["--dataset", dataset, "--out", out_name]) else { return };
+    let warnings = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{warnings}");
+    for named in ["1_depth.png", "2_rgb.png", "3_depth.png", "detections.jsonl, line 5"] {
+        assert!(warnings.contains(named), "{named} in {warnings}");
+    }
+
+    let report = fs::read_to_string(out.join("report.json")).unwrap();
+    assert!(report.contains("\"frames\": 6") && report.contains("\"frames_skipped\": 4"), "{report}");
+    assert!(
+        ["\"insert\"", "\"median_ms\"", "\"p95_ms\"", "\"max_ms\"", "\"peak_memory_bytes\"", "\"config\""]
+            .iter()
+            .all(|key| report.contains(key))
+    );
+    let map = MapFolder::open(&out).unwrap();
+    let files: Vec<&str> = map.files().collect();
+    for name in ["cloud.ply", "octree.bt", "octree.ot", "cloud_above.png", "octree_side.png"] {
+        assert!(files.contains(&name), "{files:?}");
+    }
+    assert!(!dymlm_io::read_ply(out.join("cloud.ply")).unwrap().is_empty());
+}
+
+#[test]
+fn a_run_that_fails_leaves_nothing() {
+    let (parent, dataset, out) = paths();
+    let entries = || fs::read_dir(parent.path()).unwrap().count();
+    let before = entries();
+    // No frame can be read.
+    for index in 0..FRAMES {
+        fs::write(dataset.join(format!("{index}_depth.png")), b"no image").unwrap();
+    }
+    let (dataset, out_name) = (dataset.to_str().unwrap(), out.to_str().unwrap());
+    let Some(output) = build_map(&["--dataset", dataset, "--out", out_name]) else { return };
+    assert!(!output.status.success());
+    assert!(!out.exists());
+    assert_eq!(entries(), before, "no temporary folder is left");
+
+    // A config with a field that does not exist, and one out of range.
+    for (config, named) in
+        [("[cloud]\nvoxel_sise = 0.1\n", "voxel_sise"), ("[cloud]\nvoxel_size = 0.0\n", "voxel_size")]
+    {
+        let path = parent.path().join("config.toml");
+        fs::write(&path, config).unwrap();
+        let arguments = ["--dataset", dataset, "--out", out_name, "--config", path.to_str().unwrap()];
+        let Some(output) = build_map(&arguments) else { return };
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && error.contains(named), "{error}");
+        fs::remove_file(path).unwrap();
+    }
+    assert_eq!(entries(), before);
+}
