@@ -116,7 +116,7 @@ impl FrameSource {
         faults.extend(gaps.iter().map(|gap| format!("no poses between {:.3} and {:.3} s", gap.from, gap.to)));
         match &recording.detections {
             Detections::None => {
-                faults.push("no detections: only late removal keeps movers out of the map".into())
+                faults.push("no detections: only late removal keeps movers out of the map".into());
             }
             Detections::File(file) => faults.extend(file.faults().iter().map(ToString::to_string)),
             Detections::Yolo(_) => {}
