@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -35,8 +36,8 @@ fn write_dataset(folder: &Path) {
         write_png(folder.join(format!("{index}_rgb.png")), WIDTH, HEIGHT, color.data()).unwrap();
         let wall = DepthImage::new(WIDTH, HEIGHT, vec![2.0; WIDTH * HEIGHT]).unwrap();
         write_depth_png(folder.join(format!("{index}_depth.png")), &wall, 5000.0).unwrap();
-        rgb += &format!("{timestamp:.3} {index}_rgb.png\n");
-        depth += &format!("{timestamp:.3} {index}_depth.png\n");
+        writeln!(rgb, "{timestamp:.3} {index}_rgb.png").unwrap();
+        writeln!(depth, "{timestamp:.3} {index}_depth.png").unwrap();
         poses.push(StampedPose { timestamp, world_from_camera: Pose::identity() });
     }
     fs::write(folder.join("rgb.txt"), rgb).unwrap();
