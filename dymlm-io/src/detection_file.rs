@@ -160,12 +160,16 @@ impl DetectionFile {
     }
 
     fn nearest(&self, timestamp: f64) -> Option<&DetectedFrame> {
-        let after = self.frames.partition_point(|frame| frame.timestamp < timestamp);
+        // The first line of a time, here and below.
+        let first_from = |time: f64| self.frames.partition_point(|frame| frame.timestamp < time);
+        let after = first_from(timestamp);
+        let before = after.checked_sub(1).and_then(|last| self.frames.get(last));
+        let before = before.map(|last| first_from(last.timestamp));
         let distance = |frame: &&DetectedFrame| (frame.timestamp - timestamp).abs();
-        self.frames
-            .get(after.saturating_sub(1)..)?
-            .iter()
-            .take(2)
+        before
+            .into_iter()
+            .chain([after])
+            .filter_map(|index| self.frames.get(index))
             .filter(|frame| distance(frame) <= self.tolerance)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }

@@ -42,6 +42,8 @@ pub fn read_class_names(path: impl AsRef<Path>) -> Result<Vec<String>, Error> {
     let path = path.as_ref();
     let bytes = fs::read(path).map_err(Error::io(path))?;
     let text = String::from_utf8(bytes).map_err(|_| Error::malformed(path, "no UTF-8"))?;
+    // Editors may begin a file with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     Ok(text.trim_end().lines().map(|name| name.trim().to_owned()).collect())
 }
 
@@ -50,13 +52,15 @@ impl YoloFolder {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] when the folder cannot be read.
+    /// [`Error::Io`] when the folder cannot be read; [`Error::Config`] when width or height is 0.
     pub fn open(
         folder: impl AsRef<Path>,
         names: Vec<String>,
         width: usize,
         height: usize,
     ) -> Result<Self, Error> {
+        dymlm_core::check_range("yolo.width", width as f64, 1.0..=f64::MAX)?;
+        dymlm_core::check_range("yolo.height", height as f64, 1.0..=f64::MAX)?;
         let folder = folder.as_ref();
         fs::read_dir(folder).map_err(Error::io(folder))?;
         Ok(Self { folder: folder.to_path_buf(), names, width, height })

@@ -45,6 +45,19 @@ fn finds_the_nearest_line_within_the_tolerance() {
 }
 
 #[test]
+fn of_two_lines_with_one_time_the_first_is_found() {
+    let line = |label: &str| {
+        format!(
+            r#"{{"timestamp": 0.1, "detections": [{{"label": "{label}", "score": 1, "bbox": [0, 0, 1, 1]}}]}}"#
+        )
+    };
+    let detections = open([line("first"), line("second"), line("third")].join("\n"));
+    for timestamp in [0.099, 0.1, 0.1_f64.next_up(), 0.101] {
+        assert_eq!(detections.at(timestamp).unwrap().unwrap()[0].label(), "first", "{timestamp}");
+    }
+}
+
+#[test]
 fn a_bad_line_is_an_error_for_its_frame_alone() {
     let good = |t: f64| format!("{{\"timestamp\": {t}, \"detections\": []}}");
     for (bad, said) in [
@@ -154,6 +167,23 @@ fn reads_yolo_folders() {
         let message = error.to_string();
         assert!(message.contains("bad.txt, line 2") && message.contains(said), "{message}");
     }
+}
+
+#[test]
+fn yolo_folders_of_images_without_pixels_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (width, height) in [(0, 480), (640, 0)] {
+        let refused = YoloFolder::open(folder.path(), Vec::new(), width, height);
+        assert!(matches!(refused, Err(Error::Config(_))), "{width}x{height}");
+    }
+}
+
+#[test]
+fn a_byte_order_mark_is_no_part_of_a_class_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("coco.names");
+    fs::write(&path, "\u{feff}person\nbicycle\n").unwrap();
+    assert_eq!(read_class_names(&path).unwrap(), ["person", "bicycle"]);
 }
 
 fn any_detection() -> impl Strategy<Value = Detection> {

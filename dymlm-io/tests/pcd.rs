@@ -58,6 +58,14 @@ fn reads_an_organized_cloud_with_pixels_that_have_no_reading() {
     assert_eq!(finite.colors().unwrap().len(), 3);
 }
 
+/// What version 0.5 called the fields.
+#[test]
+fn reads_columns_as_fields() {
+    let old = HEADER.replace("VERSION .7\nFIELDS", "VERSION .5\nCOLUMNS");
+    let cloud = decode(old + "1 2 3\n4 5 6\n").unwrap();
+    assert_eq!(cloud.cloud().points(), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+}
+
 #[test]
 fn reads_binary_with_padding_between_the_fields() {
     let mut bytes =

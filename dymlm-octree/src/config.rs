@@ -3,6 +3,7 @@ use dymlm_core::{ConfigError, check_range};
 /// What rays a scan is turned into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum RayMode {
     /// One ray for each distinct cell that holds points, to the cell's centre: OctoMap's
@@ -16,6 +17,7 @@ pub enum RayMode {
 /// Whether leaves carry a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum ColorMode {
     /// No colours; files have the id `OcTree`.
@@ -37,8 +39,9 @@ pub struct OctreeConfig {
     /// origin at its centre. Default 0.05, common for rooms.
     pub resolution: f64,
     /// Readings beyond this distance from the sensor, metres, free the cells up to it and set nothing occupied;
-    /// any positive value, infinite for no limit. Default 5.0: beyond it a structured-light camera's depth error
+    /// any positive value, infinite (in JSON: null) for no limit. Default 5.0: beyond it a structured-light camera's depth error
     /// exceeds a cell.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "null_is_infinite"))]
     pub max_range: f64,
     /// Probability that a cell is occupied given one hit, `0.5..=0.999999`. Default 0.7 (`OctoMap`).
     pub p_hit: f64,
@@ -85,9 +88,30 @@ impl OctreeConfig {
     }
 }
 
+/// JSON has no infinity: `serde_json` writes null.
+#[cfg(feature = "serde")]
+fn null_is_infinite<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let range: Option<f64> = serde::Deserialize::deserialize(deserializer)?;
+    Ok(range.unwrap_or(f64::INFINITY))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn json_keeps_everything() {
+        let mut config = OctreeConfig { max_range: f64::INFINITY, ..OctreeConfig::default() };
+        (config.rays, config.color) = (RayMode::PerPoint, ColorMode::PerLeaf);
+        let json = serde_json::to_string(&config).unwrap();
+        assert!(json.contains(r#""rays":"per_point","color":"per_leaf""#), "{json}");
+        assert_eq!(serde_json::from_str::<OctreeConfig>(&json).unwrap(), config);
+        config.max_range = 2.5;
+        let json = serde_json::to_string(&config).unwrap();
+        assert_eq!(serde_json::from_str::<OctreeConfig>(&json).unwrap(), config);
+        assert_eq!(serde_json::from_str::<OctreeConfig>("{}").unwrap(), OctreeConfig::default());
+    }
 
     #[test]
     fn names_the_field_at_fault() {

@@ -50,6 +50,14 @@ pub enum Error {
     /// A file of a kind of octree that is not supported.
     #[error("octrees with the id {0:?} are not supported, only OcTree and ColorOcTree")]
     UnsupportedTree(String),
+    /// Any other refusal of a file.
+    #[error("{path}: {source}")]
+    File {
+        /// The file's path.
+        path: String,
+        /// Why it was refused.
+        source: Box<Self>,
+    },
     /// Reading or writing failed.
     #[error("{path}{source}")]
     Io {

@@ -1,6 +1,5 @@
 use std::cmp::Ordering;
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
 
 use dymlm_core::Pose;
@@ -114,7 +113,7 @@ impl OccupancyGrid {
 
     fn fill(&mut self, accessor: &mut Accessor<'_>, axes: [[f64; 3]; 3], bounds: &Bounds) {
         // Heights on a border between cells belong to the cells within.
-        let margin = 1e-3 * self.resolution;
+        let margin = 0.01 * self.resolution;
         let (bottom, length) = (bounds.min[2] + margin, bounds.max[2] - bounds.min[2] - 2.0 * margin);
         for i in 0..self.cells.len() {
             let [x, y] = self.center(i % self.width, i / self.width);
@@ -200,7 +199,7 @@ impl OccupancyGrid {
         Ok(())
     }
 
-    /// Writes `name.pgm` and `name.yaml` into a folder.
+    /// Writes `name.pgm` and `name.yaml` into a folder; each replaces an older file only when it is whole.
     ///
     /// # Errors
     ///
@@ -209,15 +208,9 @@ impl OccupancyGrid {
         let image = format!("{name}.pgm");
         let image_path = folder.as_ref().join(&image);
         let yaml_path = folder.as_ref().join(format!("{name}.yaml"));
-        create(&image_path).and_then(|file| self.write_pgm(file)).map_err(crate::files::at(&image_path))?;
-        create(&yaml_path)
-            .and_then(|file| self.write_yaml(file, &image))
-            .map_err(crate::files::at(&yaml_path))
+        crate::files::save(&image_path, |writer| self.write_pgm(writer))?;
+        crate::files::save(&yaml_path, |writer| self.write_yaml(writer, &image))
     }
-}
-
-fn create(path: &Path) -> Result<BufWriter<File>, Error> {
-    Ok(BufWriter::new(File::create(path)?))
 }
 
 /// What the cells along a line say together.
@@ -246,8 +239,12 @@ fn gray(cell: CellState) -> u8 {
 
 /// The world's axes turned so that z becomes `up`, on the shortest way; `None` when `up` has no direction.
 fn grid_axes(up: [f64; 3]) -> Option<[[f64; 3]; 3]> {
+    // Scaled first: squares of large or small components would not be representable.
+    let largest = up.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let up = up.map(|value| value / largest);
     let length = dot(up, up).sqrt();
-    if !(length.is_finite() && length > 1e-12) {
+    // Not for zero, infinity and NaN.
+    if !length.is_finite() {
         return None;
     }
     let [x, y, z] = up.map(|value| value / length);
@@ -285,7 +282,12 @@ mod tests {
             assert!((dot(axes[2], up) - dot(up, up).sqrt()).abs() < 1e-6);
             assert!(world_from_grid(axes).is_ok(), "{up:?}");
         }
+        for (tiny, huge) in [(1e-200, 1e200), (1e-320, f64::MAX)] {
+            assert_eq!(grid_axes([0.0, 0.0, tiny]), grid_axes([0.0, 0.0, 1.0]));
+            assert_eq!(grid_axes([0.0, huge, huge]), grid_axes([0.0, 1.0, 1.0]));
+        }
         assert_eq!(grid_axes([0.0; 3]), None);
+        assert_eq!(grid_axes([f64::INFINITY, 0.0, 1.0]), None);
         assert_eq!(grid_axes([f64::NAN, 0.0, 1.0]), None);
     }
 }

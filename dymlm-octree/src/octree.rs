@@ -75,8 +75,8 @@ impl Octree {
         })
     }
 
-    /// The paper's plain conversion: every cell that holds points of a cloud of static points is hit once, so it is
-    /// occupied; nothing is free. With [`ColorMode::PerLeaf`] a leaf has the mean colour of its points.
+    /// The paper's plain conversion: every cell that holds points of a cloud of static points is hit once, and is
+    /// occupied: where one hit does not reach `p_occupied`, it gets just that. Nothing is free. With [`ColorMode::PerLeaf`] a leaf has the mean colour of its points.
     ///
     /// Points that are not finite or outside the map are skipped.
     ///
@@ -153,8 +153,8 @@ impl Octree {
         (color != NO_COLOR).then_some(color)
     }
 
-    /// Sets the log-odds of the cell at a point, clamped; `None` makes it unknown again. Nothing happens outside the
-    /// map.
+    /// Sets the log-odds of the cell at a point, clamped; `None` makes it unknown again, and so does NaN. Nothing
+    /// happens outside the map.
     pub fn set_log_odds(&mut self, point: [f64; 3], log_odds: Option<f32>) {
         if let Some(key) = self.lattice.key(point) {
             let log_odds = log_odds.filter(|value| !value.is_nan()).map(|value| self.model.clamped(value));

@@ -4,15 +4,16 @@ use crate::Octree;
 use crate::insertion::CellColors;
 
 impl Octree {
-    /// One hit for each cell that holds points. The second step of [`Octree::from_cloud`].
+    /// Sets each cell that holds points occupied. The second step of [`Octree::from_cloud`].
     pub(crate) fn hit_points(&mut self, cloud: &PointCloud) {
         let mut keys: Vec<_> =
             cloud.points().iter().filter_map(|&point| self.lattice.key_f32(point)).collect();
         keys.sort_unstable();
         keys.dedup();
+        // One hit alone may not reach the threshold.
+        let occupied = self.model.clamped(self.model.hit.max(self.model.occupied));
         for &key in &keys {
-            let model = self.model;
-            self.tree.change_cell(key, |old| Some(model.updated(old.unwrap_or(0.0), model.hit)));
+            self.tree.change_cell(key, |_| Some(occupied));
         }
         self.tree.settle();
         if let (Some(colors), true) = (cloud.colors(), self.tree.has_colors()) {

@@ -327,3 +327,37 @@ fn plain_conversion_hits_each_cell_once() {
     let empty = Octree::from_cloud(&PointCloud::default(), OctreeConfig::default()).unwrap();
     assert!(empty.is_empty());
 }
+
+/// The square of the offset underflows in single precision: a ray without a length, from one cell into the next.
+#[test]
+fn rays_without_a_length_end_in_their_first_cell() {
+    for end in [[-1e-30, 0.0, 0.0], [-1e-30, -1e-30, 0.0], [-1e-30; 3]] {
+        let mut config = OctreeConfig::default();
+        config.rays = RayMode::PerPoint;
+        let mut map = Octree::new(config).unwrap();
+        let report = map.insert_scan([0.0; 3], &[end]).unwrap();
+        assert_eq!((report.rays, report.hit_cells, report.missed_cells), (1, 1, 1));
+        assert_eq!(map.state([0.0; 3]), Free);
+        assert_eq!(map.state(double(end)), Occupied);
+    }
+}
+
+/// Its index is -1, of all bits ones.
+#[test]
+fn readings_one_cell_outside_are_counted() {
+    let mut map = Octree::new(OctreeConfig::default()).unwrap();
+    let x = (-32768.5 * map.resolution()) as f32;
+    let report = map.insert_scan([0.0; 3], &[[x, 0.0, 0.0], [0.0, x, 0.0], [1.0, 0.0, 0.0]]).unwrap();
+    assert_eq!((report.readings, report.outside, report.hit_cells), (3, 2, 1));
+}
+
+#[test]
+fn converted_points_are_occupied_whatever_the_threshold() {
+    for (p_occupied, p_clamp_max) in [(0.5, 0.971), (0.9, 0.971), (0.971, 0.971), (0.5, 0.6)] {
+        let mut config = OctreeConfig::default();
+        (config.p_occupied, config.p_clamp_max) = (p_occupied, p_clamp_max);
+        let map = Octree::from_cloud(&PointCloud::new(vec![[1.0; 3]]), config).unwrap();
+        assert_eq!(map.state([1.0; 3]), Occupied, "{p_occupied}");
+        assert!(map.probability([1.0; 3]).unwrap() < p_clamp_max + 1e-6);
+    }
+}

@@ -5,6 +5,7 @@
 mod common;
 
 use common::{Key, Random, config, double, leaves_of};
+use dymlm_core::PointCloud;
 use dymlm_octree::{CellState, ColorMode, Error, Octree, OctreeConfig, RayEnd, UnknownCells};
 use proptest::prelude::*;
 
@@ -337,4 +338,26 @@ fn values_are_clamped_when_set() {
     assert!(map.is_empty());
     map.set_log_odds([1e9; 3], Some(1.0));
     assert!(map.is_empty());
+}
+
+/// One map has a leaf of 8^3 cells where the other has a single cell.
+#[test]
+fn merged_colors_do_not_depend_on_the_size_of_leaves() {
+    let colored = |points: &[[f32; 3]], color| {
+        let mut config = config(0.25, 4.0);
+        config.color = ColorMode::PerLeaf;
+        let cloud = PointCloud::with_colors(points.to_vec(), vec![color; points.len()]).unwrap();
+        Octree::from_cloud(&cloud, config).unwrap()
+    };
+    let at = |i: usize| [i % 8, i / 8 % 8, i / 64].map(|index| index as f32 * 0.25 + 0.125);
+    let block: Vec<[f32; 3]> = (0..512).map(at).collect();
+    let (large, small) = (colored(&block, [100; 3]), colored(&block[..1], [50; 3]));
+    assert_eq!((large.counts().leaves, small.counts().leaves), (1, 1));
+    for (first, second) in [(&large, &small), (&small, &large)] {
+        let mut merged = first.clone();
+        merged.merge(second).unwrap();
+        assert_eq!(merged.color(double(at(0))), Some([75; 3]));
+        assert_eq!(merged.color(double(at(1))), Some([100; 3]));
+        assert_eq!(merged.color(double(at(511))), Some([100; 3]));
+    }
 }

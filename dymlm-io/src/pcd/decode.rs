@@ -157,10 +157,7 @@ fn decompress_body(body: &[u8], header: &PcdHeader) -> Result<Vec<u8>, String> {
 }
 
 fn ascii_columns(body: &[u8], header: &PcdHeader, path: &Path) -> Result<Vec<PcdValues>, Error> {
-    // A value takes two bytes at least.
-    let possible = header.points().min(body.len() / 2 + 1);
-    let mut columns: Vec<PcdValues> =
-        header.fields.iter().map(|field| empty_column(field, possible)).collect();
+    let mut columns = empty_columns(header, body.len());
     let lines = body
         .split(|&byte| byte == b'\n')
         .enumerate()
@@ -179,6 +176,15 @@ fn ascii_columns(body: &[u8], header: &PcdHeader, path: &Path) -> Result<Vec<Pcd
             format!("{} points are announced, but only {points} follow", header.points()),
         ))
     }
+}
+
+/// Columns with room for the points that a body of so many bytes can hold, whatever the header promises.
+fn empty_columns(header: &PcdHeader, body: usize) -> Vec<PcdValues> {
+    let values = header.fields.iter().fold(0, |sum: usize, field| sum.saturating_add(field.count));
+    // A value takes two bytes at least.
+    let possible = body / values.max(1).saturating_mul(2) + 1;
+    let capacity = header.points().min(possible);
+    header.fields.iter().map(|field| empty_column(field, capacity)).collect()
 }
 
 fn empty_column(field: &FieldHeader, capacity: usize) -> PcdValues {
@@ -285,5 +291,29 @@ fn unpack_colors(values: PcdValues) -> Vec<Rgb> {
         PcdValues::U32(values) => values.into_iter().map(rgb).collect(),
         PcdValues::I32(values) => values.into_iter().map(|value| rgb(value.cast_unsigned())).collect(),
         _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_fields_reserve_no_more_than_the_file_can_hold() {
+        let padding = |value: &str| format!(" {value}").repeat(50_000);
+        let header = format!(
+            "FIELDS x y z{}\nSIZE 4 4 4{}\nTYPE F F F{}\nWIDTH 4000000000\nDATA ascii\n",
+            padding("_"),
+            padding("8"),
+            padding("F"),
+        );
+        let file = header + &"1 ".repeat(350_000);
+        let header = PcdHeader::parse(file.as_bytes(), Path::new("test.pcd")).unwrap();
+        let reserved: usize = empty_columns(&header, file.len() - header.body)
+            .iter()
+            .map(|column| with_values!(column, values => values.capacity() * 8))
+            .sum();
+        assert!(reserved <= 4 * file.len(), "{reserved} bytes for a file of {}", file.len());
+        assert!(decode_pcd(file.as_bytes(), "test.pcd").is_err());
     }
 }

@@ -130,7 +130,8 @@ impl<'a> Entries<'a> {
         let values: Vec<&str> = columns.collect();
         match key {
             "VERSION" => {}
-            "FIELDS" => self.names = values,
+            // Version 0.5 said COLUMNS.
+            "FIELDS" | "COLUMNS" => self.names = values,
             "SIZE" => self.sizes = values,
             "TYPE" => self.kinds = values,
             "COUNT" => {

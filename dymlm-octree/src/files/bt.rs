@@ -1,9 +1,9 @@
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 
 use super::header::Header;
-use super::{at, read_error};
+use super::{at, read_error, save};
 use crate::lattice::{DEPTH, Key};
 use crate::sensor_model::SensorModel;
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
@@ -78,15 +78,14 @@ impl Octree {
         Ok(Self::from_parts(config, tree))
     }
 
-    /// [`Self::write_bt`] to a new file.
+    /// [`Self::write_bt`] to a file: under another name in its folder first, so that an older file is replaced by a
+    /// whole one or stays.
     ///
     /// # Errors
     ///
     /// [`Error::Io`], naming the file.
     pub fn save_bt(&self, path: impl AsRef<Path>) -> Result<(), Error> {
-        let path = path.as_ref();
-        let file = File::create(path).map_err(|source| at(path)(source.into()))?;
-        self.write_bt(BufWriter::new(file)).map_err(at(path))
+        save(path.as_ref(), |writer| self.write_bt(writer))
     }
 
     /// [`Self::read_bt`] from a file.

@@ -1,11 +1,11 @@
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 
 use dymlm_core::Rgb;
 
 use super::header::Header;
-use super::{at, read_error};
+use super::{at, read_error, save};
 use crate::lattice::{DEPTH, Key};
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
 use crate::{ColorMode, Error, Octree, OctreeConfig};
@@ -67,15 +67,14 @@ impl Octree {
         Ok(Self::from_parts(config, tree))
     }
 
-    /// [`Self::write_ot`] to a new file.
+    /// [`Self::write_ot`] to a file: under another name in its folder first, so that an older file is replaced by a
+    /// whole one or stays.
     ///
     /// # Errors
     ///
     /// [`Error::Io`], naming the file.
     pub fn save_ot(&self, path: impl AsRef<Path>) -> Result<(), Error> {
-        let path = path.as_ref();
-        let file = File::create(path).map_err(|source| at(path)(source.into()))?;
-        self.write_ot(BufWriter::new(file)).map_err(at(path))
+        save(path.as_ref(), |writer| self.write_ot(writer))
     }
 
     /// [`Self::read_ot`] from a file.

@@ -41,8 +41,8 @@ impl Bounds {
     }
 }
 
-/// Index along x of a pixel without a reading.
-const NO_READING: u32 = u32::MAX;
+/// Index along x of a pixel without a reading; far from all that [`Lattice::indices`] finds, inside the map and outside.
+const NO_READING: u32 = 1 << 31;
 
 /// Some readings side by side: a row of a depth image, or a stretch of a cloud. An array for each of x, y, z, so that
 /// the compiler makes vector code of the loops over them.

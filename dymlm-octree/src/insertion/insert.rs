@@ -33,12 +33,14 @@ impl Octree {
     /// to a reading passes before its end is missed once, and hits win over misses. Readings beyond the range miss
     /// the cells up to it.
     ///
-    /// `origin` (the sensor) and `points` are in the world, metres. The leaves afterwards are those of OctoMap's
+    /// `origin` (the sensor) and `points` are in the world, metres; both in single precision as OctoMap's, the origin
+    /// is rounded to it. The leaves afterwards are those of OctoMap's
     /// `insertPointCloud(points, origin, max_range, lazy_eval = false, discretize)`, bit by bit, with `discretize`
     /// true for [`RayMode::PerCell`] and false for [`RayMode::PerPoint`]. Points that are not finite or outside the
     /// map are skipped and counted (`OctoMap` wraps them round to the other side).
     ///
-    /// Costs O(points + cells passed by rays) and allocates nothing once its buffers have grown.
+    /// Costs O(points + cells passed by rays + v / 64), where v is the number of cells in the box around the scan (not
+    /// counted above 2^27 cells, where marks go to a hash map instead), and allocates nothing once its buffers have grown.
     ///
     /// # Errors
     ///

@@ -75,6 +75,10 @@ impl RayOrigin {
         let mut cursor = marks.cursor(self.key, up);
         let last = marks.cursor(end_key, up);
         marks.pass(&cursor);
+        // The square of an offset may underflow. Such a ray has no direction; OctoMap's ends here too.
+        if length == 0.0 {
+            return;
+        }
         loop {
             // OctoMap's order of comparisons decides ties.
             let axis = if x < y {

@@ -131,11 +131,7 @@ impl Tree {
             Some((_, node, entry)) => &mut colors.branches[node][entry],
             None => return,
         };
-        let blended = if *old == NO_COLOR {
-            color
-        } else {
-            std::array::from_fn(|i| u16::midpoint(u16::from(old[i]), u16::from(color[i])) as u8)
-        };
+        let blended = if *old == NO_COLOR { color } else { half_and_half(*old, color) };
         // Pure white means "no colour" in the files: keep a hair's breadth away from it.
         *old = if blended == NO_COLOR { [255, 255, 254] } else { blended };
     }
@@ -388,11 +384,22 @@ impl Tree {
             for (ours, theirs) in ours.known.iter_mut().zip(&theirs.known) {
                 *ours |= theirs;
             }
+            if let (Some(ours), Some(theirs)) = (&mut self.colors, &other.colors) {
+                let theirs = &theirs.blocks[other_node as usize];
+                for (ours, &theirs) in ours.blocks[node as usize].iter_mut().zip(theirs) {
+                    *ours = blended(*ours, theirs);
+                }
+            }
         } else {
             for entry in 0..ENTRIES {
                 match other.branches[other_node as usize].entry(entry) {
                     Entry::Unknown => {}
-                    Entry::Leaf(log_odds) => self.add_to_entry(node, level, entry, log_odds, model),
+                    Entry::Leaf(log_odds) => {
+                        self.add_to_entry(node, level, entry, log_odds, model);
+                        if let Some(colors) = &other.colors {
+                            self.blend_entry(node, level, entry, colors.branches[other_node as usize][entry]);
+                        }
+                    }
                     Entry::Child(theirs) => {
                         let ours = match self.branches[node as usize].entry(entry) {
                             Entry::Child(ours) => ours,
@@ -403,7 +410,6 @@ impl Tree {
                 }
             }
         }
-        self.merge_colors(node, other, other_node, level);
     }
 
     /// Adds the same log-odds to all cells below an entry.
@@ -430,23 +436,39 @@ impl Tree {
         }
     }
 
-    /// Blends the colours of two nodes' entries, half and half where both have one.
-    fn merge_colors(&mut self, node: u32, other: &Self, other_node: u32, level: u8) {
-        let (Some(ours), Some(theirs)) = (&mut self.colors, &other.colors) else { return };
-        let (ours, theirs) = if level == 0 {
-            (&mut ours.blocks, &theirs.blocks)
-        } else {
-            (&mut ours.branches, &theirs.branches)
-        };
-        for (ours, theirs) in ours[node as usize].iter_mut().zip(&theirs[other_node as usize]) {
-            if *ours == NO_COLOR {
-                *ours = *theirs;
-            } else if *theirs != NO_COLOR {
-                *ours =
-                    std::array::from_fn(|i| u16::midpoint(u16::from(ours[i]), u16::from(theirs[i])) as u8);
+    /// Blends a colour with those of all leaves below an entry.
+    fn blend_entry(&mut self, node: u32, level: u8, entry: usize, color: Rgb) {
+        let below = self.branches[node as usize].entry(entry);
+        let Some(colors) = &mut self.colors else { return };
+        match below {
+            Entry::Child(block) if level == 1 => {
+                for ours in &mut colors.blocks[block as usize] {
+                    *ours = blended(*ours, color);
+                }
+            }
+            Entry::Child(child) => {
+                for entry in 0..ENTRIES {
+                    self.blend_entry(child, level - 1, entry, color);
+                }
+            }
+            Entry::Leaf(_) | Entry::Unknown => {
+                let ours = &mut colors.branches[node as usize][entry];
+                *ours = blended(*ours, color);
             }
         }
     }
+}
+
+/// Two colours half and half, or the one there is.
+fn blended(a: Rgb, b: Rgb) -> Rgb {
+    match (a, b) {
+        (NO_COLOR, only) | (only, NO_COLOR) => only,
+        _ => half_and_half(a, b),
+    }
+}
+
+fn half_and_half(a: Rgb, b: Rgb) -> Rgb {
+    std::array::from_fn(|i| u16::midpoint(u16::from(a[i]), u16::from(b[i])) as u8)
 }
 
 /// Puts a node into an arena: into a freed place, if there is one.
