@@ -20,7 +20,7 @@ pub struct TrackerConfig {
     /// Detections at or above this score start a track; 0..=1, default 0.25, the score at which common detectors
     /// cut off.
     pub min_score: f32,
-    /// Detections below this score are ignored; 0..=1, default 0.1 (`ByteTrack`).
+    /// Detections below this score are ignored; 0..=`min_score`, default 0.1 (`ByteTrack`).
     pub low_score: f32,
     /// Least intersection over union of a track's predicted box with a detection; 0..=1, default 0.3 (SORT).
     pub min_iou: f32,
@@ -57,11 +57,24 @@ impl TrackerConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         check_range("tracker.high_score", self.high_score.into(), 0.0..=1.0)?;
         check_range("tracker.min_score", self.min_score.into(), 0.0..=1.0)?;
-        check_range("tracker.low_score", self.low_score.into(), 0.0..=1.0)?;
+        check_range("tracker.low_score", self.low_score.into(), 0.0..=self.min_score.into())?;
         check_range("tracker.min_iou", self.min_iou.into(), 0.0..=1.0)?;
         check_range("tracker.min_iou_low_score", self.min_iou_low_score.into(), 0.0..=1.0)?;
         check_range("tracker.min_hits", self.min_hits.into(), 1.0..=1000.0)?;
         check_range("tracker.max_coast", self.max_coast, 0.0..=60.0)?;
         check_range("tracker.max_age", self.max_age, 0.0..=600.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_low_score_is_at_most_the_least_one() {
+        let config = TrackerConfig { min_score: 0.25, low_score: 0.25, ..TrackerConfig::default() };
+        assert!(config.validate().is_ok());
+        let config = TrackerConfig { min_score: 0.25, low_score: 0.3, ..TrackerConfig::default() };
+        assert_eq!(config.validate().unwrap_err().field, "tracker.low_score");
     }
 }

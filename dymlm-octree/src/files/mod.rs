@@ -88,7 +88,7 @@ mod tests {
         map.save_ot(&path).unwrap();
         let before = fs::read(&path).unwrap();
         let error = save(&path, |writer| {
-            writer.write_all(&[7; 100_000])?;
+            writer.write_all(&vec![7; 100_000])?;
             Err(Error::Malformed("the disk is full".to_owned()))
         })
         .unwrap_err();

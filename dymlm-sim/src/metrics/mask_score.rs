@@ -33,13 +33,13 @@ impl MaskScore {
     ///
     /// # Errors
     ///
-    /// [`Error::BufferLength`] when the images differ in size; nothing is added.
+    /// [`Error::SizeMismatch`] when the images differ in size; nothing is added.
     pub fn add(&mut self, masked: &Mask, movers: &Mask, depth: &DepthImage) -> Result<(), Error> {
         let (width, height) = (depth.width(), depth.height());
-        for mask in [masked, movers] {
-            if (mask.width(), mask.height()) != (width, height) {
-                let (expected, actual) = (width * height, mask.data().len());
-                return Err(Error::BufferLength { width, height, expected, actual });
+        for (what, mask) in [("the mask", masked), ("the mask of the movers", movers)] {
+            let (actual_width, actual_height) = (mask.width(), mask.height());
+            if (actual_width, actual_height) != (width, height) {
+                return Err(Error::SizeMismatch { what, width, height, actual_width, actual_height });
             }
         }
         let pixels = masked.data().iter().zip(movers.data()).zip(depth.data());
@@ -83,7 +83,8 @@ mod tests {
         assert_eq!(score.precision(), Some(2.0 / 3.0));
 
         let before = score;
-        assert!(score.add(&left, &Mask::filled(1, 2, true).unwrap(), &depth).is_err());
+        let error = score.add(&left, &Mask::filled(1, 2, true).unwrap(), &depth).unwrap_err();
+        assert!(matches!(error, Error::SizeMismatch { width: 2, actual_width: 1, .. }), "{error}");
         assert_eq!(score, before);
     }
 }
