@@ -49,4 +49,4 @@ mod sequence;
 pub use detector::{DetectionRates, DetectorConfig};
 pub use metrics::{CloudScore, MaskScore, ReferenceCloud, ReferenceScore, Truth, TruthConfig, score_cloud};
 pub use sensor::SensorConfig;
-pub use sequence::{CameraPath, Sequence, SequenceConfig, SimulatedFrame};
+pub use sequence::{CameraPath, Sequence, SequenceConfig, SimulatedFrame, VisibleThing};

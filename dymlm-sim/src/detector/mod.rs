@@ -4,4 +4,4 @@ mod config;
 mod model;
 
 pub use config::{DetectionRates, DetectorConfig};
-pub(crate) use model::Detector;
+pub(crate) use model::{Detector, Visible, visible_things};

@@ -21,10 +21,10 @@ pub(crate) struct Detector {
 
 /// The pixels that show a thing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Visible {
-    pixels: usize,
-    x: [usize; 2],
-    y: [usize; 2],
+pub(crate) struct Visible {
+    pub(crate) pixels: usize,
+    pub(crate) x: [usize; 2],
+    pub(crate) y: [usize; 2],
 }
 
 /// The smooth random functions of a thing.
@@ -54,24 +54,23 @@ impl Detector {
     pub(crate) fn detect(
         &self,
         exact: &Rendering,
-        parts: &[Part],
+        visible: &[Option<Visible>],
         scene: &Scene,
         index: usize,
         time: f64,
     ) -> Vec<Detection> {
         let mut found = Vec::new();
-        for (instance, visible) in visible_things(exact, parts, scene.instances.len()).into_iter().enumerate()
-        {
-            let (Some(label), Some(visible)) = (scene.instances[instance].label, visible) else { continue };
+        for (instance, (thing, visible)) in scene.instances.iter().zip(visible).enumerate() {
+            let (Some(label), Some(visible)) = (thing.label, visible) else { continue };
             let mut rng = stream(self.seed, Use::Boxes, index as u64, instance as u64 + 1);
             let moves = scene.moves(instance);
-            if let Some(score) = self.score(&visible, exact, moves, instance, time) {
+            if let Some(score) = self.score(visible, exact, moves, instance, time) {
                 let label = if moves { label } else { self.label_given(label, instance, time) };
-                let area = self.box_around(&visible, exact, instance, time, &mut rng);
+                let area = self.box_around(visible, exact, instance, time, &mut rng);
                 found.extend(detection(label, score, area, exact));
             }
             if moves && rng.random_range(0.0..1.0) < self.config.surplus_rate {
-                found.extend(surplus(label, &visible, exact, &mut rng));
+                found.extend(surplus(label, visible, exact, &mut rng));
             }
         }
         let mut rng = stream(self.seed, Use::Boxes, index as u64, 0);
@@ -154,7 +153,7 @@ impl Detector {
 }
 
 /// Pixels and bounds of all things.
-fn visible_things(exact: &Rendering, parts: &[Part], things: usize) -> Vec<Option<Visible>> {
+pub(crate) fn visible_things(exact: &Rendering, parts: &[Part], things: usize) -> Vec<Option<Visible>> {
     let mut visible: Vec<Option<Visible>> = vec![None; things];
     for (v, row) in exact.part.chunks(exact.width).enumerate() {
         let mut u = 0;

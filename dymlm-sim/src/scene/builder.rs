@@ -14,8 +14,9 @@ pub(super) struct Builder {
 impl Builder {
     /// Begins a thing that stays, at `place`, turned by `yaw` radians about z.
     pub(super) fn thing(&mut self, label: Option<&'static str>, place: [f32; 3], yaw: f32) -> &mut Self {
-        self.instances.push(Instance { label, motion: Motion::Still });
         self.scene_from_thing = Pose3::from_parts(place.into(), Rot3::from_rotation_z(yaw));
+        let scene_from_thing = self.scene_from_thing;
+        self.instances.push(Instance { label, motion: Motion::Still, scene_from_thing });
         self
     }
 

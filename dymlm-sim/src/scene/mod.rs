@@ -36,11 +36,13 @@ pub(crate) struct Part {
 }
 
 /// A thing: what a detector would draw one box around.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Instance {
     /// Its COCO label, if it has one: walls and cabinets have none.
     pub(crate) label: Option<&'static str>,
     pub(crate) motion: Motion,
+    /// Where a thing that stays stands: its own frame has z up and its front towards -y.
+    pub(crate) scene_from_thing: Pose3,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -45,7 +45,11 @@ impl Scene {
         plant(&mut b);
 
         let people = walkers(choice).into_iter().take(people).map(|(walk, height, clothes)| {
-            b.instances.push(Instance { label: Some("person"), motion: Motion::Moves });
+            b.instances.push(Instance {
+                label: Some("person"),
+                motion: Motion::Moves,
+                scene_from_thing: Pose3::IDENTITY,
+            });
             Person { walk, height, clothes, instance: b.instances.len() - 1 }
         });
         let people = people.collect();

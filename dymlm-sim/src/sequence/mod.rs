@@ -6,4 +6,4 @@ mod simulate;
 
 pub use camera_path::CameraPath;
 pub use config::SequenceConfig;
-pub use simulate::{Sequence, SimulatedFrame};
+pub use simulate::{Sequence, SimulatedFrame, VisibleThing};

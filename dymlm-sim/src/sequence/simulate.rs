@@ -1,9 +1,9 @@
-use dymlm_core::{ColorImage, DepthImage, Detection, Error, Frame, Mask, PinholeCamera, Pose};
+use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, Error, Frame, Mask, PinholeCamera, Pose};
 use parry3d::math::Pose3;
 use rand::RngExt;
 
 use super::SequenceConfig;
-use crate::detector::Detector;
+use crate::detector::{Detector, Visible, visible_things};
 use crate::noise::{Use, stream};
 use crate::render::{NOTHING, render};
 use crate::scene::{Part, Scene};
@@ -49,6 +49,26 @@ pub struct SimulatedFrame {
     pub true_depth: DepthImage,
     /// `true` where the ray through the pixel's centre meets a mover.
     pub mover_mask: Mask,
+    /// The things in view that have a label, by ascending id.
+    pub visible_things: Vec<VisibleThing>,
+    /// Index of the static part that each pixel shows; movers' parts and [`NOTHING`] lie beyond the static ones.
+    pub(crate) parts: Vec<u16>,
+}
+
+/// A labelled thing as one frame shows it, exactly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct VisibleThing {
+    /// Tells things of a sequence apart; the same in all its frames.
+    pub id: usize,
+    /// COCO label.
+    pub label: &'static str,
+    /// Whether it is one of the movers.
+    pub moves: bool,
+    /// Smallest box around the pixels that show it.
+    pub bounding_box: BoundingBox,
+    /// Number of pixels that show it.
+    pub pixels: usize,
 }
 
 impl Sequence {
@@ -115,7 +135,8 @@ impl Sequence {
         let parts = self.parts_at(time);
         let exact = render(&self.camera, &self.scene_from_camera(index), &parts);
         let readings = self.sensor.sense(&self.camera, &exact, &parts, index);
-        let detections = self.detector.detect(&exact, &parts, &self.scene, index, time);
+        let visible = visible_things(&exact, &parts, self.scene.instances.len());
+        let detections = self.detector.detect(&exact, &visible, &self.scene, index, time);
 
         let moves: Vec<bool> = parts.iter().map(|part| self.scene.moves(part.instance)).collect();
         let shows_mover = |part: &u16| *part != NOTHING && moves.get(usize::from(*part)) == Some(&true);
@@ -130,6 +151,8 @@ impl Sequence {
             world_from_camera: self.world_from_camera(index),
             true_depth: DepthImage::new(width, height, exact.depth).ok()?,
             mover_mask: Mask::new(width, height, mover_mask).ok()?,
+            visible_things: self.labelled_things(&visible),
+            parts: exact.part,
         })
     }
 
@@ -140,6 +163,23 @@ impl Sequence {
 
     pub(crate) fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    fn labelled_things(&self, visible: &[Option<Visible>]) -> Vec<VisibleThing> {
+        let things = self.scene.instances.iter().zip(visible).enumerate();
+        let labelled = things.filter_map(|(id, (thing, visible))| {
+            let (label, visible) = (thing.label?, (*visible)?);
+            let [x, y] = [visible.x, visible.y].map(|side| side.map(|c| c as f32));
+            let bounding_box = BoundingBox::new(x[0], y[0], x[1], y[1]).ok()?;
+            Some(VisibleThing {
+                id,
+                label,
+                moves: self.scene.moves(id),
+                bounding_box,
+                pixels: visible.pixels,
+            })
+        });
+        labelled.collect()
     }
 
     fn scene_from_camera(&self, index: usize) -> Pose3 {
