@@ -134,7 +134,7 @@ fn sequence_config(arguments: &Arguments) -> SequenceConfig {
 
 fn open_standard(arguments: &Arguments) -> Result<Standard, AnyError> {
     let Some(folder) = &arguments.reference else {
-        let sequence = Sequence::walking(&sequence_config(arguments))?;
+        let sequence = Sequence::new(&sequence_config(arguments))?;
         let truth = Truth::of(&sequence, &TruthConfig::default())?;
         return Ok(Standard::Truth(Box::new(truth)));
     };

@@ -9,7 +9,7 @@ use dymlm_sim::{Sequence, SequenceConfig};
 fn insert(c: &mut Criterion) {
     let mut config = SequenceConfig::default();
     config.frames = 30;
-    let sequence = Sequence::walking(&config).unwrap();
+    let sequence = Sequence::new(&config).unwrap();
     let frames: Vec<_> = sequence.frames().collect();
     let mut group = c.benchmark_group("map/insert");
     group.sample_size(10).throughput(Throughput::Elements(frames.len() as u64));

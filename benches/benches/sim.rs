@@ -17,7 +17,7 @@ fn frames(criterion: &mut Criterion) {
     ideal.sensor = SensorConfig::ideal();
     ideal.detector = DetectorConfig::ideal();
     for (name, config) in [("default", SequenceConfig::default()), ("ideal", ideal)] {
-        let Ok(sequence) = Sequence::walking(&config) else { continue };
+        let Ok(sequence) = Sequence::new(&config) else { continue };
         let mut index = 0;
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
@@ -34,7 +34,7 @@ fn frames(criterion: &mut Criterion) {
 fn score(criterion: &mut Criterion) {
     let mut config = SequenceConfig::default();
     config.frames = 12;
-    let Ok(sequence) = Sequence::walking(&config) else { return };
+    let Ok(sequence) = Sequence::new(&config) else { return };
     let Ok(truth) = Truth::of(&sequence, &TruthConfig::default()) else { return };
     let visible = truth.visible_points();
     let mut group = criterion.benchmark_group("dymlm-sim/score_cloud");

@@ -16,7 +16,7 @@
 //! let mut config = SequenceConfig::default();
 //! config.camera = Some(PinholeCamera::new(80, 60, 65.0, 65.0, 39.5, 29.5)?);
 //! config.frames = 4;
-//! let sequence = Sequence::walking(&config)?;
+//! let sequence = Sequence::new(&config)?;
 //!
 //! let mut truth = Truth::new(&sequence, &TruthConfig::default())?;
 //! let mut points = Vec::new();
@@ -48,5 +48,6 @@ mod sequence;
 
 pub use detector::{DetectionRates, DetectorConfig};
 pub use metrics::{CloudScore, MaskScore, ReferenceCloud, ReferenceScore, Truth, TruthConfig, score_cloud};
+pub use scene::{Activity, Room};
 pub use sensor::SensorConfig;
-pub use sequence::{CameraPath, Sequence, SequenceConfig, SimulatedFrame, VisibleThing};
+pub use sequence::{CameraPath, Sequence, SequenceConfig, SequenceType, SimulatedFrame, VisibleThing};

@@ -20,7 +20,7 @@ static RECORDED: LazyLock<Recorded> = LazyLock::new(|| {
     config.frame_rate = 2.0;
     config.camera = Some(PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).unwrap());
     config.world_from_scene = Pose::new([3.0, -7.0, 1.0], [0.5, -0.5, 0.5, 0.5]).unwrap();
-    let sequence = Sequence::walking(&config).unwrap();
+    let sequence = Sequence::new(&config).unwrap();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
     let frames: Vec<SimulatedFrame> = sequence.frames().collect();
     for frame in &frames {
@@ -129,7 +129,7 @@ fn one_point_repeated_is_a_map_too() {
 
 #[test]
 fn truth_refuses_what_is_no_config() {
-    let sequence = Sequence::walking(&SequenceConfig::default()).unwrap();
+    let sequence = Sequence::new(&SequenceConfig::default()).unwrap();
     let mut config = TruthConfig::default();
     config.max_depth = 0.2;
     assert_eq!(Truth::new(&sequence, &config).unwrap_err().field, "truth.min_depth");

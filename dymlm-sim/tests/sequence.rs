@@ -19,15 +19,15 @@ fn ideal_config() -> SequenceConfig {
 
 #[test]
 fn a_frame_depends_on_config_and_index_alone() {
-    let sequence = Sequence::walking(&small_config()).unwrap();
+    let sequence = Sequence::new(&small_config()).unwrap();
     let forwards: Vec<SimulatedFrame> = [3, 40, 77].iter().map(|&i| sequence.frame(i).unwrap()).collect();
-    let again = Sequence::walking(&small_config()).unwrap();
+    let again = Sequence::new(&small_config()).unwrap();
     let backwards: Vec<SimulatedFrame> = [77, 40, 3].iter().map(|&i| again.frame(i).unwrap()).collect();
     assert!(forwards.iter().eq(backwards.iter().rev()));
 
     let mut config = small_config();
     config.seed += 1;
-    assert_ne!(Sequence::walking(&config).unwrap().frame(3).unwrap().frame, forwards[0].frame);
+    assert_ne!(Sequence::new(&config).unwrap().frame(3).unwrap().frame, forwards[0].frame);
     assert_ne!(forwards[0].frame.depth(), sequence.frame(4).unwrap().frame.depth());
 }
 
@@ -36,7 +36,7 @@ fn a_frame_depends_on_config_and_index_alone() {
 fn the_number_of_threads_changes_nothing() {
     let frame = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| Sequence::walking(&SequenceConfig::default()).unwrap().frame(33).unwrap())
+        pool.install(|| Sequence::new(&SequenceConfig::default()).unwrap().frame(33).unwrap())
     };
     assert_eq!(frame(1), frame(3));
 }
@@ -46,7 +46,7 @@ fn length_times_and_end() {
     let mut config = ideal_config();
     config.frames = 3;
     config.frame_rate = 5.0;
-    let sequence = Sequence::walking(&config).unwrap();
+    let sequence = Sequence::new(&config).unwrap();
     let times: Vec<f64> = sequence.frames().map(|frame| frame.frame.timestamp()).collect();
     assert_eq!(times, [0.0, 0.2, 0.4]);
     assert_eq!(sequence.len(), 3);
@@ -59,7 +59,7 @@ fn refuses_what_is_no_config_by_name() {
     let field = |change: fn(&mut SequenceConfig)| {
         let mut config = SequenceConfig::default();
         change(&mut config);
-        match Sequence::walking(&config).unwrap_err() {
+        match Sequence::new(&config).unwrap_err() {
             Error::Config(error) => error.field,
             other => panic!("{other}"),
         }
@@ -78,7 +78,7 @@ fn masks_and_depth_tell_the_people_from_the_room() {
     let config = ideal_config();
     let mut empty = config.clone();
     empty.people = 0;
-    let (with, without) = (Sequence::walking(&config).unwrap(), Sequence::walking(&empty).unwrap());
+    let (with, without) = (Sequence::new(&config).unwrap(), Sequence::new(&empty).unwrap());
     for index in (0..150).step_by(15) {
         let (frame, room) = (with.frame(index).unwrap(), without.frame(index).unwrap());
         assert_eq!(room.mover_mask.count(), 0);
@@ -96,7 +96,7 @@ fn every_pixel_shows_something_within_the_room() {
     {
         let mut config = ideal_config();
         config.path = path;
-        let sequence = Sequence::walking(&config).unwrap();
+        let sequence = Sequence::new(&config).unwrap();
         let camera = sequence.camera();
         for index in [0, 31, 62, 93, 124] {
             let frame = sequence.frame(index).unwrap();
@@ -120,7 +120,7 @@ fn a_tilted_world_shows_the_same_images() {
     let mut tilted = config.clone();
     tilted.world_from_scene = Pose::new([5.0, -2.0, 9.0], [0.1, 0.7, -0.1, 0.7]).unwrap();
     let (upright, tilted_frame) =
-        [&config, &tilted].map(|config| Sequence::walking(config).unwrap().frame(9).unwrap()).into();
+        [&config, &tilted].map(|config| Sequence::new(config).unwrap().frame(9).unwrap()).into();
     assert_eq!(upright.frame, tilted_frame.frame);
     assert_eq!(upright.detections, tilted_frame.detections);
     let expected = tilted.world_from_scene * upright.world_from_camera;
@@ -130,7 +130,7 @@ fn a_tilted_world_shows_the_same_images() {
 
 #[test]
 fn people_are_in_view_as_in_recordings() {
-    let sequence = Sequence::walking(&ideal_config()).unwrap();
+    let sequence = Sequence::new(&ideal_config()).unwrap();
     let mut in_view = 0;
     let mut cut_by_border = 0;
     let mut distances = Vec::new();
@@ -156,7 +156,7 @@ fn people_are_in_view_as_in_recordings() {
 
 #[test]
 fn an_ideal_sensor_reads_the_exact_depth_within_range() {
-    let frame = Sequence::walking(&ideal_config()).unwrap().frame(50).unwrap();
+    let frame = Sequence::new(&ideal_config()).unwrap().frame(50).unwrap();
     for (&reading, &exact) in frame.frame.depth().data().iter().zip(frame.true_depth.data()) {
         assert_eq!(reading, if (0.5..=6.0).contains(&exact) { exact } else { 0.0 });
     }
@@ -168,7 +168,7 @@ fn axial_noise_is_as_published() {
     config.sensor = SensorConfig::ideal();
     config.sensor.axial_noise = 1.0;
     config.people = 0;
-    let frame = Sequence::walking(&config).unwrap().frame(0).unwrap();
+    let frame = Sequence::new(&config).unwrap().frame(0).unwrap();
     let errors = normalized_errors(&frame);
     let deviation = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;
@@ -186,7 +186,7 @@ fn normalized_errors(frame: &SimulatedFrame) -> Vec<f64> {
 fn disparities_come_in_whole_steps() {
     let mut config = ideal_config();
     config.sensor.quantization = 0.002_85;
-    let frame = Sequence::walking(&config).unwrap().frame(0).unwrap();
+    let frame = Sequence::new(&config).unwrap().frame(0).unwrap();
     let mut worst = 0.0_f32;
     for (&z, &exact) in frame.frame.depth().data().iter().zip(frame.true_depth.data()) {
         if z > 0.0 {
@@ -203,7 +203,7 @@ fn the_shadow_falls_on_the_side_away_from_the_projector() {
     let lost = |baseline: f64| {
         let mut config = ideal_config();
         config.sensor.baseline = baseline;
-        let sequence = Sequence::walking(&config).unwrap();
+        let sequence = Sequence::new(&config).unwrap();
         // Lost background beside people: to their left, to their right.
         let mut sides = [0, 0];
         for frame in (0..150).step_by(5).filter_map(|i| sequence.frame(i)) {
@@ -224,7 +224,7 @@ fn the_shadow_falls_on_the_side_away_from_the_projector() {
 
 #[test]
 fn readings_get_lost_at_edges_more_than_elsewhere() {
-    let frame = Sequence::walking(&SequenceConfig::default()).unwrap().frame(60).unwrap();
+    let frame = Sequence::new(&SequenceConfig::default()).unwrap().frame(60).unwrap();
     let (depth, exact) = (frame.frame.depth(), &frame.true_depth);
     let mut counts = [[0_usize; 2]; 2];
     for v in 4..476 {
@@ -247,7 +247,7 @@ fn readings_get_lost_at_edges_more_than_elsewhere() {
 fn an_ideal_detector_frames_people_exactly() {
     let mut config = ideal_config();
     config.people = 1;
-    let sequence = Sequence::walking(&config).unwrap();
+    let sequence = Sequence::new(&config).unwrap();
     let mut seen = 0;
     for frame in sequence.frames().step_by(3) {
         let persons: Vec<_> = frame.detections.iter().filter(|d| d.label() == "person").collect();
@@ -286,7 +286,7 @@ fn the_detector_fails_as_a_real_one() {
         config.frame_rate = 6.0;
         config.sensor = SensorConfig::ideal();
         let mut missed_before = false;
-        for frame in Sequence::walking(&config).unwrap().frames() {
+        for frame in Sequence::new(&config).unwrap().frames() {
             boxes += frame.detections.iter().filter(|d| d.label() == "person").count();
             let tally = match frame.mover_mask.count() {
                 // 150 pixels of 640x480, as the smallest view of the recording.

@@ -11,7 +11,7 @@ fn sequence(frames: usize) -> Sequence {
     let mut config = SequenceConfig::default();
     config.frames = frames;
     config.camera = Some(PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap());
-    Sequence::walking(&config).unwrap()
+    Sequence::new(&config).unwrap()
 }
 
 fn config() -> MapConfig {

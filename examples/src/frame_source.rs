@@ -58,7 +58,7 @@ impl FrameSource {
     ///
     /// When the config is refused.
     pub fn synthetic(config: &SequenceConfig) -> Result<Self, AnyError> {
-        Ok(Self::Synthetic(Box::new(Sequence::walking(config)?)))
+        Ok(Self::Synthetic(Box::new(Sequence::new(config)?)))
     }
 
     /// A recorded dataset. `detections` is a JSON-lines file or a YOLO folder (class names in `names.txt` there);

@@ -1,6 +1,7 @@
 use parry3d::math::{Pose3, Rot3, Vec3};
 
-use super::{Instance, Material, Motion, Part, Shape};
+use super::person::{Action, Clothes};
+use super::{Instance, Material, Motion, Part, Person, Scene, Shape, Viewpoint};
 
 /// Puts a scene together thing by thing. A thing's parts are given in a frame of its own: origin on the floor (or
 /// on what it stands on), z up, front towards -y.
@@ -8,6 +9,7 @@ use super::{Instance, Material, Motion, Part, Shape};
 pub(super) struct Builder {
     pub(super) parts: Vec<Part>,
     pub(super) instances: Vec<Instance>,
+    pub(super) people: Vec<Person>,
     scene_from_thing: Pose3,
 }
 
@@ -68,6 +70,22 @@ impl Builder {
         let instance = self.instances.len().saturating_sub(1);
         self.parts.push(Part { shape, scene_from_part, material, instance });
         self
+    }
+
+    /// Somebody of a `height` in metres. People come after all things that stay.
+    pub(super) fn person(&mut self, action: Action, height: f32, clothes: Clothes) -> &mut Self {
+        let instance = self.instances.len();
+        self.instances.push(Instance {
+            label: Some("person"),
+            motion: Motion::Moves,
+            scene_from_thing: Pose3::IDENTITY,
+        });
+        self.people.push(Person { action, height, clothes, instance });
+        self
+    }
+
+    pub(super) fn finish(self, viewpoint: Viewpoint) -> Scene {
+        Scene { static_parts: self.parts, instances: self.instances, people: self.people, viewpoint }
     }
 }
 

@@ -1,17 +1,29 @@
-//! What there is to see: convex bodies with materials, still or walking.
+//! What there is to see: convex bodies with materials, still or moving.
 
+mod activity;
 mod builder;
+mod furniture;
 mod material;
 mod office;
+mod palette;
 mod person;
+mod room;
 mod shape;
+mod things;
+mod viewpoint;
 mod walk;
 
 use parry3d::math::Pose3;
+use rand::RngExt;
 
+use crate::noise::{Use, stream};
+
+pub use activity::Activity;
 pub(crate) use material::Material;
 pub(crate) use person::Person;
+pub use room::Room;
 pub(crate) use shape::Shape;
+pub(crate) use viewpoint::Viewpoint;
 
 /// A room in its own frame: z up, the floor at z = 0, metres.
 #[derive(Debug, Clone)]
@@ -20,8 +32,9 @@ pub(crate) struct Scene {
     pub(crate) static_parts: Vec<Part>,
     /// The things that parts belong to.
     pub(crate) instances: Vec<Instance>,
-    /// The people who walk.
     pub(crate) people: Vec<Person>,
+    /// Where the camera finds its place.
+    pub(crate) viewpoint: Viewpoint,
 }
 
 /// A convex body of one material.
@@ -52,6 +65,16 @@ pub(crate) enum Motion {
 }
 
 impl Scene {
+    /// A room with up to two people; the seed decides where they start, or all of a random room.
+    pub(crate) fn new(room: Room, activity: Activity, people: usize, seed: u64) -> Self {
+        let mut rng = stream(seed, Use::Scene, 0, 0);
+        let choice = std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(0.0..1.0)));
+        match (room, activity) {
+            (_, Activity::Walking) => Self::office(people, choice),
+            (_, Activity::Sitting) => Self::seated_office(people, choice),
+        }
+    }
+
     /// Puts the bodies of all people at `time` seconds into `parts`.
     pub(crate) fn moving_parts(&self, time: f64, parts: &mut Vec<Part>) {
         parts.clear();

@@ -1,20 +1,39 @@
 use std::f32::consts::TAU;
+use std::f64::consts::TAU as TAU_64;
 
-use parry3d::math::{Pose3, Rot3, Vec3};
+use parry3d::math::{Pose3, Rot3, Vec2, Vec3};
 
 use super::builder::capsule_between;
-use super::walk::Walk;
+use super::walk::{Step, Walk};
 use super::{Material, Part, Shape};
 
-/// Somebody who walks: an articulated body of eighteen capsules and ellipsoids whose arms and legs swing with the
-/// way walked. Proportions after Drillis and Contini (1966): hip at 0.53, shoulder at 0.82 of the height.
+/// Somebody who walks or sits: an articulated body of eighteen capsules and ellipsoids. Arms and legs of a walker
+/// swing with the way walked; somebody who sits gestures, leans and turns the head. Proportions after Drillis and
+/// Contini (1966): hip at 0.53, shoulder at 0.82 of the height.
 #[derive(Debug, Clone)]
 pub(crate) struct Person {
-    pub(super) walk: Walk,
+    pub(super) action: Action,
     /// Height, metres.
     pub(super) height: f32,
     pub(super) clothes: Clothes,
     pub(super) instance: usize,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Action {
+    Walks(Walk),
+    Sits(Seat),
+}
+
+/// A place to sit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seat {
+    /// The point of the floor below the hips.
+    pub(super) position: Vec2,
+    /// Where one looks, radians from x.
+    pub(super) heading: f32,
+    /// Sets the gestures of people apart, 0..1.
+    pub(super) phase: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +49,10 @@ pub(super) struct Clothes {
 const STRIDE: f32 = 1.35;
 /// The height that the lengths below belong to, metres.
 const HEIGHT: f32 = 1.72;
+/// Height of the hip joints, metres.
+const HIP: f32 = 0.93;
+/// Height of the seat on which the feet stand flat, metres.
+const SEAT: f32 = 0.44;
 
 #[derive(Debug, Clone, Copy)]
 enum Side {
@@ -37,10 +60,31 @@ enum Side {
     Right,
 }
 
+impl Side {
+    /// Along y: 1 or -1.
+    fn sign(self) -> f32 {
+        match self {
+            Self::Left => 1.0,
+            Self::Right => -1.0,
+        }
+    }
+}
+
 impl Person {
+    /// Height of a seat's top on which the feet of somebody of this height stand flat, metres.
+    pub(super) fn seat_height(height: f32) -> f32 {
+        SEAT * height / HEIGHT
+    }
+
     /// Adds the body's parts at `time` seconds.
     pub(super) fn pose(&self, time: f64, parts: &mut Vec<Part>) {
-        let step = self.walk.at(time);
+        match &self.action {
+            Action::Walks(walk) => self.walking(walk.at(time), parts),
+            Action::Sits(seat) => self.sitting(seat, time, parts),
+        }
+    }
+
+    fn walking(&self, step: Step, parts: &mut Vec<Part>) {
         let size = self.height / HEIGHT;
         let phase = (step.distance / f64::from(STRIDE * size)).fract() as f32 * TAU;
         let root = Pose3::from_parts(
@@ -57,6 +101,42 @@ impl Person {
             arm(&mut body, lift, phase, side, &self.clothes);
         }
     }
+
+    fn sitting(&self, seat: &Seat, time: f64, parts: &mut Vec<Part>) {
+        let size = self.height / HEIGHT;
+        let wave = |period: f64, phase: f64| (TAU_64 * (time / period + phase + seat.phase)).sin() as f32;
+        let root = Pose3::from_parts(
+            Vec3::new(seat.position.x, seat.position.y, 0.0),
+            Rot3::from_rotation_z(seat.heading),
+        );
+        let mut body = Body { parts, root, size, instance: self.instance };
+        let lift = Vec3::new(0.0, 0.0, SEAT + 0.10 - HIP);
+        for side in [Side::Left, Side::Right] {
+            seated_leg(&mut body, lift, 0.02 * wave(4.1, side.sign().into()), side, &self.clothes);
+        }
+
+        // Leans forward from the hips and turns the shoulders.
+        let hips = (lift + Vec3::new(0.0, 0.0, HIP)) * size;
+        let lean = Rot3::from_rotation_z(0.10 * wave(6.3, 0.2))
+            * Rot3::from_rotation_y(0.06 + 0.05 * wave(5.1, 0.6));
+        body.root = root * turned_about(hips, lean);
+        trunk(&mut body, lift, &self.clothes);
+        for side in [Side::Left, Side::Right] {
+            let raised = 0.5 + 0.5 * wave(3.4, 0.3 * f64::from(side.sign()));
+            let swing = 0.25 + 0.12 * wave(2.3, 0.2 * f64::from(side.sign()));
+            gesturing_arm(&mut body, lift, [swing, raised * raised], side, &self.clothes);
+        }
+
+        let neck = (lift + Vec3::new(0.0, 0.0, 1.44)) * size;
+        let turn = Rot3::from_rotation_z(0.6 * wave(7.0, 0.4)) * Rot3::from_rotation_y(0.12 * wave(3.1, 0.1));
+        body.root *= turned_about(neck, turn);
+        head(&mut body, lift, &self.clothes);
+    }
+}
+
+/// A turn that leaves a point where it is.
+fn turned_about(point: Vec3, turn: Rot3) -> Pose3 {
+    Pose3::from_parts(point - turn * point, turn)
 }
 
 /// A body being put together. Its frame: on the floor below the hips, x forward, y left, z up.
@@ -124,6 +204,29 @@ fn arm(body: &mut Body<'_>, lift: Vec3, phase: f32, side: Side, clothes: &Clothe
     body.limb(wrist, wrist + 0.08 * (wrist - elbow).normalize_or(Vec3::Z), 0.04, clothes.skin);
 }
 
+/// Thighs along the seat, shanks down, feet flat; `sway` moves the knee to the side.
+fn seated_leg(body: &mut Body<'_>, lift: Vec3, sway: f32, side: Side, clothes: &Clothes) {
+    let hip = lift + Vec3::new(0.0, 0.09 * side.sign(), HIP);
+    let knee = hip + Vec3::new(0.425, 0.04 * side.sign() + sway, -0.04);
+    let ankle = knee + 0.41 * hanging(0.08 * side.sign());
+    body.limb(hip, knee, 0.075, clothes.trousers);
+    body.limb(knee, ankle, 0.052, clothes.trousers);
+    body.limb(ankle - 0.04 * Vec3::X, ankle + 0.15 * Vec3::X, 0.045, clothes.shoes);
+}
+
+/// The upper arm hangs, swung forward by `swing`; the forearm points forward and up as far as it is `raised` (0..1),
+/// the hands a little inwards.
+fn gesturing_arm(body: &mut Body<'_>, lift: Vec3, [swing, raised]: [f32; 2], side: Side, clothes: &Clothes) {
+    let shoulder = lift + Vec3::new(0.0, 0.215 * side.sign(), 1.39);
+    let elbow = shoulder + 0.29 * hanging(swing);
+    let inwards = Rot3::from_rotation_z(-0.35 * side.sign());
+    let forearm = inwards * hanging(1.45 + 0.9 * raised);
+    let wrist = elbow + 0.25 * forearm;
+    body.limb(shoulder, elbow, 0.05, clothes.shirt);
+    body.limb(elbow, wrist, 0.04, clothes.shirt);
+    body.limb(wrist, wrist + 0.08 * forearm, 0.04, clothes.skin);
+}
+
 /// The offset to the side, and the phase, half a round apart for the two sides.
 fn on(side: Side, y: f32, phase: f32) -> (f32, f32) {
     match side {
@@ -147,7 +250,7 @@ mod tests {
         let clothes =
             Clothes { shirt: material, trousers: material, skin: material, hair: material, shoes: material };
         let walk = Walk::new(&[[-2.0, 0.0], [2.0, -0.5], [2.0, 0.5]], 0.8, 0.0);
-        Person { walk, height: 1.8, clothes, instance: 5 }
+        Person { action: Action::Walks(walk), height: 1.8, clothes, instance: 5 }
     }
 
     #[test]

@@ -2,9 +2,12 @@ use std::f64::consts::TAU;
 
 use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
 
+use crate::scene::Viewpoint;
+
 /// How the camera moves through the room, after the sequence types of the TUM RGB-D benchmark (Sturm 2012).
 ///
-/// All paths begin about 3 m before the desk and look at it; the people walk between.
+/// All paths begin at a station that the room gives and look at what it shows there (in the office about 3 m before the
+/// desk); the people are between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum CameraPath {
@@ -21,14 +24,14 @@ pub enum CameraPath {
     HalfSphere,
 }
 
-/// Where the camera rests, metres in the scene.
-const STATION: Vec3 = Vec3::new(0.15, -1.45, 1.45);
-/// What it looks at: just above the desk.
-const TARGET: Vec3 = Vec3::new(-0.05, 1.7, 0.9);
-
 impl CameraPath {
     /// The camera's pose in the scene at `time` seconds.
-    pub(crate) fn scene_from_camera(self, time: f64) -> Pose3 {
+    pub(crate) fn scene_from_camera(self, viewpoint: &Viewpoint, time: f64) -> Pose3 {
+        viewpoint.scene_from_view * self.view_from_camera(viewpoint, time)
+    }
+
+    fn view_from_camera(self, viewpoint: &Viewpoint, time: f64) -> Pose3 {
+        let Viewpoint { station, target, pivot, .. } = *viewpoint;
         let wave = |period: f64, phase: f64| (TAU * (time / period + phase)).sin() as f32;
         let leg = |k: f64| {
             // One axis after the other: a full wave of 5 s each.
@@ -36,25 +39,24 @@ impl CameraPath {
             if (0.0..5.0).contains(&within) { (TAU * within / 5.0).sin() as f32 } else { 0.0 }
         };
         match self {
-            Self::Static => looking(STATION, TARGET),
+            Self::Static => looking(station, target),
             Self::Xyz => {
                 let offset = Vec3::new(0.4 * leg(0.0), 0.3 * leg(1.0), 0.3 * leg(2.0));
-                looking(STATION + offset, TARGET + offset)
+                looking(station + offset, target + offset)
             }
             Self::Rpy => {
                 let turn = Vec3::new(0.25 * leg(0.0), 0.3 * leg(1.0), 0.3 * leg(2.0));
-                looking(STATION, TARGET) * Pose3::from_rotation(Rot3::from_scaled_axis(turn))
+                looking(station, target) * Pose3::from_rotation(Rot3::from_scaled_axis(turn))
             }
             Self::HalfSphere => {
                 let azimuth = 0.75 * wave(13.0, 0.0);
                 let elevation = 0.35 + 0.3 * wave(5.2, 0.1);
-                let centre = Vec3::new(0.0, -0.25, 0.95);
                 let back = Vec3::new(
                     azimuth.sin() * elevation.cos(),
                     -azimuth.cos() * elevation.cos(),
                     elevation.sin(),
                 );
-                looking(centre + 1.1 * back, TARGET.lerp(centre, 0.3))
+                looking(pivot + 1.1 * back, target.lerp(pivot, 0.3))
             }
             Self::Handheld => {
                 let sway = Vec3::new(
@@ -68,13 +70,13 @@ impl CameraPath {
                     0.25 * wave(8.3, 0.5) + 0.015 * wave(0.7, 0.2),
                 );
                 let roll = Rot3::from_rotation_z(0.03 * wave(3.7, 0.0));
-                looking(STATION + sway, TARGET + glance) * Pose3::from_rotation(roll)
+                looking(station + sway, target + glance) * Pose3::from_rotation(roll)
             }
         }
     }
 }
 
-/// A camera at `eye` looking at `target`, the scene's z upwards in the image.
+/// A camera at `eye` looking at `target`, the view's z upwards in the image.
 fn looking(eye: Vec3, target: Vec3) -> Pose3 {
     let forward = (target - eye).normalize();
     let right = forward.cross(Vec3::Z).normalize();
@@ -97,7 +99,7 @@ mod tests {
             CameraPath::HalfSphere,
         ] {
             for step in 0..300 {
-                let pose = path.scene_from_camera(0.1 * f64::from(step));
+                let pose = path.scene_from_camera(&Viewpoint::OFFICE, 0.1 * f64::from(step));
                 let forward = pose.rotation * Vec3::Z;
                 let down = pose.rotation * Vec3::Y;
                 assert!(forward.y > 0.7, "{path:?} looks along {forward}");

@@ -1,6 +1,11 @@
+use std::f64::consts::TAU;
+
 use dymlm_core::{ConfigError, PinholeCamera, Pose, check_range};
 
-use crate::{CameraPath, DetectorConfig, SensorConfig};
+use rand::RngExt;
+
+use crate::noise::{Use, stream};
+use crate::{Activity, CameraPath, DetectorConfig, Room, SensorConfig};
 
 /// What a [`Sequence`](crate::Sequence) shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,16 +15,21 @@ pub struct SequenceConfig {
     pub frames: usize,
     /// Frames a second, 0.1..=1000, default 10.
     pub frame_rate: f64,
-    /// Seed of all that is random: noise, the detector's failures, the people's start and speed. Default 7.
+    /// Seed of all that is random: noise, the detector's failures, the people's start, speed and gestures, and the
+    /// whole room when it is [`Room::Random`]. Default 7.
     pub seed: u64,
     /// The camera. Default `None`: 640x480, f = 525 px, principal point in the middle (a Kinect).
     pub camera: Option<PinholeCamera>,
+    /// The room. Default [`Room::Office`].
+    pub room: Room,
+    /// What the people do. Default [`Activity::Walking`].
+    pub activity: Activity,
     /// How the camera moves. Default [`CameraPath::Handheld`].
     pub path: CameraPath,
     /// Where the room stands in the world; in its own frame z is up and the floor is z = 0. Default identity.
     /// A tilted world shows whether a map depends on which way is up.
     pub world_from_scene: Pose,
-    /// Number of people who walk, 0..=2, default 2.
+    /// Number of people, 0..=2, default 2.
     pub people: usize,
     /// The depth camera's errors.
     pub sensor: SensorConfig,
@@ -34,6 +44,8 @@ impl Default for SequenceConfig {
             frame_rate: 10.0,
             seed: 7,
             camera: None,
+            room: Room::default(),
+            activity: Activity::default(),
             path: CameraPath::default(),
             world_from_scene: Pose::identity(),
             people: 2,
@@ -44,6 +56,19 @@ impl Default for SequenceConfig {
 }
 
 impl SequenceConfig {
+    /// A sequence in a room made up from `seed`, with one of the camera's paths. The rooms of odd seeds stand in a
+    /// world that is turned and shifted at random ([`world_from_scene`](Self::world_from_scene)), those of even ones
+    /// stand upright.
+    pub fn random_room(seed: u64) -> Self {
+        const PATHS: [CameraPath; 4] =
+            [CameraPath::Handheld, CameraPath::Xyz, CameraPath::HalfSphere, CameraPath::Rpy];
+        let mut rng = stream(seed, Use::Scene, 1, 0);
+        let path = PATHS[rng.random_range(0..PATHS.len())];
+        let turned = random_pose(std::array::from_fn(|_| rng.random_range(0.0..1.0)));
+        let world_from_scene = if seed % 2 == 1 { turned } else { Pose::identity() };
+        Self { room: Room::Random, seed, path, world_from_scene, ..Self::default() }
+    }
+
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("frames", self.frames as f64, 1.0..=1e6)?;
         check_range("frame_rate", self.frame_rate, 0.1..=1000.0)?;
@@ -51,4 +76,13 @@ impl SequenceConfig {
         self.sensor.validate()?;
         self.detector.validate()
     }
+}
+
+/// A rotation drawn evenly from all (Shoemake, "Uniform random rotations", 1992) and a shift of up to 5 m an axis,
+/// from six values of 0..1.
+fn random_pose([u, v, w, x, y, z]: [f64; 6]) -> Pose {
+    let (first, second) = ((1.0 - u).sqrt(), u.sqrt());
+    let ((sin_v, cos_v), (sin_w, cos_w)) = ((TAU * v).sin_cos(), (TAU * w).sin_cos());
+    let rotation = [first * sin_v, first * cos_v, second * sin_w, second * cos_w];
+    Pose::new([x, y, z].map(|shift| 10.0 * shift - 5.0), rotation).unwrap_or_default()
 }

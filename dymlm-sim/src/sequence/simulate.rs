@@ -1,10 +1,8 @@
 use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, Error, Frame, Mask, PinholeCamera, Pose};
 use parry3d::math::Pose3;
-use rand::RngExt;
 
 use super::SequenceConfig;
 use crate::detector::{Detector, Visible, visible_things};
-use crate::noise::{Use, stream};
 use crate::render::{NOTHING, render};
 use crate::scene::{Part, Scene};
 use crate::sensor::Sensor;
@@ -20,7 +18,7 @@ use crate::sensor::Sensor;
 ///
 /// let mut config = SequenceConfig::default();
 /// config.camera = Some(PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?);
-/// let sequence = Sequence::walking(&config)?;
+/// let sequence = Sequence::new(&config)?;
 /// let frame = sequence.frame(20).ok_or("a sequence of 150 frames")?;
 /// assert_eq!(frame.frame.timestamp(), 2.0);
 /// assert!(sequence.frame(150).is_none());
@@ -72,25 +70,22 @@ pub struct VisibleThing {
 }
 
 impl Sequence {
-    /// An office with people walking through it: a desk with a partition behind, monitors, keyboards and small
-    /// things, swivel chairs, a cabinet, a shelf, a plant; one person walks up and down before the desk, the other
-    /// round the room, at 0.6 to 1 m/s and mostly 1 to 2.5 m from the camera.
+    /// The sequence that a config describes. By default an office with people walking through it: one walks up and down
+    /// before the desk, the other round the room, at 0.6 to 1 m/s and mostly 1 to 2.5 m from the camera.
     ///
     /// # Errors
     ///
     /// [`Error::Config`] when a field of the config is outside its range.
-    pub fn walking(config: &SequenceConfig) -> Result<Self, Error> {
+    pub fn new(config: &SequenceConfig) -> Result<Self, Error> {
         config.validate()?;
         let camera = match config.camera {
             Some(camera) => camera,
             None => PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?,
         };
-        let mut rng = stream(config.seed, Use::Scene, 0, 0);
-        let choice = std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(0.0..1.0)));
         Ok(Self {
             config: config.clone(),
             camera,
-            scene: Scene::office(config.people, choice),
+            scene: Scene::new(config.room, config.activity, config.people, config.seed),
             sensor: Sensor::new(config.sensor, config.seed),
             detector: Detector::new(config.detector, config.seed),
         })
@@ -183,7 +178,7 @@ impl Sequence {
     }
 
     fn scene_from_camera(&self, index: usize) -> Pose3 {
-        self.config.path.scene_from_camera(self.timestamp(index))
+        self.config.path.scene_from_camera(&self.scene.viewpoint, self.timestamp(index))
     }
 
     /// All bodies at `time` seconds, those that stay first.

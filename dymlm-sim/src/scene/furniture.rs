@@ -1,0 +1,78 @@
+//! What stands on the floor. Fronts look towards -y of the thing's frame, but one sits on a chair looking along +y.
+
+use std::f32::consts::{FRAC_PI_2, TAU};
+
+use parry3d::math::{Rot3, Vec2, Vec3};
+
+use super::builder::Builder;
+use super::palette::{BEECH, BLACK, CABINET, CLAY, CUSHION, LEAVES, PLUSH, STEEL};
+use super::person::Seat;
+
+/// Height of a swivel chair's seat that nobody has set lower, metres.
+pub(super) const SEAT: f32 = 0.51;
+
+/// A swivel chair on five legs with armrests, its seat's top at height `seat`.
+pub(super) fn swivel_chair(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, seat: f32) {
+    let lowered = SEAT - seat;
+    b.thing(Some("chair"), [x, y, 0.0], yaw);
+    for k in 0_u8..5 {
+        let (sin, cos) = (f32::from(k) * TAU / 5.0).sin_cos();
+        b.rod([0.0, 0.0, 0.09], [0.27 * cos, 0.27 * sin, 0.06], 0.022, BLACK);
+    }
+    b.cylinder([0.0, 0.0, 0.08], 0.36 - lowered, 0.028, STEEL)
+        .cuboid([0.0, 0.0, 0.47 - lowered], [0.46, 0.45, 0.08], CUSHION)
+        .cuboid([0.0, -0.25, 0.56 - lowered], [0.07, 0.03, 0.24], BLACK)
+        .tilted([0.0, -0.26, 0.80 - lowered], [0.42, 0.06, 0.46], 0.12, CUSHION);
+    for x in [-0.26, 0.26] {
+        b.cuboid([x, 0.02, 0.56 - lowered], [0.03, 0.04, 0.20], BLACK).cuboid(
+            [x, 0.03, 0.67 - lowered],
+            [0.05, 0.26, 0.03],
+            BLACK,
+        );
+    }
+}
+
+/// The place on a chair that stands at `place`, turned by `yaw`: a little before the backrest.
+pub(super) fn seat([x, y]: [f32; 2], yaw: f32, phase: f64) -> Seat {
+    let hips = Rot3::from_rotation_z(yaw) * Vec3::new(0.0, -0.04, 0.0);
+    Seat { position: Vec2::new(x + hips.x, y + hips.y), heading: yaw + FRAC_PI_2, phase }
+}
+
+/// A cabinet of 0.8 x 0.42 x 1.1 m with three drawers.
+pub(super) fn cabinet(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
+    b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.55], [0.8, 0.42, 1.10], CABINET);
+    for z in [0.2, 0.55, 0.9] {
+        b.cuboid([0.0, -0.215, z], [0.74, 0.02, 0.31], STEEL).cuboid(
+            [0.0, -0.235, z + 0.08],
+            [0.14, 0.02, 0.02],
+            BLACK,
+        );
+    }
+}
+
+/// An open shelf of 1.23 x 0.34 x 1.8 m with four boards, their tops at 0.115, 0.615, 1.115 and 1.615 m.
+pub(super) fn shelf(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
+    b.thing(None, [x, y, 0.0], yaw);
+    for x in [-0.6, 0.6] {
+        b.cuboid([x, 0.0, 0.9], [0.03, 0.34, 1.8], BEECH);
+    }
+    for z in [0.1, 0.6, 1.1, 1.6] {
+        b.cuboid([0.0, 0.0, z], [1.2, 0.34, 0.03], BEECH);
+    }
+}
+
+/// A plant of 1.3 m in a pot.
+pub(super) fn plant(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
+    b.thing(Some("potted plant"), [x, y, 0.0], yaw).cylinder([0.0; 3], 0.32, 0.17, CLAY).rod(
+        [0.0, 0.0, 0.3],
+        [0.02, 0.0, 0.8],
+        0.02,
+        PLUSH,
+    );
+    for k in 0_u8..7 {
+        let angle = f32::from(k) * 2.4;
+        let (sin, cos) = angle.sin_cos();
+        let height = 0.65 + 0.09 * f32::from(k);
+        b.ellipsoid([0.16 * cos, 0.16 * sin, height], [0.14, 0.10, 0.09], LEAVES);
+    }
+}
