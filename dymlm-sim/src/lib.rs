@@ -48,6 +48,10 @@ mod sequence;
 
 pub use detector::{DetectionRates, DetectorConfig};
 pub use metrics::{CloudScore, MaskScore, ReferenceCloud, ReferenceScore, Truth, TruthConfig, score_cloud};
+pub use metrics::{DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures};
 pub use scene::{Activity, Room};
 pub use sensor::SensorConfig;
-pub use sequence::{CameraPath, Sequence, SequenceConfig, SequenceType, SimulatedFrame, VisibleThing};
+pub use sequence::{
+    CameraPath, FrameScratch, PoseErrorConfig, Sequence, SequenceConfig, SequenceType, SimulatedFrame,
+    VisibleThing,
+};

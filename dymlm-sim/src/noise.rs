@@ -10,6 +10,7 @@ pub(crate) enum Use {
     Sensor = 1,
     Confidence = 2,
     Boxes = 3,
+    PoseError = 4,
 }
 
 /// The stream for `index` (below 2^32) and `part` (below 2^28) of one use under a seed.

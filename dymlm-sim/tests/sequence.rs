@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use dymlm_core::{BoundingBox, Error, Mask, PinholeCamera, Pose, axial_noise};
-use dymlm_sim::{CameraPath, DetectorConfig, SensorConfig, Sequence, SequenceConfig, SimulatedFrame};
+use dymlm_sim::{
+    CameraPath, DetectorConfig, FrameScratch, SensorConfig, Sequence, SequenceConfig, SimulatedFrame,
+};
 
 fn small_config() -> SequenceConfig {
     let mut config = SequenceConfig::default();
@@ -366,4 +368,20 @@ impl Tally {
 
 fn percent(part: usize, whole: usize) -> f64 {
     100.0 * part as f64 / whole as f64
+}
+
+#[test]
+fn recycled_buffers_change_nothing() {
+    let sequence = Sequence::new(&small_config()).unwrap();
+    let mut scratch = FrameScratch::default();
+    // A frame of another size first.
+    let mut tiny = small_config();
+    tiny.camera = Some(PinholeCamera::new(31, 17, 30.0, 30.0, 15.0, 8.0).unwrap());
+    scratch.recycle(Sequence::new(&tiny).unwrap().frame(9).unwrap());
+    for index in [5, 60, 61, 149] {
+        let frame = sequence.frame_with(index, &mut scratch).unwrap();
+        assert_eq!(frame, sequence.frame(index).unwrap());
+        scratch.recycle(frame);
+    }
+    assert_eq!(sequence.frame_with(150, &mut scratch), None);
 }

@@ -8,7 +8,7 @@ use super::view::View;
 use crate::scene::Part;
 
 /// What the rays through the pixels' centres meet, row by row.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Rendering {
     pub(crate) width: usize,
     pub(crate) height: usize,
@@ -34,17 +34,13 @@ const AMBIENT: f32 = 0.48;
 ///
 /// Each part is bounded by a rectangle of the image and by its nearest depth; a tile's rays ask only the parts whose
 /// rectangles meet it, nearest first, until the rest lies behind the hit: O(pixels x parts that overlap there).
-pub(crate) fn render(camera: &PinholeCamera, scene_from_camera: &Pose3, parts: &[Part]) -> Rendering {
-    let (width, height) = (camera.width(), camera.height());
-    let pixels = width * height;
-    let mut rendering = Rendering {
-        width,
-        height,
-        depth: vec![0.0; pixels],
-        incidence: vec![0.0; pixels],
-        part: vec![NOTHING; pixels],
-        color: vec![[0; 3]; pixels],
-    };
+pub(crate) fn render(
+    camera: &PinholeCamera,
+    scene_from_camera: &Pose3,
+    parts: &[Part],
+    rendering: &mut Rendering,
+) {
+    rendering.clear(camera.width(), camera.height());
 
     let camera_from_scene = scene_from_camera.inverse();
     let mut views: Vec<View<'_>> = parts
@@ -54,14 +50,29 @@ pub(crate) fn render(camera: &PinholeCamera, scene_from_camera: &Pose3, parts: &
         .collect();
     views.sort_by(|a, b| a.nearest.total_cmp(&b.nearest));
 
-    let bands = bands(&mut rendering);
+    let bands = bands(rendering);
     #[cfg(feature = "parallel")]
     bands.into_par_iter().for_each(|band| render_band(band, camera, &views));
     #[cfg(not(feature = "parallel"))]
     for band in bands {
         render_band(band, camera, &views);
     }
-    rendering
+}
+
+impl Rendering {
+    /// Nothing anywhere.
+    fn clear(&mut self, width: usize, height: usize) {
+        fn refill<T: Copy>(values: &mut Vec<T>, pixels: usize, value: T) {
+            values.clear();
+            values.resize(pixels, value);
+        }
+        let pixels = width * height;
+        (self.width, self.height) = (width, height);
+        refill(&mut self.depth, pixels, 0.0);
+        refill(&mut self.incidence, pixels, 0.0);
+        refill(&mut self.part, pixels, NOTHING);
+        refill(&mut self.color, pixels, [0; 3]);
+    }
 }
 
 /// Some rows of a rendering, to be filled independently of the others.

@@ -4,4 +4,4 @@ mod config;
 mod model;
 
 pub use config::SensorConfig;
-pub(crate) use model::Sensor;
+pub(crate) use model::{Places, Sensor};

@@ -21,6 +21,10 @@ pub(crate) struct Sensor {
     normals: NormalTable,
 }
 
+/// What each pixel looks at, row by row.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Places(Vec<Place>);
+
 /// What a pixel looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
@@ -41,29 +45,33 @@ impl Sensor {
         Self { config, seed, normals: NormalTable::new() }
     }
 
-    /// The readings of frame `index`, row by row; 0 = none.
+    /// Puts the readings of frame `index` into `readings`, row by row; 0 = none.
     pub(crate) fn sense(
         &self,
         camera: &PinholeCamera,
         exact: &Rendering,
         parts: &[Part],
         index: usize,
-    ) -> Vec<f32> {
-        let places = self.places(camera, exact);
-        let mut readings = vec![0.0; exact.depth.len()];
-        let sense_row = |(v, row): (usize, &mut [f32])| self.sense_row(row, v, exact, &places, parts, index);
+        places: &mut Places,
+        readings: &mut Vec<f32>,
+    ) {
+        self.find_places(camera, exact, &mut places.0);
+        readings.clear();
+        readings.resize(exact.depth.len(), 0.0);
+        let places = &places.0;
+        let sense_row = |(v, row): (usize, &mut [f32])| self.sense_row(row, v, exact, places, parts, index);
         #[cfg(feature = "parallel")]
         readings.par_chunks_mut(exact.width).enumerate().for_each(sense_row);
         #[cfg(not(feature = "parallel"))]
         readings.chunks_mut(exact.width).enumerate().for_each(sense_row);
-        readings
     }
 
-    fn places(&self, camera: &PinholeCamera, exact: &Rendering) -> Vec<Place> {
+    fn find_places(&self, camera: &PinholeCamera, exact: &Rendering, places: &mut Vec<Place>) {
         let reach = self.reach(exact.width);
-        let mut places = vec![Place::Surface; exact.depth.len()];
+        places.clear();
+        places.resize(exact.depth.len(), Place::Surface);
         if reach > 0 {
-            mark_edges(&mut places, exact, reach);
+            mark_edges(places, exact, reach);
         }
         if self.config.baseline != 0.0 {
             let disparity_at_1m = (camera.fx() * self.config.baseline) as f32;
@@ -71,7 +79,6 @@ impl Sensor {
                 mark_shadow(places, depths, disparity_at_1m);
             }
         }
-        places
     }
 
     /// Pixels over which an edge is felt.

@@ -4,6 +4,7 @@ use dymlm_core::{ConfigError, PinholeCamera, Pose, check_range};
 
 use rand::RngExt;
 
+use super::PoseErrorConfig;
 use crate::noise::{Use, stream};
 use crate::{Activity, CameraPath, DetectorConfig, Room, SensorConfig};
 
@@ -35,6 +36,8 @@ pub struct SequenceConfig {
     pub sensor: SensorConfig,
     /// The detector's errors.
     pub detector: DetectorConfig,
+    /// The errors of the estimated poses.
+    pub pose_error: PoseErrorConfig,
 }
 
 impl Default for SequenceConfig {
@@ -51,6 +54,7 @@ impl Default for SequenceConfig {
             people: 2,
             sensor: SensorConfig::default(),
             detector: DetectorConfig::default(),
+            pose_error: PoseErrorConfig::default(),
         }
     }
 }
@@ -74,6 +78,7 @@ impl SequenceConfig {
         check_range("frame_rate", self.frame_rate, 0.1..=1000.0)?;
         check_range("people", self.people as f64, 0.0..=2.0)?;
         self.sensor.validate()?;
+        self.pose_error.validate()?;
         self.detector.validate()
     }
 }

@@ -2,10 +2,15 @@
 
 mod camera_path;
 mod config;
+mod frame_scratch;
+mod pose_error;
+mod pose_error_config;
 mod sequence_type;
 mod simulate;
 
 pub use camera_path::CameraPath;
 pub use config::SequenceConfig;
+pub use frame_scratch::FrameScratch;
+pub use pose_error_config::PoseErrorConfig;
 pub use sequence_type::SequenceType;
 pub use simulate::{Sequence, SimulatedFrame, VisibleThing};

@@ -1,9 +1,12 @@
+use std::mem::take;
+
 use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, Error, Frame, Mask, PinholeCamera, Pose};
 use parry3d::math::Pose3;
 
-use super::SequenceConfig;
+use super::pose_error::PoseError;
+use super::{FrameScratch, SequenceConfig};
 use crate::detector::{Detector, Visible, visible_things};
-use crate::render::{NOTHING, render};
+use crate::render::{Rendering, render};
 use crate::scene::{Part, Scene};
 use crate::sensor::Sensor;
 
@@ -31,6 +34,7 @@ pub struct Sequence {
     scene: Scene,
     sensor: Sensor,
     detector: Detector,
+    pose_error: Option<PoseError>,
 }
 
 /// One frame of a [`Sequence`] and the truth about it.
@@ -43,13 +47,15 @@ pub struct SimulatedFrame {
     pub detections: Vec<Detection>,
     /// The exact pose.
     pub world_from_camera: Pose,
+    /// The pose that a SLAM front end estimates ([`PoseErrorConfig`](crate::PoseErrorConfig)): the exact one by default.
+    pub estimated_world_from_camera: Pose,
     /// The exact depth, without range limits.
     pub true_depth: DepthImage,
     /// `true` where the ray through the pixel's centre meets a mover.
     pub mover_mask: Mask,
     /// The things in view that have a label, by ascending id.
     pub visible_things: Vec<VisibleThing>,
-    /// Index of the static part that each pixel shows; movers' parts and [`NOTHING`] lie beyond the static ones.
+    /// Index of the static part that each pixel shows; movers' parts and nothing at all lie beyond the static ones.
     pub(crate) parts: Vec<u16>,
 }
 
@@ -82,13 +88,21 @@ impl Sequence {
             Some(camera) => camera,
             None => PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?,
         };
-        Ok(Self {
+        let mut sequence = Self {
             config: config.clone(),
             camera,
             scene: Scene::new(config.room, config.activity, config.people, config.seed),
             sensor: Sensor::new(config.sensor, config.seed),
             detector: Detector::new(config.detector, config.seed),
-        })
+            pose_error: None,
+        };
+        sequence.pose_error = sequence.pose_errors();
+        Ok(sequence)
+    }
+
+    fn pose_errors(&self) -> Option<PoseError> {
+        let exact = (0..self.len()).map(|index| self.world_from_camera(index));
+        PoseError::new(&self.config.pose_error, self.config.seed, 1.0 / self.config.frame_rate, exact)
     }
 
     /// Number of frames.
@@ -121,33 +135,63 @@ impl Sequence {
         self.config.world_from_scene * to_pose(&self.scene_from_camera(index))
     }
 
+    /// The pose of frame `index` as it is estimated when the frame is taken; the exact one when the config asks for no
+    /// errors, and past the end.
+    pub fn estimated_pose(&self, index: usize) -> Pose {
+        let estimate = self.pose_error.as_ref().and_then(|error| error.estimate(index));
+        estimate.unwrap_or_else(|| self.world_from_camera(index))
+    }
+
+    /// The poses of frames 0 to `at_frame` (or to the end) as the back end knows them when frame `at_frame` is taken:
+    /// before a loop closure those that were estimated, from it on the corrected ones of all frames.
+    pub fn corrected_poses(&self, at_frame: usize) -> Vec<Pose> {
+        match &self.pose_error {
+            Some(error) => error.estimates_at(at_frame),
+            None => (0..self.len().min(at_frame.saturating_add(1)))
+                .map(|index| self.world_from_camera(index))
+                .collect(),
+        }
+    }
+
+    /// The frame from which on the loop is closed: those who follow the poses take
+    /// [`corrected_poses`](Self::corrected_poses) then. `None` when no loop closes within the sequence, or poses are exact.
+    pub fn loop_closure_frame(&self) -> Option<usize> {
+        self.pose_error.as_ref().and_then(PoseError::closure_frame)
+    }
+
     /// Renders frame `index`; `None` past the end.
     pub fn frame(&self, index: usize) -> Option<SimulatedFrame> {
+        self.frame_with(index, &mut FrameScratch::default())
+    }
+
+    /// [`frame`](Self::frame) with buffers that live on: the same bits, and no allocation of images once
+    /// [`FrameScratch::recycle`] has been given a frame.
+    pub fn frame_with(&self, index: usize, scratch: &mut FrameScratch) -> Option<SimulatedFrame> {
         if index >= self.len() {
             return None;
         }
         let time = self.timestamp(index);
-        let parts = self.parts_at(time);
-        let exact = render(&self.camera, &self.scene_from_camera(index), &parts);
-        let readings = self.sensor.sense(&self.camera, &exact, &parts, index);
-        let visible = visible_things(&exact, &parts, self.scene.instances.len());
-        let detections = self.detector.detect(&exact, &visible, &self.scene, index, time);
-
-        let moves: Vec<bool> = parts.iter().map(|part| self.scene.moves(part.instance)).collect();
-        let shows_mover = |part: &u16| *part != NOTHING && moves.get(usize::from(*part)) == Some(&true);
-        let mover_mask = exact.part.iter().map(shows_mover).collect();
+        let mut mover_mask = scratch.take_mask(self.camera.width(), self.camera.height())?;
+        let FrameScratch { rendering: exact, places, readings, parts, moving, .. } = scratch;
+        self.parts_at(time, parts, moving);
+        render(&self.camera, &self.scene_from_camera(index), parts, exact);
+        self.sensor.sense(&self.camera, exact, parts, index, places, readings);
+        let visible = visible_things(exact, parts, self.scene.instances.len());
+        let detections = self.detector.detect(exact, &visible, &self.scene, index, time);
+        self.mark_movers(exact, parts, &mut mover_mask);
 
         let (width, height) = (exact.width, exact.height);
-        let depth = DepthImage::new(width, height, readings).ok()?;
-        let color = ColorImage::new(width, height, exact.color).ok()?;
+        let depth = DepthImage::new(width, height, take(readings)).ok()?;
+        let color = ColorImage::new(width, height, take(&mut exact.color)).ok()?;
         Some(SimulatedFrame {
             frame: Frame::new(time, self.camera, depth, Some(color)).ok()?,
             detections,
             world_from_camera: self.world_from_camera(index),
-            true_depth: DepthImage::new(width, height, exact.depth).ok()?,
-            mover_mask: Mask::new(width, height, mover_mask).ok()?,
+            estimated_world_from_camera: self.estimated_pose(index),
+            true_depth: DepthImage::new(width, height, take(&mut exact.depth)).ok()?,
+            mover_mask,
             visible_things: self.labelled_things(&visible),
-            parts: exact.part,
+            parts: take(&mut exact.part),
         })
     }
 
@@ -182,10 +226,18 @@ impl Sequence {
     }
 
     /// All bodies at `time` seconds, those that stay first.
-    fn parts_at(&self, time: f64) -> Vec<Part> {
-        let mut moving = Vec::new();
-        self.scene.moving_parts(time, &mut moving);
-        self.scene.static_parts.iter().cloned().chain(moving).collect()
+    fn parts_at(&self, time: f64, parts: &mut Vec<Part>, moving: &mut Vec<Part>) {
+        self.scene.moving_parts(time, moving);
+        parts.clear();
+        parts.extend_from_slice(&self.scene.static_parts);
+        parts.append(moving);
+    }
+
+    fn mark_movers(&self, exact: &Rendering, parts: &[Part], mask: &mut Mask) {
+        let moves: Vec<bool> = parts.iter().map(|part| self.scene.moves(part.instance)).collect();
+        for (mover, &part) in mask.data_mut().iter_mut().zip(&exact.part) {
+            *mover = moves.get(usize::from(part)).copied().unwrap_or(false);
+        }
     }
 }
 
