@@ -5,6 +5,8 @@ mod dbscan;
 mod lattice;
 mod parallel;
 mod statistical_outlier_removal;
+mod symmetric_eigen3;
+mod vector3;
 mod voxel_grid;
 
 pub use cloud_map::{
@@ -15,4 +17,5 @@ pub use dbscan::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 pub use statistical_outlier_removal::{
     StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,
 };
+pub use symmetric_eigen3::{SymmetricEigen3, symmetric_eigen3};
 pub use voxel_grid::{VoxelGrid, VoxelGridConfig, VoxelGridScratch};
