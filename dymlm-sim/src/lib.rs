@@ -49,6 +49,10 @@ mod sequence;
 pub use detector::{DetectionRates, DetectorConfig};
 pub use metrics::{CloudScore, MaskScore, ReferenceCloud, ReferenceScore, Truth, TruthConfig, score_cloud};
 pub use metrics::{DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures};
+pub use metrics::{DynamicMapScore, DynamicMapScoreConfig, DynamicMapScorer};
+pub use metrics::{FreeSpaceScore, Occupancy, OccupancyScore, OccupancyScoreConfig, OccupancyScorer};
+pub use metrics::{IdentifiedBox, TrackingScore, TrackingScoreConfig, TrackingScoreError, TrackingScorer};
+pub use metrics::{OccupiedCell, OccupiedCellScore, SurfaceScore};
 pub use scene::{Activity, Room};
 pub use sensor::SensorConfig;
 pub use sequence::{

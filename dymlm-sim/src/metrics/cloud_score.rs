@@ -30,7 +30,7 @@ pub struct CloudScore {
 }
 
 /// Distance beyond which a point belongs to no static surface, metres.
-const OFF_SURFACE: f32 = 0.06;
+pub(super) const OFF_SURFACE: f32 = 0.06;
 /// Distance within which a surface point is mapped, metres.
 const MAPPED: f32 = 0.05;
 

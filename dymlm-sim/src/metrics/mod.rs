@@ -1,13 +1,19 @@
 //! How far maps and masks are from the truth.
 
+mod assignment;
 mod cell_grid;
 mod cloud_score;
 mod detector_statistics;
+mod dynamic_map_score;
+mod free_space;
 mod mask_score;
 mod nearest;
+mod occupancy_score;
 mod reference_cloud;
+mod seen_points;
 mod surfaces;
 mod swept_volume;
+mod tracking_score;
 mod truth;
 mod voxel_key;
 
@@ -15,6 +21,14 @@ pub use cloud_score::{CloudScore, score_cloud};
 pub use detector_statistics::{
     DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures,
 };
+pub use dynamic_map_score::{DynamicMapScore, DynamicMapScoreConfig, DynamicMapScorer};
 pub use mask_score::MaskScore;
+pub use occupancy_score::{
+    FreeSpaceScore, Occupancy, OccupancyScore, OccupancyScoreConfig, OccupancyScorer, OccupiedCell,
+    OccupiedCellScore, SurfaceScore,
+};
 pub use reference_cloud::{ReferenceCloud, ReferenceScore};
+pub use tracking_score::{
+    IdentifiedBox, TrackingScore, TrackingScoreConfig, TrackingScoreError, TrackingScorer,
+};
 pub use truth::{Truth, TruthConfig};

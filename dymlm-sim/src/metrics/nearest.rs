@@ -1,21 +1,37 @@
 use dymlm_core::Point;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
+/// Tells which places have one of a set of points within reach.
+pub(super) struct Neighbors {
+    /// No tree of no points: its nearest would be an item that is not there.
+    tree: Option<ImmutableKdTree<f32, 3>>,
+    reach: f32,
+}
+
+impl Neighbors {
+    /// Of finite `points`, within `reach` metres.
+    pub(super) fn of(points: &[Point], reach: f32) -> Self {
+        let tree = if points.is_empty() { None } else { ImmutableKdTree::new_from_slice(points).ok() };
+        Self { tree, reach }
+    }
+
+    /// Whether one of the points is within reach of a finite place.
+    pub(super) fn reach(&self, place: Point) -> bool {
+        self.tree.as_ref().is_some_and(|tree| {
+            let nearest = tree.query(&place).nearest_one::<SquaredEuclidean<f32>>().execute();
+            nearest.distance <= self.reach * self.reach
+        })
+    }
+}
+
 /// Share of the `asked` points with one of `points` within `reach` metres; `None` when nothing is asked. All must be
 /// finite.
 pub(super) fn share_within(asked: &[Point], points: &[Point], reach: f32) -> Option<f64> {
     if asked.is_empty() {
         return None;
     }
-    // No tree of no points: its nearest would be an item that is not there.
-    let covered = if points.is_empty() {
-        0
-    } else {
-        let tree = ImmutableKdTree::<f32, 3>::new_from_slice(points).ok()?;
-        let nearest =
-            |point: &Point| tree.query(point).nearest_one::<SquaredEuclidean<f32>>().execute().distance;
-        asked.iter().filter(|&point| nearest(point) <= reach * reach).count()
-    };
+    let neighbors = Neighbors::of(points, reach);
+    let covered = asked.iter().filter(|&&point| neighbors.reach(point)).count();
     Some(covered as f64 / asked.len() as f64)
 }
 
