@@ -218,7 +218,7 @@ impl BoxTracker {
                 && let Some(predicted) = track.filter.bounding_box()
             {
                 open_tracks.push(index);
-                iou.extend(candidates.iter().map(|&c| overlap(&predicted, &detections[c].bounding_box())));
+                iou.extend(candidates.iter().map(|&c| predicted.iou(&detections[c].bounding_box())));
             }
         }
         assign(iou, candidates.len(), min_iou.into(), matches);
@@ -315,15 +315,6 @@ fn canonical_order(a: &Detection, b: &Detection) -> Ordering {
         pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
     };
     a.label().cmp(b.label()).then(b.score().total_cmp(&a.score())).then_with(by_place)
-}
-
-/// Intersection over union in f64, so that no box overflows.
-fn overlap(a: &BoundingBox, b: &BoundingBox) -> f64 {
-    let [a, b] = [a, b].map(|bounding_box| <[f32; 4]>::from(*bounding_box).map(f64::from));
-    let area = |[x_min, y_min, x_max, y_max]: [f64; 4]| (x_max - x_min).max(0.0) * (y_max - y_min).max(0.0);
-    let shared = area([a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]);
-    let union = area(a) + area(b) - shared;
-    if union > 0.0 { shared / union } else { 0.0 }
 }
 
 /// The label, shared with a track that has it already.

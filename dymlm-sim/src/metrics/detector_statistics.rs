@@ -146,9 +146,9 @@ struct Missing {
 }
 
 /// Least `IoU` at which a box is one of a view.
-const MIN_IOU: f32 = 0.3;
+const MIN_IOU: f64 = 0.3;
 /// Least `IoU` at which a box of another label is one of the view, wrongly named.
-const MIN_CONFUSED_IOU: f32 = 0.5;
+const MIN_CONFUSED_IOU: f64 = 0.5;
 /// The scores at which views are counted as found.
 const SCORES: [f64; 3] = [0.25, 0.5, 0.7];
 /// Shares of the image between which views are of one size; the first are slivers, 5000 pixels of 640x480.
@@ -364,7 +364,7 @@ fn matched(boxes: &[&Detection], views: &[ExactView], size: [usize; 2]) -> Vec<O
             .max_by(|a, b| a.2.total_cmp(&b.2));
         if let Some((k, view, iou)) = best {
             let sides = side_errors(&area, &view.bounding_box, size);
-            found[k] = Some(Found { score: detection.score().into(), iou: iou.into(), sides });
+            found[k] = Some(Found { score: detection.score().into(), iou, sides });
         }
     }
     found

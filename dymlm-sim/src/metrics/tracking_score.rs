@@ -229,7 +229,7 @@ impl TrackingScorer {
 
     fn count_recovered(&mut self, truth: &[IdentifiedBox], overlaps: &Overlaps, detections: &[BoundingBox]) {
         for (row, t) in truth.iter().enumerate() {
-            let shows = |d: &BoundingBox| f64::from(d.iou(&t.bounding_box)) >= self.config.missed_iou;
+            let shows = |d: &BoundingBox| d.iou(&t.bounding_box) >= self.config.missed_iou;
             if !detections.iter().any(shows) {
                 self.counts.missed_detections += 1;
                 self.counts.recovered_detections += u64::from(overlaps.row(row).iter().any(Option::is_some));
@@ -264,7 +264,7 @@ struct Overlaps {
 impl Overlaps {
     fn new(truth: &[IdentifiedBox], output: &[IdentifiedBox], min_iou: f64) -> Self {
         let pairs = truth.iter().flat_map(|t| output.iter().map(move |o| (t, o)));
-        let iou = pairs.map(|(t, o)| f64::from(t.bounding_box.iou(&o.bounding_box)));
+        let iou = pairs.map(|(t, o)| t.bounding_box.iou(&o.bounding_box));
         Self { columns: output.len(), iou: iou.map(|iou| (iou >= min_iou).then_some(iou)).collect() }
     }
 
