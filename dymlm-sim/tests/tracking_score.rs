@@ -166,11 +166,12 @@ fn a_partner_is_kept_while_it_overlaps_even_beside_a_better_box() {
 
 #[test]
 fn more_pairs_come_before_better_ones() {
-    // Alone, the first pair would be the best; then the other two boxes would go without.
+    // The best pair alone overlaps by 0.96; without it two pairs of 0.35 each can be made.
     let at = |id, x| IdentifiedBox { id, bounding_box: rectangle(x, 0, 100, 100) };
-    let frames = [(vec![at(0, 0), at(1, 30)], vec![at(0, 2), at(1, -25)], vec![])];
-    let score = score(&frames, 0.5);
+    let frames = [(vec![at(0, 0), at(1, 50)], vec![at(5, 2), at(6, -48)], vec![])];
+    let score = score(&frames, 0.3);
     assert_eq!((score.misses, score.false_boxes), (0, 0));
+    assert_near(score.mean_iou, 52.0 / 148.0);
 }
 
 #[test]
