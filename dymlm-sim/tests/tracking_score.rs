@@ -127,7 +127,9 @@ fn the_truth_itself_is_faultless() {
 fn exchanged_ids_are_two_switches() {
     let mut frames = two_people();
     for (_, output, _) in &mut frames[6..] {
-        output.iter_mut().for_each(|b| b.id = 141 - b.id);
+        for b in output {
+            b.id = 141 - b.id;
+        }
     }
     let score = score(&frames, 0.5);
     assert_eq!((score.misses, score.false_boxes, score.switches), (0, 0, 2));
@@ -216,7 +218,9 @@ fn recovered_is_what_the_detector_missed_and_the_output_covers() {
 
     // Frames without detections are not asked.
     let mut scorer = TrackingScorer::new(&TrackingScoreConfig::default()).unwrap();
-    frames.iter().for_each(|(truth, output, _)| scorer.add_frame(truth, output, None).unwrap());
+    for (truth, output, _) in &frames {
+        scorer.add_frame(truth, output, None).unwrap();
+    }
     assert_eq!(scorer.score().misses_recovered, None);
     assert_eq!(scorer.score().mota, score.mota);
 }
@@ -280,8 +284,12 @@ proptest! {
             shuffled(truth, &mut lcg);
             shuffled(output, &mut lcg);
             shuffled(detections, &mut lcg);
-            truth.iter_mut().for_each(|b| b.id += 1 << 40);
-            output.iter_mut().for_each(|b| b.id += seed >> 1);
+            for b in truth {
+                b.id += 1 << 40;
+            }
+            for b in output {
+                b.id += seed >> 1;
+            }
         }
         let actual = score(&frames, 0.5);
         prop_assert_eq!(actual, expected);
