@@ -92,7 +92,7 @@ fn random_case() -> Vec<Frame> {
 /// The figures are those of motmetrics 1.4.0 on the same boxes, made in Python by the same generator:
 /// `MOTAccumulator(auto_id=True)`, `distances.iou_matrix(.., max_iou=1 - min_iou)`, and `mota, idf1, motp, num_objects,
 /// num_predictions, num_misses, num_false_positives, num_switches` of `metrics.create().compute`; its `motp` is the mean
-/// of 1 - IoU. Detections were compared by `iou_matrix(.., max_iou=0.7)`, and the true boxes without any counted.
+/// of one minus the overlap. Detections were compared by `iou_matrix(.., max_iou=0.7)`, and the true boxes without any counted.
 #[test]
 fn agrees_with_motmetrics() {
     let frames = random_case();
