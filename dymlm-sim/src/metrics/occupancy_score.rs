@@ -82,7 +82,7 @@ impl OccupancyScoreConfig {
 /// let mut config = SequenceConfig::default();
 /// config.camera = Some(PinholeCamera::new(80, 60, 65.0, 65.0, 39.5, 29.5)?);
 /// config.frames = 6;
-/// let sequence = Sequence::walking(&config)?;
+/// let sequence = Sequence::new(&config)?;
 /// let mut truth = Truth::new(&sequence, &TruthConfig::default())?;
 /// let mut scorer = OccupancyScorer::new(&Default::default())?;
 /// for frame in sequence.frames() {
