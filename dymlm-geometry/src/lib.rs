@@ -1,8 +1,10 @@
-//! Algorithms on point clouds: exact DBSCAN, voxel grids, the weighted cloud map, outlier removal.
+//! Algorithms on point clouds: exact DBSCAN, voxel grids, the weighted cloud map, outlier removal,
+//! oriented boxes and their overlap.
 
 mod cloud_map;
 mod dbscan;
 mod lattice;
+mod oriented_box;
 mod parallel;
 mod statistical_outlier_removal;
 mod symmetric_eigen3;
@@ -14,6 +16,7 @@ pub use cloud_map::{
     Support, ThinningConfig, Verdict,
 };
 pub use dbscan::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
+pub use oriented_box::{OrientedBox, OrientedBoxError};
 pub use statistical_outlier_removal::{
     StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,
 };

@@ -1,0 +1,143 @@
+mod overlap;
+
+use dymlm_core::Pose;
+use overlap::intersection_volume;
+
+/// A box in space: where its own frame stands, and how long it is along that frame's axes. Its frame's origin is its
+/// centre.
+///
+/// Boxes may be flat (a length of zero): they have corners and contain points, and volume zero.
+///
+/// ```
+/// use dymlm_core::Pose;
+/// use dymlm_geometry::OrientedBox;
+///
+/// let table = OrientedBox::new(Pose::identity(), [2.0, 1.0, 0.5])?;
+/// let moved = OrientedBox::new(Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])?, [2.0, 1.0, 0.5])?;
+/// assert_eq!(table.volume(), 1.0);
+/// assert_eq!(table.intersection_volume(&moved), 0.5);
+/// assert_eq!(table.iou(&moved), 0.5 / 1.5);
+/// assert!(table.contains([0.9, -0.4, 0.2]) && !table.contains([1.1, 0.0, 0.0]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "RawBox", into = "RawBox"))]
+pub struct OrientedBox {
+    world_from_box: Pose,
+    lengths: [f64; 3],
+}
+
+/// Full lengths that no box has.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("no box: full lengths {lengths:?} m, each must be within 0..={}", OrientedBox::MAX_LENGTH)]
+#[non_exhaustive]
+pub struct OrientedBoxError {
+    /// The lengths given, metres.
+    pub lengths: [f64; 3],
+}
+
+impl OrientedBox {
+    /// Longest side of a box, metres: the volumes of all boxes are far from the limits of f64.
+    pub const MAX_LENGTH: f64 = 1e15;
+
+    /// A box centred on the origin of its frame, with its full lengths along that frame's axes, metres.
+    ///
+    /// # Errors
+    ///
+    /// [`OrientedBoxError`] when a length is negative, not finite or above [`MAX_LENGTH`](Self::MAX_LENGTH).
+    pub fn new(world_from_box: Pose, lengths: [f64; 3]) -> Result<Self, OrientedBoxError> {
+        if lengths.iter().all(|length| (0.0..=Self::MAX_LENGTH).contains(length)) {
+            Ok(Self { world_from_box, lengths })
+        } else {
+            Err(OrientedBoxError { lengths })
+        }
+    }
+
+    /// The box's frame: its origin is the centre, its axes run along the sides.
+    #[inline]
+    pub fn world_from_box(&self) -> Pose {
+        self.world_from_box
+    }
+
+    /// Full lengths along the box's axes, metres.
+    #[inline]
+    pub fn lengths(&self) -> [f64; 3] {
+        self.lengths
+    }
+
+    /// Centre, metres.
+    #[inline]
+    pub fn center(&self) -> [f64; 3] {
+        self.world_from_box.translation()
+    }
+
+    /// Volume, cubic metres.
+    #[inline]
+    pub fn volume(&self) -> f64 {
+        self.lengths.iter().product()
+    }
+
+    /// The eight corners; corner k lies on the positive side of axis i where bit i of k is set.
+    pub fn corners(&self) -> [[f64; 3]; 8] {
+        std::array::from_fn(|k| {
+            let corner = std::array::from_fn(|axis| {
+                if k >> axis & 1 == 1 { 0.5 * self.lengths[axis] } else { -0.5 * self.lengths[axis] }
+            });
+            self.world_from_box.transform_point(corner)
+        })
+    }
+
+    /// Whether a point lies in the box or, to rounding, on its surface; a point that is not finite does not.
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        let local = self.world_from_box.inverse().transform_point(point);
+        (0..3).all(|axis| local[axis].abs() <= 0.5 * self.lengths[axis])
+    }
+
+    /// The same box in the frame `a`, given in frame `b`.
+    #[must_use]
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        Self { world_from_box: *a_from_b * self.world_from_box, lengths: self.lengths }
+    }
+
+    /// Volume that two boxes share, cubic metres; exact to rounding, about 1e-14 of the larger box's volume.
+    ///
+    /// By the divergence theorem: a third of the sum, over the faces of the intersection, of area times distance from a
+    /// point. These faces are the faces of either box, clipped by the six half spaces of the other (Sutherland and
+    /// Hodgman, "Reentrant polygon clipping", 1974). Faces that coincide count once, which is decided by a
+    /// margin of rounding size, the same for both boxes. Boxes that touch share zero.
+    ///
+    /// Constant time, below two microseconds, and no allocation.
+    pub fn intersection_volume(&self, other: &Self) -> f64 {
+        intersection_volume(self, other)
+    }
+
+    /// Intersection over union of the volumes, 0..=1; 0 when both boxes are flat.
+    pub fn iou(&self, other: &Self) -> f64 {
+        let shared = self.intersection_volume(other);
+        if shared > 0.0 { (shared / (self.volume() + other.volume() - shared)).min(1.0) } else { 0.0 }
+    }
+}
+
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct RawBox {
+    world_from_box: Pose,
+    lengths: [f64; 3],
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<RawBox> for OrientedBox {
+    type Error = OrientedBoxError;
+
+    fn try_from(raw: RawBox) -> Result<Self, OrientedBoxError> {
+        Self::new(raw.world_from_box, raw.lengths)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<OrientedBox> for RawBox {
+    fn from(own: OrientedBox) -> Self {
+        Self { world_from_box: own.world_from_box, lengths: own.lengths }
+    }
+}
