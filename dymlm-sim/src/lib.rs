@@ -48,6 +48,11 @@ mod sequence;
 
 pub use detector::{DetectionRates, DetectorConfig};
 pub use metrics::{CloudScore, MaskScore, ReferenceCloud, ReferenceScore, Truth, TruthConfig, score_cloud};
+pub use metrics::{
+    Demand, DuplicateObject, DuplicatePlane, EstimatedObject, EstimatedPlane, FaceScore, FaceState, Facing,
+    LabelVerdict, MergedPlane, ObjectMatch, ObjectScore, ObjectScoreConfig, PlaneMatch, PlaneScore,
+    PlaneScoreConfig, Spread, TrueFace, TrueObject, YawSymmetry, score_objects, score_planes,
+};
 pub use metrics::{DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures};
 pub use metrics::{DynamicMapScore, DynamicMapScoreConfig, DynamicMapScorer};
 pub use metrics::{FreeSpaceScore, Occupancy, OccupancyScore, OccupancyScoreConfig, OccupancyScorer};

@@ -66,12 +66,11 @@ fn cones(half: [f64; 3], apex: [f64; 3], in_clip: &Placement, clip_half: [f64; 3
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         for side in [-1.0, 1.0] {
             let mut face = Polygon::rectangle(half[u], half[v]);
-            for i in 0..3 {
-                // The clip box's coordinate i on the face, as a function of the face's two coordinates.
-                let row = in_clip.rotation[i];
-                let level = in_clip.center[i] + row[axis] * side * half[axis];
-                face.clip([row[u], row[v]], level, clip_half[i]);
-                face.clip([-row[u], -row[v]], -level, clip_half[i]);
+            for ((row, center), limit) in in_clip.rotation.iter().zip(in_clip.center).zip(clip_half) {
+                // A coordinate of the clip box on the face, as a function of the face's two coordinates.
+                let level = center + row[axis] * side * half[axis];
+                face.clip([row[u], row[v]], level, limit);
+                face.clip([-row[u], -row[v]], -level, limit);
             }
             sum += face.area() * (half[axis] - side * apex[axis]);
         }
@@ -100,8 +99,7 @@ impl Polygon {
 
     /// Keeps the part where gradient . corner + level <= limit.
     fn clip(&mut self, gradient: [f64; 2], level: f64, limit: f64) {
-        let height =
-            |corner: [f64; 2]| gradient[0] * corner[0] + gradient[1] * corner[1] + (level - limit);
+        let height = |corner: [f64; 2]| gradient[0] * corner[0] + gradient[1] * corner[1] + (level - limit);
         let corners = self.corners;
         let given = &corners[..self.count];
         let Some(&last) = given.last() else { return };

@@ -1,5 +1,7 @@
 use dymlm_core::{ConfigError, Point, Pose, check_range};
 
+use super::faces::{FaceTruth, TrueFace};
+use super::objects::{ObjectTruth, TrueObject};
 use super::surfaces::Surfaces;
 use super::swept_volume::SweptVolume;
 use super::voxel_key::{VoxelKey, VoxelMap};
@@ -13,18 +15,33 @@ pub struct TruthConfig {
     pub min_depth: f64,
     /// Farthest depth that counts as seen, metres, 0..=1000, default 4: as far as maps use a Kinect.
     pub max_depth: f64,
-    /// Side of the cubes that visible surface is sampled by, metres, 0.002..=1, default 0.02.
+    /// Side of the cubes that visible surface is sampled by, and of the cells of plane faces, metres, 0.002..=1,
+    /// default 0.02.
     pub sample_distance: f64,
     /// Frames that must see a surface point before a map is asked for it, 1..=1000000, default 3.
     pub min_views: u32,
     /// How far around the movers' bodies a point counts as left by them, metres, 0.01..=1, default 0.1: three sigma
     /// of the depth noise at 3.5 m and the grid's rounding.
     pub swept_margin: f64,
+    /// Largest angle between ray and normal at which a plane face counts as seen, degrees, 10..=90, default 80: a
+    /// Kinect reads little beyond (Nguyen 2012), and no plane is fitted to it.
+    pub max_incidence_degrees: f64,
+    /// Pixels of a labelled thing with a reading within range that make it visible in a frame, at 640x480 (other sizes:
+    /// in proportion to their area), 1..=100000, default 100.
+    pub min_object_pixels: u32,
 }
 
 impl Default for TruthConfig {
     fn default() -> Self {
-        Self { min_depth: 0.5, max_depth: 4.0, sample_distance: 0.02, min_views: 3, swept_margin: 0.1 }
+        Self {
+            min_depth: 0.5,
+            max_depth: 4.0,
+            sample_distance: 0.02,
+            min_views: 3,
+            swept_margin: 0.1,
+            max_incidence_degrees: 80.0,
+            min_object_pixels: 100,
+        }
     }
 }
 
@@ -34,12 +51,14 @@ impl TruthConfig {
         check_range("truth.min_depth", self.min_depth, 0.0..=self.max_depth.min(100.0))?;
         check_range("truth.sample_distance", self.sample_distance, 0.002..=1.0)?;
         check_range("truth.min_views", self.min_views.into(), 1.0..=1e6)?;
-        check_range("truth.swept_margin", self.swept_margin, 0.01..=1.0)
+        check_range("truth.swept_margin", self.swept_margin, 0.01..=1.0)?;
+        check_range("truth.max_incidence_degrees", self.max_incidence_degrees, 10.0..=90.0)?;
+        check_range("truth.min_object_pixels", self.min_object_pixels.into(), 1.0..=1e5)
     }
 }
 
-/// The exact truth about a sequence, in its world frame: static surfaces, the volume that movers swept, and the
-/// surface points that were seen.
+/// The exact truth about a sequence, in its world frame: static surfaces, the volume that movers swept, the surface
+/// points that were seen, flat faces and labelled objects.
 ///
 /// Distances are exact to the analytic bodies (f32), the swept volume is kept in cells of 5 cm. Gathering costs about
 /// as much as rendering a frame or two, observing O(pixels) a frame.
@@ -50,6 +69,8 @@ pub struct Truth {
     surfaces: Surfaces,
     swept: SweptVolume,
     seen: VoxelMap<Seen>,
+    faces: FaceTruth,
+    objects: ObjectTruth,
     frames: u32,
 }
 
@@ -77,6 +98,8 @@ impl Truth {
             surfaces: Surfaces::new(&sequence.scene().static_parts),
             swept: SweptVolume::new(sequence.scene(), times, config.swept_margin as f32),
             seen: VoxelMap::default(),
+            faces: FaceTruth::new(sequence.scene(), config.sample_distance),
+            objects: ObjectTruth::new(sequence.scene(), config.sample_distance),
             frames: 0,
         })
     }
@@ -92,27 +115,46 @@ impl Truth {
         Ok(truth)
     }
 
-    /// Notes which surface points a frame sees: where the sensor has a reading, the exact depth is within range, and
+    /// Notes which surface points, faces and objects a frame sees: where the sensor has a reading, the exact depth is within range, and
     /// no mover is in the way. Each frame is to be shown once.
     pub fn observe(&mut self, frame: &SimulatedFrame) {
         self.frames += 1;
         let camera = frame.frame.camera();
         let cubes_per_metre = (1.0 / self.config.sample_distance) as f32;
         let range = self.config.min_depth as f32..=self.config.max_depth as f32;
+        let scene_from_camera = self.scene_from_world * frame.world_from_camera;
+        let least_cosine = self.config.max_incidence_degrees.to_radians().cos();
+        let mut faces = self.faces.view(scene_from_camera, least_cosine, self.frames);
         let pixels =
             frame.true_depth.data().iter().zip(frame.frame.depth().data()).zip(frame.mover_mask.data());
-        for (pixel, ((&z, &reading), &mover)) in pixels.enumerate() {
+        for (pixel, (((&z, &reading), &mover), &part)) in pixels.zip(&frame.parts).enumerate() {
             if mover || reading <= 0.0 || !range.contains(&z) {
                 continue;
             }
             let (u, v) = (pixel % camera.width(), pixel / camera.width());
-            let point = camera.back_project([u as f64, v as f64], z.into());
-            let point = frame.world_from_camera.transform_point(point).map(|c| c as f32);
+            let in_camera = camera.back_project([u as f64, v as f64], z.into());
+            faces.see(part, in_camera);
+            self.objects.see(part, scene_from_camera.transform_point(in_camera), self.frames);
+            let point = frame.world_from_camera.transform_point(in_camera).map(|c| c as f32);
             let Some(cube) = VoxelKey::of(point, cubes_per_metre) else { continue };
             let seen = self.seen.entry(cube).or_insert(Seen { point, views: 0, last_frame: 0 });
             seen.views += u32::from(seen.last_frame != self.frames);
             seen.last_frame = self.frames;
         }
+        let image_share = (camera.width() * camera.height()) as f64 / (640.0 * 480.0);
+        self.objects.end_frame(f64::from(self.config.min_object_pixels) * image_share);
+    }
+
+    /// All flat faces of the static scene, seen or not, in a fixed order: sides of cuboids, caps of cylinders, the inner
+    /// sides of the room. Sides that lie on one plane to 2 mm, face the same way and touch (to 1.5 cm) are one face, of one
+    /// thing or of several. A cell of a face (2 cm) is seen when at least `min_views` frames have a reading of it.
+    pub fn faces(&self) -> Vec<TrueFace> {
+        self.faces.in_world(&self.scene_from_world.inverse(), self.config.min_views)
+    }
+
+    /// All labelled things that stay, seen or not, by ascending id.
+    pub fn objects(&self) -> Vec<TrueObject> {
+        self.objects.in_world(&self.scene_from_world.inverse(), self.config.min_views)
     }
 
     /// Distance of a point to the nearest static surface, metres, from outside or from within a body; infinite for a

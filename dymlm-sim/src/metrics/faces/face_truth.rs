@@ -1,0 +1,247 @@
+use dymlm_core::{Plane, Pose};
+use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
+
+use super::cell_raster::CellRaster;
+use super::flat_side::{FlatSide, SIDES, flat_sides, side_number};
+use super::true_face::{FaceCells, TrueFace, fill_pieces};
+use crate::metrics::vector::dot;
+use crate::scene::{Part, Scene, Shape};
+
+/// The flat faces of a scene, and by how many frames each of their cells was seen.
+#[derive(Debug, Clone)]
+pub(in crate::metrics) struct FaceTruth {
+    faces: Vec<SceneFace>,
+    bodies: Vec<Body>,
+}
+
+/// A face in the scene's frame: flat sides of bodies that lie on one plane and touch.
+#[derive(Debug, Clone)]
+struct SceneFace {
+    label: Option<&'static str>,
+    relief: usize,
+    normal: [f64; 3],
+    /// Corners of the flat sides.
+    pieces: Vec<Vec<[f64; 3]>>,
+    raster: CellRaster,
+    inside: Vec<bool>,
+    views: Vec<CellViews>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct CellViews {
+    frames: u32,
+    last_frame: u32,
+}
+
+/// A body, and the face that each of its sides belongs to.
+#[derive(Debug, Clone)]
+struct Body {
+    shape: Shape,
+    scene_from_part: Pose3,
+    faces: [Option<u32>; SIDES],
+}
+
+/// A frame on its way into the faces' cells.
+#[derive(Debug)]
+pub(in crate::metrics) struct FaceView<'a> {
+    truth: &'a mut FaceTruth,
+    scene_from_camera: Pose,
+    /// Directions and the camera's place in each body's frame.
+    part_from_camera: Vec<(Mat3, Vec3)>,
+    /// Normals of the faces in the camera's frame.
+    normals: Vec<[f64; 3]>,
+    least_cosine: f64,
+    frame: u32,
+}
+
+/// Cosine of the angle within which a face has the orientation of another that it lies on: 3 degrees.
+const SAME_ORIENTATION: f64 = 0.998_63;
+/// Height of the relief that a depth camera can hardly tell from the face that it lies on, metres: two standard
+/// deviations of a Kinect's depth at 3 m.
+const RELIEF_HEIGHT: f64 = 0.03;
+/// Share of a face that must lie within the outline of the one that it is a relief of.
+const RELIEF_SHARE: f64 = 0.8;
+
+impl FaceTruth {
+    /// The faces in cells of about `cell` metres.
+    pub(in crate::metrics) fn new(scene: &Scene, cell: f64) -> Self {
+        let parts = &scene.static_parts;
+        let sides: Vec<FlatSide> =
+            parts.iter().enumerate().flat_map(|(index, part)| flat_sides(part, index)).collect();
+        let mut bodies: Vec<Body> = parts.iter().map(Body::new).collect();
+        let mut faces = Vec::new();
+        for group in continued_sides(&sides) {
+            let Some(face) = SceneFace::new(&sides, &group, scene, faces.len(), cell) else { continue };
+            for &side in &group {
+                bodies[sides[side].part].faces[sides[side].side] = u32::try_from(faces.len()).ok();
+            }
+            faces.push(face);
+        }
+        find_reliefs(&mut faces);
+        Self { faces, bodies }
+    }
+
+    /// Begins frame number `frame` (from 1), seen under at most the angle of `least_cosine` between ray and normal.
+    pub(in crate::metrics) fn view(
+        &mut self,
+        scene_from_camera: Pose,
+        least_cosine: f64,
+        frame: u32,
+    ) -> FaceView<'_> {
+        let camera_from_scene = scene_from_camera.inverse();
+        let [x, y, z, w] = scene_from_camera.quaternion().map(|q| q as f32);
+        let rotation = Rot3::from_xyzw(x, y, z, w);
+        let eye = Vec3::from(scene_from_camera.translation().map(|c| c as f32));
+        let part_from_camera = self.bodies.iter().map(|body| {
+            let part_from_camera = body.scene_from_part.rotation.inverse() * rotation;
+            (Mat3::from_quat(part_from_camera), body.scene_from_part.inverse_transform_point(eye))
+        });
+        FaceView {
+            part_from_camera: part_from_camera.collect(),
+            normals: self.faces.iter().map(|face| camera_from_scene.rotate(face.normal)).collect(),
+            truth: self,
+            scene_from_camera,
+            least_cosine,
+            frame,
+        }
+    }
+
+    /// The faces in the world; what at least `min_views` frames saw is seen.
+    pub(in crate::metrics) fn in_world(&self, world_from_scene: &Pose, min_views: u32) -> Vec<TrueFace> {
+        let faces = self.faces.iter().enumerate();
+        faces.filter_map(|(id, face)| face.in_world(id, world_from_scene, min_views)).collect()
+    }
+}
+
+impl FaceView<'_> {
+    /// Notes that a pixel shows the point of the camera frame on the static body `part`.
+    #[inline]
+    pub(in crate::metrics) fn see(&mut self, part: u16, point: [f64; 3]) {
+        let part = usize::from(part);
+        let (Some(body), Some((rotation, eye))) =
+            (self.truth.bodies.get(part), self.part_from_camera.get(part))
+        else {
+            return;
+        };
+        let local = *rotation * Vec3::from(point.map(|c| c as f32)) + *eye;
+        let Some(face) = side_number(&body.shape, body.shape.normal(local)).and_then(|side| body.faces[side])
+        else {
+            return;
+        };
+        let towards_camera = -dot(self.normals[face as usize], point);
+        if towards_camera < self.least_cosine * dot(point, point).sqrt() {
+            return;
+        }
+        let face = &mut self.truth.faces[face as usize];
+        let at = face.raster.coordinates(self.scene_from_camera.transform_point(point));
+        if let Some(cell) = face.raster.cell_at(at) {
+            let views = &mut face.views[cell];
+            views.frames += u32::from(views.last_frame != self.frame);
+            views.last_frame = self.frame;
+        }
+    }
+}
+
+impl Body {
+    fn new(part: &Part) -> Self {
+        Self { shape: part.shape, scene_from_part: part.scene_from_part, faces: [None; SIDES] }
+    }
+}
+
+/// Sides that continue each other, directly or through others, by the first of each group.
+fn continued_sides(sides: &[FlatSide]) -> Vec<Vec<usize>> {
+    let mut first: Vec<usize> = (0..sides.len()).collect();
+    for b in 0..sides.len() {
+        for a in 0..b {
+            if first[a] != first[b] && sides[a].continues(&sides[b]) {
+                let (kept, joined) = (first[a].min(first[b]), first[a].max(first[b]));
+                first.iter_mut().filter(|group| **group == joined).for_each(|group| *group = kept);
+            }
+        }
+    }
+    let members = |group: usize| (0..sides.len()).filter(|&side| first[side] == group).collect::<Vec<_>>();
+    (0..sides.len()).filter(|&side| first[side] == side).map(members).collect()
+}
+
+/// Assigns each face to the largest one that it lies on. Large faces come first, and one that lies on another has no
+/// relief of its own: reliefs do not chain.
+fn find_reliefs(faces: &mut [SceneFace]) {
+    let area = |face: &SceneFace| {
+        face.inside.iter().filter(|&&inside| inside).count() as f64 * face.raster.cell_area()
+    };
+    let areas: Vec<f64> = faces.iter().map(area).collect();
+    let mut order: Vec<usize> = (0..faces.len()).collect();
+    order.sort_by(|&a, &b| areas[b].total_cmp(&areas[a]));
+    for (rank, &small) in order.iter().enumerate() {
+        let is_base = |&large: &usize| faces[large].relief == large && faces[small].lies_on(&faces[large]);
+        if let Some(large) = order[..rank].iter().copied().find(is_base) {
+            faces[small].relief = large;
+        }
+    }
+}
+
+impl SceneFace {
+    fn new(sides: &[FlatSide], group: &[usize], scene: &Scene, id: usize, cell: f64) -> Option<Self> {
+        let mut group: Vec<&FlatSide> = group.iter().map(|&side| &sides[side]).collect();
+        group.sort_by(|a, b| b.doubled_area().total_cmp(&a.doubled_area()));
+        let largest = *group.first()?;
+        let pieces: Vec<Vec<[f64; 3]>> = group.iter().map(|side| side.corners.clone()).collect();
+        // The raster's plane goes through its first point: one of the largest side's.
+        let corners = pieces.iter().flatten().copied();
+        let raster = CellRaster::around(corners, largest.normal, largest.along_u, cell)?;
+        let instance = scene.static_parts[largest.part].instance;
+        Some(Self {
+            label: scene.instances.get(instance).and_then(|thing| thing.label),
+            relief: id,
+            normal: largest.normal,
+            inside: fill_pieces(&raster, &pieces),
+            views: vec![CellViews::default(); raster.len()],
+            pieces,
+            raster,
+        })
+    }
+
+    /// Whether the face lies within the other's outline, close to it and facing the same way.
+    fn lies_on(&self, other: &Self) -> bool {
+        let (other_corner, _) = other.raster.frame();
+        let level = dot(other.normal, other_corner);
+        if dot(self.normal, other.normal) < SAME_ORIENTATION
+            || self
+                .pieces
+                .iter()
+                .flatten()
+                .any(|&c| (dot(other.normal, c) - level).abs() > RELIEF_HEIGHT + 1e-6)
+        {
+            return false;
+        }
+        let cells = || (0..self.raster.len()).filter(|&cell| self.inside[cell]);
+        let is_over = |&cell: &usize| {
+            let at = other.raster.coordinates(self.raster.center(cell));
+            other.raster.cell_at(at).is_some_and(|cell| other.inside[cell])
+        };
+        cells().filter(is_over).count() as f64 >= RELIEF_SHARE * cells().count() as f64
+    }
+
+    fn in_world(&self, id: usize, world_from_scene: &Pose, min_views: u32) -> Option<TrueFace> {
+        let raster = self.raster.moved(
+            |point| world_from_scene.transform_point(point),
+            |direction| world_from_scene.rotate(direction),
+        );
+        let normal = world_from_scene.rotate(self.normal);
+        let plane = Plane::new(normal, -dot(normal, raster.frame().0)).ok()?;
+        let seen = self.inside.iter().zip(&self.views);
+        let seen = seen.map(|(&inside, views)| inside && views.frames >= min_views).collect();
+        let cells = FaceCells { raster, inside: self.inside.clone(), seen };
+        let place = |corner: &[f64; 3]| world_from_scene.transform_point(*corner);
+        Some(TrueFace {
+            id,
+            relief: self.relief,
+            label: self.label,
+            plane,
+            outline: self.pieces.iter().map(|piece| piece.iter().map(place).collect()).collect(),
+            area: cells.area_of(&cells.inside),
+            visible_area: cells.area_of(&cells.seen),
+            cells,
+        })
+    }
+}

@@ -1,0 +1,72 @@
+use std::collections::BTreeMap;
+
+use super::cell_raster::CellRaster;
+
+/// A corner of cells: row and column, counted from the first corner.
+type Corner = (usize, usize);
+
+/// Rings along the outer sides of the marked cells: counterclockwise round cells, clockwise round holes. Where two cells
+/// meet at a corner only, their rings stay apart.
+///
+/// O(n log n) in the number of sides.
+pub(super) fn rings_around(raster: &CellRaster, marked: &[bool]) -> Vec<Vec<[f64; 3]>> {
+    let mut sides = outer_sides(raster, marked);
+    let mut rings = Vec::new();
+    while let Some((&start, _)) = sides.first_key_value() {
+        let mut ring = Vec::new();
+        let (mut at, mut from) = (start, None);
+        while let Some(to) = take_next(&mut sides, at, from) {
+            // Along a straight run only the ends are kept.
+            if from.is_none_or(|from| turn(from, at, to) != 0) {
+                ring.push(raster.corner_at(at.1, at.0));
+            }
+            (from, at) = (Some(at), to);
+        }
+        rings.push(ring);
+    }
+    rings
+}
+
+/// The sides between marked and other cells, the marked cell to the left, by the corner that they start from.
+fn outer_sides(raster: &CellRaster, marked: &[bool]) -> BTreeMap<Corner, Vec<Corner>> {
+    let (columns, rows) = (raster.columns(), raster.rows());
+    let is_marked = |row: Option<usize>, column: Option<usize>| match (row, column) {
+        (Some(row), Some(column)) if row < rows && column < columns => marked[row * columns + column],
+        _ => false,
+    };
+    let mut sides: BTreeMap<Corner, Vec<Corner>> = BTreeMap::new();
+    for row in 0..rows {
+        for column in (0..columns).filter(|column| marked[row * columns + column]) {
+            let around = [
+                (row.checked_sub(1), Some(column), (row, column), (row, column + 1)),
+                (Some(row), Some(column + 1), (row, column + 1), (row + 1, column + 1)),
+                (Some(row + 1), Some(column), (row + 1, column + 1), (row + 1, column)),
+                (Some(row), column.checked_sub(1), (row + 1, column), (row, column)),
+            ];
+            for (row, column, from, to) in around {
+                if !is_marked(row, column) {
+                    sides.entry(from).or_default().push(to);
+                }
+            }
+        }
+    }
+    sides
+}
+
+/// Takes the side that goes on from `at`; at a corner where two go on, the one that turns left, round the same cell.
+fn take_next(sides: &mut BTreeMap<Corner, Vec<Corner>>, at: Corner, from: Option<Corner>) -> Option<Corner> {
+    let onward = sides.get_mut(&at)?;
+    let left = from.and_then(|from| onward.iter().position(|&to| turn(from, at, to) > 0));
+    let to = onward.swap_remove(left.unwrap_or(0));
+    if onward.is_empty() {
+        sides.remove(&at);
+    }
+    Some(to)
+}
+
+/// Positive for a turn to the left, zero for none.
+fn turn(from: Corner, at: Corner, to: Corner) -> i64 {
+    let step = |a: Corner, b: Corner| (b.1 as i64 - a.1 as i64, b.0 as i64 - a.0 as i64);
+    let ((x0, y0), (x1, y1)) = (step(from, at), step(at, to));
+    x0 * y1 - y0 * x1
+}

@@ -1,0 +1,79 @@
+use super::PlaneScoreConfig;
+use crate::TrueFace;
+
+/// A face and its reliefs, as a map is asked for them.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct AskedFace {
+    /// Id of the face that the others lie on.
+    pub(super) id: usize,
+    /// Indices of the face and its reliefs.
+    pub(super) members: Vec<usize>,
+    /// Visible area of all members, square metres.
+    pub(super) visible_area: f64,
+}
+
+/// The faces that are large enough to be asked for, by ascending id.
+pub(super) fn asked_faces(faces: &[TrueFace], config: &PlaneScoreConfig) -> Vec<AskedFace> {
+    let mut ids: Vec<usize> = faces.iter().map(|face| face.relief).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let asked = ids.into_iter().filter_map(|id| {
+        let members: Vec<usize> = (0..faces.len()).filter(|&index| faces[index].relief == id).collect();
+        let sum = |area: fn(&TrueFace, f64) -> f64| -> f64 {
+            members.iter().map(|&member| area(&faces[member], config.min_width)).sum()
+        };
+        let visible_area = sum(|face, _| face.visible_area);
+        // The cheap bound first.
+        let large = visible_area >= config.min_area && sum(wide_area) >= config.min_area;
+        (large && visible_area > 0.0).then_some(AskedFace { id, members, visible_area })
+    });
+    asked.collect()
+}
+
+/// Share of a square that must be seen for its seen cells to count.
+const SEEN_SHARE: f64 = 0.75;
+
+/// Area of the seen cells that lie in a square of side `width`, three quarters of which are seen; by sums over the
+/// rectangles from the first corner, O(cells x cells of a square).
+fn wide_area(face: &TrueFace, width: f64) -> f64 {
+    let raster = &face.cells.raster;
+    let (columns, rows) = (raster.columns(), raster.rows());
+    let [across, up] = raster.cell().map(|cell| (width / cell).round().max(1.0) as usize);
+    if across * up == 1 {
+        return face.visible_area;
+    }
+    let seen = &face.cells.seen;
+    // Squares may stick out: cells outside the raster are unseen.
+    let sums = sums_from_corner(seen, columns, rows);
+    let sum_to = |column: usize, row: usize| sums[row.min(rows) * (columns + 1) + column.min(columns)];
+    let enough = (SEEN_SHARE * (across * up) as f64).ceil() as u32;
+    let mut wide = vec![false; seen.len()];
+    for row in 0..rows {
+        for column in 0..columns {
+            let (end_row, end_column) = (row + up, column + across);
+            let count = sum_to(end_column, end_row) + sum_to(column, row)
+                - sum_to(end_column, row)
+                - sum_to(column, end_row);
+            if count >= enough {
+                for row in row..end_row.min(rows) {
+                    wide[row * columns + column..row * columns + end_column.min(columns)].fill(true);
+                }
+            }
+        }
+    }
+    let counts = wide.iter().zip(seen).map(|(&wide, &seen)| wide && seen);
+    face.cells.area_of(&counts.collect::<Vec<bool>>())
+}
+
+/// Number of marked cells before each corner of cells, along both axes.
+fn sums_from_corner(marked: &[bool], columns: usize, rows: usize) -> Vec<u32> {
+    let mut sums = vec![0; (columns + 1) * (rows + 1)];
+    for row in 0..rows {
+        let mut in_row = 0;
+        for column in 0..columns {
+            in_row += u32::from(marked[row * columns + column]);
+            sums[(row + 1) * (columns + 1) + column + 1] = sums[row * (columns + 1) + column + 1] + in_row;
+        }
+    }
+    sums
+}
