@@ -6,10 +6,12 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use dymlm_benches::{SIZES, kinect, room_depth};
 use dymlm_core::{Frame, PointCloud, Pose};
 use dymlm_sim::{
-    DetectorConfig, ReferenceCloud, SensorConfig, Sequence, SequenceConfig, Truth, TruthConfig, score_cloud,
+    DetectorConfig, FrameScratch, ReferenceCloud, SensorConfig, Sequence, SequenceConfig, Truth, TruthConfig,
+    score_cloud,
 };
 
-/// Frames of 640x480: as configured by default, and without sensor noise and detector failures.
+/// Frames of 640x480: as configured by default, without sensor noise and detector failures, and the first into buffers
+/// that are used again.
 fn frames(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-sim/frame");
     group.throughput(Throughput::Elements(640 * 480)).sample_size(20);
@@ -24,6 +26,17 @@ fn frames(criterion: &mut Criterion) {
                 // Every seventh frame: people in view and not.
                 index = (index + 7) % sequence.len();
                 black_box(sequence.frame(index))
+            });
+        });
+    }
+    if let Ok(sequence) = Sequence::new(&SequenceConfig::default()) {
+        let (mut index, mut scratch) = (0, FrameScratch::default());
+        group.bench_function("recycled", |bencher| {
+            bencher.iter(|| {
+                index = (index + 7) % sequence.len();
+                if let Some(frame) = black_box(sequence.frame_with(index, &mut scratch)) {
+                    scratch.recycle(frame);
+                }
             });
         });
     }

@@ -1,9 +1,12 @@
+use std::ops::Range;
+
 use dymlm_core::{PinholeCamera, Rgb};
 use parry3d::math::{Pose3, Vec3};
 use parry3d::query::Ray;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
+use super::shader::Shader;
 use super::view::View;
 use crate::scene::Part;
 
@@ -25,10 +28,7 @@ pub(crate) struct Rendering {
 pub(crate) const NOTHING: u16 = u16::MAX;
 
 /// Size of the tiles that share a list of parts, pixels.
-const TILE: [usize; 2] = [32, 16];
-
-/// Light that comes from all sides, beside the two lamps.
-const AMBIENT: f32 = 0.48;
+pub(super) const TILE: [usize; 2] = [32, 16];
 
 /// Casts one ray a pixel at the parts.
 ///
@@ -110,31 +110,82 @@ fn bands(rendering: &mut Rendering) -> Vec<Band<'_>> {
 fn render_band(mut band: Band<'_>, camera: &PinholeCamera, views: &[View<'_>]) {
     let rows = [band.first_row, band.first_row + band.depth.len() / band.width];
     let ray_x: Vec<f32> = (0..band.width).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32).collect();
+    let mut in_tile: Vec<&View<'_>> = Vec::with_capacity(views.len());
     let mut candidates = Vec::with_capacity(views.len());
+    let mut shader = Shader::default();
     for first_column in (0..band.width).step_by(TILE[0]) {
         let columns = [first_column, (first_column + TILE[0]).min(band.width)];
-        candidates.clear();
-        candidates.extend(views.iter().filter(|view| view.overlaps(columns, rows)));
+        in_tile.clear();
+        in_tile.extend(views.iter().filter(|view| view.overlaps(columns, rows)));
         for v in rows[0]..rows[1] {
+            candidates.clear();
+            candidates.extend(in_tile.iter().filter(|view| (view.rows[0]..view.rows[1]).contains(&v)));
             let y = ((v as f64 - camera.cy()) / camera.fy()) as f32;
-            for (u, &x) in ray_x.iter().enumerate().take(columns[1]).skip(columns[0]) {
-                let pixel = (v - rows[0]) * band.width + u;
-                shade_pixel(&mut band, pixel, [u, v], Vec3::new(x, y, 1.0), &candidates);
-            }
+            let first_pixel = (v - rows[0]) * band.width + columns[0];
+            let mut row = band.row(first_pixel..first_pixel + columns[1] - columns[0]);
+            let rays = Rays { first_column, x: &ray_x[columns[0]..columns[1]], y };
+            render_row(&mut row, &rays, &candidates, &mut shader);
         }
     }
 }
 
-/// A ray direction with z = 1 makes the parameter of a hit its depth.
+impl Band<'_> {
+    /// Some neighbouring pixels of a row.
+    fn row(&mut self, pixels: Range<usize>) -> Row<'_> {
+        Row {
+            depth: &mut self.depth[pixels.clone()],
+            incidence: &mut self.incidence[pixels.clone()],
+            part: &mut self.part[pixels.clone()],
+            color: &mut self.color[pixels],
+        }
+    }
+}
+
+/// A tile's share of a row, to be filled.
+struct Row<'a> {
+    depth: &'a mut [f32],
+    incidence: &'a mut [f32],
+    part: &'a mut [u16],
+    color: &'a mut [Rgb],
+}
+
+/// Casts the rays, then shades neighbours that see the same part together.
+fn render_row(row: &mut Row<'_>, rays: &Rays<'_>, candidates: &[&View<'_>], shader: &mut Shader) {
+    let mut seen: [Option<&View<'_>>; TILE[0]] = [None; TILE[0]];
+    for (k, (seen, depth)) in seen.iter_mut().zip(row.depth.iter_mut()).enumerate() {
+        if let Some((view, hit)) = cast(rays, k, candidates) {
+            (*seen, *depth) = (Some(view), hit);
+        }
+    }
+    let mut end = 0;
+    for run in seen[..row.depth.len()].chunk_by(|a, b| a.map(|view| view.index) == b.map(|view| view.index)) {
+        let pixels = end..end + run.len();
+        end = pixels.end;
+        let Some(&Some(view)) = run.first() else { continue };
+        row.part[pixels.clone()].fill(view.index);
+        shader.shade(
+            view,
+            &rays.x[pixels.clone()],
+            rays.y,
+            &row.depth[pixels.clone()],
+            &mut row.incidence[pixels.clone()],
+            &mut row.color[pixels],
+        );
+    }
+}
+
+/// The first hit of the `k`-th ray among views that reach the row, nearest first, and its depth: a direction with z = 1 makes the parameter of a hit its depth.
 #[inline]
-fn shade_pixel(band: &mut Band<'_>, pixel: usize, [u, v]: [usize; 2], ray: Vec3, candidates: &[&View<'_>]) {
+fn cast<'a>(rays: &Rays<'_>, k: usize, candidates: &[&'a View<'a>]) -> Option<(&'a View<'a>, f32)> {
+    let u = rays.first_column + k;
+    let ray = Vec3::new(rays.x[k], rays.y, 1.0);
     let mut hit: Option<&View<'_>> = None;
     let mut depth = f32::MAX;
     for &view in candidates {
         if view.nearest >= depth {
             break;
         }
-        if !(view.columns[0]..view.columns[1]).contains(&u) || !(view.rows[0]..view.rows[1]).contains(&v) {
+        if !(view.columns[0]..view.columns[1]).contains(&u) {
             continue;
         }
         let local = Ray::new(view.eye, view.part_from_camera * ray);
@@ -142,20 +193,12 @@ fn shade_pixel(band: &mut Band<'_>, pixel: usize, [u, v]: [usize; 2], ray: Vec3,
             (hit, depth) = (Some(view), t);
         }
     }
-    let Some(view) = hit else { return };
-
-    let direction = view.part_from_camera * ray;
-    let point = view.eye + direction * depth;
-    let normal = view.shape.normal(point);
-    band.depth[pixel] = depth;
-    band.incidence[pixel] = (-normal.dot(direction) / ray.length()).clamp(0.0, 1.0);
-    band.part[pixel] = view.index;
-    band.color[pixel] = lit_color(view, point, normal);
+    hit.map(|view| (view, depth))
 }
 
-/// The material's colour in the light of the room (Lambert).
-#[inline]
-fn lit_color(view: &View<'_>, point: Vec3, normal: Vec3) -> Rgb {
-    let light = view.lamps.iter().fold(AMBIENT, |light, &lamp| light + normal.dot(lamp).max(0.0));
-    view.material.color(point, normal, view.index.into()).map(|c| (c * light * 255.0).clamp(0.0, 255.0) as u8)
+/// Rays through neighbouring pixels of a row: directions (x, y, 1) in the camera.
+struct Rays<'a> {
+    first_column: usize,
+    x: &'a [f32],
+    y: f32,
 }

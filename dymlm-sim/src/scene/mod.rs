@@ -19,10 +19,10 @@ use rand::RngExt;
 use crate::noise::{Use, stream};
 
 pub use activity::Activity;
-pub(crate) use material::Material;
+pub(crate) use material::{Material, surface_coordinates};
 pub(crate) use person::Person;
 pub use room::Room;
-pub(crate) use shape::Shape;
+pub(crate) use shape::{Shape, face_normal};
 pub(crate) use viewpoint::Viewpoint;
 
 /// A room in its own frame: z up, the floor at z = 0, metres.

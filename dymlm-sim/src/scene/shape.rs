@@ -108,7 +108,7 @@ impl Shape {
 
 /// The axis along which a point of the unit cube's surface is farthest out.
 #[inline]
-fn face_normal(p: Vec3) -> Vec3 {
+pub(crate) fn face_normal(p: Vec3) -> Vec3 {
     let a = p.abs();
     if a.x >= a.y && a.x >= a.z {
         Vec3::new(p.x.signum(), 0.0, 0.0)

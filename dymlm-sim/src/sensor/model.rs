@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::SensorConfig;
 use crate::noise::{NormalTable, Use, stream};
-use crate::render::{NOTHING, Rendering};
+use crate::render::Rendering;
 use crate::scene::Part;
 
 /// A structured-light depth camera: from exact depth to readings.
@@ -19,6 +19,16 @@ pub(crate) struct Sensor {
     config: SensorConfig,
     seed: u64,
     normals: NormalTable,
+    /// Cosine of an incidence that is surely below the one from which on readings get lost.
+    steep: f32,
+}
+
+/// What a frame shows: exact depth, what each pixel looks at, and the share of readings that each part swallows.
+#[derive(Debug, Clone, Copy)]
+struct Seen<'a> {
+    exact: &'a Rendering,
+    places: &'a [Place],
+    lost: &'a [f64],
 }
 
 /// What each pixel looks at, row by row.
@@ -42,7 +52,8 @@ fn is_edge(z: f32, other: f32) -> bool {
 
 impl Sensor {
     pub(crate) fn new(config: SensorConfig, seed: u64) -> Self {
-        Self { config, seed, normals: NormalTable::new() }
+        let steep = config.grazing_start.cos() as f32 + 1e-3;
+        Self { config, seed, normals: NormalTable::new(), steep }
     }
 
     /// Puts the readings of frame `index` into `readings`, row by row; 0 = none.
@@ -58,8 +69,9 @@ impl Sensor {
         self.find_places(camera, exact, &mut places.0);
         readings.clear();
         readings.resize(exact.depth.len(), 0.0);
-        let places = &places.0;
-        let sense_row = |(v, row): (usize, &mut [f32])| self.sense_row(row, v, exact, places, parts, index);
+        let lost: Vec<f64> = parts.iter().map(|part| self.lost(part)).collect();
+        let seen = Seen { exact, places: &places.0, lost: &lost };
+        let sense_row = |(v, row): (usize, &mut [f32])| self.sense_row(row, v, &seen, index);
         #[cfg(feature = "parallel")]
         readings.par_chunks_mut(exact.width).enumerate().for_each(sense_row);
         #[cfg(not(feature = "parallel"))]
@@ -86,15 +98,8 @@ impl Sensor {
         (self.config.edge_width * width as f64 / 640.0).round() as usize
     }
 
-    fn sense_row(
-        &self,
-        row: &mut [f32],
-        v: usize,
-        exact: &Rendering,
-        places: &[Place],
-        parts: &[Part],
-        index: usize,
-    ) {
+    fn sense_row(&self, row: &mut [f32], v: usize, seen: &Seen<'_>, index: usize) {
+        let exact = seen.exact;
         let mut rng = stream(self.seed, Use::Sensor, index as u64, v as u64);
         let lateral = (self.config.lateral_noise * exact.width as f64 / 640.0) as f32;
         let reach = self.reach(exact.width);
@@ -103,17 +108,21 @@ impl Sensor {
             let source_u = jittered(u, lateral * self.normals.normal(bits), exact.width);
             let source_v = jittered(v, lateral * self.normals.normal(bits >> 12), exact.height);
             let source = source_v * exact.width + source_u;
-            let z = match places[source] {
+            let z = match seen.places[source] {
                 Place::Shadow => continue,
                 Place::Edge => self.at_edge(exact, [source_u, source_v], reach, &mut rng),
                 Place::Surface => exact.depth[source],
             };
-            let incidence = exact.incidence[source];
-            if z > 0.0 && self.comes_back(incidence, absorption(parts, exact.part[source]), &mut rng) {
-                let noisy = z + self.axial_noise(z, incidence) * self.normals.normal(bits >> 24);
-                *reading = self.in_range(self.quantized(noisy));
+            if z > 0.0 {
+                let incidence = exact.incidence[source];
+                let lost = self.lost_at(incidence, seen.lost_of(exact.part[source]));
+                if lost <= 0.0 || rng.random_range(0.0..1.0) >= lost {
+                    *reading = z + self.axial_noise(z, incidence) * self.normals.normal(bits >> 24);
+                }
             }
         }
+        self.quantize(row);
+        self.limit(row);
     }
 
     /// Near an edge a reading is lost, or mixed from the surfaces on its two sides, or right.
@@ -134,18 +143,20 @@ impl Sensor {
         }
     }
 
-    /// Whether the surface sends the pattern back.
-    fn comes_back(&self, incidence: f32, absorption: f32, rng: &mut impl Rng) -> bool {
-        let lost = self.config.dropout.max(f64::from(absorption) * self.config.absorption);
-        // Most pixels look at a surface at less than 60 degrees and need no angle.
-        let lost = if incidence > 0.5 && self.config.grazing_start > 1.048 {
-            lost
-        } else {
-            let angle = f64::from(incidence).acos();
-            let ramp = (self.config.grazing_end - self.config.grazing_start).max(1e-9);
-            lost.max(((angle - self.config.grazing_start) / ramp).clamp(0.0, 1.0))
-        };
-        lost <= 0.0 || rng.random_range(0.0..1.0) >= lost
+    /// Share of the readings of a part that get lost, seen from wherever.
+    fn lost(&self, part: &Part) -> f64 {
+        self.config.dropout.max(f64::from(part.material.absorption) * self.config.absorption)
+    }
+
+    /// Share of the readings that get lost at an incidence (its cosine): steep surfaces send little back.
+    fn lost_at(&self, incidence: f32, lost: f64) -> f64 {
+        // Only the few steep pixels need the angle.
+        if incidence > self.steep {
+            return lost;
+        }
+        let angle = f64::from(incidence).acos();
+        let ramp = (self.config.grazing_end - self.config.grazing_start).max(1e-9);
+        lost.max(((angle - self.config.grazing_start) / ramp).clamp(0.0, 1.0))
     }
 
     /// Standard deviation along the optical axis at depth z (Nguyen 2012, eq. 4).
@@ -160,19 +171,30 @@ impl Sensor {
         sigma * self.config.axial_noise as f32
     }
 
-    /// Depth whose disparity is a whole number of steps.
-    fn quantized(&self, z: f32) -> f32 {
-        if self.config.quantization <= 0.0 || z <= 0.0 {
-            return z;
+    /// Depths whose disparity is a whole number of steps.
+    fn quantize(&self, row: &mut [f32]) {
+        if self.config.quantization <= 0.0 {
+            return;
         }
         let steps_at_1m = 1.0 / self.config.quantization as f32;
-        let disparity = (steps_at_1m / z + 0.5) as u32 as f32;
-        if disparity >= 1.0 { steps_at_1m / disparity } else { 0.0 }
+        for z in row {
+            // Where there is no reading the quotient is infinite or negative; it is not used.
+            let disparity = (steps_at_1m / *z + 0.5) as i32 as f32;
+            *z = if *z > 0.0 && disparity >= 1.0 { steps_at_1m / disparity } else { 0.0 };
+        }
     }
 
-    fn in_range(&self, z: f32) -> f32 {
-        let range = self.config.min_depth as f32..=self.config.max_depth as f32;
-        if range.contains(&z) { z } else { 0.0 }
+    fn limit(&self, row: &mut [f32]) {
+        let (min, max) = (self.config.min_depth as f32, self.config.max_depth as f32);
+        for z in row {
+            *z = if (min..=max).contains(z) { *z } else { 0.0 };
+        }
+    }
+}
+
+impl Seen<'_> {
+    fn lost_of(&self, part: u16) -> f64 {
+        self.lost.get(usize::from(part)).copied().unwrap_or(0.0)
     }
 }
 
@@ -180,14 +202,6 @@ fn jittered(coordinate: usize, offset: f32, count: usize) -> usize {
     // To the nearest whole pixel, away from zero: truncation is inline where `f32::round` is a call.
     let whole = (offset + 0.5_f32.copysign(offset)) as i64;
     (coordinate as i64 + whole).clamp(0, count as i64 - 1) as usize
-}
-
-fn absorption(parts: &[Part], part: u16) -> f32 {
-    if part == NOTHING {
-        0.0
-    } else {
-        parts.get(usize::from(part)).map_or(0.0, |part| part.material.absorption)
-    }
 }
 
 /// The pixels of the same row and column within `reach`, nearest last.
