@@ -1,11 +1,15 @@
-//! Algorithms on point clouds: exact DBSCAN, voxel grids, the weighted cloud map, outlier removal,
-//! oriented boxes and their overlap.
+//! Algorithms on point clouds: exact DBSCAN, voxel grids, the weighted cloud map, outlier removal, principal axes,
+//! convex hulls and minimum-area rectangles, oriented boxes and their overlap, isolation forests.
 
 mod cloud_map;
+mod convex_hull;
 mod dbscan;
+mod isolation_forest;
 mod lattice;
+mod minimum_area_rectangle;
 mod oriented_box;
 mod parallel;
+mod principal_axes;
 mod statistical_outlier_removal;
 mod symmetric_eigen3;
 mod vector3;
@@ -15,8 +19,14 @@ pub use cloud_map::{
     CloudFrameReport, CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, EvidenceConfig, Selection,
     Support, ThinningConfig, Verdict,
 };
+pub use convex_hull::{ConvexHullScratch, convex_hull, convex_hull_into};
 pub use dbscan::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
+pub use isolation_forest::{IsolationForest, IsolationForestConfig, IsolationForestScratch, IsolationTrees};
+pub use minimum_area_rectangle::{
+    MinimumAreaRectangleScratch, OrientedRectangle, minimum_area_rectangle, minimum_area_rectangle_with,
+};
 pub use oriented_box::{OrientedBox, OrientedBoxError};
+pub use principal_axes::PrincipalAxes;
 pub use statistical_outlier_removal::{
     StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,
 };

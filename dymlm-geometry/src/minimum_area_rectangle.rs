@@ -1,0 +1,192 @@
+use crate::convex_hull::{ConvexHullScratch, convex_hull_into};
+
+/// A rectangle in the plane, turned in any way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct OrientedRectangle {
+    /// Where its diagonals meet.
+    pub center: [f64; 2],
+    /// Unit direction of the longer side; its x is positive, or 0 and its y positive.
+    pub axis: [f64; 2],
+    /// Full lengths along the axis and across it, the longer first; 0 where it has no extent.
+    pub lengths: [f64; 2],
+}
+
+impl OrientedRectangle {
+    /// Product of the two lengths.
+    #[inline]
+    pub fn area(&self) -> f64 {
+        self.lengths[0] * self.lengths[1]
+    }
+
+    /// Unit direction of the shorter side: the axis turned left by a right angle.
+    #[inline]
+    pub fn cross_axis(&self) -> [f64; 2] {
+        [-self.axis[1], self.axis[0]]
+    }
+
+    /// The four corners, counter-clockwise.
+    pub fn corners(&self) -> [[f64; 2]; 4] {
+        let (along, across) = (self.axis, self.cross_axis());
+        [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[s, t]| {
+            let (s, t) = (s * self.lengths[0], t * self.lengths[1]);
+            [self.center[0] + s * along[0] + t * across[0], self.center[1] + s * along[1] + t * across[1]]
+        })
+    }
+}
+
+/// The rectangle of least area around points in the plane; `None` when there is no finite point.
+///
+/// One side of it lies on an edge of the points' convex hull. Of edges with equal areas the first one counts,
+/// counter-clockwise from the hull's leftmost (of several, lowest) corner. Points on one line have a rectangle
+/// without width, points at one place one without length either, its axis along x. Points that are not finite or
+/// have a coordinate beyond 1e120 are passed over.
+///
+/// # Algorithm
+///
+/// Rotating calipers over the [`convex_hull`](crate::convex_hull()): as the edge below the rectangle goes around,
+/// so do the corners that touch its three other sides. They are advanced by the directions of edges rather than by
+/// comparing distances, so that corners closer to each other than rounding do not hold them up. O(h) for the h
+/// corners of the hull, after the hull.
+///
+/// Freeman, Shapira: "Determining the minimum-area encasing rectangle for an arbitrary closed curve",
+/// Communications of the ACM 18, 1975; Toussaint: "Solving geometric problems with the rotating calipers", IEEE
+/// MELECON 1983. The paper's footprint correction (eq. 7, 8).
+///
+/// ```
+/// use dymlm_geometry::minimum_area_rectangle;
+///
+/// // A square on its corner: its bounding box along x and y has twice the area.
+/// let rectangle = minimum_area_rectangle(&[[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]).expect("finite points");
+/// assert!((rectangle.area() - 2.0).abs() < 1e-12);
+/// assert!(rectangle.center.iter().all(|x| x.abs() < 1e-12));
+/// ```
+pub fn minimum_area_rectangle(points: &[[f64; 2]]) -> Option<OrientedRectangle> {
+    minimum_area_rectangle_with(points, &mut MinimumAreaRectangleScratch::new())
+}
+
+/// [`minimum_area_rectangle`] with a caller's working memory, whose content does not matter: allocates nothing once
+/// it has grown.
+pub fn minimum_area_rectangle_with(
+    points: &[[f64; 2]],
+    scratch: &mut MinimumAreaRectangleScratch,
+) -> Option<OrientedRectangle> {
+    convex_hull_into(points, &mut scratch.convex_hull, &mut scratch.hull);
+    around_hull(&scratch.hull)
+}
+
+/// Working memory of [`minimum_area_rectangle_with`].
+#[derive(Debug, Clone, Default)]
+pub struct MinimumAreaRectangleScratch {
+    convex_hull: ConvexHullScratch,
+    hull: Vec<[f64; 2]>,
+}
+
+impl MinimumAreaRectangleScratch {
+    /// Empty working memory.
+    pub fn new() -> Self {
+        Self::default()
+    }
+}
+
+/// The rectangle around a convex polygon, counter-clockwise.
+fn around_hull(hull: &[[f64; 2]]) -> Option<OrientedRectangle> {
+    let mut calipers = Calipers::default();
+    let encasings = (0..hull.len()).map(|edge| calipers.advance(hull, edge));
+    let least = encasings.reduce(|least, next| if next.area() < least.area() { next } else { least })?;
+    Some(least.rectangle())
+}
+
+/// The corners that touch the rectangle on the right, above and on the left of the edge below.
+#[derive(Default)]
+struct Calipers {
+    right: usize,
+    top: usize,
+    left: usize,
+}
+
+impl Calipers {
+    /// Turns the calipers on to an edge.
+    fn advance(&mut self, hull: &[[f64; 2]], edge: usize) -> Encasing {
+        let corner = |index: usize| hull[index % hull.len()];
+        let side = |index: usize| difference(corner(index + 1), corner(index));
+        let origin = corner(edge);
+        let direction = unit(side(edge));
+        // No corner goes around more than once, whatever rounding does to the directions of tiny edges.
+        let last = edge + hull.len();
+        self.right = self.right.max(edge + 1);
+        while self.right < last && dot(direction, side(self.right)) > 0.0 {
+            self.right += 1;
+        }
+        self.top = self.top.max(self.right);
+        while self.top < last && cross(direction, side(self.top)) > 0.0 {
+            self.top += 1;
+        }
+        self.left = self.left.max(self.top);
+        while self.left < last && dot(direction, side(self.left)) < 0.0 {
+            self.left += 1;
+        }
+        let [right, top, left] =
+            [self.right, self.top, self.left].map(|index| difference(corner(index), origin));
+        Encasing {
+            origin,
+            direction,
+            along: [dot(direction, left).min(0.0), dot(direction, right)],
+            height: cross(direction, top).max(0.0),
+        }
+    }
+}
+
+/// A rectangle that stands on an edge.
+struct Encasing {
+    origin: [f64; 2],
+    direction: [f64; 2],
+    /// From where to where it goes along the edge's direction, from the origin.
+    along: [f64; 2],
+    /// How far it goes to the left of the edge.
+    height: f64,
+}
+
+impl Encasing {
+    fn width(&self) -> f64 {
+        self.along[1] - self.along[0]
+    }
+
+    fn area(&self) -> f64 {
+        self.width() * self.height
+    }
+
+    fn rectangle(&self) -> OrientedRectangle {
+        let [x, y] = self.direction;
+        let (along, up) = (f64::midpoint(self.along[0], self.along[1]), 0.5 * self.height);
+        let center = [self.origin[0] + along * x - up * y, self.origin[1] + along * y + up * x];
+        let (width, height) = (self.width(), self.height);
+        let (axis, lengths) =
+            if width >= height { ([x, y], [width, height]) } else { ([-y, x], [height, width]) };
+        OrientedRectangle { center, axis: to_the_right(axis), lengths }
+    }
+}
+
+/// The direction or its opposite: with positive x, or no x and positive y; no -0.
+fn to_the_right([x, y]: [f64; 2]) -> [f64; 2] {
+    let [x, y] = if x < 0.0 || (x == 0.0 && y < 0.0) { [-x, -y] } else { [x, y] };
+    [x + 0.0, y + 0.0]
+}
+
+fn difference(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// The direction of a vector; that of x when it has none.
+fn unit(a: [f64; 2]) -> [f64; 2] {
+    let length = dot(a, a).sqrt();
+    if length > 0.0 { [a[0] / length, a[1] / length] } else { [1.0, 0.0] }
+}

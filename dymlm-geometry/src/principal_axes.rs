@@ -1,0 +1,187 @@
+use dymlm_core::Point;
+
+use crate::symmetric_eigen3::symmetric_eigen3;
+use crate::vector3::Vector3;
+
+/// Extents below so many roundings of the greatest coordinate are no extents.
+const ROUNDINGS: f64 = 4.0;
+
+/// Principal component analysis of a cloud: its centroid, its covariance, and the directions in which it extends.
+///
+/// The axes are ordered by descending variance and right-handed. Their signs are those of
+/// [`symmetric_eigen3`](crate::symmetric_eigen3()): of the first two, the component of greatest magnitude is
+/// positive. Axes of equal variances are some basis of their space, the same on each call. Sums are taken in f64
+/// relative to a point of the cloud, so that its distance from the origin costs no digits. Points that are not
+/// finite are passed over. O(n), without allocation.
+///
+/// Pearson: "On lines and planes of closest fit to systems of points in space", Philosophical Magazine 1901.
+///
+/// ```
+/// use dymlm_geometry::PrincipalAxes;
+///
+/// let points = [[1.0, 0.0, 2.0], [3.0, 4.0, 2.0], [5.0, 8.0, 2.0]];
+/// let line = PrincipalAxes::of(&points).expect("finite points");
+/// assert_eq!(line.centroid, [3.0, 4.0, 2.0]);
+/// assert_eq!(line.rank, 1);
+/// assert!((line.axes[0][1] / line.axes[0][0] - 2.0).abs() < 1e-12);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct PrincipalAxes {
+    /// Mean of the points, metres.
+    pub centroid: [f64; 3],
+    /// Mean of the outer products of their differences from the centroid (divided by their number, not by one
+    /// less), square metres.
+    pub covariance: [[f64; 3]; 3],
+    /// Unit eigenvectors of the covariance, in the order of the variances.
+    pub axes: [[f64; 3]; 3],
+    /// Variances along the axes, descending, at least 0, square metres.
+    pub variances: [f64; 3],
+    /// Number of axes along which the points extend beyond the rounding of their coordinates: 0 for one place,
+    /// 1 for a line, 2 for a plane, else 3.
+    pub rank: usize,
+    /// Number of finite points (of positive weight).
+    pub count: usize,
+}
+
+impl PrincipalAxes {
+    /// The axes of a cloud; `None` when it has no finite point.
+    pub fn of(points: &[Point]) -> Option<Self> {
+        let origin = *points.iter().find(|point| is_finite(point))?;
+        let mut moments = Moments::about(origin);
+        let (chunks, rest) = points.as_chunks::<LANES>();
+        for chunk in chunks {
+            moments.add(chunk);
+        }
+        moments.add_few(rest);
+        moments.axes()
+    }
+
+    /// The axes of a cloud whose points count by their weights; `None` when no finite point has a weight. Weights
+    /// that are not finite or not above 0 count as 0, and so do missing ones.
+    pub fn weighted(points: &[Point], weights: &[f32]) -> Option<Self> {
+        let weighted = || points.iter().zip(weights).filter(|(point, weight)| counts(point, **weight));
+        let (origin, _) = weighted().next()?;
+        let mut moments = Moments::about(*origin);
+        for (point, weight) in weighted() {
+            moments.add_point(*point, f64::from(*weight));
+        }
+        moments.axes()
+    }
+}
+
+fn counts(point: &Point, weight: f32) -> bool {
+    weight > 0.0 && weight.is_finite() && is_finite(point)
+}
+
+/// One test for three coordinates: 0 x is NaN for NaN and the infinities.
+#[inline]
+fn is_finite(point: &Point) -> bool {
+    (0.0 * point[0] + 0.0 * point[1] + 0.0 * point[2]) == 0.0
+}
+
+const LANES: usize = 4;
+
+/// Sums over points, relative to an origin near them.
+struct Moments {
+    origin: [f64; 3],
+    lanes: [[f64; LANES]; SUMS],
+    greatest: [f32; 3 * LANES],
+    weight: f64,
+    count: usize,
+}
+
+/// x, y, z, xx, xy, xz, yy, yz, zz.
+const SUMS: usize = 9;
+
+impl Moments {
+    fn about(origin: Point) -> Self {
+        Self {
+            origin: origin.map(f64::from),
+            lanes: [[0.0; LANES]; SUMS],
+            greatest: [0.0; 3 * LANES],
+            weight: 0.0,
+            count: 0,
+        }
+    }
+
+    /// Adds points, each in a lane of its own, so that the compiler can use vector registers.
+    #[inline]
+    fn add(&mut self, points: &[Point; LANES]) {
+        let zeros: f32 = points.as_flattened().iter().map(|x| 0.0 * x).sum();
+        if zeros != 0.0 {
+            return self.add_few(points);
+        }
+        for (greatest, x) in self.greatest.iter_mut().zip(points.as_flattened()) {
+            *greatest = greatest.max(x.abs());
+        }
+        let [x, y, z]: [[f64; LANES]; 3] =
+            std::array::from_fn(|axis| points.map(|point| f64::from(point[axis]) - self.origin[axis]));
+        let terms: [[f64; LANES]; SUMS] = [
+            x,
+            y,
+            z,
+            product(x, x),
+            product(x, y),
+            product(x, z),
+            product(y, y),
+            product(y, z),
+            product(z, z),
+        ];
+        for (sums, terms) in self.lanes.iter_mut().zip(terms) {
+            for (sum, term) in sums.iter_mut().zip(terms) {
+                *sum += term;
+            }
+        }
+        self.weight += LANES as f64;
+        self.count += LANES;
+    }
+
+    fn add_few(&mut self, points: &[Point]) {
+        for point in points.iter().filter(|point| is_finite(point)) {
+            self.add_point(*point, 1.0);
+        }
+    }
+
+    fn add_point(&mut self, point: Point, weight: f64) {
+        for (greatest, x) in self.greatest.iter_mut().zip(point) {
+            *greatest = greatest.max(x.abs());
+        }
+        let [x, y, z]: Vector3 = std::array::from_fn(|axis| f64::from(point[axis]) - self.origin[axis]);
+        let terms = [x, y, z, x * x, x * y, x * z, y * y, y * z, z * z];
+        for (sums, term) in self.lanes.iter_mut().zip(terms) {
+            sums[0] += weight * term;
+        }
+        self.weight += weight;
+        self.count += 1;
+    }
+
+    fn axes(&self) -> Option<PrincipalAxes> {
+        let [x, y, z, xx, xy, xz, yy, yz, zz] =
+            self.lanes.map(|sums| sums.into_iter().sum::<f64>() / self.weight);
+        let (xy, xz, yz) = (xy - x * y, xz - x * z, yz - y * z);
+        let covariance = [[xx - x * x, xy, xz], [xy, yy - y * y, yz], [xz, yz, zz - z * z]];
+        let eigen = symmetric_eigen3(covariance)?;
+        let variances = eigen.values.map(|value| value.max(0.0));
+        Some(PrincipalAxes {
+            centroid: [self.origin[0] + x, self.origin[1] + y, self.origin[2] + z],
+            covariance,
+            axes: eigen.vectors,
+            variances,
+            rank: self.rank(variances),
+            count: self.count,
+        })
+    }
+
+    /// How many of the variances are more than rounding.
+    fn rank(&self, variances: [f64; 3]) -> usize {
+        let greatest = self.greatest.iter().fold(0.0_f32, |greatest, x| x.max(greatest));
+        let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(greatest);
+        variances.iter().filter(|variance| variance.sqrt() > rounding).count()
+    }
+}
+
+#[inline]
+fn product(a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    std::array::from_fn(|lane| a[lane] * b[lane])
+}
