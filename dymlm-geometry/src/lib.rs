@@ -4,6 +4,7 @@
 mod cloud_map;
 mod convex_hull;
 mod dbscan;
+mod finite;
 mod isolation_forest;
 mod lattice;
 mod minimum_area_rectangle;
@@ -25,7 +26,9 @@ pub use isolation_forest::{IsolationForest, IsolationForestConfig, IsolationFore
 pub use minimum_area_rectangle::{
     MinimumAreaRectangleScratch, OrientedRectangle, minimum_area_rectangle, minimum_area_rectangle_with,
 };
-pub use oriented_box::{OrientedBox, OrientedBoxError};
+pub use oriented_box::{
+    BoxFit, OrientedBox, OrientedBoxError, OrientedBoxScratch, fit_oriented_box, fit_oriented_box_with,
+};
 pub use principal_axes::PrincipalAxes;
 pub use statistical_outlier_removal::{
     StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,

@@ -1,5 +1,6 @@
 use dymlm_core::Point;
 
+use crate::finite::is_finite;
 use crate::symmetric_eigen3::symmetric_eigen3;
 use crate::vector3::Vector3;
 
@@ -72,12 +73,6 @@ impl PrincipalAxes {
 
 fn counts(point: &Point, weight: f32) -> bool {
     weight > 0.0 && weight.is_finite() && is_finite(point)
-}
-
-/// One test for three coordinates: 0 x is NaN for NaN and the infinities.
-#[inline]
-fn is_finite(point: &Point) -> bool {
-    (0.0 * point[0] + 0.0 * point[1] + 0.0 * point[2]) == 0.0
 }
 
 const LANES: usize = 4;

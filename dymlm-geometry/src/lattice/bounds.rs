@@ -1,5 +1,7 @@
 use dymlm_core::Point;
 
+use crate::finite::is_finite;
+
 /// Least and greatest coordinates of the finite points.
 pub(super) struct Bounds {
     pub(super) min: Point,
@@ -54,10 +56,4 @@ impl Bounds {
             all_finite: self.all_finite && other.all_finite,
         }
     }
-}
-
-/// One test for three coordinates: 0 x is NaN for NaN and the infinities.
-#[inline]
-pub(super) fn is_finite(point: &Point) -> bool {
-    (0.0 * point[0] + 0.0 * point[1] + 0.0 * point[2]) == 0.0
 }

@@ -1,7 +1,8 @@
 use dymlm_core::Point;
 
 use super::CubicLattice;
-use super::bounds::{Bounds, is_finite};
+use super::bounds::Bounds;
+use crate::finite::is_finite;
 
 /// Points whose keys are computed together, in vector registers.
 pub(super) const TOGETHER: usize = 4;

@@ -3,8 +3,9 @@ use std::ops::Range;
 use dymlm_core::Point;
 
 use super::CubicLattice;
-use super::bounds::{Bounds, is_finite};
+use super::bounds::Bounds;
 use super::radix_sort::RadixSort;
+use crate::finite::is_finite;
 
 /// The points of a cloud, sorted by lattice cell.
 ///

@@ -1,4 +1,7 @@
+mod fit;
 mod overlap;
+
+pub use fit::{BoxFit, OrientedBoxScratch, fit_oriented_box, fit_oriented_box_with};
 
 use dymlm_core::Pose;
 use overlap::intersection_volume;

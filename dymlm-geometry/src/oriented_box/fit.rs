@@ -1,0 +1,155 @@
+use dymlm_core::{Point, Pose};
+
+use super::OrientedBox;
+use crate::finite::is_finite;
+use crate::minimum_area_rectangle::{MinimumAreaRectangleScratch, minimum_area_rectangle_with};
+use crate::principal_axes::PrincipalAxes;
+use crate::vector3::{Vector3, any_across, combined, cross, dot, norm, with_positive_greatest};
+
+/// How [`fit_oriented_box`] turns the box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum BoxFit {
+    /// Along the [`PrincipalAxes`], by descending variance: the paper's eq. 6. Robust, but turned by uneven sampling,
+    /// and by up to 45 degrees when the footprint is nearly square.
+    PrincipalAxes,
+    /// The third principal axis, and across it the sides of the footprint's
+    /// [`minimum_area_rectangle`](crate::minimum_area_rectangle()), the longer first: the paper's eq. 7 and 8.
+    MinimumRectangle,
+    /// The same about a known direction, for example the normal of the plane that the thing stands on: it is the
+    /// box's third axis, whatever the points say. Of any length.
+    Upright {
+        /// Direction of the box's third axis.
+        up: [f64; 3],
+    },
+}
+
+/// The box around a cloud, with axes chosen by `fit`; `None` without a finite point, without an upward direction
+/// where one is asked for, or when the points are more than [`OrientedBox::MAX_LENGTH`] apart.
+///
+/// The box [`contains`](OrientedBox::contains) every finite point: its lengths are rounded up, by some 1e-15 of the
+/// coordinates. Of the first two axes, the component of greatest magnitude is positive; with
+/// [`Upright`](BoxFit::Upright) this is so for the first. The axes are right-handed. Points at one place, on a line or
+/// in a plane have boxes without length, width or height. Points that are not finite are passed over.
+///
+/// O(n), and the convex hull of the footprint.
+///
+/// ```
+/// use dymlm_geometry::{BoxFit, fit_oriented_box};
+///
+/// // A brick on a table, seen from above: its top face only.
+/// let points: Vec<[f32; 3]> = (0..200).map(|i| [0.01 * (i % 20) as f32, 0.01 * (i / 20) as f32, 0.75]).collect();
+/// let brick = fit_oriented_box(&points, BoxFit::Upright { up: [0.0, 0.0, 1.0] }).expect("finite points");
+/// assert!((brick.lengths()[0] - 0.19).abs() < 1e-6 && (brick.lengths()[1] - 0.09).abs() < 1e-6);
+/// assert!(points.iter().all(|point| brick.contains(point.map(f64::from))));
+/// ```
+pub fn fit_oriented_box(points: &[Point], fit: BoxFit) -> Option<OrientedBox> {
+    fit_oriented_box_with(points, fit, &mut OrientedBoxScratch::new())
+}
+
+/// [`fit_oriented_box`] with a caller's working memory, whose content does not matter: allocates nothing once it has
+/// grown.
+pub fn fit_oriented_box_with(
+    points: &[Point],
+    fit: BoxFit,
+    scratch: &mut OrientedBoxScratch,
+) -> Option<OrientedBox> {
+    match fit {
+        BoxFit::PrincipalAxes => {
+            let PrincipalAxes { centroid, axes, .. } = PrincipalAxes::of(points)?;
+            around(points, centroid, axes)
+        }
+        BoxFit::MinimumRectangle => {
+            let PrincipalAxes { centroid, axes, .. } = PrincipalAxes::of(points)?;
+            let [long, _, _] = sides_across(points, centroid, axes, scratch)?.map(with_positive_greatest);
+            let middle = with_positive_greatest(cross(axes[2], long));
+            around(points, centroid, [long, middle, cross(long, middle)])
+        }
+        BoxFit::Upright { up } => {
+            let up = direction(up)?;
+            let origin = points.iter().find(|point| is_finite(point))?.map(f64::from);
+            let across = any_across(up);
+            let axes = [across, cross(up, across), up];
+            let [long, _, _] = sides_across(points, origin, axes, scratch)?.map(with_positive_greatest);
+            around(points, origin, [long, cross(up, long), up])
+        }
+    }
+}
+
+/// Working memory of [`fit_oriented_box_with`].
+#[derive(Debug, Clone, Default)]
+pub struct OrientedBoxScratch {
+    footprint: Vec<[f64; 2]>,
+    rectangle: MinimumAreaRectangleScratch,
+}
+
+impl OrientedBoxScratch {
+    /// Empty working memory.
+    pub fn new() -> Self {
+        Self::default()
+    }
+}
+
+/// The directions of the footprint's longer and shorter side, and the third axis.
+fn sides_across(
+    points: &[Point],
+    origin: Vector3,
+    axes: [Vector3; 3],
+    scratch: &mut OrientedBoxScratch,
+) -> Option<[Vector3; 3]> {
+    let [u, v, w] = axes;
+    scratch.footprint.clear();
+    scratch.footprint.extend(finite(points).map(|point| {
+        let point = difference(point, origin);
+        [dot(u, point), dot(v, point)]
+    }));
+    let rectangle = minimum_area_rectangle_with(&scratch.footprint, &mut scratch.rectangle)?;
+    let ([a, b], [c, d]) = (rectangle.axis, rectangle.cross_axis());
+    Some([combined(a, u, b, v), combined(c, u, d, v), w])
+}
+
+/// The box along given axes.
+fn around(points: &[Point], origin: Vector3, axes: [Vector3; 3]) -> Option<OrientedBox> {
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in finite(points) {
+        let point = difference(point, origin);
+        for ((axis, min), max) in axes.iter().zip(&mut min).zip(&mut max) {
+            let along = dot(*axis, point);
+            *min = if along < *min { along } else { *min };
+            *max = if along > *max { along } else { *max };
+        }
+    }
+    let middle: Vector3 = std::array::from_fn(|axis| f64::midpoint(min[axis], max[axis]));
+    let offset = combined(1.0, combined(middle[0], axes[0], middle[1], axes[1]), middle[2], axes[2]);
+    let center = combined(1.0, origin, 1.0, offset);
+    let lengths = std::array::from_fn(|axis| max[axis] - min[axis]);
+    // Columns of the matrix are the axes.
+    let rows = std::array::from_fn(|row| axes.map(|axis| axis[row]));
+    let world_from_box = Pose::from_rotation_matrix(rows, center).ok()?;
+    OrientedBox::new(world_from_box, rounded_up(lengths, center)).ok()
+}
+
+/// Lengths that hold against the rounding of the pose and of its application to the points, of which each is some
+/// units in the last place of the greatest coordinate.
+fn rounded_up(lengths: Vector3, center: Vector3) -> Vector3 {
+    const ROUNDINGS: f64 = 16.0;
+    let greatest = lengths.into_iter().chain(center.map(f64::abs)).fold(0.0, f64::max);
+    lengths.map(|length| length + ROUNDINGS * f64::EPSILON * greatest)
+}
+
+fn direction(vector: Vector3) -> Option<Vector3> {
+    // The greatest component first, so that squares neither overflow nor vanish.
+    let greatest = vector.into_iter().fold(0.0, |greatest: f64, x| greatest.max(x.abs()));
+    let scaled = vector.map(|x| x / greatest);
+    let length = norm(scaled);
+    length.is_finite().then(|| scaled.map(|x| x / length))
+}
+
+fn finite(points: &[Point]) -> impl Iterator<Item = &Point> {
+    points.iter().filter(|point| is_finite(point))
+}
+
+#[inline]
+fn difference(point: &Point, origin: Vector3) -> Vector3 {
+    std::array::from_fn(|axis| f64::from(point[axis]) - origin[axis])
+}
