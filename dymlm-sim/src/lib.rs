@@ -1,8 +1,9 @@
 //! Synthetic RGB-D scenes with exact truth, sensor and detector noise, and metrics for maps.
 //!
-//! A [`Sequence`] shows an office through which two people walk: depth and colour as a Kinect would give them
-//! ([`SensorConfig`]), the boxes of a 2D detector with its failures ([`DetectorConfig`]), and beside them what
-//! no recording has: exact poses, exact depth, exact masks of the people. [`Truth`] gathers the exact surfaces
+//! A [`Sequence`] shows a [`Room`] in which people walk or sit ([`Activity`]): depth and colour as a Kinect would give
+//! them ([`SensorConfig`]), the boxes of a 2D detector with its failures ([`DetectorConfig`]), and beside them what no
+//! recording has: exact poses, exact depth, exact masks of the people. [`SequenceType`] names the eight usual ones,
+//! [`SequenceConfig::random_room`] gives as many others as there are seeds. [`Truth`] gathers the exact surfaces
 //! and the volume that people swept, and [`score_cloud`] tells how far a map is from it. For recordings without
 //! exact truth there is [`ReferenceCloud`], and for masks [`MaskScore`].
 //!

@@ -1,4 +1,5 @@
 use parry3d::math::{Pose3, Rot3, Vec3};
+use parry3d::shape::Cuboid;
 
 use super::person::{Action, Clothes};
 use super::{Instance, Material, Motion, Part, Person, Scene, Shape, Viewpoint};
@@ -12,6 +13,9 @@ pub(super) struct Builder {
     pub(super) people: Vec<Person>,
     scene_from_thing: Pose3,
 }
+
+/// Thickness of the floor, metres.
+const FLOOR: f32 = 0.01;
 
 impl Builder {
     /// Begins a thing that stays, at `place`, turned by `yaw` radians about z.
@@ -70,6 +74,21 @@ impl Builder {
         let instance = self.instances.len().saturating_sub(1);
         self.parts.push(Part { shape, scene_from_part, material, instance });
         self
+    }
+
+    /// A room of full lengths `size` about `center`, and a floor of 1 cm whose top is z = 0.
+    pub(super) fn walls_and_floor(
+        &mut self,
+        [x, y]: [f32; 2],
+        size: [f32; 3],
+        walls: Material,
+        floor: Material,
+    ) -> &mut Self {
+        let half = 0.5 * Vec3::from(size);
+        let pose = Pose3::from_translation(Vec3::new(x, y, half.z - FLOOR));
+        self.thing(None, [0.0; 3], 0.0).part(Shape::Interior(Cuboid::new(half)), pose, walls);
+        let covered = [size[0] - 0.01, size[1] - 0.01, FLOOR];
+        self.thing(None, [0.0; 3], 0.0).cuboid([x, y, -0.5 * FLOOR], covered, floor)
     }
 
     /// Somebody of a `height` in metres. People come after all things that stay.

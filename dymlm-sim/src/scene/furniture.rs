@@ -4,8 +4,11 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 
 use parry3d::math::{Rot3, Vec2, Vec3};
 
+use super::Material;
 use super::builder::Builder;
-use super::palette::{BEECH, BLACK, CABINET, CLAY, CUSHION, LEAVES, PLUSH, STEEL};
+use super::palette::{
+    BEECH, BLACK, CABINET, CARDBOARD, CLAY, CONCRETE, CUSHION, LEAVES, PLUSH, STEEL, WHITE,
+};
 use super::person::Seat;
 
 /// Height of a swivel chair's seat that nobody has set lower, metres.
@@ -74,5 +77,87 @@ pub(super) fn plant(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
         let (sin, cos) = angle.sin_cos();
         let height = 0.65 + 0.09 * f32::from(k);
         b.ellipsoid([0.16 * cos, 0.16 * sin, height], [0.14, 0.10, 0.09], LEAVES);
+    }
+}
+
+/// A table on four legs, its top's full lengths `size` at `height`.
+pub(super) fn table(
+    b: &mut Builder,
+    [x, y]: [f32; 2],
+    yaw: f32,
+    size: [f32; 2],
+    height: f32,
+    material: Material,
+) {
+    const THICKNESS: f32 = 0.035;
+    let under = height - THICKNESS;
+    b.thing(None, [x, y, 0.0], yaw).cuboid(
+        [0.0, 0.0, height - 0.5 * THICKNESS],
+        [size[0], size[1], THICKNESS],
+        material,
+    );
+    for (side, end) in [(-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)] {
+        let foot = [side * (size[0] - 0.12), end * (size[1] - 0.12), 0.5 * under];
+        b.cuboid(foot, [0.05, 0.05, under], STEEL);
+    }
+}
+
+/// A wooden chair of 0.42 x 0.44 x 0.86 m on four legs.
+pub(super) fn wooden_chair(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, material: Material) {
+    b.thing(Some("chair"), [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.445], [0.42, 0.42, 0.03], material);
+    for side in [-0.185, 0.185] {
+        b.cuboid([side, 0.18, 0.215], [0.04, 0.04, 0.43], material);
+        b.cuboid([side, -0.195, 0.43], [0.04, 0.04, 0.86], material);
+    }
+    for z in [0.58, 0.70, 0.82] {
+        b.cuboid([0.0, -0.195, z], [0.33, 0.02, 0.06], material);
+    }
+}
+
+/// A partition of 1.4 m on two feet of 0.4 m.
+pub(super) fn partition(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, width: f32, material: Material) {
+    b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.72], [width, 0.05, 1.36], material);
+    for side in [-0.35, 0.35] {
+        b.cuboid([side * width, 0.0, 0.02], [0.05, 0.40, 0.04], STEEL);
+    }
+}
+
+/// A square pillar from the floor to the ceiling.
+pub(super) fn pillar(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, width: f32, height: f32) {
+    b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.5 * height], [width, width, height], CONCRETE);
+}
+
+/// Two steps of 17 cm, 0.9 m wide and 0.7 m deep.
+pub(super) fn steps(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
+    b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.085], [0.9, 0.7, 0.17], BEECH).cuboid(
+        [0.0, 0.17, 0.255],
+        [0.9, 0.36, 0.17],
+        BEECH,
+    );
+}
+
+/// Two boxes of cardboard, one on the other.
+pub(super) fn boxes(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
+    b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.18], [0.56, 0.42, 0.36], CARDBOARD);
+    b.thing(None, [x, y, 0.36], yaw + 0.3).cuboid([0.0, 0.0, 0.13], [0.36, 0.28, 0.26], CARDBOARD);
+}
+
+/// A refrigerator of 0.6 x 0.62 x 1.7 m.
+pub(super) fn refrigerator(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
+    b.thing(Some("refrigerator"), [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.85], [0.60, 0.58, 1.70], WHITE);
+    for (z, length) in [(0.62, 0.4), (1.38, 0.3)] {
+        b.cuboid([-0.24, -0.30, z], [0.03, 0.02, length], STEEL);
+    }
+}
+
+/// A couch of 1.5 x 0.8 x 0.8 m, its back towards +y.
+pub(super) fn couch(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, material: Material) {
+    b.thing(Some("couch"), [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.21], [1.5, 0.8, 0.42], material).cuboid(
+        [0.0, 0.31, 0.61],
+        [1.5, 0.18, 0.38],
+        material,
+    );
+    for side in [-0.67, 0.67] {
+        b.cuboid([side, -0.09, 0.52], [0.16, 0.62, 0.20], material);
     }
 }

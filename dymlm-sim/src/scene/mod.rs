@@ -7,9 +7,14 @@ mod material;
 mod office;
 mod palette;
 mod person;
+mod random_room;
 mod room;
 mod shape;
+#[cfg(test)]
+mod soundness;
+mod table_top;
 mod things;
+mod two_tables;
 mod viewpoint;
 mod walk;
 
@@ -70,8 +75,10 @@ impl Scene {
         let mut rng = stream(seed, Use::Scene, 0, 0);
         let choice = std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(0.0..1.0)));
         match (room, activity) {
-            (_, Activity::Walking) => Self::office(people, choice),
-            (_, Activity::Sitting) => Self::seated_office(people, choice),
+            (Room::Office, Activity::Walking) => Self::office(people, choice),
+            (Room::Office, Activity::Sitting) => Self::seated_office(people, choice),
+            (Room::TwoTables, _) => Self::two_tables(activity, people, choice),
+            (Room::Random, _) => Self::random_room(activity, people, seed),
         }
     }
 

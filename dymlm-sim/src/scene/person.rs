@@ -123,7 +123,7 @@ impl Person {
         trunk(&mut body, lift, &self.clothes);
         for side in [Side::Left, Side::Right] {
             let raised = 0.5 + 0.5 * wave(3.4, 0.3 * f64::from(side.sign()));
-            let swing = 0.25 + 0.12 * wave(2.3, 0.2 * f64::from(side.sign()));
+            let swing = 0.30 + 0.18 * wave(2.3, 0.2 * f64::from(side.sign()));
             gesturing_arm(&mut body, lift, [swing, raised * raised], side, &self.clothes);
         }
 
@@ -220,7 +220,7 @@ fn gesturing_arm(body: &mut Body<'_>, lift: Vec3, [swing, raised]: [f32; 2], sid
     let shoulder = lift + Vec3::new(0.0, 0.215 * side.sign(), 1.39);
     let elbow = shoulder + 0.29 * hanging(swing);
     let inwards = Rot3::from_rotation_z(-0.35 * side.sign());
-    let forearm = inwards * hanging(1.45 + 0.9 * raised);
+    let forearm = inwards * hanging(1.45 + 1.05 * raised);
     let wrist = elbow + 0.25 * forearm;
     body.limb(shoulder, elbow, 0.05, clothes.shirt);
     body.limb(elbow, wrist, 0.04, clothes.shirt);

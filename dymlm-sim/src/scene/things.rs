@@ -1,7 +1,10 @@
 //! Small things with a label of COCO, standing on what `place` is a point of.
 
 use super::builder::Builder;
-use super::palette::{BLACK, CHINA, CLAY, GLASS, KEYS, PLUSH, SCREEN, SPINES};
+use super::palette::{
+    ALUMINIUM, BLACK, CHINA, CLAY, GLASS, KEYS, LEATHER, LEAVES, PEEL, PLUSH, SCREEN, SPINES, STEEL,
+    TERRACOTTA, TWEED, WHITE,
+};
 
 /// A monitor of 24 inches on its foot.
 pub(super) fn monitor(b: &mut Builder, place: [f32; 3], yaw: f32) {
@@ -68,4 +71,67 @@ pub(super) fn teddy_bear(b: &mut Builder, place: [f32; 3], yaw: f32) {
         .rod([0.08, -0.03, 0.15], [0.12, -0.09, 0.08], 0.028, PLUSH)
         .rod([-0.05, -0.05, 0.035], [-0.09, -0.13, 0.035], 0.033, PLUSH)
         .rod([0.05, -0.05, 0.035], [0.09, -0.13, 0.035], 0.033, PLUSH);
+}
+
+/// A closed book of 16 x 23 x 4 cm.
+pub(super) fn book(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("book"), place, yaw).cuboid([0.0, 0.0, 0.02], [0.16, 0.23, 0.04], SPINES);
+}
+
+/// An open laptop of 14 inches, its screen leant back.
+pub(super) fn laptop(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("laptop"), place, yaw)
+        .cuboid([0.0, 0.0, 0.008], [0.32, 0.22, 0.016], ALUMINIUM)
+        .cuboid([0.0, -0.01, 0.017], [0.28, 0.12, 0.004], KEYS)
+        .tilted([0.0, 0.143, 0.118], [0.32, 0.008, 0.215], -0.3, ALUMINIUM)
+        .tilted([0.0, 0.138, 0.118], [0.30, 0.006, 0.195], -0.3, SCREEN);
+}
+
+/// A bowl of 17 cm, full.
+pub(super) fn bowl(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("bowl"), place, yaw)
+        .cylinder([0.0; 3], 0.015, 0.04, CHINA)
+        .cylinder([0.0, 0.0, 0.015], 0.02, 0.065, CHINA)
+        .cylinder([0.0, 0.0, 0.035], 0.035, 0.085, CHINA);
+}
+
+pub(super) fn vase(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("vase"), place, yaw)
+        .cylinder([0.0; 3], 0.02, 0.05, TERRACOTTA)
+        .ellipsoid([0.0, 0.0, 0.11], [0.08, 0.08, 0.11], TERRACOTTA)
+        .cylinder([0.0, 0.0, 0.20], 0.06, 0.035, TERRACOTTA);
+}
+
+/// A plant of 0.3 m in a pot.
+pub(super) fn small_plant(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("potted plant"), place, yaw)
+        .cylinder([0.0; 3], 0.11, 0.065, CLAY)
+        .ellipsoid([0.0, 0.0, 0.19], [0.10, 0.09, 0.09], LEAVES)
+        .ellipsoid([0.03, 0.02, 0.26], [0.06, 0.07, 0.06], LEAVES);
+}
+
+pub(super) fn orange(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("orange"), place, yaw).ellipsoid([0.0, 0.0, 0.038], [0.04, 0.04, 0.038], PEEL);
+}
+
+/// A microwave oven of 0.46 x 0.34 x 0.27 m.
+pub(super) fn microwave(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("microwave"), place, yaw)
+        .cuboid([0.0, 0.0, 0.135], [0.46, 0.32, 0.27], STEEL)
+        .cuboid([-0.06, -0.165, 0.135], [0.30, 0.01, 0.21], BLACK.absorbing(0.3))
+        .cuboid([0.16, -0.165, 0.135], [0.09, 0.01, 0.21], WHITE);
+}
+
+/// A suitcase of 0.45 x 0.24 x 0.66 m, upright.
+pub(super) fn suitcase(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("suitcase"), place, yaw).cuboid([0.0, 0.0, 0.30], [0.45, 0.24, 0.60], TWEED).cuboid(
+        [0.0, 0.0, 0.63],
+        [0.14, 0.03, 0.06],
+        BLACK,
+    );
+}
+
+/// A football.
+pub(super) fn ball(b: &mut Builder, place: [f32; 3], yaw: f32) {
+    b.thing(Some("sports ball"), place, yaw).ellipsoid([0.0, 0.0, 0.11], [0.11, 0.11, 0.11], LEATHER);
 }

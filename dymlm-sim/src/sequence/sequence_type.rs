@@ -107,16 +107,37 @@ impl SequenceType {
         }
     }
 
+    /// Seeds with which the walkers, whose ways meet at their ends, keep more than 0.6 m apart.
     fn seed(self) -> u64 {
         match self {
             Self::SittingStatic => 1,
             Self::SittingXyz => 2,
             Self::SittingHalfSphere => 3,
             Self::SittingRpy => 4,
-            Self::WalkingStatic => 5,
-            Self::WalkingXyz => 6,
-            Self::WalkingHalfSphere => 7,
-            Self::WalkingRpy => 8,
+            Self::WalkingStatic => 31,
+            Self::WalkingXyz => 22,
+            Self::WalkingHalfSphere => 18,
+            Self::WalkingRpy => 28,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn people_keep_apart() {
+        for kind in SequenceType::ALL {
+            let config = kind.config();
+            let scene = Scene::new(config.room, config.activity, config.people, config.seed);
+            let mut bodies = Vec::new();
+            for index in 0..config.frames {
+                scene.moving_parts(index as f64 / config.frame_rate, &mut bodies);
+                let trunks: Vec<_> = [1, 19].map(|k| bodies[k].scene_from_part.translation).into();
+                assert!(trunks[0].distance(trunks[1]) > 0.6, "{} at frame {index}", kind.name());
+            }
         }
     }
 }

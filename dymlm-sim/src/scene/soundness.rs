@@ -1,0 +1,296 @@
+//! What holds in every room: things stand apart from each other and on something, people and cameras move through air.
+
+use std::sync::LazyLock;
+
+use parry3d::math::Vec3;
+
+use super::person::Action;
+use super::*;
+use crate::CameraPath;
+
+const PATHS: [CameraPath; 5] =
+    [CameraPath::Handheld, CameraPath::Static, CameraPath::Xyz, CameraPath::Rpy, CameraPath::HalfSphere];
+
+static WALKING: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::Walking));
+static SITTING: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::Sitting));
+
+/// All designed rooms and thirty random ones, with two people.
+fn rooms(activity: Activity) -> Vec<(String, Scene)> {
+    let designed = [Room::Office, Room::TwoTables].map(|room| (room, 7));
+    let random = (0..30).map(|seed| (Room::Random, seed));
+    let all = designed.into_iter().chain(random);
+    all.map(|(room, seed)| (format!("{room:?} {seed} {activity:?}"), Scene::new(room, activity, 2, seed)))
+        .collect()
+}
+
+/// Every arrangement of furniture: random rooms have but one.
+fn arrangements() -> impl Iterator<Item = &'static (String, Scene)> {
+    WALKING.iter().chain(SITTING.iter().take(2))
+}
+
+/// Points of a body's surface at most `spacing` apart, in the scene.
+fn surface_points(part: &Part, spacing: f32) -> Vec<Vec3> {
+    let half = part.shape.half_extents();
+    let steps = |half: f32| (2.0 * half / spacing).ceil().max(1.0) as usize;
+    let along = |k: usize, half: f32| half * (2.0 * k as f32 / steps(half) as f32 - 1.0);
+    let mut points = Vec::new();
+    for axis in 0..3 {
+        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+        for i in 0..=steps(half[a]) {
+            for j in 0..=steps(half[b]) {
+                for side in [-1.0, 1.0] {
+                    let mut point = Vec3::ZERO;
+                    point[axis] = side * half[axis];
+                    point[a] = along(i, half[a]);
+                    point[b] = along(j, half[b]);
+                    points.push(part.scene_from_part * onto_surface(&part.shape, point));
+                }
+            }
+        }
+    }
+    points
+}
+
+/// A point of the bounding box drawn onto the body that it bounds.
+fn onto_surface(shape: &Shape, point: Vec3) -> Vec3 {
+    match shape {
+        Shape::Cuboid(_) | Shape::Interior(_) => point,
+        Shape::Ellipsoid(radii) => (point / *radii).normalize() * *radii,
+        Shape::Capsule(capsule) => {
+            let reach = capsule.segment.b.y.abs();
+            let on_axis = Vec3::new(0.0, point.y.clamp(-reach, reach), 0.0);
+            on_axis + (point - on_axis).normalize_or(Vec3::X) * capsule.radius
+        }
+        Shape::Cylinder(cylinder) => {
+            let radial = Vec3::new(point.x, 0.0, point.z);
+            // Caps are covered by shrinking the square to the disc; the sides are scaled out.
+            let square = radial.abs().max_element().max(1e-6);
+            let scaled = radial.normalize_or(Vec3::X) * square.min(cylinder.radius);
+            Vec3::new(scaled.x, point.y, scaled.z)
+        }
+    }
+}
+
+/// Half extents of the box around a body along the scene's axes.
+fn reach(part: &Part) -> Vec3 {
+    let half = part.shape.half_extents();
+    let rotation = part.scene_from_part.rotation;
+    [Vec3::X, Vec3::Y, Vec3::Z]
+        .iter()
+        .zip(half.to_array())
+        .map(|(&axis, half)| (rotation * axis * half).abs())
+        .sum()
+}
+
+fn near(a: &Part, b: &Part) -> bool {
+    let apart = (a.scene_from_part.translation - b.scene_from_part.translation).abs();
+    let radius = |part: &Part| part.shape.half_extents().length();
+    apart.length() < radius(a) + radius(b) && (apart - reach(a) - reach(b)).max_element() < 0.0
+}
+
+/// How deep points lie in a body, metres.
+fn depth_of(points: &[Vec3], body: &Part) -> f32 {
+    let local = points.iter().map(|&point| body.scene_from_part.inverse_transform_point(point));
+    let inside = local.filter(|&point| body.shape.reaches(point, 0.0));
+    inside.map(|point| body.shape.surface_distance(point)).fold(0.0, f32::max)
+}
+
+fn is_room(part: &Part) -> bool {
+    matches!(part.shape, Shape::Interior(_))
+}
+
+/// The floor is the second thing of every room.
+const FLOOR: usize = 1;
+
+#[test]
+fn things_do_not_intersect() {
+    for (name, scene) in arrangements() {
+        let parts = &scene.static_parts;
+        let points: Vec<Vec<Vec3>> = parts.iter().map(|part| surface_points(part, 0.03)).collect();
+        for (i, a) in parts.iter().enumerate().filter(|(_, part)| !is_room(part)) {
+            for (j, b) in parts.iter().enumerate() {
+                if a.instance != b.instance && !is_room(b) && near(a, b) {
+                    // The office's carpet of 1 cm gives way to what stands on it, and a mouse lies on a sheet of paper.
+                    let office = scene.viewpoint == Viewpoint::OFFICE;
+                    let depth = depth_of(&points[i], b);
+                    assert!(
+                        depth < if office { 0.011 } else { 0.0075 },
+                        "{name}: {i} of {:?} is {depth} m deep in {j} of {:?} at {}",
+                        scene.instances[a.instance].label,
+                        scene.instances[b.instance].label,
+                        a.scene_from_part.translation
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn things_are_in_the_room_and_stand_on_something() {
+    for (name, scene) in arrangements() {
+        let parts = &scene.static_parts;
+        let walls = parts.iter().find(|part| is_room(part)).unwrap();
+        let bound = walls.shape.half_extents() + 1e-3;
+        for thing in 0..scene.instances.len() {
+            let own: Vec<&Part> = parts.iter().filter(|part| part.instance == thing).collect();
+            if own.iter().any(|part| is_room(part)) || scene.moves(thing) {
+                continue;
+            }
+            let points: Vec<Vec3> = own.iter().flat_map(|part| surface_points(part, 0.03)).collect();
+            for &point in &points {
+                let local = walls.scene_from_part.inverse_transform_point(point);
+                assert!(local.abs().cmple(bound).all(), "{name}: {point} is not in the room");
+            }
+            if thing == FLOOR {
+                continue;
+            }
+            let label = scene.instances[thing].label;
+            let lowest = points.iter().map(|point| point.z).fold(f32::INFINITY, f32::min);
+            // Swivel chairs have no castors.
+            let gap = if label == Some("chair") { 0.04 } else { 0.004 };
+            let touches = |point: &Vec3, margin: f32| {
+                parts.iter().any(|part| {
+                    part.instance != thing
+                        && part.shape.reaches(part.scene_from_part.inverse_transform_point(*point), margin)
+                })
+            };
+            let stands =
+                points.iter().filter(|point| point.z < lowest + 2e-3).any(|point| touches(point, gap));
+            let thin = own.iter().all(|part| part.shape.half_extents().min_element() < 0.011);
+            let hangs = thin && {
+                let on_wall = |point: &&Vec3| {
+                    let local = walls.scene_from_part.inverse_transform_point(**point);
+                    walls.shape.surface_distance(local) < 2e-3
+                };
+                points.iter().filter(on_wall).count() > 20
+            };
+            let place = scene.instances[thing].scene_from_thing.translation;
+            assert!(stands || hangs, "{name}: {label:?} at {place} floats, lowest point at {lowest}");
+            // Its own frame stands where it stands.
+            assert!(hangs || (lowest - place.z).abs() <= gap + 0.008, "{name}: {label:?}: {lowest}, {place}");
+        }
+    }
+}
+
+#[test]
+fn people_meet_no_furniture_but_the_chairs_they_sit_on() {
+    for (name, scene) in WALKING.iter().chain(SITTING.iter()) {
+        let mut bodies = Vec::new();
+        for step in 0..80 {
+            scene.moving_parts(0.53 * f64::from(step), &mut bodies);
+            assert_eq!(bodies.len(), 36);
+            for body in &bodies {
+                for part in scene.static_parts.iter().filter(|part| part.instance != FLOOR && !is_room(part))
+                {
+                    if !near(body, part) {
+                        continue;
+                    }
+                    let depth = depth_of(&surface_points(body, 0.05), part);
+                    let allowed = if sits_on(scene, body.instance, part.instance) { 0.03 } else { 0.0 };
+                    assert!(
+                        depth <= allowed,
+                        "{name}, step {step}: {depth} m in {:?} at {}",
+                        scene.instances[part.instance].label,
+                        body.scene_from_part.translation
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Whether a person sits on a thing: it stands within 10 cm of the seat.
+fn sits_on(scene: &Scene, person: usize, thing: usize) -> bool {
+    let chair = scene.instances[thing].scene_from_thing.translation.truncate();
+    scene.people.iter().filter(|it| it.instance == person).any(|it| match &it.action {
+        Action::Sits(seat) => seat.position.distance(chair) < 0.1,
+        Action::Walks(_) => false,
+    })
+}
+
+#[test]
+fn every_random_room_is_one() {
+    let other = Scene::new(Room::TwoTables, Activity::Walking, 0, 0).viewpoint;
+    assert!(WALKING.iter().skip(2).all(|(_, scene)| scene.viewpoint != other));
+}
+
+#[test]
+fn people_stay_apart() {
+    // The office's ways meet at their ends: there the seed decides.
+    for (name, scene) in WALKING.iter().skip(1).chain(SITTING.iter()) {
+        let mut bodies = Vec::new();
+        for step in 0..300 {
+            scene.moving_parts(0.37 * f64::from(step), &mut bodies);
+            let (first, second) = bodies.split_at(18);
+            for a in first {
+                for b in second.iter().filter(|b| near(a, b)) {
+                    assert!(
+                        depth_of(&surface_points(a, 0.08), b) == 0.0,
+                        "{name}: people meet at step {step}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn who_sits_stays_and_moves_a_little() {
+    for (name, scene) in SITTING.iter() {
+        let at = |time: f64| {
+            let mut bodies = Vec::new();
+            scene.moving_parts(time, &mut bodies);
+            bodies.iter().map(|body| body.scene_from_part.translation).collect::<Vec<_>>()
+        };
+        let start = at(0.0);
+        let mut farthest = [0.0_f32; 36];
+        for step in 1..150 {
+            for (far, (a, b)) in farthest.iter_mut().zip(at(0.1 * f64::from(step)).iter().zip(&start)) {
+                *far = far.max(a.distance(*b));
+            }
+        }
+        // Legs, trunk, left arm, right arm, head: hands move, feet hardly.
+        for far in farthest.chunks(18) {
+            assert!(far.iter().all(|&far| far < 0.45), "{name}: {far:?}");
+            assert!(far[..6].iter().all(|&far| far < 0.05), "{name}: {far:?}");
+            assert!(far[11] > 0.15 && far[14] > 0.15, "{name}: {far:?}");
+        }
+        for person in &scene.people {
+            let Action::Sits(seat) = &person.action else { panic!("{name}: somebody walks") };
+            let mut bodies = Vec::new();
+            person.pose(3.0, &mut bodies);
+            for body in bodies {
+                let away = body.scene_from_part.translation.truncate().distance(seat.position);
+                assert!(away < 0.75, "{name}: {away} m from the seat");
+                let lowest = surface_points(&body, 0.02).iter().map(|p| p.z).fold(f32::INFINITY, f32::min);
+                assert!(lowest > -0.01, "{name}: {lowest} m below the floor");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_camera_moves_through_air() {
+    for (name, scene) in arrangements() {
+        for path in PATHS {
+            let mut bodies = Vec::new();
+            for step in 0..250 {
+                let time = 0.27 * f64::from(step);
+                let eye = path.scene_from_camera(&scene.viewpoint, time).translation;
+                let local = scene.viewpoint.scene_from_view.inverse_transform_point(eye);
+                let from_station = local - scene.viewpoint.station;
+                assert!(
+                    from_station.x.abs() < 0.85 + 0.15 && (-0.3..0.75).contains(&from_station.y),
+                    "{name} {path:?}: {from_station} from the station"
+                );
+                scene.moving_parts(time, &mut bodies);
+                for part in scene.static_parts.iter().chain(&bodies) {
+                    let local = part.scene_from_part.inverse_transform_point(eye);
+                    let far = (local.abs() - part.shape.half_extents()).max_element() > 0.1 && !is_room(part);
+                    assert!(far || !part.shape.reaches(local, 0.1), "{name} {path:?} at {eye}, {time} s");
+                }
+            }
+        }
+    }
+}

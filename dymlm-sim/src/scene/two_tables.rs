@@ -1,0 +1,108 @@
+use std::f32::consts::FRAC_PI_2;
+
+use parry3d::math::{Pose3, Vec3};
+
+use super::builder::Builder;
+use super::furniture::{self, SEAT};
+use super::palette::{CLAY, MINT, OAK, PEOPLE, PLANKS, SPINES, WALNUT, WHITE};
+use super::person::Action;
+use super::table_top::TableTop;
+use super::walk::Walk;
+use super::{Activity, Person, Scene, Viewpoint, things};
+
+/// The dining table and the high one.
+const DINING: TableTop = TableTop { center: [-0.95, 1.0], yaw: 0.35, size: [1.6, 0.8], height: 0.72 };
+const HIGH: TableTop = TableTop { center: [1.45, 1.2], yaw: -0.6, size: [1.2, 0.6], height: 0.95 };
+
+const VIEWPOINT: Viewpoint = Viewpoint {
+    scene_from_view: Pose3::IDENTITY,
+    station: Vec3::new(0.0, -2.2, 1.45),
+    target: Vec3::new(-0.05, 1.3, 0.75),
+    pivot: Vec3::new(0.0, -1.0, 0.95),
+};
+
+impl Scene {
+    /// A room of 6.4 x 6.6 m with a dining table and a high table that stand askew, a pillar, a plant and a cabinet. Two
+    /// people walk between the camera and the tables and round the high one, or sit before the tables. `choice` (two
+    /// values of 0..1 a person) sets where they start and how fast they walk, or their gestures apart.
+    pub(super) fn two_tables(activity: Activity, people: usize, choice: [[f64; 2]; 2]) -> Self {
+        let mut b = Builder::default();
+        b.walls_and_floor([0.0, -0.2], [6.4, 6.6, 2.7], MINT, PLANKS);
+        b.thing(None, [1.9, 3.09, 1.55], 0.0).cuboid([0.0, 0.0, 0.0], [0.8, 0.02, 0.9], SPINES);
+        dining_table(&mut b);
+        high_table(&mut b);
+        along_the_walls(&mut b);
+        let actions = match activity {
+            Activity::Walking => {
+                furniture::swivel_chair(&mut b, [-2.35, 0.55], -1.2, SEAT);
+                walks(choice).map(Action::Walks)
+            }
+            Activity::Sitting => sitters(&mut b, choice),
+        };
+        for (action, (height, clothes)) in actions.into_iter().zip(PEOPLE).take(people) {
+            b.person(action, height, clothes);
+        }
+        b.finish(VIEWPOINT)
+    }
+}
+
+fn dining_table(b: &mut Builder) {
+    furniture::table(b, DINING.center, DINING.yaw, DINING.size, DINING.height, OAK);
+    for (x, y, turned) in [(-0.35, 0.70, 3.0), (0.4, 0.72, 3.3)] {
+        let [x, y, _] = DINING.point([x, y]);
+        furniture::wooden_chair(b, [x, y], DINING.yaw + turned, WALNUT);
+    }
+    things::laptop(b, DINING.point([-0.30, -0.12]), DINING.yaw + 0.2);
+    things::cup(b, DINING.point([0.02, -0.22]), 1.0);
+    things::bowl(b, DINING.point([0.25, 0.12]), 0.0);
+    things::orange(b, DINING.point([0.42, 0.05]), 0.0);
+    things::bottle(b, DINING.point([0.08, 0.22]), 0.0);
+    things::book(b, DINING.point([0.55, -0.20]), DINING.yaw - 0.5);
+    things::teddy_bear(b, DINING.point([-0.62, 0.16]), DINING.yaw + 0.4);
+    things::vase(b, DINING.point([0.62, 0.24]), 0.0);
+}
+
+fn high_table(b: &mut Builder) {
+    furniture::table(b, HIGH.center, HIGH.yaw, HIGH.size, HIGH.height, WHITE);
+    things::monitor(b, HIGH.point([-0.25, 0.12]), HIGH.yaw + 0.1);
+    things::keyboard(b, HIGH.point([-0.25, -0.17]), HIGH.yaw);
+    things::mouse(b, HIGH.point([0.06, -0.17]), HIGH.yaw);
+    things::cup(b, HIGH.point([0.22, 0.10]), 2.0);
+    things::small_plant(b, HIGH.point([0.45, 0.12]), 0.0);
+    things::two_books(b, HIGH.point([0.42, -0.12]), HIGH.yaw + 0.3);
+}
+
+fn along_the_walls(b: &mut Builder) {
+    furniture::pillar(b, [0.05, 2.55], 0.0, 0.36, 2.69);
+    furniture::plant(b, [2.75, 2.65], 0.0);
+    furniture::cabinet(b, [-2.2, 2.82], 0.0);
+    things::microwave(b, [-2.3, 2.82, 1.10], 0.0);
+    things::bowl(b, [-1.93, 2.80, 1.10], 0.0);
+    furniture::boxes(b, [-2.75, 1.75], 1.4);
+    furniture::shelf(b, [2.98, 0.6], -FRAC_PI_2);
+    for z in [0.615, 1.115] {
+        things::row_of_books(b, [2.98, 0.55, z], -FRAC_PI_2, [0.05, 0.13], [0.7, 0.2, 0.26]);
+    }
+    b.thing(None, [-1.0, 3.07, 0.0], 0.0).cuboid([0.0, 0.0, 1.03], [0.9, 0.06, 2.06], CLAY);
+}
+
+/// Up and down between camera and tables; between the tables and round the high one.
+fn walks(choice: [[f64; 2]; 2]) -> [Walk; 2] {
+    let near = [[-2.3, -0.75], [-0.8, -1.0], [0.7, -1.0], [2.2, -0.85], [0.7, -0.65], [-0.8, -0.6]];
+    let round = [[0.42, 0.2], [0.36, 1.0], [0.75, 2.0], [1.7, 2.3], [2.4, 1.6], [2.35, 0.45], [1.4, 0.1]];
+    [(&near[..], choice[0]), (&round[..], choice[1])].map(|(way, [speed, start])| {
+        let speed = 0.6 + 0.4 * speed;
+        let length = f64::from(Walk::new(way, speed, 0.0).length());
+        Walk::new(way, speed, start * length)
+    })
+}
+
+/// Chairs before the dining table and before the gap between the tables, and who sits on them.
+fn sitters(b: &mut Builder, choice: [[f64; 2]; 2]) -> [Action; 2] {
+    let seats = [([-1.05, -0.1], -1.4), ([0.65, 0.2], 1.15)];
+    for ((place, yaw), (height, _)) in seats.into_iter().zip(PEOPLE) {
+        furniture::swivel_chair(b, place, yaw, Person::seat_height(height));
+    }
+    let seat = |k: usize| Action::Sits(furniture::seat(seats[k].0, seats[k].1, choice[k][0]));
+    [seat(0), seat(1)]
+}
