@@ -163,8 +163,8 @@ pub struct OccupiedCellScore {
     pub cells: u64,
 }
 
-/// Cells of more smallest cells than this along a side are taken apart into so many pieces.
-const MAX_SPLIT: f64 = 16.0;
+/// Most pieces along a side that a cell is taken apart into.
+const MAX_SPLIT: u32 = 16;
 
 impl OccupancyScorer {
     /// A scorer that has seen nothing.
@@ -236,12 +236,12 @@ fn split(occupied: &[OccupiedCell], resolution: f64) -> Vec<Piece> {
         if !is_cube {
             continue;
         }
-        let whole = (size / resolution).round().max(1.0);
-        let side = whole.min(MAX_SPLIT);
-        let piece = size / side;
-        let cells = ((whole / side).round() as u64).saturating_pow(3);
+        // Smallest cells along a side; huge cells into fewer pieces, of as many smallest cells each.
+        let whole = (size / resolution).round().max(1.0) as u64;
+        let count = (1..=MAX_SPLIT).rev().find(|&count| whole.is_multiple_of(u64::from(count))).unwrap_or(1);
+        let cells = (whole / u64::from(count)).saturating_pow(3);
+        let piece = size / f64::from(count);
         let first = center.map(|c| c - 0.5 * size + 0.5 * piece);
-        let count = side as u32;
         for index in 0..count.pow(3) {
             let place = [index / (count * count), index / count % count, index % count];
             let center = std::array::from_fn(|axis| (first[axis] + f64::from(place[axis]) * piece) as f32);
