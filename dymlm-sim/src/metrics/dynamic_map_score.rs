@@ -198,13 +198,17 @@ struct Kept {
 }
 
 impl Kept {
-    /// (Sums of integers, so that the order of the hash table shows nowhere.)
     fn count(readings: &VoxelMap<Readings>, map: &Neighbors) -> Self {
-        let kept = readings.values().filter(|readings| map.reach(readings.mean()));
-        Self {
-            kept: kept.map(|readings| readings.count).sum(),
-            total: readings.values().map(|readings| readings.count).sum(),
+        // In the order of the lattice: searches that follow each other go the same way through the tree.
+        let mut in_order: Vec<(VoxelKey, Readings)> =
+            readings.iter().map(|(&voxel, &r)| (voxel, r)).collect();
+        in_order.sort_unstable_by_key(|&(voxel, _)| voxel);
+        let mut sum = Self { kept: 0, total: 0 };
+        for (_, readings) in in_order {
+            sum.total += readings.count;
+            sum.kept += if map.reach(readings.mean()) { readings.count } else { 0 };
         }
+        sum
     }
 }
 

@@ -1,3 +1,5 @@
+use std::num::NonZero;
+
 use dymlm_core::Point;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
@@ -18,8 +20,10 @@ impl Neighbors {
     /// Whether one of the points is within reach of a finite place.
     pub(super) fn reach(&self, place: Point) -> bool {
         self.tree.as_ref().is_some_and(|tree| {
-            let nearest = tree.query(&place).nearest_one::<SquaredEuclidean<f32>>().execute();
-            nearest.distance <= self.reach * self.reach
+            // Not the nearest one of all: far from all points that search goes through half of the tree.
+            let reach = self.reach * self.reach;
+            let nearest = tree.query(&place).nearest_n::<SquaredEuclidean<f32>>(NonZero::<usize>::MIN);
+            !nearest.within(reach).execute().is_empty()
         })
     }
 }
