@@ -226,6 +226,37 @@ fn recovered_is_what_the_detector_missed_and_the_output_covers() {
 }
 
 #[test]
+fn things_that_are_ignored_neither_help_nor_harm() {
+    let frames = two_people();
+    let score = |ignore: fn(usize) -> bool, keep_output: bool| {
+        let mut scorer = TrackingScorer::new(&TrackingScoreConfig::default()).unwrap();
+        for (f, (truth, output, detections)) in frames.iter().enumerate() {
+            // The second person is not asked for in some frames.
+            let ignored = if ignore(f) { vec![truth[1].bounding_box] } else { vec![] };
+            let (asked, put_out) = (truth.len() - ignored.len(), if keep_output { 2 } else { 1 });
+            let (truth, output) = (&truth[..asked], &output[..put_out]);
+            scorer.add_frame_ignoring(&ignored, truth, output, Some(detections)).unwrap();
+        }
+        scorer.score()
+    };
+    for keep_output in [true, false] {
+        let all = score(|_| true, keep_output);
+        assert_eq!((all.mota, all.idf1), (Some(1.0), Some(1.0)), "{all:?}");
+        assert_eq!((all.true_boxes, all.output_boxes), (10, 10));
+    }
+    let some = score(|f| f < 4, true);
+    assert_eq!((some.mota, some.true_boxes, some.output_boxes), (Some(1.0), 16, 16));
+    let missed = score(|f| f < 4, false);
+    assert_eq!((missed.misses, missed.false_boxes), (6, 0));
+
+    // A box that a true one takes is not left out for an ignored one beside it.
+    let still = |id, x| IdentifiedBox { id, bounding_box: rectangle(x, 0, 100, 100) };
+    let mut scorer = TrackingScorer::new(&TrackingScoreConfig::default()).unwrap();
+    scorer.add_frame_ignoring(&[rectangle(20, 0, 100, 100)], &[still(0, 0)], &[still(0, 2)], None).unwrap();
+    assert_eq!(scorer.score().mota, Some(1.0));
+}
+
+#[test]
 fn nothing_scores_nothing() {
     let scorer = TrackingScorer::new(&TrackingScoreConfig::default()).unwrap();
     let score = scorer.score();

@@ -156,8 +156,26 @@ impl TrackingScorer {
         output: &[IdentifiedBox],
         detections: Option<&[BoundingBox]>,
     ) -> Result<(), TrackingScoreError> {
-        let (truth, output) = (by_id("true boxes", truth)?, by_id("output boxes", output)?);
-        let overlaps = Overlaps::new(&truth, &output, self.config.min_iou);
+        self.add_frame_ignoring(&[], truth, output, detections)
+    }
+
+    /// Adds a frame in which some things may be found or not, such as slivers of people at the image's border: `ignored`
+    /// are their true boxes. As in the MOT Challenge (Milan et al.: "MOT16", 2016), the output boxes are first assigned to
+    /// true and ignored boxes together, and those that fall to ignored ones are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`TrackingScoreError::DuplicateId`]; nothing is added.
+    pub fn add_frame_ignoring(
+        &mut self,
+        ignored: &[BoundingBox],
+        truth: &[IdentifiedBox],
+        output: &[IdentifiedBox],
+        detections: Option<&[BoundingBox]>,
+    ) -> Result<(), TrackingScoreError> {
+        let (truth, mut output) = (by_id("true boxes", truth)?, by_id("output boxes", output)?);
+        self.leave_out_ignored(ignored, &truth, &mut output);
+        let overlaps = Overlaps::new(&boxes(&truth), &boxes(&output), self.config.min_iou);
         self.counts.true_boxes += truth.len() as u64;
         self.counts.output_boxes += output.len() as u64;
         self.count_together(&truth, &output, &overlaps);
@@ -190,6 +208,26 @@ impl TrackingScorer {
         }
     }
 
+    fn leave_out_ignored(
+        &self,
+        ignored: &[BoundingBox],
+        truth: &[IdentifiedBox],
+        output: &mut Vec<IdentifiedBox>,
+    ) {
+        if ignored.is_empty() {
+            return;
+        }
+        let mut all = boxes(truth);
+        all.extend(ignored);
+        let overlaps = Overlaps::new(&all, &boxes(output), self.config.min_iou);
+        let mut kept = vec![true; output.len()];
+        for (row, column) in overlaps.assign(|_, _| true) {
+            kept[column] = row < truth.len();
+        }
+        let mut kept = kept.into_iter();
+        output.retain(|_| kept.next().unwrap_or(true));
+    }
+
     fn count_together(&mut self, truth: &[IdentifiedBox], output: &[IdentifiedBox], overlaps: &Overlaps) {
         for (row, t) in truth.iter().enumerate() {
             for (column, _) in overlaps.row(row).iter().enumerate().filter(|(_, iou)| iou.is_some()) {
@@ -210,11 +248,7 @@ impl TrackingScorer {
                 taken[column] = true;
             }
         }
-        let anew = assign(truth.len(), output.len(), |row, column| {
-            let iou = if pairs[row].is_none() && !taken[column] { overlaps.at(row, column) } else { None };
-            // One more pair outweighs all overlaps.
-            iou.map_or(0, |iou| ((truth.len() + 1) as i64 + 1) * ONE + (iou * ONE as f64) as i64)
-        });
+        let anew = overlaps.assign(|row, column| pairs[row].is_none() && !taken[column]);
         for (row, column) in anew {
             pairs[row] = Some(column);
         }
@@ -257,15 +291,25 @@ const ONE: i64 = 1 << 32;
 
 /// Intersections over union of true boxes (rows) and output boxes (columns), where they are enough.
 struct Overlaps {
+    rows: usize,
     columns: usize,
     iou: Vec<Option<f64>>,
 }
 
 impl Overlaps {
-    fn new(truth: &[IdentifiedBox], output: &[IdentifiedBox], min_iou: f64) -> Self {
-        let pairs = truth.iter().flat_map(|t| output.iter().map(move |o| (t, o)));
-        let iou = pairs.map(|(t, o)| t.bounding_box.iou(&o.bounding_box));
-        Self { columns: output.len(), iou: iou.map(|iou| (iou >= min_iou).then_some(iou)).collect() }
+    fn new(truth: &[BoundingBox], output: &[BoundingBox], min_iou: f64) -> Self {
+        let pairs = truth.iter().flat_map(|t| output.iter().map(move |o| t.iou(o)));
+        let iou = pairs.map(|iou| (iou >= min_iou).then_some(iou)).collect();
+        Self { rows: truth.len(), columns: output.len(), iou }
+    }
+
+    /// Of the pairs that may be made and overlap enough, as many as can be, and of those the best.
+    fn assign(&self, may: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
+        assign(self.rows, self.columns, |row, column| {
+            let iou = self.at(row, column).filter(|_| may(row, column));
+            // One more pair outweighs all overlaps.
+            iou.map_or(0, |iou| (self.rows as i64 + 2) * ONE + (iou * ONE as f64) as i64)
+        })
     }
 
     fn row(&self, row: usize) -> &[Option<f64>] {
@@ -275,6 +319,10 @@ impl Overlaps {
     fn at(&self, row: usize, column: usize) -> Option<f64> {
         self.iou[row * self.columns + column]
     }
+}
+
+fn boxes(of: &[IdentifiedBox]) -> Vec<BoundingBox> {
+    of.iter().map(|b| b.bounding_box).collect()
 }
 
 /// The boxes by ascending id, so that the caller's order decides nothing.
