@@ -63,6 +63,15 @@ impl SequenceConfig {
     /// A sequence in a room made up from `seed`, with one of the camera's paths. The rooms of odd seeds stand in a
     /// world that is turned and shifted at random ([`world_from_scene`](Self::world_from_scene)), those of even ones
     /// stand upright.
+    ///
+    /// ```
+    /// use dymlm_sim::{Activity, Sequence, SequenceConfig};
+    ///
+    /// let mut config = SequenceConfig::random_room(12);
+    /// config.activity = Activity::Sitting;
+    /// assert_eq!(Sequence::new(&config)?.len(), 150);
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
     pub fn random_room(seed: u64) -> Self {
         const PATHS: [CameraPath; 4] =
             [CameraPath::Handheld, CameraPath::Xyz, CameraPath::HalfSphere, CameraPath::Rpy];

@@ -8,16 +8,17 @@ pub(super) struct Footprint {
     pub(super) yaw: f32,
     /// Half of the lengths along the thing's axes.
     pub(super) half: Vec2,
+    /// The direction of the thing's first axis.
+    along: Vec2,
 }
 
 impl Footprint {
     pub(super) fn new(center: Vec2, yaw: f32, half: [f32; 2]) -> Self {
-        Self { center, yaw, half: half.into() }
+        Self { center, yaw, half: half.into(), along: Vec2::from_angle(yaw) }
     }
 
     fn axes(&self) -> [Vec2; 2] {
-        let along = Vec2::from_angle(self.yaw);
-        [along, along.perp()]
+        [self.along, self.along.perp()]
     }
 
     /// The point with the given coordinates along the thing's axes.
