@@ -1,9 +1,8 @@
-use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, Write};
 use std::path::Path;
 
 use super::header::Header;
-use super::{at, read_error, save};
+use super::{load, read_error, save};
 use crate::lattice::{DEPTH, Key};
 use crate::sensor_model::SensorModel;
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
@@ -94,9 +93,7 @@ impl Octree {
     ///
     /// As [`Self::read_bt`], naming the file.
     pub fn load_bt(path: impl AsRef<Path>, config: OctreeConfig) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let file = File::open(path).map_err(|source| at(path)(source.into()))?;
-        Self::read_bt(BufReader::new(file), config).map_err(at(path))
+        load(path.as_ref(), |reader| Self::read_bt(reader, config))
     }
 }
 

@@ -6,10 +6,10 @@ mod ot;
 
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::io::{BufWriter, ErrorKind};
+use std::io::{BufReader, BufWriter, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use crate::Error;
+use crate::{Error, Octree};
 
 /// A file that ends too early is damaged; everything else is a failure to read.
 fn read_error(error: std::io::Error) -> Error {
@@ -27,6 +27,12 @@ pub(crate) fn at(path: &Path) -> impl Fn(Error) -> Error {
         Error::Malformed(what) => Error::Malformed(format!("{}: {what}", path.display())),
         other => Error::File { path: path.display().to_string(), source: Box::new(other) },
     }
+}
+
+/// Reads a file. Errors name it.
+fn load(path: &Path, read: impl FnOnce(BufReader<File>) -> Result<Octree, Error>) -> Result<Octree, Error> {
+    let file = File::open(path).map_err(|source| at(path)(source.into()))?;
+    read(BufReader::new(file)).map_err(at(path))
 }
 
 /// Writes a file so that it is there whole or not at all: beside its place, then renamed. When that fails, an older
@@ -78,7 +84,7 @@ mod tests {
     use std::io::Write;
 
     use super::*;
-    use crate::{Octree, OctreeConfig};
+    use crate::OctreeConfig;
 
     #[test]
     fn a_failed_save_leaves_the_older_file() {

@@ -1,11 +1,10 @@
-use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, Write};
 use std::path::Path;
 
 use dymlm_core::Rgb;
 
 use super::header::Header;
-use super::{at, read_error, save};
+use super::{load, read_error, save};
 use crate::lattice::{DEPTH, Key};
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
 use crate::{ColorMode, Error, Octree, OctreeConfig};
@@ -83,9 +82,7 @@ impl Octree {
     ///
     /// As [`Self::read_ot`], naming the file.
     pub fn load_ot(path: impl AsRef<Path>, config: OctreeConfig) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let file = File::open(path).map_err(|source| at(path)(source.into()))?;
-        Self::read_ot(BufReader::new(file), config).map_err(at(path))
+        load(path.as_ref(), |reader| Self::read_ot(reader, config))
     }
 }
 
