@@ -138,12 +138,16 @@ fn opening_fails_for_what_spoils_the_whole_dataset() {
     let dataset = Dataset::new();
     dataset.write("camera.json", "{\"width\": 16,\n \"height\": }");
     assert_names(&open(&dataset).unwrap_err(), &["camera.json, line 2"]);
-    for (from, to) in
-        [("\"depth_scale\": 5000.0", "\"depth_scale\": 0"), ("\"fx\": 20.0", "\"fx\": 0"), ("16", "0")]
-    {
+    for (from, to, said) in [
+        ("\"depth_scale\": 5000.0", "\"depth_scale\": 0", "depth scale of 0"),
+        ("\"depth_scale\"", "\"scale\"", "`depth_scale`"),
+        ("\"fx\": 20.0", "\"fx\": 0", "fx = 0"),
+        ("\"fx\"", "\"f\"", "`fx`"),
+        ("16", "0", "an image of 0x"),
+    ] {
         let dataset = Dataset::new();
         dataset.write("camera.json", &dataset.read("camera.json").replace(from, to));
-        assert_names(&open(&dataset).unwrap_err(), &["camera.json"]);
+        assert_names(&open(&dataset).unwrap_err(), &["camera.json", said]);
     }
     for (file, content, said) in [
         ("groundtruth.txt", "# nothing\n", "no pose"),
