@@ -1,0 +1,60 @@
+use dymlm_core::{ConfigError, check_range};
+
+/// Whether the two sides of a sheet are one plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Sides {
+    /// A plane is seen from the side its normal points to; the two faces of a partition are two planes.
+    #[default]
+    Apart,
+    /// A plane seen from behind is the same plane, as in the paper's equation 1; normal and offset are turned round
+    /// together.
+    Joined,
+}
+
+/// Settings of the test whether two finite planes are one: the paper's equations 1 to 3, and that they adjoin.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct AssociationConfig {
+    /// The paper's `beta_Th`: the normals' angle is smaller, degrees, 0.1..=90. Default 10 (DESIGN 4.4).
+    pub max_angle_deg: f64,
+    /// The paper's `d_Th`: the distance of the detected patch's centroid from the map plane is smaller, metres, 0..=10.
+    /// Default 0.05 (DESIGN 4.4).
+    pub max_distance: f64,
+    /// The paper's d'_Th: an edge point within this distance from the map plane counts as on it, metres, 0..=10.
+    /// Default 0.04 (DESIGN 4.4).
+    pub max_point_distance: f64,
+    /// The paper's `R_Th`: more than this share of the edge points lies on the map plane, 0..=1. Default 0.5 (DESIGN 4.4).
+    pub min_point_ratio: f64,
+    /// Patches overlap, or no more than this is between them, metres, 0..=10. Default 0.15: less than between two desks
+    /// that one can walk between, more than a cable or a pole hides.
+    pub max_gap: f64,
+    /// Whether the two sides of a sheet are one plane. Default: they are not.
+    pub sides: Sides,
+}
+
+impl Default for AssociationConfig {
+    fn default() -> Self {
+        Self {
+            max_angle_deg: 10.0,
+            max_distance: 0.05,
+            max_point_distance: 0.04,
+            min_point_ratio: 0.5,
+            max_gap: 0.15,
+            sides: Sides::Apart,
+        }
+    }
+}
+
+impl AssociationConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("planes.map.association.max_angle_deg", self.max_angle_deg, 0.1..=90.0)?;
+        check_range("planes.map.association.max_distance", self.max_distance, 0.0..=10.0)?;
+        check_range("planes.map.association.max_point_distance", self.max_point_distance, 0.0..=10.0)?;
+        check_range("planes.map.association.min_point_ratio", self.min_point_ratio, 0.0..=1.0)?;
+        check_range("planes.map.association.max_gap", self.max_gap, 0.0..=10.0)
+    }
+}

@@ -1,0 +1,102 @@
+use dymlm_core::Plane;
+
+use super::{AssociationConfig, Sides};
+use crate::linear_algebra::{dot, foot_on};
+use crate::plane_grid::{PlaneFrame, patches_adjoin};
+use crate::plane_map::Patch;
+
+/// A finite plane in the world, as the tests see it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FinitePlane<'a> {
+    pub(crate) plane: Plane,
+    pub(crate) centroid: [f64; 3],
+    pub(crate) patch: &'a Patch,
+    /// The points that equation 3 counts (`B_c)`: those along its edge; a plane of the map, whose edge moves with each
+    /// fusion, gives all its inliers.
+    pub(crate) edge_points: Option<&'a [[f64; 3]]>,
+}
+
+/// How well two planes agree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Agreement {
+    /// Angle between the normals, radians.
+    pub(crate) angle: f64,
+    /// Distance of the one's centroid from the other's plane, metres.
+    pub(crate) distance: f64,
+    /// Whether they agree only when one is turned round.
+    pub(crate) flipped: bool,
+}
+
+/// The test whether a plane `P_c`, seen now, is the plane `P_w` of the map: equation 1 and (equation 2 or equation 3), and the
+/// patches adjoin. Paper III-B, with the corrections of DESIGN 4.4:
+///
+/// - everything is compared in the world, n = `R_wc` `n_c`, d = `d_c` - n . `t_wc`;
+/// - normals point to the camera that saw them, and equation 1 has no absolute value: from its other side a thin thing
+///   shows another face ([`Sides`]);
+/// - offsets are compared at the detected patch; at the world's origin a small angle makes a large difference;
+/// - equation 3 counts |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind the plane count;
+/// - patches must overlap or nearly touch: two desks of one height are two planes.
+#[derive(Debug, Clone)]
+pub(crate) struct Criterion {
+    config: AssociationConfig,
+    voxel_size: f64,
+    cos_max_angle: f64,
+}
+
+impl Criterion {
+    pub(crate) fn new(config: &AssociationConfig, voxel_size: f64) -> Self {
+        Self { config: config.clone(), voxel_size, cos_max_angle: config.max_angle_deg.to_radians().cos() }
+    }
+
+    /// How the two agree; `None` when they are not one plane.
+    pub(crate) fn test(&self, detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> Option<Agreement> {
+        let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
+        let distance = mapped.plane.signed_distance(detected.centroid).abs();
+        if !(self.offsets_agree(distance) || self.edge_points_agree(detected, &mapped.plane)) {
+            return None;
+        }
+        self.patches_adjoin(detected, mapped).then_some(Agreement { angle, distance, flipped })
+    }
+
+    /// Equation 1: the angle beta between the normals is below `beta_Th`. The angle, and whether one is to be turned round.
+    fn normals_agree(&self, a: &Plane, b: &Plane) -> Option<(f64, bool)> {
+        let cosine = dot(a.normal(), b.normal());
+        let flipped = self.config.sides == Sides::Joined && cosine < 0.0;
+        let cosine = if flipped { -cosine } else { cosine };
+        (cosine > self.cos_max_angle).then(|| (cosine.min(1.0).acos(), flipped))
+    }
+
+    /// Equation 2: the distance is below `d_Th`.
+    fn offsets_agree(&self, distance: f64) -> bool {
+        distance < self.config.max_distance
+    }
+
+    /// Equation 3: more than `R_Th` of the edge points are nearer to the map plane than d'_Th.
+    fn edge_points_agree(&self, detected: &FinitePlane<'_>, mapped: &Plane) -> bool {
+        let is_near = |point: [f64; 3]| mapped.signed_distance(point).abs() < self.config.max_point_distance;
+        let (near, all) = if let Some(points) = detected.edge_points {
+            (points.iter().filter(|point| is_near(**point)).count(), points.len())
+        } else {
+            let points = detected
+                .patch
+                .voxels()
+                .iter()
+                .map(|voxel| foot_on(&detected.plane, voxel.center(self.voxel_size)));
+            (points.filter(|point| is_near(*point)).count(), detected.patch.voxels().len())
+        };
+        near as f64 > self.config.min_point_ratio * all as f64
+    }
+
+    /// The patches overlap or lie within the gap of each other, on the map plane.
+    fn patches_adjoin(&self, detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> bool {
+        let frame = PlaneFrame::new(mapped.centroid, mapped.plane.normal());
+        patches_adjoin(detected.patch, mapped.patch, self.voxel_size, &frame, self.config.max_gap)
+    }
+
+    /// How bad an agreement is, for choosing the best: 0 is perfect, 1 at a threshold.
+    pub(crate) fn cost(&self, agreement: &Agreement) -> f64 {
+        let angle = agreement.angle / self.config.max_angle_deg.to_radians();
+        let distance = agreement.distance / self.config.max_distance.max(1e-9);
+        angle * angle + distance * distance
+    }
+}

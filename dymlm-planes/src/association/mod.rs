@@ -1,0 +1,7 @@
+//! When two finite planes are one. See [`AssociationConfig`].
+
+mod config;
+mod criterion;
+
+pub use config::{AssociationConfig, Sides};
+pub(crate) use criterion::{Agreement, Criterion, FinitePlane};

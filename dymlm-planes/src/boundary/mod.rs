@@ -1,0 +1,57 @@
+//! The boundary of a finite plane as polygons with holes.
+//!
+//! The cells of the plane that hold inliers are a picture; small holes are filled, the sides between filled and empty cells
+//! are walked round into rings (the marching squares of a picture whose samples are its cells), and the rings lose the corners that
+//! are but steps of cells. Everything up to the last step is in whole numbers, so it is exact and deterministic. O(cells).
+
+mod outline;
+mod polygon;
+mod simplify;
+
+pub use polygon::BoundaryPolygon;
+
+use outline::{CellPicture, Ring, contains, doubled_area};
+use simplify::simplify_ring;
+
+use crate::plane_grid::PlaneGrid;
+
+/// The polygons around a grid's cells, largest first.
+pub(crate) fn trace_boundary(grid: &PlaneGrid, max_hole_area: f64, tolerance: f64) -> Vec<BoundaryPolygon> {
+    let mut picture =
+        CellPicture { width: grid.width(), height: grid.height(), cells: grid.occupied().to_vec() };
+    picture.fill_holes((max_hole_area / (grid.cell_size * grid.cell_size)) as usize);
+    let (mut outlines, holes): (Vec<Ring>, Vec<Ring>) =
+        picture.rings().into_iter().partition(|ring| doubled_area(ring) > 0);
+    // A stable sort: equal areas stay in the order of the walk.
+    outlines.sort_by_key(|ring| std::cmp::Reverse(doubled_area(ring)));
+
+    let to_polygon = |ring: &Ring| -> Vec<[f64; 3]> {
+        let corners: Vec<[f64; 2]> = ring
+            .iter()
+            .map(|corner| {
+                std::array::from_fn(|axis| (corner[axis] + grid.range.min[axis]) as f64 * grid.cell_size)
+            })
+            .collect();
+        simplify_ring(&corners, tolerance).into_iter().map(|corner| grid.frame.to_world(corner)).collect()
+    };
+    let mut polygons: Vec<BoundaryPolygon> = outlines
+        .iter()
+        .map(|ring| BoundaryPolygon { outline: to_polygon(ring), holes: Vec::new() })
+        .collect();
+    for hole in &holes {
+        // A hole belongs to the smallest outline around the filled cell beside its first corner.
+        let owner = (0..outlines.len()).rev().find(|&index| contains(&outlines[index], beside(hole)));
+        if let Some(owner) = owner {
+            polygons[owner].holes.push(to_polygon(hole));
+        }
+    }
+    polygons
+}
+
+/// The centre, at doubled coordinates, of a filled cell beside a ring: left of its first side.
+fn beside(ring: &Ring) -> [i64; 2] {
+    let (Some(&a), Some(&b)) = (ring.first(), ring.get(1)) else { return [0, 0] };
+    let (du, dv) = ((b[0] - a[0]).signum(), (b[1] - a[1]).signum());
+    // Half a cell ahead, half a cell to the left.
+    [2 * a[0] + du - dv, 2 * a[1] + dv + du]
+}

@@ -1,0 +1,30 @@
+use dymlm_core::ConfigError;
+
+/// Why a frame, a key frame or a config was refused. A refused call changes nothing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlaneError {
+    /// A field of the config outside its range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// An image or a mask of another size than the camera.
+    #[error(transparent)]
+    Core(#[from] dymlm_core::Error),
+    /// A plane so far from the world's origin that it cannot be summed exactly.
+    #[error("a plane at {centroid:?} m: the map reaches {reach} m from the world's origin")]
+    OutOfReach {
+        /// The plane's centroid in the world, metres.
+        centroid: [f64; 3],
+        /// Half side of the mappable cube, metres.
+        reach: f64,
+    },
+    /// A time that is not finite.
+    #[error("a timestamp of {0} s: it must be finite")]
+    Timestamp(f64),
+    /// A key frame to be taken out that is not in the map.
+    #[error("key frame {key_frame} is not in the map: it cannot be taken out")]
+    UnknownKeyFrame {
+        /// The given number.
+        key_frame: u64,
+    },
+}

@@ -1,0 +1,72 @@
+use std::ops::Range;
+
+use dymlm_core::PinholeCamera;
+
+use super::ExtractionConfig;
+
+/// The image cut into square blocks, row by row; the last of a row or column may be smaller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct BlockGrid {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) side: usize,
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+}
+
+/// Smallest side of a block, pixels: fewer than 16 points make no plane worth the name.
+const SMALLEST_SIDE: usize = 4;
+
+impl BlockGrid {
+    pub(super) fn new(camera: &PinholeCamera, config: &ExtractionConfig) -> Self {
+        let (width, height) = (camera.width(), camera.height());
+        let side = ((config.block_size * width) as f64 / 640.0).round() as usize;
+        let side = side.max(SMALLEST_SIDE);
+        Self { width, height, side, columns: width.div_ceil(side), rows: height.div_ceil(side) }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    pub(super) fn pixel_columns(&self, block: usize) -> Range<usize> {
+        let first = block % self.columns * self.side;
+        first..(first + self.side).min(self.width)
+    }
+
+    pub(super) fn pixel_rows(&self, block: usize) -> Range<usize> {
+        let first = block / self.columns * self.side;
+        first..(first + self.side).min(self.height)
+    }
+
+    pub(super) fn area(&self, block: usize) -> usize {
+        self.pixel_columns(block).len() * self.pixel_rows(block).len()
+    }
+
+    /// The blocks left, right, above and below.
+    pub(super) fn neighbors(&self, block: usize) -> [Option<usize>; 4] {
+        let (column, row) = (block % self.columns, block / self.columns);
+        [
+            (column > 0).then(|| block - 1),
+            (column + 1 < self.columns).then_some(block + 1),
+            (row > 0).then(|| block - self.columns),
+            (row + 1 < self.rows).then_some(block + self.columns),
+        ]
+    }
+}
+
+/// Rays of the pixels at depth 1: x = `ray_x`[u] z, y = `ray_y`[v] z.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Rays {
+    pub(super) x: Vec<f64>,
+    pub(super) y: Vec<f64>,
+}
+
+impl Rays {
+    pub(super) fn set(&mut self, camera: &PinholeCamera) {
+        self.x.clear();
+        self.x.extend((0..camera.width()).map(|u| (u as f64 - camera.cx()) / camera.fx()));
+        self.y.clear();
+        self.y.extend((0..camera.height()).map(|v| (v as f64 - camera.cy()) / camera.fy()));
+    }
+}

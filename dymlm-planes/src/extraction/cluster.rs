@@ -1,0 +1,233 @@
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::block_grid::BlockGrid;
+use super::tolerance::Tolerance;
+use crate::linear_algebra::dot;
+use crate::moments::{Fit, Moments};
+
+/// No block, no entry.
+const NONE: u32 = u32::MAX;
+
+/// A cluster of blocks that is waiting to grow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Waiting {
+    /// Bits of the mean squared distance: never negative, so they are in the order of the numbers.
+    mse_bits: u64,
+    cluster: u32,
+    /// Number of blocks when it was put into the heap; another one now means that the entry is out of date.
+    blocks: u32,
+}
+
+/// Agglomerative hierarchical clustering of blocks (Feng 2014, algorithm 1).
+///
+/// The flattest cluster of all is taken from a heap and merged with the neighbour that leaves it flattest, as long as
+/// the plane of both is flat enough for its depth; a cluster without such a neighbour is finished. Two tests are added
+/// to the paper's: normals must agree, and the *smaller* part must fit the common plane by itself, since a few blocks
+/// hardly show in the mean of many (so a step or a bent rim is eaten by the large plane beside it).
+///
+/// O(n log n) in the number of blocks for heap and clusters, plus the neighbours looked at.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Clustering {
+    heap: BinaryHeap<Reverse<Waiting>>,
+    /// Union-find over blocks.
+    parent: Vec<u32>,
+    moments: Vec<Moments>,
+    fits: Vec<Fit>,
+    blocks: Vec<u32>,
+    finished: Vec<bool>,
+    /// Neighbours of each cluster: linked lists through `next`, four entries a block; `heads`, `tails`.
+    neighbor: Vec<u32>,
+    next: Vec<u32>,
+    heads: Vec<u32>,
+    tails: Vec<u32>,
+    /// The last visit that met a cluster.
+    visited: Vec<u32>,
+    candidates: Vec<Candidate>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    mse: f64,
+    cluster: u32,
+}
+
+impl Clustering {
+    /// Clusters the blocks whose fit is `Some`, along `edges` (whether a block is joined to its right and to its lower
+    /// neighbour).
+    pub(super) fn run(
+        &mut self,
+        grid: &BlockGrid,
+        moments: &[Moments],
+        fits: &[Option<Fit>],
+        edges: &[[bool; 2]],
+        tolerance: &Tolerance,
+    ) {
+        self.begin(grid, moments, fits, edges);
+        let mut visit = 0;
+        while let Some(Reverse(waiting)) = self.heap.pop() {
+            let cluster = waiting.cluster;
+            let index = cluster as usize;
+            if self.parent[index] != cluster || self.blocks[index] != waiting.blocks {
+                continue;
+            }
+            visit += 1;
+            self.find_candidates(cluster, visit);
+            match self.best_candidate(cluster, tolerance) {
+                Some((other, fit)) => self.merge(cluster, other, fit),
+                None => self.finished[index] = true,
+            }
+        }
+    }
+
+    /// The cluster of a block: the same number for all blocks of a cluster.
+    pub(super) fn find(&mut self, block: usize) -> usize {
+        let mut node = block as u32;
+        while self.parent[node as usize] != node {
+            let grandparent = self.parent[self.parent[node as usize] as usize];
+            self.parent[node as usize] = grandparent;
+            node = grandparent;
+        }
+        node as usize
+    }
+
+    pub(super) fn moments(&self, cluster: usize) -> &Moments {
+        &self.moments[cluster]
+    }
+
+    pub(super) fn fit(&self, cluster: usize) -> &Fit {
+        &self.fits[cluster]
+    }
+
+    fn begin(&mut self, grid: &BlockGrid, moments: &[Moments], fits: &[Option<Fit>], edges: &[[bool; 2]]) {
+        let count = grid.len();
+        self.heap.clear();
+        self.parent.clear();
+        self.parent.extend(0..count as u32);
+        self.moments.clear();
+        self.moments.extend_from_slice(moments);
+        self.fits.clear();
+        self.fits.extend(fits.iter().map(|fit| fit.unwrap_or_default()));
+        for (buffer, value) in
+            [(&mut self.blocks, 1), (&mut self.visited, 0), (&mut self.heads, NONE), (&mut self.tails, NONE)]
+        {
+            buffer.clear();
+            buffer.resize(count, value);
+        }
+        self.finished.clear();
+        self.finished.resize(count, false);
+        self.neighbor.clear();
+        self.next.clear();
+        for (block, [right, below]) in edges.iter().enumerate() {
+            if *right {
+                self.link(block, block + 1);
+                self.link(block + 1, block);
+            }
+            if *below {
+                self.link(block, block + grid.columns);
+                self.link(block + grid.columns, block);
+            }
+        }
+        for (block, fit) in fits.iter().enumerate() {
+            if let Some(fit) = fit {
+                self.push(block as u32, fit.mse);
+            }
+        }
+    }
+
+    fn link(&mut self, block: usize, neighbor: usize) {
+        let entry = self.neighbor.len() as u32;
+        self.neighbor.push(neighbor as u32);
+        self.next.push(NONE);
+        match self.tails[block] {
+            NONE => self.heads[block] = entry,
+            tail => self.next[tail as usize] = entry,
+        }
+        self.tails[block] = entry;
+    }
+
+    fn push(&mut self, cluster: u32, mse: f64) {
+        let blocks = self.blocks[cluster as usize];
+        self.heap.push(Reverse(Waiting { mse_bits: mse.to_bits(), cluster, blocks }));
+    }
+
+    /// Lists the neighbours of a cluster once each, with the flatness of the plane of both; entries that have become
+    /// doubled, finished or part of the cluster itself leave its list.
+    fn find_candidates(&mut self, cluster: u32, visit: u32) {
+        self.candidates.clear();
+        let own = self.moments[cluster as usize];
+        let mut kept = NONE;
+        let mut entry = self.heads[cluster as usize];
+        self.heads[cluster as usize] = NONE;
+        while entry != NONE {
+            let following = self.next[entry as usize];
+            let other = self.find(self.neighbor[entry as usize] as usize);
+            if other != cluster as usize && self.visited[other] != visit && !self.finished[other] {
+                self.visited[other] = visit;
+                self.neighbor[entry as usize] = other as u32;
+                match kept {
+                    NONE => self.heads[cluster as usize] = entry,
+                    last => self.next[last as usize] = entry,
+                }
+                kept = entry;
+                let mse = own.plus(&self.moments[other]).mse();
+                self.candidates.push(Candidate { mse, cluster: other as u32 });
+            }
+            entry = following;
+        }
+        if kept != NONE {
+            self.next[kept as usize] = NONE;
+        }
+        self.tails[cluster as usize] = kept;
+    }
+
+    /// The neighbour that leaves the plane of both flattest, of those that may merge.
+    fn best_candidate(&mut self, cluster: u32, tolerance: &Tolerance) -> Option<(u32, Fit)> {
+        let own = self.moments[cluster as usize];
+        let own_fit = self.fits[cluster as usize];
+        loop {
+            let (position, best) = self
+                .candidates
+                .iter()
+                .copied()
+                .enumerate()
+                .min_by(|(_, a), (_, b)| a.mse.total_cmp(&b.mse).then(a.cluster.cmp(&b.cluster)))?;
+            let other = best.cluster as usize;
+            let merged = own.plus(&self.moments[other]);
+            if best.mse >= tolerance.merge_mse(merged.centroid()[2]) {
+                return None;
+            }
+            let agree = dot(own_fit.normal, self.fits[other].normal) >= tolerance.cos_merge_angle;
+            if agree && let Some(fit) = fit_of_both(&own, &self.moments[other], tolerance) {
+                return Some((best.cluster, fit));
+            }
+            self.candidates.swap_remove(position);
+        }
+    }
+
+    fn merge(&mut self, cluster: u32, other: u32, fit: Fit) {
+        let (a, b) = (cluster as usize, other as usize);
+        let (into, from) = if self.blocks[a] >= self.blocks[b] { (a, b) } else { (b, a) };
+        self.parent[from] = into as u32;
+        self.moments[into] = self.moments[a].plus(&self.moments[b]);
+        self.fits[into] = fit;
+        self.blocks[into] += self.blocks[from];
+        match self.tails[into] {
+            NONE => self.heads[into] = self.heads[from],
+            tail => self.next[tail as usize] = self.heads[from],
+        }
+        if self.tails[from] != NONE {
+            self.tails[into] = self.tails[from];
+        }
+        self.push(into as u32, fit.mse);
+    }
+}
+
+/// The plane of two sets of points, when it is flat enough for both together and for the smaller one alone.
+pub(super) fn fit_of_both(a: &Moments, b: &Moments, tolerance: &Tolerance) -> Option<Fit> {
+    let fit = a.plus(b).fit()?;
+    let smaller = if a.weight < b.weight { a } else { b };
+    let flat = fit.mse < tolerance.merge_mse(fit.centroid[2]);
+    let holds = smaller.mse_about(fit.normal, fit.centroid) < tolerance.merge_mse(smaller.centroid()[2]);
+    (flat && holds).then_some(fit)
+}

@@ -1,0 +1,87 @@
+use dymlm_core::{ConfigError, check_range};
+
+/// Settings of plane extraction. Lengths in pixels are those of an image 640 pixels wide and scale with the width.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct ExtractionConfig {
+    /// Nearest depth that takes part, metres, 0..=100. Default 0.3: below it structured light reads nothing.
+    pub min_depth: f64,
+    /// Farthest depth that takes part, metres, 0.1..=100. Default 4.5: there a Kinect's axial noise is 3.3 cm.
+    pub max_depth: f64,
+    /// Side of a block, pixels at 640 of width, 4..=64. Default 10 (Feng 2014).
+    pub block_size: usize,
+    /// Share of a block's pixels that must have a reading, 0.1..=1. Default 0.5; Feng 2014 demands all, but a Kinect
+    /// leaves holes.
+    pub min_block_fill: f64,
+    /// Fewest pixels of a plane, at 640x480, 10..=1000000. Default 3000 (Feng 2014).
+    pub min_support: usize,
+    /// A block or plane may have this root mean square distance from its fit, metres: this, 0..=1, default 0.005
+    /// (Feng 2014, for blocks) ...
+    pub block_tolerance: f64,
+    /// ... or this, for merging planes, 0..=1, default 0.008 (Feng 2014) ...
+    pub merge_tolerance: f64,
+    /// ... plus this times the depth squared, 1 / metres, 0..=1. Default 0.0016 (Feng 2014), half a Kinect's disparity
+    /// step.
+    pub tolerance_per_depth_squared: f64,
+    /// Neighbouring pixels belong to one surface when their depths differ by less than this, metres, 0..=1, default
+    /// 0.02 (Feng 2014) ...
+    pub depth_jump: f64,
+    /// ... plus this times the depth, 0..=1. Default 0.04 (Feng 2014).
+    pub depth_jump_per_depth: f64,
+    /// Largest angle between neighbouring blocks at 0.5 m and nearer, degrees, 1..=90. Default 15 (Feng 2014).
+    pub block_angle_near_deg: f64,
+    /// Largest angle between neighbouring blocks at 4 m and farther, degrees, 1..=90; linear in between. Default 90
+    /// (Feng 2014): there a block's normal is all noise.
+    pub block_angle_far_deg: f64,
+    /// Largest angle between planes that merge while clustering, degrees, 1..=90. Default 60 (Feng 2014).
+    pub merge_angle_deg: f64,
+    /// Largest angle between planes that merge in the end, degrees, 1..=90. Default 30 (Feng 2014).
+    pub refine_angle_deg: f64,
+    /// Pixels join a plane up to this many of its root mean square distances, 1..=10. Default 3 (Feng 2014).
+    pub growing_distance: f64,
+}
+
+impl Default for ExtractionConfig {
+    fn default() -> Self {
+        Self {
+            min_depth: 0.3,
+            max_depth: 4.5,
+            block_size: 10,
+            min_block_fill: 0.5,
+            min_support: 3000,
+            block_tolerance: 0.005,
+            merge_tolerance: 0.008,
+            tolerance_per_depth_squared: 0.0016,
+            depth_jump: 0.02,
+            depth_jump_per_depth: 0.04,
+            block_angle_near_deg: 15.0,
+            block_angle_far_deg: 90.0,
+            merge_angle_deg: 60.0,
+            refine_angle_deg: 30.0,
+            growing_distance: 3.0,
+        }
+    }
+}
+
+impl ExtractionConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("planes.extraction.min_depth", self.min_depth, 0.0..=100.0)?;
+        check_range("planes.extraction.max_depth", self.max_depth, self.min_depth.max(0.1)..=100.0)?;
+        check_range("planes.extraction.block_size", self.block_size as f64, 4.0..=64.0)?;
+        check_range("planes.extraction.min_block_fill", self.min_block_fill, 0.1..=1.0)?;
+        check_range("planes.extraction.min_support", self.min_support as f64, 10.0..=1e6)?;
+        check_range("planes.extraction.block_tolerance", self.block_tolerance, 0.0..=1.0)?;
+        check_range("planes.extraction.merge_tolerance", self.merge_tolerance, 0.0..=1.0)?;
+        let per_square = self.tolerance_per_depth_squared;
+        check_range("planes.extraction.tolerance_per_depth_squared", per_square, 0.0..=1.0)?;
+        check_range("planes.extraction.depth_jump", self.depth_jump, 0.0..=1.0)?;
+        check_range("planes.extraction.depth_jump_per_depth", self.depth_jump_per_depth, 0.0..=1.0)?;
+        check_range("planes.extraction.block_angle_near_deg", self.block_angle_near_deg, 1.0..=90.0)?;
+        check_range("planes.extraction.block_angle_far_deg", self.block_angle_far_deg, 1.0..=90.0)?;
+        check_range("planes.extraction.merge_angle_deg", self.merge_angle_deg, 1.0..=90.0)?;
+        check_range("planes.extraction.refine_angle_deg", self.refine_angle_deg, 1.0..=90.0)?;
+        check_range("planes.extraction.growing_distance", self.growing_distance, 1.0..=10.0)
+    }
+}

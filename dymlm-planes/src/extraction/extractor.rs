@@ -1,0 +1,377 @@
+use dymlm_core::{DepthImage, Mask, PinholeCamera};
+
+use super::block_grid::{BlockGrid, Rays};
+use super::block_moments::sum_blocks;
+use super::cluster::{Clustering, fit_of_both};
+use super::growing::{Growing, Scene, Seed, sum_pixels};
+use super::tolerance::Tolerance;
+use super::{Extraction, ExtractionConfig, Segment};
+use crate::PlaneError;
+use crate::linear_algebra::dot;
+use crate::moments::{Fit, Moments};
+
+/// Planes are grown from clusters of this share of the smallest support: at their rims they gain the rest.
+const SEED_SHARE: f64 = 0.3;
+
+/// Finds the planes of a depth image by agglomerative clustering of its blocks.
+///
+/// Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
+/// Clustering", ICRA 2014. The image is cut into blocks of 10x10 pixels; blocks that are flat become nodes, and
+/// neighbours without a step between them edges of a graph; clusters merge as long as their common plane stays flat
+/// for the noise at its depth; then the rims are given up and grown again pixel by pixel, and planes that meet and agree
+/// merge. All fits come from moment sums, so merging two planes costs the same as merging two points. Two tests
+/// are added, see the sources of `cluster.rs` and `growing.rs`: a small part must fit the common plane by itself,
+/// and a flat block takes no part in a plane that cuts through it.
+///
+/// Tolerances are physical and made for Kinect-like sensors; lengths in pixels scale with the width of the image.
+/// O(pixels + blocks log blocks). The extractor owns its buffers: after the first frame nothing is allocated.
+///
+/// ```
+/// use dymlm_core::{DepthImage, PinholeCamera};
+/// use dymlm_planes::{ExtractionConfig, PlaneExtractor};
+///
+/// // A floor half a metre below the camera, and a wall 2 m before it.
+/// let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?;
+/// let depth = |i: usize| {
+///     let ray_y = ((i / 160) as f32 - 59.5) / 131.0;
+///     if ray_y > 0.25 { 0.5 / ray_y } else { 2.0 }
+/// };
+/// let depth = DepthImage::new(160, 120, (0..160 * 120).map(depth).collect())?;
+///
+/// let mut extractor = PlaneExtractor::new(ExtractionConfig::default())?;
+/// let extraction = extractor.extract(&camera, &depth, None)?;
+/// assert_eq!(extraction.segments().len(), 2);
+/// let (wall, floor) = (&extraction.segments()[0], &extraction.segments()[1]);
+/// assert!(wall.plane.normal()[2] < -0.999 && floor.plane.normal()[1] < -0.999);
+/// assert_eq!([extraction.segment_at(80, 5), extraction.segment_at(80, 110)], [Some(0), Some(1)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct PlaneExtractor {
+    config: ExtractionConfig,
+    tolerance: Tolerance,
+    grid: BlockGrid,
+    rays: Rays,
+    /// Depth in range and not masked; 0 elsewhere.
+    depth: Vec<f32>,
+    moments: Vec<Moments>,
+    fits: Vec<Option<Fit>>,
+    /// Whether a block is joined to its right and to its lower neighbour.
+    edges: Vec<[bool; 2]>,
+    clustering: Clustering,
+    /// Label of each cluster by its number, of each block, and the planes of the labels.
+    cluster_labels: Vec<u16>,
+    block_labels: Vec<u16>,
+    seeds: Vec<Seed>,
+    growing: Growing,
+    sums: Vec<Moments>,
+    /// Labels that meet, smaller first.
+    meetings: Vec<[u16; 2]>,
+    /// Final label of each label.
+    relabelled: Vec<u16>,
+    extraction: Extraction,
+}
+
+impl PlaneExtractor {
+    /// An extractor with empty buffers.
+    ///
+    /// # Errors
+    ///
+    /// [`PlaneError::Config`] names the field outside its range.
+    pub fn new(config: ExtractionConfig) -> Result<Self, PlaneError> {
+        config.validate()?;
+        Ok(Self {
+            tolerance: Tolerance::new(&config),
+            config,
+            grid: BlockGrid::default(),
+            rays: Rays::default(),
+            depth: Vec::new(),
+            moments: Vec::new(),
+            fits: Vec::new(),
+            edges: Vec::new(),
+            clustering: Clustering::default(),
+            cluster_labels: Vec::new(),
+            block_labels: Vec::new(),
+            seeds: Vec::new(),
+            growing: Growing::default(),
+            sums: Vec::new(),
+            meetings: Vec::new(),
+            relabelled: Vec::new(),
+            extraction: Extraction::default(),
+        })
+    }
+
+    /// Finds the planes of an image. Pixels whose entry in `static_mask` is false take no part.
+    ///
+    /// # Errors
+    ///
+    /// [`PlaneError::Core`] when the image or the mask is of another size than the camera; the last extraction stays.
+    pub fn extract(
+        &mut self,
+        camera: &PinholeCamera,
+        depth: &DepthImage,
+        static_mask: Option<&Mask>,
+    ) -> Result<&Extraction, PlaneError> {
+        camera.check_size("the depth image", depth.width(), depth.height())?;
+        if let Some(mask) = static_mask {
+            camera.check_size("the static mask", mask.width(), mask.height())?;
+        }
+        self.grid = BlockGrid::new(camera, &self.config);
+        self.rays.set(camera);
+
+        self.choose_readings(depth, static_mask);
+        sum_blocks(&self.depth, &self.grid, &self.rays, &mut self.moments);
+        self.fit_blocks();
+        self.join_blocks();
+        self.clustering.run(&self.grid, &self.moments, &self.fits, &self.edges, &self.tolerance);
+        self.choose_seeds();
+        self.grow();
+        self.sum_planes();
+        self.merge_planes();
+        self.write_planes();
+        Ok(&self.extraction)
+    }
+
+    /// The last extraction.
+    pub fn extraction(&self) -> &Extraction {
+        &self.extraction
+    }
+
+    /// The config.
+    pub fn config(&self) -> &ExtractionConfig {
+        &self.config
+    }
+
+    /// Copies the depth, with 0 where a reading is masked or out of range.
+    fn choose_readings(&mut self, depth: &DepthImage, static_mask: Option<&Mask>) {
+        let (near, far) = (self.config.min_depth as f32, self.config.max_depth as f32);
+        self.depth.clear();
+        self.depth.extend(depth.data().iter().map(|&z| if z >= near && z <= far { z } else { 0.0 }));
+        if let Some(mask) = static_mask {
+            for (z, &chosen) in self.depth.iter_mut().zip(mask.data()) {
+                *z = if chosen { *z } else { 0.0 };
+            }
+        }
+    }
+
+    fn fit_blocks(&mut self) {
+        let (grid, tolerance) = (&self.grid, &self.tolerance);
+        let min_fill = self.config.min_block_fill;
+        self.fits.clear();
+        self.fits.extend(self.moments.iter().enumerate().map(|(block, moments)| {
+            if moments.weight < (min_fill * grid.area(block) as f64).max(6.0) {
+                return None;
+            }
+            moments.fit().filter(|fit| fit.mse < tolerance.block_mse(fit.centroid[2]))
+        }));
+    }
+
+    /// Joins neighbouring blocks that are flat, turned the same way, and have no step between them.
+    fn join_blocks(&mut self) {
+        let (width, columns) = (self.grid.width, self.grid.columns);
+        self.edges.clear();
+        for block in 0..self.grid.len() {
+            let [_, right, _, below] = self.grid.neighbors(block);
+            let to_right = right.is_some_and(|right| {
+                let u = self.grid.pixel_columns(right).start;
+                self.are_alike(block, right)
+                    && self.are_level(self.grid.pixel_rows(block).map(|v| v * width + u), 1)
+            });
+            let to_below = below.is_some_and(|below| {
+                let v = self.grid.pixel_rows(below).start;
+                self.are_alike(block, below)
+                    && self.are_level(self.grid.pixel_columns(block).map(|u| v * width + u), width)
+            });
+            self.edges.push([to_right, to_below]);
+        }
+        debug_assert_eq!(self.edges.len() % columns.max(1), 0);
+    }
+
+    fn are_alike(&self, a: usize, b: usize) -> bool {
+        let (Some(a), Some(b)) = (&self.fits[a], &self.fits[b]) else { return false };
+        let z = f64::midpoint(a.centroid[2], b.centroid[2]);
+        dot(a.normal, b.normal) >= self.tolerance.cos_block_angle(z)
+    }
+
+    /// Whether at most half of the readings at `pixels` lie a step away from those `before` them.
+    fn are_level(&self, pixels: impl Iterator<Item = usize>, before: usize) -> bool {
+        let (mut level, mut steps) = (0, 0);
+        for pixel in pixels {
+            let (a, b) = (self.depth[pixel - before], self.depth[pixel]);
+            if a > 0.0 && b > 0.0 {
+                let step = (a - b).abs() > self.tolerance.jump(a.min(b));
+                steps += usize::from(step);
+                level += usize::from(!step);
+            }
+        }
+        level > steps
+    }
+
+    /// Numbers the clusters that are large enough, in the order of their first blocks.
+    fn choose_seeds(&mut self) {
+        let count = self.grid.len();
+        let smallest = SEED_SHARE * self.min_support();
+        self.cluster_labels.clear();
+        self.cluster_labels.resize(count, 0);
+        self.block_labels.clear();
+        self.seeds.clear();
+        for block in 0..count {
+            let mut label = 0;
+            if self.fits[block].is_some() {
+                let cluster = self.clustering.find(block);
+                if self.cluster_labels[cluster] == 0
+                    && self.seeds.len() < usize::from(u16::MAX)
+                    && self.clustering.moments(cluster).weight >= smallest
+                {
+                    self.seeds.push(Seed::new(self.clustering.fit(cluster), self.config.growing_distance));
+                    self.cluster_labels[cluster] = self.seeds.len() as u16;
+                }
+                label = self.cluster_labels[cluster];
+            }
+            self.block_labels.push(label);
+        }
+    }
+
+    fn min_support(&self) -> f64 {
+        let scale = self.grid.width as f64 / 640.0;
+        self.config.min_support as f64 * scale * scale
+    }
+
+    fn grow(&mut self) {
+        let (width, height) = (self.grid.width, self.grid.height);
+        (self.extraction.width, self.extraction.height) = (width, height);
+        self.extraction.labels.clear();
+        self.extraction.labels.resize(width * height, 0);
+        let scene = Scene {
+            depth: &self.depth,
+            grid: &self.grid,
+            rays: &self.rays,
+            fits: &self.fits,
+            tolerance: &self.tolerance,
+            seeds: &self.seeds,
+            block_labels: &self.block_labels,
+        };
+        self.growing.run(&scene, &mut self.extraction.labels);
+    }
+
+    /// Sums the points of each label, and notes which labels meet.
+    fn sum_planes(&mut self) {
+        self.sums.clear();
+        self.sums.resize(self.seeds.len(), Moments::default());
+        self.meetings.clear();
+        for block in 0..self.grid.len() {
+            let label = self.block_labels[block];
+            if self.growing.is_core(block) {
+                self.sums[usize::from(label) - 1].add(&self.moments[block]);
+                for other in self.grid.neighbors(block).into_iter().flatten() {
+                    if self.growing.is_core(other) && self.block_labels[other] != label {
+                        self.meetings.push(sorted([label, self.block_labels[other]]));
+                    }
+                }
+                continue;
+            }
+            let meeting = self.growing.meeting_in(block);
+            if meeting.is_empty() {
+                continue;
+            }
+            sum_pixels(&self.depth, &self.grid, &self.rays, block, &self.extraction.labels, &mut self.sums);
+            for (i, &a) in meeting.iter().enumerate() {
+                self.meetings.extend(meeting[i + 1..].iter().map(|&b| sorted([a, b])));
+            }
+        }
+        self.meetings.sort_unstable();
+        self.meetings.dedup();
+    }
+
+    /// Merges planes that meet and agree, the flattest pair first. Labels that have gone point to where.
+    fn merge_planes(&mut self) {
+        self.relabelled.clear();
+        self.relabelled.extend(0..=self.seeds.len() as u16);
+        while let Some((into, from)) = self.flattest_pair() {
+            let moved = std::mem::take(&mut self.sums[usize::from(from) - 1]);
+            self.sums[usize::from(into) - 1].add(&moved);
+            for label in &mut self.relabelled {
+                if *label == from {
+                    *label = into;
+                }
+            }
+        }
+    }
+
+    fn flattest_pair(&self) -> Option<(u16, u16)> {
+        let mut best: Option<(f64, u16, u16)> = None;
+        for meeting in &self.meetings {
+            let [a, b] = sorted(meeting.map(|label| self.relabelled[usize::from(label)]));
+            let [of_a, of_b] = [a, b].map(|label| &self.sums[usize::from(label) - 1]);
+            if a == b || of_a.weight < 10.0 || of_b.weight < 10.0 {
+                continue;
+            }
+            let (Some(fit_a), Some(fit_b)) = (of_a.fit(), of_b.fit()) else { continue };
+            if dot(fit_a.normal, fit_b.normal) < self.tolerance.cos_refine_angle {
+                continue;
+            }
+            let Some(fit) = fit_of_both(of_a, of_b, &self.tolerance) else { continue };
+            if best.is_none_or(|(mse, ..)| fit.mse < mse) {
+                best = Some((fit.mse, a, b));
+            }
+        }
+        best.map(|(_, a, b)| (a, b))
+    }
+
+    /// Keeps the planes with enough support, largest first, and writes the final labels.
+    fn write_planes(&mut self) {
+        let mut order: Vec<u16> = (1..=self.sums.len() as u16).collect();
+        let support = |label: u16| self.sums[usize::from(label) - 1].weight;
+        order.retain(|&label| support(label) >= self.min_support());
+        order.sort_by(|&a, &b| support(b).total_cmp(&support(a)).then(a.cmp(&b)));
+
+        let mut ranks = vec![0_u16; self.sums.len() + 1];
+        self.extraction.segments.clear();
+        for label in order {
+            let moments = self.sums[usize::from(label) - 1];
+            let Some(fit) = moments.fit() else { continue };
+            let Some(plane) = fit.plane() else { continue };
+            self.extraction.segments.push(Segment {
+                plane,
+                centroid: fit.centroid,
+                mse: fit.mse,
+                support: moments.weight as usize,
+                moments,
+            });
+            ranks[usize::from(label)] = self.extraction.segments.len() as u16;
+        }
+        for label in &mut self.relabelled {
+            *label = ranks[usize::from(*label)];
+        }
+        self.write_labels();
+    }
+
+    fn write_labels(&mut self) {
+        let width = self.grid.width;
+        for block in 0..self.grid.len() {
+            let whole = self.growing.is_core(block);
+            if !whole && self.growing.meeting_in(block).is_empty() {
+                continue;
+            }
+            let columns = self.grid.pixel_columns(block);
+            let own = self.relabelled[usize::from(self.block_labels[block])];
+            for v in self.grid.pixel_rows(block) {
+                let pixels = v * width + columns.start..v * width + columns.end;
+                let labels = &mut self.extraction.labels[pixels.clone()];
+                if whole {
+                    for (label, &z) in labels.iter_mut().zip(&self.depth[pixels]) {
+                        *label = if z > 0.0 { own } else { 0 };
+                    }
+                } else {
+                    for label in labels {
+                        *label = self.relabelled[usize::from(*label)];
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn sorted([a, b]: [u16; 2]) -> [u16; 2] {
+    if a < b { [a, b] } else { [b, a] }
+}

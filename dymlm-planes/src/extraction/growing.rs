@@ -1,0 +1,277 @@
+use dymlm_core::axial_noise;
+
+use super::block_grid::{BlockGrid, Rays};
+use super::tolerance::Tolerance;
+use crate::linear_algebra::dot;
+use crate::moments::{Fit, Moments};
+
+/// Planes that compete for one block's pixels, at most.
+const MOST_CANDIDATES: usize = 6;
+
+/// Share of a block's side that must belong to a plane for it to grow across that side.
+const CONTACT: f64 = 0.2;
+
+/// A plane takes no pixel nearer than this for being too noisy, metres at 1 m.
+const FINEST_LIMIT: f32 = 0.002;
+
+/// A plane that grows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seed {
+    pub(super) fit: Fit,
+    normal: [f32; 3],
+    d: f32,
+    /// Pixels nearer than this times the axial noise join.
+    limit_per_noise: f32,
+}
+
+impl Seed {
+    pub(super) fn new(fit: &Fit, growing_distance: f64) -> Self {
+        let noise = axial_noise(fit.centroid[2] as f32);
+        let limit = (growing_distance * fit.mse.sqrt()) as f32;
+        let finest = FINEST_LIMIT / axial_noise(1.0);
+        Self {
+            fit: *fit,
+            normal: fit.normal.map(|n| n as f32),
+            d: -dot(fit.normal, fit.centroid) as f32,
+            limit_per_noise: (limit / noise).max(finest),
+        }
+    }
+}
+
+/// The planes that compete for one block: labels, in the order in which they came.
+#[derive(Debug, Clone, Copy, Default)]
+struct Candidates {
+    labels: [u16; MOST_CANDIDATES],
+    count: u8,
+    waiting: bool,
+}
+
+impl Candidates {
+    fn labels(&self) -> &[u16] {
+        &self.labels[..usize::from(self.count)]
+    }
+
+    /// Whether the label is new here and there is room for it.
+    fn add(&mut self, label: u16) -> bool {
+        let count = usize::from(self.count);
+        if count == MOST_CANDIDATES || self.labels[..count].contains(&label) {
+            return false;
+        }
+        self.labels[count] = label;
+        self.count += 1;
+        true
+    }
+}
+
+/// Region growing pixel by pixel, but only where planes end (Feng 2014, algorithm 4).
+///
+/// Blocks at the rim of a plane are given up (eroded). From the blocks inside, planes grow into them and into blocks
+/// of no plane, a block at a time: each pixel goes to the nearest plane of those that reached the block, if it is
+/// near enough for its noise; across a side of the block a plane goes on when a fifth of that side is its own.
+///
+/// O(pixels of the blocks grown into, times planes that meet in them).
+#[derive(Debug, Clone, Default)]
+pub(super) struct Growing {
+    /// Whether a block lies inside its plane and is taken whole.
+    core: Vec<bool>,
+    candidates: Vec<Candidates>,
+    queue: Vec<u32>,
+    next_queue: Vec<u32>,
+    /// Blocks and core blocks of each label.
+    blocks: Vec<[u32; 2]>,
+}
+
+/// What growing reads.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scene<'a> {
+    pub(super) depth: &'a [f32],
+    pub(super) grid: &'a BlockGrid,
+    pub(super) rays: &'a Rays,
+    pub(super) fits: &'a [Option<Fit>],
+    pub(super) tolerance: &'a Tolerance,
+    /// The planes; label k is `seeds[k - 1]`.
+    pub(super) seeds: &'a [Seed],
+    /// Label of each block, 0 = none.
+    pub(super) block_labels: &'a [u16],
+}
+
+impl Growing {
+    /// Labels the pixels of all blocks that are not whole; those of whole blocks stay as they are.
+    pub(super) fn run(&mut self, scene: &Scene<'_>, pixel_labels: &mut [u16]) {
+        self.erode(scene);
+        self.start(scene);
+        while !self.queue.is_empty() {
+            let queue = std::mem::take(&mut self.queue);
+            for &block in &queue {
+                self.grow_into(scene, block as usize, pixel_labels);
+            }
+            self.queue = std::mem::take(&mut self.next_queue);
+            self.next_queue = queue;
+            self.next_queue.clear();
+        }
+    }
+
+    /// Whether a block belongs to its plane whole.
+    pub(super) fn is_core(&self, block: usize) -> bool {
+        self.core[block]
+    }
+
+    /// Labels whose planes meet in a block.
+    pub(super) fn meeting_in(&self, block: usize) -> &[u16] {
+        self.candidates[block].labels()
+    }
+
+    /// Blocks beside another plane, or none, are no core; a plane that would hardly keep any keeps all.
+    fn erode(&mut self, scene: &Scene<'_>) {
+        let (grid, labels) = (scene.grid, scene.block_labels);
+        self.core.clear();
+        self.core.extend(labels.iter().enumerate().map(|(block, &label)| {
+            label != 0 && grid.neighbors(block).into_iter().flatten().all(|other| labels[other] == label)
+        }));
+        self.blocks.clear();
+        self.blocks.resize(scene.seeds.len() + 1, [0; 2]);
+        for (&label, &core) in labels.iter().zip(&self.core) {
+            let [all, inner] = &mut self.blocks[usize::from(label)];
+            *all += 1;
+            *inner += u32::from(core);
+        }
+        for (&label, core) in labels.iter().zip(&mut self.core) {
+            let [all, inner] = self.blocks[usize::from(label)];
+            *core |= label != 0 && 8 * inner < all;
+        }
+    }
+
+    fn start(&mut self, scene: &Scene<'_>) {
+        let (grid, labels) = (scene.grid, scene.block_labels);
+        self.candidates.clear();
+        self.candidates.resize(grid.len(), Candidates::default());
+        self.queue.clear();
+        self.next_queue.clear();
+        for block in 0..grid.len() {
+            if self.core[block] {
+                self.candidates[block].add(labels[block]);
+                continue;
+            }
+            for other in grid.neighbors(block).into_iter().flatten() {
+                if self.core[other] && may_enter(scene, block, labels[other]) {
+                    self.candidates[block].add(labels[other]);
+                }
+            }
+            if self.candidates[block].count > 0 {
+                if labels[block] != 0 {
+                    self.candidates[block].add(labels[block]);
+                }
+                self.candidates[block].waiting = true;
+                self.queue.push(block as u32);
+            }
+        }
+    }
+
+    fn grow_into(&mut self, scene: &Scene<'_>, block: usize, pixel_labels: &mut [u16]) {
+        self.candidates[block].waiting = false;
+        let candidates = self.candidates[block];
+        label_pixels(scene, block, candidates.labels(), pixel_labels);
+        for (side, other) in scene.grid.neighbors(block).into_iter().enumerate() {
+            let Some(other) = other else { continue };
+            if self.core[other] {
+                continue;
+            }
+            for &label in candidates.labels() {
+                if self.candidates[other].labels().contains(&label)
+                    || !crosses(scene.grid, block, side, label, pixel_labels)
+                    || !may_enter(scene, other, label)
+                {
+                    continue;
+                }
+                let place = &mut self.candidates[other];
+                if place.count == 0 && scene.block_labels[other] != 0 {
+                    place.add(scene.block_labels[other]);
+                }
+                if place.add(label) && !place.waiting {
+                    place.waiting = true;
+                    self.next_queue.push(other as u32);
+                }
+            }
+        }
+    }
+}
+
+/// A block that is flat by itself but steep to a plane is another surface, even where the plane cuts through it.
+fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
+    if scene.block_labels[block] == label {
+        return true;
+    }
+    let Some(fit) = &scene.fits[block] else { return true };
+    let normal = scene.seeds[usize::from(label) - 1].fit.normal;
+    dot(fit.normal, normal) >= scene.tolerance.cos_block_angle(fit.centroid[2])
+}
+
+/// Gives each reading of a block to the nearest of some planes.
+fn label_pixels(scene: &Scene<'_>, block: usize, candidates: &[u16], pixel_labels: &mut [u16]) {
+    let grid = scene.grid;
+    let columns = grid.pixel_columns(block);
+    let ray_x = &scene.rays.x[columns.clone()];
+    let mut nearest = [f32::INFINITY; 128];
+    let nearest = &mut nearest[..columns.len().min(128)];
+    for v in grid.pixel_rows(block) {
+        let pixels = v * grid.width + columns.start..v * grid.width + columns.end;
+        let depths = &scene.depth[pixels.clone()];
+        let labels = &mut pixel_labels[pixels];
+        labels.fill(0);
+        nearest.fill(f32::INFINITY);
+        for &candidate in candidates {
+            let seed = &scene.seeds[usize::from(candidate) - 1];
+            let [nx, ny, nz] = seed.normal;
+            let of_row = ny * scene.rays.y[v] as f32 + nz;
+            for (((label, nearest), &z), &a) in
+                labels.iter_mut().zip(nearest.iter_mut()).zip(depths).zip(ray_x)
+            {
+                let distance = (z * (nx * a as f32 + of_row) + seed.d).abs();
+                let joins =
+                    z > 0.0 && distance < seed.limit_per_noise * axial_noise(z) && distance < *nearest;
+                *label = if joins { candidate } else { *label };
+                *nearest = if joins { distance } else { *nearest };
+            }
+        }
+    }
+}
+
+/// Whether enough pixels along a side (0 left, 1 right, 2 above, 3 below) of a block have a label.
+fn crosses(grid: &BlockGrid, block: usize, side: usize, label: u16, pixel_labels: &[u16]) -> bool {
+    let (columns, rows) = (grid.pixel_columns(block), grid.pixel_rows(block));
+    let (columns, rows) = match side {
+        0 => (columns.start..columns.start + 1, rows),
+        1 => (columns.end - 1..columns.end, rows),
+        2 => (columns, rows.start..rows.start + 1),
+        _ => (columns, rows.end - 1..rows.end),
+    };
+    let length = columns.len().max(rows.len());
+    let own: usize = rows
+        .map(|v| pixel_labels[v * grid.width + columns.start..v * grid.width + columns.end].iter())
+        .map(|row| row.filter(|&&other| other == label).count())
+        .sum();
+    own >= 2 && own as f64 >= CONTACT * length as f64
+}
+
+/// Sums the points of the pixels of a block by their labels.
+pub(super) fn sum_pixels(
+    depth: &[f32],
+    grid: &BlockGrid,
+    rays: &Rays,
+    block: usize,
+    pixel_labels: &[u16],
+    sums: &mut [Moments],
+) {
+    let columns = grid.pixel_columns(block);
+    for v in grid.pixel_rows(block) {
+        let b = rays.y[v];
+        for u in columns.clone() {
+            let pixel = v * grid.width + u;
+            let label = usize::from(pixel_labels[pixel]);
+            if label > 0 {
+                let z = f64::from(depth[pixel]);
+                sums[label - 1].add_point([rays.x[u] * z, b * z, z], 1.0);
+            }
+        }
+    }
+}

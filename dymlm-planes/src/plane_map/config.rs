@@ -1,0 +1,46 @@
+use dymlm_core::{ConfigError, check_range};
+
+use crate::association::AssociationConfig;
+
+/// Settings of the plane map.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct PlaneMapConfig {
+    /// When a detected plane is one of the map, and when two of the map are one.
+    pub association: AssociationConfig,
+    /// Side of the voxels that a plane's inliers are kept in, metres, 0.005..=1. Default 0.03: the spacing of samples
+    /// at 4 m.
+    pub voxel_size: f64,
+    /// Fewest key frames that must have seen a plane before it counts as confirmed, 1..=1000. Default 2: what one frame
+    /// alone has seen may be a person's back.
+    pub min_observations: u32,
+    /// Holes of a boundary smaller than this are filled, square metres, 0..=100. Default 0.02: a cup on a table.
+    pub max_hole_area: f64,
+    /// A boundary's corners are kept when they are farther than this from the line between their neighbours, metres, 0..=1.
+    /// Default 0.02.
+    pub boundary_tolerance: f64,
+}
+
+impl Default for PlaneMapConfig {
+    fn default() -> Self {
+        Self {
+            association: AssociationConfig::default(),
+            voxel_size: 0.03,
+            min_observations: 2,
+            max_hole_area: 0.02,
+            boundary_tolerance: 0.02,
+        }
+    }
+}
+
+impl PlaneMapConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        self.association.validate()?;
+        check_range("planes.map.voxel_size", self.voxel_size, 0.005..=1.0)?;
+        check_range("planes.map.min_observations", f64::from(self.min_observations), 1.0..=1000.0)?;
+        check_range("planes.map.max_hole_area", self.max_hole_area, 0.0..=100.0)?;
+        check_range("planes.map.boundary_tolerance", self.boundary_tolerance, 0.0..=1.0)
+    }
+}

@@ -1,0 +1,154 @@
+use crate::linear_algebra::{dot, eigenvector, smallest_eigenvalue};
+use crate::moments::{Fit, Moments};
+
+/// Units of length a metre: 2^20, about a micrometre.
+const UNITS: f64 = 1_048_576.0;
+/// Units of weight a reading at 0.4 m: 2^12.
+const WEIGHT_UNITS: f64 = 4096.0;
+
+/// Moment sums in the world as integers: what was added can be taken out again without a trace, in any order, anywhere.
+///
+/// With places up to 2^15 m (35 bits), weights of 2^12 and up to 2^38 readings, a sum of squares stays below 2^121.
+/// Moving the origin of integer sums is exact, so no digit is lost far from the world's origin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct FixedMoments {
+    weight: i128,
+    first: [i128; 3],
+    /// xx, xy, xz, yy, yz, zz.
+    second: [i128; 6],
+    /// Sum of weighted normals towards the cameras: which side was seen.
+    facing: [i128; 3],
+}
+
+/// Half side of the cube that moments are exact in, metres.
+pub(super) const REACH: f64 = 32_768.0;
+
+/// Index pairs of `second`.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+impl FixedMoments {
+    /// From sums in the world and the normal towards the camera that saw them; `None` out of [`REACH`].
+    pub(super) fn new(moments: &Moments, normal: [f64; 3]) -> Option<Self> {
+        let centroid = moments.centroid();
+        let spread = moments.covariance();
+        let near = centroid.iter().all(|c| c.abs() < REACH) && spread.iter().all(|s| s.abs() < REACH * REACH);
+        if !(near && moments.weight > 0.0 && moments.weight < 1e9) {
+            return None;
+        }
+        let weight = ((moments.weight * WEIGHT_UNITS).round() as i128).max(1);
+        let origin = centroid.map(|c| (c * UNITS).round() as i128);
+        let second = std::array::from_fn(|i| {
+            let (a, b) = PAIRS[i];
+            let about_centroid = (spread[i] * UNITS * UNITS * weight as f64).round() as i128;
+            about_centroid + weight * origin[a] * origin[b]
+        });
+        let facing = normal.map(|n| (n * UNITS).round() as i128 * weight);
+        Some(Self { weight, first: origin.map(|o| o * weight), second, facing })
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        self.combine(other, i128::wrapping_add);
+    }
+
+    pub(super) fn subtract(&mut self, other: &Self) {
+        self.combine(other, i128::wrapping_sub);
+    }
+
+    fn combine(&mut self, other: &Self, operation: fn(i128, i128) -> i128) {
+        self.weight = operation(self.weight, other.weight);
+        for axis in 0..3 {
+            self.first[axis] = operation(self.first[axis], other.first[axis]);
+            self.facing[axis] = operation(self.facing[axis], other.facing[axis]);
+        }
+        for (sum, term) in self.second.iter_mut().zip(other.second) {
+            *sum = operation(*sum, term);
+        }
+    }
+
+    /// Turns the side that was seen round.
+    pub(super) fn flipped(mut self) -> Self {
+        self.facing = self.facing.map(|f| -f);
+        self
+    }
+
+    /// Sum of weights; a reading at 0.4 m weighs 1.
+    pub(super) fn weight(&self) -> f64 {
+        self.weight as f64 / WEIGHT_UNITS
+    }
+
+    /// The sums about their centroid, as floating point, and the centroid; `None` without points.
+    pub(super) fn about_centroid(&self) -> Option<(Moments, [f64; 3])> {
+        if self.weight <= 0 {
+            return None;
+        }
+        let weight = self.weight;
+        let origin = self.first.map(|sum| sum.div_euclid(weight));
+        let rest = std::array::from_fn::<_, 3, _>(|axis| self.first[axis] - weight * origin[axis]);
+        let mean_rest = rest.map(|r| r as f64 / weight as f64);
+        let second: [f64; 6] = std::array::from_fn(|i| {
+            let (a, b) = PAIRS[i];
+            let shifted = self.second[i] - origin[a] * self.first[b] - origin[b] * self.first[a]
+                + weight * origin[a] * origin[b];
+            (shifted as f64 - mean_rest[a] * mean_rest[b] * weight as f64) / (UNITS * UNITS * WEIGHT_UNITS)
+        });
+        let centroid = std::array::from_fn(|axis| (origin[axis] as f64 + mean_rest[axis]) / UNITS);
+        Some((Moments { weight: self.weight(), first: [0.0; 3], second }, centroid))
+    }
+
+    /// The best plane, its normal towards the cameras.
+    pub(super) fn fit(&self) -> Option<Fit> {
+        let (moments, centroid) = self.about_centroid()?;
+        let covariance = moments.covariance();
+        let mse = smallest_eigenvalue(&covariance);
+        let normal = eigenvector(&covariance, mse)?;
+        let facing = self.facing.map(|f| f as f64);
+        let away = dot(normal, facing) < 0.0;
+        Some(Fit { centroid, normal: if away { normal.map(|n| -n) } else { normal }, mse })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn patch(centroid: [f64; 3], weight: f64) -> Moments {
+        // A square of 1 m in x and y, 4 mm thick.
+        Moments::from_covariance(weight, centroid, &[0.083, 0.0, 0.0, 0.083, 0.0, 1.6e-5])
+    }
+
+    #[test]
+    fn far_from_the_origin_the_fit_is_as_good() {
+        let up = [0.0, 0.0, 1.0];
+        for place in [[0.0; 3], [30_000.0, -20_000.0, 12_345.678]] {
+            let fit = FixedMoments::new(&patch(place, 500.0), up).unwrap().fit().unwrap();
+            // The covariance itself was computed at this place in floating point before it was rounded.
+            assert!((fit.normal[2] - 1.0).abs() < 1e-6, "{fit:?}");
+            assert!((fit.centroid[0] - place[0]).abs() < 2e-6);
+        }
+        assert_eq!(FixedMoments::new(&patch([40_000.0, 0.0, 0.0], 1.0), [0.0, 0.0, 1.0]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn taking_out_leaves_no_trace(
+            places in prop::collection::vec(prop::array::uniform3(-1000.0..1000.0_f64), 2..6),
+            weight in 1.0..1e5_f64,
+        ) {
+            let parts: Vec<_> =
+                places.iter().map(|c| FixedMoments::new(&patch(*c, weight), [0.0, 0.0, -1.0]).unwrap()).collect();
+            let mut all = FixedMoments::default();
+            for part in &parts {
+                all.add(part);
+            }
+            let mut without_first = all;
+            without_first.subtract(&parts[0]);
+            let mut others = FixedMoments::default();
+            for part in parts[1..].iter().rev() {
+                others.add(part);
+            }
+            prop_assert_eq!(without_first, others);
+        }
+    }
+}

@@ -1,0 +1,445 @@
+use std::collections::BTreeMap;
+
+use dymlm_core::Pose;
+
+use super::fixed_moments::FixedMoments;
+use super::map_plane::{ShapeSettings, Sightings};
+use super::observation::Observation;
+use super::{MapPlane, Patch, PlaneMapConfig, PlaneMerge, PlaneReport};
+use crate::PlaneError;
+use crate::association::{Agreement, Criterion};
+use crate::refinement::DetectedPlane;
+
+/// The map of finite planes (paper III-B).
+///
+/// A key frame's planes are brought to the world, associated with the planes of the map, and fused with them; then
+/// planes of the map that have become one merge. The association is the paper's (equation 1 and (equation 2 or
+/// equation 3)) with the corrections of DESIGN 4.4; see [`AssociationConfig`](crate::AssociationConfig).
+///
+/// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key frame out
+/// exactly: the planes are those that they would be if it had added nothing, and merges that it brought about are undone.
+///
+/// Cost of an insertion: O(planes in the map + voxels of the planes seen).
+#[derive(Debug, Clone)]
+pub struct PlaneMap {
+    config: PlaneMapConfig,
+    criterion: Criterion,
+    /// In the order of their ids.
+    planes: Vec<MapPlane>,
+    key_frames: BTreeMap<u64, KeyFrame>,
+    /// Where planes have gone that were merged into others.
+    merged: BTreeMap<u64, u64>,
+    next_plane: u64,
+    next_key_frame: u64,
+}
+
+/// What one key frame has added.
+#[derive(Debug, Clone)]
+struct KeyFrame {
+    timestamp: f64,
+    contributions: Vec<Contribution>,
+    /// Merges that it brought about.
+    merges: Vec<PlaneMerge>,
+    /// Planes that it saw beside each other, a step apart; smaller id first.
+    distinct: Vec<[u64; 2]>,
+}
+
+#[derive(Debug, Clone)]
+struct Contribution {
+    /// The plane at that time; it may have merged into another since.
+    plane: u64,
+    moments: FixedMoments,
+    patch: Patch,
+}
+
+/// A detected plane and a plane of the map that may be one.
+#[derive(Debug, Clone, Copy)]
+struct Pairing {
+    cost: f64,
+    detected: usize,
+    /// Place in `planes`.
+    mapped: usize,
+    agreement: Agreement,
+}
+
+/// Two planes that one frame saw a step apart are taken for one surface after all when that was in fewer than this share of the
+/// frames that saw the rarer one.
+const DISTINCT_SHARE: f64 = 0.3;
+
+/// Two planes of one frame are a step apart from this on, metres ...
+const SMALLEST_STEP: f64 = 0.005;
+/// ... and from this many of their own noise.
+const STEP_IN_DEVIATIONS: f64 = 1.5;
+
+impl PlaneMap {
+    /// An empty map.
+    ///
+    /// # Errors
+    ///
+    /// [`PlaneError::Config`] names the field outside its range.
+    pub fn new(config: PlaneMapConfig) -> Result<Self, PlaneError> {
+        config.validate()?;
+        Ok(Self {
+            criterion: Criterion::new(&config.association, config.voxel_size),
+            config,
+            planes: Vec::new(),
+            key_frames: BTreeMap::new(),
+            merged: BTreeMap::new(),
+            next_plane: 0,
+            next_key_frame: 0,
+        })
+    }
+
+    /// Adds the planes of a key frame, given in its camera's frame.
+    ///
+    /// # Errors
+    ///
+    /// [`PlaneError::Timestamp`]; [`PlaneError::OutOfReach`] when a plane lies so far out that it cannot be summed
+    /// exactly. The map stays as it was.
+    pub fn insert(
+        &mut self,
+        detected: &[DetectedPlane],
+        world_from_camera: &Pose,
+        timestamp: f64,
+    ) -> Result<PlaneReport, PlaneError> {
+        if !timestamp.is_finite() {
+            return Err(PlaneError::Timestamp(timestamp));
+        }
+        let observations = self.bring_to_world(detected, world_from_camera)?;
+        let distinct = self.find_steps(&observations);
+        let pairings = self.associate(&observations, &distinct);
+        let mut report = self.fuse(observations, &pairings, &distinct, timestamp);
+        self.merge(&mut report);
+        Ok(report)
+    }
+
+    /// Takes a key frame out again, by the number that its report gave.
+    ///
+    /// # Errors
+    ///
+    /// [`PlaneError::UnknownKeyFrame`].
+    pub fn remove(&mut self, key_frame: u64) -> Result<(), PlaneError> {
+        let gone = self.key_frames.remove(&key_frame).ok_or(PlaneError::UnknownKeyFrame { key_frame })?;
+        if gone.merges.is_empty() {
+            self.subtract(&gone);
+        } else {
+            self.undo_merges(&gone);
+        }
+        Ok(())
+    }
+
+    /// The planes, in the order of their ids.
+    pub fn planes(&self) -> &[MapPlane] {
+        &self.planes
+    }
+
+    /// The planes that enough key frames have seen, in the order of their ids.
+    pub fn confirmed(&self) -> impl Iterator<Item = &MapPlane> {
+        self.planes.iter().filter(|plane| plane.observations >= self.config.min_observations)
+    }
+
+    /// The plane with an id, or the one that it was merged into.
+    pub fn plane(&self, id: u64) -> Option<&MapPlane> {
+        self.place(self.resolve(id)).map(|place| &self.planes[place])
+    }
+
+    /// Number of planes.
+    pub fn len(&self) -> usize {
+        self.planes.len()
+    }
+
+    /// Whether nothing is mapped.
+    pub fn is_empty(&self) -> bool {
+        self.planes.is_empty()
+    }
+
+    /// The config.
+    pub fn config(&self) -> &PlaneMapConfig {
+        &self.config
+    }
+
+    /// Bytes that the map holds, about.
+    pub fn memory_bytes(&self) -> usize {
+        let planes: usize =
+            self.planes.iter().map(|plane| size_of::<MapPlane>() + plane.patch.memory_bytes()).sum();
+        let shares = self.key_frames.values().flat_map(|key_frame| &key_frame.contributions);
+        planes + shares.map(|share| size_of::<Contribution>() + share.patch.memory_bytes()).sum::<usize>()
+    }
+
+    fn bring_to_world(
+        &self,
+        detected: &[DetectedPlane],
+        world_from_camera: &Pose,
+    ) -> Result<Vec<Observation>, PlaneError> {
+        detected
+            .iter()
+            .map(|plane| Observation::new(plane, world_from_camera, self.config.voxel_size))
+            .collect()
+    }
+
+    /// Pairs of planes of one frame that would pass for one, but lie a step apart: a drawer's front before its cabinet. Poses
+    /// have no part in it, so it stays true however badly the map's planes are placed.
+    fn find_steps(&self, observations: &[Observation]) -> Vec<[usize; 2]> {
+        let mut steps = Vec::new();
+        for (j, b) in observations.iter().enumerate() {
+            for (i, a) in observations[..j].iter().enumerate() {
+                if self.criterion.test(&a.finite(), &b.finite()).is_none()
+                    && self.criterion.test(&b.finite(), &a.finite()).is_none()
+                {
+                    continue;
+                }
+                let noise = STEP_IN_DEVIATIONS * 0.5 * (a.offset_deviation + b.offset_deviation);
+                let a_from_b = b.plane.signed_distance(a.centroid).abs();
+                let b_from_a = a.plane.signed_distance(b.centroid).abs();
+                if a_from_b.min(b_from_a) > noise.max(SMALLEST_STEP) {
+                    steps.push([i, j]);
+                }
+            }
+        }
+        steps
+    }
+
+    /// The best plane of the map for each detected one, best pairs first; planes a step apart do not share one.
+    fn associate(&self, observations: &[Observation], distinct: &[[usize; 2]]) -> Vec<Option<Pairing>> {
+        let mut pairings = Vec::new();
+        for (detected, observation) in observations.iter().enumerate() {
+            for (mapped, plane) in self.planes.iter().enumerate() {
+                if let Some(agreement) = self.criterion.test(&observation.finite(), &plane.finite()) {
+                    let cost = self.criterion.cost(&agreement);
+                    pairings.push(Pairing { cost, detected, mapped, agreement });
+                }
+            }
+        }
+        pairings.sort_by(|a, b| {
+            a.cost.total_cmp(&b.cost).then((a.detected, a.mapped).cmp(&(b.detected, b.mapped)))
+        });
+        let mut chosen: Vec<Option<Pairing>> = vec![None; observations.len()];
+        for pairing in pairings {
+            let holds = |other: usize| chosen[other].is_some_and(|other| other.mapped == pairing.mapped);
+            let taken = distinct
+                .iter()
+                .any(|&[a, b]| (a == pairing.detected && holds(b)) || (b == pairing.detected && holds(a)));
+            if chosen[pairing.detected].is_none() && !taken {
+                chosen[pairing.detected] = Some(pairing);
+            }
+        }
+        chosen
+    }
+
+    fn fuse(
+        &mut self,
+        observations: Vec<Observation>,
+        pairings: &[Option<Pairing>],
+        distinct: &[[usize; 2]],
+        timestamp: f64,
+    ) -> PlaneReport {
+        let mut report = PlaneReport { key_frame: self.next_key_frame, ..PlaneReport::default() };
+        self.next_key_frame += 1;
+        let mut contributions = Vec::with_capacity(observations.len());
+        for (observation, pairing) in observations.into_iter().zip(pairings) {
+            let Observation { plane, mut moments, patch, .. } = observation;
+            let place = if let Some(pairing) = pairing {
+                if pairing.agreement.flipped {
+                    moments = moments.flipped();
+                }
+                report.updated.push(self.planes[pairing.mapped].id);
+                pairing.mapped
+            } else {
+                report.created.push(self.next_plane);
+                self.planes.push(MapPlane::new(self.next_plane, plane, self.shape()));
+                self.next_plane += 1;
+                self.planes.len() - 1
+            };
+            let into = &mut self.planes[place];
+            into.moments.add(&moments);
+            into.patch.add(&patch);
+            report.associations.push(into.id);
+            contributions.push(Contribution { plane: into.id, moments, patch });
+        }
+        report.updated.sort_unstable();
+        report.updated.dedup();
+        for &id in report.created.iter().chain(&report.updated) {
+            if let Some(place) = self.place(id) {
+                let plane = &mut self.planes[place];
+                plane.observations += 1;
+                plane.first_seen = plane.first_seen.min(timestamp);
+                plane.last_seen = plane.last_seen.max(timestamp);
+                plane.refit();
+            }
+        }
+        let mut distinct: Vec<[u64; 2]> =
+            distinct.iter().map(|pair| sorted(pair.map(|detected| report.associations[detected]))).collect();
+        distinct.sort_unstable();
+        distinct.dedup();
+        self.key_frames
+            .insert(report.key_frame, KeyFrame { timestamp, contributions, merges: Vec::new(), distinct });
+        report
+    }
+
+    /// Merges planes that this key frame has touched with planes that they have become one with, best pair first.
+    fn merge(&mut self, report: &mut PlaneReport) {
+        let mut touched: Vec<u64> = report.created.iter().chain(&report.updated).copied().collect();
+        while let Some(merge) = self.best_merge(&touched) {
+            self.merged.insert(merge.from, merge.into);
+            touched.retain(|&id| id != merge.from);
+            if !touched.contains(&merge.into) {
+                touched.push(merge.into);
+            }
+            if let Some(place) = self.place(merge.from) {
+                let gone = self.planes.remove(place);
+                self.absorb(&gone, merge.into);
+            }
+            report.merged.push(merge);
+        }
+        for id in &mut report.associations {
+            *id = self.resolve(*id);
+        }
+        if let Some(key_frame) = self.key_frames.get_mut(&report.key_frame) {
+            key_frame.merges.clone_from(&report.merged);
+        }
+    }
+
+    fn best_merge(&self, touched: &[u64]) -> Option<PlaneMerge> {
+        let mut best: Option<(f64, PlaneMerge)> = None;
+        for &id in touched {
+            let Some(a) = self.place(id).map(|place| &self.planes[place]) else { continue };
+            for b in self.planes.iter().filter(|b| b.id != id) {
+                let Some((cost, merge)) = self.test_merge(a, b) else { continue };
+                if best.is_none_or(|(least, other)| cost < least || (cost == least && merge < other)) {
+                    best = Some((cost, merge));
+                }
+            }
+        }
+        best.map(|(_, merge)| merge)
+    }
+
+    /// Whether two planes of the map are one: the plane with fewer observations would go into the other.
+    fn test_merge(&self, a: &MapPlane, b: &MapPlane) -> Option<(f64, PlaneMerge)> {
+        let more = (a.observations, std::cmp::Reverse(a.id)) > (b.observations, std::cmp::Reverse(b.id));
+        let (into, from) = if more { (a, b) } else { (b, a) };
+        let agreement = self.criterion.test(&from.finite(), &into.finite())?;
+        if self.were_distinct(a, b) {
+            return None;
+        }
+        Some((self.criterion.cost(&agreement), PlaneMerge { from: from.id, into: into.id }))
+    }
+
+    /// Whether the two were often seen beside each other, a step apart.
+    fn were_distinct(&self, a: &MapPlane, b: &MapPlane) -> bool {
+        let pair = sorted([a.id, b.id]);
+        let times = self
+            .key_frames
+            .values()
+            .filter(|key_frame| {
+                key_frame.distinct.iter().any(|ids| sorted(ids.map(|id| self.resolve(id))) == pair)
+            })
+            .count();
+        times as f64 > DISTINCT_SHARE * f64::from(a.observations.min(b.observations))
+    }
+
+    fn absorb(&mut self, gone: &MapPlane, into: u64) {
+        let seen = self.sightings(into);
+        if let Some(place) = self.place(into) {
+            let plane = &mut self.planes[place];
+            plane.moments.add(&gone.moments);
+            plane.patch.add(&gone.patch);
+            plane.set_sightings(seen);
+            plane.refit();
+        }
+    }
+
+    /// Takes a key frame's sums out of the planes.
+    fn subtract(&mut self, gone: &KeyFrame) {
+        for share in &gone.contributions {
+            let id = self.resolve(share.plane);
+            let Some(place) = self.place(id) else { continue };
+            let seen = self.sightings(id);
+            if seen.count == 0 {
+                self.planes.remove(place);
+                continue;
+            }
+            let plane = &mut self.planes[place];
+            plane.moments.subtract(&share.moments);
+            plane.patch.subtract(&share.patch);
+            plane.set_sightings(seen);
+            plane.refit();
+        }
+    }
+
+    /// Parts planes that a key frame made one, and makes all that it touched anew without it.
+    fn undo_merges(&mut self, gone: &KeyFrame) {
+        let mut touched: Vec<u64> =
+            gone.contributions.iter().map(|share| self.resolve(share.plane)).collect();
+        touched.extend(gone.merges.iter().map(|merge| self.resolve(merge.into)));
+        for merge in &gone.merges {
+            self.merged.remove(&merge.from);
+        }
+        touched.extend(
+            gone.merges.iter().flat_map(|merge| [self.resolve(merge.from), self.resolve(merge.into)]),
+        );
+        touched.sort_unstable();
+        touched.dedup();
+        self.rebuild(&touched);
+    }
+
+    /// The key frames that saw a plane.
+    fn sightings(&self, id: u64) -> Sightings {
+        let mut sightings = Sightings { count: 0, first: f64::INFINITY, last: f64::NEG_INFINITY };
+        for key_frame in self.key_frames.values() {
+            if key_frame.contributions.iter().any(|share| self.resolve(share.plane) == id) {
+                sightings.count += 1;
+                sightings.first = sightings.first.min(key_frame.timestamp);
+                sightings.last = sightings.last.max(key_frame.timestamp);
+            }
+        }
+        sightings
+    }
+
+    /// Makes planes anew from what the key frames have added to them. O(all contributions).
+    fn rebuild(&mut self, ids: &[u64]) {
+        for &id in ids {
+            if let Some(place) = self.place(id) {
+                self.planes.remove(place);
+            }
+            let seen = self.sightings(id);
+            if seen.count == 0 {
+                continue;
+            }
+            let (mut moments, mut patch) = (FixedMoments::default(), Patch::default());
+            for share in self.key_frames.values().flat_map(|key_frame| &key_frame.contributions) {
+                if self.resolve(share.plane) == id {
+                    moments.add(&share.moments);
+                    patch.add(&share.patch);
+                }
+            }
+            let Some(fitted) = moments.fit().and_then(|fit| fit.plane()) else { continue };
+            let mut plane = MapPlane::new(id, fitted, self.shape());
+            (plane.moments, plane.patch) = (moments, patch);
+            plane.set_sightings(seen);
+            plane.refit();
+            let place = self.planes.partition_point(|other| other.id < id);
+            self.planes.insert(place, plane);
+        }
+    }
+
+    fn shape(&self) -> ShapeSettings {
+        let PlaneMapConfig { voxel_size, max_hole_area, boundary_tolerance, .. } = self.config;
+        ShapeSettings { voxel_size, max_hole_area, boundary_tolerance }
+    }
+
+    /// The plane that an id stands for now.
+    fn resolve(&self, mut id: u64) -> u64 {
+        while let Some(&into) = self.merged.get(&id) {
+            id = into;
+        }
+        id
+    }
+
+    fn place(&self, id: u64) -> Option<usize> {
+        self.planes.binary_search_by_key(&id, |plane| plane.id).ok()
+    }
+}
+
+fn sorted([a, b]: [u64; 2]) -> [u64; 2] {
+    if a < b { [a, b] } else { [b, a] }
+}

@@ -1,0 +1,158 @@
+use dymlm_core::{Plane, Point};
+
+use super::Patch;
+use super::fixed_moments::FixedMoments;
+use crate::association::FinitePlane;
+use crate::boundary::{BoundaryPolygon, trace_boundary};
+use crate::linear_algebra::{eigenvalues, foot_on};
+use crate::plane_grid::{PlaneFrame, PlaneGrid};
+
+/// One finite plane of the map. World frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapPlane {
+    pub(super) id: u64,
+    pub(super) plane: Plane,
+    pub(super) centroid: [f64; 3],
+    pub(super) mse: f64,
+    pub(super) observations: u32,
+    pub(super) first_seen: f64,
+    pub(super) last_seen: f64,
+    pub(super) moments: FixedMoments,
+    pub(super) patch: Patch,
+    pub(super) shape: ShapeSettings,
+}
+
+/// How a plane's shape is kept.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ShapeSettings {
+    pub(super) voxel_size: f64,
+    pub(super) max_hole_area: f64,
+    pub(super) boundary_tolerance: f64,
+}
+
+/// When a plane was seen.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sightings {
+    pub(super) count: u32,
+    pub(super) first: f64,
+    pub(super) last: f64,
+}
+
+impl MapPlane {
+    /// A plane that nothing has been added to.
+    pub(super) fn new(id: u64, plane: Plane, shape: ShapeSettings) -> Self {
+        Self {
+            id,
+            plane,
+            centroid: [0.0; 3],
+            mse: 0.0,
+            observations: 0,
+            first_seen: f64::INFINITY,
+            last_seen: f64::NEG_INFINITY,
+            moments: FixedMoments::default(),
+            patch: Patch::default(),
+            shape,
+        }
+    }
+
+    pub(super) fn set_sightings(&mut self, seen: Sightings) {
+        self.observations = seen.count;
+        self.first_seen = seen.first;
+        self.last_seen = seen.last;
+    }
+
+    /// Fits the plane to its sums.
+    pub(super) fn refit(&mut self) {
+        if let Some(fit) = self.moments.fit()
+            && let Some(plane) = fit.plane()
+        {
+            self.plane = plane;
+            self.centroid = fit.centroid;
+            self.mse = fit.mse;
+        }
+    }
+
+    /// Number of the plane. It never changes and never comes again.
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// The plane, fitted to all its inliers; the normal points to the cameras that saw it.
+    pub fn plane(&self) -> Plane {
+        self.plane
+    }
+
+    /// Weighted mean of its inliers, metres.
+    pub fn centroid(&self) -> [f64; 3] {
+        self.centroid
+    }
+
+    /// Weighted mean squared distance of its inliers, square metres: noise, and how well the poses fit.
+    pub fn mse(&self) -> f64 {
+        self.mse
+    }
+
+    /// Number of key frames that saw it.
+    pub fn observations(&self) -> u32 {
+        self.observations
+    }
+
+    /// Time of the first key frame that saw it, seconds.
+    pub fn first_seen(&self) -> f64 {
+        self.first_seen
+    }
+
+    /// Time of the last key frame that saw it, seconds.
+    pub fn last_seen(&self) -> f64 {
+        self.last_seen
+    }
+
+    /// Sum of the weights of its inliers; a reading at 0.4 m weighs 1.
+    pub fn weight(&self) -> f64 {
+        self.moments.weight()
+    }
+
+    /// Variances of its inliers along its own axes, ascending, square metres: the first is across the plane.
+    pub fn variances(&self) -> [f64; 3] {
+        self.moments.about_centroid().map_or([0.0; 3], |(moments, _)| eigenvalues(&moments.covariance()))
+    }
+
+    /// Its inliers: the centres of their voxels set onto the plane, in a fixed order. Metres.
+    pub fn inlier_points(&self) -> impl Iterator<Item = Point> + '_ {
+        let voxels = self.patch.voxels().iter();
+        voxels.map(|voxel| foot_on(&self.plane, voxel.center(self.shape.voxel_size)).map(|x| x as f32))
+    }
+
+    /// Its outlines with their holes, largest first. O(its voxels).
+    pub fn boundary(&self) -> Vec<BoundaryPolygon> {
+        let ShapeSettings { max_hole_area, boundary_tolerance, .. } = self.shape;
+        self.grid().map_or_else(Vec::new, |grid| trace_boundary(&grid, max_hole_area, boundary_tolerance))
+    }
+
+    /// Area of the cells that hold inliers, square metres: holes that were not seen through are no part of it. O(its
+    /// voxels).
+    pub fn area(&self) -> f64 {
+        let cells = self.grid().map_or(0, |grid| grid.occupied().iter().filter(|&&cell| cell).count());
+        cells as f64 * self.shape.voxel_size * self.shape.voxel_size
+    }
+
+    /// Which cells of the plane hold inliers.
+    pub(crate) fn grid(&self) -> Option<PlaneGrid> {
+        let frame = PlaneFrame::new(self.centroid, self.plane.normal());
+        PlaneGrid::of_patch(&self.patch, self.shape.voxel_size, frame, None)
+    }
+
+    /// Whether there are inliers at a point of the plane, or beside it by no more than a voxel.
+    pub fn holds(&self, point: [f64; 3]) -> bool {
+        self.patch.is_near(point, self.shape.voxel_size)
+    }
+
+    /// Number of its voxels.
+    pub fn inlier_voxels(&self) -> usize {
+        self.patch.voxels().len()
+    }
+
+    pub(super) fn finite(&self) -> FinitePlane<'_> {
+        FinitePlane { plane: self.plane, centroid: self.centroid, patch: &self.patch, edge_points: None }
+    }
+}

@@ -1,0 +1,15 @@
+//! The map of finite planes. See [`PlaneMap`].
+
+mod config;
+mod fixed_moments;
+mod map;
+mod map_plane;
+mod observation;
+mod patch;
+mod report;
+
+pub use config::PlaneMapConfig;
+pub use map::PlaneMap;
+pub use map_plane::MapPlane;
+pub(crate) use patch::Patch;
+pub use report::{PlaneMerge, PlaneReport};

@@ -1,0 +1,59 @@
+use dymlm_core::{Plane, Pose};
+
+use super::fixed_moments::{FixedMoments, REACH};
+use super::patch::{Patch, reach};
+use crate::PlaneError;
+use crate::association::FinitePlane;
+use crate::refinement::DetectedPlane;
+
+/// A detected plane, brought to the world.
+#[derive(Debug, Clone)]
+pub(super) struct Observation {
+    pub(super) plane: Plane,
+    pub(super) centroid: [f64; 3],
+    pub(super) edge_points: Vec<[f64; 3]>,
+    pub(super) moments: FixedMoments,
+    pub(super) patch: Patch,
+    /// Standard deviation of its offset that two planes of one frame do not share, metres.
+    pub(super) offset_deviation: f64,
+}
+
+impl Observation {
+    pub(super) fn new(
+        detected: &DetectedPlane,
+        world_from_camera: &Pose,
+        voxel_size: f64,
+    ) -> Result<Self, PlaneError> {
+        let plane = detected.plane.transformed(world_from_camera);
+        let centroid = world_from_camera.transform_point(detected.centroid);
+        // A frame's samples lie within a hundred metres of their centroid.
+        let reach = REACH.min(reach(voxel_size)) - 100.0;
+        let out_of_reach = || PlaneError::OutOfReach { centroid, reach };
+        if !centroid.iter().all(|c| c.abs() < reach) {
+            return Err(out_of_reach());
+        }
+        let moments = FixedMoments::new(&detected.moments.transformed(world_from_camera), plane.normal())
+            .ok_or_else(out_of_reach)?;
+        Ok(Self {
+            plane,
+            centroid,
+            edge_points: detected
+                .edge_points
+                .iter()
+                .map(|point| world_from_camera.transform_point(point.map(f64::from)))
+                .collect(),
+            moments,
+            patch: Patch::of_samples(&detected.samples, world_from_camera, voxel_size),
+            offset_deviation: detected.mse.sqrt(),
+        })
+    }
+
+    pub(super) fn finite(&self) -> FinitePlane<'_> {
+        FinitePlane {
+            plane: self.plane,
+            centroid: self.centroid,
+            patch: &self.patch,
+            edge_points: Some(&self.edge_points),
+        }
+    }
+}

@@ -1,0 +1,175 @@
+use dymlm_core::Point;
+use dymlm_core::Pose;
+
+/// Bits of a voxel coordinate in a key.
+const BITS: u32 = 21;
+const HALF: i64 = 1 << (BITS - 1);
+
+/// The voxels of a plane's inliers with the number of samples in each, in the order of their keys. Counts add up and
+/// can be taken out again.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Patch {
+    voxels: Vec<PatchVoxel>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct PatchVoxel {
+    key: u64,
+    count: u32,
+}
+
+impl PatchVoxel {
+    /// Lattice coordinates.
+    pub(crate) fn cell(self) -> [i32; 3] {
+        let mask = (1_u64 << BITS) - 1;
+        [self.key >> (2 * BITS), self.key >> BITS, self.key].map(|part| ((part & mask) as i64 - HALF) as i32)
+    }
+
+    /// Centre, metres.
+    pub(crate) fn center(self, voxel_size: f64) -> [f64; 3] {
+        self.cell().map(|c| (f64::from(c) + 0.5) * voxel_size)
+    }
+}
+
+/// How far voxels reach from the origin, metres.
+pub(super) fn reach(voxel_size: f64) -> f64 {
+    (HALF - 1) as f64 * voxel_size
+}
+
+fn key(cell: [i64; 3]) -> u64 {
+    cell.iter().fold(0, |key, c| key << BITS | (c + HALF).clamp(0, 2 * HALF - 1) as u64)
+}
+
+impl Patch {
+    /// The voxels of some samples; not finite ones are passed over.
+    pub(super) fn of_samples(samples: &[Point], world_from_camera: &Pose, voxel_size: f64) -> Self {
+        let scale = 1.0 / voxel_size;
+        let rotation = world_from_camera.rotation_matrix();
+        let translation = world_from_camera.translation();
+        let mut keys: Vec<u64> = samples
+            .iter()
+            .map(|sample| sample.map(f64::from))
+            .filter(|sample| sample.iter().all(|x| x.is_finite()))
+            .map(|[x, y, z]| {
+                key(std::array::from_fn(|axis| {
+                    let [a, b, c] = rotation[axis];
+                    ((a * x + b * y + c * z + translation[axis]) * scale).floor() as i64
+                }))
+            })
+            .collect();
+        keys.sort_unstable();
+        let voxels = keys
+            .chunk_by(|a, b| a == b)
+            .map(|run| PatchVoxel { key: run[0], count: run.len() as u32 })
+            .collect();
+        Self { voxels }
+    }
+
+    pub(crate) fn voxels(&self) -> &[PatchVoxel] {
+        &self.voxels
+    }
+
+    /// Adds the counts of another patch. O(n).
+    pub(super) fn add(&mut self, other: &Self) {
+        if other.voxels.is_empty() {
+            return;
+        }
+        let mut sum = Vec::with_capacity(self.voxels.len() + other.voxels.len());
+        let (mut ours, mut theirs) = (self.voxels.iter().peekable(), other.voxels.iter().peekable());
+        loop {
+            match (ours.peek(), theirs.peek()) {
+                (Some(a), Some(b)) if a.key == b.key => {
+                    sum.push(PatchVoxel { key: a.key, count: a.count.saturating_add(b.count) });
+                    ours.next();
+                    theirs.next();
+                }
+                (Some(a), Some(b)) if a.key > b.key => sum.extend(theirs.next()),
+                (Some(_), _) => sum.extend(ours.next()),
+                (None, Some(_)) => sum.extend(theirs.next()),
+                (None, None) => break,
+            }
+        }
+        self.voxels = sum;
+    }
+
+    /// Takes the counts of a patch out that was added before. O(n).
+    pub(super) fn subtract(&mut self, other: &Self) {
+        let mut theirs = other.voxels.iter().peekable();
+        self.voxels.retain_mut(|voxel| {
+            while theirs.next_if(|other| other.key < voxel.key).is_some() {}
+            if let Some(other) = theirs.next_if(|other| other.key == voxel.key) {
+                voxel.count = voxel.count.saturating_sub(other.count);
+            }
+            voxel.count > 0
+        });
+    }
+
+    /// Whether two patches have a voxel in common. O(n).
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        let (mut ours, mut theirs) = (self.voxels.iter().peekable(), other.voxels.iter().peekable());
+        while let (Some(a), Some(b)) = (ours.peek(), theirs.peek()) {
+            match a.key.cmp(&b.key) {
+                std::cmp::Ordering::Equal => return true,
+                std::cmp::Ordering::Less => ours.next(),
+                std::cmp::Ordering::Greater => theirs.next(),
+            };
+        }
+        false
+    }
+
+    /// Whether there is a voxel at a point or beside it.
+    pub(crate) fn is_near(&self, point: [f64; 3], voxel_size: f64) -> bool {
+        let [x, y, z] = point.map(|x| ((x / voxel_size).floor() as i64).clamp(-HALF, HALF));
+        (-1..=1).any(|dx| {
+            (-1..=1).any(|dy| {
+                let [first, last] = [-1, 1].map(|dz| key([x + dx, y + dy, z + dz]));
+                let from = self.voxels.partition_point(|voxel| voxel.key < first);
+                self.voxels.get(from).is_some_and(|voxel| voxel.key <= last)
+            })
+        })
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.voxels.capacity() * size_of::<PatchVoxel>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn patch(points: &[[f32; 3]]) -> Patch {
+        Patch::of_samples(points, &Pose::identity(), 0.1)
+    }
+
+    #[test]
+    fn keys_keep_cells() {
+        let patch = patch(&[[-0.05, 0.25, 1000.0], [f32::NAN, 0.0, 0.0]]);
+        assert_eq!(patch.voxels().len(), 1);
+        assert_eq!(patch.voxels()[0].cell(), [-1, 2, 10000]);
+        let center = patch.voxels()[0].center(0.1);
+        assert!((center[0] + 0.05).abs() < 1e-12 && (center[2] - 1000.05).abs() < 1e-9);
+    }
+
+    proptest! {
+        #[test]
+        fn what_was_added_can_be_taken_out(
+            a in prop::collection::vec(prop::array::uniform3(-0.5..0.5_f32), 0..60),
+            b in prop::collection::vec(prop::array::uniform3(-0.5..0.5_f32), 0..60),
+        ) {
+            let (a, b) = (patch(&a), patch(&b));
+            let mut sum = a.clone();
+            sum.add(&b);
+            let mut other_way = b.clone();
+            other_way.add(&a);
+            prop_assert_eq!(&sum, &other_way);
+            prop_assert!(sum.voxels().is_sorted_by_key(|voxel| voxel.key));
+            sum.subtract(&b);
+            prop_assert_eq!(&sum, &a);
+            let shared = a.voxels().iter().any(|v| b.voxels().iter().any(|w| w.key == v.key));
+            prop_assert_eq!(a.overlaps(&b), shared);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+use dymlm_core::{Plane, Point};
+
+use super::PlaneCovariance;
+use crate::moments::Moments;
+
+/// One plane seen in one frame, refined: what the map is built from. Camera frame.
+///
+/// It holds all that the map needs, and no pixels: a key frame's planes can be kept and inserted again at another
+/// pose.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct DetectedPlane {
+    /// The robust plane; its normal points to the camera.
+    pub plane: Plane,
+    /// Weighted mean of its inliers, metres.
+    pub centroid: [f64; 3],
+    /// How uncertain the plane is.
+    pub covariance: PlaneCovariance,
+    /// Weighted mean squared distance of the inliers, square metres.
+    pub mse: f64,
+    /// Number of pixels of the segment.
+    pub support: usize,
+    /// How many of them are inliers of the refined plane.
+    pub inliers: usize,
+    /// Every fourth inlier along rows and columns (see `sample_stride`), set onto the plane.
+    pub samples: Vec<Point>,
+    /// Points along the rim of the segment and of its holes, without outliers, set onto the plane: the paper's `B_c`.
+    pub edge_points: Vec<Point>,
+    /// Index of the segment in the extraction.
+    pub segment: usize,
+    /// Sums over the inliers, weighted by 1 / sigma(z)^2; the weight of a reading at 0.4 m is 1.
+    pub(crate) moments: Moments,
+}
+
+impl DetectedPlane {
+    /// Share of the segment's pixels that are inliers, 0..=1.
+    pub fn inlier_ratio(&self) -> f64 {
+        self.inliers as f64 / self.support.max(1) as f64
+    }
+}
