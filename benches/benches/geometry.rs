@@ -1,14 +1,16 @@
-//! DBSCAN, voxel grid and statistical outlier removal.
+//! DBSCAN, voxel grid, statistical outlier removal, and the overlap of oriented boxes.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use dymlm_benches::{SIZES, blobs, kinect, room_depth};
-use dymlm_core::{OrganizedCloud, Point, PointCloud};
+use dymlm_benches::{SEED, SIZES, blobs, kinect, room_depth};
+use dymlm_core::{OrganizedCloud, Point, PointCloud, Pose};
 use dymlm_geometry::{
-    Clusters, Dbscan, DbscanConfig, DbscanScratch, StatisticalOutlierConfig, StatisticalOutlierRemoval,
-    VoxelGrid, VoxelGridConfig, VoxelGridScratch,
+    Clusters, Dbscan, DbscanConfig, DbscanScratch, OrientedBox, StatisticalOutlierConfig,
+    StatisticalOutlierRemoval, VoxelGrid, VoxelGridConfig, VoxelGridScratch,
 };
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// The points of a depth frame: some 290 thousand.
 #[allow(clippy::unwrap_used, reason = "the image has the camera's size")]
@@ -72,5 +74,34 @@ fn statistical_outlier_removal(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, dbscan, voxel_grid, statistical_outlier_removal);
+/// Boxes of 0.1 to 1 m, turned any way, within half a metre of each other.
+#[allow(clippy::unwrap_used, reason = "lengths and quaternions in range")]
+fn turned_boxes(count: usize) -> Vec<OrientedBox> {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let mut triple =
+        |low: f64, high: f64| -> [f64; 3] { std::array::from_fn(|_| rng.random_range(low..high)) };
+    (0..count)
+        .map(|_| {
+            let (axis, place, lengths) = (triple(-0.5, 0.5), triple(-0.25, 0.25), triple(0.1, 1.0));
+            let w = (1.0 - axis.iter().map(|c| c * c).sum::<f64>()).sqrt();
+            let pose = Pose::new(place, [axis[0], axis[1], axis[2], w]).unwrap();
+            OrientedBox::new(pose, lengths).unwrap()
+        })
+        .collect()
+}
+
+fn oriented_box_overlap(criterion: &mut Criterion) {
+    let boxes = turned_boxes(100);
+    let mut group = criterion.benchmark_group("dymlm-geometry/oriented_box_overlap");
+    group.throughput(Throughput::Elements((boxes.len() * boxes.len()) as u64));
+    group.bench_function("100x100", |bencher| {
+        bencher.iter(|| {
+            let boxes = black_box(&boxes);
+            let of = |a: &OrientedBox| boxes.iter().map(|b| a.intersection_volume(b)).sum::<f64>();
+            boxes.iter().map(of).sum::<f64>()
+        });
+    });
+}
+
+criterion_group!(benches, dbscan, voxel_grid, statistical_outlier_removal, oriented_box_overlap);
 criterion_main!(benches);

@@ -6,9 +6,11 @@ use crate::TrueFace;
 pub(super) struct AskedFace {
     /// Id of the face that the others lie on.
     pub(super) id: usize,
-    /// Indices of the face and its reliefs.
-    pub(super) members: Vec<usize>,
-    /// Visible area of all members, square metres.
+    /// Indices of the face itself and of its large reliefs.
+    pub(super) wanted: Vec<usize>,
+    /// Indices of its small reliefs, which a map may show or leave out.
+    pub(super) optional: Vec<usize>,
+    /// Visible area of what is wanted, square metres.
     pub(super) visible_area: f64,
 }
 
@@ -18,14 +20,15 @@ pub(super) fn asked_faces(faces: &[TrueFace], config: &PlaneScoreConfig) -> Vec<
     ids.sort_unstable();
     ids.dedup();
     let asked = ids.into_iter().filter_map(|id| {
-        let members: Vec<usize> = (0..faces.len()).filter(|&index| faces[index].relief == id).collect();
-        let sum = |area: fn(&TrueFace, f64) -> f64| -> f64 {
-            members.iter().map(|&member| area(&faces[member], config.min_width)).sum()
-        };
-        let visible_area = sum(|face, _| face.visible_area);
+        let members = (0..faces.len()).filter(|&index| faces[index].relief == id);
+        let (wanted, optional): (Vec<usize>, Vec<usize>) = members
+            .partition(|&member| faces[member].id == id || faces[member].visible_area >= config.min_area);
+        let visible_area: f64 = wanted.iter().map(|&member| faces[member].visible_area).sum();
+        let wide_area =
+            || wanted.iter().map(|&member| wide_area(&faces[member], config.min_width)).sum::<f64>();
         // The cheap bound first.
-        let large = visible_area >= config.min_area && sum(wide_area) >= config.min_area;
-        (large && visible_area > 0.0).then_some(AskedFace { id, members, visible_area })
+        let large = visible_area >= config.min_area && wide_area() >= config.min_area;
+        (large && visible_area > 0.0).then_some(AskedFace { id, wanted, optional, visible_area })
     });
     asked.collect()
 }

@@ -25,7 +25,8 @@ use crate::TrueFace;
 /// [reliefs](TrueFace::relief) are asked for together, and are called a face here.
 ///
 /// - **Match**: a plane stands for the face that holds most of its area, if that is more than half of it.
-/// - **Asked for** is a face whose visible area is at least 0.08 m2, strips narrower than 10 cm not counted.
+/// - **Asked for** is a face whose visible area is at least 0.08 m2, strips narrower than 10 cm not counted. Its reliefs
+///   below 0.08 m2 may be covered or not, in all that follows.
 /// - **Recall** = faces found / faces asked for; found is a face with a matching plane, when all its matching planes
 ///   cover at least a quarter of its visible area.
 /// - **Precision** = planes with a match / planes.
@@ -81,7 +82,7 @@ pub fn score_planes(
     let asked = asked_faces(faces, config);
     let with_area: Vec<&PlacedPlane<'_>> = placed.iter().flatten().collect();
     let visible_area = asked.iter().map(|face| face.visible_area).sum();
-    let covered: f64 = asked.iter().map(|face| covered_area(face, &with_area, faces)).sum();
+    let covered: f64 = asked.iter().map(|face| covered_area(&face.wanted, face.id, &with_area, faces)).sum();
     let matched = |index: &usize| matches.iter().any(|found| found.plane == *index);
     Ok(PlaneScore {
         planes: planes.len(),
@@ -195,17 +196,17 @@ fn angle_degrees(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(sine, sine).sqrt().atan2(dot(a, b).abs()).to_degrees()
 }
 
-/// Visible area of a face and its reliefs that some planes cover.
-fn covered_area(asked: &AskedFace, planes: &[&PlacedPlane<'_>], faces: &[TrueFace]) -> f64 {
-    let belongs = |index: usize| faces[index].relief == asked.id;
-    let members = asked.members.iter().map(|&member| &faces[member]);
-    let covered = members.map(|face| {
-        let mut covered = vec![false; face.cells.seen.len()];
-        for plane in planes.iter().filter(|plane| asked.members.iter().any(|&member| plane.may_be(member))) {
-            covered.iter_mut().zip(plane.covered(face, belongs)).for_each(|(any, one)| *any |= one);
+/// Seen area of some faces that planes cover, while they lie on the face of id `relief` or on one of its reliefs.
+fn covered_area(members: &[usize], relief: usize, planes: &[&PlacedPlane<'_>], faces: &[TrueFace]) -> f64 {
+    let belongs = |index: usize| faces[index].relief == relief;
+    let covered = members.iter().map(|&member| {
+        let cells = &faces[member].cells;
+        let mut covered = vec![false; cells.seen.len()];
+        for plane in planes.iter().filter(|plane| plane.may_lie_on(belongs)) {
+            covered.iter_mut().zip(plane.covered(&faces[member], belongs)).for_each(|(any, one)| *any |= one);
         }
-        covered.iter_mut().zip(&face.cells.seen).for_each(|(covered, &seen)| *covered &= seen);
-        face.cells.area_of(&covered)
+        covered.iter_mut().zip(&cells.seen).for_each(|(covered, &seen)| *covered &= seen);
+        cells.area_of(&covered)
     });
     covered.sum()
 }
@@ -220,15 +221,16 @@ fn score_face(
 ) -> FaceScore {
     let matching = || matches.iter().filter(|found| found.relief == asked.id).map(|found| found.plane);
     let planes: Vec<&PlacedPlane<'_>> = matching().filter_map(|plane| placed[plane].as_ref()).collect();
-    let covered = covered_area(asked, &planes, faces);
+    let covered = covered_area(&asked.wanted, asked.id, &planes, faces);
+    let covered_too = covered_area(&asked.optional, asked.id, &planes, faces);
     let beyond: f64 = matching().map(|plane| readings[plane].area_beyond(asked.id)).sum();
     let coverage = covered / asked.visible_area;
-    let found = matching().next().is_some() && coverage >= config.min_coverage;
+    let found = !planes.is_empty() && coverage >= config.min_coverage;
     FaceScore {
         face: asked.id,
         visible_area: asked.visible_area,
         coverage,
-        boundary_iou: covered / (asked.visible_area + beyond),
+        boundary_iou: (covered + covered_too) / (asked.visible_area + covered_too + beyond),
         state: if found { FaceState::Found } else { FaceState::Missed },
     }
 }

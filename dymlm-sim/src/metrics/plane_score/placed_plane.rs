@@ -129,9 +129,9 @@ impl<'a> PlacedPlane<'a> {
         covered
     }
 
-    /// Whether one of the faces that it may stand for is the one of this index.
-    pub(super) fn may_be(&self, index: usize) -> bool {
-        self.candidates.iter().any(|candidate| candidate.index == index)
+    /// Whether it may stand for a face that `belongs` accepts.
+    pub(super) fn may_lie_on(&self, belongs: impl Fn(usize) -> bool) -> bool {
+        self.candidates.iter().any(|candidate| belongs(candidate.index))
     }
 }
 

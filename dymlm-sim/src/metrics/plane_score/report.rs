@@ -65,7 +65,7 @@ pub enum Facing {
 pub struct FaceScore {
     /// Its id.
     pub face: usize,
-    /// Visible area with its reliefs, square metres.
+    /// Visible area, with that of its reliefs of at least `min_area`, square metres.
     pub visible_area: f64,
     /// Share of that area that the planes matching it cover, 0..=1.
     pub coverage: f64,

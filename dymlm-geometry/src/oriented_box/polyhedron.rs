@@ -1,0 +1,207 @@
+/// Vertices made while a box is clipped six times: two boxes need 68, rounding may add to it.
+const MOST_VERTICES: usize = 192;
+/// Faces: two boxes need 12.
+const MOST_FACES: usize = 40;
+/// Corners of a face: two boxes need 11.
+const MOST_CORNERS: usize = 32;
+
+/// A convex polyhedron as a closed surface of faces that share vertices.
+///
+/// A vertex is inside or outside a half space once and for all its faces, and neighbours cut an edge at one and the same
+/// new vertex. So the surface stays closed whatever rounding decides about vertices on the clipping plane, and the
+/// volume is wrong by no more than rounding, where boxes share planes too.
+#[derive(Debug, Clone)]
+pub(super) struct Polyhedron {
+    vertices: [[f64; 3]; MOST_VERTICES],
+    vertex_count: usize,
+    faces: [Face; MOST_FACES],
+    face_count: usize,
+}
+
+/// Vertices of a face, counterclockwise seen from outside.
+#[derive(Debug, Clone, Copy)]
+struct Face {
+    vertices: [u8; MOST_CORNERS],
+    count: usize,
+}
+
+/// An edge that passes through the clipping plane.
+#[derive(Debug, Clone, Copy)]
+struct CutEdge {
+    inside: u8,
+    outside: u8,
+    /// The vertex on the plane.
+    vertex: u8,
+    /// The next such vertex round the new face.
+    next: u8,
+}
+
+/// Edges cut by one plane: at most all that two boxes' intersection has.
+#[derive(Debug)]
+struct CutEdges {
+    edges: [CutEdge; MOST_CORNERS],
+    count: usize,
+}
+
+/// Corners of the six sides of a box, counterclockwise seen from outside; corner k lies on the positive side of axis i
+/// where bit i of k is set.
+const SIDES: [[u8; 4]; 6] =
+    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+
+impl Polyhedron {
+    /// A box of right-handed axes, from its corners.
+    pub(super) fn cuboid(corners: [[f64; 3]; 8]) -> Self {
+        let mut vertices = [[0.0; 3]; MOST_VERTICES];
+        vertices[..8].copy_from_slice(&corners);
+        let mut faces = [Face::EMPTY; MOST_FACES];
+        for (face, side) in faces.iter_mut().zip(SIDES) {
+            side.into_iter().for_each(|vertex| face.push(vertex));
+        }
+        Self { vertices, vertex_count: 8, faces, face_count: 6 }
+    }
+
+    /// Keeps what lies in the half space side * x[axis] <= limit.
+    pub(super) fn clip(&mut self, axis: usize, side: f64, limit: f64) {
+        let mut heights = [0.0; MOST_VERTICES];
+        for (height, vertex) in heights.iter_mut().zip(&self.vertices[..self.vertex_count]) {
+            *height = side * vertex[axis] - limit;
+        }
+        if heights[..self.vertex_count].iter().all(|&height| height <= 0.0) {
+            return;
+        }
+        let faces = self.faces;
+        let given = std::mem::take(&mut self.face_count);
+        let mut cut = CutEdges::new();
+        for face in &faces[..given] {
+            let mut kept = Face::EMPTY;
+            self.clip_face(face, &heights, &mut kept, &mut cut);
+            self.push(kept);
+        }
+        // On the plane its equation holds exactly.
+        for edge in &cut.edges[..cut.count] {
+            self.vertices[usize::from(edge.vertex)][axis] = side * limit;
+        }
+        cut.for_each_ring(|ring| self.push(ring));
+    }
+
+    /// A face's part inside, its cut edges noted.
+    fn clip_face(
+        &mut self,
+        face: &Face,
+        heights: &[f64; MOST_VERTICES],
+        kept: &mut Face,
+        cut: &mut CutEdges,
+    ) {
+        let vertices = &face.vertices[..face.count];
+        let is_inside = |vertex: u8| heights[usize::from(vertex)] <= 0.0;
+        let Some(start) = vertices.iter().position(|&vertex| is_inside(vertex)) else { return };
+        // From a vertex inside round to itself: each way out is followed by a way in.
+        let round = vertices[start..].iter().chain(&vertices[..=start]).copied();
+        let mut way_out = 0;
+        for (from, to) in round.clone().zip(round.skip(1)) {
+            match (is_inside(from), is_inside(to)) {
+                (true, true) => kept.push(to),
+                (true, false) => {
+                    way_out = self.cut_edge(from, to, heights, cut);
+                    kept.push(cut.edges[way_out].vertex);
+                }
+                (false, true) => {
+                    // The new face runs along this one the other way.
+                    let way_in = self.cut_edge(to, from, heights, cut);
+                    cut.edges[way_in].next = cut.edges[way_out].vertex;
+                    kept.push(cut.edges[way_in].vertex);
+                    kept.push(to);
+                }
+                (false, false) => {}
+            }
+        }
+    }
+
+    /// The place of a cut edge in the list; both of its faces find the same.
+    fn cut_edge(
+        &mut self,
+        inside: u8,
+        outside: u8,
+        heights: &[f64; MOST_VERTICES],
+        cut: &mut CutEdges,
+    ) -> usize {
+        let known = &cut.edges[..cut.count];
+        if let Some(place) = known.iter().position(|edge| edge.inside == inside && edge.outside == outside) {
+            return place;
+        }
+        let (p, q) = (self.vertices[usize::from(inside)], self.vertices[usize::from(outside)]);
+        let (below, above) = (heights[usize::from(inside)], heights[usize::from(outside)]);
+        let share = below / (below - above);
+        let vertex = self.vertex_count.min(MOST_VERTICES - 1);
+        self.vertices[vertex] = std::array::from_fn(|k| p[k] + share * (q[k] - p[k]));
+        self.vertex_count = vertex + 1;
+        let vertex = vertex as u8;
+        let place = cut.count.min(MOST_CORNERS - 1);
+        cut.edges[place] = CutEdge { inside, outside, vertex, next: vertex };
+        cut.count = place + 1;
+        place
+    }
+
+    fn push(&mut self, face: Face) {
+        if let Some(free) = self.faces.get_mut(self.face_count).filter(|_| face.count > 2) {
+            *free = face;
+            self.face_count += 1;
+        }
+    }
+
+    /// Volume: a sixth of the sum, over the triangles of the surface, of their determinants (the divergence theorem for
+    /// the field x / 3).
+    pub(super) fn volume(&self) -> f64 {
+        let faces = &self.faces[..self.face_count];
+        let Some(first) = faces.first() else { return 0.0 };
+        let origin = self.vertices[usize::from(first.vertices[0])];
+        let place = |vertex: u8| -> [f64; 3] {
+            std::array::from_fn(|k| self.vertices[usize::from(vertex)][k] - origin[k])
+        };
+        let sixfold = |face: &Face| -> f64 {
+            let apex = place(face.vertices[0]);
+            let triangles = face.vertices[1..face.count].windows(2);
+            triangles.map(|side| determinant(apex, place(side[0]), place(side[1]))).sum()
+        };
+        faces.iter().map(sixfold).sum::<f64>() / 6.0
+    }
+}
+
+impl Face {
+    const EMPTY: Self = Self { vertices: [0; MOST_CORNERS], count: 0 };
+
+    fn push(&mut self, vertex: u8) {
+        if let Some(free) = self.vertices.get_mut(self.count) {
+            *free = vertex;
+            self.count += 1;
+        }
+    }
+}
+
+impl CutEdges {
+    fn new() -> Self {
+        Self { edges: [CutEdge { inside: 0, outside: 0, vertex: 0, next: 0 }; MOST_CORNERS], count: 0 }
+    }
+
+    /// The rings that the cut edges form on the plane: one, unless rounding makes more.
+    fn for_each_ring(&self, mut take: impl FnMut(Face)) {
+        let edges = &self.edges[..self.count];
+        let mut visited = [false; MOST_CORNERS];
+        for start in 0..edges.len() {
+            let mut ring = Face::EMPTY;
+            let mut at = start;
+            while !visited[at] {
+                visited[at] = true;
+                ring.push(edges[at].vertex);
+                at = edges.iter().position(|edge| edge.vertex == edges[at].next).unwrap_or(start);
+            }
+            take(ring);
+        }
+    }
+}
+
+fn determinant(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
+    a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+}
