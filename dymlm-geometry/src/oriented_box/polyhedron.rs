@@ -1,9 +1,9 @@
 /// Vertices made while a box is clipped six times: two boxes need 68, rounding may add to it.
-const MOST_VERTICES: usize = 192;
+const MOST_VERTICES: usize = 96;
 /// Faces: two boxes need 12.
-const MOST_FACES: usize = 40;
+const MOST_FACES: usize = 24;
 /// Corners of a face: two boxes need 11.
-const MOST_CORNERS: usize = 32;
+const MOST_CORNERS: usize = 23;
 
 /// A convex polyhedron as a closed surface of faces that share vertices.
 ///
@@ -22,7 +22,7 @@ pub(super) struct Polyhedron {
 #[derive(Debug, Clone, Copy)]
 struct Face {
     vertices: [u8; MOST_CORNERS],
-    count: usize,
+    count: u8,
 }
 
 /// An edge that passes through the clipping plane.
@@ -69,12 +69,13 @@ impl Polyhedron {
         if heights[..self.vertex_count].iter().all(|&height| height <= 0.0) {
             return;
         }
-        let faces = self.faces;
+        // What is kept of a face takes its place, or that of one before it that went.
         let given = std::mem::take(&mut self.face_count);
         let mut cut = CutEdges::new();
-        for face in &faces[..given] {
+        for index in 0..given {
+            let face = self.faces[index];
             let mut kept = Face::EMPTY;
-            self.clip_face(face, &heights, &mut kept, &mut cut);
+            self.clip_face(&face, &heights, &mut kept, &mut cut);
             self.push(kept);
         }
         // On the plane its equation holds exactly.
@@ -92,7 +93,7 @@ impl Polyhedron {
         kept: &mut Face,
         cut: &mut CutEdges,
     ) {
-        let vertices = &face.vertices[..face.count];
+        let vertices = face.corners();
         let is_inside = |vertex: u8| heights[usize::from(vertex)] <= 0.0;
         let Some(start) = vertices.iter().position(|&vertex| is_inside(vertex)) else { return };
         // From a vertex inside round to itself: each way out is followed by a way in.
@@ -160,7 +161,7 @@ impl Polyhedron {
         };
         let sixfold = |face: &Face| -> f64 {
             let apex = place(face.vertices[0]);
-            let triangles = face.vertices[1..face.count].windows(2);
+            let triangles = face.corners()[1..].windows(2);
             triangles.map(|side| determinant(apex, place(side[0]), place(side[1]))).sum()
         };
         faces.iter().map(sixfold).sum::<f64>() / 6.0
@@ -171,10 +172,14 @@ impl Face {
     const EMPTY: Self = Self { vertices: [0; MOST_CORNERS], count: 0 };
 
     fn push(&mut self, vertex: u8) {
-        if let Some(free) = self.vertices.get_mut(self.count) {
+        if let Some(free) = self.vertices.get_mut(usize::from(self.count)) {
             *free = vertex;
             self.count += 1;
         }
+    }
+
+    fn corners(&self) -> &[u8] {
+        &self.vertices[..usize::from(self.count)]
     }
 }
 

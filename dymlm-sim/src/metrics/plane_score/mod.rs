@@ -31,8 +31,9 @@ use crate::TrueFace;
 ///   cover at least a quarter of its visible area.
 /// - **Precision** = planes with a match / planes.
 /// - **Duplicates**: planes that match the same face as an earlier one. On a face with reliefs, two planes that have most
-///   of their areas on different members are duplicates only if their areas overlap by a fifth of the smaller one: a
-///   map may tell a keyboard from the desk, but need not.
+///   of their areas on different members are duplicates only if both spread over several members (four fifths of
+///   neither lie on one) and overlap by a fifth of the smaller one: a map may tell a keyboard from the desk, but need
+///   not.
 /// - **Wrongly merged**: planes with substantial parts of their area (above a fifth of it, or above 0.08 m2) on each of
 ///   several faces asked for.
 /// - **Area recall** = visible area of the faces asked for that any plane covers / their visible area. **Area
@@ -184,6 +185,7 @@ fn find_match(
         face: face.id,
         relief,
         share,
+        face_share: most.area() / reading.area,
         angle_degrees: angle_degrees(placed.plane.normal(), face.plane.normal()),
         offset: on_relief().map(|on_face| on_face.moment).sum::<f64>() / area,
         facing: if cosine > 0.0 { Facing::Outwards } else { Facing::Inwards },
@@ -238,11 +240,16 @@ fn score_face(
 /// Share of the smaller plane that two planes on one face with reliefs must share to be duplicates.
 const SAME_AREA: f64 = 0.2;
 
+/// Share of a plane on one member of a face with reliefs from which on it is that member's plane.
+const ONE_MEMBER: f64 = 0.8;
+
 fn find_duplicates(matches: &[PlaneMatch], placed: &[Option<PlacedPlane<'_>>]) -> Vec<DuplicatePlane> {
     let duplicate = |(k, found): (usize, &PlaneMatch)| {
         let same_face = |earlier: &&PlaneMatch| {
             earlier.relief == found.relief
-                && (earlier.face == found.face || overlap(placed, earlier.plane, found.plane) >= SAME_AREA)
+                && (earlier.face == found.face
+                    || (earlier.face_share.max(found.face_share) < ONE_MEMBER
+                        && overlap(placed, earlier.plane, found.plane) >= SAME_AREA))
         };
         let of = matches[..k].iter().find(same_face)?;
         Some(DuplicatePlane { plane: found.plane, of: of.plane })

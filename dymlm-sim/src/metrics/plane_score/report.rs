@@ -41,6 +41,8 @@ pub struct PlaneMatch {
     pub relief: usize,
     /// Share of the plane's area that lies on the face and its reliefs, above 0.5.
     pub share: f64,
+    /// Share of the plane's area that lies on `face` itself.
+    pub face_share: f64,
     /// Angle between the normals, up to sign, degrees.
     pub angle_degrees: f64,
     /// Mean over the plane's area on the face and its reliefs of its signed distance from them, metres: positive where
