@@ -245,3 +245,112 @@ impl SceneFace {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Activity, Instance, Material, Motion, Room};
+
+    /// A scene of still cuboids of full lengths `sizes` about `centers`.
+    fn cuboids(bodies: &[([f32; 3], [f32; 3])]) -> Scene {
+        let mut scene = Scene::new(Room::default(), Activity::Walking, 0, 0);
+        let material: Material = scene.static_parts[0].material;
+        scene.instances =
+            vec![Instance { label: None, motion: Motion::Still, scene_from_thing: Pose3::IDENTITY }];
+        scene.static_parts = bodies
+            .iter()
+            .map(|&(center, size)| Part {
+                shape: Shape::cuboid(0.5 * Vec3::from(size)),
+                scene_from_part: Pose3::from_translation(center.into()),
+                material,
+                instance: 0,
+            })
+            .collect();
+        scene
+    }
+
+    /// The faces that look up, by descending area.
+    fn upper(scene: &Scene) -> Vec<TrueFace> {
+        let faces = FaceTruth::new(scene, 0.02).in_world(&Pose::identity(), 1);
+        let mut upper: Vec<TrueFace> =
+            faces.into_iter().filter(|face| face.plane.normal()[2] > 0.9).collect();
+        upper.sort_by(|a, b| b.area.total_cmp(&a.area));
+        upper
+    }
+
+    #[test]
+    fn boards_that_touch_on_one_plane_are_one_face() {
+        let boards = |gap: f32, step: f32| {
+            upper(&cuboids(&[
+                ([0.0, 0.0, 0.5], [1.0, 0.6, 0.02]),
+                ([1.0 + gap, 0.0, 0.5 + step], [1.0, 0.6, 0.02]),
+            ]))
+        };
+        for (gap, step) in [(0.0, 0.0), (0.014, 0.0), (0.0, 0.0015), (-0.1, 0.0)] {
+            let faces = boards(gap, step);
+            assert_eq!((faces.len(), faces[0].outline.len()), (1, 2), "gap {gap}, step {step}");
+            assert!((faces[0].area - 1.2).abs() < 0.07, "{}", faces[0].area);
+        }
+        for (gap, step) in [(0.016, 0.0), (0.0, 0.0025)] {
+            let faces = boards(gap, step);
+            assert_eq!(faces.len(), 2, "gap {gap}, step {step}");
+            assert!(faces.iter().all(|face| (face.area - 0.6).abs() < 1e-6 && face.relief == face.id));
+        }
+    }
+
+    #[test]
+    fn what_lies_flat_on_a_face_is_its_relief() {
+        // A desk, a keyboard, a block of 4 cm, a sheet that sticks out by a half, and a stack: a sheet on the keyboard.
+        let faces = upper(&cuboids(&[
+            ([0.0, 0.0, 0.5], [1.6, 0.8, 0.04]),
+            ([0.0, 0.0, 0.532], [0.4, 0.14, 0.024]),
+            ([0.5, 0.2, 0.54], [0.3, 0.2, 0.04]),
+            ([-0.8, 0.0, 0.523], [0.3, 0.2, 0.006]),
+            ([0.0, 0.0, 0.546], [0.2, 0.1, 0.004]),
+        ]));
+        let desk = faces[0].id;
+        let relief_of = |area: f64| faces.iter().find(|face| (face.area - area).abs() < 1e-6).unwrap();
+        assert_eq!(relief_of(0.056).relief, desk);
+        assert_eq!(relief_of(0.02).relief, desk, "28 mm above the desk: no chain");
+        assert_eq!(relief_of(0.06).relief, relief_of(0.06).id);
+        assert!(faces.iter().filter(|face| face.relief == desk).count() == 3);
+    }
+
+    #[test]
+    fn a_pixel_falls_to_the_cell_of_the_side_that_it_shows() {
+        // A camera 1 m above a cube of 1 m, looking down; z forward, y towards -y of the scene.
+        let scene = cuboids(&[([0.0, 0.0, 0.5], [1.0, 1.0, 1.0])]);
+        let mut truth = FaceTruth::new(&scene, 0.02);
+        let down = Pose::new([0.0, 0.0, 2.0], [1.0, 0.0, 0.0, 0.0]).unwrap();
+        for frame in 1..=3 {
+            let mut view = truth.view(down, 0.17, frame);
+            view.see(0, [0.111, 0.0, 1.0]);
+            view.see(0, [0.112, 0.0, 1.0]);
+            // The side at x = 0.5 from above: seen along its plane.
+            view.see(0, [0.5, 0.0, 1.5]);
+            view.see(9, [0.0, 0.0, 1.0]);
+        }
+        let seen: Vec<TrueFace> =
+            truth.in_world(&Pose::identity(), 3).into_iter().filter(|face| face.visible_area > 0.0).collect();
+        assert_eq!(seen.len(), 1);
+        assert_eq!(seen[0].plane.normal(), [0.0, 0.0, 1.0]);
+        assert!((seen[0].visible_area - 0.0004).abs() < 1e-9);
+        let ring = &seen[0].visible_boundary()[0];
+        assert!((ring[0][0] - 0.10).abs() < 1e-6 && ring[0][1].abs() < 0.021, "{ring:?}");
+        assert!(truth.in_world(&Pose::identity(), 4).iter().all(|face| face.visible_area == 0.0));
+    }
+
+    #[test]
+    fn the_walls_of_a_room_look_inwards() {
+        let scene = Scene::new(Room::default(), Activity::Walking, 0, 0);
+        let interior =
+            scene.static_parts.iter().position(|part| matches!(part.shape, Shape::Interior(_))).unwrap();
+        let center = scene.static_parts[interior].scene_from_part.translation.to_array().map(f64::from);
+        let truth = FaceTruth::new(&scene, 0.05);
+        let faces = truth.in_world(&Pose::identity(), 1);
+        for face in truth.bodies[interior].faces.iter().flatten() {
+            assert!(faces[*face as usize].plane.signed_distance(center) > 1.0);
+        }
+        assert!(truth.bodies[interior].faces.iter().all(Option::is_some));
+    }
+}

@@ -70,3 +70,30 @@ fn turn(from: Corner, at: Corner, to: Corner) -> i64 {
     let ((x0, y0), (x1, y1)) = (step(from, at), step(at, to));
     x0 * y1 - y0 * x1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rings(rows: &[&str]) -> Vec<usize> {
+        let (columns, count) = (rows[0].len() as f64, rows.len() as f64);
+        let corners = [[0.0, 0.0, 0.0], [columns, count, 0.0]];
+        let raster = CellRaster::around(corners.into_iter(), [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 1.0).unwrap();
+        let marked: Vec<bool> = rows.iter().flat_map(|row| row.bytes().map(|byte| byte == b'#')).collect();
+        let rings = rings_around(&raster, &marked);
+        assert_eq!(raster.fill(&rings), marked, "filling the rings gives the cells");
+        rings.iter().map(Vec::len).collect()
+    }
+
+    #[test]
+    fn rings_enclose_the_cells() {
+        assert_eq!(rings(&["..", ".."]), [0; 0]);
+        assert_eq!(rings(&["##", "##"]), [4]);
+        assert_eq!(rings(&["#.", "##"]), [6]);
+        assert_eq!(rings(&["###", "#.#", "###"]), [4, 4]);
+        // Cells that meet at a corner are apart, and so are holes.
+        assert_eq!(rings(&["#.", ".#"]), [4, 4]);
+        assert_eq!(rings(&["####", "#.##", "##.#", "####"]).len(), 2);
+        assert_eq!(rings(&["#.#.", ".#.#", "#.#."]), [4; 6]);
+    }
+}

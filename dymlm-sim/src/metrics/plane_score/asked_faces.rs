@@ -80,3 +80,40 @@ fn sums_from_corner(marked: &[bool], columns: usize, rows: usize) -> Vec<u32> {
     }
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::Plane;
+
+    use super::*;
+
+    fn rectangle(length: f64, width: f64) -> TrueFace {
+        let outline = vec![[0.0; 3], [length, 0.0, 0.0], [length, width, 0.0], [0.0, width, 0.0]];
+        TrueFace::new(0, Plane::new([0.0, 0.0, 1.0], 0.0).unwrap(), vec![outline], 0.02).unwrap()
+    }
+
+    #[test]
+    fn strips_are_not_asked_for() {
+        let config = PlaneScoreConfig::default();
+        let is_asked = |face: TrueFace| !asked_faces(&[face], &config).is_empty();
+        assert!(
+            is_asked(rectangle(0.4, 0.2)) && is_asked(rectangle(1.0, 0.1)) && !is_asked(rectangle(0.38, 0.2))
+        );
+        assert!(!is_asked(rectangle(3.0, 0.06)));
+        let mut any_width = config;
+        any_width.min_width = 0.0;
+        assert!(!asked_faces(&[rectangle(3.0, 0.06)], &any_width).is_empty());
+    }
+
+    #[test]
+    fn wide_area_is_what_squares_cover() {
+        assert!((wide_area(&rectangle(0.4, 0.2), 0.1) - 0.08).abs() < 1e-9);
+        // A strip of 4 cm along a square of 40 cm: as far as squares of 10 cm that are seen by three quarters reach.
+        let mut face = rectangle(1.0, 0.4);
+        for (cell, seen) in face.cells.seen.iter_mut().enumerate() {
+            *seen = cell % 50 < 20 || cell / 50 < 2;
+        }
+        let wide = wide_area(&face, 0.1);
+        assert!((0.16..0.1625).contains(&wide), "{wide}");
+    }
+}
