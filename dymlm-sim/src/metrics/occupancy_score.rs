@@ -37,7 +37,7 @@ pub struct OccupancyScoreConfig {
     pub sample_distance: f64,
     /// Frames that must look through a cube before a map is asked for it, 1..=1000000, default 3.
     pub min_views: u32,
-    /// Rays looked along in a frame, about, 1..=100000000, default 2500. They cost about 3 ms.
+    /// Rays looked along in a frame, about, 1..=100000000, default 2500. They cost about 6 ms.
     pub rays_per_frame: u32,
 }
 
@@ -72,7 +72,7 @@ impl OccupancyScoreConfig {
 ///
 /// Rays that end on movers are not looked along: a map that leaves movers out knows nothing of them.
 ///
-/// Observing costs about 3 ms a frame whatever its size, scoring O(n log n) in the numbers of cells and points, about a
+/// Observing costs about 6 ms a frame whatever its size, scoring O(n log n) in the numbers of cells and points, about a
 /// second for a room. Frames may be observed in any order, but which point of a cube is asked for depends on it.
 ///
 /// ```

@@ -2,9 +2,9 @@ use dymlm_core::{ConfigError, Point, Pose, check_range};
 
 use super::faces::{FaceTruth, TrueFace};
 use super::objects::{ObjectTruth, TrueObject};
+use super::seen_points::SeenPoints;
 use super::surfaces::Surfaces;
 use super::swept_volume::SweptVolume;
-use super::voxel_key::{VoxelKey, VoxelMap};
 use crate::{Sequence, SimulatedFrame};
 
 /// How the truth about a sequence is gathered.
@@ -68,18 +68,9 @@ pub struct Truth {
     scene_from_world: Pose,
     surfaces: Surfaces,
     swept: SweptVolume,
-    seen: VoxelMap<Seen>,
+    seen: SeenPoints,
     faces: FaceTruth,
     objects: ObjectTruth,
-    frames: u32,
-}
-
-/// A piece of surface: the first point that was seen of it, and by how many frames it was seen.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    point: Point,
-    views: u32,
-    last_frame: u32,
 }
 
 impl Truth {
@@ -97,10 +88,9 @@ impl Truth {
             scene_from_world: sequence.config().world_from_scene.inverse(),
             surfaces: Surfaces::new(&sequence.scene().static_parts),
             swept: SweptVolume::new(sequence.scene(), times, config.swept_margin as f32),
-            seen: VoxelMap::default(),
+            seen: SeenPoints::new(config.sample_distance),
             faces: FaceTruth::new(sequence.scene(), config.sample_distance),
             objects: ObjectTruth::new(sequence.scene(), config.sample_distance),
-            frames: 0,
         })
     }
 
@@ -118,13 +108,12 @@ impl Truth {
     /// Notes which surface points, faces and objects a frame sees: where the sensor has a reading, the exact depth is within range, and
     /// no mover is in the way. Each frame is to be shown once.
     pub fn observe(&mut self, frame: &SimulatedFrame) {
-        self.frames += 1;
+        let number = self.seen.next_frame();
         let camera = frame.frame.camera();
-        let cubes_per_metre = (1.0 / self.config.sample_distance) as f32;
         let range = self.config.min_depth as f32..=self.config.max_depth as f32;
         let scene_from_camera = self.scene_from_world * frame.world_from_camera;
         let least_cosine = self.config.max_incidence_degrees.to_radians().cos();
-        let mut faces = self.faces.view(scene_from_camera, least_cosine, self.frames);
+        let mut faces = self.faces.view(scene_from_camera, least_cosine, number);
         let pixels =
             frame.true_depth.data().iter().zip(frame.frame.depth().data()).zip(frame.mover_mask.data());
         for (pixel, (((&z, &reading), &mover), &part)) in pixels.zip(&frame.parts).enumerate() {
@@ -134,12 +123,8 @@ impl Truth {
             let (u, v) = (pixel % camera.width(), pixel / camera.width());
             let in_camera = camera.back_project([u as f64, v as f64], z.into());
             faces.see(part, in_camera);
-            self.objects.see(part, scene_from_camera.transform_point(in_camera), self.frames);
-            let point = frame.world_from_camera.transform_point(in_camera).map(|c| c as f32);
-            let Some(cube) = VoxelKey::of(point, cubes_per_metre) else { continue };
-            let seen = self.seen.entry(cube).or_insert(Seen { point, views: 0, last_frame: 0 });
-            seen.views += u32::from(seen.last_frame != self.frames);
-            seen.last_frame = self.frames;
+            self.objects.see(part, scene_from_camera.transform_point(in_camera), number);
+            self.seen.see(frame.world_from_camera.transform_point(in_camera).map(|c| c as f32));
         }
         let image_share = (camera.width() * camera.height()) as f64 / (640.0 * 480.0);
         self.objects.end_frame(f64::from(self.config.min_object_pixels) * image_share);
@@ -172,15 +157,7 @@ impl Truth {
     /// Surface points that at least `min_views` frames saw, one a cube of side `sample_distance`, in the order of
     /// their cubes.
     pub fn visible_points(&self) -> Vec<Point> {
-        // Sorted, so that the order of the hash table shows nowhere.
-        let mut seen: Vec<(VoxelKey, Point)> = self
-            .seen
-            .iter()
-            .filter(|(_, seen)| seen.views >= self.config.min_views)
-            .map(|(&cube, seen)| (cube, seen.point))
-            .collect();
-        seen.sort_unstable_by_key(|&(cube, _)| cube);
-        seen.into_iter().map(|(_, point)| point).collect()
+        self.seen.points(self.config.min_views)
     }
 
     /// A world point in the scene's frame; `None` when it is not finite.
