@@ -103,6 +103,7 @@ fn sitters(b: &mut Builder, choice: [[f64; 2]; 2]) -> [Action; 2] {
     for ((place, yaw), (height, _)) in seats.into_iter().zip(PEOPLE) {
         furniture::swivel_chair(b, place, yaw, Person::seat_height(height));
     }
-    let seat = |k: usize| Action::Sits(furniture::seat(seats[k].0, seats[k].1, choice[k][0]));
-    [seat(0), seat(1)]
+    let [first, second] = seats;
+    [(first, choice[0]), (second, choice[1])]
+        .map(|((place, yaw), [phase, _])| Action::Sits(furniture::seat(place, yaw, phase)))
 }

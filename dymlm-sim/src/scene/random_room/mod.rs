@@ -8,10 +8,9 @@ mod ways;
 
 use rand::RngExt;
 
-use self::furnishing::Furnished;
+use self::furnishing::{Chair, Furnished};
 use self::station::{Station, choose_station};
 use self::ways::{CLEARANCE, are_seen, choose_ways, walks};
-use super::builder::Builder;
 use super::palette::PEOPLE;
 use super::person::Action;
 use super::walk::Walk;
@@ -60,13 +59,14 @@ impl Plan {
     fn with_people(self, activity: Activity, people: usize, seed: u64) -> Scene {
         let mut rng = stream(seed, Use::Scene, 0, 0);
         let phase: [f64; 2] = std::array::from_fn(|_| rng.random_range(0.0..1.0));
-        let seats = self.furnished.seats;
-        let sitting = |k: usize| Action::Sits(furniture::seat(seats[k].place, seats[k].yaw, phase[k]));
-        let actions = match activity {
-            Activity::Walking => self.walks.map(Action::Walks),
-            Activity::Sitting => [sitting(0), sitting(1)],
+        let seats = self.furnished.seats.iter().zip(phase);
+        let sitting =
+            |(chair, phase): (&Chair, f64)| Action::Sits(furniture::seat(chair.place, chair.yaw, phase));
+        let actions: Vec<Action> = match activity {
+            Activity::Walking => self.walks.into_iter().map(Action::Walks).collect(),
+            Activity::Sitting => seats.map(sitting).collect(),
         };
-        let mut b: Builder = self.furnished.builder;
+        let mut b = self.furnished.builder;
         for (action, (height, clothes)) in actions.into_iter().zip(PEOPLE).take(people) {
             b.person(action, height, clothes);
         }
