@@ -11,7 +11,8 @@ use crate::scene::{Part, Scene};
 ///
 /// How sure it is of a thing, which sides of its box it cuts and what it takes it for are smooth random functions of
 /// time, one a thing, so that failures come in bursts; a failure happens where the function is below the normal
-/// quantile of its rate. Jitter and surplus boxes are drawn anew each frame. O(pixels).
+/// quantile of its rate. Confidence grows with the size of the view. Jitter and surplus boxes are drawn anew each frame.
+/// Of boxes of one label that overlap much, the best remains. O(pixels).
 #[derive(Debug, Clone)]
 pub(crate) struct Detector {
     config: DetectorConfig,
@@ -31,18 +32,16 @@ pub(crate) struct Visible {
 #[derive(Debug, Clone, Copy)]
 enum Mood {
     Confidence = 0,
-    Sliver = 1,
-    Label = 2,
-    Left = 3,
-    Top = 4,
-    Right = 5,
-    Bottom = 6,
+    Label = 1,
+    Left = 2,
+    Right = 3,
+    Bottom = 4,
 }
 
 /// Smallest score that is reported.
 const MIN_SCORE: f64 = 0.25;
 /// Score at the median and near the top of the recorded people's boxes.
-const USUAL_SCORE: f64 = 0.85;
+const USUAL_SCORE: f64 = 0.835;
 const BEST_SCORE: f64 = 0.95;
 
 impl Detector {
@@ -60,6 +59,7 @@ impl Detector {
         time: f64,
     ) -> Vec<Detection> {
         let mut found = Vec::new();
+        let mut surplus_boxes = Vec::new();
         for (instance, (thing, visible)) in scene.instances.iter().zip(visible).enumerate() {
             let (Some(label), Some(visible)) = (thing.label, visible) else { continue };
             let mut rng = stream(self.seed, Use::Boxes, index as u64, instance as u64 + 1);
@@ -70,9 +70,11 @@ impl Detector {
                 found.extend(detection(label, score, area, exact));
             }
             if moves && rng.random_range(0.0..1.0) < self.config.surplus_rate {
-                found.extend(surplus(label, visible, exact, &mut rng));
+                surplus_boxes.extend(surplus(label, visible, exact, &mut rng));
             }
         }
+        self.merge(&mut found);
+        found.append(&mut surplus_boxes);
         let mut rng = stream(self.seed, Use::Boxes, index as u64, 0);
         if rng.random_range(0.0..1.0) < self.config.invented_rate {
             found.extend(invented(exact, &mut rng));
@@ -94,12 +96,25 @@ impl Detector {
         if share < self.config.min_area {
             return None;
         }
-        let sliver = moves && share < self.config.sliver_area;
-        if sliver && self.mood(Mood::Sliver, instance, time) < normal_quantile(self.config.sliver_missed) {
-            return None;
-        }
         let rates = if moves { &self.config.movers } else { &self.config.objects };
-        score_of(self.mood(Mood::Confidence, instance, time), rates)
+        let octaves = (share / rates.usual_size).log2();
+        score_of(self.mood(Mood::Confidence, instance, time) + rates.size_gain * octaves, rates)
+    }
+
+    /// Drops the boxes that overlap much with a better one of the same label (class-wise non-maximum suppression).
+    fn merge(&self, found: &mut Vec<Detection>) {
+        found.sort_by(|a, b| b.score().total_cmp(&a.score()));
+        let mut kept: Vec<Detection> = Vec::with_capacity(found.len());
+        for detection in found.drain(..) {
+            let doubles = |other: &Detection| {
+                other.label() == detection.label()
+                    && other.bounding_box().iou(&detection.bounding_box()) > self.config.merged_overlap
+            };
+            if !kept.iter().any(doubles) {
+                kept.push(detection);
+            }
+        }
+        found.append(&mut kept);
     }
 
     fn label_given(&self, label: &'static str, instance: usize, time: f64) -> &'static str {
@@ -118,22 +133,23 @@ impl Detector {
     ) -> [f64; 4] {
         let [x, y] = [visible.x, visible.y].map(|side| side.map(|c| c as f64));
         let (width, height) = (x[1] - x[0], y[1] - y[0]);
-        let mut side = |mood: Mood, at: f64, border: f64, inwards: f64| {
-            let jitter = f64::from(self.normals.normal(rng.next_u64())) * self.config.box_jitter * inwards;
-            let cut = self.cut(mood, instance, time) * inwards;
-            if at == border && cut == 0.0 { at } else { at + jitter + cut }
+        let jitter = self.config.box_jitter * (width * height).sqrt();
+        let mut side = |at: f64, border: f64, inwards: f64| {
+            let normal = f64::from(self.normals.normal(rng.next_u64()));
+            if at == border { at } else { at + jitter * normal + inwards }
         };
+        let [cut, low_cut] = [self.config.cut_rate, self.config.low_cut_rate];
         [
-            side(Mood::Left, x[0], 0.0, width),
-            side(Mood::Top, y[0], 0.0, height),
-            side(Mood::Right, x[1], exact.width as f64, -width),
-            side(Mood::Bottom, y[1], exact.height as f64, -height),
+            side(x[0], 0.0, width * self.cut(Mood::Left, cut, instance, time)),
+            side(y[0], 0.0, 0.0),
+            side(x[1], exact.width as f64, -width * self.cut(Mood::Right, cut, instance, time)),
+            side(y[1], exact.height as f64, -height * self.cut(Mood::Bottom, low_cut, instance, time)),
         ]
     }
 
     /// The part of the extent that is cut off a side, 0 at most times.
-    fn cut(&self, mood: Mood, instance: usize, time: f64) -> f64 {
-        let below = normal_quantile(self.config.cut_rate) - self.mood(mood, instance, time);
+    fn cut(&self, mood: Mood, rate: f64, instance: usize, time: f64) -> f64 {
+        let below = normal_quantile(rate) - self.mood(mood, instance, time);
         // A fifth of the full depth at once, all of it one sigma further down.
         if below > 0.0 { self.config.cut_depth * (0.2 + 0.8 * below).min(1.0) } else { 0.0 }
     }

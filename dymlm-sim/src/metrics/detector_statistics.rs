@@ -421,3 +421,127 @@ fn quantile(sorted: &[f64], p: f64) -> f64 {
 fn share(part: usize, whole: usize) -> f64 {
     if whole > 0 { part as f64 / whole as f64 } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mask(columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> Mask {
+        let shows = |pixel: usize| columns.contains(&(pixel % 40)) && rows.contains(&(pixel / 40));
+        Mask::new(40, 30, (0..40 * 30).map(shows).collect()).unwrap()
+    }
+
+    fn found(label: &str, score: f32, sides: [f32; 4]) -> Detection {
+        Detection::new(label, score, BoundingBox::try_from(sides).unwrap()).unwrap()
+    }
+
+    fn near(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-6
+    }
+
+    #[test]
+    fn a_view_is_the_bounds_of_its_mask() {
+        let view = ExactView::of_mask(7, &mask(3..9, 10..30)).unwrap();
+        assert_eq!(view, ExactView::new(7, BoundingBox::new(3.0, 10.0, 9.0, 30.0).unwrap(), 120));
+        assert_eq!(ExactView::of_mask(7, &mask(3..3, 0..0)), None);
+    }
+
+    #[test]
+    fn without_views_there_are_no_figures() {
+        let mut statistics = DetectorStatistics::new("person");
+        assert_eq!(statistics.figures(), None);
+        statistics.add(&[found("person", 0.9, [0.0, 0.0, 5.0, 5.0])], &[], &mask(0..0, 0..0));
+        assert_eq!(statistics.figures(), None);
+    }
+
+    #[test]
+    fn one_box_is_not_found_for_two_people() {
+        // Side by side in one box: it is that of the larger.
+        let (left, right) = (mask(4..14, 0..20), mask(14..18, 0..20));
+        let views = [ExactView::of_mask(0, &left).unwrap(), ExactView::of_mask(1, &right).unwrap()];
+        let both = found("person", 0.8, [4.0, 0.0, 18.0, 20.0]);
+        let mut statistics = DetectorStatistics::new("person");
+        statistics.add(&[both], &views, &mask(4..18, 0..20));
+        let figures = statistics.figures().unwrap();
+        assert_eq!((figures.views, figures.found, figures.surplus), (2, [0.5; 3], 0.0));
+        assert_eq!(figures.pixels_outside, 0.0);
+        assert!(near(figures.iou[0], 10.0 / 14.0));
+    }
+
+    #[test]
+    fn the_better_box_takes_the_view_and_the_other_is_surplus() {
+        let person = mask(10..20, 5..25);
+        let view = ExactView::of_mask(0, &person).unwrap();
+        let weak = found("person", 0.4, [10.0, 5.0, 20.0, 25.0]);
+        let good = found("person", 0.6, [10.0, 5.0, 20.0, 20.0]);
+        let mut statistics = DetectorStatistics::new("person");
+        statistics.add(&[weak, good], &[view], &person);
+        let figures = statistics.figures().unwrap();
+        assert_eq!((figures.found, figures.surplus, figures.boxes), ([1.0, 1.0, 0.0], 1.0, 2));
+        assert!(near(figures.iou[0], 0.75) && near(figures.score_quartiles[1], 0.6));
+    }
+
+    #[test]
+    fn sides_are_measured_inwards_and_not_at_the_border() {
+        // Exact: columns 10 to 20, rows 0 to 20; a side at the upper border.
+        let person = mask(10..20, 0..20);
+        let view = ExactView::of_mask(0, &person).unwrap();
+        let mut statistics = DetectorStatistics::new("person");
+        statistics.add(&[found("person", 0.9, [12.0, 3.0, 20.5, 16.0])], &[view], &person);
+        let [left, top, right, low] = statistics.figures().unwrap().sides;
+        assert!(near(left.quantiles[2], 0.2) && near(left.cut, 1.0));
+        assert_eq!(top, SideFigures::default());
+        assert!(near(right.quantiles[2], -0.05) && near(right.distance[0], 0.05) && near(right.cut, 0.0));
+        assert!(near(low.quantiles[2], 0.2) && low.count == 1);
+        // Rows 3 to 15 of columns 12 to 19 are covered.
+        assert!(near(statistics.figures().unwrap().pixels_outside, 1.0 - 8.0 * 13.0 / 200.0));
+    }
+
+    #[test]
+    fn bursts_end_when_a_thing_is_found_or_leaves() {
+        let person = mask(10..20, 0..20);
+        let view = |id| ExactView { id, ..ExactView::of_mask(0, &person).unwrap() };
+        let there = found("person", 0.9, [10.0, 0.0, 20.0, 20.0]);
+        let mut statistics = DetectorStatistics::new("person");
+        // Thing 0: missed twice, found, missed once, gone, missed once at the end.
+        for (detections, views) in [
+            (vec![], vec![view(0)]),
+            (vec![], vec![view(0)]),
+            (vec![there.clone()], vec![view(0)]),
+            (vec![], vec![view(0)]),
+            (vec![], vec![]),
+            (vec![], vec![view(0), view(3)]),
+        ] {
+            statistics.add(&detections, &views, &person);
+        }
+        let figures = statistics.figures().unwrap();
+        assert_eq!(figures.bursts, [3, 1]);
+        assert!(near(figures.mean_burst, 5.0 / 4.0) && near(figures.found[0], 1.0 / 6.0));
+        // Asking ends nothing.
+        assert_eq!(statistics.figures().unwrap(), figures);
+    }
+
+    #[test]
+    fn things_under_another_name_are_missed_and_said_to_be() {
+        let person = mask(10..20, 0..20);
+        let view = ExactView::of_mask(0, &person).unwrap();
+        let mut statistics = DetectorStatistics::new("person");
+        statistics.add(&[found("dog", 0.9, [10.0, 0.0, 20.0, 18.0])], &[view], &person);
+        statistics.add(&[], &[view], &person);
+        let figures = statistics.figures().unwrap();
+        assert_eq!((figures.found[0], figures.confused, figures.boxes), (0.0, 0.5, 0));
+        assert_eq!(figures.pixels_outside, 1.0);
+        assert_eq!((figures.iou, figures.score_quartiles), ([0.0; 2], [0.0; 3]));
+    }
+
+    #[test]
+    fn tables_of_two_detectors_have_the_same_lines() {
+        let names = |columns| {
+            let person = mask(columns, 0..20);
+            let mut statistics = DetectorStatistics::new("person");
+            statistics.add(&[], &[ExactView::of_mask(0, &person).unwrap()], &person);
+            statistics.figures().unwrap().rows().into_iter().map(|row| row.name).collect::<Vec<_>>()
+        };
+        assert_eq!(names(0..2), names(0..30));
+    }
+}
