@@ -2,7 +2,7 @@
 //!
 //! Nothing that computes depends on this crate: it turns files into the vocabulary of [`dymlm_core`] and back.
 //!
-//! - [`TumDataset`]: posed RGB-D sequences; [`Trajectory`]: poses over time, interpolated, never extrapolated.
+//! - [`TumDataset`], [`TumWriter`]: posed RGB-D sequences; [`Trajectory`]: poses over time, interpolated, never extrapolated.
 //! - [`DetectionFile`] (JSON lines) and [`YoloFolder`]: what a 2D detector found in the frames.
 //! - [`read_ply`], [`write_ply`], [`read_pcd`], [`write_pcd`]: point clouds.
 //! - [`MapFolderWriter`], [`MapFolder`]: a folder of files with a manifest, written so that a crash never leaves half
@@ -31,6 +31,6 @@ pub use map_folder::{MapFolder, MapFolderWriter};
 pub use pcd::{PcdCloud, PcdEncoding, PcdField, PcdValues, decode_pcd, encode_pcd, read_pcd, write_pcd};
 pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap, UncoveredTime};
-pub use tum::{FrameBuffers, PosedFrame, TumDataset, TumFrame, TumOptions};
+pub use tum::{FrameBuffers, PosedFrame, TumDataset, TumFrame, TumOptions, TumWriter};
 pub use write_atomically::write_atomically;
 pub use yolo_folder::{YoloFolder, read_class_names};

@@ -6,6 +6,8 @@ mod dataset;
 mod list_file;
 mod lists;
 mod options;
+mod writer;
 
 pub use dataset::{FrameBuffers, PosedFrame, TumDataset, TumFrame};
 pub use options::TumOptions;
+pub use writer::TumWriter;

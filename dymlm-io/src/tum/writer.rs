@@ -1,0 +1,165 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dymlm_core::{Detection, Frame, PinholeCamera, Pose};
+use serde_json::json;
+
+use crate::image_file::{write_depth_png, write_png};
+use crate::{Error, StampedPose, Trajectory, write_atomically, write_detections};
+
+/// Writes a sequence as a TUM RGB-D folder that [`TumDataset`](crate::TumDataset) and other systems read.
+///
+/// Images are written as frames come; the lists, the trajectory and the detections by [`Self::finish`], so that a
+/// folder that was broken off does not pass for a whole dataset. Frames without colour make a dataset without colour.
+///
+/// ```
+/// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
+/// use dymlm_io::{TumDataset, TumOptions, TumWriter};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let folder = folder.path().join("sequence");
+/// let camera = PinholeCamera::new(64, 48, 60.0, 60.0, 31.5, 23.5)?;
+/// let mut writer = TumWriter::create(&folder, &camera)?;
+/// let frame = Frame::new(0.1, camera, DepthImage::new(64, 48, vec![2.0; 64 * 48])?, None)?;
+/// writer.write(&frame, &[], &Pose::identity())?;
+/// writer.finish()?;
+///
+/// let dataset = TumDataset::open(&folder, &TumOptions::default())?;
+/// assert_eq!(dataset.load(0)?.frame, frame);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct TumWriter {
+    folder: PathBuf,
+    camera: PinholeCamera,
+    frames: Vec<WrittenFrame>,
+}
+
+#[derive(Debug)]
+struct WrittenFrame {
+    /// The name of its images without folder and ending: the time in microseconds' precision.
+    name: String,
+    timestamp: f64,
+    has_color: bool,
+    world_from_camera: Pose,
+    detections: Vec<Detection>,
+}
+
+/// Stored depth units in a metre, as in the benchmark's own PNGs: depth up to 13.1 m in steps of 0.2 mm.
+const DEPTH_SCALE: f64 = 5000.0;
+
+impl TumWriter {
+    /// Begins a dataset in a folder that is empty or not there yet.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::InTheWay`] when the folder holds something; [`Error::Io`] when it cannot be made.
+    pub fn create(folder: impl AsRef<Path>, camera: &PinholeCamera) -> Result<Self, Error> {
+        let folder = folder.as_ref().to_path_buf();
+        fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        if fs::read_dir(&folder).map_err(Error::io(&folder))?.next().is_some() {
+            return Err(Error::InTheWay { path: folder });
+        }
+        for images in ["rgb", "depth"] {
+            let path = folder.join(images);
+            fs::create_dir(&path).map_err(Error::io(&path))?;
+        }
+        let writer = Self { folder, camera: *camera, frames: Vec::new() };
+        writer.write_camera()?;
+        Ok(writer)
+    }
+
+    /// Writes a frame's images and keeps its detections (without instance masks) and pose for the lists. Depth is
+    /// stored in steps of 0.2 mm up to 13.1 m.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] when the frame is not of the dataset's camera or not later than the last, by a microsecond
+    /// at least; else as [`write_depth_png`]. The dataset stays as it was.
+    pub fn write(
+        &mut self,
+        frame: &Frame,
+        detections: &[Detection],
+        world_from_camera: &Pose,
+    ) -> Result<(), Error> {
+        let timestamp = frame.timestamp();
+        if *frame.camera() != self.camera {
+            let reason = format!("the frame of {timestamp} s was taken with another camera");
+            return Err(Error::malformed(&self.folder, reason));
+        }
+        if let Some(last) = self.frames.last().filter(|last| timestamp < last.timestamp + 1e-6) {
+            let reason = format!("a frame of {timestamp} s after one of {} s", last.timestamp);
+            return Err(Error::malformed(&self.folder, reason));
+        }
+
+        let name = format!("{timestamp:.6}");
+        write_depth_png(self.image("depth", &name), frame.depth(), DEPTH_SCALE)?;
+        if let Some(color) = frame.color() {
+            write_png(self.image("rgb", &name), color.width(), color.height(), color.data())?;
+        }
+        self.frames.push(WrittenFrame {
+            name,
+            timestamp,
+            has_color: frame.color().is_some(),
+            world_from_camera: *world_from_camera,
+            detections: detections.to_vec(),
+        });
+        Ok(())
+    }
+
+    /// Writes the lists, the trajectory and the detections.
+    ///
+    /// # Errors
+    ///
+    /// As [`write_atomically`].
+    pub fn finish(self) -> Result<(), Error> {
+        self.write_trajectory()?;
+        let detections = self.frames.iter().map(|frame| (frame.timestamp, frame.detections.as_slice()));
+        write_detections(self.folder.join("detections.jsonl"), detections)?;
+        if self.frames.iter().any(|frame| frame.has_color) {
+            self.write_list("rgb")?;
+            self.write_associations()?;
+        }
+        self.write_list("depth")
+    }
+
+    fn image(&self, folder: &str, name: &str) -> PathBuf {
+        self.folder.join(folder).join(format!("{name}.png"))
+    }
+
+    fn write_camera(&self) -> Result<(), Error> {
+        let camera = &self.camera;
+        let value = json!({
+            "width": camera.width(), "height": camera.height(),
+            "fx": camera.fx(), "fy": camera.fy(), "cx": camera.cx(), "cy": camera.cy(),
+            "depth_scale": DEPTH_SCALE,
+        });
+        write_atomically(self.folder.join("camera.json"), |out| writeln!(out, "{value:#}"))
+    }
+
+    fn write_trajectory(&self) -> Result<(), Error> {
+        let poses = self.frames.iter().map(|frame| StampedPose {
+            timestamp: frame.timestamp,
+            world_from_camera: frame.world_from_camera,
+        });
+        let path = self.folder.join("groundtruth.txt");
+        let trajectory = Trajectory::new(poses.collect());
+        trajectory.map_err(|error| Error::malformed(&path, error.to_string()))?.write(&path)
+    }
+
+    fn write_list(&self, images: &str) -> Result<(), Error> {
+        write_atomically(self.folder.join(format!("{images}.txt")), |out| {
+            writeln!(out, "# timestamp filename")?;
+            let listed = self.frames.iter().filter(|frame| images == "depth" || frame.has_color);
+            listed.map(|frame| &frame.name).try_for_each(|name| writeln!(out, "{name} {images}/{name}.png"))
+        })
+    }
+
+    fn write_associations(&self) -> Result<(), Error> {
+        write_atomically(self.folder.join("associations.txt"), |out| {
+            let both = self.frames.iter().filter(|frame| frame.has_color).map(|frame| &frame.name);
+            both.into_iter()
+                .try_for_each(|name| writeln!(out, "{name} rgb/{name}.png {name} depth/{name}.png"))
+        })
+    }
+}
