@@ -1,6 +1,7 @@
 //! What the examples share: where frames come from, pictures of the maps, reports of a run.
 
 mod frame_source;
+mod named_sequences;
 mod orthographic;
 mod pictures;
 mod progress;
@@ -8,8 +9,9 @@ mod run_report;
 mod statistics;
 
 pub use frame_source::{FrameSource, SourceFrame, every};
+pub use named_sequences::{NamedSequence, SequenceSet, named_sequence, named_sequences};
 pub use orthographic::Orthographic;
-pub use pictures::{Picture, cloud_pictures, octree_pictures};
+pub use pictures::{Picture, cloud_pictures, depth_colors, octree_pictures};
 pub use progress::progress_bar;
 pub use run_report::{Counts, RunReport, peak_memory_bytes};
 pub use statistics::{Milliseconds, mean_up};

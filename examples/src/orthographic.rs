@@ -82,6 +82,11 @@ impl Orthographic {
         self.height
     }
 
+    /// The picture so far, row by row.
+    pub fn pixels(&self) -> &[Rgb] {
+        &self.pixels
+    }
+
     /// The picture, row by row.
     pub fn into_pixels(self) -> Vec<Rgb> {
         self.pixels

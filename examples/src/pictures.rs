@@ -1,7 +1,7 @@
 use std::io::Write;
 
 use dymlm::Octree;
-use dymlm::core::{PointCloud, Rgb};
+use dymlm::core::{DepthImage, PointCloud, Rgb};
 use dymlm::octree::CellState;
 
 use image::codecs::png::PngEncoder;
@@ -101,6 +101,13 @@ fn height(up: [f64; 3], point: [f64; 3]) -> f64 {
 fn any_level_direction(up: [f64; 3]) -> [f64; 3] {
     let axis = (0..3).min_by(|&a, &b| up[a].abs().total_cmp(&up[b].abs())).unwrap_or(0);
     std::array::from_fn(|c| f64::from(u8::from(c == axis)) - up[axis] * up[c])
+}
+
+/// Depth as colours: near blue, far (5 m) red, no reading black.
+pub fn depth_colors(depth: &DepthImage) -> Vec<Rgb> {
+    const FAR: f64 = 5.0;
+    let color = |&z: &f32| if z > 0.0 { rainbow((f64::from(z) / FAR).min(1.0)) } else { [0; 3] };
+    depth.data().iter().map(color).collect()
 }
 
 /// Blue for 0, through green, to red for 1.

@@ -1,0 +1,179 @@
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// Columns of the table that belong together: those of one map.
+pub struct Block {
+    /// What is measured.
+    pub title: &'static str,
+    /// The figures.
+    pub columns: &'static [Column],
+}
+
+/// One figure of the table.
+pub struct Column {
+    /// Name in [`Scores`] and in the JSON file.
+    pub key: &'static str,
+    heading: &'static str,
+    unit: Unit,
+}
+
+/// How a figure in SI units is printed.
+#[derive(Clone, Copy)]
+enum Unit {
+    /// A share, 0..=1, as per cent with so many decimals.
+    Percent(usize),
+    Millimetres,
+    /// Radians as degrees.
+    Degrees,
+    Milliseconds,
+    /// Per map: the mean of several has decimals.
+    Count,
+    Plain,
+}
+
+/// The figures of one row by their columns' keys; SI units, shares as 0..=1. What was not measured is not there.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[serde(transparent)]
+pub struct Scores(BTreeMap<&'static str, f64>);
+
+const fn column(key: &'static str, heading: &'static str, unit: Unit) -> Column {
+    Column { key, heading, unit }
+}
+
+/// The whole table.
+pub const BLOCKS: &[Block] = &[
+    Block {
+        title: "Boxes and masks of movers",
+        columns: &[
+            column("mask.recall", "mask recall", Unit::Percent(2)),
+            column("mask.precision", "precision", Unit::Percent(2)),
+            column("boxes.misses", "misses", Unit::Count),
+            column("boxes.recovered", "recovered", Unit::Percent(1)),
+            column("boxes.mota", "MOTA", Unit::Percent(1)),
+            column("boxes.idf1", "IDF1", Unit::Percent(1)),
+        ],
+    },
+    Block {
+        title: "Cloud",
+        columns: &[
+            column("cloud.residue", "residue", Unit::Percent(4)),
+            column("cloud.stray", "stray", Unit::Percent(2)),
+            column("cloud.completeness", "complete", Unit::Percent(2)),
+            column("cloud.median", "median", Unit::Millimetres),
+            column("cloud.p95", "95 %", Unit::Millimetres),
+            column("cloud.static_accuracy", "SA", Unit::Percent(2)),
+            column("cloud.dynamic_accuracy", "DA", Unit::Percent(2)),
+            column("cloud.arithmetic_mean", "AA", Unit::Percent(2)),
+            column("cloud.harmonic_mean", "HA", Unit::Percent(2)),
+        ],
+    },
+    Block {
+        title: "Octree",
+        columns: &[
+            column("octree.ghosts", "ghosts", Unit::Percent(3)),
+            column("octree.false_occupied", "false occupied", Unit::Percent(3)),
+            column("octree.free", "free", Unit::Percent(2)),
+            column("octree.completeness", "complete", Unit::Percent(2)),
+            column("octree.false_free", "false free", Unit::Percent(2)),
+            column("octree.median", "median", Unit::Millimetres),
+            column("octree.p95", "95 %", Unit::Millimetres),
+            column("octree.residue", "residue", Unit::Percent(4)),
+        ],
+    },
+    Block {
+        title: "Planes",
+        columns: &[
+            column("planes.faces", "faces", Unit::Count),
+            column("planes.recall", "recall", Unit::Percent(1)),
+            column("planes.precision", "precision", Unit::Percent(1)),
+            column("planes.duplicates", "duplicates", Unit::Count),
+            column("planes.merged", "wrongly merged", Unit::Count),
+            column("planes.angle", "angle", Unit::Degrees),
+            column("planes.offset", "offset", Unit::Millimetres),
+            column("planes.boundary_iou", "boundary IoU", Unit::Plain),
+        ],
+    },
+    Block {
+        title: "Objects",
+        columns: &[
+            column("objects.objects", "objects", Unit::Count),
+            column("objects.recall", "recall", Unit::Percent(1)),
+            column("objects.precision", "precision", Unit::Percent(1)),
+            column("objects.duplicates", "duplicates", Unit::Count),
+            column("objects.iou", "3D IoU", Unit::Plain),
+            column("objects.center", "centre", Unit::Millimetres),
+            column("objects.yaw", "yaw", Unit::Degrees),
+            column("objects.labels", "labels", Unit::Percent(1)),
+        ],
+    },
+    Block {
+        title: "Speed (two sequences at once on two cores): median of each step and 95 % of the whole, ms a frame",
+        columns: &[
+            column("speed.tracking", "tracking", Unit::Milliseconds),
+            column("speed.foreground", "foreground", Unit::Milliseconds),
+            column("speed.compensation", "compensation", Unit::Milliseconds),
+            column("speed.correction", "correction", Unit::Milliseconds),
+            column("speed.mask", "mask", Unit::Milliseconds),
+            column("speed.cloud", "cloud", Unit::Milliseconds),
+            column("speed.octree", "octree", Unit::Milliseconds),
+            column("speed.insert", "insert", Unit::Milliseconds),
+            column("speed.insert_p95", "95 %", Unit::Milliseconds),
+        ],
+    },
+];
+
+impl Column {
+    /// Heading with unit.
+    pub fn title(&self) -> String {
+        match self.unit {
+            Unit::Percent(_) => format!("{} %", self.heading.trim_end_matches(" %")),
+            Unit::Millimetres => format!("{} mm", self.heading),
+            Unit::Degrees => format!("{} deg", self.heading),
+            Unit::Milliseconds | Unit::Count | Unit::Plain => self.heading.to_owned(),
+        }
+    }
+
+    /// A figure as text; a dash for one that was not measured.
+    pub fn format(&self, value: Option<f64>) -> String {
+        let Some(value) = value else { return "-".to_owned() };
+        match self.unit {
+            Unit::Percent(decimals) => format!("{:.decimals$}", 100.0 * value),
+            Unit::Millimetres => format!("{:.1}", 1e3 * value),
+            Unit::Degrees => format!("{:.2}", value.to_degrees()),
+            Unit::Milliseconds => format!("{:.1}", 1e3 * value),
+            Unit::Count if value.fract() == 0.0 => format!("{value:.0}"),
+            Unit::Count => format!("{value:.1}"),
+            Unit::Plain => format!("{value:.2}"),
+        }
+    }
+}
+
+impl Scores {
+    /// Notes a figure, if there is one.
+    pub fn set(&mut self, key: &'static str, value: impl Into<Option<f64>>) {
+        debug_assert!(
+            BLOCKS.iter().any(|block| block.columns.iter().any(|column| column.key == key)),
+            "no column {key}"
+        );
+        if let Some(value) = value.into() {
+            self.0.insert(key, value);
+        }
+    }
+
+    /// A figure, if it was measured.
+    pub fn get(&self, key: &str) -> Option<f64> {
+        self.0.get(key).copied()
+    }
+
+    /// The mean of each figure over the rows that have it.
+    pub fn mean(rows: &[&Self]) -> Self {
+        let mut sums: BTreeMap<&'static str, (f64, f64)> = BTreeMap::new();
+        for (&key, &value) in rows.iter().flat_map(|row| &row.0) {
+            let (sum, count) = sums.entry(key).or_default();
+            *sum += value;
+            *count += 1.0;
+        }
+        Self(sums.into_iter().map(|(key, (sum, count))| (key, sum / count)).collect())
+    }
+}

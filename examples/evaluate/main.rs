@@ -1,0 +1,84 @@
+//! Measures all maps: on the synthetic sequences against their exact truth, or on a recording against another
+//! recording of the same place without people.
+//!
+//! `cargo run --release --example evaluate -- [--baseline] [--quick] [--every N] [--random-rooms N] [--out DIR]`
+//! prints one table, a block a map, and writes it as `evaluation.json` and `evaluation.md`; `--baseline` treats movers
+//! in the paper's ways too. `--quick` takes two short sequences and fails when a figure is worse than it should be.
+//!
+//! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
+
+#![allow(clippy::print_stdout, reason = "a program for the terminal")]
+
+mod columns;
+mod evaluation;
+mod quick;
+mod recording;
+mod residue_picture;
+mod subjects;
+mod table;
+mod treatment;
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use dymlm_examples::AnyError;
+
+use crate::evaluation::Row;
+use crate::treatment::Treatment;
+
+/// Measures the maps, one row for each sequence and way of treating movers.
+#[derive(Parser)]
+struct Arguments {
+    /// The paper's ways of treating movers as well, each before and after late removal
+    #[arg(long)]
+    baseline: bool,
+    /// Two short sequences, held against thresholds: fails when a figure is worse
+    #[arg(long, conflicts_with_all = ["dataset", "baseline"])]
+    quick: bool,
+    /// Only every N-th frame
+    #[arg(long, default_value_t = 1)]
+    every: usize,
+    /// Number of random rooms
+    #[arg(long, default_value_t = 4)]
+    random_rooms: u64,
+    /// Poses drift as a SLAM's do
+    #[arg(long)]
+    pose_noise: bool,
+    /// Only sequences whose names contain this
+    #[arg(long)]
+    only: Option<String>,
+    /// Folder for the table as JSON and Markdown, and for the pictures
+    #[arg(long, default_value = "out/evaluate")]
+    out: PathBuf,
+    /// TUM RGB-D folder with people; exact masks in masks/ are used when there are any
+    #[arg(long, requires = "reference")]
+    dataset: Option<PathBuf>,
+    /// The same place without people: all frames stitched as they are
+    #[arg(long, requires = "dataset")]
+    reference: Option<PathBuf>,
+    /// Detection file; default: the dataset's detections.jsonl
+    #[arg(long)]
+    detections: Option<PathBuf>,
+}
+
+fn main() -> Result<(), AnyError> {
+    let arguments = Arguments::parse();
+    if let (Some(dataset), Some(reference)) = (&arguments.dataset, &arguments.reference) {
+        let detections = arguments.detections.as_deref();
+        return recording::evaluate(dataset, reference, detections, arguments.every);
+    }
+
+    // Claimed first: an output folder that cannot be written shall not cost a run.
+    std::fs::create_dir_all(&arguments.out)?;
+    let subjects = if arguments.quick { subjects::quick()? } else { subjects::chosen(&arguments)? };
+    let treatments = if arguments.baseline { Treatment::ALL } else { &[Treatment::Silhouettes] };
+    let evaluations = evaluation::evaluate(&subjects, treatments)?;
+    for (subject, evaluation) in subjects.iter().zip(&evaluations) {
+        residue_picture::write(&evaluation.panels, &subject.name, &arguments.out)?;
+    }
+    let rows: Vec<Row> = evaluations.into_iter().flat_map(|evaluation| evaluation.rows).collect();
+    print!("{}", table::text(&rows));
+    table::write(&rows, &arguments.out)?;
+    println!("written to {}", arguments.out.display());
+    if arguments.quick { quick::check(&rows) } else { Ok(()) }
+}

@@ -1,0 +1,140 @@
+//! A recording with people against one of the same place without: rows for what is done about movers, all detections
+//! and only the surer ones; columns for the masks against exact masks where there are any, and for the cloud before
+//! and after late removal.
+
+use std::path::Path;
+
+use dymlm::core::{Detection, Mask, PointCloud};
+use dymlm::{MapBuilder, MapConfig, Selection};
+use dymlm_examples::{AnyError, FrameSource, SourceFrame, progress_bar};
+use dymlm_io::TumOptions;
+use dymlm_sim::{MaskScore, ReferenceCloud};
+
+use crate::evaluation::inverted;
+use crate::treatment::Treatment;
+
+/// One row of the table.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    treatment: Treatment,
+    min_score: f32,
+}
+
+/// Detections below it never reach the builder.
+const MIN_SCORES: [f32; 2] = [0.0, 0.7];
+
+fn rows() -> Vec<Row> {
+    use Treatment::{Compensation, Correction, NoDetections, RawBoxes, Silhouettes};
+    let mut rows = vec![Row { treatment: NoDetections, min_score: 0.0 }];
+    for min_score in MIN_SCORES {
+        rows.extend(
+            [RawBoxes, Compensation, Correction, Silhouettes].map(|treatment| Row { treatment, min_score }),
+        );
+    }
+    rows
+}
+
+/// Prints the table of the recording in `dataset`, held against the one in `reference`.
+pub fn evaluate(
+    dataset: &Path,
+    reference: &Path,
+    detections: Option<&Path>,
+    every: usize,
+) -> Result<(), AnyError> {
+    let reference = stitch(reference)?;
+    let mut options = TumOptions::default();
+    options.every = every;
+    print_header();
+    for row in rows() {
+        let mut source = FrameSource::recorded(dataset, detections, &options)?;
+        let (builder, masks) = map_recording(row, &mut source, dataset)?;
+        print_row(row, &builder, masks, &reference);
+    }
+    Ok(())
+}
+
+/// All frames of the reference, whatever is left out of the map: what can be asked for does not depend on it.
+fn stitch(folder: &Path) -> Result<ReferenceCloud, AnyError> {
+    let mut source = FrameSource::recorded(folder, None, &TumOptions::default())?;
+    let range = MapConfig::default().cloud;
+    let mut reference = ReferenceCloud::new(0.02)?;
+    let bar = progress_bar(source.len(), "reference");
+    for index in 0..source.len() {
+        let next = source.load(index)?;
+        let (near, far) = (range.min_depth as f32, range.max_depth as f32);
+        reference.add_frame(&next.frame, &next.world_from_camera, near, far);
+        source.recycle(next);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(reference)
+}
+
+/// Builds the map of one row; scores its masks on the way where exact masks are known.
+fn map_recording(
+    row: Row,
+    source: &mut FrameSource,
+    dataset: &Path,
+) -> Result<(MapBuilder, MaskScore), AnyError> {
+    let mut builder = MapBuilder::new(row.treatment.config())?;
+    let mut masks = MaskScore::default();
+    let bar = progress_bar(source.len(), row.treatment.name());
+    for index in 0..source.len() {
+        let next = source.load(index)?;
+        let detections: Vec<Detection> = row.treatment.detections(&next.detections);
+        let detections: Vec<Detection> = detections.into_iter().filter(|d| d.score() >= row.min_score).collect();
+        builder.insert(&next.frame, &detections, &next.world_from_camera)?;
+        if let Some(movers) = exact_movers(index, source, dataset, &next)? {
+            let masked = inverted(builder.preprocessor().static_mask())?;
+            masks.add(&masked, &movers, next.frame.depth())?;
+        }
+        source.recycle(next);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok((builder, masks))
+}
+
+/// The pixels that show movers, exactly; `None` when nobody knows.
+fn exact_movers(
+    index: usize,
+    source: &FrameSource,
+    dataset: &Path,
+    frame: &SourceFrame,
+) -> Result<Option<Mask>, AnyError> {
+    let folder = dataset.join("masks");
+    if !folder.is_dir() {
+        return Ok(None);
+    }
+    let (width, height) = (frame.frame.camera().width(), frame.frame.camera().height());
+    let name = source.color_path(index).and_then(|path| path.file_stem().map(|stem| folder.join(stem)));
+    match name.map(|path| path.with_extension("png")).filter(|path| path.exists()) {
+        Some(path) => Ok(Some(read_mask(&path)?)),
+        // Frames without people have no mask.
+        None => Ok(Some(Mask::filled(width, height, false)?)),
+    }
+}
+
+fn read_mask(path: &Path) -> Result<Mask, AnyError> {
+    let image = image::open(path)?.into_luma8();
+    let data = image.as_raw().iter().map(|&value| value > 0).collect();
+    Ok(Mask::new(image.width() as usize, image.height() as usize, data)?)
+}
+
+fn print_header() {
+    print!("{:<20} {:>5} | {:>7} {:>9}", "treatment", "score", "recall", "precision");
+    println!(" | before: residue complete |  after: residue complete");
+}
+
+fn print_row(row: Row, builder: &MapBuilder, masks: MaskScore, reference: &ReferenceCloud) {
+    let percent =
+        |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.2} %", 100.0 * share));
+    print!("{:<20} {:>5.2} |", row.treatment.name(), row.min_score);
+    print!(" {:>7} {:>9}", percent(masks.recall()), percent(masks.precision()));
+    for selection in [Selection::All, Selection::Static] {
+        let cloud: PointCloud = builder.map().cloud().point_cloud(selection);
+        let score = reference.score(cloud.points());
+        print!(" | {:>13.4} % {:>6.2} %", 100.0 * score.residue, 100.0 * score.completeness);
+    }
+    println!();
+}

@@ -1,0 +1,60 @@
+use dymlm::MapConfig;
+use dymlm::core::Detection;
+use dymlm::dynamics::MaskMode;
+use serde::Serialize;
+
+/// What is done about movers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Treatment {
+    /// The detector is not asked: only late removal keeps movers out.
+    NoDetections,
+    /// Everything inside the detector's boxes goes.
+    RawBoxes,
+    /// Boxes that the detector missed are predicted.
+    Compensation,
+    /// Boxes cut short are extended as well (the paper's full preprocessing).
+    Correction,
+    /// Within the boxes only what is connected in depth goes (our default).
+    Silhouettes,
+}
+
+impl Treatment {
+    /// From least to most.
+    pub const ALL: &[Self] =
+        &[Self::NoDetections, Self::RawBoxes, Self::Compensation, Self::Correction, Self::Silhouettes];
+
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoDetections => "no detections",
+            Self::RawBoxes => "raw boxes",
+            Self::Compensation => "boxes, compensation",
+            Self::Correction => "boxes, + correction",
+            Self::Silhouettes => "silhouettes",
+        }
+    }
+
+    /// The config that treats movers so.
+    pub fn config(self) -> MapConfig {
+        let mut config = MapConfig::default();
+        if self != Self::Silhouettes {
+            config.dynamics.mask.mode = MaskMode::Box;
+        }
+        if matches!(self, Self::RawBoxes | Self::Compensation) {
+            config.dynamics.correction.max_extension = 0.0;
+        }
+        if self == Self::RawBoxes {
+            config.dynamics.tracker.max_coast = 0.0;
+        }
+        config
+    }
+
+    /// The detections that reach the builder: all those of objects, and of movers unless the detector is not asked.
+    pub fn detections(self, detections: &[Detection]) -> Vec<Detection> {
+        match self {
+            Self::NoDetections => Vec::new(),
+            _ => detections.to_vec(),
+        }
+    }
+}

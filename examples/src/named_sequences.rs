@@ -1,0 +1,59 @@
+use dymlm_sim::{SequenceConfig, SequenceType};
+
+/// A synthetic sequence with a name.
+#[derive(Debug, Clone)]
+pub struct NamedSequence {
+    /// `walking_xyz` ..., `two_tables`, `random_room_N`.
+    pub name: String,
+    /// What it shows.
+    pub config: SequenceConfig,
+    /// Which set it belongs to.
+    pub set: SequenceSet,
+}
+
+/// Sets of sequences that figures are averaged over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SequenceSet {
+    /// The eight types of the paper's table.
+    Eight,
+    /// The second room.
+    SecondRoom,
+    /// Rooms made from seeds.
+    RandomRooms,
+}
+
+/// Frames of a random room: one round of the camera's path.
+const RANDOM_ROOM_FRAMES: usize = 80;
+
+/// The eight sequences, the second room, and the random rooms of the seeds 0, 1, 2 ...
+pub fn named_sequences(random_rooms: u64) -> Vec<NamedSequence> {
+    let eight = SequenceType::ALL.iter().map(|kind| NamedSequence {
+        name: kind.name().to_owned(),
+        config: kind.config(),
+        set: SequenceSet::Eight,
+    });
+    let second = NamedSequence {
+        name: "two_tables".to_owned(),
+        config: SequenceConfig::two_tables(),
+        set: SequenceSet::SecondRoom,
+    };
+    let random = (0..random_rooms).map(|seed| {
+        let mut config = SequenceConfig::random_room(seed);
+        config.frames = RANDOM_ROOM_FRAMES;
+        NamedSequence { name: format!("random_room_{seed}"), config, set: SequenceSet::RandomRooms }
+    });
+    eight.chain([second]).chain(random).collect()
+}
+
+/// The sequence of a name; the error lists the names.
+///
+/// # Errors
+///
+/// When there is none of that name.
+pub fn named_sequence(name: &str) -> Result<NamedSequence, String> {
+    let seed: Option<u64> = name.strip_prefix("random_room_").and_then(|seed| seed.parse().ok());
+    let all = named_sequences(seed.map_or(0, |seed| seed.saturating_add(1).min(10_000)));
+    let names = || all.iter().map(|sequence| sequence.name.as_str()).collect::<Vec<_>>().join(", ");
+    let unknown = format!("no sequence {name:?}; there are: {}, random_room_0, random_room_1, ...", names());
+    all.into_iter().find(|sequence| sequence.name == name).ok_or(unknown)
+}
