@@ -10,9 +10,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
-use dymlm_examples::{AnyError, depth_colors, named_sequence, named_sequences, progress_bar};
-use dymlm_io::{TumWriter, write_png};
-use dymlm_sim::{Sequence, SimulatedFrame};
+use dymlm_examples::{AnyError, FrameSource, depth_colors, named_sequence, named_sequences, progress_bar};
+use dymlm_io::{TumOptions, TumWriter, write_png};
+use dymlm_sim::{Activity, DetectorFigures, DetectorStatistics, Sequence, SequenceType, SimulatedFrame};
 
 /// Draws, exports and describes the synthetic sequences.
 #[derive(Parser)]
@@ -97,4 +97,44 @@ fn export(name: &str, folder: &Path) -> Result<(), AnyError> {
     writer.finish()?;
     println!("{} frames written to {}", sequence.len(), folder.display());
     Ok(())
+}
+
+/// Prints the figures of the simulated detector over the four walking sequences, and of a real one beside them.
+fn describe_detector(dataset: Option<&Path>) -> Result<(), AnyError> {
+    let simulated = simulated_detector()?;
+    let real = dataset.map(real_detector).transpose()?;
+    println!("{:<48} {:>10} {:>10}", "", "simulated", if real.is_some() { "real" } else { "" });
+    for (index, row) in simulated.rows().iter().enumerate() {
+        let real =
+            real.as_ref().and_then(|real| real.rows().get(index).map(|row| format!("{:10.3}", row.value)));
+        println!("{:<48} {:10.3} {}", row.name, row.value, real.unwrap_or_default());
+    }
+    Ok(())
+}
+
+fn simulated_detector() -> Result<DetectorFigures, AnyError> {
+    let mut statistics = DetectorStatistics::new("person");
+    for kind in SequenceType::ALL.iter().filter(|kind| kind.activity() == Activity::Walking) {
+        let sequence = Sequence::new(&kind.config())?;
+        let bar = progress_bar(sequence.len(), kind.name());
+        for frame in sequence.frames() {
+            statistics.add_simulated(&frame);
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+    }
+    statistics.figures().ok_or_else(|| "nobody is in view".into())
+}
+
+/// The figures of the detections of a recording whose masks hold 1, 2, ... where people are.
+fn real_detector(folder: &Path) -> Result<DetectorFigures, AnyError> {
+    let mut source = FrameSource::recorded(folder, None, &TumOptions::default())?;
+    let mut statistics = DetectorStatistics::new("person");
+    for index in 0..source.len() {
+        let next = source.load(index)?;
+        let people = source.people(index)?.ok_or("the dataset has no folder masks")?;
+        statistics.add(&next.detections, &people.views()?, &people.anybody()?);
+        source.recycle(next);
+    }
+    statistics.figures().ok_or_else(|| "nobody is in view".into())
 }

@@ -3,17 +3,17 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 /// Columns of the table that belong together: those of one map.
-pub struct Block {
+pub(crate) struct Block {
     /// What is measured.
-    pub title: &'static str,
+    pub(crate) title: &'static str,
     /// The figures.
-    pub columns: &'static [Column],
+    pub(crate) columns: &'static [Column],
 }
 
 /// One figure of the table.
-pub struct Column {
+pub(crate) struct Column {
     /// Name in [`Scores`] and in the JSON file.
-    pub key: &'static str,
+    pub(crate) key: &'static str,
     heading: &'static str,
     unit: Unit,
 }
@@ -35,14 +35,14 @@ enum Unit {
 /// The figures of one row by their columns' keys; SI units, shares as 0..=1. What was not measured is not there.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(transparent)]
-pub struct Scores(BTreeMap<&'static str, f64>);
+pub(crate) struct Scores(BTreeMap<&'static str, f64>);
 
 const fn column(key: &'static str, heading: &'static str, unit: Unit) -> Column {
     Column { key, heading, unit }
 }
 
 /// The whole table.
-pub const BLOCKS: &[Block] = &[
+pub(crate) const BLOCKS: &[Block] = &[
     Block {
         title: "Boxes and masks of movers",
         columns: &[
@@ -125,7 +125,7 @@ pub const BLOCKS: &[Block] = &[
 
 impl Column {
     /// Heading with unit.
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         match self.unit {
             Unit::Percent(_) => format!("{} %", self.heading.trim_end_matches(" %")),
             Unit::Millimetres => format!("{} mm", self.heading),
@@ -135,7 +135,7 @@ impl Column {
     }
 
     /// A figure as text; a dash for one that was not measured.
-    pub fn format(&self, value: Option<f64>) -> String {
+    pub(crate) fn format(&self, value: Option<f64>) -> String {
         let Some(value) = value else { return "-".to_owned() };
         match self.unit {
             Unit::Percent(decimals) => format!("{:.decimals$}", 100.0 * value),
@@ -151,7 +151,7 @@ impl Column {
 
 impl Scores {
     /// Notes a figure, if there is one.
-    pub fn set(&mut self, key: &'static str, value: impl Into<Option<f64>>) {
+    pub(crate) fn set(&mut self, key: &'static str, value: impl Into<Option<f64>>) {
         debug_assert!(
             BLOCKS.iter().any(|block| block.columns.iter().any(|column| column.key == key)),
             "no column {key}"
@@ -162,12 +162,12 @@ impl Scores {
     }
 
     /// A figure, if it was measured.
-    pub fn get(&self, key: &str) -> Option<f64> {
+    pub(crate) fn get(&self, key: &str) -> Option<f64> {
         self.0.get(key).copied()
     }
 
     /// The mean of each figure over the rows that have it.
-    pub fn mean(rows: &[&Self]) -> Self {
+    pub(crate) fn mean(rows: &[&Self]) -> Self {
         let mut sums: BTreeMap<&'static str, (f64, f64)> = BTreeMap::new();
         for (&key, &value) in rows.iter().flat_map(|row| &row.0) {
             let (sum, count) = sums.entry(key).or_default();

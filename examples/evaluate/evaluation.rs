@@ -16,25 +16,25 @@ use crate::treatment::Treatment;
 
 /// One row of the table.
 #[derive(Debug, Clone, Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     /// Name of the sequence.
-    pub sequence: String,
+    pub(crate) sequence: String,
     /// The set it belongs to; none for means.
     #[serde(skip)]
-    pub set: Option<SequenceSet>,
+    pub(crate) set: Option<SequenceSet>,
     /// What was done about movers.
-    pub treatment: Treatment,
+    pub(crate) treatment: Treatment,
     /// Before or after late removal.
-    pub stage: Stage,
+    pub(crate) stage: Stage,
     /// The figures.
-    pub scores: Scores,
+    pub(crate) scores: Scores,
 }
 
 /// Late removal (ghosts by the evidence of all frames, noise by thinning) concerns the cloud; other maps are scored
 /// with the finished cloud.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Stage {
+pub(crate) enum Stage {
     /// The cloud with all that came in.
     Before,
     /// The finished cloud.
@@ -43,7 +43,7 @@ pub enum Stage {
 
 impl Stage {
     /// Name in tables.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Before => "before",
             Self::After => "after",
@@ -59,16 +59,16 @@ impl Stage {
 }
 
 /// What comes of one sequence.
-pub struct Evaluation {
+pub(crate) struct Evaluation {
     /// Its rows of the table.
-    pub rows: Vec<Row>,
+    pub(crate) rows: Vec<Row>,
     /// The cloud of each row from above, residue marked; none when there is but one way of treating movers.
-    pub panels: Vec<Panel>,
+    pub(crate) panels: Vec<Panel>,
 }
 
 /// Maps every subject in every way, on all cores: a sequence a core. The rows come in the order of the subjects,
 /// whichever is done first, and do not depend on the number of cores (but for the times).
-pub fn evaluate(subjects: &[Subject], treatments: &[Treatment]) -> Result<Vec<Evaluation>, AnyError> {
+pub(crate) fn evaluate(subjects: &[Subject], treatments: &[Treatment]) -> Result<Vec<Evaluation>, AnyError> {
     let frames = subjects.iter().map(|subject| subject.sequence.len()).sum();
     let bar = progress_bar(frames, "evaluating");
     let next = AtomicUsize::new(0);
@@ -107,7 +107,8 @@ fn evaluate_subject(
     }
 
     let mut evaluation = Evaluation { rows: Vec::new(), panels: Vec::new() };
-    let stages: &[Stage] = if treatments.len() > 1 { &[Stage::Before, Stage::After] } else { &[Stage::After] };
+    let stages: &[Stage] =
+        if treatments.len() > 1 { &[Stage::Before, Stage::After] } else { &[Stage::After] };
     for run in &runs {
         for &stage in stages {
             let cloud = run.builder.map().cloud().point_cloud(stage.selection());
@@ -197,6 +198,6 @@ fn score_of_cloud(scores: &mut Scores, cloud: &PointCloud, truth: &Truth) {
 }
 
 /// `true` where `mask` is not.
-pub fn inverted(mask: &Mask) -> Result<Mask, AnyError> {
+pub(crate) fn inverted(mask: &Mask) -> Result<Mask, AnyError> {
     Ok(Mask::new(mask.width(), mask.height(), mask.data().iter().map(|choice| !choice).collect())?)
 }

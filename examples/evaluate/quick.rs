@@ -19,7 +19,7 @@ const LIMITS: &[(&str, &str, Limit)] = &[
 ];
 
 /// Fails when a figure is worse than its limit, or missing; says which.
-pub fn check(rows: &[Row]) -> Result<(), AnyError> {
+pub(crate) fn check(rows: &[Row]) -> Result<(), AnyError> {
     let mut faults = Vec::new();
     for &(sequence, key, limit) in LIMITS {
         let row = rows.iter().find(|row| row.sequence.contains(sequence));

@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use dymlm::core::{Detection, Mask, PointCloud};
+use dymlm::core::{Detection, PointCloud};
 use dymlm::{MapBuilder, MapConfig, Selection};
-use dymlm_examples::{AnyError, FrameSource, SourceFrame, progress_bar};
+use dymlm_examples::{AnyError, FrameSource, progress_bar};
 use dymlm_io::TumOptions;
 use dymlm_sim::{MaskScore, ReferenceCloud};
 
@@ -35,7 +35,7 @@ fn rows() -> Vec<Row> {
 }
 
 /// Prints the table of the recording in `dataset`, held against the one in `reference`.
-pub fn evaluate(
+pub(crate) fn evaluate(
     dataset: &Path,
     reference: &Path,
     detections: Option<&Path>,
@@ -47,7 +47,7 @@ pub fn evaluate(
     print_header();
     for row in rows() {
         let mut source = FrameSource::recorded(dataset, detections, &options)?;
-        let (builder, masks) = map_recording(row, &mut source, dataset)?;
+        let (builder, masks) = map_recording(row, &mut source)?;
         print_row(row, &builder, masks, &reference);
     }
     Ok(())
@@ -71,54 +71,25 @@ fn stitch(folder: &Path) -> Result<ReferenceCloud, AnyError> {
 }
 
 /// Builds the map of one row; scores its masks on the way where exact masks are known.
-fn map_recording(
-    row: Row,
-    source: &mut FrameSource,
-    dataset: &Path,
-) -> Result<(MapBuilder, MaskScore), AnyError> {
+fn map_recording(row: Row, source: &mut FrameSource) -> Result<(MapBuilder, MaskScore), AnyError> {
     let mut builder = MapBuilder::new(row.treatment.config())?;
     let mut masks = MaskScore::default();
     let bar = progress_bar(source.len(), row.treatment.name());
     for index in 0..source.len() {
         let next = source.load(index)?;
         let detections: Vec<Detection> = row.treatment.detections(&next.detections);
-        let detections: Vec<Detection> = detections.into_iter().filter(|d| d.score() >= row.min_score).collect();
+        let detections: Vec<Detection> =
+            detections.into_iter().filter(|d| d.score() >= row.min_score).collect();
         builder.insert(&next.frame, &detections, &next.world_from_camera)?;
-        if let Some(movers) = exact_movers(index, source, dataset, &next)? {
+        if let Some(people) = source.people(index)? {
             let masked = inverted(builder.preprocessor().static_mask())?;
-            masks.add(&masked, &movers, next.frame.depth())?;
+            masks.add(&masked, &people.anybody()?, next.frame.depth())?;
         }
         source.recycle(next);
         bar.inc(1);
     }
     bar.finish_and_clear();
     Ok((builder, masks))
-}
-
-/// The pixels that show movers, exactly; `None` when nobody knows.
-fn exact_movers(
-    index: usize,
-    source: &FrameSource,
-    dataset: &Path,
-    frame: &SourceFrame,
-) -> Result<Option<Mask>, AnyError> {
-    let folder = dataset.join("masks");
-    if !folder.is_dir() {
-        return Ok(None);
-    }
-    let (width, height) = (frame.frame.camera().width(), frame.frame.camera().height());
-    let name = source.color_path(index).and_then(|path| path.file_stem().map(|stem| folder.join(stem)));
-    match name.map(|path| path.with_extension("png")).filter(|path| path.exists()) {
-        Some(path) => Ok(Some(read_mask(&path)?)),
-        // Frames without people have no mask.
-        None => Ok(Some(Mask::filled(width, height, false)?)),
-    }
-}
-
-fn read_mask(path: &Path) -> Result<Mask, AnyError> {
-    let image = image::open(path)?.into_luma8();
-    let data = image.as_raw().iter().map(|&value| value > 0).collect();
-    Ok(Mask::new(image.width() as usize, image.height() as usize, data)?)
 }
 
 fn print_header() {

@@ -6,7 +6,7 @@ use dymlm_io::write_png;
 use dymlm_sim::{Sequence, Truth};
 
 /// A cloud from above, what people left in it in red.
-pub struct Panel {
+pub(crate) struct Panel {
     width: usize,
     height: usize,
     pixels: Vec<Rgb>,
@@ -27,16 +27,19 @@ const GAP: usize = 8;
 
 impl Panel {
     /// Draws a cloud of a sequence.
-    pub fn draw(cloud: &PointCloud, truth: &Truth, sequence: &Sequence) -> Self {
+    pub(crate) fn draw(cloud: &PointCloud, truth: &Truth, sequence: &Sequence) -> Self {
         let world_from_scene = sequence.config().world_from_scene;
         let scene_from_world = world_from_scene.inverse();
         let height = |point: Point| scene_from_world.transform_point(point.map(f64::from))[2];
         let seen = truth.visible_points().into_iter().filter(|&point| height(point) < CEILING);
-        let (down, level) = (world_from_scene.rotate([0.0, 0.0, -1.0]), world_from_scene.rotate([0.0, -1.0, 0.0]));
+        let (down, level) =
+            (world_from_scene.rotate([0.0, 0.0, -1.0]), world_from_scene.rotate([0.0, -1.0, 0.0]));
         let mut view = Orthographic::onto(down, level, seen.map(|point| point.map(f64::from)));
 
         let colors = cloud.colors().unwrap_or_default();
-        for (index, &point) in cloud.points().iter().enumerate().filter(|&(_, &point)| height(point) < CEILING) {
+        for (index, &point) in
+            cloud.points().iter().enumerate().filter(|&(_, &point)| height(point) < CEILING)
+        {
             let is_residue = truth.surface_distance(point) > OFF_SURFACE && truth.swept_by_movers(point);
             let faded = colors.get(index).map_or([170; 3], |color| color.map(|c| 128 + c / 2));
             let (side, color) = if is_residue { (RESIDUE, RED) } else { (POINT, faded) };
@@ -56,7 +59,7 @@ impl Panel {
 }
 
 /// Writes the panels of one sequence side by side: a column a treatment, before late removal above, after it below.
-pub fn write(panels: &[Panel], sequence: &str, folder: &Path) -> Result<(), AnyError> {
+pub(crate) fn write(panels: &[Panel], sequence: &str, folder: &Path) -> Result<(), AnyError> {
     let Some(first) = panels.first() else { return Ok(()) };
     let columns = panels.len().div_ceil(2);
     let (width, height) = (columns * (first.width + GAP) - GAP, 2 * (first.height + GAP) - GAP);

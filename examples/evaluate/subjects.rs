@@ -4,13 +4,13 @@ use dymlm_sim::{PoseErrorConfig, Sequence, SequenceType};
 use crate::Arguments;
 
 /// A sequence that maps are built from.
-pub struct Subject {
+pub(crate) struct Subject {
     /// Name in tables.
-    pub name: String,
+    pub(crate) name: String,
     /// Which set it belongs to: figures are averaged over sets.
-    pub set: SequenceSet,
+    pub(crate) set: SequenceSet,
     /// The sequence.
-    pub sequence: Sequence,
+    pub(crate) sequence: Sequence,
 }
 
 impl Subject {
@@ -21,7 +21,7 @@ impl Subject {
 }
 
 /// The eight sequences, the second room, and random rooms.
-pub fn chosen(arguments: &Arguments) -> Result<Vec<Subject>, AnyError> {
+pub(crate) fn chosen(arguments: &Arguments) -> Result<Vec<Subject>, AnyError> {
     let mut sequences = named_sequences(arguments.random_rooms);
     if let Some(part) = &arguments.only {
         sequences.retain(|sequence| sequence.name.contains(part));
@@ -39,7 +39,7 @@ pub fn chosen(arguments: &Arguments) -> Result<Vec<Subject>, AnyError> {
 const QUICK_FRAMES: usize = 80;
 
 /// Two short sequences, one of each activity.
-pub fn quick() -> Result<Vec<Subject>, AnyError> {
+pub(crate) fn quick() -> Result<Vec<Subject>, AnyError> {
     let quick = [SequenceType::WalkingHalfSphere, SequenceType::SittingXyz].map(SequenceType::name);
     let sequences = named_sequences(0).into_iter().filter(|named| quick.contains(&named.name.as_str()));
     let subjects = sequences.map(|mut named| {

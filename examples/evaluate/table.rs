@@ -10,7 +10,7 @@ use crate::evaluation::{Row, Stage};
 use crate::treatment::Treatment;
 
 /// The table for the terminal: a block of columns a map, the same rows in each.
-pub fn text(rows: &[Row]) -> String {
+pub(crate) fn text(rows: &[Row]) -> String {
     let rows = with_means(rows);
     let mut text = String::new();
     for block in BLOCKS {
@@ -35,7 +35,7 @@ pub fn text(rows: &[Row]) -> String {
 }
 
 /// The table as `evaluation.json` and `evaluation.md`.
-pub fn write(rows: &[Row], folder: &Path) -> Result<(), AnyError> {
+pub(crate) fn write(rows: &[Row], folder: &Path) -> Result<(), AnyError> {
     let rows = with_means(rows);
     write_atomically(folder.join("evaluation.md"), |out| out.write_all(markdown(&rows).as_bytes()))?;
     write_atomically(folder.join("evaluation.json"), |out| -> Result<(), AnyError> {

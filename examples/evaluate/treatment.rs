@@ -6,7 +6,7 @@ use serde::Serialize;
 /// What is done about movers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Treatment {
+pub(crate) enum Treatment {
     /// The detector is not asked: only late removal keeps movers out.
     NoDetections,
     /// Everything inside the detector's boxes goes.
@@ -21,11 +21,11 @@ pub enum Treatment {
 
 impl Treatment {
     /// From least to most.
-    pub const ALL: &[Self] =
+    pub(crate) const ALL: &[Self] =
         &[Self::NoDetections, Self::RawBoxes, Self::Compensation, Self::Correction, Self::Silhouettes];
 
     /// Name in tables.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::NoDetections => "no detections",
             Self::RawBoxes => "raw boxes",
@@ -36,7 +36,7 @@ impl Treatment {
     }
 
     /// The config that treats movers so.
-    pub fn config(self) -> MapConfig {
+    pub(crate) fn config(self) -> MapConfig {
         let mut config = MapConfig::default();
         if self != Self::Silhouettes {
             config.dynamics.mask.mode = MaskMode::Box;
@@ -51,7 +51,7 @@ impl Treatment {
     }
 
     /// The detections that reach the builder: all those of objects, and of movers unless the detector is not asked.
-    pub fn detections(self, detections: &[Detection]) -> Vec<Detection> {
+    pub(crate) fn detections(self, detections: &[Detection]) -> Vec<Detection> {
         match self {
             Self::NoDetections => Vec::new(),
             _ => detections.to_vec(),

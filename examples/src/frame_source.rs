@@ -1,10 +1,10 @@
 use std::path::{Path, PathBuf};
 
-use dymlm::core::{Detection, Frame, Mask, PinholeCamera, Pose};
+use dymlm::core::{Detection, Frame, PinholeCamera, Pose};
 use dymlm_io::{DetectionFile, FrameBuffers, TumDataset, TumOptions, YoloFolder, read_class_names};
 use dymlm_sim::{Sequence, SequenceConfig};
 
-use crate::AnyError;
+use crate::{AnyError, PeopleMasks};
 
 /// Where frames come from: a recorded dataset, or the built-in synthetic sequence.
 #[derive(Debug)]
@@ -18,6 +18,7 @@ pub enum FrameSource {
 /// A dataset with its detections.
 #[derive(Debug)]
 pub struct Recording {
+    folder: PathBuf,
     dataset: TumDataset,
     detections: Detections,
     buffers: FrameBuffers,
@@ -39,8 +40,6 @@ pub struct SourceFrame {
     pub detections: Vec<Detection>,
     /// Camera to world.
     pub world_from_camera: Pose,
-    /// The pixels that show movers, where the source knows them exactly.
-    pub mover_mask: Option<Mask>,
 }
 
 /// A sequence's config with only every `n`-th frame of the same walk.
@@ -79,7 +78,7 @@ impl FrameSource {
             Some(path) => open_detections(&path, dataset.camera())?,
         };
         let buffers = FrameBuffers::default();
-        Ok(Self::Recorded(Box::new(Recording { dataset, detections, buffers })))
+        Ok(Self::Recorded(Box::new(Recording { folder: folder.to_path_buf(), dataset, detections, buffers })))
     }
 
     /// Number of frames.
@@ -138,7 +137,6 @@ impl FrameSource {
                     frame: frame.frame,
                     detections: frame.detections,
                     world_from_camera: frame.world_from_camera,
-                    mover_mask: Some(frame.mover_mask),
                 })
             }
         }
@@ -151,10 +149,24 @@ impl FrameSource {
         }
     }
 
-    /// The colour image file of a frame of a recorded dataset.
-    pub fn color_path(&self, index: usize) -> Option<PathBuf> {
-        let Self::Recorded(recording) = self else { return None };
-        recording.dataset.frames().get(index)?.color.clone()
+    /// Who is where in a frame, exactly; `None` when the source has no masks.
+    ///
+    /// # Errors
+    ///
+    /// When the frame's mask cannot be read.
+    pub fn people(&self, index: usize) -> Result<Option<PeopleMasks>, AnyError> {
+        let Self::Recorded(recording) = self else { return Ok(None) };
+        let masks = recording.folder.join("masks");
+        let camera = recording.dataset.camera();
+        let color = recording.dataset.frames().get(index).and_then(|frame| frame.color.as_ref());
+        let (true, Some(name)) = (masks.is_dir(), color.and_then(|color| color.file_stem())) else {
+            return Ok(None);
+        };
+        match masks.join(name).with_extension("png") {
+            path if path.exists() => Ok(Some(PeopleMasks::read(&path)?)),
+            // Frames without people have no mask.
+            _ => Ok(Some(PeopleMasks::nobody(camera.width(), camera.height()))),
+        }
     }
 }
 
@@ -168,12 +180,7 @@ impl Recording {
             Detections::Yolo(folder) => folder.read(listed.color.as_ref().unwrap_or(&listed.depth))?,
         };
         let posed = self.dataset.load_into(index, &mut self.buffers)?;
-        Ok(SourceFrame {
-            frame: posed.frame,
-            detections,
-            world_from_camera: posed.world_from_camera,
-            mover_mask: None,
-        })
+        Ok(SourceFrame { frame: posed.frame, detections, world_from_camera: posed.world_from_camera })
     }
 }
 

@@ -3,6 +3,7 @@
 mod frame_source;
 mod named_sequences;
 mod orthographic;
+mod people_masks;
 mod pictures;
 mod progress;
 mod run_report;
@@ -11,6 +12,7 @@ mod statistics;
 pub use frame_source::{FrameSource, SourceFrame, every};
 pub use named_sequences::{NamedSequence, SequenceSet, named_sequence, named_sequences};
 pub use orthographic::Orthographic;
+pub use people_masks::PeopleMasks;
 pub use pictures::{Picture, cloud_pictures, depth_colors, octree_pictures};
 pub use progress::progress_bar;
 pub use run_report::{Counts, RunReport, peak_memory_bytes};

@@ -1,4 +1,4 @@
-use dymlm_sim::{SequenceConfig, SequenceType};
+use dymlm_sim::{Room, SequenceConfig, SequenceType};
 
 /// A synthetic sequence with a name.
 #[derive(Debug, Clone)]
@@ -32,11 +32,9 @@ pub fn named_sequences(random_rooms: u64) -> Vec<NamedSequence> {
         config: kind.config(),
         set: SequenceSet::Eight,
     });
-    let second = NamedSequence {
-        name: "two_tables".to_owned(),
-        config: SequenceConfig::two_tables(),
-        set: SequenceSet::SecondRoom,
-    };
+    let mut config = SequenceConfig::default();
+    config.room = Room::TwoTables;
+    let second = NamedSequence { name: "two_tables".to_owned(), config, set: SequenceSet::SecondRoom };
     let random = (0..random_rooms).map(|seed| {
         let mut config = SequenceConfig::random_room(seed);
         config.frames = RANDOM_ROOM_FRAMES;

@@ -1,0 +1,56 @@
+use std::path::Path;
+
+use dymlm::core::Mask;
+use dymlm_sim::ExactView;
+
+use crate::AnyError;
+
+/// Who is where in a frame of a recording, exactly: 8-bit PNGs in the folder `masks` beside the images, named as the
+/// colour images are, 0 where nobody is, else the number of the person.
+#[derive(Debug, Clone)]
+pub struct PeopleMasks {
+    width: usize,
+    height: usize,
+    people: Vec<u8>,
+}
+
+impl PeopleMasks {
+    /// Nobody.
+    pub(crate) fn nobody(width: usize, height: usize) -> Self {
+        Self { width, height, people: vec![0; width * height] }
+    }
+
+    pub(crate) fn read(path: &Path) -> Result<Self, AnyError> {
+        let image = image::open(path).map_err(|error| format!("{}: {error}", path.display()))?.into_luma8();
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        Ok(Self { width, height, people: image.into_raw() })
+    }
+
+    /// `true` where somebody is.
+    ///
+    /// # Errors
+    ///
+    /// When the image is empty.
+    pub fn anybody(&self) -> Result<Mask, AnyError> {
+        self.mask(|person| person > 0)
+    }
+
+    /// Each person in view.
+    ///
+    /// # Errors
+    ///
+    /// When the image is empty.
+    pub fn views(&self) -> Result<Vec<ExactView>, AnyError> {
+        let last = self.people.iter().copied().max().unwrap_or(0);
+        let mut views = Vec::new();
+        for person in 1..=last {
+            views.extend(ExactView::of_mask(person.into(), &self.mask(|other| other == person)?));
+        }
+        Ok(views)
+    }
+
+    fn mask(&self, shows: impl Fn(u8) -> bool) -> Result<Mask, AnyError> {
+        let data = self.people.iter().map(|&person| shows(person)).collect();
+        Ok(Mask::new(self.width, self.height, data)?)
+    }
+}
