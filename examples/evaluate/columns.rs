@@ -64,8 +64,8 @@ pub(crate) const BLOCKS: &[Block] = &[
             column("cloud.p95", "95 %", Unit::Millimetres),
             column("cloud.static_accuracy", "SA", Unit::Percent(2)),
             column("cloud.dynamic_accuracy", "DA", Unit::Percent(2)),
-            column("cloud.arithmetic_mean", "AA", Unit::Percent(2)),
-            column("cloud.harmonic_mean", "HA", Unit::Percent(2)),
+            column("cloud.associated_accuracy", "AA", Unit::Percent(2)),
+            column("cloud.harmonic_accuracy", "HA", Unit::Percent(2)),
         ],
     },
     Block {

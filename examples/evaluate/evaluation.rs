@@ -2,15 +2,16 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use dymlm::core::{Mask, PointCloud};
-use dymlm::{FrameReport, MapBuilder, Selection};
-use dymlm_examples::{AnyError, Milliseconds, SequenceSet, progress_bar};
-use dymlm_sim::{MaskScore, SimulatedFrame, Truth, TruthConfig, score_cloud};
+use dymlm::Selection;
+use dymlm_examples::{AnyError, SequenceSet, progress_bar};
+use dymlm_sim::FrameScratch;
 use indicatif::ProgressBar;
 use serde::Serialize;
 
 use crate::columns::Scores;
 use crate::residue_picture::Panel;
+use crate::run::Run;
+use crate::standard::Standard;
 use crate::subjects::Subject;
 use crate::treatment::Treatment;
 
@@ -98,106 +99,41 @@ fn evaluate_subject(
     treatments: &[Treatment],
     bar: &ProgressBar,
 ) -> Result<Evaluation, AnyError> {
-    let mut truth = Truth::new(&subject.sequence, &TruthConfig::default())?;
+    let mut standard = Standard::new(&subject.sequence)?;
     let mut runs = treatments.iter().map(|&treatment| Run::new(treatment)).collect::<Result<Vec<_>, _>>()?;
-    for frame in subject.sequence.frames() {
-        truth.observe(&frame);
+    let mut scratch = FrameScratch::default();
+    for index in 0..subject.sequence.len() {
+        let frame =
+            subject.sequence.frame_with(index, &mut scratch).ok_or("a frame could not be rendered")?;
+        standard.observe(&frame)?;
         runs.iter_mut().try_for_each(|run| run.insert(&frame))?;
+        scratch.recycle(frame);
         bar.inc(1);
     }
 
+    let comparing = treatments.len() > 1;
+    let stages: &[Stage] = if comparing { &[Stage::Before, Stage::After] } else { &[Stage::After] };
     let mut evaluation = Evaluation { rows: Vec::new(), panels: Vec::new() };
-    let stages: &[Stage] =
-        if treatments.len() > 1 { &[Stage::Before, Stage::After] } else { &[Stage::After] };
     for run in &runs {
         for &stage in stages {
-            let cloud = run.builder.map().cloud().point_cloud(stage.selection());
+            let cloud = run.map().cloud().point_cloud(stage.selection());
             let mut scores = Scores::default();
-            score_of_cloud(&mut scores, &cloud, &truth);
+            standard.score_cloud(&cloud, &mut scores);
             if stage == Stage::After {
-                run.score_all_but_the_cloud(&mut scores);
+                standard.score_octree(run.map().octree(), &mut scores)?;
+                run.score(&mut scores);
             }
-            if treatments.len() > 1 {
-                evaluation.panels.push(Panel::draw(&cloud, &truth, &subject.sequence));
+            if comparing {
+                evaluation.panels.push(Panel::draw(&cloud, standard.truth(), &subject.sequence));
             }
             evaluation.rows.push(Row {
                 sequence: subject.name.clone(),
                 set: Some(subject.set),
-                treatment: run.treatment,
+                treatment: run.treatment(),
                 stage,
                 scores,
             });
         }
     }
     Ok(evaluation)
-}
-
-/// A builder at work, and what is counted on the way.
-struct Run {
-    treatment: Treatment,
-    builder: MapBuilder,
-    masks: MaskScore,
-    reports: Vec<FrameReport>,
-}
-
-impl Run {
-    fn new(treatment: Treatment) -> Result<Self, AnyError> {
-        Ok(Self {
-            treatment,
-            builder: MapBuilder::new(treatment.config())?,
-            masks: MaskScore::default(),
-            reports: Vec::new(),
-        })
-    }
-
-    fn insert(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
-        let detections = self.treatment.detections(&frame.detections);
-        let pose = &frame.estimated_world_from_camera;
-        self.reports.push(self.builder.insert(&frame.frame, &detections, pose)?);
-        let masked = inverted(self.builder.preprocessor().static_mask())?;
-        self.masks.add(&masked, &frame.mover_mask, frame.frame.depth())?;
-        Ok(())
-    }
-
-    fn score_all_but_the_cloud(&self, scores: &mut Scores) {
-        scores.set("mask.recall", self.masks.recall());
-        scores.set("mask.precision", self.masks.precision());
-        self.score_speed(scores);
-    }
-
-    fn score_speed(&self, scores: &mut Scores) {
-        for &(key, stage) in SPEED_COLUMNS {
-            let time = |report: &FrameReport| report.stages.of(stage).as_secs_f64() * 1e3;
-            scores.set(key, Milliseconds::of(self.reports.iter().map(time).collect()).median_ms / 1e3);
-        }
-        let total = |report: &FrameReport| report.stages.total().as_secs_f64() * 1e3;
-        let insert = Milliseconds::of(self.reports.iter().map(total).collect());
-        scores.set("speed.insert", insert.median_ms / 1e3);
-        scores.set("speed.insert_p95", insert.p95_ms / 1e3);
-    }
-}
-
-/// The steps that are timed, by column.
-const SPEED_COLUMNS: &[(&str, dymlm::Stage)] = &[
-    ("speed.tracking", dymlm::Stage::Tracking),
-    ("speed.foreground", dymlm::Stage::Foreground),
-    ("speed.compensation", dymlm::Stage::Compensation),
-    ("speed.correction", dymlm::Stage::Correction),
-    ("speed.mask", dymlm::Stage::Mask),
-    ("speed.cloud", dymlm::Stage::Cloud),
-    ("speed.octree", dymlm::Stage::Octree),
-];
-
-fn score_of_cloud(scores: &mut Scores, cloud: &PointCloud, truth: &Truth) {
-    let Some(score) = score_cloud(cloud, truth) else { return };
-    scores.set("cloud.residue", score.residue);
-    scores.set("cloud.stray", score.stray);
-    scores.set("cloud.completeness", score.completeness);
-    scores.set("cloud.median", score.median_distance);
-    scores.set("cloud.p95", score.p95_distance);
-}
-
-/// `true` where `mask` is not.
-pub(crate) fn inverted(mask: &Mask) -> Result<Mask, AnyError> {
-    Ok(Mask::new(mask.width(), mask.height(), mask.data().iter().map(|choice| !choice).collect())?)
 }

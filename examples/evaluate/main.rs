@@ -14,6 +14,8 @@ mod evaluation;
 mod quick;
 mod recording;
 mod residue_picture;
+mod run;
+mod standard;
 mod subjects;
 mod table;
 mod treatment;

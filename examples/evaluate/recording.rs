@@ -10,7 +10,7 @@ use dymlm_examples::{AnyError, FrameSource, progress_bar};
 use dymlm_io::TumOptions;
 use dymlm_sim::{MaskScore, ReferenceCloud};
 
-use crate::evaluation::inverted;
+use crate::run::inverted;
 use crate::treatment::Treatment;
 
 /// One row of the table.

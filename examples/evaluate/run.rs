@@ -1,0 +1,109 @@
+use dymlm::core::{BoundingBox, Mask};
+use dymlm::dynamics::Mover;
+use dymlm::{FrameReport, MapBuilder, MultiLevelMap, Stage};
+use dymlm_examples::{AnyError, Milliseconds};
+use dymlm_sim::{IdentifiedBox, MaskScore, SimulatedFrame, TrackingScorer, VisibleThing};
+
+use crate::columns::Scores;
+use crate::treatment::Treatment;
+
+/// A builder at work, and what is counted on the way.
+pub(crate) struct Run {
+    treatment: Treatment,
+    builder: MapBuilder,
+    masks: MaskScore,
+    boxes: TrackingScorer,
+    reports: Vec<FrameReport>,
+}
+
+/// Share of the image below which nobody asks for a view of a mover: about 150 pixels of 640x480.
+const LEAST_VIEW: f64 = 0.0005;
+
+/// The steps that are timed, by column.
+const STEPS: &[(&str, Stage)] = &[
+    ("speed.tracking", Stage::Tracking),
+    ("speed.foreground", Stage::Foreground),
+    ("speed.compensation", Stage::Compensation),
+    ("speed.correction", Stage::Correction),
+    ("speed.mask", Stage::Mask),
+    ("speed.cloud", Stage::Cloud),
+    ("speed.octree", Stage::Octree),
+];
+
+impl Run {
+    pub(crate) fn new(treatment: Treatment) -> Result<Self, AnyError> {
+        Ok(Self {
+            treatment,
+            builder: MapBuilder::new(treatment.config())?,
+            masks: MaskScore::default(),
+            boxes: TrackingScorer::new(&Default::default())?,
+            reports: Vec::new(),
+        })
+    }
+
+    pub(crate) fn treatment(&self) -> Treatment {
+        self.treatment
+    }
+
+    pub(crate) fn map(&self) -> &MultiLevelMap {
+        self.builder.map()
+    }
+
+    pub(crate) fn insert(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
+        let detections = self.treatment.detections(&frame.detections);
+        let report = self.builder.insert(&frame.frame, &detections, &frame.estimated_world_from_camera)?;
+        let masked = inverted(self.builder.preprocessor().static_mask())?;
+        self.masks.add(&masked, &frame.mover_mask, frame.frame.depth())?;
+        if self.treatment != Treatment::NoDetections {
+            self.count_boxes(frame, &report)?;
+        }
+        self.reports.push(report);
+        Ok(())
+    }
+
+    fn count_boxes(&mut self, frame: &SimulatedFrame, report: &FrameReport) -> Result<(), AnyError> {
+        let pixels = frame.mover_mask.data().len() as f64;
+        let asked_for = |thing: &&VisibleThing| thing.moves && thing.pixels as f64 >= LEAST_VIEW * pixels;
+        let truth: Vec<IdentifiedBox> = frame
+            .visible_things
+            .iter()
+            .filter(asked_for)
+            .map(|thing| IdentifiedBox { id: thing.id as u64, bounding_box: thing.bounding_box })
+            .collect();
+        let output = |mover: &Mover| IdentifiedBox { id: mover.track_id, bounding_box: mover.bounding_box };
+        let output: Vec<IdentifiedBox> = report.movers.iter().map(output).collect();
+        let found = frame.detections.iter().filter(|detection| detection.label() == "person");
+        let found: Vec<BoundingBox> = found.map(|detection| detection.bounding_box()).collect();
+        Ok(self.boxes.add_frame(&truth, &output, Some(&found))?)
+    }
+
+    /// The figures of all that is not a map: masks, boxes, times.
+    pub(crate) fn score(&self, scores: &mut Scores) {
+        scores.set("mask.recall", self.masks.recall());
+        scores.set("mask.precision", self.masks.precision());
+        if self.treatment != Treatment::NoDetections {
+            let boxes = self.boxes.score();
+            scores.set("boxes.misses", boxes.missed_detections as f64);
+            scores.set("boxes.recovered", boxes.misses_recovered);
+            scores.set("boxes.mota", boxes.mota);
+            scores.set("boxes.idf1", boxes.idf1);
+        }
+        self.score_speed(scores);
+    }
+
+    fn score_speed(&self, scores: &mut Scores) {
+        for &(key, stage) in STEPS {
+            let time = |report: &FrameReport| report.stages.of(stage).as_secs_f64() * 1e3;
+            scores.set(key, Milliseconds::of(self.reports.iter().map(time).collect()).median_ms / 1e3);
+        }
+        let total = |report: &FrameReport| report.stages.total().as_secs_f64() * 1e3;
+        let insert = Milliseconds::of(self.reports.iter().map(total).collect());
+        scores.set("speed.insert", insert.median_ms / 1e3);
+        scores.set("speed.insert_p95", insert.p95_ms / 1e3);
+    }
+}
+
+/// `true` where `mask` is not.
+pub(crate) fn inverted(mask: &Mask) -> Result<Mask, AnyError> {
+    Ok(Mask::new(mask.width(), mask.height(), mask.data().iter().map(|choice| !choice).collect())?)
+}

@@ -1,0 +1,80 @@
+use dymlm::Octree;
+use dymlm::core::{Point, PointCloud};
+use dymlm::octree::CellState;
+use dymlm_examples::AnyError;
+use dymlm_sim::{
+    DynamicMapScorer, Occupancy, OccupancyScorer, OccupiedCell, Sequence, SimulatedFrame, Truth, TruthConfig,
+    score_cloud,
+};
+
+use crate::columns::Scores;
+
+/// What the maps of one sequence are held against.
+pub(crate) struct Standard {
+    truth: Truth,
+    dynamic_map: DynamicMapScorer,
+    occupancy: OccupancyScorer,
+}
+
+impl Standard {
+    pub(crate) fn new(sequence: &Sequence) -> Result<Self, AnyError> {
+        Ok(Self {
+            truth: Truth::new(sequence, &TruthConfig::default())?,
+            dynamic_map: DynamicMapScorer::new(&Default::default())?,
+            occupancy: OccupancyScorer::new(&Default::default())?,
+        })
+    }
+
+    /// Takes note of what a frame shows.
+    pub(crate) fn observe(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
+        self.truth.observe(frame);
+        self.occupancy.observe(frame);
+        Ok(self.dynamic_map.add_frame(&frame.frame, &frame.mover_mask, &frame.world_from_camera)?)
+    }
+
+    pub(crate) fn truth(&self) -> &Truth {
+        &self.truth
+    }
+
+    pub(crate) fn score_cloud(&self, cloud: &PointCloud, scores: &mut Scores) {
+        if let Some(score) = score_cloud(cloud, &self.truth) {
+            scores.set("cloud.residue", score.residue);
+            scores.set("cloud.stray", score.stray);
+            scores.set("cloud.completeness", score.completeness);
+            scores.set("cloud.median", score.median_distance);
+            scores.set("cloud.p95", score.p95_distance);
+        }
+        let score = self.dynamic_map.score(cloud.points());
+        scores.set("cloud.static_accuracy", score.static_accuracy);
+        scores.set("cloud.dynamic_accuracy", score.dynamic_accuracy);
+        scores.set("cloud.associated_accuracy", score.associated_accuracy);
+        scores.set("cloud.harmonic_accuracy", score.harmonic_accuracy);
+    }
+
+    pub(crate) fn score_octree(&self, octree: &Octree, scores: &mut Scores) -> Result<(), AnyError> {
+        let leaves = octree.leaves().filter(|leaf| leaf.state == CellState::Occupied);
+        let occupied: Vec<OccupiedCell> =
+            leaves.map(|leaf| OccupiedCell { center: leaf.center, size: leaf.size }).collect();
+        let occupancy_at = |point: Point| match octree.state(point.map(f64::from)) {
+            CellState::Occupied => Occupancy::Occupied,
+            CellState::Free => Occupancy::Free,
+            CellState::Unknown => Occupancy::Unknown,
+        };
+        let score = self.occupancy.score(&self.truth, octree.resolution(), &occupied, occupancy_at)?;
+        if let Some(free_space) = score.free_space {
+            scores.set("octree.ghosts", free_space.ghosts);
+            scores.set("octree.false_occupied", free_space.false_occupied);
+            scores.set("octree.free", free_space.free);
+        }
+        if let Some(surface) = score.surface {
+            scores.set("octree.completeness", surface.completeness);
+            scores.set("octree.false_free", surface.false_free);
+        }
+        if let Some(cells) = score.cells {
+            scores.set("octree.median", cells.median_distance);
+            scores.set("octree.p95", cells.p95_distance);
+            scores.set("octree.residue", cells.residue);
+        }
+        Ok(())
+    }
+}
