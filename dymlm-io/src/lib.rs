@@ -7,6 +7,7 @@
 //! - [`read_ply`], [`write_ply`], [`read_pcd`], [`write_pcd`]: point clouds.
 //! - [`MapFolderWriter`], [`MapFolder`]: a folder of files with a manifest, written so that a crash never leaves half
 //!   of it; [`write_atomically`]: the same for one file.
+//! - [`PlaneRecord`], [`ObjectRecord`]: `planes.json` and `objects.json`.
 //! - [`write_png`], [`write_depth_png`] and their readers.
 //!
 //! Every [`Error`] names the file, and the line where there is one. Files are not trusted: a count in a header is
@@ -16,6 +17,7 @@ mod detection_file;
 mod error;
 mod image_file;
 mod map_folder;
+mod map_records;
 mod pcd;
 mod ply;
 mod text_lines;
@@ -28,6 +30,10 @@ pub use detection_file::{DetectionFile, encode_detections, write_detections};
 pub use error::Error;
 pub use image_file::{read_color_image, read_depth_png, write_depth_png, write_png};
 pub use map_folder::{MapFolder, MapFolderWriter};
+pub use map_records::{
+    ObjectRecord, PlaneRecord, ShapeRecord, encode_objects, encode_planes, read_objects, read_planes,
+    write_objects, write_planes,
+};
 pub use pcd::{PcdCloud, PcdEncoding, PcdField, PcdValues, decode_pcd, encode_pcd, read_pcd, write_pcd};
 pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap, UncoveredTime};
