@@ -517,6 +517,32 @@ fn a_map_of_a_rooms_visible_faces_is_faultless() {
 }
 
 #[test]
+fn a_plane_on_a_face_seen_too_steeply_is_no_error() {
+    // With a limit of 60 degrees the desk and the floor are not seen, and nobody asks for them; maps may have them.
+    let mut config = SequenceConfig::default();
+    config.frames = 4;
+    config.frame_rate = 1.0;
+    config.camera = Some(PinholeCamera::new(320, 240, 262.0, 262.0, 159.5, 119.5).unwrap());
+    let sequence = Sequence::new(&config).unwrap();
+    let desk = |faces: &[TrueFace]| {
+        let at_desk = |face: &&TrueFace| {
+            face.plane.normal()[2] > 0.99 && (face.plane.d() + 0.74).abs() < 1e-4 && face.area > 1.0
+        };
+        faces.iter().find(at_desk).cloned().unwrap()
+    };
+    let mut truth_config = TruthConfig::default();
+    truth_config.min_views = 1;
+    let shallow = desk(&Truth::of(&sequence, &truth_config).unwrap().faces());
+    assert!(shallow.visible_area > 0.08);
+    truth_config.max_incidence_degrees = 60.0;
+    let faces = Truth::of(&sequence, &truth_config).unwrap().faces();
+    assert_eq!(desk(&faces).visible_area, 0.0);
+    let score = score(&perfect(&[shallow]), &faces);
+    assert_eq!((score.precision(), score.area_precision), (Some(1.0), Some(1.0)));
+    assert!(score.faces.iter().all(|face| face.face != desk(&faces).id));
+}
+
+#[test]
 fn the_visible_boundary_encloses_the_visible_area() {
     for face in RECORDED.truth.faces().iter().filter(|face| face.visible_area > 0.0) {
         // The area by the shoelace formula: holes run the other way round.

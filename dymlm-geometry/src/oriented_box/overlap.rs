@@ -31,7 +31,8 @@ fn corners_in(own: &OrientedBox, other: &OrientedBox) -> Option<[[f64; 3]; 8]> {
     let (from, to) = (other.center(), own.center());
     let offset: [f64; 3] = std::array::from_fn(|axis| to[axis] - from[axis]);
     // NaN fails the comparison, as the difference of infinite places does.
-    if !(length(offset) <= 0.5 * (diagonal(own) + diagonal(other))) {
+    let spheres_meet = length(offset) <= 0.5 * (diagonal(own) + diagonal(other));
+    if !spheres_meet {
         return None;
     }
     let (own_axes, other_axes) =

@@ -55,7 +55,9 @@ impl Polyhedron {
         vertices[..8].copy_from_slice(&corners);
         let mut faces = [Face::EMPTY; MOST_FACES];
         for (face, side) in faces.iter_mut().zip(SIDES) {
-            side.into_iter().for_each(|vertex| face.push(vertex));
+            for vertex in side {
+                face.push(vertex);
+            }
         }
         Self { vertices, vertex_count: 8, faces, face_count: 6 }
     }

@@ -113,16 +113,20 @@ impl Truth {
         let range = self.config.min_depth as f32..=self.config.max_depth as f32;
         let scene_from_camera = self.scene_from_world * frame.world_from_camera;
         let least_cosine = self.config.max_incidence_degrees.to_radians().cos();
-        let mut faces = self.faces.view(scene_from_camera, least_cosine, number);
+        let near_enough = self.config.min_depth..=self.config.max_depth;
+        let mut faces = self.faces.view(scene_from_camera, least_cosine, near_enough, number);
         let pixels =
             frame.true_depth.data().iter().zip(frame.frame.depth().data()).zip(frame.mover_mask.data());
         for (pixel, (((&z, &reading), &mover), &part)) in pixels.zip(&frame.parts).enumerate() {
-            if mover || reading <= 0.0 || !range.contains(&z) {
+            if mover || reading <= 0.0 {
                 continue;
             }
             let (u, v) = (pixel % camera.width(), pixel / camera.width());
             let in_camera = camera.back_project([u as f64, v as f64], z.into());
             faces.see(part, in_camera);
+            if !range.contains(&z) {
+                continue;
+            }
             self.objects.see(part, scene_from_camera.transform_point(in_camera), number);
             self.seen.see(frame.world_from_camera.transform_point(in_camera).map(|c| c as f32));
         }
@@ -132,7 +136,8 @@ impl Truth {
 
     /// All flat faces of the static scene, seen or not, in a fixed order: sides of cuboids, caps of cylinders, the inner
     /// sides of the room. Sides that lie on one plane to 2 mm, face the same way and touch (to 1.5 cm) are one face, of one
-    /// thing or of several. A cell of a face (2 cm) is seen when at least `min_views` frames have a reading of it.
+    /// thing or of several. A cell of a face (2 cm) is seen when at least `min_views` frames have a reading of it within
+    /// range and not too steep.
     pub fn faces(&self) -> Vec<TrueFace> {
         self.faces.in_world(&self.scene_from_world.inverse(), self.config.min_views)
     }

@@ -1,3 +1,5 @@
+use std::ops::RangeInclusive;
+
 use dymlm_core::{Plane, Pose};
 use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
 
@@ -29,8 +31,11 @@ struct SceneFace {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct CellViews {
+    /// Frames that saw it well.
     frames: u32,
     last_frame: u32,
+    /// Whether there is any reading of it.
+    read: bool,
 }
 
 /// A body, and the face that each of its sides belongs to.
@@ -51,6 +56,7 @@ pub(in crate::metrics) struct FaceView<'a> {
     /// Normals of the faces in the camera's frame.
     normals: Vec<[f64; 3]>,
     least_cosine: f64,
+    range: RangeInclusive<f64>,
     frame: u32,
 }
 
@@ -81,11 +87,13 @@ impl FaceTruth {
         Self { faces, bodies }
     }
 
-    /// Begins frame number `frame` (from 1), seen under at most the angle of `least_cosine` between ray and normal.
+    /// Begins frame number `frame` (from 1). Faces are seen well at depths in `range` and under at most the angle of
+    /// `least_cosine` between ray and normal.
     pub(in crate::metrics) fn view(
         &mut self,
         scene_from_camera: Pose,
         least_cosine: f64,
+        range: RangeInclusive<f64>,
         frame: u32,
     ) -> FaceView<'_> {
         let camera_from_scene = scene_from_camera.inverse();
@@ -102,6 +110,7 @@ impl FaceTruth {
             truth: self,
             scene_from_camera,
             least_cosine,
+            range,
             frame,
         }
     }
@@ -129,15 +138,17 @@ impl FaceView<'_> {
             return;
         };
         let towards_camera = -dot(self.normals[face as usize], point);
-        if towards_camera < self.least_cosine * dot(point, point).sqrt() {
-            return;
-        }
+        let steep = towards_camera < self.least_cosine * dot(point, point).sqrt();
+        let well = !steep && self.range.contains(&point[2]);
         let face = &mut self.truth.faces[face as usize];
         let at = face.raster.coordinates(self.scene_from_camera.transform_point(point));
         if let Some(cell) = face.raster.cell_at(at) {
             let views = &mut face.views[cell];
-            views.frames += u32::from(views.last_frame != self.frame);
-            views.last_frame = self.frame;
+            views.read = true;
+            if well && views.last_frame != self.frame {
+                views.frames += 1;
+                views.last_frame = self.frame;
+            }
         }
     }
 }
@@ -229,9 +240,10 @@ impl SceneFace {
         );
         let normal = world_from_scene.rotate(self.normal);
         let plane = Plane::new(normal, -dot(normal, raster.frame().0)).ok()?;
-        let seen = self.inside.iter().zip(&self.views);
-        let seen = seen.map(|(&inside, views)| inside && views.frames >= min_views).collect();
-        let cells = FaceCells { raster, inside: self.inside.clone(), seen };
+        let cells = || self.inside.iter().zip(&self.views);
+        let seen = cells().map(|(&inside, views)| inside && views.frames >= min_views).collect();
+        let read = cells().map(|(&inside, views)| inside && views.read).collect();
+        let cells = FaceCells { raster, inside: self.inside.clone(), seen, read };
         let place = |corner: &[f64; 3]| world_from_scene.transform_point(*corner);
         Some(TrueFace {
             id,
@@ -323,16 +335,22 @@ mod tests {
         let mut truth = FaceTruth::new(&scene, 0.02);
         let down = Pose::new([0.0, 0.0, 2.0], [1.0, 0.0, 0.0, 0.0]).unwrap();
         for frame in 1..=3 {
-            let mut view = truth.view(down, 0.17, frame);
+            let mut view = truth.view(down, 0.17, 0.5..=2.0, frame);
             view.see(0, [0.111, 0.0, 1.0]);
             view.see(0, [0.112, 0.0, 1.0]);
-            // The side at x = 0.5 from above: seen along its plane.
+            // The side at x = 0.5 from above: read along its plane, but not seen.
             view.see(0, [0.5, 0.0, 1.5]);
             view.see(9, [0.0, 0.0, 1.0]);
         }
         let seen: Vec<TrueFace> =
             truth.in_world(&Pose::identity(), 3).into_iter().filter(|face| face.visible_area > 0.0).collect();
         assert_eq!(seen.len(), 1);
+        let read = truth
+            .in_world(&Pose::identity(), 3)
+            .iter()
+            .filter(|face| face.cells.read.contains(&true))
+            .count();
+        assert_eq!(read, 2);
         assert_eq!(seen[0].plane.normal(), [0.0, 0.0, 1.0]);
         assert!((seen[0].visible_area - 0.0004).abs() < 1e-9);
         let ring = &seen[0].visible_boundary()[0];

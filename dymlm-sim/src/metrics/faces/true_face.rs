@@ -25,7 +25,7 @@ pub struct TrueFace {
     pub outline: Vec<Vec<[f64; 3]>>,
     /// Area within the outline, square metres, seen or not; to a cell of the raster.
     pub area: f64,
-    /// Area that was seen, square metres.
+    /// Area that was seen, square metres: by enough frames, within range, not too steeply.
     pub visible_area: f64,
     pub(in crate::metrics) cells: FaceCells,
 }
@@ -36,8 +36,10 @@ pub(in crate::metrics) struct FaceCells {
     pub(in crate::metrics) raster: CellRaster,
     /// Whether the middle lies within the outline.
     pub(in crate::metrics) inside: Vec<bool>,
-    /// Whether it was seen; only cells inside are.
+    /// Whether it was seen well enough to be asked for; only cells inside are.
     pub(in crate::metrics) seen: Vec<bool>,
+    /// Whether there is any reading of it, at whatever angle and distance; only cells inside have one.
+    pub(in crate::metrics) read: Vec<bool>,
 }
 
 impl TrueFace {
@@ -56,7 +58,7 @@ impl TrueFace {
     pub fn new(id: usize, plane: Plane, outline: Vec<Vec<[f64; 3]>>, cell: f64) -> Option<Self> {
         let raster = raster_over(&outline, plane.normal(), cell)?;
         let inside = fill_pieces(&raster, &outline);
-        let cells = FaceCells { seen: inside.clone(), inside, raster };
+        let cells = FaceCells { seen: inside.clone(), read: inside.clone(), inside, raster };
         let area = cells.area_of(&cells.inside);
         (area > 0.0).then_some(Self {
             id,

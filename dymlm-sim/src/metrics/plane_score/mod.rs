@@ -20,7 +20,7 @@ use crate::TrueFace;
 /// A plane is divided into cells of 2 cm within its boundary. A cell lies on a face when the cell's middle, projected
 /// along the face's normal, falls within the face's outline, no further than 5 cm away, and the angle between plane and
 /// face is at most 10 degrees, up to sign; on the nearest such face if there are several (one that faces the other way
-/// is taken to be 2 cm further away), of those of which anything was seen. All areas below are counted in such cells,
+/// is taken to be 2 cm further away), of those of which there is any reading. All areas below are counted in such cells,
 /// or in the faces' own; the numbers are defaults of [`PlaneScoreConfig`]. A face and its
 /// [reliefs](TrueFace::relief) are asked for together, and are called a face here.
 ///
@@ -37,8 +37,8 @@ use crate::TrueFace;
 /// - **Wrongly merged**: planes with substantial parts of their area (above a fifth of it, or above 0.08 m2) on each of
 ///   several faces asked for.
 /// - **Area recall** = visible area of the faces asked for that any plane covers / their visible area. **Area
-///   precision** = area of the planes on seen parts / area of the planes on seen parts and on no face. Area on unseen parts
-///   of faces (below things that stand there) is left out.
+///   precision** = area of the planes on parts of faces with a reading / that area and the area on no face. Area on
+///   parts without a reading (below things that stand there) is left out.
 /// - **Angle** of a match: between the normals, up to sign; a normal of the wrong sign is a sign error. **Offset**: mean
 ///   over the plane's area on the face of the signed distance to it, absolute.
 /// - **Boundary `IoU`** of a face: seen cells covered by its planes / (seen cells + area of its planes beyond it).
@@ -119,15 +119,15 @@ struct AreaOnFace {
     /// Index and relief of the face.
     face: usize,
     relief: usize,
-    seen: f64,
-    unseen: f64,
+    read: f64,
+    hidden: f64,
     /// Integral over the area of the signed distance from the face.
     moment: f64,
 }
 
 impl AreaOnFace {
     fn area(&self) -> f64 {
-        self.seen + self.unseen
+        self.read + self.hidden
     }
 }
 
@@ -142,11 +142,11 @@ impl Reading {
                 continue;
             };
             let empty =
-                AreaOnFace { face: index, relief: faces[index].relief, seen: 0.0, unseen: 0.0, moment: 0.0 };
+                AreaOnFace { face: index, relief: faces[index].relief, read: 0.0, hidden: 0.0, moment: 0.0 };
             let on_face = by_face[index].get_or_insert(empty);
             match view {
-                CellView::Seen => on_face.seen += cell_area,
-                CellView::Unseen => on_face.unseen += cell_area,
+                CellView::Read => on_face.read += cell_area,
+                CellView::Hidden => on_face.hidden += cell_area,
             }
             on_face.moment += distance * cell_area;
         }
@@ -278,7 +278,7 @@ fn find_merged(readings: &[Reading], asked: &[AskedFace], config: &PlaneScoreCon
 
 fn area_precision(readings: &[Reading]) -> Option<f64> {
     let on_faces = readings.iter().flat_map(|reading| &reading.on_faces);
-    let seen: f64 = on_faces.map(|on_face| on_face.seen).sum();
+    let read: f64 = on_faces.map(|on_face| on_face.read).sum();
     let off_faces: f64 = readings.iter().map(|reading| reading.off_faces).sum();
-    (seen + off_faces > 0.0).then(|| seen / (seen + off_faces))
+    (read + off_faces > 0.0).then(|| read / (read + off_faces))
 }

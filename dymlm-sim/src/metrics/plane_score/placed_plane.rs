@@ -37,8 +37,10 @@ pub(super) struct OnFace {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CellView {
-    Seen,
-    Unseen,
+    /// There is a reading of it.
+    Read,
+    /// There is none.
+    Hidden,
 }
 
 /// A plane that faces the wrong way is taken to be this much further from a face than it is, metres: of the two sides
@@ -60,16 +62,14 @@ impl<'a> PlacedPlane<'a> {
             return None;
         }
         let least_cosine = config.max_angle_degrees.to_radians().cos();
-        let candidates = faces.iter().enumerate().filter_map(|(index, face)| {
-            let cosine = dot(plane.normal(), face.plane.normal());
-            let near = || may_meet(&raster, face, config.max_offset);
-            let handicap = if cosine > 0.0 { 0.0 } else { WRONG_WAY };
-            (face.visible_area > 0.0 && cosine.abs() >= least_cosine && near()).then_some(Candidate {
-                index,
-                face,
-                handicap,
-            })
-        });
+        let candidates =
+            faces.iter().enumerate().filter_map(|(index, face)| {
+                let cosine = dot(plane.normal(), face.plane.normal());
+                let near = || may_meet(&raster, face, config.max_offset);
+                let handicap = if cosine > 0.0 { 0.0 } else { WRONG_WAY };
+                (cosine.abs() >= least_cosine && near() && face.cells.read.contains(&true))
+                    .then_some(Candidate { index, face, handicap })
+            });
         let candidates = candidates.collect();
         Some(Self { plane, boundary, raster, filled, candidates, max_offset: config.max_offset })
     }
@@ -110,7 +110,7 @@ impl<'a> PlacedPlane<'a> {
             }
             let cell = face.cells.raster.cell_at(face.cells.raster.coordinates(point));
             if let Some(cell) = cell.filter(|&cell| face.cells.inside[cell]) {
-                let view = if face.cells.seen[cell] { CellView::Seen } else { CellView::Unseen };
+                let view = if face.cells.read[cell] { CellView::Read } else { CellView::Hidden };
                 nearest = Some((cost, OnFace { index: candidate.index, distance, view }));
             }
         }

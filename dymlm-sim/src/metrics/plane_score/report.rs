@@ -20,7 +20,7 @@ pub struct PlaneScore {
     pub visible_area: f64,
     /// Share of the visible area of the faces asked for that planes cover, 0..=1; `None` when none is asked for.
     pub area_recall: Option<f64>,
-    /// Share of the planes' area, what lies on unseen parts of faces left out, that lies on seen parts, 0..=1; `None`
+    /// Share of the planes' area that lies on faces, what lies on parts of them without a reading left out, 0..=1; `None`
     /// without planes.
     pub area_precision: Option<f64>,
     /// Angles between matched planes and their faces, up to sign, degrees; `None` without a match.
