@@ -4,7 +4,8 @@
 //! them ([`SensorConfig`]), the boxes of a 2D detector with its failures ([`DetectorConfig`]), and beside them what no
 //! recording has: exact poses, exact depth, exact masks of the people. [`SequenceType`] names the eight usual ones,
 //! [`SequenceConfig::random_room`] gives as many others as there are seeds. [`Truth`] gathers the exact surfaces
-//! and the volume that people swept, and [`score_cloud`] tells how far a map is from it. For recordings without
+//! and the volume that people swept, and [`score_cloud`] tells how far a map is from it;
+//! its flat faces and labelled objects are what [`score_planes`] and [`score_objects`] score by. For recordings without
 //! exact truth there is [`ReferenceCloud`], and for masks [`MaskScore`].
 //!
 //! Every frame is a function of the config and its index alone: the same bits in any order, on any number of

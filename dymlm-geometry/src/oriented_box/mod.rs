@@ -111,7 +111,7 @@ impl OrientedBox {
     /// theorem. Neighbouring faces share their vertices, so that the surface stays closed however rounding decides where
     /// the boxes share planes.
     ///
-    /// Constant time, one to two microseconds, and no allocation.
+    /// Constant time, two to three microseconds where the boxes cross, and no allocation.
     pub fn intersection_volume(&self, other: &Self) -> f64 {
         intersection_volume(self, other)
     }

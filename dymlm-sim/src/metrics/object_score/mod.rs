@@ -42,7 +42,7 @@ pub struct EstimatedObject {
 ///   none. The estimate's horizontal axes are the two that are furthest from the vertical, in whichever order it
 ///   names them.
 ///
-/// O(n m) overlaps of about a microsecond each, and O((n + m)^3) for the assignment.
+/// O(n m) overlaps of microseconds each, and O((n + m)^3) for the assignment.
 ///
 /// # Errors
 ///
