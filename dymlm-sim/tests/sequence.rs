@@ -287,3 +287,34 @@ fn recycled_buffers_change_nothing() {
     }
     assert_eq!(sequence.frame_with(150, &mut scratch), None);
 }
+
+#[test]
+fn shiny_surfaces_swallow_readings_and_others_do_not() {
+    let mut config = ideal_config();
+    config.people = 0;
+    config.sensor.absorption = 1.0;
+    let sequence = Sequence::new(&config).unwrap();
+    let (mut in_screens, mut lost_in_screens, mut lost_elsewhere) = (0, 0, 0);
+    for frame in (0..150).step_by(30).filter_map(|index| sequence.frame(index)) {
+        let shiny = frame.visible_things.iter().filter(|thing| ["tv", "bottle"].contains(&thing.label));
+        let boxes: Vec<(BoundingBox, bool)> = shiny.map(|t| (t.bounding_box, t.label == "tv")).collect();
+        for pixel in 0..160 * 120 {
+            let covers = |area: &BoundingBox| {
+                area.columns(160).contains(&(pixel % 160)) && area.rows(120).contains(&(pixel / 160))
+            };
+            let lost = frame.frame.depth().data()[pixel] == 0.0 && frame.true_depth.data()[pixel] < 6.0;
+            match boxes.iter().find(|(area, _)| covers(area)) {
+                Some((_, true)) => {
+                    in_screens += 1;
+                    lost_in_screens += usize::from(lost);
+                }
+                Some((_, false)) => {}
+                None => lost_elsewhere += usize::from(lost),
+            }
+        }
+    }
+    // A screen is most of its set's box, and sends 35 % of the readings not back.
+    let share = lost_in_screens as f64 / f64::from(in_screens);
+    assert!((0.1..0.36).contains(&share), "{share} of the screens' readings lost");
+    assert_eq!(lost_elsewhere, 0);
+}
