@@ -1,6 +1,8 @@
 //! Algorithms on point clouds: exact DBSCAN, voxel grids, the weighted cloud map, outlier removal, principal axes,
-//! convex hulls and minimum-area rectangles, oriented boxes and their overlap, isolation forests.
+//! convex hulls and minimum-area rectangles, oriented boxes and their overlap, isolation forests,
+//! optimal assignment.
 
+mod assignment;
 mod cloud_map;
 mod convex_hull;
 mod dbscan;
@@ -16,6 +18,7 @@ mod symmetric_eigen3;
 mod vector3;
 mod voxel_grid;
 
+pub use assignment::Assignment;
 pub use cloud_map::{
     CloudFrameReport, CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, EvidenceConfig, Selection,
     Support, ThinningConfig, Verdict,

@@ -1,63 +1,22 @@
-use pathfinding::kuhn_munkres::kuhn_munkres;
-use pathfinding::matrix::Matrix;
+use dymlm_geometry::Assignment;
 
 /// `IoU` in fixed point: sums of assignments compare exactly, on every machine.
 const ONE: f64 = (1_u64 << 40) as f64;
 
-/// Chosen pairs, as many as rows.
-pub(super) type Matches = Vec<Option<usize>>;
-
 /// Pairs rows with columns so that the sum of `iou` over pairs is greatest; only pairs of at least `min_iou` count,
 /// and none else is made. `iou` is row-major and within 0..=1. Answers the column of each row.
-///
-/// Kuhn-Munkres, O(n^3); when no row or column has a choice, which is the common case, O(n^2).
-pub(super) fn assign(iou: &[f64], columns: usize, min_iou: f64, matches: &mut Matches) {
-    matches.clear();
-    if columns == 0 {
-        return;
-    }
-    let rows = iou.len() / columns;
-    matches.resize(rows, None);
-    if !assign_without_conflict(iou, columns, min_iou, matches) {
-        assign_optimally(iou, columns, min_iou, matches);
-    }
-}
-
-/// Takes every allowed pair, if no two of them share a row or a column.
-fn assign_without_conflict(iou: &[f64], columns: usize, min_iou: f64, matches: &mut Matches) -> bool {
-    for (row, values) in iou.chunks_exact(columns).enumerate() {
-        for (column, _) in values.iter().enumerate().filter(|&(_, &value)| allowed(value, min_iou)) {
-            if matches.contains(&Some(column)) || matches[row].is_some() {
-                matches.fill(None);
-                return false;
-            }
-            matches[row] = Some(column);
-        }
-    }
-    true
-}
-
-fn assign_optimally(iou: &[f64], columns: usize, min_iou: f64, matches: &mut Matches) {
-    let rows = matches.len();
+pub(super) fn pair_by_iou<'a>(
+    assignment: &'a mut Assignment,
+    iou: &[f64],
+    columns: usize,
+    min_iou: f64,
+) -> &'a [Option<usize>] {
+    let rows = if columns == 0 { 0 } else { iou.len() / columns };
     // A forbidden pair weighs as much as no pair, so it never keeps an allowed one from being made.
-    let weight = |row: usize, column: usize| {
+    assignment.solve(rows, columns, |row, column| {
         let value = iou[row * columns + column];
-        if allowed(value, min_iou) { (value * ONE).round() as i64 } else { 0 }
-    };
-    // The solver wants no more rows than columns.
-    if rows <= columns {
-        let weights = Matrix::from_fn(rows, columns, |(row, column)| weight(row, column));
-        for (row, column) in kuhn_munkres(&weights).1.into_iter().enumerate() {
-            matches[row] = allowed(iou[row * columns + column], min_iou).then_some(column);
-        }
-    } else {
-        let weights = Matrix::from_fn(columns, rows, |(column, row)| weight(row, column));
-        for (column, row) in kuhn_munkres(&weights).1.into_iter().enumerate() {
-            if allowed(iou[row * columns + column], min_iou) {
-                matches[row] = Some(column);
-            }
-        }
-    }
+        if allowed(value, min_iou) { ((value * ONE).round() as i64).max(1) } else { 0 }
+    })
 }
 
 /// Boxes that share nothing are never one object, whatever the gate.
@@ -99,8 +58,8 @@ mod tests {
             min_iou in 0.0_f64..0.9,
         ) {
             let iou = &values[..values.len() / columns * columns];
-            let mut matches = Matches::new();
-            assign(iou, columns, min_iou, &mut matches);
+            let mut assignment = Assignment::default();
+            let matches = pair_by_iou(&mut assignment, iou, columns, min_iou);
             prop_assert_eq!(matches.len(), iou.len() / columns);
             let mut taken: Vec<_> = matches.iter().flatten().collect();
             taken.sort_unstable();
@@ -110,7 +69,7 @@ mod tests {
                 prop_assert!(column.is_none_or(|c| iou[row * columns + c] >= min_iou));
             }
             let best = brute_force(iou, columns, min_iou, 0, 0);
-            prop_assert!((total(iou, columns, &matches) - best).abs() < 1e-9);
+            prop_assert!((total(iou, columns, matches) - best).abs() < 1e-9);
         }
     }
 
@@ -118,17 +77,13 @@ mod tests {
     fn a_forbidden_pair_does_not_displace_an_allowed_one() {
         // Without the gate the best sum is 0.29 + 0.75 over 0.7 + 0; with it only one pair can be made.
         let iou = [0.7, 0.29, 0.75, 0.0];
-        let mut matches = Matches::new();
-        assign(&iou, 2, 0.3, &mut matches);
-        assert_eq!(matches, [None, Some(0)]);
+        assert_eq!(pair_by_iou(&mut Assignment::default(), &iou, 2, 0.3), [None, Some(0)]);
     }
 
     #[test]
     fn nothing_to_pair() {
-        let mut matches = vec![Some(3)];
-        assign(&[], 0, 0.3, &mut matches);
-        assert!(matches.is_empty());
-        assign(&[0.0, 0.0], 1, 0.0, &mut matches);
-        assert_eq!(matches, [None, None]);
+        let mut assignment = Assignment::default();
+        assert_eq!(pair_by_iou(&mut assignment, &[], 0, 0.3), []);
+        assert_eq!(pair_by_iou(&mut assignment, &[0.0, 0.0], 1, 0.0), [None, None]);
     }
 }

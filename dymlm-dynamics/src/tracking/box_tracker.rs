@@ -3,7 +3,9 @@ use std::sync::Arc;
 
 use dymlm_core::{BoundingBox, Detection};
 
-use super::assignment::{Matches, assign};
+use dymlm_geometry::Assignment;
+
+use super::assignment::pair_by_iou;
 use super::ego_motion;
 use super::{BoxKalman, BoxSource, TrackState, TrackedBox, TrackerConfig, View};
 use crate::Error;
@@ -78,7 +80,7 @@ struct Scratch {
     open_tracks: Vec<usize>,
     open_detections: Vec<usize>,
     iou: Vec<f64>,
-    matches: Matches,
+    assignment: Assignment,
 }
 
 impl BoxTracker {
@@ -209,7 +211,7 @@ impl BoxTracker {
     /// Pairs `candidates`, which are of one label, with the unmatched tracks of that label.
     fn pair(&mut self, timestamp: f64, detections: &[Detection], candidates: &[usize], min_iou: f32) {
         let Some(label) = candidates.first().map(|&first| detections[first].label()) else { return };
-        let Scratch { open_tracks, iou, matches, .. } = &mut self.scratch;
+        let Scratch { open_tracks, iou, assignment, .. } = &mut self.scratch;
         open_tracks.clear();
         iou.clear();
         for (index, track) in self.tracks.iter().enumerate() {
@@ -221,9 +223,9 @@ impl BoxTracker {
                 iou.extend(candidates.iter().map(|&c| predicted.iou(&detections[c].bounding_box())));
             }
         }
-        assign(iou, candidates.len(), min_iou.into(), matches);
+        let matches = pair_by_iou(assignment, iou, candidates.len(), min_iou.into());
 
-        for (&index, matched) in open_tracks.iter().zip(matches.iter()) {
+        for (&index, matched) in open_tracks.iter().zip(matches) {
             if let Some(candidate) = *matched {
                 let detection = candidates[candidate];
                 self.tracks[index].take(timestamp, detection, &detections[detection]);
