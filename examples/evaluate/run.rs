@@ -16,8 +16,9 @@ pub(crate) struct Run {
     reports: Vec<FrameReport>,
 }
 
-/// Share of the image below which nobody asks for a view of a mover: about 150 pixels of 640x480.
-const LEAST_VIEW: f64 = 0.0005;
+/// Share of the image below which a view of a mover is a sliver, and neither asked for nor wrong when it is found: 5000
+/// pixels of 640x480, as the figures of detectors have it.
+const SLIVER: f64 = 5000.0 / (640.0 * 480.0);
 
 /// The steps that are timed, by column.
 const STEPS: &[(&str, Stage)] = &[
@@ -63,18 +64,18 @@ impl Run {
 
     fn count_boxes(&mut self, frame: &SimulatedFrame, report: &FrameReport) -> Result<(), AnyError> {
         let pixels = frame.mover_mask.data().len() as f64;
-        let asked_for = |thing: &&VisibleThing| thing.moves && thing.pixels as f64 >= LEAST_VIEW * pixels;
-        let truth: Vec<IdentifiedBox> = frame
-            .visible_things
-            .iter()
-            .filter(asked_for)
-            .map(|thing| IdentifiedBox { id: thing.id as u64, bounding_box: thing.bounding_box })
-            .collect();
+        let is_sliver = |thing: &&VisibleThing| (thing.pixels as f64) < SLIVER * pixels;
+        let movers = frame.visible_things.iter().filter(|thing| thing.moves);
+        let (slivers, whole): (Vec<&VisibleThing>, Vec<_>) = movers.partition(is_sliver);
+        let slivers: Vec<BoundingBox> = slivers.iter().map(|thing| thing.bounding_box).collect();
+        let identified =
+            |thing: &&VisibleThing| IdentifiedBox { id: thing.id as u64, bounding_box: thing.bounding_box };
+        let truth: Vec<IdentifiedBox> = whole.iter().map(identified).collect();
         let output = |mover: &Mover| IdentifiedBox { id: mover.track_id, bounding_box: mover.bounding_box };
         let output: Vec<IdentifiedBox> = report.movers.iter().map(output).collect();
         let found = frame.detections.iter().filter(|detection| detection.label() == "person");
         let found: Vec<BoundingBox> = found.map(|detection| detection.bounding_box()).collect();
-        Ok(self.boxes.add_frame(&truth, &output, Some(&found))?)
+        Ok(self.boxes.add_frame_ignoring(&slivers, &truth, &output, Some(&found))?)
     }
 
     /// The figures of all that is not a map: masks, boxes, times.
