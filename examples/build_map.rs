@@ -1,6 +1,6 @@
 //! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a report.
 //!
-//! `cargo run --release --example build_map -- --dataset DIR [--detections FILE] [--trajectory FILE]
+//! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR] [--detections FILE] [--trajectory FILE]
 //! [--config FILE.toml] [--every N] [--out DIR]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
@@ -11,10 +11,10 @@ use clap::Parser;
 use dymlm::core::PointCloud;
 use dymlm::{FrameReport, MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_examples::{
-    AnyError, Counts, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up, octree_pictures,
-    progress_bar,
+    AnyError, Counts, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up, named_sequence,
+    octree_pictures, plane_cloud, plane_pictures, plane_records, planes_from_camera, progress_bar,
 };
-use dymlm_io::{MapFolderWriter, TumOptions, encode_ply};
+use dymlm_io::{MapFolderWriter, TumOptions, encode_planes, encode_ply};
 use dymlm_sim::SequenceConfig;
 
 /// Builds the maps of the static world from a recorded RGB-D sequence with people walking through it. Without
@@ -24,6 +24,9 @@ struct Arguments {
     /// TUM RGB-D folder
     #[arg(long)]
     dataset: Option<PathBuf>,
+    /// Synthetic sequence: walking_xyz, sitting_rpy, ..., two_tables, random_room_0, ...
+    #[arg(long, conflicts_with = "dataset")]
+    sequence: Option<String>,
     /// JSON-lines file or YOLO folder (with names.txt); default: the dataset's detections.jsonl
     #[arg(long, requires = "dataset")]
     detections: Option<PathBuf>,
@@ -61,6 +64,11 @@ fn main() -> Result<(), AnyError> {
     let voxel_size = builder.config().cloud.voxel_size;
     let mut pictures = cloud_pictures(&cloud, up, voxel_size);
     pictures.extend(octree_pictures(builder.map().octree(), up));
+    pictures.extend(plane_pictures(builder.map().planes(), up));
+    // The middle of the run is drawn as the camera saw it.
+    if let Ok(middle) = source.load(source.len() / 2) {
+        pictures.push(planes_from_camera(builder.map().planes(), &middle.frame, &middle.world_from_camera));
+    }
 
     write_maps(&mut folder, builder.map(), &cloud)?;
     write_pictures(&mut folder, &pictures)?;
@@ -86,7 +94,13 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
     options.every = arguments.every;
     match &arguments.dataset {
         Some(folder) => FrameSource::recorded(folder, arguments.detections.as_deref(), &options),
-        None => FrameSource::synthetic(&every(SequenceConfig::default(), arguments.every)),
+        None => {
+            let config = match &arguments.sequence {
+                Some(name) => named_sequence(name)?.config,
+                None => SequenceConfig::default(),
+            };
+            FrameSource::synthetic(&every(config, arguments.every))
+        }
     }
 }
 
@@ -122,6 +136,8 @@ fn write_maps(folder: &mut MapFolderWriter, map: &MultiLevelMap, cloud: &PointCl
     folder.file("cloud.ply", |out| encode_ply(out, cloud))?;
     folder.file("octree.bt", |out| map.octree().write_bt(out))?;
     folder.file("octree.ot", |out| map.octree().write_ot(out))?;
+    folder.file("planes.json", |out| encode_planes(out, &plane_records(map.planes())))?;
+    folder.file("planes.ply", |out| encode_ply(out, &plane_cloud(map.planes())))?;
     Ok(())
 }
 
@@ -147,6 +163,7 @@ fn print_summary(report: &RunReport, arguments: &Arguments) {
     let counts = &report.counts;
     println!("cloud: {} points ({} voxels before late removal)", counts.cloud_points, counts.cloud_voxels);
     println!("octree: {} leaves, {} occupied", counts.octree_leaves, counts.octree_occupied_leaves);
+    println!("planes: {}", counts.planes);
     if let Some(bytes) = report.peak_memory_bytes {
         println!("peak memory: {:.0} MB", bytes as f64 / 1e6);
     }

@@ -17,4 +17,7 @@ pub enum Error {
     /// Refused by the octree: a camera outside its cells.
     #[error(transparent)]
     Octree(#[from] dymlm_octree::Error),
+    /// Refused by the plane map: a camera out of its reach.
+    #[error(transparent)]
+    Planes(#[from] dymlm_planes::PlaneError),
 }

@@ -1,6 +1,7 @@
 use dymlm_dynamics::Mover;
 use dymlm_geometry::CloudFrameReport;
 use dymlm_octree::InsertReport;
+use dymlm_planes::PlaneReport;
 
 use crate::StageTimes;
 
@@ -28,4 +29,6 @@ pub struct MapUpdate {
     pub cloud: CloudFrameReport,
     /// Into the octree.
     pub octree: InsertReport,
+    /// Into the plane map.
+    pub planes: PlaneReport,
 }

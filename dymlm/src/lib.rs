@@ -5,7 +5,8 @@
 //! and orders the steps of the crates beneath it; [`MultiLevelMap`] holds what has been built:
 //!
 //! - the dense coloured cloud of what stands still ([`CloudMap`]), people and their traces taken out,
-//! - the occupancy octree ([`Octree`]), with the model and the files of `OctoMap`.
+//! - the occupancy octree ([`Octree`]), with the model and the files of `OctoMap`,
+//! - the finite planes ([`PlaneMap`]): floor, tables, walls.
 //!
 //! No ROS, no GPU, no `OpenCV`; one core keeps up with 640x480 at 30 Hz; the same input gives the same bits.
 //!
@@ -44,9 +45,11 @@ pub use dymlm_core as core;
 pub use dymlm_dynamics as dynamics;
 pub use dymlm_geometry as geometry;
 pub use dymlm_octree as octree;
+pub use dymlm_planes as planes;
 
 pub use dymlm_geometry::{CloudMap, Selection};
 pub use dymlm_octree::Octree;
+pub use dymlm_planes::PlaneMap;
 
 pub use error::Error;
 pub use frame_report::{FrameReport, MapUpdate};

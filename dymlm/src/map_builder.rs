@@ -1,5 +1,6 @@
-use dymlm_core::{Detection, Frame, Pose};
+use dymlm_core::{BoundingBox, Detection, Frame, Pose};
 use dymlm_dynamics::Preprocessor;
+use dymlm_planes::PlaneDetector;
 
 use crate::key_frames::KeyFrames;
 use crate::stages::StageClock;
@@ -10,6 +11,9 @@ use crate::{Error, FrameReport, MapConfig, MapUpdate, MultiLevelMap, Stage};
 pub struct MapBuilder {
     config: MapConfig,
     preprocessor: Preprocessor,
+    plane_detector: PlaneDetector,
+    /// The corrected boxes of the frame's movers.
+    mover_boxes: Vec<BoundingBox>,
     key_frames: KeyFrames,
     map: MultiLevelMap,
 }
@@ -23,6 +27,8 @@ impl MapBuilder {
     pub fn new(config: MapConfig) -> Result<Self, Error> {
         Ok(Self {
             preprocessor: Preprocessor::new(config.dynamics.clone())?,
+            plane_detector: PlaneDetector::new(&config.planes)?,
+            mover_boxes: Vec::new(),
             key_frames: KeyFrames::new(config.key_frames)?,
             map: MultiLevelMap::new(&config)?,
             config,
@@ -37,7 +43,7 @@ impl MapBuilder {
     /// # Errors
     ///
     /// [`Error::Dynamics`] when time runs backwards or an instance mask is of another size than the frame;
-    /// [`Error::Cloud`] and [`Error::Octree`] when the pose lies outside what the maps can reach. The builder stays as
+    /// [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies outside what the maps can reach. The builder stays as
     /// it was.
     pub fn insert(
         &mut self,
@@ -89,7 +95,18 @@ impl MapBuilder {
         let octree = self.map.octree.insert_depth(camera, depth, mask, color, world_from_camera)?;
         clock.end(Stage::Octree);
 
-        Ok(MapUpdate { cloud, octree })
+        self.plane_detector.extract(camera, depth, mask)?;
+        clock.end(Stage::PlaneExtraction);
+        self.plane_detector.refine(camera, depth)?;
+        self.mover_boxes.clear();
+        self.mover_boxes.extend(self.preprocessor.movers().iter().map(|mover| mover.corrected_box));
+        self.plane_detector.filter(&self.mover_boxes);
+        clock.end(Stage::PlaneRefinement);
+        let (found, time) = (self.plane_detector.planes(), frame.timestamp());
+        let planes = self.map.planes.insert(found, world_from_camera, time)?;
+        clock.end(Stage::PlaneMap);
+
+        Ok(MapUpdate { cloud, octree, planes })
     }
 
     /// The maps as they stand.
@@ -100,6 +117,11 @@ impl MapBuilder {
     /// The preprocessing of the last frame: its movers and its static mask.
     pub fn preprocessor(&self) -> &Preprocessor {
         &self.preprocessor
+    }
+
+    /// The planes of the last key frame: their labels in the image, and those that did not reach the map.
+    pub fn plane_detector(&self) -> &PlaneDetector {
+        &self.plane_detector
     }
 
     /// The config.

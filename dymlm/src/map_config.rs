@@ -1,6 +1,7 @@
 use dymlm_dynamics::DynamicsConfig;
 use dymlm_geometry::CloudMapConfig;
 use dymlm_octree::OctreeConfig;
+use dymlm_planes::PlaneConfig;
 
 use crate::KeyFrameConfig;
 
@@ -30,4 +31,6 @@ pub struct MapConfig {
     pub cloud: CloudMapConfig,
     /// The occupancy octree.
     pub octree: OctreeConfig,
+    /// Planes: extraction, refinement, filter, and their map.
+    pub planes: PlaneConfig,
 }

@@ -1,6 +1,7 @@
 use dymlm_core::{Frame, Pose};
 use dymlm_geometry::CloudMap;
 use dymlm_octree::Octree;
+use dymlm_planes::PlaneMap;
 
 use crate::{Error, MapConfig};
 
@@ -9,11 +10,16 @@ use crate::{Error, MapConfig};
 pub struct MultiLevelMap {
     pub(crate) cloud: CloudMap,
     pub(crate) octree: Octree,
+    pub(crate) planes: PlaneMap,
 }
 
 impl MultiLevelMap {
     pub(crate) fn new(config: &MapConfig) -> Result<Self, Error> {
-        Ok(Self { cloud: CloudMap::new(config.cloud.clone())?, octree: Octree::new(config.octree.clone())? })
+        Ok(Self {
+            cloud: CloudMap::new(config.cloud.clone())?,
+            octree: Octree::new(config.octree.clone())?,
+            planes: PlaneMap::new(config.planes.map.clone())?,
+        })
     }
 
     /// The dense coloured cloud.
@@ -26,10 +32,16 @@ impl MultiLevelMap {
         &self.octree
     }
 
+    /// The finite planes.
+    pub fn planes(&self) -> &PlaneMap {
+        &self.planes
+    }
+
     /// Asks every map whether it would take a frame from this pose, before any of them changes.
     pub(crate) fn check_reach(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), Error> {
         self.cloud.check_reach(frame, world_from_camera)?;
         self.octree.check_origin(world_from_camera.translation())?;
+        self.planes.check_reach(world_from_camera)?;
         Ok(())
     }
 }

@@ -18,10 +18,16 @@ pub enum Stage {
     Cloud,
     /// The occupancy octree.
     Octree,
+    /// Planes found in the depth image.
+    PlaneExtraction,
+    /// Planes fitted again, robustly, and filtered.
+    PlaneRefinement,
+    /// Planes associated, fused and merged in their map.
+    PlaneMap,
 }
 
 /// Number of steps; private, so that more steps break nobody.
-const STAGES: usize = 7;
+const STAGES: usize = 10;
 
 impl Stage {
     /// All steps, in the order in which they run.
@@ -33,6 +39,9 @@ impl Stage {
         Self::Mask,
         Self::Cloud,
         Self::Octree,
+        Self::PlaneExtraction,
+        Self::PlaneRefinement,
+        Self::PlaneMap,
     ];
 
     /// Name in reports, in lower case.
@@ -45,6 +54,9 @@ impl Stage {
             Self::Mask => "mask",
             Self::Cloud => "cloud",
             Self::Octree => "octree",
+            Self::PlaneExtraction => "plane_extraction",
+            Self::PlaneRefinement => "plane_refinement",
+            Self::PlaneMap => "plane_map",
         }
     }
 }

@@ -121,6 +121,7 @@ fn evaluate_subject(
             standard.score_cloud(&cloud, &mut scores);
             if stage == Stage::After {
                 standard.score_octree(run.map().octree(), &mut scores)?;
+                standard.score_planes(run.map().planes(), &mut scores)?;
                 run.score(&mut scores);
             }
             if comparing {

@@ -29,6 +29,9 @@ const STEPS: &[(&str, Stage)] = &[
     ("speed.mask", Stage::Mask),
     ("speed.cloud", Stage::Cloud),
     ("speed.octree", Stage::Octree),
+    ("speed.plane_extraction", Stage::PlaneExtraction),
+    ("speed.plane_refinement", Stage::PlaneRefinement),
+    ("speed.plane_map", Stage::PlaneMap),
 ];
 
 impl Run {

@@ -1,10 +1,10 @@
-use dymlm::Octree;
 use dymlm::core::{Point, PointCloud};
 use dymlm::octree::CellState;
-use dymlm_examples::AnyError;
+use dymlm::{Octree, PlaneMap};
+use dymlm_examples::{AnyError, plane_records};
 use dymlm_sim::{
-    DynamicMapScorer, Occupancy, OccupancyScorer, OccupiedCell, Sequence, SimulatedFrame, Truth, TruthConfig,
-    score_cloud,
+    DynamicMapScorer, EstimatedPlane, Occupancy, OccupancyScorer, OccupiedCell, Sequence, SimulatedFrame,
+    Truth, TruthConfig, score_cloud, score_planes,
 };
 
 use crate::columns::Scores;
@@ -49,6 +49,23 @@ impl Standard {
         scores.set("cloud.dynamic_accuracy", score.dynamic_accuracy);
         scores.set("cloud.associated_accuracy", score.associated_accuracy);
         scores.set("cloud.harmonic_accuracy", score.harmonic_accuracy);
+    }
+
+    pub(crate) fn score_planes(&self, planes: &PlaneMap, scores: &mut Scores) -> Result<(), AnyError> {
+        let estimates: Vec<EstimatedPlane> = plane_records(planes)
+            .into_iter()
+            .map(|plane| EstimatedPlane { normal: plane.normal, d: plane.d, boundary: plane.boundary })
+            .collect();
+        let score = score_planes(&estimates, &self.truth.faces(), &Default::default())?;
+        scores.set("planes.faces", score.faces.len() as f64);
+        scores.set("planes.recall", score.recall());
+        scores.set("planes.precision", score.precision());
+        scores.set("planes.duplicates", score.duplicates.len() as f64);
+        scores.set("planes.merged", score.wrongly_merged.len() as f64);
+        scores.set("planes.angle", score.angle_degrees.map(|angle| angle.median.to_radians()));
+        scores.set("planes.offset", score.offset.map(|offset| offset.median));
+        scores.set("planes.boundary_iou", score.mean_boundary_iou());
+        Ok(())
     }
 
     pub(crate) fn score_octree(&self, octree: &Octree, scores: &mut Scores) -> Result<(), AnyError> {

@@ -5,6 +5,7 @@ mod named_sequences;
 mod orthographic;
 mod people_masks;
 mod pictures;
+mod plane_records;
 mod progress;
 mod run_report;
 mod statistics;
@@ -13,7 +14,10 @@ pub use frame_source::{FrameSource, SourceFrame, every};
 pub use named_sequences::{NamedSequence, SequenceSet, named_sequence, named_sequences};
 pub use orthographic::Orthographic;
 pub use people_masks::PeopleMasks;
-pub use pictures::{Picture, cloud_pictures, depth_colors, octree_pictures};
+pub use pictures::{
+    Picture, cloud_pictures, depth_colors, octree_pictures, plane_pictures, planes_from_camera,
+};
+pub use plane_records::{plane_cloud, plane_color, plane_records};
 pub use progress::progress_bar;
 pub use run_report::{Counts, RunReport, peak_memory_bytes};
 pub use statistics::{Milliseconds, mean_up};

@@ -1,13 +1,13 @@
 use std::io::Write;
 
-use dymlm::Octree;
-use dymlm::core::{DepthImage, PointCloud, Rgb};
+use dymlm::core::{DepthImage, Frame, PointCloud, Pose, Rgb};
 use dymlm::octree::CellState;
+use dymlm::{Octree, PlaneMap};
 
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-use crate::{AnyError, Orthographic};
+use crate::{AnyError, Orthographic, plane_cloud, plane_color};
 
 /// A picture and the name of its file.
 #[derive(Debug, Clone)]
@@ -49,9 +49,19 @@ const GREY: Rgb = [110; 3];
 
 /// The cloud from above, without what hangs over it, and from the side.
 pub fn cloud_pictures(cloud: &PointCloud, up: [f64; 3], point_size: f64) -> Vec<Picture> {
+    draw_cloud("cloud_above.png", "cloud_side.png", cloud, up, point_size)
+}
+
+fn draw_cloud(
+    above: &'static str,
+    side: &'static str,
+    cloud: &PointCloud,
+    up: [f64; 3],
+    point_size: f64,
+) -> Vec<Picture> {
     let points: Vec<[f64; 3]> = cloud.points().iter().map(|point| point.map(f64::from)).collect();
     let color = |index: usize| cloud.colors().and_then(|colors| colors.get(index)).copied().unwrap_or(GREY);
-    draw_two_sides("cloud_above.png", "cloud_side.png", &points, up, |view, keep| {
+    draw_two_sides(above, side, &points, up, |view, keep| {
         for (index, &point) in points.iter().enumerate().filter(|(_, point)| keep(point)) {
             view.draw(point, point_size, color(index));
         }
@@ -70,6 +80,35 @@ pub fn octree_pictures(octree: &Octree, up: [f64; 3]) -> Vec<Picture> {
             view.draw(leaf.center, leaf.size, rainbow((height - low) / (high - low).max(1e-9)));
         }
     })
+}
+
+/// The planes of a map from above and from the side, one colour each.
+pub fn plane_pictures(planes: &PlaneMap, up: [f64; 3]) -> Vec<Picture> {
+    let cloud = plane_cloud(planes);
+    draw_cloud("planes_above.png", "planes_side.png", &cloud, up, planes.config().voxel_size)
+}
+
+/// The planes of a map as a camera sees them, one colour each, over the camera's picture in grey.
+pub fn planes_from_camera(planes: &PlaneMap, frame: &Frame, world_from_camera: &Pose) -> Picture {
+    const FAR: f64 = 10.0;
+    let camera = frame.camera();
+    let (width, height) = (camera.width(), camera.height());
+    let eye = world_from_camera.translation();
+    let mut pixels = Vec::with_capacity(width * height);
+    for v in 0..height {
+        for u in 0..width {
+            let color = frame.color().and_then(|color| color.at(u, v)).unwrap_or([128; 3]);
+            let [r, g, b] = color.map(u32::from);
+            let grey = (r + 2 * g + b) / 4;
+            let ray = world_from_camera.rotate(camera.back_project([u as f64, v as f64], 1.0));
+            let color = planes.cast_ray(eye, ray, FAR).map(|hit| plane_color(hit.plane));
+            // Half the plane's colour, half the picture, so that things on it can be made out.
+            pixels.push(
+                color.map_or([grey as u8 / 2; 3], |color| color.map(|c| ((u32::from(c) + grey) / 2) as u8)),
+            );
+        }
+    }
+    Picture { name: "planes_camera.png", width, height, pixels }
 }
 
 /// Draws from above what lies below the highest tenth (a ceiling would hide the room), and from the side everything.

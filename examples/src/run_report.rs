@@ -37,6 +37,8 @@ pub struct Counts {
     pub octree_leaves: usize,
     /// Occupied leaves.
     pub octree_occupied_leaves: usize,
+    /// Confirmed planes.
+    pub planes: usize,
 }
 
 impl Counts {
@@ -49,6 +51,7 @@ impl Counts {
             octree_nodes: octree.nodes,
             octree_leaves: octree.leaves,
             octree_occupied_leaves: octree.occupied_leaves,
+            planes: map.planes().confirmed().count(),
         }
     }
 }
@@ -58,7 +61,7 @@ impl RunReport {
     pub fn new(frames: usize, reports: &[FrameReport], counts: Counts, config: MapConfig) -> Self {
         // Steps that only key frames take are timed over key frames.
         let milliseconds = |stage: Option<Stage>| {
-            let key_frames_only = matches!(stage, Some(Stage::Cloud | Stage::Octree));
+            let key_frames_only = stage.is_some_and(|stage| stage >= Stage::Cloud);
             let timed = reports.iter().filter(|report| !key_frames_only || report.update.is_some());
             let time = |report: &FrameReport| {
                 stage.map_or(report.stages.total(), |stage| report.stages.of(stage)).as_secs_f64() * 1e3

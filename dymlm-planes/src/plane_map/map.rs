@@ -113,6 +113,18 @@ impl PlaneMap {
         Ok(report)
     }
 
+    /// Whether every plane within 100 m of a camera at this pose can be mapped.
+    ///
+    /// # Errors
+    ///
+    /// [`PlaneError::OutOfReach`] names the camera's place.
+    pub fn check_reach(&self, world_from_camera: &Pose) -> Result<(), PlaneError> {
+        let centroid = world_from_camera.translation();
+        let reach = Observation::reach(self.config.voxel_size) - 100.0;
+        let within = centroid.iter().all(|c| c.abs() < reach);
+        if within { Ok(()) } else { Err(PlaneError::OutOfReach { centroid, reach }) }
+    }
+
     /// Takes a key frame out again, by the number that its report gave.
     ///
     /// # Errors

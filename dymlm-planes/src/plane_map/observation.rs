@@ -26,8 +26,7 @@ impl Observation {
     ) -> Result<Self, PlaneError> {
         let plane = detected.plane.transformed(world_from_camera);
         let centroid = world_from_camera.transform_point(detected.centroid);
-        // A frame's samples lie within a hundred metres of their centroid.
-        let reach = REACH.min(reach(voxel_size)) - 100.0;
+        let reach = Self::reach(voxel_size);
         let out_of_reach = || PlaneError::OutOfReach { centroid, reach };
         if !centroid.iter().all(|c| c.abs() < reach) {
             return Err(out_of_reach());
@@ -46,6 +45,12 @@ impl Observation {
             patch: Patch::of_samples(&detected.samples, world_from_camera, voxel_size),
             offset_deviation: detected.mse.sqrt(),
         })
+    }
+
+    /// How far from the world's origin planes can be summed, metres: a frame's samples lie within a hundred metres of
+    /// their centroid.
+    pub(super) fn reach(voxel_size: f64) -> f64 {
+        REACH.min(reach(voxel_size)) - 100.0
     }
 
     pub(super) fn finite(&self) -> FinitePlane<'_> {
