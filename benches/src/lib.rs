@@ -33,6 +33,32 @@ pub fn blobs(n: usize) -> Vec<Point> {
         .collect()
 }
 
+/// `n` points on the faces of a thing of 60 x 40 x 30 cm that stands turned in the room, with 2 mm of noise and 1 %
+/// of stray points around it.
+pub fn thing(n: usize) -> Vec<Point> {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let lengths = [0.6, 0.4, 0.3_f32];
+    let (sin, cos) = 0.4_f32.sin_cos();
+    (0..n)
+        .map(|i| {
+            let mut local: Point = std::array::from_fn(|axis| rng.random_range(-0.5..0.5) * lengths[axis]);
+            if i % 100 == 0 {
+                local = local.map(|x| 1.5 * x);
+            } else {
+                let side = if i % 2 == 0 { 0.5 } else { -0.5 };
+                local[i % 3] = side * lengths[i % 3] + rng.random_range(-0.002..0.002);
+            }
+            let [x, y, z] = local;
+            [1.0 + cos * x - sin * y, 2.0 + sin * x + cos * y, 1.0 + z]
+        })
+        .collect()
+}
+
+/// The x and y of [`thing`].
+pub fn footprint(n: usize) -> Vec<[f64; 2]> {
+    thing(n).iter().map(|[x, y, _]| [f64::from(*x), f64::from(*y)]).collect()
+}
+
 /// The camera of a 640x480 Kinect.
 ///
 /// # Panics

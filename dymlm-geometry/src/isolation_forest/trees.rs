@@ -136,7 +136,8 @@ pub(super) fn height_limit(rows: usize) -> u32 {
 impl<const D: usize> IsolationTrees<D> {
     /// Room for `trees` trees over samples of `rows` rows, in which every row goes to the left.
     pub(super) fn reset(&mut self, trees: usize, rows: usize) {
-        self.height = height_limit(rows);
+        // Rows without columns are all equal.
+        self.height = if D == 0 { 0 } else { height_limit(rows) };
         self.mean_path = mean_path_length(rows);
         let size = trees << self.height;
         self.nodes.clear();
