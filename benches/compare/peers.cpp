@@ -1,4 +1,4 @@
-// The C++ peers of compare.py: OctoMap and PCL's voxel grid behind the protocol of `compare_ours`.
+// The C++ peers of compare.py: OctoMap, PCL's voxel grid and CGAL's rectangles behind the protocol of `compare_ours`.
 //
 // A request is a line on standard input, `operation key=value ..`; the answer is `ok wall_seconds cpu_seconds` or
 // `error message`. With result=PATH what was computed is written there after the clock has stopped. The files are
@@ -23,6 +23,11 @@
 
 #ifdef HAVE_OCTOMAP
 #include <octomap/OcTree.h>
+#endif
+#ifdef HAVE_CGAL
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/convex_hull_2.h>
+#include <CGAL/min_quadrilateral_2.h>
 #endif
 #ifdef HAVE_PCL
 #include <pcl/filters/voxel_grid.h>
@@ -254,11 +259,48 @@ Timing voxel_grid(const Request& request) {
 
 #endif  // HAVE_PCL
 
+#ifdef HAVE_CGAL
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using PlanePoint = Kernel::Point_2;
+
+const std::vector<PlanePoint>& plane_points(const std::string& path) {
+  static std::map<std::string, std::vector<PlanePoint>> clouds;
+  std::vector<PlanePoint>& cloud = clouds[path];
+  if (cloud.empty()) {
+    const std::vector<float> numbers = read_floats(path);
+    for (size_t i = 0; i + 3 <= numbers.size(); i += 3) cloud.emplace_back(numbers[i], numbers[i + 1]);
+  }
+  return cloud;
+}
+
+Timing minimum_area_rectangle(const Request& request) {
+  const std::vector<PlanePoint>& points = plane_points(request.text("input"));
+  std::vector<PlanePoint> hull, corners;
+  const Timing timing = timed([&] {
+    CGAL::convex_hull_2(points.begin(), points.end(), std::back_inserter(hull));
+    CGAL::min_rectangle_2(hull.begin(), hull.end(), std::back_inserter(corners));
+  });
+  if (!request.result().empty()) {
+    std::ofstream file(request.result(), std::ios::binary);
+    for (const PlanePoint& corner : corners) {
+      put(file, corner.x());
+      put(file, corner.y());
+    }
+  }
+  return timing;
+}
+
+#endif  // HAVE_CGAL
+
 Timing run(const Request& request) {
 #ifdef HAVE_OCTOMAP
   if (request.operation == "octree_insert") return octree_insert(request);
   if (request.operation == "octree_cast") return octree_cast(request);
   if (request.operation == "octree_query") return octree_query(request);
+#endif
+#ifdef HAVE_CGAL
+  if (request.operation == "minimum_area_rectangle") return minimum_area_rectangle(request);
 #endif
 #ifdef HAVE_PCL
   if (request.operation == "voxel_grid") return voxel_grid(request);

@@ -4,7 +4,7 @@ use crate::finite::is_finite;
 use crate::symmetric_eigen3::symmetric_eigen3;
 use crate::vector3::Vector3;
 
-/// Extents below so many roundings of the greatest coordinate are no extents.
+/// Deviations below so many roundings of the coordinates are none.
 const ROUNDINGS: f64 = 4.0;
 
 /// Principal component analysis of a cloud: its centroid, its covariance, and the directions in which it extends.
@@ -50,11 +50,9 @@ impl PrincipalAxes {
     pub fn of(points: &[Point]) -> Option<Self> {
         let origin = *points.iter().find(|point| is_finite(point))?;
         let mut moments = Moments::about(origin);
-        let (chunks, rest) = points.as_chunks::<LANES>();
-        for chunk in chunks {
-            moments.add(chunk);
+        for block in points.chunks(BLOCK) {
+            moments.add_block(block);
         }
-        moments.add_few(rest);
         moments.axes()
     }
 
@@ -75,61 +73,46 @@ fn counts(point: &Point, weight: f32) -> bool {
     weight > 0.0 && weight.is_finite() && is_finite(point)
 }
 
-const LANES: usize = 4;
+/// Points that are added at once, and left out one by one when one of them is not finite.
+const BLOCK: usize = 256;
 
-/// Sums over points, relative to an origin near them.
-struct Moments {
-    origin: [f64; 3],
-    lanes: [[f64; LANES]; SUMS],
-    greatest: [f32; 3 * LANES],
-    weight: f64,
-    count: usize,
-}
+/// Points side by side in vector registers.
+const LANES: usize = 2;
 
 /// x, y, z, xx, xy, xz, yy, yz, zz.
 const SUMS: usize = 9;
 
+/// Sums over points, relative to an origin near them.
+struct Moments {
+    origin: Vector3,
+    sums: [f64; SUMS],
+    weight: f64,
+    count: usize,
+}
+
 impl Moments {
     fn about(origin: Point) -> Self {
-        Self {
-            origin: origin.map(f64::from),
-            lanes: [[0.0; LANES]; SUMS],
-            greatest: [0.0; 3 * LANES],
-            weight: 0.0,
-            count: 0,
-        }
+        Self { origin: origin.map(f64::from), sums: [0.0; SUMS], weight: 0.0, count: 0 }
     }
 
-    /// Adds points, each in a lane of its own, so that the compiler can use vector registers.
-    #[inline]
-    fn add(&mut self, points: &[Point; LANES]) {
-        let zeros: f32 = points.as_flattened().iter().map(|x| 0.0 * x).sum();
-        if zeros != 0.0 {
-            return self.add_few(points);
+    fn add_block(&mut self, points: &[Point]) {
+        let mut lanes = [[0.0; LANES]; SUMS];
+        let (chunks, rest) = points.as_chunks::<LANES>();
+        for chunk in chunks {
+            add_terms(&mut lanes, *chunk, self.origin);
         }
-        for (greatest, x) in self.greatest.iter_mut().zip(points.as_flattened()) {
-            *greatest = greatest.max(x.abs());
-        }
-        let [x, y, z]: [[f64; LANES]; 3] =
-            std::array::from_fn(|axis| points.map(|point| f64::from(point[axis]) - self.origin[axis]));
-        let terms: [[f64; LANES]; SUMS] = [
-            x,
-            y,
-            z,
-            product(x, x),
-            product(x, y),
-            product(x, z),
-            product(y, y),
-            product(y, z),
-            product(z, z),
-        ];
-        for (sums, terms) in self.lanes.iter_mut().zip(terms) {
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                *sum += term;
+        let sums = lanes.map(|lanes| lanes.iter().sum::<f64>());
+        // Sums of finite f32 are finite; with a point that is not finite, one of the first three is not.
+        if sums[..3].iter().all(|sum| sum.is_finite()) {
+            for (sum, more) in self.sums.iter_mut().zip(sums) {
+                *sum += more;
             }
+            self.weight += (points.len() - rest.len()) as f64;
+            self.count += points.len() - rest.len();
+            self.add_few(rest);
+        } else {
+            self.add_few(points);
         }
-        self.weight += LANES as f64;
-        self.count += LANES;
     }
 
     fn add_few(&mut self, points: &[Point]) {
@@ -139,44 +122,51 @@ impl Moments {
     }
 
     fn add_point(&mut self, point: Point, weight: f64) {
-        for (greatest, x) in self.greatest.iter_mut().zip(point) {
-            *greatest = greatest.max(x.abs());
-        }
-        let [x, y, z]: Vector3 = std::array::from_fn(|axis| f64::from(point[axis]) - self.origin[axis]);
-        let terms = [x, y, z, x * x, x * y, x * z, y * y, y * z, z * z];
-        for (sums, term) in self.lanes.iter_mut().zip(terms) {
-            sums[0] += weight * term;
+        let mut terms = [[0.0]; SUMS];
+        add_terms(&mut terms, [point], self.origin);
+        for (sum, [term]) in self.sums.iter_mut().zip(terms) {
+            *sum += weight * term;
         }
         self.weight += weight;
         self.count += 1;
     }
 
     fn axes(&self) -> Option<PrincipalAxes> {
-        let [x, y, z, xx, xy, xz, yy, yz, zz] =
-            self.lanes.map(|sums| sums.into_iter().sum::<f64>() / self.weight);
+        let [x, y, z, xx, xy, xz, yy, yz, zz] = self.sums.map(|sum| sum / self.weight);
         let (xy, xz, yz) = (xy - x * y, xz - x * z, yz - y * z);
         let covariance = [[xx - x * x, xy, xz], [xy, yy - y * y, yz], [xz, yz, zz - z * z]];
         let eigen = symmetric_eigen3(covariance)?;
         let variances = eigen.values.map(|value| value.max(0.0));
+        let centroid = [self.origin[0] + x, self.origin[1] + y, self.origin[2] + z];
         Some(PrincipalAxes {
-            centroid: [self.origin[0] + x, self.origin[1] + y, self.origin[2] + z],
+            centroid,
             covariance,
             axes: eigen.vectors,
             variances,
-            rank: self.rank(variances),
+            rank: rank(centroid, variances),
             count: self.count,
         })
     }
+}
 
-    /// How many of the variances are more than rounding.
-    fn rank(&self, variances: [f64; 3]) -> usize {
-        let greatest = self.greatest.iter().fold(0.0_f32, |greatest, x| x.max(greatest));
-        let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(greatest);
-        variances.iter().filter(|variance| variance.sqrt() > rounding).count()
+/// Adds the terms of each point to the sums of its lane.
+#[inline]
+fn add_terms<const N: usize>(lanes: &mut [[f64; N]; SUMS], points: [Point; N], origin: Vector3) {
+    let [x, y, z]: [[f64; N]; 3] =
+        std::array::from_fn(|axis| points.map(|point| f64::from(point[axis]) - origin[axis]));
+    let product = |a: [f64; N], b: [f64; N]| -> [f64; N] { std::array::from_fn(|lane| a[lane] * b[lane]) };
+    let (xy, xz, yz) = (product(x, y), product(x, z), product(y, z));
+    let terms = [x, y, z, product(x, x), xy, xz, product(y, y), yz, product(z, z)];
+    for (sums, terms) in lanes.iter_mut().zip(terms) {
+        for (sum, term) in sums.iter_mut().zip(terms) {
+            *sum += term;
+        }
     }
 }
 
-#[inline]
-fn product(a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
-    std::array::from_fn(|lane| a[lane] * b[lane])
+/// How many of the variances are more than the rounding of the coordinates.
+fn rank(centroid: Vector3, variances: [f64; 3]) -> usize {
+    let reach = centroid.into_iter().fold(variances[0].sqrt(), |reach, x| reach.max(x.abs()));
+    let rounding = ROUNDINGS * f64::from(f32::EPSILON) * reach;
+    variances.iter().filter(|variance| variance.sqrt() > rounding).count()
 }

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import read_core, read_labels, read_leaves, read_points, read_states
+from .files import read_core, read_labels, read_leaves, read_numbers, read_points, read_states
 
 
 @dataclass
@@ -168,3 +168,75 @@ def exactly_equal(outputs: Outputs, read, same: str, describe) -> dict[str, Agre
         differ = len(equal) - np.count_nonzero(equal.reshape(len(equal), -1).all(axis=1))
         agreements[name] = Agreement(f"{differ} of {len(equal)} differ" if differ else same, good=differ == 0)
     return agreements
+
+
+def minimum_area_rectangle(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against the definition, computed here: least area over the edges of the hull, all points inside."""
+    points = read_points(Path(parameters["input"]))[:, :2].astype(np.float64)
+    hull, least = least_rectangle(points)
+    agreements = {}
+    for name, path in outputs.items():
+        corners = read_numbers(path).reshape(4, 2)
+        along, across = corners[1] - corners[0], corners[3] - corners[0]
+        lengths = np.linalg.norm([along, across], axis=1)
+        offsets = np.abs((hull - corners.mean(axis=0)) @ (np.array([along, across]) / lengths[:, None]).T)
+        excess, area = (offsets - lengths / 2).max(), lengths.prod()
+        text = f"area {area / least - 1:+.0e} of the least, points outside by up to {max(excess, 0):.0e} m"
+        exact = abs(area / least - 1) <= 1e-12 and excess <= 1e-12
+        agreements[name] = Agreement(text, exact or name not in ours(outputs))
+    return agreements
+
+
+def least_rectangle(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """The corners of the hull, and the least area over its edges by projecting all corners on each."""
+    from scipy.spatial import ConvexHull
+
+    hull = points[ConvexHull(points).vertices]
+    edges = np.roll(hull, -1, axis=0) - hull
+    along = edges / np.linalg.norm(edges, axis=1)[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    centered = hull - hull.mean(axis=0)
+    areas = np.ptp(centered @ along.T, axis=0) * np.ptp(centered @ across.T, axis=0)
+    return hull, float(areas.min())
+
+
+def oriented_box(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """All points inside? How large, against the smallest of all?"""
+    points = read_points(Path(parameters["input"])).astype(np.float64)
+    boxes = {}
+    for name, path in outputs.items():
+        numbers = read_numbers(path)
+        center, rotation, lengths = numbers[:3], numbers[3:12].reshape(3, 3), numbers[12:]
+        boxes[name] = lengths.prod(), (np.abs((points - center) @ rotation) - lengths / 2).max()
+    least = min(volume for volume, _ in boxes.values())
+    agreements = {}
+    for name, (volume, excess) in boxes.items():
+        text = f"{volume / least - 1:.1%} above the smallest, points outside by up to {max(excess, 0):.0e} m"
+        agreements[name] = Agreement(text, excess <= 1e-12 or name not in ours(outputs))
+    return agreements
+
+
+def isolation_forest(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against scikit-learn: other random trees, but the strays among the points are found as well."""
+    reference = "scikit-learn"
+    if reference not in outputs:
+        return {name: Agreement("no scikit-learn to compare with") for name in outputs}
+    scores = {name: read_numbers(path) for name, path in outputs.items()}
+    # As harness/inputs.py makes them.
+    stray = np.arange(len(scores[reference])) % 100 == 0
+    areas = {name: area_under_curve(of, stray) for name, of in scores.items()}
+    agreements = {}
+    for name, of in scores.items():
+        difference = np.abs(of - scores[reference]).mean()
+        text = f"strays found with ROC-AUC {areas[name]:.3f}, scores differ by {difference:.3f} in the mean"
+        alike = abs(areas[name] - areas[reference]) <= 0.02 and difference <= 0.02
+        agreements[name] = Agreement(text, alike or name not in ours(outputs))
+    return agreements
+
+
+def area_under_curve(scores: np.ndarray, positive: np.ndarray) -> float:
+    """How often a positive scores above another."""
+    from scipy.stats import rankdata
+
+    count = positive.sum()
+    return (rankdata(scores)[positive].sum() - count * (count + 1) / 2) / (count * (len(scores) - count))

@@ -12,7 +12,14 @@ from pathlib import Path
 
 from .program import Program
 
-PYTHON_PEERS = {"dbscan": "dbscan", "scikit-learn": "sklearn", "Open3D": "open3d"}
+# Library, its module and the package that brings it.
+PYTHON_PEERS = [
+    ("dbscan", "dbscan", "dbscan"),
+    ("scikit-learn", "sklearn", "scikit-learn"),
+    ("Open3D", "open3d", "open3d"),
+    ("OpenCV", "cv2", "opencv-python-headless"),
+    ("isotree", "isotree", "isotree"),
+]
 
 
 @dataclass
@@ -51,13 +58,13 @@ def add_ours(found: Contestants, root: Path, pin: list[str]) -> None:
 
 def add_cpp_peers(found: Contestants, here: Path, pin: list[str]) -> None:
     if shutil.which("cmake") is None:
-        print("no cmake: OctoMap and PCL are left out")
+        print("no cmake: OctoMap, PCL and CGAL are left out")
         return
     build = here / "build" / "peers"
     configured = subprocess.run(["cmake", "-S", here, "-B", build], stdout=subprocess.PIPE, text=True)
     built = subprocess.run(["cmake", "--build", build], stdout=subprocess.DEVNULL)
     if configured.returncode != 0 or built.returncode != 0:
-        print("the C++ peers cannot be built: OctoMap and PCL are left out")
+        print("the C++ peers cannot be built: OctoMap, PCL and CGAL are left out")
         return
     for missing in re.findall(r"peer missing: .*", configured.stdout):
         print(missing)
@@ -68,10 +75,10 @@ def add_cpp_peers(found: Contestants, here: Path, pin: list[str]) -> None:
 
 
 def add_python_peers(found: Contestants, here: Path, pin: list[str]) -> None:
-    for name, module in PYTHON_PEERS.items():
+    for name, module, package in PYTHON_PEERS:
         if importlib.util.find_spec(module) is None:
             print(f"peer missing: {name}")
             continue
         # A process each, so that no library meets another's threads or memory.
         found.programs[name] = Program([*pin, sys.executable, "-m", "harness.python_peer", module], cwd=here)
-        found.versions[name] = importlib.metadata.version(name.lower())
+        found.versions[name] = importlib.metadata.version(package)

@@ -3,6 +3,7 @@
 - points: x, y, z as f32; rays: origin and direction, 6 f32;
 - frames: for each frame the sensor's position as 3 f32, the number of points as u32, the points;
 - labels: i32, -1 for noise; states: u8, 0 unknown, 1 free, 2 occupied; hits: centre as 3 f32, NaN for none;
+- numbers: f64; a rectangle is its four corners, a box its centre, rotation by rows and full lengths;
 - leaves: number of nodes as u64, then for each leaf key 3 u16, depth u16, log-odds f32.
 """
 
@@ -57,6 +58,14 @@ def read_core(path: Path) -> np.ndarray:
 
 def read_states(path: Path) -> np.ndarray:
     return np.fromfile(path, dtype=np.uint8)
+
+
+def write_numbers(path: Path, numbers: np.ndarray) -> None:
+    np.ascontiguousarray(numbers, dtype="<f8").tofile(path)
+
+
+def read_numbers(path: Path) -> np.ndarray:
+    return np.fromfile(path, dtype="<f8")
 
 
 def read_leaves(path: Path) -> Leaves:

@@ -6,16 +6,26 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import read_points, write_points
+from .files import read_points, write_numbers, write_points
 
 # What a library's functions take: made once an input, outside the clock.
 CLOUDS: dict[str, object] = {}
+# Grown forests, by what they were grown on and how.
+FORESTS: dict[tuple, object] = {}
 
 
 def cloud(path: str, convert) -> object:
     if path not in CLOUDS:
         CLOUDS[path] = convert(read_points(Path(path)))
     return CLOUDS[path]
+
+
+def forest(request: dict, grow) -> object:
+    """The forest that a request asks scores of, grown when it is first asked for."""
+    key = (request["input"], request["trees"], request["sample_size"])
+    if key not in FORESTS:
+        FORESTS[key] = grow()
+    return FORESTS[key]
 
 
 def write_labels(path: str, labels: np.ndarray) -> None:
@@ -44,6 +54,7 @@ def dbscan_package():
 
 def scikit_learn():
     from sklearn.cluster import DBSCAN
+    from sklearn.ensemble import IsolationForest
 
     def cluster(request):
         points = cloud(request["input"], lambda points: points.astype(np.float64))
@@ -57,7 +68,26 @@ def scikit_learn():
 
         return lambda: engine.fit(points), save
 
-    return {"dbscan": cluster}
+    def grower(request):
+        points = cloud(request["input"], lambda points: points.copy())
+        trees, rows = int(request["trees"]), int(request["sample_size"])
+        engine = IsolationForest(n_estimators=trees, max_samples=rows, n_jobs=1, random_state=0)
+        return points, lambda: engine.fit(points)
+
+    def isolation_forest_fit(request):
+        points, grow = grower(request)
+        return grow, lambda path, grown: write_numbers(path, -grown.score_samples(points))
+
+    def isolation_forest_scores(request):
+        points, grow = grower(request)
+        grown = forest(request, grow)
+        return lambda: -grown.score_samples(points), write_numbers
+
+    return {
+        "dbscan": cluster,
+        "isolation_forest_fit": isolation_forest_fit,
+        "isolation_forest_scores": isolation_forest_scores,
+    }
 
 
 def open3d():
@@ -77,10 +107,67 @@ def open3d():
         points, size = point_cloud(request), float(request["voxel_size"])
         return lambda: points.voxel_down_sample(size), lambda path, found: write_points(path, np.asarray(found.points))
 
-    return {"dbscan": cluster, "voxel_grid": voxel_grid}
+    def oriented_box(request):
+        points = point_cloud(request)
+        fits = {
+            "minimal": points.get_minimal_oriented_bounding_box,
+            "principal_axes": points.get_oriented_bounding_box,
+        }
+
+        def save(path, box):
+            write_numbers(path, np.concatenate([box.center, np.asarray(box.R).ravel(), box.extent]))
+
+        return fits[request["fit"]], save
+
+    return {"dbscan": cluster, "voxel_grid": voxel_grid, "oriented_box": oriented_box}
 
 
-PEERS = {"dbscan": dbscan_package, "sklearn": scikit_learn, "open3d": open3d}
+def opencv():
+    import cv2
+
+    cv2.setNumThreads(1)
+
+    def minimum_area_rectangle(request):
+        points = cloud(request["input"], lambda points: np.ascontiguousarray(points[:, :2]))
+
+        def save(path, rectangle):
+            # cv2.boxPoints rounds to single precision.
+            center, (width, height), degrees = rectangle
+            angle = np.radians(degrees)
+            along, across = [np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]
+            halves = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2, height / 2]
+            write_numbers(path, center + halves @ np.array([along, across]))
+
+        return lambda: cv2.minAreaRect(points), save
+
+    return {"minimum_area_rectangle": minimum_area_rectangle}
+
+
+def isotree():
+    from isotree import IsolationForest
+
+    def grower(request):
+        points = cloud(request["input"], lambda points: points.astype(np.float64))
+        trees, rows = int(request["trees"]), int(request["sample_size"])
+        # Of its many variants the published one: cuts along one column, at a random value.
+        engine = IsolationForest(
+            ntrees=trees, sample_size=rows, ndim=1, ntry=1, missing_action="fail", nthreads=1, random_seed=0
+        )
+        return points, lambda: engine.fit(points)
+
+    def isolation_forest_fit(request):
+        points, grow = grower(request)
+        return grow, lambda path, grown: write_numbers(path, grown.predict(points))
+
+    def isolation_forest_scores(request):
+        points, grow = grower(request)
+        grown = forest(request, grow)
+        return lambda: grown.predict(points), write_numbers
+
+    return {"isolation_forest_fit": isolation_forest_fit, "isolation_forest_scores": isolation_forest_scores}
+
+
+PEERS = {"dbscan": dbscan_package, "sklearn": scikit_learn, "open3d": open3d, "cv2": opencv, "isotree": isotree}
 
 
 def answer(operations, line: str) -> str:

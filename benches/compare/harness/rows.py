@@ -45,7 +45,13 @@ OURS = Entrant("dymlm", "dymlm")
 
 
 def rows(inputs: Inputs, quick: bool) -> list[Row]:
-    return [*dbscan_rows(inputs, quick), *voxel_grid_rows(inputs, quick), *octree_rows(inputs, quick)]
+    return [
+        *dbscan_rows(inputs, quick),
+        *voxel_grid_rows(inputs, quick),
+        *shape_rows(inputs, quick),
+        *isolation_forest_rows(inputs, quick),
+        *octree_rows(inputs, quick),
+    ]
 
 
 def dbscan_rows(inputs: Inputs, quick: bool) -> list[Row]:
@@ -77,6 +83,55 @@ def voxel_grid_rows(inputs: Inputs, quick: bool) -> list[Row]:
             aim=Aim(3),
         )
         for cloud, file in clouds[: 1 if quick else 2]
+    ]
+
+
+def shape_rows(inputs: Inputs, quick: bool) -> list[Row]:
+    clouds = [(f"{size} {kind} points", f"{file}_{size}") for size in (["10k"] if quick else ["10k", "100k"])
+              for kind, file in [("box-like", "thing"), ("round", "round")]]  # fmt: skip
+    rectangles = [
+        Row(
+            name=f"minimum-area rectangle, {cloud}",
+            operation="minimum_area_rectangle",
+            parameters={"input": inputs.path(f"{file}.points")},
+            entrants=[OURS_KEPT, OURS_FRESH, Entrant("CGAL", "CGAL"), Entrant("OpenCV", "OpenCV")],
+            check=agreement.minimum_area_rectangle,
+            aim=Aim(5),
+        )
+        for cloud, file in clouds
+    ]
+    ours = [Entrant(entrant.name, "dymlm", entrant.parameters | {"fit": "minimum_rectangle"})
+            for entrant in [OURS_KEPT, OURS_FRESH]]  # fmt: skip
+    boxes = [
+        Row(
+            name=f"oriented box, {cloud}",
+            operation="oriented_box",
+            parameters={"input": inputs.path(f"{file}.points")},
+            entrants=[
+                *ours,
+                Entrant("Open3D, minimal", "Open3D", {"fit": "minimal"}),
+                Entrant("Open3D, principal axes", "Open3D", {"fit": "principal_axes"}),
+            ],
+            check=agreement.oriented_box,
+            aim=Aim(8, "Open3D, minimal"),
+        )
+        for cloud, file in clouds
+    ]
+    return [*rectangles, *boxes]
+
+
+def isolation_forest_rows(inputs: Inputs, quick: bool) -> list[Row]:
+    size = "10k" if quick else "100k"
+    return [
+        Row(
+            name=f"isolation forest, {what} 100 trees, {size} points",
+            operation=operation,
+            parameters={"input": inputs.path(f"thing_{size}.points"), "trees": 100, "sample_size": 256},
+            entrants=[OURS_KEPT, OURS_FRESH, *(Entrant(name, name) for name in ["scikit-learn", "isotree"])],
+            check=agreement.isolation_forest,
+            aim=Aim(5),
+        )
+        for what, operation in [("scores of", "isolation_forest_scores"), ("growing", "isolation_forest_fit")]
     ]
 
 

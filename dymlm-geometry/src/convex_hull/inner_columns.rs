@@ -13,20 +13,23 @@ const SMALLEST_EXTENT: f64 = 1e-100;
 #[derive(Debug, Clone)]
 pub(super) struct InnerColumns {
     x_min: f64,
-    x_max: f64,
     per_x: f64,
     ranges: Box<[Range; COLUMNS]>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Range {
     low: f64,
     high: f64,
 }
 
+impl Range {
+    const EMPTY: Self = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
+}
+
 impl Default for InnerColumns {
     fn default() -> Self {
-        Self { x_min: 0.0, x_max: 0.0, per_x: 0.0, ranges: Box::new([Range::default(); COLUMNS]) }
+        Self { x_min: 0.0, per_x: 0.0, ranges: Box::new([Range::EMPTY; COLUMNS]) }
     }
 }
 
@@ -39,7 +42,7 @@ impl InnerColumns {
         };
         let [width, height] = extent.size();
         let column = width / (COLUMNS - 1) as f64;
-        (self.x_min, self.x_max, self.per_x) = (extent.min[0], extent.max[0], 1.0 / column);
+        (self.x_min, self.per_x) = (extent.min[0], 1.0 / column);
         let lower = |corner: usize| hull.get(corner).copied();
         let upper = |corner: usize| hull.get(hull.len().checked_sub(corner)? % hull.len()).copied();
         // One for each side of a column.
@@ -54,6 +57,9 @@ impl InnerColumns {
             range.low = left[0].max(right[0]) + MARGIN * height;
             range.high = left[1].min(right[1]) - MARGIN * height;
         }
+        // Those at the ends reach out of the hull by half their width.
+        let [first, .., last] = &mut *self.ranges;
+        (*first, *last) = (Range::EMPTY, Range::EMPTY);
         true
     }
 
@@ -61,9 +67,8 @@ impl InnerColumns {
     #[inline]
     pub(super) fn contain(&self, point: &[f64; 2]) -> bool {
         let [x, y] = *point;
-        let column = ((x - self.x_min) * self.per_x + ROUNDER).to_bits() as usize % COLUMNS;
-        let Range { low, high } = self.ranges[column];
-        x >= self.x_min && x <= self.x_max && y > low && y < high
+        let column = ((x - self.x_min) * self.per_x + ROUNDER).to_bits().wrapping_sub(ROUNDER.to_bits());
+        self.ranges.get(column as usize).is_some_and(|range| y > range.low && y < range.high)
     }
 }
 

@@ -3,15 +3,20 @@
 mod graham_scan;
 mod inner_columns;
 mod orientation;
+mod outline;
 
 use graham_scan::graham_scan;
 use inner_columns::InnerColumns;
+use outline::Outline;
 
 /// Points with a coordinate greater than this are passed over: the exact orientation test would overflow.
 const FARTHEST: f64 = 1e120;
 
 /// From so many points on, most are worth being recognized as inner ones first.
 const FEW: usize = 512;
+
+/// Each so many-th point is looked at for the outline.
+const SAMPLING: usize = 8;
 
 /// The vertices of the convex hull of points in the plane, counter-clockwise from the leftmost (of several, the
 /// lowest).
@@ -24,8 +29,8 @@ const FEW: usize = 512;
 /// # Algorithm
 ///
 /// Graham's scan as Andrew orders it: points by x, then y; the lower chain on the way out, the upper chain on the
-/// way back, each popping the corners that do not turn left. Of many points most lie well within the hull of a
-/// few; these are found in one pass by a table over x of what is surely inside, and are not sorted. O(n log n) at
+/// way back, each popping the corners that do not turn left. Of many points most lie well within the hull of a few,
+/// here of the outline of a sample; one pass drops them, by a table over x of what is surely inside. O(n log n) at
 /// worst, O(n) when few points lie near the hull, as in scans of things.
 ///
 /// Graham: "An efficient algorithm for determining the convex hull of a finite planar set", Information Processing
@@ -47,14 +52,13 @@ pub fn convex_hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 /// [`convex_hull`] into a caller's buffers, whose content does not matter: allocates nothing once they have grown.
 pub fn convex_hull_into(points: &[[f64; 2]], scratch: &mut ConvexHullScratch, hull: &mut Vec<[f64; 2]>) {
-    let ConvexHullScratch { candidates, columns } = scratch;
-    candidates.clear();
+    let ConvexHullScratch { candidates, outline, columns } = scratch;
     if points.len() < FEW {
+        candidates.clear();
         candidates.extend(points.iter().filter_map(usable));
         return graham_scan(candidates, hull);
     }
-    let stride = sampling_stride(points.len());
-    candidates.extend(points.iter().step_by(stride).filter_map(usable));
+    outline.trace(points.iter().step_by(SAMPLING).filter_map(usable), candidates);
     graham_scan(candidates, hull);
     candidates.clear();
     if columns.fill(hull) {
@@ -69,6 +73,7 @@ pub fn convex_hull_into(points: &[[f64; 2]], scratch: &mut ConvexHullScratch, hu
 #[derive(Debug, Clone, Default)]
 pub struct ConvexHullScratch {
     candidates: Vec<[f64; 2]>,
+    outline: Outline,
     columns: InnerColumns,
 }
 
@@ -85,10 +90,4 @@ fn usable(point: &[f64; 2]) -> Option<[f64; 2]> {
     // NaN fails the comparison.
     let near = point[0].abs() <= FARTHEST && point[1].abs() <= FARTHEST;
     near.then(|| [point[0] + 0.0, point[1] + 0.0])
-}
-
-/// A sample grows with the points, but slower: its sorting should cost less than the pass over all of them.
-fn sampling_stride(points: usize) -> usize {
-    const LARGEST_SAMPLE: usize = 4096;
-    points.div_ceil(LARGEST_SAMPLE).max(16)
 }

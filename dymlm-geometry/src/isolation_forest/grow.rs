@@ -1,6 +1,6 @@
 use super::path_length::mean_path_length;
 use super::random::Random;
-use super::trees::{IsolationTrees, Node};
+use super::trees::{IsolationTrees, Node, height_limit};
 use super::{IsolationForestConfig, IsolationForestScratch};
 
 /// Grows all trees.
@@ -19,7 +19,8 @@ pub(super) fn grow<const D: usize>(
     let mut random = Random::new(config.seed);
     for (nodes, paths) in trees.nodes.chunks_exact_mut(size).zip(trees.paths.chunks_exact_mut(size)) {
         draw(rows, finite, sample_size, &mut random, sample);
-        GrowingTree { nodes, paths, height: trees.height, random: &mut random }.grow(1, 0, sample);
+        let (height, limit) = (trees.height, height_limit(sample_size));
+        GrowingTree { nodes, paths, height, limit, random: &mut random }.grow(1, 0, sample);
     }
 }
 
@@ -42,10 +43,20 @@ fn draw<const D: usize>(
     }
 }
 
+/// Rows with more than the threshold in the column go to the right.
+#[derive(Clone, Copy)]
+struct Cut {
+    column: usize,
+    threshold: f32,
+}
+
 struct GrowingTree<'a> {
     nodes: &'a mut [Node],
     paths: &'a mut [f32],
+    /// Of the stored tree.
     height: u32,
+    /// Depth at which no more cuts are made.
+    limit: u32,
     random: &'a mut Random,
 }
 
@@ -53,10 +64,10 @@ impl GrowingTree<'_> {
     /// Grows the tree below a node for its rows, which are put into the order of the leaves.
     fn grow<const D: usize>(&mut self, node: usize, depth: u32, rows: &mut [[f32; D]]) {
         if rows.len() > 1
-            && depth < self.height
+            && depth < self.limit
             && let Some(cut) = self.choose_cut(rows)
         {
-            self.nodes[node] = cut;
+            self.nodes[node] = Node::cut(cut.column, cut.threshold);
             let middle = partition(rows, cut);
             let (left, right) = rows.split_at_mut(middle);
             self.grow(2 * node, depth + 1, left);
@@ -69,7 +80,7 @@ impl GrowingTree<'_> {
     }
 
     /// A cut that leaves rows on both sides; `None` when all rows are equal.
-    fn choose_cut<const D: usize>(&mut self, rows: &[[f32; D]]) -> Option<Node> {
+    fn choose_cut<const D: usize>(&mut self, rows: &[[f32; D]]) -> Option<Cut> {
         let mut columns: [usize; D] = std::array::from_fn(|column| column);
         for untried in (1..=D).rev() {
             let chosen = self.random.below(untried);
@@ -80,7 +91,7 @@ impl GrowingTree<'_> {
                 let between = f64::from(min) + fraction * (f64::from(max) - f64::from(min));
                 // Rounding must not leave the right side empty.
                 let threshold = if (between as f32) < max { between as f32 } else { min };
-                return Some(Node { threshold, column: column as u32 });
+                return Some(Cut { column, threshold });
             }
             columns.swap(chosen, untried - 1);
         }
@@ -97,10 +108,10 @@ fn range<const D: usize>(rows: &[[f32; D]], column: usize) -> (f32, f32) {
 }
 
 /// Puts the rows that go to the left first, and says how many they are.
-fn partition<const D: usize>(rows: &mut [[f32; D]], cut: Node) -> usize {
+fn partition<const D: usize>(rows: &mut [[f32; D]], cut: Cut) -> usize {
     let mut left = 0;
     for place in 0..rows.len() {
-        let goes_left = rows[place][cut.column as usize] <= cut.threshold;
+        let goes_left = rows[place][cut.column] <= cut.threshold;
         rows.swap(place, left);
         left += usize::from(goes_left);
     }

@@ -17,20 +17,45 @@ pub struct IsolationTrees<const D: usize> {
     pub(super) mean_path: f64,
 }
 
+/// A cut, or the way past one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node {
-    /// Rows with more than this go to the right.
-    pub(super) threshold: f32,
-    pub(super) column: u32,
+    /// Rows with a greater key go to the right.
+    key: u32,
+    column: u32,
 }
 
 impl Node {
     /// Sends all to the left.
-    pub(super) const PASS: Self = Self { threshold: f32::INFINITY, column: 0 };
+    const PASS: Self = Self { key: u32::MAX, column: 0 };
+
+    /// Sends rows with more than `threshold` in the column to the right.
+    pub(super) fn cut(column: usize, threshold: f32) -> Self {
+        Self { key: key(threshold), column: column as u32 }
+    }
+
+    /// 1 when the row goes to the right, else 0.
+    #[inline]
+    fn side<const D: usize>(self, keys: &[u32; D]) -> usize {
+        usize::from(keys[self.column as usize] > self.key)
+    }
+}
+
+/// A number whose order is that of the finite numbers: integers take fewer instructions to compare.
+#[inline]
+fn key(x: f32) -> u32 {
+    // 0 for -0, which is no less.
+    let bits = (x + 0.0).to_bits();
+    if bits >> 31 == 1 { !bits } else { bits | (1 << 31) }
 }
 
 /// Rows on their way at once: their steps do not wait for one another.
 const ROWS_AT_ONCE: usize = 8;
+
+/// Every tree has at least so many steps, which makes short work of samples up to the default size: their number is
+/// known when the program is compiled.
+const COMMON_HEIGHT: u32 = 8;
+const COMMON_SIZE: usize = 1 << COMMON_HEIGHT;
 
 impl<const D: usize> IsolationTrees<D> {
     /// No trees: every row scores 0.5.
@@ -42,7 +67,7 @@ impl<const D: usize> IsolationTrees<D> {
     pub fn score(&self, row: &[f32; D]) -> f64 {
         let mut sum = [0.0];
         for tree in self.trees() {
-            tree.add_paths(self.height, &[*row], &mut sum);
+            tree.add_paths(&[row.map(key)], &mut sum);
         }
         self.score_of(row, sum[0])
     }
@@ -54,21 +79,25 @@ impl<const D: usize> IsolationTrees<D> {
         scores
     }
 
-    /// The score of each row into a caller's buffer, whose content does not matter.
+    /// The score of each row into a caller's buffer, whose content does not matter. Allocates nothing else.
     pub fn scores_into(&self, rows: &[[f32; D]], scores: &mut Vec<f64>) {
         // So many rows and their sums stay in the fastest cache while all trees pass by.
-        const BLOCK: usize = 512;
+        const BLOCK: usize = 32;
         scores.clear();
         scores.resize(rows.len(), 0.0);
-        for (rows, sums) in rows.chunks(BLOCK).zip(scores.chunks_mut(BLOCK)) {
+        for (rows, sums) in rows.chunks(BLOCK * ROWS_AT_ONCE).zip(scores.chunks_mut(BLOCK * ROWS_AT_ONCE)) {
+            let mut keys = [[[0; D]; ROWS_AT_ONCE]; BLOCK];
+            for (keys, row) in keys.as_flattened_mut().iter_mut().zip(rows) {
+                *keys = row.map(key);
+            }
+            let (sums_of_eights, sums_of_rest) = sums.as_chunks_mut();
+            let (keys_of_eights, keys_of_rest) = keys.split_at(sums_of_eights.len());
             for tree in self.trees() {
-                let (eights, rest) = rows.as_chunks::<ROWS_AT_ONCE>();
-                let (sums_of_eights, sums_of_rest) = sums.as_chunks_mut();
-                for (rows, sums) in eights.iter().zip(sums_of_eights) {
-                    tree.add_paths(self.height, rows, sums);
+                for (keys, sums) in keys_of_eights.iter().zip(&mut *sums_of_eights) {
+                    tree.add_paths(keys, sums);
                 }
-                for (row, sum) in rest.iter().zip(sums_of_rest) {
-                    tree.add_paths(self.height, &[*row], std::array::from_mut(sum));
+                for (keys, sum) in keys_of_rest.as_flattened().iter().zip(&mut *sums_of_rest) {
+                    tree.add_paths(&[*keys], std::array::from_mut(sum));
                 }
             }
             for (row, sum) in rows.iter().zip(sums) {
@@ -80,7 +109,7 @@ impl<const D: usize> IsolationTrees<D> {
     fn trees(&self) -> impl Iterator<Item = Tree<'_>> {
         let size = 1_usize << self.height;
         let trees = self.nodes.chunks_exact(size).zip(self.paths.chunks_exact(size));
-        trees.map(|(nodes, paths)| Tree { nodes, paths })
+        trees.map(|(nodes, paths)| Tree { height: self.height, nodes, paths })
     }
 
     /// 2^(-E/c), from the sum of the row's path lengths.
@@ -101,30 +130,65 @@ impl<const D: usize> Default for IsolationTrees<D> {
 }
 
 struct Tree<'a> {
+    height: u32,
     nodes: &'a [Node],
     paths: &'a [f32],
 }
 
 impl Tree<'_> {
-    /// Adds to each sum the length of its row's path. Path lengths are multiples of 2^-23, or nearly so (f32 of 1 and
-    /// more, or 0), so that the sums in f64 are exact and the order of rows and trees does not matter.
+    /// Adds to each sum the length of its row's path. These are f32 of 1 and more, or 0: multiples of 2^-23, so that
+    /// the sums in f64 are exact and the order of trees does not matter.
     #[inline]
-    fn add_paths<const D: usize, const N: usize>(
-        &self,
-        height: u32,
-        rows: &[[f32; D]; N],
-        sums: &mut [f64; N],
-    ) {
-        let mut places = [1; N];
-        for _ in 0..height {
-            for (place, row) in places.iter_mut().zip(rows) {
-                let Node { threshold, column } = self.nodes[*place];
-                *place = 2 * *place + usize::from(row[column as usize] > threshold);
-            }
-        }
+    fn add_paths<const D: usize, const N: usize>(&self, keys: &[[u32; D]; N], sums: &mut [f64; N]) {
+        let places = match self.nodes.first_chunk::<COMMON_SIZE>() {
+            Some(nodes) if nodes.len() == self.nodes.len() => common_descent(nodes, keys),
+            _ => descent(self.nodes, self.height, keys),
+        };
         for (place, sum) in places.into_iter().zip(sums) {
-            *sum += f64::from(self.paths[place - self.paths.len()]);
+            *sum += self.paths.get(place - self.paths.len()).copied().map_or(0.0, f64::from);
         }
+    }
+}
+
+/// From the root to below the last nodes.
+#[inline]
+fn common_descent<const D: usize, const N: usize>(
+    nodes: &[Node; COMMON_SIZE],
+    keys: &[[u32; D]; N],
+) -> [usize; N] {
+    let mut places = [1_usize; N];
+    for _ in 0..COMMON_HEIGHT {
+        for (place, keys) in places.iter_mut().zip(keys) {
+            // The place is below the size anyway; so the compiler knows it too.
+            *place = 2 * *place + nodes[*place % COMMON_SIZE].side(keys);
+        }
+    }
+    places
+}
+
+/// The same in larger trees.
+#[inline]
+fn descent<const D: usize, const N: usize>(nodes: &[Node], height: u32, keys: &[[u32; D]; N]) -> [usize; N] {
+    let mut places = [1_usize; N];
+    for _ in 0..height {
+        for (place, keys) in places.iter_mut().zip(keys) {
+            *place = 2 * *place + nodes[*place].side(keys);
+        }
+    }
+    places
+}
+
+impl<const D: usize> IsolationTrees<D> {
+    /// Room for `trees` trees over samples of `rows` rows, in which every row goes to the left.
+    pub(super) fn reset(&mut self, trees: usize, rows: usize) {
+        // Rows without columns are all equal.
+        self.height = if D == 0 { 0 } else { height_limit(rows).max(COMMON_HEIGHT) };
+        self.mean_path = mean_path_length(rows);
+        let size = trees << self.height;
+        self.nodes.clear();
+        self.nodes.resize(size, Node::PASS);
+        self.paths.clear();
+        self.paths.resize(size, 0.0);
     }
 }
 
@@ -133,16 +197,15 @@ pub(super) fn height_limit(rows: usize) -> u32 {
     rows.max(1).next_power_of_two().trailing_zeros()
 }
 
-impl<const D: usize> IsolationTrees<D> {
-    /// Room for `trees` trees over samples of `rows` rows, in which every row goes to the left.
-    pub(super) fn reset(&mut self, trees: usize, rows: usize) {
-        // Rows without columns are all equal.
-        self.height = if D == 0 { 0 } else { height_limit(rows) };
-        self.mean_path = mean_path_length(rows);
-        let size = trees << self.height;
-        self.nodes.clear();
-        self.nodes.resize(size, Node::PASS);
-        self.paths.clear();
-        self.paths.resize(size, 0.0);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_in_the_order_of_the_numbers() {
+        let ascending = [-f32::MAX, -1.5, -1.0, -f32::MIN_POSITIVE, -1e-45, 0.0, 1e-45, 1.0, 1.5, f32::MAX];
+        assert!(ascending.map(key).is_sorted_by(|a, b| a < b));
+        assert_eq!(key(-0.0), key(0.0));
+        assert!(key(f32::MAX) < Node::PASS.key);
     }
 }

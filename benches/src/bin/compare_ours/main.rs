@@ -9,7 +9,10 @@
 
 mod dbscan;
 mod inputs;
+mod isolation_forest;
+mod minimum_area_rectangle;
 mod octree;
+mod oriented_box;
 mod request;
 mod results;
 mod timing;
@@ -31,6 +34,9 @@ struct Contestant {
     dbscan: dbscan::Buffers,
     voxel_grid: voxel_grid::Buffers,
     octree: octree::Maps,
+    rectangle: dymlm_geometry::MinimumAreaRectangleScratch,
+    oriented_box: dymlm_geometry::OrientedBoxScratch,
+    isolation_forest: isolation_forest::Buffers,
 }
 
 impl Contestant {
@@ -41,6 +47,16 @@ impl Contestant {
             "octree_insert" => octree::insert(request, &mut self.inputs),
             "octree_cast" => octree::cast(request, &mut self.inputs, &mut self.octree),
             "octree_query" => octree::query(request, &mut self.inputs, &mut self.octree),
+            "minimum_area_rectangle" => {
+                minimum_area_rectangle::run(request, &mut self.inputs, &mut self.rectangle)
+            }
+            "oriented_box" => oriented_box::run(request, &mut self.inputs, &mut self.oriented_box),
+            "isolation_forest_fit" => {
+                isolation_forest::fit(request, &mut self.inputs, &mut self.isolation_forest)
+            }
+            "isolation_forest_scores" => {
+                isolation_forest::scores(request, &mut self.inputs, &mut self.isolation_forest)
+            }
             unknown => Err(format!("no operation {unknown}").into()),
         }
     }

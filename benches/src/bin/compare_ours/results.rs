@@ -55,6 +55,11 @@ pub(crate) fn write_states(path: &Path, states: &[CellState]) -> Result<(), Fail
     })
 }
 
+/// Numbers: f64 each. A rectangle is its four corners, a box its centre, rotation by rows and full lengths.
+pub(crate) fn write_numbers(path: &Path, numbers: &[f64]) -> Result<(), Failure> {
+    write(path, numbers, |number| number.to_le_bytes())
+}
+
 fn write<T, const N: usize>(path: &Path, items: &[T], encode: impl Fn(&T) -> [u8; N]) -> Result<(), Failure> {
     let mut file = BufWriter::new(File::create(path)?);
     for item in items {
