@@ -25,6 +25,7 @@ pub(crate) fn scores(request: &Request, inputs: &mut Inputs, kept: &mut Buffers)
     run(request, inputs, kept, Timed::Scores)
 }
 
+#[derive(Clone, Copy)]
 enum Timed {
     Fit,
     Scores,
