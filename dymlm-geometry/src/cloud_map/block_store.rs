@@ -34,6 +34,30 @@ impl BlockKey {
         [self.0 & mask, self.0 >> Self::BITS & mask, self.0 >> (2 * Self::BITS)]
             .map(|c| c as i32 - Self::BIAS)
     }
+
+    /// The cell with this index in the block.
+    #[inline]
+    pub(super) fn cell(self, index: usize) -> [i32; 3] {
+        let (block, within) = (self.block(), cell_in_block(index));
+        std::array::from_fn(|axis| block[axis] * BLOCK_SIDE as i32 + within[axis])
+    }
+
+    /// The block and the 26 around it.
+    pub(super) fn neighborhood(self) -> impl Iterator<Item = Neighbor> {
+        let center = self.block();
+        (0..27).map(move |neighbor| {
+            let step = [neighbor % 3, neighbor / 3 % 3, neighbor / 9].map(|c| c - 1);
+            Neighbor { step, key: Self::new(std::array::from_fn(|axis| center[axis] + step[axis])) }
+        })
+    }
+}
+
+/// A block in the neighbourhood of another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Neighbor {
+    /// -1, 0 or 1 along each axis: where the block lies.
+    pub(super) step: [i32; 3],
+    pub(super) key: BlockKey,
 }
 
 /// Block coordinates of a cell, and the cell's index in its block.
@@ -156,9 +180,18 @@ mod tests {
     fn cells_split_into_block_and_index() {
         for cell in [[0, 0, 0], [7, 8, -1], [-8, -9, 1_000_003]] {
             let (block, index) = split(cell);
-            let within = cell_in_block(index);
-            let again: [i32; 3] = std::array::from_fn(|axis| block[axis] * 8 + within[axis]);
-            assert_eq!(again, cell);
+            assert_eq!(BlockKey::new(block).cell(index), cell);
         }
+    }
+    #[test]
+    fn the_neighborhood_is_each_block_around_once() {
+        let neighbors: Vec<Neighbor> = BlockKey::new([5, -1, 0]).neighborhood().collect();
+        for Neighbor { step: [x, y, z], key } in &neighbors {
+            assert_eq!(key.block(), [5 + x, y - 1, *z]);
+        }
+        let mut keys: Vec<BlockKey> = neighbors.iter().map(|neighbor| neighbor.key).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys.len(), 27);
     }
 }

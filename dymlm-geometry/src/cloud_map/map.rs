@@ -1,6 +1,6 @@
 use dymlm_core::{Frame, Mask, Point, PointCloud, Pose, Rgb};
 
-use super::block_store::{BLOCK_SIDE, BlockKey, BlockStore, cell_in_block, split};
+use super::block_store::{BlockKey, BlockStore, split};
 use super::evidence::{Direction, Evidence, Support};
 use super::fixed_point::{FixedPointFrame, PixelRow};
 use super::thinning::Thinning;
@@ -212,27 +212,18 @@ impl CloudMap {
         let slots = self.voxels.sorted_slots();
         let blocks = crate::parallel::map(slots, |slot| {
             let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
-            let noise = thinning.noise_of_block(key);
-            let corner = key.block().map(|c| c * BLOCK_SIDE as i32);
-            let voxels = block.iter().zip(noise).map(|((place, voxel), is_noise)| {
-                let within = cell_in_block(place);
-                let cell: [i32; 3] = std::array::from_fn(|axis| corner[axis] + within[axis]);
-                let verdict = if verdicts.is_ghost(cell) {
-                    Verdict::Ghost
-                } else if is_noise {
-                    Verdict::Noise
-                } else {
-                    Verdict::Static
-                };
-                CloudVoxel {
-                    position: voxel.mean_position(cell, self.config.voxel_size),
-                    color: voxel.mean_color(),
-                    weight: voxel.total_weight(),
-                    observations: voxel.observations,
-                    evidence: verdicts.evidence_of_voxel(cell),
-                    verdict,
-                }
-            });
+            let voxels =
+                block.iter().zip(thinning.verdicts_of_block(slot)).map(|((place, voxel), verdict)| {
+                    let cell = key.cell(place);
+                    CloudVoxel {
+                        position: voxel.mean_position(cell, self.config.voxel_size),
+                        color: voxel.mean_color(),
+                        weight: voxel.total_weight(),
+                        observations: voxel.observations,
+                        evidence: verdicts.evidence_of_voxel(cell),
+                        verdict,
+                    }
+                });
             voxels.collect::<Vec<_>>()
         });
         blocks.into_iter().flatten()

@@ -1,5 +1,5 @@
-use super::block_store::{BLOCK_SIDE, BlockKey, BlockStore, cell_in_block};
-use super::verdict::Verdicts;
+use super::block_store::{BLOCK_SIDE, BlockKey, BlockStore, Neighbor, cell_in_block};
+use super::verdict::{Verdict, Verdicts};
 use super::voxel::Voxel;
 use super::voxel_block::VoxelBlock;
 use super::{CloudMapConfig, ThinningConfig};
@@ -8,6 +8,9 @@ use super::{CloudMapConfig, ThinningConfig};
 const MAX_RADIUS: i32 = 6;
 /// Cells along the side of a block with what lies around it within that radius.
 const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
+
+/// Weight of a ghost, which outweighs nothing. That of any other voxel is greater: those without a reading are dropped.
+const GHOST: f32 = 0.0;
 
 /// Tells which voxels are but the noise of a surface beside them.
 ///
@@ -21,7 +24,7 @@ const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
 pub(super) struct Thinning<'a> {
     config: &'a ThinningConfig,
     blocks: &'a BlockStore<VoxelBlock>,
-    /// For each slot the weights of the block's voxels, in its order; 0 for ghosts.
+    /// For each slot the weights of the block's voxels, in its order; [`GHOST`] for ghosts.
     weights: Vec<Vec<f32>>,
     /// Offsets in a window by ascending distance, each with its square in voxels.
     ball: Vec<Offset>,
@@ -41,11 +44,8 @@ impl<'a> Thinning<'a> {
         config: &'a CloudMapConfig,
     ) -> Self {
         let weights = |(&key, block): (&BlockKey, &VoxelBlock)| {
-            let corner = key.block().map(|c| c * BLOCK_SIDE as i32);
             let weight = |(place, voxel): (usize, &Voxel)| {
-                let within = cell_in_block(place);
-                let cell = std::array::from_fn(|axis| corner[axis] + within[axis]);
-                if verdicts.is_ghost(cell) { 0.0 } else { voxel.total_weight() as f32 }
+                if verdicts.is_ghost(key.cell(place)) { GHOST } else { voxel.total_weight() as f32 }
             };
             block.iter().map(weight).collect()
         };
@@ -58,22 +58,26 @@ impl<'a> Thinning<'a> {
         }
     }
 
-    /// For each voxel of a block, in its order, whether it is noise.
-    pub(super) fn noise_of_block(&self, key: BlockKey) -> Vec<bool> {
-        let Some(block) = self.blocks.get(key) else { return Vec::new() };
+    /// The verdict on each voxel of the block at a slot, in its order.
+    pub(super) fn verdicts_of_block(&self, slot: usize) -> Vec<Verdict> {
+        let key = self.blocks.keys()[slot];
         let mut window = None;
-        let is_noise = |(place, voxel): (usize, &Voxel)| {
+        let verdict = |((place, voxel), &weight): ((usize, &Voxel), &f32)| {
+            if weight == GHOST {
+                return Verdict::Ghost;
+            }
             if voxel.observations < self.config.min_observations {
-                return true;
+                return Verdict::Noise;
             }
             let radius = self.radius_of(voxel);
             // Most voxels seen from near need no window.
-            radius >= 1.0 && {
+            let is_noise = radius >= 1.0 && {
                 let window = window.get_or_insert_with(|| self.window_around(key));
                 self.is_outweighed(window, place, voxel, radius)
-            }
+            };
+            if is_noise { Verdict::Noise } else { Verdict::Static }
         };
-        block.iter().map(is_noise).collect()
+        self.blocks.blocks()[slot].iter().zip(&self.weights[slot]).map(verdict).collect()
     }
 
     /// How far a voxel looks, voxels.
@@ -94,11 +98,8 @@ impl<'a> Thinning<'a> {
     /// The weights of the static voxels in and around a block.
     fn window_around(&self, key: BlockKey) -> Vec<f32> {
         let mut window = vec![0.0; WINDOW * WINDOW * WINDOW];
-        let corner = key.block();
-        for neighbor in 0..27_usize {
-            let step = [neighbor % 3, neighbor / 3 % 3, neighbor / 9].map(|c| c as i32 - 1);
-            let around: [i32; 3] = std::array::from_fn(|axis| corner[axis] + step[axis]);
-            let Some(slot) = self.blocks.slot(BlockKey::new(around)) else { continue };
+        for Neighbor { step, key } in key.neighborhood() {
+            let Some(slot) = self.blocks.slot(key) else { continue };
             let voxels = self.blocks.blocks()[slot].iter().zip(&self.weights[slot]);
             for ((place, _), &weight) in voxels {
                 let within = cell_in_block(place);

@@ -1,4 +1,4 @@
-use super::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, split};
+use super::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Neighbor, split};
 use super::evidence::{Evidence, EvidenceBlock, Support};
 
 /// What the evidence of all frames says of a voxel.
@@ -73,11 +73,8 @@ fn votes_around(
     looks_per_reading: f32,
 ) -> [f32; PADDED * PADDED * PADDED] {
     let mut votes = [0.0; PADDED * PADDED * PADDED];
-    let corner = key.block();
-    for neighbor in 0..27_usize {
-        let step = [neighbor % 3, neighbor / 3 % 3, neighbor / 9].map(|c| c as i32 - 1);
-        let place: [i32; 3] = std::array::from_fn(|axis| corner[axis] + step[axis]);
-        let Some(block) = blocks.get(BlockKey::new(place)).filter(|block| block.may_be_supported()) else {
+    for Neighbor { step, key } in key.neighborhood() {
+        let Some(block) = blocks.get(key).filter(|block| block.may_be_supported()) else {
             continue;
         };
         // Along an axis: the last cell of the block before, all of this one, the first of the one after.
