@@ -11,7 +11,7 @@ pub(super) fn pair_by_iou<'a>(
     columns: usize,
     min_iou: f64,
 ) -> &'a [Option<usize>] {
-    let rows = if columns == 0 { 0 } else { iou.len() / columns };
+    let rows = iou.len().checked_div(columns).unwrap_or(0);
     // A forbidden pair weighs as much as no pair, so it never keeps an allowed one from being made.
     assignment.solve(rows, columns, |row, column| {
         let value = iou[row * columns + column];
