@@ -24,8 +24,11 @@ struct Arguments {
     /// TUM RGB-D folder
     #[arg(long)]
     dataset: Option<PathBuf>,
-    /// Synthetic sequence: walking_xyz, sitting_rpy, ..., two_tables, random_room_0, ...
-    #[arg(long, conflicts_with = "dataset")]
+    #[arg(
+        long,
+        conflicts_with = "dataset",
+        help = "Synthetic sequence: walking_xyz, sitting_rpy, ..., two_tables, random_room_0, ..."
+    )]
     sequence: Option<String>,
     /// JSON-lines file or YOLO folder (with names.txt); default: the dataset's detections.jsonl
     #[arg(long, requires = "dataset")]
@@ -92,16 +95,14 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
     let mut options = TumOptions::default();
     options.trajectory.clone_from(&arguments.trajectory);
     options.every = arguments.every;
-    match &arguments.dataset {
-        Some(folder) => FrameSource::recorded(folder, arguments.detections.as_deref(), &options),
-        None => {
-            let config = match &arguments.sequence {
-                Some(name) => named_sequence(name)?.config,
-                None => SequenceConfig::default(),
-            };
-            FrameSource::synthetic(&every(config, arguments.every))
-        }
+    if let Some(folder) = &arguments.dataset {
+        return FrameSource::recorded(folder, arguments.detections.as_deref(), &options);
     }
+    let config = match &arguments.sequence {
+        Some(name) => named_sequence(name)?.config,
+        None => SequenceConfig::default(),
+    };
+    FrameSource::synthetic(&every(config, arguments.every))
 }
 
 /// Feeds every frame to the builder. A frame that cannot be loaded or is refused costs a warning, no more.

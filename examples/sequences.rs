@@ -37,7 +37,7 @@ enum Command {
     },
     /// A whole sequence as a TUM RGB-D folder
     Export {
-        /// Name: walking_xyz, sitting_rpy, ..., two_tables, random_room_0, ...
+        #[arg(help = "walking_xyz, sitting_rpy, ..., two_tables, random_room_0, ...")]
         name: String,
         /// Folder, empty or not there yet
         folder: PathBuf,

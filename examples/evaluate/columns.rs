@@ -142,9 +142,8 @@ impl Column {
         let Some(value) = value else { return "-".to_owned() };
         match self.unit {
             Unit::Percent(decimals) => format!("{:.decimals$}", 100.0 * value),
-            Unit::Millimetres => format!("{:.1}", 1e3 * value),
             Unit::Degrees => format!("{:.2}", value.to_degrees()),
-            Unit::Milliseconds => format!("{:.1}", 1e3 * value),
+            Unit::Millimetres | Unit::Milliseconds => format!("{:.1}", 1e3 * value),
             Unit::Count if value.fract() == 0.0 => format!("{value:.0}"),
             Unit::Count => format!("{value:.1}"),
             Unit::Plain => format!("{value:.2}"),

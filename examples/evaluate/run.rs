@@ -1,8 +1,10 @@
-use dymlm::core::{BoundingBox, Mask};
+use dymlm::core::{BoundingBox, Detection, Mask};
 use dymlm::dynamics::Mover;
 use dymlm::{FrameReport, MapBuilder, MultiLevelMap, Stage};
 use dymlm_examples::{AnyError, Milliseconds};
-use dymlm_sim::{IdentifiedBox, MaskScore, SimulatedFrame, TrackingScorer, VisibleThing};
+use dymlm_sim::{
+    IdentifiedBox, MaskScore, SimulatedFrame, TrackingScoreConfig, TrackingScorer, VisibleThing,
+};
 
 use crate::columns::Scores;
 use crate::treatment::Treatment;
@@ -40,7 +42,7 @@ impl Run {
             treatment,
             builder: MapBuilder::new(treatment.config())?,
             masks: MaskScore::default(),
-            boxes: TrackingScorer::new(&Default::default())?,
+            boxes: TrackingScorer::new(&TrackingScoreConfig::default())?,
             reports: Vec::new(),
         })
     }
@@ -77,7 +79,7 @@ impl Run {
         let output = |mover: &Mover| IdentifiedBox { id: mover.track_id, bounding_box: mover.bounding_box };
         let output: Vec<IdentifiedBox> = report.movers.iter().map(output).collect();
         let found = frame.detections.iter().filter(|detection| detection.label() == "person");
-        let found: Vec<BoundingBox> = found.map(|detection| detection.bounding_box()).collect();
+        let found: Vec<BoundingBox> = found.map(Detection::bounding_box).collect();
         Ok(self.boxes.add_frame_ignoring(&slivers, &truth, &output, Some(&found))?)
     }
 

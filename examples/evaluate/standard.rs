@@ -3,8 +3,9 @@ use dymlm::octree::CellState;
 use dymlm::{Octree, PlaneMap};
 use dymlm_examples::{AnyError, plane_records};
 use dymlm_sim::{
-    DynamicMapScorer, EstimatedPlane, Occupancy, OccupancyScorer, OccupiedCell, Sequence, SimulatedFrame,
-    Truth, TruthConfig, score_cloud, score_planes,
+    DynamicMapScoreConfig, DynamicMapScorer, EstimatedPlane, Occupancy, OccupancyScoreConfig,
+    OccupancyScorer, OccupiedCell, PlaneScoreConfig, Sequence, SimulatedFrame, Truth, TruthConfig,
+    score_cloud, score_planes,
 };
 
 use crate::columns::Scores;
@@ -20,8 +21,8 @@ impl Standard {
     pub(crate) fn new(sequence: &Sequence) -> Result<Self, AnyError> {
         Ok(Self {
             truth: Truth::new(sequence, &TruthConfig::default())?,
-            dynamic_map: DynamicMapScorer::new(&Default::default())?,
-            occupancy: OccupancyScorer::new(&Default::default())?,
+            dynamic_map: DynamicMapScorer::new(&DynamicMapScoreConfig::default())?,
+            occupancy: OccupancyScorer::new(&OccupancyScoreConfig::default())?,
         })
     }
 
@@ -56,7 +57,7 @@ impl Standard {
             .into_iter()
             .map(|plane| EstimatedPlane { normal: plane.normal, d: plane.d, boundary: plane.boundary })
             .collect();
-        let score = score_planes(&estimates, &self.truth.faces(), &Default::default())?;
+        let score = score_planes(&estimates, &self.truth.faces(), &PlaneScoreConfig::default())?;
         scores.set("planes.faces", score.faces.len() as f64);
         scores.set("planes.recall", score.recall());
         scores.set("planes.precision", score.precision());

@@ -104,7 +104,9 @@ pub fn planes_from_camera(planes: &PlaneMap, frame: &Frame, world_from_camera: &
             let color = planes.cast_ray(eye, ray, FAR).map(|hit| plane_color(hit.plane));
             // Half the plane's colour, half the picture, so that things on it can be made out.
             pixels.push(
-                color.map_or([grey as u8 / 2; 3], |color| color.map(|c| ((u32::from(c) + grey) / 2) as u8)),
+                color.map_or([grey as u8 / 2; 3], |color| {
+                    color.map(|c| u32::midpoint(u32::from(c), grey) as u8)
+                }),
             );
         }
     }
