@@ -43,5 +43,9 @@ class Program:
         return Timing(wall, cpu)
 
     def close(self) -> None:
-        self.process.stdin.close()
+        try:
+            self.process.stdin.close()
+        except BrokenPipeError:
+            # It has ended already, and was reported when it was asked for something.
+            pass
         self.process.wait()

@@ -1,4 +1,4 @@
-const COLUMNS: usize = 512;
+const COLUMNS: usize = 256;
 
 /// Adding this to a number of 0 to 2^31 leaves its nearest integer in the lowest bits.
 const ROUNDER: f64 = 4_503_599_627_370_496.0;

@@ -16,7 +16,7 @@ const FARTHEST: f64 = 1e120;
 const FEW: usize = 512;
 
 /// Each so many-th point is looked at for the outline.
-const SAMPLING: usize = 8;
+const SAMPLING: usize = 16;
 
 /// The vertices of the convex hull of points in the plane, counter-clockwise from the leftmost (of several, the
 /// lowest).
