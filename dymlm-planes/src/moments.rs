@@ -1,6 +1,6 @@
 use dymlm_core::{Plane, Pose};
 
-use crate::linear_algebra::{Symmetric3, dot, eigenvector, quadratic_form, smallest_eigenvalue, subtract};
+use crate::linear_algebra::{Symmetric3, dot, norm, normalized, quadratic_form, subtract};
 
 /// Sums over weighted points up to second order: all that a least-squares plane needs. They add up and can be taken
 /// apart, so a plane of two sets of points costs the same as one of two points.
@@ -22,6 +22,8 @@ pub(crate) struct Fit {
     pub(crate) normal: [f64; 3],
     /// Weighted mean of squared distances, square metres.
     pub(crate) mse: f64,
+    /// The same along the optical axis (z).
+    pub(crate) depth_mse: f64,
 }
 
 impl Moments {
@@ -64,10 +66,15 @@ impl Moments {
         [xx - x * x, xy - x * y, xz - x * z, yy - y * y, yz - y * z, zz - z * z]
     }
 
-    /// Mean of squared distances from the best plane.
+    /// Mean of squared distances from the best plane, as [`Moments::fit`] chooses it.
     #[inline]
     pub(crate) fn mse(&self) -> f64 {
-        smallest_eigenvalue(&self.covariance())
+        let covariance = self.covariance();
+        let centroid = self.centroid();
+        let (direction, determinant) = adjugate_times(&covariance, centroid);
+        let along = dot(direction, centroid);
+        // 0 / 0 is a line towards the camera: no plane.
+        (determinant * along / dot(direction, direction)).max(0.0)
     }
 
     /// Mean of squared distances from a given plane.
@@ -77,17 +84,31 @@ impl Moments {
         quadratic_form(&self.covariance(), normal).max(0.0) + offset * offset
     }
 
-    /// The best plane; `None` when the points have none (too few, or one place) or are not finite.
+    /// The best plane for noise that runs along the ray from the origin to the centroid: the camera's. `None` when the
+    /// points have none (too few, a line, one place, or only planes through the camera) or are not finite.
+    ///
+    /// A depth camera errs along its rays. Far away a block's noise is as large as the block; least squares across the
+    /// plane then finds planes that stand along the ray. Minimizing n' C n / (n . r)^2 instead, for covariance C and ray r,
+    /// gives n = C^-1 r in closed form, here with the adjugate, which flat points leave finite.
     pub(crate) fn fit(&self) -> Option<Fit> {
         if self.weight.is_nan() || self.weight <= 0.0 {
             return None;
         }
         let covariance = self.covariance();
-        let mse = smallest_eigenvalue(&covariance);
-        let normal = eigenvector(&covariance, mse)?;
         let centroid = self.centroid();
-        let away = dot(normal, centroid) > 0.0;
-        Some(Fit { centroid, normal: if away { normal.map(|n| -n) } else { normal }, mse })
+        let (direction, determinant) = adjugate_times(&covariance, centroid);
+        let normal = normalized(direction)?;
+        let along = dot(normal, centroid);
+        let largest = covariance[0] + covariance[3] + covariance[5];
+        let flat = dot(direction, direction) > (1e-12 * largest * largest * norm(centroid)).powi(2);
+        if !(flat && along.abs() > 1e-9 * norm(centroid)) {
+            return None;
+        }
+        let mse = (determinant * dot(direction, centroid) / dot(direction, direction)).max(0.0);
+        let slant = along / centroid[2];
+        let depth_mse = mse / (slant * slant);
+        let normal = if along > 0.0 { normal.map(|n| -n) } else { normal };
+        Some(Fit { centroid, normal, mse, depth_mse })
     }
 
     /// Moves the points: x' = R x + t.
@@ -116,6 +137,25 @@ impl Fit {
     pub(crate) fn plane(&self) -> Option<Plane> {
         Plane::new(self.normal, -dot(self.normal, self.centroid)).ok()
     }
+}
+
+/// adj(A) r and det(A), for A^-1 r = adj(A) r / det(A).
+#[inline]
+fn adjugate_times(matrix: &Symmetric3, r: [f64; 3]) -> ([f64; 3], f64) {
+    let [xx, xy, xz, yy, yz, zz] = *matrix;
+    let adjugate = [
+        yy * zz - yz * yz,
+        xz * yz - xy * zz,
+        xy * yz - xz * yy,
+        xx * zz - xz * xz,
+        xy * xz - xx * yz,
+        xx * yy - xy * xy,
+    ];
+    let [a, b, c, d, e, f] = adjugate;
+    let determinant = xx * a + xy * b + xz * c;
+    let product =
+        [a * r[0] + b * r[1] + c * r[2], b * r[0] + d * r[1] + e * r[2], c * r[0] + e * r[1] + f * r[2]];
+    (product, determinant)
 }
 
 /// R A R'.
@@ -158,9 +198,29 @@ mod tests {
         let pose = Pose::new([1.0, -2.0, 30.0], [0.5, 0.5, 0.5, 0.5]).unwrap();
         let moved = tilted_square().transformed(&pose);
         let fit = moved.fit().unwrap();
-        assert!(fit.mse < 1e-9);
+        assert!(fit.mse < 1e-9, "{fit:?}");
         let expected = pose.transform_point([0.0, 0.0, 2.0]);
         assert!(subtract(fit.centroid, expected).iter().all(|difference| difference.abs() < 1e-9));
+    }
+
+    #[test]
+    fn noise_along_the_ray_does_not_turn_the_plane() {
+        // A block of 6 cm at 3 m, tilted by 30 degrees, with noise of 3 cm in depth: least squares across the plane would
+        // lay it along the ray.
+        let slope = 30_f64.to_radians().tan();
+        let mut moments = Moments::default();
+        for i in -5..=5 {
+            for j in -5..=5 {
+                let noise = 0.03 * if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
+                let (a, b) = (0.002 * f64::from(i), 0.002 * f64::from(j));
+                let z = 3.0 / (1.0 - slope * a) + noise;
+                moments.add_point([a * z, b * z, z], 1.0);
+            }
+        }
+        let fit = moments.fit().unwrap();
+        assert!((fit.normal[0] - 0.5).abs() < 0.03 && (fit.normal[2] + 0.866).abs() < 0.02, "{fit:?}");
+        assert!((fit.depth_mse.sqrt() - 0.03).abs() < 1e-3);
+        assert!((moments.mse() - fit.mse).abs() < 1e-12);
     }
 
     #[test]

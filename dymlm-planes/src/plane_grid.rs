@@ -81,30 +81,99 @@ pub(crate) fn cells_of(patch: &Patch, voxel_size: f64, frame: &PlaneFrame) -> im
         .map(move |voxel| frame.to_plane(voxel.center(voxel_size)).map(|x| (x * scale).floor() as i64))
 }
 
+/// A single map plane of more cells is none that was ever seen.
+const MOST_CELLS: usize = 1 << 27;
+
+/// A cell is filled from this share of the mean weight around it on: half of what is inside an edge, when a third of the
+/// cells around hold nothing.
+const FILLED_SHARE: f64 = 0.6;
+
 impl PlaneGrid {
-    /// The cells of a patch, as large as its voxels; only those within `window` if one is given. `None` without any.
-    pub(crate) fn of_patch(
+    /// The cells that voxels fall into, as large as voxels; only those within `window`. `None` without any.
+    pub(crate) fn touched_by(
         patch: &Patch,
         voxel_size: f64,
         frame: PlaneFrame,
-        window: Option<CellRange>,
+        window: CellRange,
     ) -> Option<Self> {
-        let mut range = CellRange::of(cells_of(patch, voxel_size, &frame))?;
-        if let Some(window) = window {
-            range = range.intersection(&window);
-        }
-        let [width, height] = range.size();
-        // A single map plane of more than 2^27 cells is none that was ever seen.
-        if width == 0 || height == 0 || width.saturating_mul(height) > 1 << 27 {
-            return None;
-        }
-        let mut grid = Self { frame, cell_size: voxel_size, range, occupied: vec![false; width * height] };
+        let range = CellRange::of(cells_of(patch, voxel_size, &frame))?.intersection(&window);
+        let mut grid = Self::empty(frame, voxel_size, range)?;
         for cell in cells_of(patch, voxel_size, &frame) {
             if let Some(index) = grid.index(cell) {
                 grid.occupied[index] = true;
             }
         }
         Some(grid)
+    }
+
+    /// The cells that are at least half full. A cell that the rim passes through holds fewer samples than those inside,
+    /// so the number of samples, shared out to the four cells nearest to each voxel, tells how full it is.
+    pub(crate) fn filled_by(patch: &Patch, voxel_size: f64, frame: PlaneFrame) -> Option<Self> {
+        let range = CellRange::of(cells_of(patch, voxel_size, &frame))?.grown(1);
+        let mut grid = Self::empty(frame, voxel_size, range)?;
+        let weights = grid.share_out(patch);
+        let sums = grid.sums_from_corner(&weights);
+        for v in 0..grid.height() {
+            for u in 0..grid.width() {
+                let index = v * grid.width() + u;
+                let [weight, cells] = grid.sum_around(&sums, u, v);
+                grid.occupied[index] =
+                    weights[index] > 0.0 && weights[index] * cells >= FILLED_SHARE * weight;
+            }
+        }
+        Some(grid)
+    }
+
+    fn empty(frame: PlaneFrame, cell_size: f64, range: CellRange) -> Option<Self> {
+        let [width, height] = range.size();
+        let cells = width.saturating_mul(height);
+        let allowed = (1..=MOST_CELLS).contains(&cells);
+        allowed.then(|| Self { frame, cell_size, range, occupied: vec![false; cells] })
+    }
+
+    /// Each voxel's samples, shared by the four cells around its centre.
+    fn share_out(&self, patch: &Patch) -> Vec<f64> {
+        let mut weights = vec![0.0; self.occupied.len()];
+        for voxel in patch.voxels() {
+            let at = self.frame.to_plane(voxel.center(self.cell_size)).map(|x| x / self.cell_size - 0.5);
+            let first = at.map(f64::floor);
+            let part = [at[0] - first[0], at[1] - first[1]];
+            let count = f64::from(voxel.count());
+            for (du, of_u) in [(0, 1.0 - part[0]), (1, part[0])] {
+                for (dv, of_v) in [(0, 1.0 - part[1]), (1, part[1])] {
+                    if let Some(index) = self.index([first[0] as i64 + du, first[1] as i64 + dv]) {
+                        weights[index] += count * of_u * of_v;
+                    }
+                }
+            }
+        }
+        weights
+    }
+
+    /// Sums of weights, and numbers of cells that have one, over the rectangles from the first corner.
+    fn sums_from_corner(&self, weights: &[f64]) -> Vec<[f64; 2]> {
+        let (width, height) = (self.width(), self.height());
+        let mut sums = vec![[0.0; 2]; (width + 1) * (height + 1)];
+        for v in 0..height {
+            let mut row = [0.0; 2];
+            for u in 0..width {
+                let weight = weights[v * width + u];
+                row[0] += weight;
+                row[1] += if weight > 0.0 { 1.0 } else { 0.0 };
+                let above = sums[v * (width + 1) + u + 1];
+                sums[(v + 1) * (width + 1) + u + 1] = [above[0] + row[0], above[1] + row[1]];
+            }
+        }
+        sums
+    }
+
+    /// The same over the 5x5 cells around one.
+    fn sum_around(&self, sums: &[[f64; 2]], u: usize, v: usize) -> [f64; 2] {
+        let stride = self.width() + 1;
+        let (u0, v0) = (u.saturating_sub(2), v.saturating_sub(2));
+        let (u1, v1) = ((u + 3).min(self.width()), (v + 3).min(self.height()));
+        let at = |u: usize, v: usize| sums[v * stride + u];
+        std::array::from_fn(|k| at(u1, v1)[k] - at(u0, v1)[k] - at(u1, v0)[k] + at(u0, v0)[k])
     }
 
     pub(crate) fn width(&self) -> usize {
@@ -156,6 +225,6 @@ pub(crate) fn patches_adjoin(
     }
     let Some(range) = CellRange::of(cells_of(a, voxel_size, frame)) else { return false };
     let window = range.grown((max_gap / voxel_size).ceil() as i64 + 1);
-    let Some(grid) = PlaneGrid::of_patch(b, voxel_size, *frame, Some(window)) else { return false };
+    let Some(grid) = PlaneGrid::touched_by(b, voxel_size, *frame, window) else { return false };
     cells_of(a, voxel_size, frame).any(|cell| grid.is_near(cell, max_gap))
 }

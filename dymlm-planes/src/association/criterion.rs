@@ -3,7 +3,7 @@ use dymlm_core::Plane;
 use super::{AssociationConfig, Sides};
 use crate::linear_algebra::{dot, foot_on};
 use crate::plane_grid::{PlaneFrame, patches_adjoin};
-use crate::plane_map::Patch;
+use crate::plane_map::{Bounds, Patch};
 
 /// A finite plane in the world, as the tests see it.
 #[derive(Debug, Clone, Copy)]
@@ -11,10 +11,15 @@ pub(crate) struct FinitePlane<'a> {
     pub(crate) plane: Plane,
     pub(crate) centroid: [f64; 3],
     pub(crate) patch: &'a Patch,
+    /// The box around the patch.
+    pub(crate) bounds: Bounds,
     /// The points that equation 3 counts (`B_c)`: those along its edge; a plane of the map, whose edge moves with each
     /// fusion, gives all its inliers.
     pub(crate) edge_points: Option<&'a [[f64; 3]]>,
 }
+
+/// Inliers of a map plane that equation 3 looks at, at most.
+const MOST_POINTS: usize = 400;
 
 /// How well two planes agree.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,12 +55,21 @@ impl Criterion {
 
     /// How the two agree; `None` when they are not one plane.
     pub(crate) fn test(&self, detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> Option<Agreement> {
+        if !self.are_within_reach(detected, mapped) {
+            return None;
+        }
         let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
         let distance = mapped.plane.signed_distance(detected.centroid).abs();
         if !(self.offsets_agree(distance) || self.edge_points_agree(detected, &mapped.plane)) {
             return None;
         }
         self.patches_adjoin(detected, mapped).then_some(Agreement { angle, distance, flipped })
+    }
+
+    /// Whether the boxes around the patches are near enough for the patches to adjoin: spares most pairs the tests.
+    fn are_within_reach(&self, a: &FinitePlane<'_>, b: &FinitePlane<'_>) -> bool {
+        let apart = self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size;
+        a.bounds.distance(&b.bounds) <= self.config.max_gap + 2.0 * apart
     }
 
     /// Equation 1: the angle beta between the normals is below `beta_Th`. The angle, and whether one is to be turned round.
@@ -77,12 +91,12 @@ impl Criterion {
         let (near, all) = if let Some(points) = detected.edge_points {
             (points.iter().filter(|point| is_near(**point)).count(), points.len())
         } else {
-            let points = detected
-                .patch
-                .voxels()
-                .iter()
-                .map(|voxel| foot_on(&detected.plane, voxel.center(self.voxel_size)));
-            (points.filter(|point| is_near(*point)).count(), detected.patch.voxels().len())
+            // A few hundred of a large plane's inliers tell a share as well as all.
+            let voxels = detected.patch.voxels();
+            let stride = voxels.len().div_ceil(MOST_POINTS).max(1);
+            let points = voxels.iter().step_by(stride);
+            let points = points.map(|voxel| foot_on(&detected.plane, voxel.center(self.voxel_size)));
+            (points.filter(|point| is_near(*point)).count(), voxels.len().div_ceil(stride))
         };
         near as f64 > self.config.min_point_ratio * all as f64
     }

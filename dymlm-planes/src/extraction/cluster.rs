@@ -22,9 +22,12 @@ struct Waiting {
 /// Agglomerative hierarchical clustering of blocks (Feng 2014, algorithm 1).
 ///
 /// The flattest cluster of all is taken from a heap and merged with the neighbour that leaves it flattest, as long as
-/// the plane of both is flat enough for its depth; a cluster without such a neighbour is finished. Two tests are added
-/// to the paper's: normals must agree, and the *smaller* part must fit the common plane by itself, since a few blocks
-/// hardly show in the mean of many (so a step or a bent rim is eaten by the large plane beside it).
+/// the plane of both is flat enough for its depth; a cluster without such a neighbour waits to be taken by another (the
+/// paper ends it there, which leaves blocks of unlucky noise behind). Two tests are added
+/// to the paper's: normals must agree, and the common plane must lie on each of the two by itself, but for its noise. For
+/// a few blocks hardly show in the mean of many (so a large plane eats the step beside it), and far away two surfaces a
+/// hand apart are no rougher than the noise of one. Noise is what is left about the planes of single blocks: it does not
+/// average out over a block of a hundred pixels, while a misfit does not go away.
 ///
 /// O(n log n) in the number of blocks for heap and clusters, plus the neighbours looked at.
 #[derive(Debug, Clone, Default)]
@@ -34,8 +37,9 @@ pub(super) struct Clustering {
     parent: Vec<u32>,
     moments: Vec<Moments>,
     fits: Vec<Fit>,
+    /// Sum of squared distances in depth of each cluster's points from the planes of their own blocks: the noise.
+    noise: Vec<f64>,
     blocks: Vec<u32>,
-    finished: Vec<bool>,
     /// Neighbours of each cluster: linked lists through `next`, four entries a block; `heads`, `tails`.
     neighbor: Vec<u32>,
     next: Vec<u32>,
@@ -73,9 +77,8 @@ impl Clustering {
             }
             visit += 1;
             self.find_candidates(cluster, visit);
-            match self.best_candidate(cluster, tolerance) {
-                Some((other, fit)) => self.merge(cluster, other, fit),
-                None => self.finished[index] = true,
+            if let Some((other, fit)) = self.best_candidate(cluster, tolerance) {
+                self.merge(cluster, other, fit);
             }
         }
     }
@@ -99,6 +102,11 @@ impl Clustering {
         &self.fits[cluster]
     }
 
+    /// Mean squared distance in depth of a cluster's points from the planes of their own blocks.
+    pub(super) fn noise_mse(&self, cluster: usize) -> f64 {
+        self.noise[cluster] / self.moments[cluster].weight
+    }
+
     fn begin(&mut self, grid: &BlockGrid, moments: &[Moments], fits: &[Option<Fit>], edges: &[[bool; 2]]) {
         let count = grid.len();
         self.heap.clear();
@@ -108,14 +116,14 @@ impl Clustering {
         self.moments.extend_from_slice(moments);
         self.fits.clear();
         self.fits.extend(fits.iter().map(|fit| fit.unwrap_or_default()));
+        self.noise.clear();
+        self.noise.extend(self.fits.iter().zip(moments).map(|(fit, moments)| fit.depth_mse * moments.weight));
         for (buffer, value) in
             [(&mut self.blocks, 1), (&mut self.visited, 0), (&mut self.heads, NONE), (&mut self.tails, NONE)]
         {
             buffer.clear();
             buffer.resize(count, value);
         }
-        self.finished.clear();
-        self.finished.resize(count, false);
         self.neighbor.clear();
         self.next.clear();
         for (block, [right, below]) in edges.iter().enumerate() {
@@ -152,7 +160,7 @@ impl Clustering {
     }
 
     /// Lists the neighbours of a cluster once each, with the flatness of the plane of both; entries that have become
-    /// doubled, finished or part of the cluster itself leave its list.
+    /// doubled or part of the cluster itself leave its list.
     fn find_candidates(&mut self, cluster: u32, visit: u32) {
         self.candidates.clear();
         let own = self.moments[cluster as usize];
@@ -162,7 +170,7 @@ impl Clustering {
         while entry != NONE {
             let following = self.next[entry as usize];
             let other = self.find(self.neighbor[entry as usize] as usize);
-            if other != cluster as usize && self.visited[other] != visit && !self.finished[other] {
+            if other != cluster as usize && self.visited[other] != visit {
                 self.visited[other] = visit;
                 self.neighbor[entry as usize] = other as u32;
                 match kept {
@@ -198,7 +206,8 @@ impl Clustering {
                 return None;
             }
             let agree = dot(own_fit.normal, self.fits[other].normal) >= tolerance.cos_merge_angle;
-            if agree && let Some(fit) = fit_of_both(&own, &self.moments[other], tolerance) {
+            let noise = [self.noise_mse(cluster as usize), self.noise_mse(other)];
+            if agree && let Some(fit) = fit_of_both([&own, &self.moments[other]], noise, tolerance) {
                 return Some((best.cluster, fit));
             }
             self.candidates.swap_remove(position);
@@ -212,6 +221,7 @@ impl Clustering {
         self.moments[into] = self.moments[a].plus(&self.moments[b]);
         self.fits[into] = fit;
         self.blocks[into] += self.blocks[from];
+        self.noise[into] += self.noise[from];
         match self.tails[into] {
             NONE => self.heads[into] = self.heads[from],
             tail => self.next[tail as usize] = self.heads[from],
@@ -223,11 +233,12 @@ impl Clustering {
     }
 }
 
-/// The plane of two sets of points, when it is flat enough for both together and for the smaller one alone.
-pub(super) fn fit_of_both(a: &Moments, b: &Moments, tolerance: &Tolerance) -> Option<Fit> {
-    let fit = a.plus(b).fit()?;
-    let smaller = if a.weight < b.weight { a } else { b };
-    let flat = fit.mse < tolerance.merge_mse(fit.centroid[2]);
-    let holds = smaller.mse_about(fit.normal, fit.centroid) < tolerance.merge_mse(smaller.centroid()[2]);
-    (flat && holds).then_some(fit)
+/// The plane of two sets of points, when it is flat enough for its depth and lies on each of the two but for its noise;
+/// `noise` are their mean squared distances in depth from the planes of their blocks.
+pub(super) fn fit_of_both(parts: [&Moments; 2], noise: [f64; 2], tolerance: &Tolerance) -> Option<Fit> {
+    let fit = parts[0].plus(parts[1]).fit()?;
+    let one_plane = tolerance.holds_plane(&fit)
+        && tolerance.is_part(parts[0], noise[0], &fit)
+        && tolerance.is_part(parts[1], noise[1], &fit);
+    one_plane.then_some(fit)
 }

@@ -8,23 +8,34 @@ use dymlm_core::{ConfigError, check_range};
 pub struct ExtractionConfig {
     /// Nearest depth that takes part, metres, 0..=100. Default 0.3: below it structured light reads nothing.
     pub min_depth: f64,
-    /// Farthest depth that takes part, metres, 0.1..=100. Default 4.5: there a Kinect's axial noise is 3.3 cm.
+    /// Farthest depth that takes part, metres, 0.1..=100. Default 4.6: a little more than the filter lets pass, so
+    /// that planes at the end of its range are not cut.
     pub max_depth: f64,
     /// Side of a block, pixels at 640 of width, 4..=64. Default 10 (Feng 2014).
     pub block_size: usize,
     /// Share of a block's pixels that must have a reading, 0.1..=1. Default 0.5; Feng 2014 demands all, but a Kinect
     /// leaves holes.
     pub min_block_fill: f64,
-    /// Fewest pixels of a plane, at 640x480, 10..=1000000. Default 3000 (Feng 2014).
+    /// Fewest pixels of a plane, at 640x480, 10..=1000000. Default 1000: a face of 0.08 m2 at 3 m seen at 60 degrees.
+    /// (Feng 2014 wants 3000.)
     pub min_support: usize,
     /// A block or plane may have this root mean square distance from its fit, metres: this, 0..=1, default 0.005
     /// (Feng 2014, for blocks) ...
     pub block_tolerance: f64,
     /// ... or this, for merging planes, 0..=1, default 0.008 (Feng 2014) ...
     pub merge_tolerance: f64,
-    /// ... plus this times the depth squared, 1 / metres, 0..=1. Default 0.0016 (Feng 2014), half a Kinect's disparity
-    /// step.
+    /// ... plus this times the depth squared and the cosine of incidence, 1 / metres, 0..=1. Default 0.0022: with it
+    /// blocks pass at 4 m as well, where a Kinect's noise and disparity steps come to 2.9 cm. (Feng 2014: 0.0016, without the
+    /// cosine; the misfit below allows more.)
     pub tolerance_per_depth_squared: f64,
+    /// A part joins a plane when the plane's misfit to it, beyond the part's own noise, is at most this, metres, 0..=1,
+    /// default 0.003 ...
+    pub misfit: f64,
+    /// ... plus this times the depth squared, 1 / metres, 0..=1. Default 0.0008: a quarter of a Kinect's disparity step.
+    pub misfit_per_depth_squared: f64,
+    /// Largest angle between a block's normal and its ray, degrees, 1..=90. Default 84: beyond it a Kinect reads hardly
+    /// anything (Nguyen 2012), and what looks like a plane is a step between two.
+    pub max_incidence_deg: f64,
     /// Neighbouring pixels belong to one surface when their depths differ by less than this, metres, 0..=1, default
     /// 0.02 (Feng 2014) ...
     pub depth_jump: f64,
@@ -39,7 +50,7 @@ pub struct ExtractionConfig {
     pub merge_angle_deg: f64,
     /// Largest angle between planes that merge in the end, degrees, 1..=90. Default 30 (Feng 2014).
     pub refine_angle_deg: f64,
-    /// Pixels join a plane up to this many of its root mean square distances, 1..=10. Default 3 (Feng 2014).
+    /// Pixels join a plane up to this many of its root mean square distances, 1..=10. Default 2.5 (Feng 2014: 3).
     pub growing_distance: f64,
 }
 
@@ -47,20 +58,23 @@ impl Default for ExtractionConfig {
     fn default() -> Self {
         Self {
             min_depth: 0.3,
-            max_depth: 4.5,
+            max_depth: 4.6,
             block_size: 10,
             min_block_fill: 0.5,
-            min_support: 3000,
+            min_support: 1000,
             block_tolerance: 0.005,
             merge_tolerance: 0.008,
-            tolerance_per_depth_squared: 0.0016,
+            tolerance_per_depth_squared: 0.0022,
+            misfit: 0.003,
+            misfit_per_depth_squared: 0.0008,
+            max_incidence_deg: 84.0,
             depth_jump: 0.02,
             depth_jump_per_depth: 0.04,
             block_angle_near_deg: 15.0,
             block_angle_far_deg: 90.0,
             merge_angle_deg: 60.0,
             refine_angle_deg: 30.0,
-            growing_distance: 3.0,
+            growing_distance: 2.5,
         }
     }
 }
@@ -76,6 +90,10 @@ impl ExtractionConfig {
         check_range("planes.extraction.merge_tolerance", self.merge_tolerance, 0.0..=1.0)?;
         let per_square = self.tolerance_per_depth_squared;
         check_range("planes.extraction.tolerance_per_depth_squared", per_square, 0.0..=1.0)?;
+        check_range("planes.extraction.misfit", self.misfit, 0.0..=1.0)?;
+        let per_square = self.misfit_per_depth_squared;
+        check_range("planes.extraction.misfit_per_depth_squared", per_square, 0.0..=1.0)?;
+        check_range("planes.extraction.max_incidence_deg", self.max_incidence_deg, 1.0..=90.0)?;
         check_range("planes.extraction.depth_jump", self.depth_jump, 0.0..=1.0)?;
         check_range("planes.extraction.depth_jump_per_depth", self.depth_jump_per_depth, 0.0..=1.0)?;
         check_range("planes.extraction.block_angle_near_deg", self.block_angle_near_deg, 1.0..=90.0)?;

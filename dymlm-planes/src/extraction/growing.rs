@@ -18,6 +18,8 @@ const FINEST_LIMIT: f32 = 0.002;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seed {
     pub(super) fit: Fit,
+    /// Mean squared distance in depth of its points from the planes of their blocks.
+    pub(super) noise_mse: f64,
     normal: [f32; 3],
     d: f32,
     /// Pixels nearer than this times the axial noise join.
@@ -25,12 +27,13 @@ pub(super) struct Seed {
 }
 
 impl Seed {
-    pub(super) fn new(fit: &Fit, growing_distance: f64) -> Self {
+    pub(super) fn new(fit: &Fit, noise_mse: f64, growing_distance: f64) -> Self {
         let noise = axial_noise(fit.centroid[2] as f32);
         let limit = (growing_distance * fit.mse.sqrt()) as f32;
         let finest = FINEST_LIMIT / axial_noise(1.0);
         Self {
             fit: *fit,
+            noise_mse,
             normal: fit.normal.map(|n| n as f32),
             d: -dot(fit.normal, fit.centroid) as f32,
             limit_per_noise: (limit / noise).max(finest),
@@ -65,8 +68,8 @@ impl Candidates {
 
 /// Region growing pixel by pixel, but only where planes end (Feng 2014, algorithm 4).
 ///
-/// Blocks at the rim of a plane are given up (eroded). From the blocks inside, planes grow into them and into blocks
-/// of no plane, a block at a time: each pixel goes to the nearest plane of those that reached the block, if it is
+/// Blocks at the rim of a plane are no longer its own whole (eroded). There it competes with the planes that grow from the
+/// blocks inside, and so it does in blocks of no plane, a block at a time: each pixel goes to the nearest plane of those that reached the block, if it is
 /// near enough for its noise; across a side of the block a plane goes on when a fifth of that side is its own.
 ///
 /// O(pixels of the blocks grown into, times planes that meet in them).
@@ -87,6 +90,7 @@ pub(super) struct Scene<'a> {
     pub(super) depth: &'a [f32],
     pub(super) grid: &'a BlockGrid,
     pub(super) rays: &'a Rays,
+    pub(super) moments: &'a [Moments],
     pub(super) fits: &'a [Option<Fit>],
     pub(super) tolerance: &'a Tolerance,
     /// The planes; label k is `seeds[k - 1]`.
@@ -157,10 +161,10 @@ impl Growing {
                     self.candidates[block].add(labels[other]);
                 }
             }
+            if labels[block] != 0 {
+                self.candidates[block].add(labels[block]);
+            }
             if self.candidates[block].count > 0 {
-                if labels[block] != 0 {
-                    self.candidates[block].add(labels[block]);
-                }
                 self.candidates[block].waiting = true;
                 self.queue.push(block as u32);
             }
@@ -184,9 +188,6 @@ impl Growing {
                     continue;
                 }
                 let place = &mut self.candidates[other];
-                if place.count == 0 && scene.block_labels[other] != 0 {
-                    place.add(scene.block_labels[other]);
-                }
                 if place.add(label) && !place.waiting {
                     place.waiting = true;
                     self.next_queue.push(other as u32);
@@ -196,14 +197,11 @@ impl Growing {
     }
 }
 
-/// A block that is flat by itself but steep to a plane is another surface, even where the plane cuts through it.
+/// A block that is flat by itself but does not lie on a plane is another surface, even where the plane cuts through it.
 fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
-    if scene.block_labels[block] == label {
-        return true;
-    }
     let Some(fit) = &scene.fits[block] else { return true };
-    let normal = scene.seeds[usize::from(label) - 1].fit.normal;
-    dot(fit.normal, normal) >= scene.tolerance.cos_block_angle(fit.centroid[2])
+    let plane = &scene.seeds[usize::from(label) - 1].fit;
+    scene.tolerance.is_part(&scene.moments[block], fit.depth_mse, plane)
 }
 
 /// Gives each reading of a block to the nearest of some planes.

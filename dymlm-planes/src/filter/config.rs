@@ -8,13 +8,16 @@ use dymlm_core::{ConfigError, check_range};
 pub struct FilterConfig {
     /// Nearest mean depth of a plane, metres, 0..=100. Default 0.3.
     pub min_depth: f64,
-    /// Farthest mean depth of a plane, metres, 0.1..=100. Default 4: beyond it a Kinect's planes are off by degrees.
+    /// Farthest mean depth of a plane, metres, 0.1..=100. Default 4.6: what is mapped ends at 4 m, see
+    /// `max_sample_depth`; `min_area` counts only that.
     pub max_depth: f64,
     /// Smallest share of a segment's pixels that are inliers, 0..=1. Default 0.7.
     pub min_inlier_ratio: f64,
     /// Largest share of a segment's pixels that lie in the movers' boxes, 0..=1. Default 0.7: what is left of a mover
     /// beside its mask, not the wall behind it.
     pub max_mover_overlap: f64,
+    /// Smallest area, square metres, 0..=100. Default 0.04: smaller ones are mostly pieces of round things.
+    pub min_area: f64,
     /// Largest standard deviation of the normal's direction, degrees, 0.01..=90. Default 3.
     pub max_angle_deviation_deg: f64,
 }
@@ -23,9 +26,10 @@ impl Default for FilterConfig {
     fn default() -> Self {
         Self {
             min_depth: 0.3,
-            max_depth: 4.0,
+            max_depth: 4.6,
             min_inlier_ratio: 0.7,
             max_mover_overlap: 0.7,
+            min_area: 0.04,
             max_angle_deviation_deg: 3.0,
         }
     }
@@ -37,6 +41,7 @@ impl FilterConfig {
         check_range("planes.filter.max_depth", self.max_depth, self.min_depth.max(0.1)..=100.0)?;
         check_range("planes.filter.min_inlier_ratio", self.min_inlier_ratio, 0.0..=1.0)?;
         check_range("planes.filter.max_mover_overlap", self.max_mover_overlap, 0.0..=1.0)?;
+        check_range("planes.filter.min_area", self.min_area, 0.0..=100.0)?;
         check_range("planes.filter.max_angle_deviation_deg", self.max_angle_deviation_deg, 0.01..=90.0)
     }
 }

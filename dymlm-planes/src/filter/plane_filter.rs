@@ -24,6 +24,11 @@ pub enum RejectionCause {
         /// The share of its pixels that does.
         overlap: f64,
     },
+    /// It is too small.
+    Area {
+        /// Its area, square metres.
+        area: f64,
+    },
     /// Its normal is too uncertain.
     Uncertain {
         /// Standard deviation of its direction, radians.
@@ -127,6 +132,9 @@ impl PlaneFilter {
         let overlap = covered as f64 / plane.support.max(1) as f64;
         if overlap > config.max_mover_overlap {
             return Some(RejectionCause::Mover { overlap });
+        }
+        if plane.area < config.min_area {
+            return Some(RejectionCause::Area { area: plane.area });
         }
         let angle_deviation = plane.covariance.angle_deviation();
         if angle_deviation > config.max_angle_deviation_deg.to_radians() {

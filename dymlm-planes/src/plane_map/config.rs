@@ -10,11 +10,11 @@ use crate::association::AssociationConfig;
 pub struct PlaneMapConfig {
     /// When a detected plane is one of the map, and when two of the map are one.
     pub association: AssociationConfig,
-    /// Side of the voxels that a plane's inliers are kept in, metres, 0.005..=1. Default 0.03: the spacing of samples
-    /// at 4 m.
+    /// Side of the voxels that a plane's inliers are kept in, metres, 0.005..=1. Default 0.025: the spacing of
+    /// samples at 3.3 m.
     pub voxel_size: f64,
-    /// Fewest key frames that must have seen a plane before it counts as confirmed, 1..=1000. Default 2: what one frame
-    /// alone has seen may be a person's back.
+    /// Fewest key frames that must have seen a plane before it counts as confirmed, 1..=1000. Default 3: what a frame or
+    /// two have seen may be a person's back.
     pub min_observations: u32,
     /// Holes of a boundary smaller than this are filled, square metres, 0..=100. Default 0.02: a cup on a table.
     pub max_hole_area: f64,
@@ -27,8 +27,8 @@ impl Default for PlaneMapConfig {
     fn default() -> Self {
         Self {
             association: AssociationConfig::default(),
-            voxel_size: 0.03,
-            min_observations: 2,
+            voxel_size: 0.025,
+            min_observations: 3,
             max_hole_area: 0.02,
             boundary_tolerance: 0.02,
         }

@@ -103,7 +103,8 @@ impl FixedMoments {
         let normal = eigenvector(&covariance, mse)?;
         let facing = self.facing.map(|f| f as f64);
         let away = dot(normal, facing) < 0.0;
-        Some(Fit { centroid, normal: if away { normal.map(|n| -n) } else { normal }, mse })
+        let normal = if away { normal.map(|n| -n) } else { normal };
+        Some(Fit { centroid, normal, mse, depth_mse: mse })
     }
 }
 

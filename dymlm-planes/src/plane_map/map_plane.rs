@@ -1,7 +1,7 @@
 use dymlm_core::{Plane, Point};
 
-use super::Patch;
 use super::fixed_moments::FixedMoments;
+use super::{Bounds, Patch};
 use crate::association::FinitePlane;
 use crate::boundary::{BoundaryPolygon, trace_boundary};
 use crate::linear_algebra::{eigenvalues, foot_on};
@@ -19,6 +19,7 @@ pub struct MapPlane {
     pub(super) last_seen: f64,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
+    bounds: Bounds,
     pub(super) shape: ShapeSettings,
 }
 
@@ -50,6 +51,7 @@ impl MapPlane {
             first_seen: f64::INFINITY,
             last_seen: f64::NEG_INFINITY,
             moments: FixedMoments::default(),
+            bounds: Patch::default().bounds(shape.voxel_size),
             patch: Patch::default(),
             shape,
         }
@@ -63,6 +65,7 @@ impl MapPlane {
 
     /// Fits the plane to its sums.
     pub(super) fn refit(&mut self) {
+        self.bounds = self.patch.bounds(self.shape.voxel_size);
         if let Some(fit) = self.moments.fit()
             && let Some(plane) = fit.plane()
         {
@@ -129,8 +132,7 @@ impl MapPlane {
         self.grid().map_or_else(Vec::new, |grid| trace_boundary(&grid, max_hole_area, boundary_tolerance))
     }
 
-    /// Area of the cells that hold inliers, square metres: holes that were not seen through are no part of it. O(its
-    /// voxels).
+    /// Area of the cells that hold inliers, square metres. O(its voxels).
     pub fn area(&self) -> f64 {
         let cells = self.grid().map_or(0, |grid| grid.occupied().iter().filter(|&&cell| cell).count());
         cells as f64 * self.shape.voxel_size * self.shape.voxel_size
@@ -139,7 +141,7 @@ impl MapPlane {
     /// Which cells of the plane hold inliers.
     pub(crate) fn grid(&self) -> Option<PlaneGrid> {
         let frame = PlaneFrame::new(self.centroid, self.plane.normal());
-        PlaneGrid::of_patch(&self.patch, self.shape.voxel_size, frame, None)
+        PlaneGrid::filled_by(&self.patch, self.shape.voxel_size, frame)
     }
 
     /// Whether there are inliers at a point of the plane, or beside it by no more than a voxel.
@@ -153,6 +155,12 @@ impl MapPlane {
     }
 
     pub(super) fn finite(&self) -> FinitePlane<'_> {
-        FinitePlane { plane: self.plane, centroid: self.centroid, patch: &self.patch, edge_points: None }
+        FinitePlane {
+            plane: self.plane,
+            centroid: self.centroid,
+            patch: &self.patch,
+            bounds: self.bounds,
+            edge_points: None,
+        }
     }
 }

@@ -11,5 +11,5 @@ mod report;
 pub use config::PlaneMapConfig;
 pub use map::PlaneMap;
 pub use map_plane::MapPlane;
-pub(crate) use patch::Patch;
+pub(crate) use patch::{Bounds, Patch};
 pub use report::{PlaneMerge, PlaneReport};

@@ -1,7 +1,7 @@
 use dymlm_core::{Plane, Pose};
 
 use super::fixed_moments::{FixedMoments, REACH};
-use super::patch::{Patch, reach};
+use super::patch::{Bounds, Patch, reach};
 use crate::PlaneError;
 use crate::association::FinitePlane;
 use crate::refinement::DetectedPlane;
@@ -14,6 +14,7 @@ pub(super) struct Observation {
     pub(super) edge_points: Vec<[f64; 3]>,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
+    bounds: Bounds,
     /// Standard deviation of its offset that two planes of one frame do not share, metres.
     pub(super) offset_deviation: f64,
 }
@@ -33,6 +34,7 @@ impl Observation {
         }
         let moments = FixedMoments::new(&detected.moments.transformed(world_from_camera), plane.normal())
             .ok_or_else(out_of_reach)?;
+        let patch = Patch::of_samples(&detected.samples, world_from_camera, voxel_size);
         Ok(Self {
             plane,
             centroid,
@@ -42,7 +44,8 @@ impl Observation {
                 .map(|point| world_from_camera.transform_point(point.map(f64::from)))
                 .collect(),
             moments,
-            patch: Patch::of_samples(&detected.samples, world_from_camera, voxel_size),
+            bounds: patch.bounds(voxel_size),
+            patch,
             offset_deviation: detected.mse.sqrt(),
         })
     }
@@ -58,6 +61,7 @@ impl Observation {
             plane: self.plane,
             centroid: self.centroid,
             patch: &self.patch,
+            bounds: self.bounds,
             edge_points: Some(&self.edge_points),
         }
     }

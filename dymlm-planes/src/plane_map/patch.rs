@@ -12,6 +12,28 @@ pub(crate) struct Patch {
     voxels: Vec<PatchVoxel>,
 }
 
+/// An axis-aligned box of voxels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bounds {
+    min: [i32; 3],
+    max: [i32; 3],
+    voxel_size: f64,
+}
+
+impl Bounds {
+    /// Distance between two boxes, metres; vast when one is empty.
+    pub(crate) fn distance(&self, other: &Self) -> f64 {
+        let mut squares = 0.0;
+        for axis in 0..3 {
+            let gap = (i64::from(self.min[axis]) - i64::from(other.max[axis]))
+                .max(i64::from(other.min[axis]) - i64::from(self.max[axis]));
+            let gap = (gap - 1).max(0) as f64 * self.voxel_size;
+            squares += gap * gap;
+        }
+        squares.sqrt()
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PatchVoxel {
     key: u64,
@@ -28,6 +50,11 @@ impl PatchVoxel {
     /// Centre, metres.
     pub(crate) fn center(self, voxel_size: f64) -> [f64; 3] {
         self.cell().map(|c| (f64::from(c) + 0.5) * voxel_size)
+    }
+
+    /// Samples in it.
+    pub(crate) fn count(self) -> u32 {
+        self.count
     }
 }
 
@@ -127,6 +154,18 @@ impl Patch {
                 self.voxels.get(from).is_some_and(|voxel| voxel.key <= last)
             })
         })
+    }
+
+    /// The box around the voxels. O(n).
+    pub(super) fn bounds(&self, voxel_size: f64) -> Bounds {
+        let mut bounds = Bounds { min: [i32::MAX; 3], max: [i32::MIN; 3], voxel_size };
+        for voxel in &self.voxels {
+            for (axis, c) in voxel.cell().into_iter().enumerate() {
+                bounds.min[axis] = bounds.min[axis].min(c);
+                bounds.max[axis] = bounds.max[axis].max(c);
+            }
+        }
+        bounds
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {

@@ -20,6 +20,9 @@ pub struct RefinementConfig {
     /// Every how many pixels along rows and columns the plane's patch and its edge are sampled, at 640 pixels of width,
     /// 1..=32. Default 4: 3 cm at 4 m.
     pub sample_stride: usize,
+    /// Farthest depth that counts as the plane's patch, metres, 0.1..=100. Default 4, as in the cloud: what is read beyond
+    /// it helps to fit the plane and is not mapped.
+    pub max_sample_depth: f64,
     /// Share of the 5x5 pixels around an edge point that must belong to the plane, 0..=1. Default 0.32: a corner of 90
     /// degrees keeps 9 of 25, a speck of flying pixels less.
     pub min_edge_fill: f64,
@@ -33,6 +36,7 @@ impl Default for RefinementConfig {
             inlier_width: 3.0,
             correlated_pixels: 9.0,
             sample_stride: 4,
+            max_sample_depth: 4.0,
             min_edge_fill: 0.32,
         }
     }
@@ -45,6 +49,7 @@ impl RefinementConfig {
         check_range("planes.refinement.inlier_width", self.inlier_width, 1.0..=10.0)?;
         check_range("planes.refinement.correlated_pixels", self.correlated_pixels, 1.0..=1000.0)?;
         check_range("planes.refinement.sample_stride", self.sample_stride as f64, 1.0..=32.0)?;
+        check_range("planes.refinement.max_sample_depth", self.max_sample_depth, 0.1..=100.0)?;
         check_range("planes.refinement.min_edge_fill", self.min_edge_fill, 0.0..=1.0)
     }
 }

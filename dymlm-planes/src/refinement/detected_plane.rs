@@ -22,6 +22,8 @@ pub struct DetectedPlane {
     pub support: usize,
     /// How many of them are inliers of the refined plane.
     pub inliers: usize,
+    /// Area of the inliers that are mapped (see `max_sample_depth`), square metres.
+    pub area: f64,
     /// Every fourth inlier along rows and columns (see `sample_stride`), set onto the plane.
     pub samples: Vec<Point>,
     /// Points along the rim of the segment and of its holes, without outliers, set onto the plane: the paper's `B_c`.

@@ -27,7 +27,7 @@ const SMALLEST_NOISE_RATIO: f64 = 0.05;
 ///
 /// // A wall at 2 m with a thing of 3 cm before a small part of it.
 /// let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?;
-/// let depth = |i: usize| if i % 160 < 8 && i / 160 < 8 { 1.97 } else { 2.0 };
+/// let depth = |i: usize| if i % 160 < 6 && i / 160 < 6 { 1.97 } else { 2.0 };
 /// let depth = DepthImage::new(160, 120, (0..160 * 120).map(depth).collect())?;
 ///
 /// let mut extractor = PlaneExtractor::new(ExtractionConfig::default())?;
@@ -40,6 +40,8 @@ const SMALLEST_NOISE_RATIO: f64 = 0.05;
 #[derive(Debug, Clone)]
 pub struct PlaneRefiner {
     config: RefinementConfig,
+    /// 1 / (fx fy).
+    pixel_solid_angle: f64,
     ray_x: Vec<f64>,
     ray_y: Vec<f64>,
     runs: Vec<Run>,
@@ -63,6 +65,7 @@ impl PlaneRefiner {
         config.validate()?;
         Ok(Self {
             config,
+            pixel_solid_angle: 0.0,
             ray_x: Vec::new(),
             ray_y: Vec::new(),
             runs: Vec::new(),
@@ -117,6 +120,7 @@ impl PlaneRefiner {
     }
 
     fn begin(&mut self, camera: &PinholeCamera, extraction: &Extraction) {
+        self.pixel_solid_angle = (1.0 / (camera.fx() * camera.fy())).abs();
         self.ray_x.clear();
         self.ray_x.extend((0..camera.width()).map(|u| (u as f64 - camera.cx()) / camera.fx()));
         self.ray_y.clear();
@@ -127,6 +131,7 @@ impl PlaneRefiner {
             centroid: segment.centroid,
             normal: segment.plane.normal(),
             mse: segment.mse,
+            depth_mse: segment.mse,
         }));
         self.noise_ratios.clear();
         self.noise_ratios.extend(self.fits.iter().map(|fit| {
@@ -190,6 +195,7 @@ impl PlaneRefiner {
                 mse: fit.mse,
                 support: segment.support,
                 inliers: sums.readings,
+                area: 0.0,
                 samples,
                 edge_points,
                 segment: index,
@@ -203,7 +209,12 @@ impl PlaneRefiner {
         for v in (stride / 2..extraction.height()).step_by(stride) {
             for u in (stride / 2..width).step_by(stride) {
                 if let Some((place, point)) = self.inlier_at(depth, extraction, u, v) {
-                    self.planes[place].samples.push(point);
+                    let plane = &mut self.planes[place];
+                    plane.samples.push(point);
+                    // What one pixel covers of the plane, as many times as there are pixels to a sample.
+                    let z = f64::from(point[2]);
+                    let slant = (plane.plane.d() / z).max(1e-3);
+                    plane.area += self.pixel_solid_angle * z * z / slant * (stride * stride) as f64;
                 }
             }
         }
@@ -237,7 +248,7 @@ impl PlaneRefiner {
         let index = extraction.segment_at(u, v)?;
         let place = (*self.places.get(index)?)?;
         let (a, b, z) = (self.ray_x[u], self.ray_y[v], depth.at(u, v));
-        if !self.trials[index].is_inlier(z, a as f32, b as f32) {
+        if z > self.config.max_sample_depth as f32 || !self.trials[index].is_inlier(z, a as f32, b as f32) {
             return None;
         }
         // Onto the plane along its normal, so that noise does not blur the patch.
