@@ -1,4 +1,4 @@
-// The C++ peers of compare.py: OctoMap, PCL's voxel grid and CGAL's rectangles behind the protocol of `compare_ours`.
+// The C++ peers of compare.py: OctoMap, PCL's voxel grid and planes and CGAL's rectangles behind the protocol of `compare_ours`.
 //
 // A request is a line on standard input, `operation key=value ..`; the answer is `ok wall_seconds cpu_seconds` or
 // `error message`. With result=PATH what was computed is written there after the clock has stopped. The files are
@@ -30,9 +30,11 @@
 #include <CGAL/min_quadrilateral_2.h>
 #endif
 #ifdef HAVE_PCL
+#include <pcl/features/integral_image_normal.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
+#include <pcl/segmentation/organized_multi_plane_segmentation.h>
 #endif
 
 namespace {
@@ -257,6 +259,69 @@ Timing voxel_grid(const Request& request) {
   return timing;
 }
 
+// Depth images as organized clouds, NaN where there is no reading.
+const std::vector<Cloud::Ptr>& organized_clouds_of(const std::string& path) {
+  static std::map<std::string, std::vector<Cloud::Ptr>> files;
+  std::vector<Cloud::Ptr>& clouds = files[path];
+  if (!clouds.empty()) return clouds;
+  const std::vector<float> numbers = read_floats(path);
+  if (numbers.size() < 6) throw std::runtime_error(path + " has no header");
+  uint32_t size[2];  // shares the array of floats as bits
+  std::memcpy(size, numbers.data(), sizeof size);
+  const double fx = numbers[2], fy = numbers[3], cx = numbers[4], cy = numbers[5];
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  const size_t pixels = size_t(size[0]) * size[1];
+  for (size_t start = 6; start + pixels <= numbers.size(); start += pixels) {
+    clouds.emplace_back(new Cloud(size[0], size[1], pcl::PointXYZ(nan, nan, nan)));
+    clouds.back()->is_dense = false;
+    for (size_t i = 0; i < pixels; ++i) {
+      const double z = numbers[start + i];
+      if (z > 0)
+        (*clouds.back())[i] = pcl::PointXYZ(float((double(i % size[0]) - cx) / fx * z),
+                                            float((double(i / size[0]) - cy) / fy * z), float(z));
+    }
+  }
+  return clouds;
+}
+
+// The settings of PCL's own organized_segmentation_demo, but for the number of inliers.
+Timing planes(const Request& request) {
+  using Region = pcl::PlanarRegion<pcl::PointXYZ>;
+  using Regions = std::vector<Region, Eigen::aligned_allocator<Region>>;
+  const std::vector<Cloud::Ptr>& clouds = organized_clouds_of(request.text("input"));
+  std::vector<Regions> found(clouds.size());
+  const Timing timing = timed([&] {
+    for (size_t i = 0; i < clouds.size(); ++i) {
+      pcl::IntegralImageNormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
+      estimation.setNormalEstimationMethod(estimation.COVARIANCE_MATRIX);
+      estimation.setMaxDepthChangeFactor(0.02f);
+      estimation.setNormalSmoothingSize(20.0f);
+      pcl::PointCloud<pcl::Normal>::Ptr normals(new pcl::PointCloud<pcl::Normal>);
+      estimation.setInputCloud(clouds[i]);
+      estimation.compute(*normals);
+
+      pcl::OrganizedMultiPlaneSegmentation<pcl::PointXYZ, pcl::Normal, pcl::Label> segmentation;
+      segmentation.setMinInliers(unsigned(request.number("min_support")));
+      segmentation.setAngularThreshold(3.0 * M_PI / 180.0);
+      segmentation.setDistanceThreshold(0.02);
+      segmentation.setInputNormals(normals);
+      segmentation.setInputCloud(clouds[i]);
+      segmentation.segmentAndRefine(found[i]);
+    }
+  });
+  if (!request.result().empty()) {
+    std::ofstream file(request.result(), std::ios::binary);
+    for (size_t i = 0; i < found.size(); ++i)
+      for (const Region& region : found[i]) {
+        put(file, double(i));
+        for (int k = 0; k < 4; ++k) put(file, double(region.getCoefficients()[k]));
+        for (int k = 0; k < 3; ++k) put(file, double(region.getCentroid()[k]));
+        put(file, double(region.getCount()));
+      }
+  }
+  return timing;
+}
+
 #endif  // HAVE_PCL
 
 #ifdef HAVE_CGAL
@@ -304,6 +369,7 @@ Timing run(const Request& request) {
 #endif
 #ifdef HAVE_PCL
   if (request.operation == "voxel_grid") return voxel_grid(request);
+  if (request.operation == "planes") return planes(request);
 #endif
   throw std::runtime_error("no operation " + request.operation);
 }

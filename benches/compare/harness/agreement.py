@@ -240,3 +240,69 @@ def area_under_curve(scores: np.ndarray, positive: np.ndarray) -> float:
 
     count = positive.sum()
     return (rankdata(scores)[positive].sum() - count * (count + 1) / 2) / (count * (len(scores) - count))
+
+
+# A plane is another's when their normals and, at the centroid of the one, their offsets differ by no more than this:
+# degrees, metres.
+SAME_ANGLE, SAME_OFFSET = 5.0, 0.03
+# So many pixels make a plane a large one: a table top, a floor, a counter.
+LARGE = 15_000
+
+
+def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against each other: whatever both peers take for a large plane must be among ours."""
+    found = {name: read_numbers(path).reshape(-1, 9) for name, path in outputs.items()}
+    peers = [name for name in found if name not in ours(outputs)]
+    large = [row for name in peers for row in found[name] if row[8] >= LARGE]
+    agreed = without_repeats([row for row in large if all(match(row, found[peer]) is not None for peer in peers)])
+    agreements = {}
+    for name, rows in found.items():
+        text = f"{len(rows)} planes, {np.count_nonzero(rows[:, 8] >= LARGE)} large"
+        good = True
+        if name not in peers and peers:
+            matches = [match(row, rows) for row in agreed]
+            missed = sum(other is None for other in matches)
+            angle, offset = np.max([(0.0, 0.0), *(other for other in matches if other)], axis=0)
+            text += f"; of the {len(agreed)} large ones that all peers find {len(agreed) - missed}, "
+            text += f"within {angle:.1f} deg and {offset * 1e3:.0f} mm"
+            good = missed == 0
+        elif peers:
+            mine = found[next(iter(ours(outputs)), name)]
+            big = [row for row in mine if row[8] >= LARGE]
+            text += f"; of our {len(big)} large ones {sum(match(row, rows) is not None for row in big)}"
+        agreements[name] = Agreement(text, good)
+    return agreements
+
+
+def match(row: np.ndarray, others: np.ndarray) -> tuple[float, float] | None:
+    """Angle and offset of the plane that is nearest to `row` among those of the same image that are the same plane."""
+    others = others[others[:, 0] == row[0]]
+    angles = np.degrees(np.arccos(np.clip(others[:, 1:4] @ row[1:4], -1, 1)))
+    offsets = np.abs(others[:, 1:4] @ row[5:8] + others[:, 4])
+    same = np.flatnonzero((angles <= SAME_ANGLE) & (offsets <= SAME_OFFSET))
+    if len(same) == 0:
+        return None
+    best = same[np.argmin(offsets[same])]
+    return float(angles[best]), float(offsets[best])
+
+
+def without_repeats(rows: list[np.ndarray]) -> list[np.ndarray]:
+    """Each plane once."""
+    kept: list[np.ndarray] = []
+    for row in rows:
+        if match(row, np.reshape(kept, (-1, 9))) is None:
+            kept.append(row)
+    return kept
+
+
+def assignment(_: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against scipy: the same sums of weights."""
+    reference = "scipy"
+    if reference not in outputs:
+        return {name: Agreement("no scipy to compare with") for name in outputs}
+    sums = read_numbers(outputs[reference])
+    agreements = {reference: Agreement(f"the reference: {len(sums)} matrices")}
+    for name in ours(outputs):
+        same = np.count_nonzero(read_numbers(outputs[name]) == sums)
+        agreements[name] = Agreement(f"same sum in {same} of {len(sums)} matrices", bool(same == len(sums)))
+    return agreements

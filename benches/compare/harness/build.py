@@ -19,6 +19,7 @@ PYTHON_PEERS = [
     ("Open3D", "open3d", "open3d"),
     ("OpenCV", "cv2", "opencv-python-headless"),
     ("isotree", "isotree", "isotree"),
+    ("scipy", "scipy", "scipy"),
 ]
 
 

@@ -1,9 +1,12 @@
 """The binary files that all contestants read and write: raw little-endian numbers.
 
 - points: x, y, z as f32; rays: origin and direction, 6 f32;
+- depth images: width and height as u32, fx, fy, cx, cy as f32, then the images' depths as f32, metres, 0 for none;
+- matrices: whole numbers as f32, row by row, one matrix after the other;
 - frames: for each frame the sensor's position as 3 f32, the number of points as u32, the points;
 - labels: i32, -1 for noise; states: u8, 0 unknown, 1 free, 2 occupied; hits: centre as 3 f32, NaN for none;
-- numbers: f64; a rectangle is its four corners, a box its centre, rotation by rows and full lengths;
+- numbers: f64; a rectangle is its four corners, a box its centre, rotation by rows and full lengths, a plane the number of
+  its image, normal, offset, centroid and number of pixels;
 - leaves: number of nodes as u64, then for each leaf key 3 u16, depth u16, log-odds f32.
 """
 
@@ -21,6 +24,21 @@ class Scan:
 
     origin: np.ndarray
     points: np.ndarray
+
+
+@dataclass
+class DepthImages:
+    """Depth images of one camera, metres, float32, 0 where there is no reading."""
+
+    camera: tuple[float, float, float, float]
+    images: np.ndarray
+
+    def points(self, index: int) -> np.ndarray:
+        """The readings of an image in the camera's frame, float64."""
+        fx, fy, cx, cy = self.camera
+        v, u = np.nonzero(self.images[index])
+        z = self.images[index][v, u].astype(np.float64)
+        return np.stack([(u - cx) / fx * z, (v - cy) / fy * z, z], axis=1)
 
 
 @dataclass
@@ -45,6 +63,29 @@ def write_frames(path: Path, scans: list[Scan]) -> None:
             file.write(np.asarray(scan.origin, dtype="<f4").tobytes())
             file.write(np.uint32(len(scan.points)).tobytes())
             file.write(np.ascontiguousarray(scan.points, dtype="<f4").tobytes())
+
+
+def write_depth_images(path: Path, depths: DepthImages) -> None:
+    _, height, width = depths.images.shape
+    with open(path, "wb") as file:
+        file.write(np.array([width, height], dtype="<u4").tobytes())
+        file.write(np.array(depths.camera, dtype="<f4").tobytes())
+        file.write(np.ascontiguousarray(depths.images, dtype="<f4").tobytes())
+
+
+def read_depth_images(path: Path) -> DepthImages:
+    width, height = np.fromfile(path, dtype="<u4", count=2)
+    camera = np.fromfile(path, dtype="<f4", count=4, offset=8).astype(np.float64)
+    images = np.fromfile(path, dtype="<f4", offset=24).reshape(-1, height, width)
+    return DepthImages(tuple(camera), images)
+
+
+def write_matrices(path: Path, matrices: np.ndarray) -> None:
+    np.ascontiguousarray(matrices, dtype="<f4").tofile(path)
+
+
+def read_matrices(path: Path, size: int) -> np.ndarray:
+    return np.fromfile(path, dtype="<f4").reshape(-1, size, size)
 
 
 def read_labels(path: Path) -> np.ndarray:

@@ -7,12 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from . import scenes
-from .files import Scan, write_frames, write_points
+from .files import DepthImages, Scan, write_depth_images, write_frames, write_matrices, write_points
 
 SEED = 7
 # Goes up when an input is made in another way, so that old files are not taken for new ones.
-RECIPE = 3
+RECIPE = 4
 FRAMES = 30
+# Each takes Open3D seconds to find planes in.
+PLANE_FRAMES = 4
+# Size and number of the matrices of weights.
+MATRICES = [(10, 1000), (100, 20), (500, 1)]
 
 
 @dataclass
@@ -77,6 +81,15 @@ def make(folder: Path, kitchen: Path | None) -> dict[str, str]:
         write_points(folder / f"round_{size}.points", round_thing(count, rng))
         description[f"{size} box-like"] = f"{count} points on a turned box of 60 x 40 x 30 cm, 2 mm noise, 1 % strays"
         description[f"{size} round"] = f"{count} points evenly within an ellipsoid of 60 x 50 x 30 cm, turned"
+    if kitchen is None:
+        depths = scenes.room_depths(PLANE_FRAMES, rng)
+    else:
+        depths = kitchen_depth_images(kitchen, PLANE_FRAMES)
+    write_depth_images(folder / "images.depths", depths)
+    description[f"{PLANE_FRAMES} depth images"] = f"{PLANE_FRAMES} depth images of the {where}, spread over it"
+    for size, count in MATRICES:
+        write_matrices(folder / f"weights_{size}.matrices", rng.integers(0, 1_000_000, (count, size, size)))
+        description[f"{size}x{size}"] = f"{count} matrices of random whole numbers below a million"
     return description
 
 
@@ -118,13 +131,29 @@ def blobs(count: int, rng: np.random.Generator) -> np.ndarray:
 
 def kitchen_depth(kitchen: Path, name: str) -> np.ndarray:
     """The readings of a depth image in the camera's frame, metres, float64."""
-    import open3d
-
-    camera = json.loads((kitchen / "camera.json").read_text())
-    z = np.asarray(open3d.io.read_image(str(kitchen / name))) / camera["depth_scale"]
+    camera, z = kitchen_camera(kitchen), kitchen_image(kitchen, name)
     v, u = np.nonzero(z)
     z = z[v, u]
     return np.stack([(u - camera["cx"]) / camera["fx"] * z, (v - camera["cy"]) / camera["fy"] * z, z], axis=1)
+
+
+def kitchen_camera(kitchen: Path) -> dict:
+    return json.loads((kitchen / "camera.json").read_text())
+
+
+def kitchen_image(kitchen: Path, name: str) -> np.ndarray:
+    """A depth image, metres, float64, 0 where there is no reading."""
+    import open3d
+
+    return np.asarray(open3d.io.read_image(str(kitchen / name))) / kitchen_camera(kitchen)["depth_scale"]
+
+
+def kitchen_depth_images(kitchen: Path, count: int) -> DepthImages:
+    """Images spread evenly over the sequence."""
+    names, camera = kitchen_listing(kitchen), kitchen_camera(kitchen)
+    chosen = [names[i] for i in np.arange(count) * len(names) // count]
+    images = np.stack([kitchen_image(kitchen, name) for name in chosen]).astype(np.float32)
+    return DepthImages(tuple(camera[key] for key in ["fx", "fy", "cx", "cy"]), images)
 
 
 def kitchen_listing(kitchen: Path) -> list[str]:

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import read_points, write_numbers, write_points
+from .files import read_depth_images, read_matrices, read_points, write_numbers, write_points
 
 # What a library's functions take: made once an input, outside the clock.
 CLOUDS: dict[str, object] = {}
+# Depth images as clouds with no normals yet, and matrices of weights, by their paths.
+IMAGES: dict[str, list] = {}
+MATRICES: dict[str, np.ndarray] = {}
 # Grown forests, by what they were grown on and how.
 FORESTS: dict[tuple, object] = {}
 
@@ -119,7 +122,52 @@ def open3d():
 
         return fits[request["fit"]], save
 
-    return {"dbscan": cluster, "voxel_grid": voxel_grid, "oriented_box": oriented_box}
+    def planes(request):
+        path = request["input"]
+        if path not in IMAGES:
+            depths = read_depth_images(Path(path))
+            readings = [depths.points(index) for index in range(len(depths.images))]
+            IMAGES[path] = [o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points)) for points in readings]
+        clouds, least = IMAGES[path], int(request["min_support"])
+
+        def find(points):
+            # Of 30 neighbours, as the patches' own default.
+            points.normals = o3d.utility.Vector3dVector()
+            points.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(30))
+            return points.detect_planar_patches(min_num_points=least)
+
+        def save(path, found):
+            rows = [plane_row(i, box, clouds[i]) for i, boxes in enumerate(found) for box in boxes]
+            write_numbers(path, np.array(rows))
+
+        return lambda: [find(points) for points in clouds], save
+
+    def plane_row(image, box, points):
+        normal, center = np.asarray(box.R)[:, 2], np.asarray(box.center)
+        normal = -normal if normal @ center > 0 else normal
+        inside = len(box.get_point_indices_within_bounding_box(points.points))
+        return [image, *normal, -normal @ center, *center, inside]
+
+    return {"dbscan": cluster, "voxel_grid": voxel_grid, "oriented_box": oriented_box, "planes": planes}
+
+
+def scipy():
+    from scipy.optimize import linear_sum_assignment
+
+    def assignment(request):
+        path = request["input"]
+        if path not in MATRICES:
+            # Double precision is what it computes in.
+            MATRICES[path] = read_matrices(Path(path), int(request["size"])).astype(np.float64)
+        matrices = MATRICES[path]
+
+        def sums():
+            pairs = (linear_sum_assignment(matrix, maximize=True) for matrix in matrices)
+            return [matrix[rows, columns].sum() for matrix, (rows, columns) in zip(matrices, pairs)]
+
+        return sums, lambda path, found: write_numbers(path, np.array(found))
+
+    return {"assignment": assignment}
 
 
 def opencv():
@@ -167,7 +215,10 @@ def isotree():
     return {"isolation_forest_fit": isolation_forest_fit, "isolation_forest_scores": isolation_forest_scores}
 
 
-PEERS = {"dbscan": dbscan_package, "sklearn": scikit_learn, "open3d": open3d, "cv2": opencv, "isotree": isotree}
+PEERS = {
+    "dbscan": dbscan_package, "sklearn": scikit_learn, "open3d": open3d, "cv2": opencv, "isotree": isotree,
+    "scipy": scipy,
+}  # fmt: skip
 
 
 def answer(operations, line: str) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from . import agreement
-from .inputs import Inputs
+from .inputs import MATRICES, PLANE_FRAMES, Inputs
 
 
 @dataclass
@@ -50,6 +50,8 @@ def rows(inputs: Inputs, quick: bool) -> list[Row]:
         *voxel_grid_rows(inputs, quick),
         *shape_rows(inputs, quick),
         *isolation_forest_rows(inputs, quick),
+        *plane_rows(inputs),
+        *assignment_rows(inputs),
         *octree_rows(inputs, quick),
     ]
 
@@ -135,6 +137,41 @@ def isolation_forest_rows(inputs: Inputs, quick: bool) -> list[Row]:
             ("scores of", "isolation_forest_scores", Aim(5)),
             ("growing", "isolation_forest_fit", None),
         ]
+    ]
+
+
+def plane_rows(inputs: Inputs) -> list[Row]:
+    return [
+        Row(
+            name="planes of a depth image",
+            operation="planes",
+            # Ours by default, asked of all.
+            parameters={"input": inputs.path("images.depths"), "min_support": 1000},
+            entrants=[
+                Entrant("dymlm", "dymlm", {"steps": "all"}),
+                Entrant("dymlm, extraction only", "dymlm", {"steps": "extraction"}),
+                Entrant("PCL, multi-plane", "PCL"),
+                Entrant("Open3D, planar patches", "Open3D"),
+            ],
+            check=agreement.planes,
+            unit=f"image ({PLANE_FRAMES})",
+            count=PLANE_FRAMES,
+        )
+    ]
+
+
+def assignment_rows(inputs: Inputs) -> list[Row]:
+    return [
+        Row(
+            name=f"assignment, {size}x{size}",
+            operation="assignment",
+            parameters={"input": inputs.path(f"weights_{size}.matrices"), "size": size},
+            entrants=[OURS, Entrant("scipy", "scipy")],
+            check=agreement.assignment,
+            unit=f"matrix ({count})",
+            count=count,
+        )
+        for size, count in MATRICES
     ]
 
 

@@ -5,7 +5,7 @@ World axes are those of the first camera: x right, y down, z forward, metres.
 
 import numpy as np
 
-from .files import Scan
+from .files import DepthImages, Scan
 
 WIDTH, HEIGHT, FOCAL = 640, 480, 525.0
 
@@ -21,22 +21,40 @@ def hall(frames: int, rng: np.random.Generator) -> list[Scan]:
 
 def room(frames: int, rng: np.random.Generator) -> list[Scan]:
     """A room with a table and a cupboard, the camera turning about; the noise of a Kinect (Nguyen 2012)."""
-    interior = box((-1.6, -1.4, -1.5), (1.6, 1.2, 3.0))
-    solids = [box((-0.5, 0.5, 1.4), (0.5, 0.56, 2.2)), box((0.9, -0.4, 2.4), (1.6, 1.2, 3.0))]
     poses = [((0.3 * np.sin(0.2 * i), 0.0, 0.01 * i), 0.5 * np.sin(0.21 * i)) for i in range(frames)]
+    return [scan(ROOM, ROOM_SOLIDS, *pose, kinect_noise, rng) for pose in poses]
 
-    def axial_noise(z):
-        return 0.0012 + 0.0019 * np.maximum(z - 0.4, 0) ** 2
 
-    return [scan(interior, solids, *pose, axial_noise, rng) for pose in poses]
+def room_depths(frames: int, rng: np.random.Generator) -> DepthImages:
+    """The same room, turning further from image to image."""
+    poses = [((0.1 * i, 0.0, 0.01 * i), 0.3 * i - 0.4) for i in range(frames)]
+    views = [view(ROOM, ROOM_SOLIDS, *pose, kinect_noise, rng) for pose in poses]
+    images = [np.where(seen, depth, 0.0).reshape(HEIGHT, WIDTH).astype(np.float32) for _, depth, seen in views]
+    return DepthImages((FOCAL, FOCAL, 319.5, 239.5), np.stack(images))
+
+
+def kinect_noise(z):
+    return 0.0012 + 0.0019 * np.maximum(z - 0.4, 0) ** 2
 
 
 def box(low, high) -> np.ndarray:
     return np.array([low, high])
 
 
+ROOM = box((-1.6, -1.4, -1.5), (1.6, 1.2, 3.0))
+ROOM_SOLIDS = [box((-0.5, 0.5, 1.4), (0.5, 0.56, 2.2)), box((0.9, -0.4, 2.4), (1.6, 1.2, 3.0))]
+
+
 def scan(interior, solids, position, yaw, sigma, rng) -> Scan:
     """What a camera at `position`, turned by `yaw` about the vertical, sees."""
+    directions, depth, seen = view(interior, solids, position, yaw, sigma, rng)
+    origin = np.array(position)
+    points = origin + directions[seen] * depth[seen, None]
+    return Scan(origin.astype(np.float32), points.astype(np.float32))
+
+
+def view(interior, solids, position, yaw, sigma, rng):
+    """The same as a ray for each pixel, in the world, its depth, and whether it gives a reading."""
     u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
     rays = np.stack([(u - 319.5) / FOCAL, (v - 239.5) / FOCAL, np.ones(u.shape)], axis=-1).reshape(-1, 3)
     cos, sin = np.cos(yaw), np.sin(yaw)
@@ -49,9 +67,7 @@ def scan(interior, solids, position, yaw, sigma, rng) -> Scan:
         entry, leave = crossings(solid, origin, directions)
         depth = np.where((entry < leave) & (entry > 0), np.minimum(depth, entry), depth)
     depth += sigma(depth) * rng.standard_normal(len(depth))
-    seen = rng.random(len(depth)) >= 0.05
-    points = origin + directions[seen] * depth[seen, None]
-    return Scan(origin.astype(np.float32), points.astype(np.float32))
+    return directions, depth, rng.random(len(depth)) >= 0.05
 
 
 def crossings(solid, origin, directions):

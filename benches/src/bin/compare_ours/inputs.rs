@@ -3,7 +3,8 @@
 //! - points: x, y, z as f32, nothing else;
 //! - frames: for each frame the sensor's position as 3 f32, the number of points as u32, and the points; all in the
 //!   world;
-//! - rays: origin and direction, 6 f32 each.
+//! - rays: origin and direction, 6 f32 each;
+//! - depth images and matrices: f32, decoded by the operation, which keeps what it makes of them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -32,6 +33,7 @@ pub(crate) struct Inputs {
     points: BTreeMap<String, Vec<Point>>,
     frames: BTreeMap<String, Vec<Scan>>,
     rays: BTreeMap<String, Vec<Ray>>,
+    floats: BTreeMap<String, Vec<f32>>,
 }
 
 impl Inputs {
@@ -41,6 +43,10 @@ impl Inputs {
 
     pub(crate) fn frames(&mut self, path: &str) -> Result<&[Scan], Failure> {
         cached(&mut self.frames, path, scans)
+    }
+
+    pub(crate) fn floats(&mut self, path: &str) -> Result<&[f32], Failure> {
+        cached(&mut self.floats, path, |numbers| Ok(numbers.to_vec()))
     }
 
     pub(crate) fn rays(&mut self, path: &str) -> Result<&[Ray], Failure> {

@@ -7,12 +7,14 @@
 //!
 //! Inputs are read once and kept. Files are raw little-endian numbers, described in [`inputs`] and [`results`].
 
+mod assignment;
 mod dbscan;
 mod inputs;
 mod isolation_forest;
 mod minimum_area_rectangle;
 mod octree;
 mod oriented_box;
+mod planes;
 mod request;
 mod results;
 mod timing;
@@ -37,6 +39,8 @@ struct Contestant {
     rectangle: dymlm_geometry::MinimumAreaRectangleScratch,
     oriented_box: dymlm_geometry::OrientedBoxScratch,
     isolation_forest: isolation_forest::Buffers,
+    planes: planes::Planes,
+    assignments: assignment::Assignments,
 }
 
 impl Contestant {
@@ -57,6 +61,8 @@ impl Contestant {
             "isolation_forest_scores" => {
                 isolation_forest::scores(request, &mut self.inputs, &mut self.isolation_forest)
             }
+            "planes" => planes::run(request, &mut self.inputs, &mut self.planes),
+            "assignment" => assignment::run(request, &mut self.inputs, &mut self.assignments),
             unknown => Err(format!("no operation {unknown}").into()),
         }
     }

@@ -55,7 +55,8 @@ pub(crate) fn write_states(path: &Path, states: &[CellState]) -> Result<(), Fail
     })
 }
 
-/// Numbers: f64 each. A rectangle is its four corners, a box its centre, rotation by rows and full lengths.
+/// Numbers: f64 each. A rectangle is its four corners, a box its centre, rotation by rows and full lengths,
+/// a plane the number of its image, normal, offset, centroid and number of pixels.
 pub(crate) fn write_numbers(path: &Path, numbers: &[f64]) -> Result<(), Failure> {
     write(path, numbers, |number| number.to_le_bytes())
 }
