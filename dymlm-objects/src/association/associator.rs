@@ -1,0 +1,138 @@
+use super::assignment::assign;
+use super::shared_points::{sample_places, shared_share};
+use super::{AssociationConfig, CentroidVerdict, visible_iou};
+use crate::vector3::Vector3;
+use crate::{MapObject, ObjectObservation, ObjectView};
+
+/// What the four tests say of a detection and an object; `None` where a test is off or has nothing to say.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct AssociationTests {
+    /// Intersection over union of the object's projection with the detected box, 0..=1.
+    pub projection_iou: Option<f64>,
+    /// Intersection over union of the box predicted by motion with the detected box, 0..=1.
+    pub motion_iou: Option<f64>,
+    /// Share of the observation's points that the object has, 0..=1.
+    pub shared: Option<f64>,
+    /// The test of the centroid.
+    pub centroid: Option<CentroidVerdict>,
+}
+
+impl AssociationTests {
+    /// Whether the pair passes: projection AND (motion OR shared points OR centroid), of those that are on.
+    pub fn pass(&self, config: &AssociationConfig) -> bool {
+        let reaches = |value: Option<f64>, least: f64| value.is_some_and(|value| value >= least && value > 0.0);
+        let projects = reaches(self.projection_iou, config.min_projection_iou);
+        let others_are_on = config.motion.is_on() || config.shared.is_on() || config.centroid.is_on();
+        let another = reaches(self.motion_iou, config.min_motion_iou)
+            || reaches(self.shared, config.min_shared)
+            || self.centroid == Some(CentroidVerdict::Accepted);
+        (projects || !config.projection.is_on()) && (another || !others_are_on)
+    }
+
+    /// How well the pair fits: the values of the tests, added.
+    fn affinity(&self) -> f64 {
+        let centroid = if self.centroid == Some(CentroidVerdict::Accepted) { 0.5 } else { 0.0 };
+        self.projection_iou.unwrap_or(0.0)
+            + 0.5 * self.motion_iou.unwrap_or(0.0)
+            + self.shared.unwrap_or(0.0)
+            + centroid
+    }
+}
+
+/// Pairs the observations of a frame with the objects of the map.
+#[derive(Debug)]
+pub(crate) struct Associator {
+    config: AssociationConfig,
+    tests: Vec<AssociationTests>,
+    affinities: Vec<f64>,
+    places: Vec<Vector3>,
+    matches: Vec<Option<usize>>,
+    /// Limits of the centroid test by number of centroids; the outer option is for those not asked for yet.
+    limits: Vec<Option<Option<f64>>>,
+}
+
+impl Associator {
+    pub(crate) fn new(config: AssociationConfig) -> Self {
+        Self {
+            config,
+            tests: Vec::new(),
+            affinities: Vec::new(),
+            places: Vec::new(),
+            matches: Vec::new(),
+            limits: Vec::new(),
+        }
+    }
+
+    /// Tests all pairs and assigns. Answers the place of each observation's object.
+    pub(crate) fn associate(
+        &mut self,
+        view: &ObjectView<'_>,
+        observations: &[ObjectObservation],
+        objects: &[MapObject],
+    ) -> &[Option<usize>] {
+        self.tests.clear();
+        self.affinities.clear();
+        for observation in observations {
+            sample_places(observation, &view.world_from_camera, &mut self.places);
+            for object in objects {
+                let tests = self.test(view, observation, object);
+                let passes = tests.pass(&self.config);
+                let cost = if observation.label == object.label { 0.0 } else { self.config.label_cost };
+                // A pair that passes is made rather than none, whatever its label costs.
+                self.affinities.push(if passes { (tests.affinity() - cost).max(1e-3) } else { 0.0 });
+                self.tests.push(tests);
+            }
+        }
+        assign(&self.affinities, objects.len(), &mut self.matches);
+        self.matches.resize(observations.len(), None);
+        &self.matches
+    }
+
+    /// What the tests said of a pair of the last frame.
+    pub(crate) fn tests(&self, observation: usize, object: usize, objects: usize) -> AssociationTests {
+        self.tests.get(observation * objects + object).copied().unwrap_or_default()
+    }
+
+    fn test(
+        &mut self,
+        view: &ObjectView<'_>,
+        observation: &ObjectObservation,
+        object: &MapObject,
+    ) -> AssociationTests {
+        let detected = &observation.bounding_box;
+        let camera = view.frame.camera();
+        let mut tests = AssociationTests::default();
+        if self.config.projection.is_on() {
+            let projected = object.shape().image_box(camera, &view.world_from_camera);
+            let iou = projected.map_or(0.0, |own| visible_iou(&own, detected, &observation.completeness, camera));
+            tests.projection_iou = Some(iou);
+            // Most pairs are far apart in the image: the rule cannot be met, and nothing else is asked.
+            if iou < self.config.min_projection_iou || iou <= 0.0 {
+                return tests;
+            }
+        }
+        if self.config.motion.is_on() {
+            let predicted = object.motion.predict(view.frame.timestamp(), self.config.max_motion_gap);
+            tests.motion_iou = predicted.map(|own| own.iou(detected));
+        }
+        if self.config.shared.is_on() {
+            tests.shared = shared_share(observation, &self.places, object);
+        }
+        if self.config.centroid.is_on() {
+            tests.centroid = Some(self.centroid_verdict(observation, object));
+        }
+        tests
+    }
+
+    fn centroid_verdict(&mut self, observation: &ObjectObservation, object: &MapObject) -> CentroidVerdict {
+        let (test, cloud) = (self.config.centroid_test, &object.centroids);
+        // Beyond this many the limits do not change any more.
+        let place = (cloud.count() as usize).min(2000);
+        if self.limits.len() <= place {
+            self.limits.resize(place + 1, None);
+        }
+        let limit = *self.limits[place].get_or_insert_with(|| test.limit(place as u32, self.config.alpha));
+        limit.map_or(CentroidVerdict::Undecided, |limit| test.verdict_at(cloud, observation.centroid, limit))
+    }
+}

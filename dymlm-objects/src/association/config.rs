@@ -1,0 +1,69 @@
+use dymlm_core::{ConfigError, check_range};
+
+use super::CentroidTest;
+use crate::Switch;
+
+/// Settings of the association of detections with objects.
+///
+/// A pair passes when its projection does AND one of the three other tests does (paper IV-B). A test that is off is
+/// left out of the rule; with all three others off the projection decides alone, with the projection off any of the
+/// others does.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct AssociationConfig {
+    /// Whether the object's projection is asked. Default on.
+    pub projection: Switch,
+    /// Whether the box that the object's motion in the image predicts is asked. Default on.
+    pub motion: Switch,
+    /// Whether shared points are asked: the caller's map points, or the cloud's cells when it has none. Default on.
+    pub shared: Switch,
+    /// Whether the observation's centroid is asked. Default on.
+    pub centroid: Switch,
+    /// Least intersection over union of the projected and the detected box, 0..=1. Default 0.2: the first estimates of
+    /// small things are twice as large as they are.
+    pub min_projection_iou: f64,
+    /// Least intersection over union of the predicted and the detected box, 0..=1. Default 0.4.
+    pub min_motion_iou: f64,
+    /// Longest time over which a box is predicted, seconds, 0..=100. Default 0.5.
+    pub max_motion_gap: f64,
+    /// Least share of the observation's points that the object has too, 0..=1. Default 0.35.
+    pub min_shared: f64,
+    /// The test of the centroid. Default [`CentroidTest::Prediction`].
+    pub centroid_test: CentroidTest,
+    /// How often the test of the centroid rejects a true pair, 1e-6..=0.5. Default 0.01: a miss costs a duplicate.
+    pub alpha: f64,
+    /// What another label costs a pair, 0..=10, in units of a test's greatest value. Default 0.3: detectors confuse classes,
+    /// but of two pairs the one with the same label is preferred.
+    pub label_cost: f64,
+}
+
+impl Default for AssociationConfig {
+    fn default() -> Self {
+        Self {
+            projection: Switch::On,
+            motion: Switch::On,
+            shared: Switch::On,
+            centroid: Switch::On,
+            min_projection_iou: 0.2,
+            min_motion_iou: 0.4,
+            max_motion_gap: 0.5,
+            min_shared: 0.35,
+            centroid_test: CentroidTest::Prediction,
+            alpha: 0.01,
+            label_cost: 0.3,
+        }
+    }
+}
+
+impl AssociationConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("objects.association.min_projection_iou", self.min_projection_iou, 0.0..=1.0)?;
+        check_range("objects.association.min_motion_iou", self.min_motion_iou, 0.0..=1.0)?;
+        check_range("objects.association.max_motion_gap", self.max_motion_gap, 0.0..=100.0)?;
+        check_range("objects.association.min_shared", self.min_shared, 0.0..=1.0)?;
+        check_range("objects.association.alpha", self.alpha, 1e-6..=0.5)?;
+        check_range("objects.association.label_cost", self.label_cost, 0.0..=10.0)
+    }
+}

@@ -1,0 +1,14 @@
+//! Which detection is which object: [`AssociationTests`] and one assignment a frame.
+
+mod assignment;
+mod associator;
+mod centroid_test;
+mod config;
+mod projection_iou;
+mod shared_points;
+
+pub(crate) use associator::Associator;
+pub use associator::AssociationTests;
+pub use centroid_test::{CentroidTest, CentroidVerdict};
+pub use config::AssociationConfig;
+pub(crate) use projection_iou::visible_iou;

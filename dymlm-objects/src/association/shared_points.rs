@@ -1,0 +1,30 @@
+use crate::vector3::Vector3;
+use crate::{MapObject, ObjectObservation};
+
+/// Points of an observation that are looked for, at most.
+const MOST: usize = 128;
+
+/// Share of an observation's points that an object has too, 0..=1: of the caller's map points, when both have some, else
+/// of the surface points, which lie in the cells of the object's cloud or not. `places` are the observation's points in the
+/// world. `None` when there is nothing to compare.
+pub(super) fn shared_share(observation: &ObjectObservation, places: &[Vector3], object: &MapObject) -> Option<f64> {
+    let (own, known) = (&observation.sighted_points, &object.sighted_points);
+    if !own.is_empty() && !known.is_empty() {
+        let common = own.iter().filter(|id| known.binary_search(id).is_ok()).count();
+        return Some(common as f64 / own.len().min(known.len()) as f64);
+    }
+    let shared = places.iter().filter(|&&place| object.cloud.holds(place)).count();
+    (!places.is_empty()).then(|| shared as f64 / places.len() as f64)
+}
+
+/// Some of an observation's points, in the world.
+pub(super) fn sample_places(
+    observation: &ObjectObservation,
+    world_from_camera: &dymlm_core::Pose,
+    places: &mut Vec<Vector3>,
+) {
+    let step = observation.points.len().div_ceil(MOST).max(1);
+    let chosen = observation.points.iter().step_by(step);
+    places.clear();
+    places.extend(chosen.map(|point| world_from_camera.transform_point(point.map(f64::from))));
+}

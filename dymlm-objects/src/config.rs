@@ -1,0 +1,48 @@
+use dymlm_core::ConfigError;
+
+use crate::{
+    AssociationConfig, MergeConfig, ParameterizationConfig, ShapeTable, SizePriors, UpdateConfig,
+};
+
+/// Settings of an [`ObjectMapper`](crate::ObjectMapper), one part a step. Validated once, in
+/// [`ObjectMapper::new`](crate::ObjectMapper::new).
+///
+/// ```
+/// use dymlm_objects::{ObjectConfig, ObjectMapper, Switch};
+///
+/// let mut config = ObjectConfig::default();
+/// config.association.motion = Switch::Off;
+/// config.update.voxel_size = 0.02;
+/// assert!(ObjectMapper::new(config.clone()).is_ok());
+///
+/// config.update.voxel_size = -1.0;
+/// let error = ObjectMapper::new(config).unwrap_err();
+/// assert_eq!(error.to_string(), "objects.update.voxel_size = -1 is outside its range 0.001..=0.1");
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct ObjectConfig {
+    /// From detections to boxes in space.
+    pub parameterization: ParameterizationConfig,
+    /// Which detection is which object.
+    pub association: AssociationConfig,
+    /// Points, outliers, new parameters, belief.
+    pub update: UpdateConfig,
+    /// When two objects are one.
+    pub merging: MergeConfig,
+    /// How large things are, by label.
+    pub sizes: SizePriors,
+    /// Which labels are boxes; all others are ellipsoids.
+    pub shapes: ShapeTable,
+}
+
+impl ObjectConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        self.parameterization.validate()?;
+        self.association.validate()?;
+        self.update.validate()?;
+        self.merging.validate()
+    }
+}

@@ -1,0 +1,196 @@
+use super::coco_sizes::COCO_SIZES;
+
+/// How long one dimension of a kind of thing is, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "[f64; 3]", into = "[f64; 3]"))]
+#[non_exhaustive]
+pub struct SizeRange {
+    /// Smallest plausible length.
+    pub min: f64,
+    /// Usual length.
+    pub typical: f64,
+    /// Greatest plausible length.
+    pub max: f64,
+}
+
+impl From<[f64; 3]> for SizeRange {
+    /// From least, usual and greatest length, metres.
+    fn from([min, typical, max]: [f64; 3]) -> Self {
+        Self { min, typical, max }
+    }
+}
+
+impl From<SizeRange> for [f64; 3] {
+    fn from(range: SizeRange) -> Self {
+        [range.min, range.typical, range.max]
+    }
+}
+
+/// What a thing looks like from above.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Footprint {
+    /// About as wide as long, whichever way it is turned: a bottle, a chair. Its unseen side is as far away as its
+    /// seen sides are from each other.
+    Even,
+    /// Longer than wide: a monitor, a keyboard.
+    Oblong,
+}
+
+/// How large the things of one label are.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[non_exhaustive]
+pub struct SizePrior {
+    /// The label.
+    pub label: String,
+    /// The longer horizontal dimension.
+    pub length: SizeRange,
+    /// The shorter horizontal dimension.
+    pub width: SizeRange,
+    /// The vertical dimension.
+    pub height: SizeRange,
+    /// What it looks like from above.
+    pub footprint: Footprint,
+}
+
+impl SizePrior {
+    /// The prior of a label.
+    pub fn new(
+        label: impl Into<String>,
+        length: SizeRange,
+        width: SizeRange,
+        height: SizeRange,
+        footprint: Footprint,
+    ) -> Self {
+        Self { label: label.into(), length, width, height, footprint }
+    }
+
+    /// Whether a thing of these dimensions, in any order, may be of this kind: sorted, none is above the greatest
+    /// plausible one by more than the factor `slack`, and none of the two longest is below the least by more.
+    pub fn admits(&self, dimensions: [f64; 3], slack: f64) -> bool {
+        let sorted = |mut values: [f64; 3]| {
+            values.sort_unstable_by(f64::total_cmp);
+            values
+        };
+        let own = sorted(dimensions);
+        let ranges = [self.length, self.width, self.height];
+        let (min, max) = (sorted(ranges.map(|range| range.min)), sorted(ranges.map(|range| range.max)));
+        let small_enough = (0..3).all(|axis| own[axis] <= slack * max[axis]);
+        small_enough && (1..3).all(|axis| own[axis] * slack >= min[axis])
+    }
+
+    /// The same with the smallest sizes left out: what is seen in part only may look as small as it likes.
+    pub fn admits_part(&self, dimensions: [f64; 3], slack: f64) -> bool {
+        let open = |range: SizeRange| SizeRange { min: 0.0, ..range };
+        let part = Self {
+            label: String::new(),
+            length: open(self.length),
+            width: open(self.width),
+            height: open(self.height),
+            footprint: self.footprint,
+        };
+        part.admits(dimensions, slack)
+    }
+}
+
+/// The sizes of all labels known; by default those of COCO's things that do not move by themselves.
+///
+/// ```
+/// use dymlm_objects::{Footprint, SizePrior, SizePriors};
+///
+/// let mut priors = SizePriors::default();
+/// assert_eq!(priors.of("keyboard").expect("a label of COCO").length.typical, 0.44);
+/// let [robot_length, width, height] = [[0.4, 0.5, 0.6], [0.3, 0.35, 0.4], [0.2, 0.3, 1.0]].map(Into::into);
+/// priors.insert(SizePrior::new("robot", robot_length, width, height, Footprint::Oblong));
+/// assert!(priors.of("robot").is_some() && priors.of("dragon").is_none());
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "Vec<SizePrior>", into = "Vec<SizePrior>"))]
+pub struct SizePriors {
+    /// By ascending label.
+    priors: Vec<SizePrior>,
+}
+
+impl SizePriors {
+    /// No sizes at all: whatever is measured is believed.
+    pub fn none() -> Self {
+        Self { priors: Vec::new() }
+    }
+
+    /// The prior of a label; `None` for labels that nothing is known of.
+    pub fn of(&self, label: &str) -> Option<&SizePrior> {
+        let place = self.priors.binary_search_by(|prior| prior.label.as_str().cmp(label)).ok()?;
+        self.priors.get(place)
+    }
+
+    /// Adds a prior; it replaces the one of the same label.
+    pub fn insert(&mut self, prior: SizePrior) {
+        match self.priors.binary_search_by(|own| own.label.cmp(&prior.label)) {
+            Ok(place) => self.priors[place] = prior,
+            Err(place) => self.priors.insert(place, prior),
+        }
+    }
+
+    /// All priors, by ascending label.
+    pub fn iter(&self) -> impl Iterator<Item = &SizePrior> {
+        self.priors.iter()
+    }
+}
+
+impl Default for SizePriors {
+    fn default() -> Self {
+        let mut priors = Self::none();
+        for (label, length, width, height, footprint) in COCO_SIZES {
+            let [length, width, height] = [*length, *width, *height].map(SizeRange::from);
+            priors.insert(SizePrior::new(*label, length, width, height, *footprint));
+        }
+        priors
+    }
+}
+
+impl From<Vec<SizePrior>> for SizePriors {
+    fn from(given: Vec<SizePrior>) -> Self {
+        let mut priors = Self::none();
+        given.into_iter().for_each(|prior| priors.insert(prior));
+        priors
+    }
+}
+
+impl From<SizePriors> for Vec<SizePrior> {
+    fn from(priors: SizePriors) -> Self {
+        priors.priors
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_default_is_a_range() {
+        let priors = SizePriors::default();
+        assert!(priors.iter().count() > 60);
+        for prior in priors.iter() {
+            for range in [prior.length, prior.width, prior.height] {
+                assert!(0.0 < range.min && range.min <= range.typical && range.typical <= range.max, "{prior:?}");
+            }
+            assert!(prior.length.typical >= prior.width.typical, "{prior:?}");
+            let typical = [prior.height.typical, prior.length.typical, prior.width.typical];
+            assert!(prior.admits(typical, 1.0), "{prior:?}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_compared_in_any_order() {
+        let priors = SizePriors::default();
+        let keyboard = priors.of("keyboard").unwrap();
+        assert!(keyboard.admits([0.03, 0.45, 0.15], 1.0));
+        assert!(!keyboard.admits([0.9, 0.45, 0.15], 1.2));
+        assert!(!keyboard.admits([0.02, 0.02, 0.1], 1.2) && keyboard.admits_part([0.02, 0.02, 0.1], 1.2));
+    }
+}

@@ -1,0 +1,49 @@
+//! A map of objects from RGB-D frames and 2D detections.
+//!
+//! The object map of "DyMLM" (paper IV, DESIGN 4.5), one step a type or method:
+//!
+//! | step | type |
+//! | --- | --- |
+//! | from a detection's pixels to a box in space | [`Parameterizer`], [`BoxFitter`] |
+//! | which detection is which object | [`AssociationTests`], [`CentroidTest`] |
+//! | points, outliers, new parameters, labels | [`MapObject`] |
+//! | duplicates and ghosts | [`ObjectMerge`], [`ObjectReport`] |
+//! | cuboid or ellipsoid, and its outline in an image | [`ObjectShape`], [`DualQuadric`] |
+//! | objects by label, place, ray, plane | [`ObjectMap`] |
+//!
+//! [`ObjectMapper`] runs them in this order. Planes that things stand on come from any plane map
+//! ([`SupportingPlanes`]), the static mask from any preprocessing ([`ObjectView`]).
+
+mod association;
+mod config;
+mod error;
+mod labels;
+mod mapper;
+mod object_map;
+mod optimization;
+mod parameterization;
+mod report;
+mod shape;
+mod statistics;
+mod support;
+mod switch;
+mod vector3;
+mod view;
+
+pub use association::{AssociationConfig, AssociationTests, CentroidTest, CentroidVerdict};
+pub use config::ObjectConfig;
+pub use error::ObjectError;
+pub use labels::{Footprint, ShapeKind, ShapeTable, SizePrior, SizePriors, SizeRange};
+pub use mapper::ObjectMapper;
+pub use object_map::{CentroidCloud, LabelEvidence, MapObject, ObjectMap, ObjectState, RayHit};
+pub use optimization::{MergeConfig, UpdateConfig};
+pub use parameterization::{
+    BoxAxes, BoxFit, BoxFitter, BoxFitterConfig, Completeness, ObjectObservation, ParameterizationConfig,
+    Parameterizer, SideView,
+};
+pub use report::{ObjectAssociation, ObjectMerge, ObjectReport, RejectedDetection, RejectionCause};
+pub use shape::{DualQuadric, ImageEllipse, ObjectShape};
+pub use statistics::{fisher_f_quantile, student_t_quantile};
+pub use support::{NoPlanes, SupportPlane, SupportingPlanes};
+pub use switch::Switch;
+pub use view::{ObjectView, SightedPoint};

@@ -1,0 +1,357 @@
+use crate::association::Associator;
+use crate::object_map::ObjectLimits;
+use crate::optimization::{ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates};
+use crate::vector3::{difference, norm};
+use crate::{
+    MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport, ObjectState,
+    ObjectView, Parameterizer, RejectedDetection, RejectionCause, SupportingPlanes,
+};
+
+/// Builds the object map, one frame at a time (paper IV).
+///
+/// [`observe`](Self::observe) runs the steps in order; each is also public, in the same order, so that a caller can time
+/// them. A refused frame changes nothing. The cost of a frame does not grow with the number of frames before.
+///
+/// ```
+/// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose};
+/// use dymlm_objects::{NoPlanes, ObjectConfig, ObjectMapper, ObjectView};
+///
+/// // A box of 0.4 x 0.3 m at 1.5 m, before a wall at 3 m.
+/// let camera = PinholeCamera::new(320, 240, 262.0, 262.0, 159.5, 119.5)?;
+/// let holds = |u: usize, v: usize| (125..195).contains(&u) && (94..146).contains(&v);
+/// let depth = (0..320 * 240).map(|i| if holds(i % 320, i / 320) { 1.5 } else { 3.0 }).collect();
+/// let frame = Frame::new(0.0, camera, DepthImage::new(320, 240, depth)?, None)?;
+/// let detection = Detection::new("microwave", 0.8, BoundingBox::new(125.0, 94.0, 195.0, 146.0)?)?;
+///
+/// let mut mapper = ObjectMapper::new(ObjectConfig::default())?;
+/// for _ in 0..3 {
+///     mapper.observe(&ObjectView::new(&frame, &[detection.clone()], &Pose::identity()), &NoPlanes)?;
+/// }
+/// let object = mapper.map().objects().next().ok_or("seen three times")?;
+/// assert_eq!((object.label(), object.observations()), ("microwave", 3));
+/// assert!((object.oriented_box().lengths()[0] - 0.4).abs() < 0.03);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct ObjectMapper {
+    config: ObjectConfig,
+    limits: ObjectLimits,
+    parameterizer: Parameterizer,
+    associator: Associator,
+    reparameterizer: Reparameterizer,
+    judge: ExistenceJudge,
+    map: ObjectMap,
+    last_timestamp: Option<f64>,
+    observations: Vec<ObjectObservation>,
+    /// The place of each observation's object, as associated.
+    matches: Vec<Option<usize>>,
+    /// Ids of the objects that the frame observed.
+    observed: Vec<u64>,
+    report: ObjectReport,
+}
+
+/// Farthest that a camera may be from the world's origin on an axis, metres: places stay exact to a micrometre.
+const REACH: f64 = 1e8;
+/// Share of an observation's points in an object's cells that makes it a part of what is there.
+const OCCUPIED: f64 = 0.6;
+/// Merges a frame, at most; the others wait for the next.
+const MOST_MERGES: usize = 16;
+/// Frames in view after which a thing that was detected once only is given up.
+const PATIENCE: u32 = 30;
+
+impl ObjectMapper {
+    /// A mapper with an empty map.
+    ///
+    /// # Errors
+    ///
+    /// [`ObjectError::Config`] names the field outside its range.
+    pub fn new(config: ObjectConfig) -> Result<Self, ObjectError> {
+        config.validate()?;
+        Ok(Self {
+            limits: ObjectLimits {
+                voxel_size: config.update.voxel_size,
+                max_voxels: config.update.max_voxels,
+                max_key_views: config.update.max_key_views,
+            },
+            parameterizer: Parameterizer::new(config.parameterization.clone())?,
+            associator: Associator::new(config.association.clone()),
+            reparameterizer: Reparameterizer::new(&config.update, config.parameterization.fitter)?,
+            judge: ExistenceJudge::default(),
+            map: ObjectMap::default(),
+            last_timestamp: None,
+            observations: Vec::new(),
+            matches: Vec::new(),
+            observed: Vec::new(),
+            report: ObjectReport::default(),
+            config,
+        })
+    }
+
+    /// Takes in a frame; `planes` are those that things may stand on. Frames come in the order of their time.
+    ///
+    /// # Errors
+    ///
+    /// As [`parameterize`](Self::parameterize); the mapper stays as it was.
+    pub fn observe(
+        &mut self,
+        view: &ObjectView<'_>,
+        planes: &dyn SupportingPlanes,
+    ) -> Result<ObjectReport, ObjectError> {
+        self.parameterize(view, planes)?;
+        self.associate(view);
+        self.update(view);
+        self.optimize(view);
+        Ok(self.take_report())
+    }
+
+    /// Step 1: from detections to boxes in space.
+    ///
+    /// # Errors
+    ///
+    /// [`ObjectError::TimeReversed`], [`ObjectError::OutOfReach`]; nothing has changed.
+    pub fn parameterize(
+        &mut self,
+        view: &ObjectView<'_>,
+        planes: &dyn SupportingPlanes,
+    ) -> Result<(), ObjectError> {
+        self.check(view)?;
+        self.last_timestamp = Some(view.frame.timestamp());
+        self.report = ObjectReport::default();
+        self.observations.clear();
+        self.parameterizer.parameterize(view, planes, &self.config.sizes, &mut self.observations);
+        self.note_empty_boxes(view);
+        Ok(())
+    }
+
+    /// Step 2: one optimal assignment of observations to objects.
+    pub fn associate(&mut self, view: &ObjectView<'_>) {
+        let matches = self.associator.associate(view, &self.observations, &self.map.objects);
+        self.matches.clear();
+        self.matches.extend_from_slice(matches);
+        let objects = self.map.objects.len();
+        for (index, (observation, place)) in self.observations.iter().zip(&self.matches).enumerate() {
+            let Some(place) = *place else { continue };
+            let Some(object) = self.map.objects.get(place) else { continue };
+            self.report.associated.push(ObjectAssociation {
+                detection: observation.detection,
+                object: object.id,
+                tests: self.associator.tests(index, place, objects),
+            });
+        }
+    }
+
+    /// Step 3: objects take their observations in and are parameterized anew; what is left becomes new objects.
+    pub fn update(&mut self, view: &ObjectView<'_>) {
+        self.observed.clear();
+        let observations = std::mem::take(&mut self.observations);
+        for (index, observation) in observations.iter().enumerate() {
+            match self.matches.get(index).copied().flatten() {
+                Some(place) => self.update_object(view, observation, place),
+                None => self.create_object(view, observation),
+            }
+        }
+        self.observations = observations;
+        self.note_neighbours();
+    }
+
+    /// Step 4: what should be in view but is not, what is believed, what is one.
+    pub fn optimize(&mut self, view: &ObjectView<'_>) {
+        self.judge_existence(view);
+        self.remove_ghosts();
+        self.merge_duplicates();
+        self.judge_belief();
+        let report = &mut self.report;
+        for ids in [&mut report.updated, &mut report.kept_parameters] {
+            ids.sort_unstable();
+            ids.dedup();
+        }
+    }
+
+    /// What the steps changed; they begin anew with the next frame.
+    pub fn take_report(&mut self) -> ObjectReport {
+        std::mem::take(&mut self.report)
+    }
+
+    /// The map as it stands.
+    pub fn map(&self) -> &ObjectMap {
+        &self.map
+    }
+
+    /// The observations of the last frame, by ascending index of their detections.
+    pub fn observations(&self) -> &[ObjectObservation] {
+        &self.observations
+    }
+
+    /// The config.
+    pub fn config(&self) -> &ObjectConfig {
+        &self.config
+    }
+
+    /// Gives the map away.
+    pub fn into_map(self) -> ObjectMap {
+        self.map
+    }
+
+    /// Whether the mapper would take a frame.
+    ///
+    /// # Errors
+    ///
+    /// As [`parameterize`](Self::parameterize).
+    pub fn check(&self, view: &ObjectView<'_>) -> Result<(), ObjectError> {
+        let position = view.world_from_camera.translation();
+        if !position.iter().all(|c| c.abs() <= REACH) {
+            return Err(ObjectError::OutOfReach { position, reach: REACH });
+        }
+        let timestamp = view.frame.timestamp();
+        match self.last_timestamp {
+            Some(previous) if timestamp < previous => Err(ObjectError::TimeReversed { previous, timestamp }),
+            _ => Ok(()),
+        }
+    }
+
+    fn note_empty_boxes(&mut self, view: &ObjectView<'_>) {
+        let least = self.config.parameterization.min_score;
+        for (index, detection) in view.detections.iter().enumerate() {
+            let asked = detection.score() >= least && !view.is_mover(detection);
+            let found = self.observations.iter().any(|observation| observation.detection == index);
+            if asked && !found {
+                self.reject(index, RejectionCause::NoPoints);
+            }
+        }
+    }
+
+    fn reject(&mut self, detection: usize, cause: RejectionCause) {
+        let place = self.report.rejected.partition_point(|rejected| rejected.detection < detection);
+        self.report.rejected.insert(place, RejectedDetection { detection, cause });
+    }
+
+    fn update_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation, place: usize) {
+        let Some(object) = self.map.objects.get_mut(place) else { return };
+        let patch = object.observe(observation, view, &self.limits);
+        self.observed.push(object.id);
+        if !self.reparameterizer.is_due(object) {
+            return;
+        }
+        match self.reparameterizer.update(object, &self.config.sizes, &self.config.shapes) {
+            Proposal::Accepted => self.report.updated.push(object.id),
+            Proposal::Rejected => {
+                object.cloud.subtract(&patch);
+                self.report.kept_parameters.push(object.id);
+            }
+            Proposal::None => {}
+        }
+    }
+
+    fn create_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation) {
+        let prior = self.config.sizes.of(&observation.label);
+        let lengths = observation.fit.oriented_box.lengths();
+        if prior.is_some_and(|prior| !prior.admits_part(lengths, self.config.update.prior_slack)) {
+            return self.reject(observation.detection, RejectionCause::Size);
+        }
+        if self.is_occupied(view, observation) {
+            return self.reject(observation.detection, RejectionCause::Occupied);
+        }
+        let id = self.map.next_id;
+        let shape = self.config.shapes.of(&observation.label);
+        let mut object = MapObject::new(id, observation, view, shape, &self.limits);
+        self.reparameterizer.update(&mut object, &self.config.sizes, &self.config.shapes);
+        self.map.next_id += 1;
+        self.map.objects.push(object);
+        self.report.created.push(id);
+        self.observed.push(id);
+    }
+
+    /// Whether most of an observation's points are those of an object that is believed.
+    fn is_occupied(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
+        let step = observation.points.len().div_ceil(64).max(1);
+        let places = || {
+            let chosen = observation.points.iter().step_by(step);
+            chosen.map(|point| view.world_from_camera.transform_point(point.map(f64::from)))
+        };
+        let count = places().count().max(1) as f64;
+        self.map.objects().any(|object| {
+            let shared = places().filter(|&place| object.cloud.holds(place)).count();
+            shared as f64 >= OCCUPIED * count
+        })
+    }
+
+    /// Counts pairs of close objects that one frame observed.
+    fn note_neighbours(&mut self) {
+        self.observed.sort_unstable();
+        for (index, &one) in self.observed.iter().enumerate() {
+            for &other in &self.observed[index + 1..] {
+                let Some((a, b)) = self.map.object(one).zip(self.map.object(other)) else { continue };
+                let reach = norm(a.oriented_box.lengths()) + norm(b.oriented_box.lengths());
+                if norm(difference(a.oriented_box.center(), b.oriented_box.center())) <= reach {
+                    *self.map.together.entry((one, other)).or_default() += 1;
+                }
+            }
+        }
+    }
+
+    fn judge_existence(&mut self, view: &ObjectView<'_>) {
+        let max_depth = self.config.parameterization.max_depth;
+        for object in &mut self.map.objects {
+            if self.observed.binary_search(&object.id).is_ok() {
+                continue;
+            }
+            match self.judge.judge(view, object, max_depth) {
+                Sighting::Nothing => {}
+                Sighting::There => object.frames_in_view += 1,
+                Sighting::LookedThrough => {
+                    object.frames_in_view += 1;
+                    object.looked_through += 1;
+                }
+            }
+        }
+    }
+
+    /// Removes what frames look through, and what was detected once in many views.
+    fn remove_ghosts(&mut self) {
+        let least = self.config.update.min_looked_through;
+        let is_ghost = |object: &MapObject| {
+            let is_gone = object.looked_through >= least && object.looked_through > object.observations;
+            let was_mistaken = object.observations == 1 && object.frames_in_view > PATIENCE;
+            is_gone || was_mistaken
+        };
+        let ghosts: Vec<u64> =
+            self.map.objects.iter().filter(|object| is_ghost(object)).map(MapObject::id).collect();
+        for id in ghosts {
+            self.map.remove(id);
+            self.report.removed.push(id);
+        }
+    }
+
+    fn merge_duplicates(&mut self) {
+        for _ in 0..MOST_MERGES {
+            let Some(merge) = find_duplicates(&self.map, &self.config.merging) else { return };
+            let Some(removed) = self.map.remove(merge.removed) else { return };
+            let Some(kept) = self.map.place(merge.kept).and_then(|place| self.map.objects.get_mut(place)) else {
+                return;
+            };
+            kept.merge(&removed, &self.limits);
+            self.reparameterizer.update(kept, &self.config.sizes, &self.config.shapes);
+            self.report.merged.push(merge);
+        }
+    }
+
+    /// An object is believed when it was observed often enough, and not too seldom while in view.
+    fn judge_belief(&mut self) {
+        let update = &self.config.update;
+        for object in &mut self.map.objects {
+            let share = f64::from(object.observations) / f64::from(object.frames_in_view.max(1));
+            let believed = object.observations >= update.min_observations && share >= update.min_detected_share;
+            match (object.state, believed) {
+                (ObjectState::Tentative, true) => {
+                    object.state = ObjectState::Confirmed;
+                    self.report.confirmed.push(object.id);
+                }
+                (ObjectState::Confirmed, false) => {
+                    object.state = ObjectState::Tentative;
+                    self.report.doubted.push(object.id);
+                }
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+use dymlm_core::{BoundingBox, PinholeCamera, Pose};
+
+use crate::{Completeness, ObjectShape};
+use crate::association::visible_iou;
+
+/// Where a detector saw an object.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct KeyView {
+    pub(crate) camera: PinholeCamera,
+    pub(crate) world_from_camera: Pose,
+    pub(crate) bounding_box: BoundingBox,
+    pub(crate) completeness: Completeness,
+}
+
+impl KeyView {
+    /// Intersection over union of a shape's projection with the detector's box.
+    pub(crate) fn projection_iou(&self, shape: &ObjectShape) -> f64 {
+        let projected = shape.image_box(&self.camera, &self.world_from_camera);
+        projected.map_or(0.0, |projected| {
+            visible_iou(&projected, &self.bounding_box, &self.completeness, &self.camera)
+        })
+    }
+}
+
+/// A bounded choice of an object's views, spread evenly over its observations: when there are too many, every second one
+/// goes, and from then on only every second is taken.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct KeyViews {
+    views: Vec<KeyView>,
+    stride_log2: u32,
+    seen: u64,
+}
+
+impl KeyViews {
+    pub(crate) fn add(&mut self, view: KeyView, most: usize) {
+        let stride = 1_u64 << self.stride_log2.min(63);
+        if self.seen % stride == 0 {
+            self.views.push(view);
+        }
+        self.seen += 1;
+        if self.views.len() > most {
+            let mut index = 0;
+            self.views.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.stride_log2 += 1;
+        }
+    }
+
+    /// Takes over the views of a merged object.
+    pub(crate) fn merge(&mut self, other: &Self, most: usize) {
+        other.views.iter().for_each(|view| self.add(*view, most));
+    }
+
+    /// Mean intersection over union of a shape's projections with the views' boxes; `None` without views.
+    pub(crate) fn mean_iou(&self, shape: &ObjectShape) -> Option<f64> {
+        let sum: f64 = self.views.iter().map(|view| view.projection_iou(shape)).sum();
+        (!self.views.is_empty()).then(|| sum / self.views.len() as f64)
+    }
+}

@@ -1,0 +1,281 @@
+use dymlm_core::Pose;
+use dymlm_geometry::OrientedBox;
+
+use super::{BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud};
+use crate::vector3::{Vector3, along, difference, unit};
+use crate::{BoxAxes, ObjectObservation, ObjectShape, ObjectView, ShapeKind, SupportPlane};
+
+/// An object of the map.
+#[derive(Debug, Clone)]
+pub struct MapObject {
+    pub(crate) id: u64,
+    pub(crate) label: String,
+    pub(crate) shape: ShapeKind,
+    pub(crate) oriented_box: OrientedBox,
+    pub(crate) axes: BoxAxes,
+    pub(crate) state: ObjectState,
+    pub(crate) evidence: LabelEvidence,
+    pub(crate) observations: u32,
+    pub(crate) whole_observations: u32,
+    /// Frames in which it was in view, seen by the detector or not.
+    pub(crate) frames_in_view: u32,
+    /// Frames that looked through the place where it should be.
+    pub(crate) looked_through: u32,
+    pub(crate) first_seen: f64,
+    pub(crate) last_seen: f64,
+    pub(crate) supports: Vec<SupportVotes>,
+    pub(crate) cloud: ObjectCloud,
+    pub(crate) centroids: CentroidCloud,
+    pub(crate) key_views: KeyViews,
+    pub(crate) motion: BoxMotion,
+    /// Ids of the caller's map points on it, ascending.
+    pub(crate) sighted_points: Vec<u64>,
+    /// Sum of unit vectors from the cameras to it.
+    pub(crate) view_direction: Vector3,
+    /// Observations when it was last parameterized.
+    pub(crate) parameterized_at: u32,
+}
+
+/// How often an object was seen to stand on a plane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SupportVotes {
+    pub(crate) support: SupportPlane,
+    pub(crate) votes: u32,
+}
+
+/// How sure it is that an object exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum ObjectState {
+    /// Seen too seldom to be believed.
+    Tentative,
+    /// Part of the map.
+    Confirmed,
+}
+
+impl MapObject {
+    /// Tells it apart from all objects that were ever in the map.
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// The label with the most evidence.
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// Share of the evidence that is for the label, 0..=1.
+    pub fn score(&self) -> f64 {
+        self.evidence.share(&self.label)
+    }
+
+    /// All labels that it was taken for.
+    pub fn evidence(&self) -> &LabelEvidence {
+        &self.evidence
+    }
+
+    /// Its box in the world. On a supporting plane the third axis is the plane's normal.
+    pub fn oriented_box(&self) -> OrientedBox {
+        self.oriented_box
+    }
+
+    /// Where the box's axes come from.
+    pub fn axes(&self) -> BoxAxes {
+        self.axes
+    }
+
+    /// What stands for it: its box or the ellipsoid in it.
+    pub fn shape(&self) -> ObjectShape {
+        ObjectShape::new(self.shape, self.oriented_box)
+    }
+
+    /// Whether it is believed.
+    pub fn state(&self) -> ObjectState {
+        self.state
+    }
+
+    /// Number of detections that are of it.
+    pub fn observations(&self) -> u32 {
+        self.observations
+    }
+
+    /// Number of frames in which it was in view and not hidden, whether the detector saw it or not.
+    pub fn frames_in_view(&self) -> u32 {
+        self.frames_in_view
+    }
+
+    /// Time of the first observation, seconds.
+    pub fn first_seen(&self) -> f64 {
+        self.first_seen
+    }
+
+    /// Time of the last observation, seconds.
+    pub fn last_seen(&self) -> f64 {
+        self.last_seen
+    }
+
+    /// The plane that it stands on, as most observations have it.
+    pub fn support(&self) -> Option<SupportPlane> {
+        let most = self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most });
+        most.map(|most| most.support)
+    }
+
+    /// The centroids of its whole observations.
+    pub fn centroids(&self) -> &CentroidCloud {
+        &self.centroids
+    }
+
+    /// Its fused surface points in the world, one a voxel, in a fixed order.
+    pub fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.cloud.points().map(|(place, _)| along(place, 1.0, self.cloud.origin()))
+    }
+
+    /// Number of its points.
+    pub fn point_count(&self) -> usize {
+        self.cloud.len()
+    }
+}
+
+/// Caller's map points that an object remembers, at most.
+const MOST_SIGHTED: usize = 4096;
+
+/// Limits of what an object keeps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ObjectLimits {
+    pub(crate) voxel_size: f64,
+    pub(crate) max_voxels: usize,
+    pub(crate) max_key_views: usize,
+}
+
+impl MapObject {
+    /// An object from its first observation.
+    pub(crate) fn new(
+        id: u64,
+        observation: &ObjectObservation,
+        view: &ObjectView<'_>,
+        shape: ShapeKind,
+        limits: &ObjectLimits,
+    ) -> Self {
+        let timestamp = view.frame.timestamp();
+        let mut object = Self {
+            id,
+            label: observation.label.clone(),
+            shape,
+            oriented_box: observation.fit.oriented_box,
+            axes: observation.fit.axes,
+            state: ObjectState::Tentative,
+            evidence: LabelEvidence::default(),
+            observations: 0,
+            whole_observations: 0,
+            frames_in_view: 0,
+            looked_through: 0,
+            first_seen: timestamp,
+            last_seen: timestamp,
+            supports: Vec::new(),
+            cloud: ObjectCloud::new(observation.centroid, limits.voxel_size),
+            centroids: CentroidCloud::default(),
+            key_views: KeyViews::default(),
+            motion: BoxMotion::default(),
+            sighted_points: Vec::new(),
+            view_direction: [0.0; 3],
+            parameterized_at: 0,
+        };
+        object.observe(observation, view, limits);
+        object
+    }
+
+    /// Takes an observation in; answers the points that were added.
+    pub(crate) fn observe(
+        &mut self,
+        observation: &ObjectObservation,
+        view: &ObjectView<'_>,
+        limits: &ObjectLimits,
+    ) -> CloudPatch {
+        let patch = self.patch(observation, &view.world_from_camera);
+        self.cloud.add(&patch, limits.max_voxels);
+        if !observation.completeness.is_partial() {
+            self.centroids.add(observation.centroid);
+            self.whole_observations += 1;
+        }
+        self.evidence.add(&observation.label, f64::from(observation.score));
+        if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {
+            self.label = best.to_owned();
+        }
+        if let Some(support) = observation.support {
+            self.vote(SupportVotes { support, votes: 1 });
+        }
+        let key_view = KeyView {
+            camera: *view.frame.camera(),
+            world_from_camera: view.world_from_camera,
+            bounding_box: observation.bounding_box,
+            completeness: observation.completeness,
+        };
+        self.key_views.add(key_view, limits.max_key_views);
+        self.motion.observe(view.frame.timestamp(), observation.bounding_box);
+        self.remember(&observation.sighted_points);
+        let ray = difference(observation.centroid, view.world_from_camera.translation());
+        self.view_direction = along(self.view_direction, 1.0, unit(ray).unwrap_or_default());
+        self.observations += 1;
+        self.frames_in_view += 1;
+        self.last_seen = view.frame.timestamp();
+        patch
+    }
+
+    /// The points of an observation that can be the object's: once it is known, those in its box and somewhat around.
+    fn patch(&self, observation: &ObjectObservation, world_from_camera: &Pose) -> CloudPatch {
+        if self.observations < KNOWN {
+            return self.cloud.patch(&observation.points, world_from_camera, |_| true);
+        }
+        let box_from_world = self.oriented_box.world_from_box().inverse();
+        let reach = self.oriented_box.lengths().map(|length| 0.5 * GROWTH * length + MARGIN);
+        self.cloud.patch(&observation.points, world_from_camera, |place| {
+            let local = box_from_world.transform_point(place);
+            (0..3).all(|axis| local[axis].abs() <= reach[axis])
+        })
+    }
+
+    fn vote(&mut self, new: SupportVotes) {
+        match self.supports.iter_mut().find(|own| own.support.id == new.support.id) {
+            Some(own) => *own = SupportVotes { support: new.support, votes: own.votes + new.votes },
+            None => self.supports.push(new),
+        }
+    }
+
+    fn remember(&mut self, sighted: &[u64]) {
+        if self.sighted_points.len() < MOST_SIGHTED && !sighted.is_empty() {
+            self.sighted_points.extend_from_slice(sighted);
+            self.sighted_points.sort_unstable();
+            self.sighted_points.dedup();
+        }
+    }
+
+    /// Takes over all that is known of a duplicate.
+    pub(crate) fn merge(&mut self, other: &Self, limits: &ObjectLimits) {
+        self.cloud.merge(&other.cloud, limits.max_voxels);
+        self.centroids.merge(&other.centroids);
+        self.evidence.merge(&other.evidence);
+        if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {
+            self.label = best.to_owned();
+        }
+        self.key_views.merge(&other.key_views, limits.max_key_views);
+        other.supports.iter().for_each(|votes| self.vote(*votes));
+        self.remember(&other.sighted_points);
+        self.view_direction = along(self.view_direction, 1.0, other.view_direction);
+        self.observations += other.observations;
+        self.whole_observations += other.whole_observations;
+        self.frames_in_view = self.frames_in_view.max(other.frames_in_view).max(self.observations);
+        self.looked_through = self.looked_through.min(other.looked_through);
+        if other.last_seen > self.last_seen {
+            self.motion = other.motion.clone();
+        }
+        self.first_seen = self.first_seen.min(other.first_seen);
+        self.last_seen = self.last_seen.max(other.last_seen);
+    }
+}
+
+/// Observations after which an object's box tells which points can be its.
+const KNOWN: u32 = 4;
+/// By how much the box may grow at once: a factor, and metres on each side.
+const GROWTH: f64 = 1.3;
+const MARGIN: f64 = 0.05;

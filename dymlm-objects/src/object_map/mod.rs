@@ -1,0 +1,20 @@
+//! The objects of the world and what is known of each: [`ObjectMap`].
+
+mod box_motion;
+mod centroid_cloud;
+mod key_views;
+mod label_evidence;
+mod map;
+mod map_object;
+mod object_cloud;
+mod queries;
+
+pub(crate) use box_motion::BoxMotion;
+pub use centroid_cloud::CentroidCloud;
+pub(crate) use key_views::{KeyView, KeyViews};
+pub use label_evidence::LabelEvidence;
+pub use map::ObjectMap;
+pub(crate) use map_object::ObjectLimits;
+pub use map_object::{MapObject, ObjectState};
+pub(crate) use object_cloud::{CloudPatch, ObjectCloud};
+pub use queries::RayHit;

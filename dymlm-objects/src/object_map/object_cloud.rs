@@ -1,0 +1,236 @@
+use std::collections::BTreeMap;
+
+use dymlm_core::{Point, Pose, axial_noise};
+
+use crate::vector3::{Vector3, difference};
+
+/// The fused surface points of an object, in voxels about its first centroid.
+///
+/// Sums are integers: what was added can be taken out again without a trace, and the order does not matter. When there are
+/// too many voxels, their side doubles.
+#[derive(Debug, Clone)]
+pub(crate) struct ObjectCloud {
+    origin: Vector3,
+    /// Side of a voxel at level 0, metres.
+    voxel_size: f64,
+    /// Voxels have a side of 2^level voxel sizes.
+    level: u32,
+    voxels: BTreeMap<VoxelKey, Voxel>,
+    /// Cells of [`CELL`] metres that hold points, with the number of their voxels' observations.
+    cells: BTreeMap<VoxelKey, u32>,
+}
+
+type VoxelKey = [i32; 3];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Voxel {
+    /// In units of [`WEIGHT_UNITS`].
+    weight: i64,
+    /// Weighted places relative to the origin, in [`UNITS`].
+    sum: [i64; 3],
+    observations: u32,
+}
+
+/// The points of one observation, by voxel of level 0, ascending.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct CloudPatch {
+    voxels: Vec<(VoxelKey, Voxel)>,
+}
+
+/// Units of length a metre.
+const UNITS: f64 = 1_048_576.0;
+/// Weight of a reading at 0.4 m.
+const WEIGHT_UNITS: f32 = 65_536.0;
+/// Side of the cells by which points are shared, metres.
+const CELL: f64 = 0.04;
+/// Half side of the cube around the origin that points are taken from, metres.
+const REACH: f64 = 64.0;
+
+impl ObjectCloud {
+    pub(crate) fn new(origin: Vector3, voxel_size: f64) -> Self {
+        Self { origin, voxel_size, level: 0, voxels: BTreeMap::new(), cells: BTreeMap::new() }
+    }
+
+    pub(crate) fn origin(&self) -> Vector3 {
+        self.origin
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.voxels.len()
+    }
+
+    /// The points of an observation, in the camera frame, as voxels; of those that `is_wanted`, asked in the world.
+    pub(crate) fn patch(
+        &self,
+        points: &[Point],
+        world_from_camera: &Pose,
+        is_wanted: impl Fn(Vector3) -> bool,
+    ) -> CloudPatch {
+        let mut voxels = BTreeMap::<VoxelKey, Voxel>::new();
+        for point in points {
+            let place = world_from_camera.transform_point(point.map(f64::from));
+            let offset = difference(place, self.origin);
+            if !offset.iter().all(|c| c.abs() < REACH) || !is_wanted(place) {
+                continue;
+            }
+            let weight = weight_at(point[2]);
+            let voxel = voxels.entry(self.key(offset)).or_default();
+            voxel.weight += weight;
+            voxel.observations = 1;
+            for (sum, c) in voxel.sum.iter_mut().zip(offset) {
+                *sum += weight * (c * UNITS).round() as i64;
+            }
+        }
+        CloudPatch { voxels: voxels.into_iter().collect() }
+    }
+
+    pub(crate) fn add(&mut self, patch: &CloudPatch, most: usize) {
+        for (key, voxel) in &patch.voxels {
+            self.voxels.entry(raised(*key, self.level)).or_default().add(voxel);
+            *self.cells.entry(self.cell_of(voxel)).or_default() += 1;
+        }
+        while self.voxels.len() > most && self.level < 16 {
+            self.coarsen();
+        }
+    }
+
+    /// Takes out what was added.
+    pub(crate) fn subtract(&mut self, patch: &CloudPatch) {
+        for (key, voxel) in &patch.voxels {
+            let key = raised(*key, self.level);
+            if let Some(own) = self.voxels.get_mut(&key) {
+                own.subtract(voxel);
+                if own.weight <= 0 {
+                    self.voxels.remove(&key);
+                }
+            }
+            let cell = self.cell_of(voxel);
+            if let Some(count) = self.cells.get_mut(&cell) {
+                *count = count.saturating_sub(1);
+                if *count == 0 {
+                    self.cells.remove(&cell);
+                }
+            }
+        }
+    }
+
+    /// Adds the points of another object's cloud.
+    pub(crate) fn merge(&mut self, other: &Self, most: usize) {
+        let shift: [i64; 3] =
+            difference(other.origin, self.origin).map(|c| (c.clamp(-REACH, REACH) * UNITS).round() as i64);
+        let mut voxels = BTreeMap::<VoxelKey, Voxel>::new();
+        for voxel in other.voxels.values() {
+            let mut moved = *voxel;
+            for (sum, shift) in moved.sum.iter_mut().zip(shift) {
+                *sum += voxel.weight * shift;
+            }
+            voxels.entry(self.key(moved.place())).or_default().add(&moved);
+        }
+        self.add(&CloudPatch { voxels: voxels.into_iter().collect() }, most);
+    }
+
+    /// The voxels' mean places relative to the origin and their observations, in the order of the voxels.
+    pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3, u32)> + '_ {
+        self.voxels.values().map(|voxel| (voxel.place(), voxel.observations))
+    }
+
+    /// Whether a world point lies in a cell that holds points.
+    pub(crate) fn holds(&self, place: Vector3) -> bool {
+        let offset = difference(place, self.origin);
+        offset.iter().all(|c| c.abs() < REACH) && self.cells.contains_key(&offset.map(|c| (c / CELL).floor() as i32))
+    }
+
+    fn key(&self, offset: Vector3) -> VoxelKey {
+        offset.map(|c| (c / self.voxel_size).floor() as i32)
+    }
+
+    #[allow(clippy::unused_self, reason = "reads as a question to the cloud")]
+    fn cell_of(&self, voxel: &Voxel) -> VoxelKey {
+        voxel.place().map(|c| (c / CELL).floor() as i32)
+    }
+
+    fn coarsen(&mut self) {
+        self.level += 1;
+        let fine = std::mem::take(&mut self.voxels);
+        for (key, voxel) in fine {
+            self.voxels.entry(raised(key, 1)).or_default().add(&voxel);
+        }
+    }
+}
+
+impl Voxel {
+    fn add(&mut self, other: &Self) {
+        self.weight = self.weight.saturating_add(other.weight);
+        self.observations = self.observations.saturating_add(other.observations);
+        for (sum, added) in self.sum.iter_mut().zip(other.sum) {
+            *sum = sum.saturating_add(added);
+        }
+    }
+
+    fn subtract(&mut self, other: &Self) {
+        self.weight = self.weight.saturating_sub(other.weight);
+        self.observations = self.observations.saturating_sub(other.observations);
+        for (sum, taken) in self.sum.iter_mut().zip(other.sum) {
+            *sum = sum.saturating_sub(taken);
+        }
+    }
+
+    fn place(&self) -> Vector3 {
+        self.sum.map(|sum| sum as f64 / (self.weight.max(1) as f64 * UNITS))
+    }
+}
+
+/// The key of the voxel 2^levels times as large.
+fn raised(key: VoxelKey, levels: u32) -> VoxelKey {
+    key.map(|c| c >> levels)
+}
+
+/// 1 / sigma(z)^2, as an integer.
+fn weight_at(z: f32) -> i64 {
+    let ratio = axial_noise(0.4) / axial_noise(z);
+    ((WEIGHT_UNITS * ratio * ratio).round() as i64).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(seed: u32) -> Vec<Point> {
+        (0..200_u32)
+            .map(|k| [0, 1, 2].map(|axis| ((k * 7919 + seed * 104_729 + axis * 31) % 997) as f32 / 2000.0 + 0.4))
+            .collect()
+    }
+
+    #[test]
+    fn what_was_added_is_taken_out_without_a_trace() {
+        let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
+        let everything = |_: Vector3| true;
+        let patches = [1, 2, 3].map(|seed| cloud.patch(&points(seed), &Pose::identity(), everything));
+        patches.iter().for_each(|patch| cloud.add(patch, 100_000));
+        cloud.subtract(&patches[1]);
+        let mut others = ObjectCloud::new([0.5; 3], 0.01);
+        [&patches[2], &patches[0]].into_iter().for_each(|patch| others.add(patch, 100_000));
+        assert_eq!(cloud.voxels, others.voxels);
+        assert_eq!(cloud.cells, others.cells);
+    }
+
+    #[test]
+    fn too_many_voxels_become_larger_ones() {
+        let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
+        for seed in 0..20 {
+            let patch = cloud.patch(&points(seed), &Pose::identity(), |_| true);
+            cloud.add(&patch, 300);
+        }
+        assert!(cloud.len() <= 300 && cloud.level > 0);
+        let total: u32 = cloud.points().map(|(_, observations)| observations).sum();
+        assert!(total > 1000);
+        assert!(cloud.points().all(|(place, _)| place.iter().all(|c| c.abs() <= 0.41)));
+    }
+
+    #[test]
+    fn absurd_points_are_passed_over() {
+        let cloud = ObjectCloud::new([0.0; 3], 0.01);
+        let patch = cloud.patch(&[[f32::NAN, 0.0, 1.0], [1e30, 0.0, 1.0]], &Pose::identity(), |_| true);
+        assert!(patch.voxels.is_empty());
+    }
+}

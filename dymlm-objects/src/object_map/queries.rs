@@ -1,0 +1,106 @@
+use super::{MapObject, ObjectMap};
+use crate::ShapeKind;
+use crate::vector3::{Vector3, difference, dot, unit};
+
+/// Where a ray meets an object.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct RayHit<'a> {
+    /// The object.
+    pub object: &'a MapObject,
+    /// Distance from the ray's origin to its surface, metres; 0 from within.
+    pub distance: f64,
+    /// Where that is, in the world.
+    pub point: [f64; 3],
+}
+
+/// Questions to the map; only objects that are believed answer. Each costs O(objects).
+impl ObjectMap {
+    /// The objects of a label, by ascending id.
+    pub fn with_label<'a>(&'a self, label: &'a str) -> impl Iterator<Item = &'a MapObject> {
+        self.objects().filter(move |object| object.label() == label)
+    }
+
+    /// The objects whose box is within `reach` metres of a point, nearest first (by id among equals).
+    pub fn near(&self, point: [f64; 3], reach: f64) -> Vec<&MapObject> {
+        let measured = self.objects().map(|object| (distance_to_box(object, point), object));
+        let mut near: Vec<_> = measured.filter(|(distance, _)| *distance <= reach).collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near.into_iter().map(|(_, object)| object).collect()
+    }
+
+    /// The objects that a ray meets, nearest first (by id among equals): boxes or ellipsoids, as their shapes are.
+    /// Nothing is met along a direction that has no length.
+    pub fn along_ray(&self, origin: [f64; 3], direction: [f64; 3]) -> Vec<RayHit<'_>> {
+        let Some(direction) = unit(direction) else { return Vec::new() };
+        let hit = |object| {
+            let distance = distance_along(object, origin, direction)?;
+            let point = [0, 1, 2].map(|k| origin[k] + distance * direction[k]);
+            Some(RayHit { object, distance, point })
+        };
+        let mut hits: Vec<_> = self.objects().filter_map(hit).collect();
+        hits.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        hits
+    }
+
+    /// The objects that stand on a plane of the plane map, by ascending id: the cup on the table.
+    pub fn on_plane(&self, plane_id: u64) -> impl Iterator<Item = &MapObject> {
+        self.objects().filter(move |object| object.support().is_some_and(|support| support.id == plane_id))
+    }
+}
+
+fn distance_to_box(object: &MapObject, point: Vector3) -> f64 {
+    let own = object.oriented_box();
+    let local = own.world_from_box().inverse().transform_point(point);
+    let half = own.lengths().map(|length| 0.5 * length);
+    let outside: [f64; 3] = std::array::from_fn(|axis| (local[axis].abs() - half[axis]).max(0.0));
+    let distance = dot(outside, outside).sqrt();
+    // A point that is not finite is near nothing.
+    if point.iter().all(|c| c.is_finite()) { distance } else { f64::INFINITY }
+}
+
+fn distance_along(object: &MapObject, origin: Vector3, direction: Vector3) -> Option<f64> {
+    let own = object.oriented_box();
+    let object_from_world = own.world_from_box().inverse();
+    let start = object_from_world.transform_point(origin);
+    let along = object_from_world.rotate(direction);
+    let half = own.lengths().map(|length| 0.5 * length);
+    match object.shape {
+        ShapeKind::Cuboid => distance_to_slabs(start, along, half),
+        ShapeKind::Ellipsoid => distance_to_ellipsoid(start, along, half),
+    }
+}
+
+fn distance_to_slabs(start: Vector3, along: Vector3, half: Vector3) -> Option<f64> {
+    let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+    for axis in 0..3 {
+        if along[axis] == 0.0 {
+            // NaN fails the comparison.
+            if !(start[axis].abs() <= half[axis]) {
+                return None;
+            }
+            continue;
+        }
+        let [a, b] = [-half[axis], half[axis]].map(|side| (side - start[axis]) / along[axis]);
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
+    }
+    (enter <= leave && enter.is_finite()).then_some(enter)
+}
+
+fn distance_to_ellipsoid(start: Vector3, along: Vector3, half: Vector3) -> Option<f64> {
+    if !half.iter().all(|&h| h > 0.0) {
+        return distance_to_slabs(start, along, half);
+    }
+    let scaled = |v: Vector3| [0, 1, 2].map(|axis| v[axis] / half[axis]);
+    let (start, along) = (scaled(start), scaled(along));
+    let (a, b, c) = (dot(along, along), dot(start, along), dot(start, start) - 1.0);
+    if c <= 0.0 {
+        return Some(0.0);
+    }
+    // About the point nearest to the centre, where nothing cancels.
+    let closest = difference(start, along.map(|x| x * b / a));
+    let remainder = 1.0 - dot(closest, closest);
+    let distance = (-b - (a * remainder).max(0.0).sqrt()) / a;
+    (remainder >= 0.0 && distance >= 0.0 && distance.is_finite()).then_some(distance)
+}

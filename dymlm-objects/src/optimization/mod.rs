@@ -1,0 +1,13 @@
+//! What happens to an object after it was seen: outliers, new parameters, duplicates, ghosts.
+
+mod completion;
+mod config;
+mod duplicates;
+mod existence;
+mod outliers;
+mod reparameterizer;
+
+pub use config::{MergeConfig, UpdateConfig};
+pub(crate) use duplicates::find_duplicates;
+pub(crate) use existence::{ExistenceJudge, Sighting};
+pub(crate) use reparameterizer::{Proposal, Reparameterizer};

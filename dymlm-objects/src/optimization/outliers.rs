@@ -1,0 +1,73 @@
+use dymlm_core::{Plane, Point};
+use dymlm_geometry::{IsolationForest, IsolationForestScratch, IsolationTrees};
+
+use super::UpdateConfig;
+use crate::object_map::ObjectCloud;
+
+/// Chooses the points of a cloud that are the object: those that enough observations have, that are above the supporting
+/// plane, and that the isolation forest does not set apart (paper IV-C).
+#[derive(Debug)]
+pub(super) struct OutlierFilter {
+    forest: IsolationForest,
+    scratch: IsolationForestScratch<3>,
+    trees: IsolationTrees<3>,
+    counts: Vec<u32>,
+    kept: Vec<Point>,
+    scores: Vec<f64>,
+}
+
+impl OutlierFilter {
+    pub(super) fn new(forest: IsolationForest) -> Self {
+        Self {
+            forest,
+            scratch: IsolationForestScratch::new(),
+            trees: IsolationTrees::new(),
+            counts: Vec::new(),
+            kept: Vec::new(),
+            scores: Vec::new(),
+        }
+    }
+
+    /// Puts the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting plane in the same
+    /// frame.
+    pub(super) fn choose(
+        &mut self,
+        cloud: &ObjectCloud,
+        plane: Option<&Plane>,
+        tolerance: f64,
+        config: &UpdateConfig,
+        points: &mut Vec<Point>,
+    ) {
+        let least = self.least_observations(cloud, config);
+        let stands = |place: [f64; 3]| plane.is_none_or(|plane| plane.signed_distance(place) > tolerance);
+        points.clear();
+        let chosen = cloud.points().filter(|&(place, count)| count >= least && stands(place));
+        points.extend(chosen.map(|(place, _)| place.map(|c| c as f32)));
+        if config.forest.is_on() && points.len() >= config.min_forest_voxels {
+            self.isolate(points, config.isolation_forest.threshold);
+        }
+    }
+
+    fn least_observations(&mut self, cloud: &ObjectCloud, config: &UpdateConfig) -> u32 {
+        self.counts.clear();
+        self.counts.extend(cloud.points().map(|(_, count)| count));
+        let rank = self.counts.len() * 3 / 4;
+        if rank >= self.counts.len() {
+            return 0;
+        }
+        let usual = *self.counts.select_nth_unstable(rank).1;
+        (config.min_voxel_share * f64::from(usual)).ceil() as u32
+    }
+
+    fn isolate(&mut self, points: &mut Vec<Point>, threshold: f64) {
+        self.forest.fit_into(points, &mut self.scratch, &mut self.trees);
+        self.trees.scores_into(points, &mut self.scores);
+        self.kept.clear();
+        let inliers = points.iter().zip(&self.scores).filter(|(_, score)| **score <= threshold);
+        self.kept.extend(inliers.map(|(point, _)| *point));
+        // A forest that rejects most of a thing has not understood it.
+        if 2 * self.kept.len() >= points.len() {
+            std::mem::swap(points, &mut self.kept);
+        }
+    }
+}

@@ -1,0 +1,97 @@
+use dymlm_core::{ConfigError, Plane, Point, Pose};
+use dymlm_geometry::IsolationForest;
+
+use super::UpdateConfig;
+use super::completion::complete;
+use super::outliers::OutlierFilter;
+use crate::vector3::unit;
+use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, ShapeTable, SizePriors};
+
+/// New parameters for an object from all its points, and whether to accept them (paper IV-C).
+#[derive(Debug)]
+pub(crate) struct Reparameterizer {
+    config: UpdateConfig,
+    fitter: BoxFitter,
+    outliers: OutlierFilter,
+    points: Vec<Point>,
+    plane_tolerance: f64,
+}
+
+/// What became of new parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Proposal {
+    /// They stand for the object from now on.
+    Accepted,
+    /// They fit the views worse than the old ones, or no thing of the label is of that size.
+    Rejected,
+    /// There are too few points for any.
+    None,
+}
+
+/// Below this distance from its supporting plane, an object's points are the plane's, metres.
+const FOOT: f64 = 0.004;
+
+impl Reparameterizer {
+    pub(crate) fn new(config: &UpdateConfig, mut fitter: BoxFitterConfig) -> Result<Self, ConfigError> {
+        fitter.trim = config.trim;
+        Ok(Self {
+            fitter: BoxFitter::new(fitter)?,
+            outliers: OutlierFilter::new(IsolationForest::new(config.isolation_forest)?),
+            points: Vec::new(),
+            plane_tolerance: FOOT,
+            config: config.clone(),
+        })
+    }
+
+    /// Whether an object has been seen often enough since it was last parameterized.
+    pub(crate) fn is_due(&self, object: &MapObject) -> bool {
+        let since = object.observations.saturating_sub(object.parameterized_at);
+        f64::from(since) >= (self.config.growth * f64::from(object.parameterized_at)).max(1.0)
+    }
+
+    /// Fits the object anew, and takes the new parameters over if they are acceptable.
+    pub(crate) fn update(&mut self, object: &mut MapObject, priors: &SizePriors, shapes: &ShapeTable) -> Proposal {
+        object.parameterized_at = object.observations;
+        let Some(fit) = self.fit(object, priors) else { return Proposal::None };
+        let shape = shapes.of(&object.label);
+        if !self.is_acceptable(object, &ObjectShape::new(shape, fit.oriented_box), priors) {
+            return Proposal::Rejected;
+        }
+        object.oriented_box = fit.oriented_box;
+        object.axes = fit.axes;
+        object.shape = shape;
+        Proposal::Accepted
+    }
+
+    fn fit(&mut self, object: &MapObject, priors: &SizePriors) -> Option<BoxFit> {
+        let local_from_world = Pose::new(object.cloud.origin().map(|c| -c), [0.0, 0.0, 0.0, 1.0]).ok()?;
+        let plane = object.support().map(|support| support.plane.transformed(&local_from_world));
+        self.choose_points(object, plane.as_ref());
+        let fit = self.fitter.fit(&self.points, plane.as_ref())?;
+        let fit = match &plane {
+            Some(plane) => fit.standing_on(plane),
+            None => fit,
+        };
+        let mut oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
+        let prior = priors.of(&object.label).filter(|_| self.config.completion.is_on());
+        if let (Some(prior), Some(view)) = (prior, unit(object.view_direction)) {
+            oriented_box = complete(&oriented_box, prior, view, plane.is_some());
+        }
+        Some(BoxFit { oriented_box, ..fit })
+    }
+
+    fn choose_points(&mut self, object: &MapObject, plane: Option<&Plane>) {
+        let Self { outliers, points, config, plane_tolerance, .. } = self;
+        outliers.choose(&object.cloud, plane, *plane_tolerance, config, points);
+    }
+
+    /// The size prior holds, and the projections onto the key views do not get worse.
+    fn is_acceptable(&self, object: &MapObject, proposed: &ObjectShape, priors: &SizePriors) -> bool {
+        let lengths = proposed.oriented_box().lengths();
+        let slack = self.config.prior_slack;
+        let is_plausible = priors.of(&object.label).is_none_or(|prior| prior.admits_part(lengths, slack));
+        let (old, new) = (object.key_views.mean_iou(&object.shape()), object.key_views.mean_iou(proposed));
+        let fits = old.zip(new).is_none_or(|(old, new)| new >= old - self.config.max_iou_loss);
+        is_plausible && fits
+    }
+}

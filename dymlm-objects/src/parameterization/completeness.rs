@@ -1,0 +1,148 @@
+use dymlm_core::axial_noise;
+
+use super::object_cluster::ObjectCluster;
+use super::window::{NONE, Sample, Window};
+use crate::ObjectView;
+
+/// What ends an object's view on one side of the image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
+pub enum SideView {
+    /// The object itself: it is seen to its end.
+    #[default]
+    Whole,
+    /// The image.
+    ImageBorder,
+    /// A mover before it.
+    Mover,
+    /// Another, nearer thing before it.
+    Occluder,
+    /// The range of depths that are used.
+    DepthRange,
+}
+
+/// How much of an object a detection shows, side by side of its box.
+///
+/// A partial view neither shrinks the object in the map nor counts for where its centroid is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
+pub struct Completeness {
+    /// The left side.
+    pub left: SideView,
+    /// The upper side.
+    pub top: SideView,
+    /// The right side.
+    pub right: SideView,
+    /// The lower side.
+    pub bottom: SideView,
+}
+
+impl Completeness {
+    /// Whether something ends the view on any side but the object itself.
+    pub fn is_partial(&self) -> bool {
+        self.sides().iter().any(|&side| side != SideView::Whole)
+    }
+
+    /// Left, top, right, bottom.
+    pub fn sides(&self) -> [SideView; 4] {
+        [self.left, self.top, self.right, self.bottom]
+    }
+}
+
+/// What a window's side is judged by.
+pub(super) struct Surroundings<'a> {
+    pub(super) view: &'a ObjectView<'a>,
+    pub(super) window: &'a Window,
+    pub(super) cluster: &'a ObjectCluster,
+    pub(super) is_ground: &'a [bool],
+    pub(super) max_depth: f32,
+}
+
+/// Share of an object's extent, from a side, in which its outermost samples are asked.
+const RIM: f32 = 0.2;
+/// Share of these that something else ends, from which on the view is partial.
+const PARTIAL: f32 = 0.3;
+/// Farthest place that is asked, samples beyond the object's last.
+const FARTHEST: i64 = 4;
+/// A reading nearer than the object's by this and some noise is another thing's, metres.
+const GAP: f32 = 0.04;
+
+impl Surroundings<'_> {
+    /// How much of the object is seen.
+    pub(super) fn completeness(&self) -> Completeness {
+        let mut bounds = [[i64::MAX; 2], [i64::MIN; 2]];
+        for sample in self.members() {
+            for (axis, cell) in [sample.column, sample.row].into_iter().enumerate() {
+                bounds[0][axis] = bounds[0][axis].min(cell.into());
+                bounds[1][axis] = bounds[1][axis].max(cell.into());
+            }
+        }
+        let side = |axis: usize, step: i64| self.side(&bounds, axis, step);
+        Completeness { left: side(0, -1), top: side(1, -1), right: side(0, 1), bottom: side(1, 1) }
+    }
+
+    fn members(&self) -> impl Iterator<Item = &Sample> {
+        self.cluster.members.iter().filter_map(|&index| self.window.samples.get(index as usize))
+    }
+
+    /// What ends the view on the side towards which cells of an axis go by `step`.
+    fn side(&self, bounds: &[[i64; 2]; 2], axis: usize, step: i64) -> SideView {
+        let extent = (bounds[1][axis] - bounds[0][axis]) as f32;
+        let end = if step < 0 { bounds[0][axis] } else { bounds[1][axis] };
+        let direction = if axis == 0 { [step, 0] } else { [0, step] };
+        let mut asked = 0.0_f32;
+        let mut counts = [0.0_f32; 4];
+        for sample in self.members() {
+            let cell = [i64::from(sample.column), i64::from(sample.row)];
+            let in_rim = (cell[axis] - end).abs() as f32 <= RIM * extent;
+            let next = self.window.sample_at(cell[0] + direction[0], cell[1] + direction[1]);
+            if in_rim && !self.cluster.holds(next) {
+                asked += 1.0;
+                match self.beyond(sample, direction) {
+                    SideView::Whole => {}
+                    SideView::ImageBorder => counts[0] += 1.0,
+                    SideView::Mover => counts[1] += 1.0,
+                    SideView::Occluder => counts[2] += 1.0,
+                    SideView::DepthRange => counts[3] += 1.0,
+                }
+            }
+        }
+        let causes = [SideView::ImageBorder, SideView::Mover, SideView::Occluder, SideView::DepthRange];
+        if counts.iter().sum::<f32>() < PARTIAL * asked.max(1.0) {
+            return SideView::Whole;
+        }
+        let most = causes.into_iter().zip(counts).reduce(|most, next| if next.1 > most.1 { next } else { most });
+        most.map_or(SideView::Whole, |(cause, _)| cause)
+    }
+
+    /// The first thing that can be told beyond a sample.
+    fn beyond(&self, sample: &Sample, direction: [i64; 2]) -> SideView {
+        let camera = self.view.frame.camera();
+        let (width, height) = (camera.width() as i64, camera.height() as i64);
+        let [u, v] = self.window.pixel(sample.column as usize, sample.row as usize).map(|c| c as i64);
+        let stride = self.window.stride.max(2) as i64;
+        let z = sample.point[2];
+        for steps in 1..=FARTHEST {
+            let (u, v) = (u + direction[0] * steps * stride, v + direction[1] * steps * stride);
+            if !(0..width).contains(&u) || !(0..height).contains(&v) {
+                return SideView::ImageBorder;
+            }
+            let pixel = (v * width + u) as usize;
+            if !self.view.is_static(pixel) {
+                return SideView::Mover;
+            }
+            let other = self.view.frame.depth().data()[pixel];
+            if other > self.max_depth && other - z < 0.3 {
+                return SideView::DepthRange;
+            }
+            if other > 0.0 {
+                let (column, row) = (i64::from(sample.column), i64::from(sample.row));
+                let cell = self.window.sample_at(column + direction[0] * steps, row + direction[1] * steps);
+                let is_ground = cell != NONE && self.is_ground.get(cell as usize).copied().unwrap_or(false);
+                let is_nearer = other < z - GAP - 3.0 * axial_noise(z);
+                return if is_nearer && !is_ground { SideView::Occluder } else { SideView::Whole };
+            }
+        }
+        SideView::Whole
+    }
+}

@@ -1,0 +1,88 @@
+use dymlm_core::{ConfigError, check_range};
+
+use super::BoxFitterConfig;
+use crate::Switch;
+
+/// Settings of [`Parameterizer`](crate::Parameterizer).
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct ParameterizationConfig {
+    /// Detections of a lower score are passed over, 0..=1. Default 0.25: detectors report none below.
+    pub min_score: f32,
+    /// Nearest depth that is used, metres, 0..=100. Default 0.3.
+    pub min_depth: f32,
+    /// Farthest depth that is used, metres, `min_depth`..=1000. Default 4.5: where a Kinect's noise passes 3 cm.
+    pub max_depth: f32,
+    /// Pixels of a box that are looked at, at most (a grid of them): 64..=1000000. Default 1600.
+    pub max_samples: usize,
+    /// Fewest samples of an object, 4..=100000. Default 12.
+    pub min_samples: usize,
+    /// How far around the box is looked, as a share of its longer side, 0..=1. Default 0.15; at least 6 pixels. What a
+    /// cluster does outside tells things from their background.
+    pub margin: f32,
+    /// Radius of DBSCAN in the image, in distances between samples, 1..=10. Default 2.5.
+    pub eps_samples: f32,
+    /// Radius of DBSCAN in depth besides what noise and slope ask for, metres, 0..=1. Default 0.02.
+    pub eps_depth: f32,
+    /// Neighbours that make a core point of DBSCAN, itself counted; 1..=1000. Default 5.
+    pub min_points: usize,
+    /// Whether points on a supporting plane are taken away, and its normal is the vertical axis. Default on.
+    pub support: Switch,
+    /// How far from a supporting plane a point counts as its, metres, 0..=0.2, before the noise is added. Default 0.006.
+    pub plane_tolerance: f64,
+    /// Standard deviations of the depth noise that are added, 0..=10. Default 1: samples are means of 9 readings or more.
+    pub plane_sigmas: f64,
+    /// Largest angle between a supporting plane's normal and the camera's upward direction, radians, 0..=pi/2. Default
+    /// 0.9: cameras are carried upright, give or take.
+    pub max_support_tilt: f64,
+    /// Farthest that an object's lowest point may be above the plane that it stands on, metres, 0..=2. Default 0.08. When
+    /// its lower side is hidden, as far as its size prior allows.
+    pub max_support_gap: f64,
+    /// The box around the points.
+    pub fitter: BoxFitterConfig,
+}
+
+impl Default for ParameterizationConfig {
+    fn default() -> Self {
+        Self {
+            min_score: 0.25,
+            min_depth: 0.3,
+            max_depth: 4.5,
+            max_samples: 1600,
+            min_samples: 12,
+            margin: 0.15,
+            eps_samples: 2.5,
+            eps_depth: 0.02,
+            min_points: 5,
+            support: Switch::On,
+            plane_tolerance: 0.006,
+            plane_sigmas: 1.0,
+            max_support_tilt: 0.9,
+            max_support_gap: 0.08,
+            fitter: BoxFitterConfig::default(),
+        }
+    }
+}
+
+impl ParameterizationConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("objects.parameterization.min_score", self.min_score.into(), 0.0..=1.0)?;
+        check_range("objects.parameterization.max_depth", self.max_depth.into(), 0.0..=1000.0)?;
+        let least_of_far = f64::from(self.max_depth).min(100.0);
+        check_range("objects.parameterization.min_depth", self.min_depth.into(), 0.0..=least_of_far)?;
+        check_range("objects.parameterization.max_samples", self.max_samples as f64, 64.0..=1e6)?;
+        check_range("objects.parameterization.min_samples", self.min_samples as f64, 4.0..=1e5)?;
+        check_range("objects.parameterization.margin", self.margin.into(), 0.0..=1.0)?;
+        check_range("objects.parameterization.eps_samples", self.eps_samples.into(), 1.0..=10.0)?;
+        check_range("objects.parameterization.eps_depth", self.eps_depth.into(), 0.0..=1.0)?;
+        check_range("objects.parameterization.min_points", self.min_points as f64, 1.0..=1000.0)?;
+        check_range("objects.parameterization.plane_tolerance", self.plane_tolerance, 0.0..=0.2)?;
+        check_range("objects.parameterization.plane_sigmas", self.plane_sigmas, 0.0..=10.0)?;
+        let right_angle = std::f64::consts::FRAC_PI_2;
+        check_range("objects.parameterization.max_support_tilt", self.max_support_tilt, 0.0..=right_angle)?;
+        check_range("objects.parameterization.max_support_gap", self.max_support_gap, 0.0..=2.0)?;
+        self.fitter.validate()
+    }
+}

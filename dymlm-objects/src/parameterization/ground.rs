@@ -1,0 +1,144 @@
+use dymlm_core::{Pose, axial_noise};
+
+use super::ParameterizationConfig;
+use super::window::{Sample, Window};
+use crate::vector3::{dot, unit};
+use crate::{SupportPlane, SupportingPlanes};
+
+/// The planes that things in a window may stand on.
+#[derive(Debug, Default)]
+pub(super) struct Ground {
+    candidates: Vec<Candidate>,
+    found: Vec<SupportPlane>,
+    /// Whether each sample lies on one of them.
+    is_ground: Vec<bool>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    support: SupportPlane,
+    /// In the camera frame.
+    plane: dymlm_core::Plane,
+    samples: u32,
+    outside: u32,
+}
+
+/// Samples at which planes are asked for, along each side of the window.
+const PROBES: usize = 5;
+/// How far from a probe a plane may be, metres.
+const REACH: f64 = 0.05;
+/// Least share of a plane's samples that must lie outside the box: its own upper side does not carry a thing.
+const LEAST_OUTSIDE: f64 = 0.08;
+
+impl Ground {
+    /// Finds the upright planes in a window that go on outside its box, and the samples on them.
+    pub(super) fn find(
+        &mut self,
+        window: &Window,
+        planes: &dyn SupportingPlanes,
+        world_from_camera: &Pose,
+        config: &ParameterizationConfig,
+    ) {
+        self.ask(window, planes, world_from_camera, config);
+        self.count(window, config);
+        self.mark(window, config);
+    }
+
+    fn ask(
+        &mut self,
+        window: &Window,
+        planes: &dyn SupportingPlanes,
+        world_from_camera: &Pose,
+        config: &ParameterizationConfig,
+    ) {
+        self.found.clear();
+        let step = (window.columns.min(window.rows) / PROBES).max(1);
+        let probes = window.samples.iter().filter(|sample| {
+            let at = |index: u32| (index as usize) % step == step / 2;
+            at(sample.column) && at(sample.row)
+        });
+        for probe in probes {
+            let point = world_from_camera.transform_point(probe.point.map(f64::from));
+            planes.near(point, REACH, &mut self.found);
+        }
+        self.found.sort_unstable_by_key(|found| found.id);
+        self.found.dedup_by_key(|found| found.id);
+        let up = world_from_camera.rotate([0.0, -1.0, 0.0]);
+        let least_cosine = config.max_support_tilt.cos();
+        let camera_from_world = world_from_camera.inverse();
+        self.candidates.clear();
+        let upright = self.found.iter().filter(|found| dot(found.plane.normal(), up) >= least_cosine);
+        self.candidates.extend(upright.map(|&support| Candidate {
+            support,
+            plane: support.plane.transformed(&camera_from_world),
+            samples: 0,
+            outside: 0,
+        }));
+    }
+
+    fn count(&mut self, window: &Window, config: &ParameterizationConfig) {
+        for candidate in &mut self.candidates {
+            let on_it = window.samples.iter().filter(|sample| is_on(candidate, sample, config));
+            let (samples, outside) = on_it.fold((0, 0), |(samples, outside), sample| {
+                (samples + 1, outside + u32::from(!sample.is_in_box))
+            });
+            (candidate.samples, candidate.outside) = (samples, outside);
+        }
+        self.candidates.retain(|candidate| {
+            f64::from(candidate.outside) > LEAST_OUTSIDE * f64::from(candidate.samples) && candidate.samples >= 4
+        });
+    }
+
+    fn mark(&mut self, window: &Window, config: &ParameterizationConfig) {
+        let candidates = &self.candidates;
+        self.is_ground.clear();
+        let is_ground = |sample| candidates.iter().any(|candidate| is_on(candidate, sample, config));
+        self.is_ground.extend(window.samples.iter().map(is_ground));
+    }
+
+    /// Whether each sample lies on a supporting plane.
+    pub(super) fn is_ground(&self) -> &[bool] {
+        &self.is_ground
+    }
+
+    /// The highest plane that the samples stand on: nearly all of them are above it, and the lowest no farther than
+    /// `max_gap` metres.
+    pub(super) fn under<'a>(
+        &self,
+        samples: impl Iterator<Item = &'a Sample> + Clone,
+        max_gap: f64,
+        heights: &mut Vec<f64>,
+        config: &ParameterizationConfig,
+    ) -> Option<SupportPlane> {
+        let mut nearest: Option<(f64, SupportPlane)> = None;
+        for candidate in &self.candidates {
+            heights.clear();
+            heights.extend(samples.clone().map(|sample| {
+                let height = candidate.plane.signed_distance(sample.point.map(f64::from));
+                height + tolerance(candidate, sample, config)
+            }));
+            let below = heights.iter().filter(|&&height| height < 0.0).count();
+            if heights.is_empty() || below as f64 > 0.1 * heights.len() as f64 {
+                continue;
+            }
+            let rank = heights.len() / 20;
+            let gap = *heights.select_nth_unstable_by(rank, f64::total_cmp).1;
+            if gap <= max_gap && nearest.is_none_or(|(least, _)| gap < least) {
+                nearest = Some((gap, candidate.support));
+            }
+        }
+        nearest.map(|(_, support)| support)
+    }
+}
+
+fn is_on(candidate: &Candidate, sample: &Sample, config: &ParameterizationConfig) -> bool {
+    let distance = candidate.plane.signed_distance(sample.point.map(f64::from));
+    distance <= tolerance(candidate, sample, config) && distance >= -4.0 * tolerance(candidate, sample, config)
+}
+
+/// How far from a plane a sample counts as its, metres: the noise is along the ray.
+fn tolerance(candidate: &Candidate, sample: &Sample, config: &ParameterizationConfig) -> f64 {
+    let ray = unit(sample.point.map(f64::from)).unwrap_or([0.0, 0.0, 1.0]);
+    let steepness = dot(candidate.plane.normal(), ray).abs();
+    config.plane_tolerance + config.plane_sigmas * f64::from(axial_noise(sample.point[2])) * steepness
+}

@@ -1,0 +1,16 @@
+//! From a detection's pixels to a box in space: [`Parameterizer`].
+
+mod box_fitter;
+mod completeness;
+mod config;
+mod ground;
+mod object_cluster;
+mod observation;
+mod parameterizer;
+mod window;
+
+pub use box_fitter::{BoxAxes, BoxFit, BoxFitter, BoxFitterConfig};
+pub use completeness::{Completeness, SideView};
+pub use config::ParameterizationConfig;
+pub use observation::ObjectObservation;
+pub use parameterizer::Parameterizer;

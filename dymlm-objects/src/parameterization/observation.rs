@@ -1,0 +1,30 @@
+use dymlm_core::{BoundingBox, Point};
+
+use super::{BoxFit, Completeness};
+use crate::SupportPlane;
+
+/// A detection in space: what one frame shows of an object.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ObjectObservation {
+    /// Index of the detection in its frame.
+    pub detection: usize,
+    /// The detector's label.
+    pub label: String,
+    /// The detector's score, 0..=1.
+    pub score: f32,
+    /// The detector's box, pixels.
+    pub bounding_box: BoundingBox,
+    /// Smoothed surface points, in the camera frame.
+    pub points: Vec<Point>,
+    /// Mean of the points, in the world.
+    pub centroid: [f64; 3],
+    /// The box around the points, in the world.
+    pub fit: BoxFit,
+    /// The plane that the object stands on, when the map has one.
+    pub support: Option<SupportPlane>,
+    /// How much of the object is seen.
+    pub completeness: Completeness,
+    /// Ids of the caller's map points on it, ascending.
+    pub sighted_points: Vec<u64>,
+}

@@ -1,0 +1,56 @@
+use dymlm_core::Plane;
+
+/// A plane that things may stand on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct SupportPlane {
+    /// Tells the planes of a map apart.
+    pub id: u64,
+    /// The plane in the world; its normal points to the side that cameras have seen.
+    pub plane: Plane,
+}
+
+impl SupportPlane {
+    /// A plane of the map.
+    pub fn new(id: u64, plane: Plane) -> Self {
+        Self { id, plane }
+    }
+}
+
+/// The finite planes of a map, asked for what is near a point. A closure of the same arguments is one too.
+///
+/// ```
+/// use dymlm_core::Plane;
+/// use dymlm_objects::{SupportPlane, SupportingPlanes};
+///
+/// // A floor that knows no end.
+/// let floor = SupportPlane::new(0, Plane::new([0.0, 0.0, 1.0], 0.0)?);
+/// let planes = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
+///     if floor.plane.signed_distance(point).abs() <= reach {
+///         found.push(floor);
+///     }
+/// };
+/// let mut found = Vec::new();
+/// planes.near([1.0, 2.0, 0.05], 0.1, &mut found);
+/// assert_eq!(found, [floor]);
+/// # Ok::<(), dymlm_core::Error>(())
+/// ```
+pub trait SupportingPlanes {
+    /// Adds to `found` the planes whose finite patch lies within `reach` metres of a point of the world. Walls and
+    /// ceilings among them do no harm.
+    fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>);
+}
+
+impl<F: Fn([f64; 3], f64, &mut Vec<SupportPlane>)> SupportingPlanes for F {
+    fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>) {
+        self(point, reach, found);
+    }
+}
+
+/// No planes are known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct NoPlanes;
+
+impl SupportingPlanes for NoPlanes {
+    fn near(&self, _point: [f64; 3], _reach: f64, _found: &mut Vec<SupportPlane>) {}
+}
