@@ -1,7 +1,7 @@
 use crate::association::Associator;
 use crate::object_map::ObjectLimits;
 use crate::optimization::{ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates};
-use crate::vector3::{difference, norm};
+use crate::vector3::{along, difference, norm, unit};
 use crate::{
     MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport, ObjectState,
     ObjectView, Parameterizer, RejectedDetection, RejectionCause, SupportingPlanes,
@@ -42,6 +42,8 @@ pub struct ObjectMapper {
     judge: ExistenceJudge,
     map: ObjectMap,
     last_timestamp: Option<f64>,
+    /// Sum of the normals that things were seen to stand on.
+    upward: [f64; 3],
     observations: Vec<ObjectObservation>,
     /// The place of each observation's object, as associated.
     matches: Vec<Option<usize>>,
@@ -79,6 +81,7 @@ impl ObjectMapper {
             judge: ExistenceJudge::default(),
             map: ObjectMap::default(),
             last_timestamp: None,
+            upward: [0.0; 3],
             observations: Vec::new(),
             matches: Vec::new(),
             observed: Vec::new(),
@@ -118,7 +121,11 @@ impl ObjectMapper {
         self.last_timestamp = Some(view.frame.timestamp());
         self.report = ObjectReport::default();
         self.observations.clear();
-        self.parameterizer.parameterize(view, planes, &self.config.sizes, &mut self.observations);
+        let vertical = unit(self.upward);
+        self.parameterizer.parameterize(view, planes, vertical, &self.config.sizes, &mut self.observations);
+        for support in self.observations.iter().filter_map(|observation| observation.support) {
+            self.upward = along(self.upward, 1.0, support.plane.normal());
+        }
         self.note_empty_boxes(view);
         Ok(())
     }
@@ -232,7 +239,7 @@ impl ObjectMapper {
         if !self.reparameterizer.is_due(object) {
             return;
         }
-        match self.reparameterizer.update(object, &self.config.sizes, &self.config.shapes) {
+        match self.reparameterizer.update(object, unit(self.upward), &self.config.sizes, &self.config.shapes) {
             Proposal::Accepted => self.report.updated.push(object.id),
             Proposal::Rejected => {
                 object.cloud.subtract(&patch);
@@ -254,7 +261,7 @@ impl ObjectMapper {
         let id = self.map.next_id;
         let shape = self.config.shapes.of(&observation.label);
         let mut object = MapObject::new(id, observation, view, shape, &self.limits);
-        self.reparameterizer.update(&mut object, &self.config.sizes, &self.config.shapes);
+        self.reparameterizer.update(&mut object, unit(self.upward), &self.config.sizes, &self.config.shapes);
         self.map.next_id += 1;
         self.map.objects.push(object);
         self.report.created.push(id);
@@ -330,7 +337,7 @@ impl ObjectMapper {
                 return;
             };
             kept.merge(&removed, &self.limits);
-            self.reparameterizer.update(kept, &self.config.sizes, &self.config.shapes);
+            self.reparameterizer.update(kept, unit(self.upward), &self.config.sizes, &self.config.shapes);
             self.report.merged.push(merge);
         }
     }

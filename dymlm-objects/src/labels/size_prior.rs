@@ -35,8 +35,11 @@ pub enum Footprint {
     /// About as wide as long, whichever way it is turned: a bottle, a chair. Its unseen side is as far away as its
     /// seen sides are from each other.
     Even,
-    /// Longer than wide: a monitor, a keyboard.
+    /// Longer than wide: a keyboard, a book.
     Oblong,
+    /// An upright plate on a foot that is wider than it, before and behind it: a monitor. The foot is mostly hidden or lost
+    /// in the noise.
+    Plate,
 }
 
 /// How large the things of one label are.

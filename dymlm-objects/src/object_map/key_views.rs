@@ -48,6 +48,10 @@ impl KeyViews {
         }
     }
 
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &KeyView> {
+        self.views.iter()
+    }
+
     /// Takes over the views of a merged object.
     pub(crate) fn merge(&mut self, other: &Self, most: usize) {
         other.views.iter().for_each(|view| self.add(*view, most));

@@ -2,7 +2,7 @@ use dymlm_core::Pose;
 use dymlm_geometry::OrientedBox;
 
 use super::{BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud};
-use crate::vector3::{Vector3, along, difference, unit};
+use crate::vector3::along;
 use crate::{BoxAxes, ObjectObservation, ObjectShape, ObjectView, ShapeKind, SupportPlane};
 
 /// An object of the map.
@@ -30,10 +30,10 @@ pub struct MapObject {
     pub(crate) motion: BoxMotion,
     /// Ids of the caller's map points on it, ascending.
     pub(crate) sighted_points: Vec<u64>,
-    /// Sum of unit vectors from the cameras to it.
-    pub(crate) view_direction: Vector3,
     /// Observations when it was last parameterized.
     pub(crate) parameterized_at: u32,
+    /// How often in a row new parameters were refused.
+    pub(crate) refusals: u32,
 }
 
 /// How often an object was seen to stand on a plane.
@@ -178,8 +178,8 @@ impl MapObject {
             key_views: KeyViews::default(),
             motion: BoxMotion::default(),
             sighted_points: Vec::new(),
-            view_direction: [0.0; 3],
             parameterized_at: 0,
+            refusals: 0,
         };
         object.observe(observation, view, limits);
         object
@@ -214,8 +214,6 @@ impl MapObject {
         self.key_views.add(key_view, limits.max_key_views);
         self.motion.observe(view.frame.timestamp(), observation.bounding_box);
         self.remember(&observation.sighted_points);
-        let ray = difference(observation.centroid, view.world_from_camera.translation());
-        self.view_direction = along(self.view_direction, 1.0, unit(ray).unwrap_or_default());
         self.observations += 1;
         self.frames_in_view += 1;
         self.last_seen = view.frame.timestamp();
@@ -261,7 +259,6 @@ impl MapObject {
         self.key_views.merge(&other.key_views, limits.max_key_views);
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.remember(&other.sighted_points);
-        self.view_direction = along(self.view_direction, 1.0, other.view_direction);
         self.observations += other.observations;
         self.whole_observations += other.whole_observations;
         self.frames_in_view = self.frames_in_view.max(other.frames_in_view).max(self.observations);

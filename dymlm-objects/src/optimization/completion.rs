@@ -1,43 +1,108 @@
 use dymlm_core::Pose;
 use dymlm_geometry::OrientedBox;
 
-use crate::vector3::{Vector3, along, dot};
-use crate::{Footprint, SizePrior};
+use crate::object_map::{KeyView, KeyViews};
+use crate::vector3::{Vector3, along, difference, dot, unit};
+use crate::{Footprint, SideView, SizePrior};
 
-/// Grows a box away from the cameras to the size that such a thing usually has, along the axis that they look along: the
-/// far side was not seen. A thing with an even footprint is as deep as it is wide. What was measured is never shortened.
+/// Grows a box where no camera has seen the object's end, to the size that such a thing usually has: away from the cameras,
+/// and to the sides that something hides in most of the views. What was measured is never shortened, and an `upright` box
+/// keeps its height.
 ///
-/// `view` is the mean direction from the cameras; with an `upright` box the third axis is vertical and stays as it is.
-pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, view: Vector3, upright: bool) -> OrientedBox {
+/// A thing with an even footprint is as deep as it is wide, give or take what is usual; of an oblong one the side that fits
+/// better is its length; the foot of a plate reaches as far before it as behind.
+pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, upright: bool) -> OrientedBox {
+    let Some(mean_view) = mean_view(own, views) else { return *own };
     let axes = axes_of(own);
     let lengths = own.lengths();
+    let toward = |axis: usize| dot(axes[axis], mean_view).abs();
     let candidates = if upright { 2 } else { 3 };
-    let toward = |axis: usize| dot(axes[axis], view).abs();
-    let Some(depth_axis) = (0..candidates).reduce(|a, b| if toward(b) > toward(a) { b } else { a }) else {
-        return *own;
-    };
-    let across = if upright { 1 - depth_axis } else { longer_of_others(lengths, depth_axis) };
-    let usual = usual_depth(prior, lengths[across]);
-    let missing = usual - lengths[depth_axis];
-    if missing <= 0.0 {
-        return *own;
+    let Some(depth) = (0..candidates).reduce(|a, b| if toward(b) > toward(a) { b } else { a }) else { return *own };
+    let across = if upright { 1 - depth } else { longer_of_others(lengths, depth) };
+
+    let sides = [-1.0, 1.0].map(|side| side * if dot(axes[across], mean_view) < 0.0 { -1.0 } else { 1.0 });
+    let hidden = sides.map(|side| is_hidden(axes[across].map(|c| side * c), views));
+    let usual = usual_lengths(prior, lengths[across], lengths[depth], hidden.contains(&true));
+
+    let mut grown = *own;
+    if hidden.contains(&true) {
+        let shares = [0, 1].map(|side| if hidden[side] { 1.0 } else { 0.0 });
+        grown = widen(&grown, across, sides, shares, usual.across);
     }
-    let away = if dot(axes[depth_axis], view) < 0.0 { -0.5 * missing } else { 0.5 * missing };
-    let center = along(own.center(), away, axes[depth_axis]);
-    let mut grown = lengths;
-    grown[depth_axis] = usual;
-    let pose = Pose::new(center, own.world_from_box().quaternion()).ok();
-    pose.and_then(|pose| OrientedBox::new(pose, grown).ok()).unwrap_or(*own)
+    let away = if dot(axes[depth], mean_view) < 0.0 { -1.0 } else { 1.0 };
+    let shares = if prior.footprint == Footprint::Plate { [1.0, 1.0] } else { [0.0, 1.0] };
+    widen(&grown, depth, [-away, away], shares, usual.depth)
 }
 
-/// How deep a thing is that is so wide.
-fn usual_depth(prior: &SizePrior, across: f64) -> f64 {
-    let far_from = |usual: f64| (across / usual).ln().abs();
-    match prior.footprint {
-        Footprint::Even => across.clamp(prior.width.min, prior.length.max),
-        Footprint::Oblong if far_from(prior.length.typical) <= far_from(prior.width.typical) => prior.width.typical,
-        Footprint::Oblong => prior.length.typical,
+/// Share of the views in which something must hide a side for it to be unknown.
+const HIDDEN: f64 = 0.6;
+/// Weight of a depth that is less than usual against that of a width: part of it is mostly hidden.
+const DEPTH_WEIGHT: f64 = 0.5;
+
+struct UsualLengths {
+    across: f64,
+    depth: f64,
+}
+
+/// How wide and how deep such a thing is, given what was measured of it.
+fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> UsualLengths {
+    let (length, width) = (prior.length.typical, prior.width.typical);
+    if prior.footprint == Footprint::Even {
+        let side = (across * (length * width).sqrt()).sqrt();
+        let side = side.clamp(prior.width.min, prior.length.max);
+        return UsualLengths { across: side, depth: side };
     }
+    let misfit = |usual_across: f64, usual_depth: f64| {
+        let (wide, deep) = ((across / usual_across).ln(), (depth.max(1e-3) / usual_depth).ln());
+        let wide = if is_cut { wide.max(0.0) } else { wide.abs() };
+        wide + if deep < 0.0 { -DEPTH_WEIGHT * deep } else { deep }
+    };
+    if misfit(length, width) <= misfit(width, length) {
+        UsualLengths { across: length, depth: width }
+    } else {
+        UsualLengths { across: width, depth: length }
+    }
+}
+
+/// Moves the ends of an axis outwards until it has a length, by shares of what is missing; as it is when nothing is.
+fn widen(own: &OrientedBox, axis: usize, sides: [f64; 2], shares: [f64; 2], length: f64) -> OrientedBox {
+    let mut lengths = own.lengths();
+    let missing = length - lengths[axis];
+    let whole = shares[0] + shares[1];
+    if !(missing > 0.0 && whole > 0.0) {
+        return *own;
+    }
+    let shift = 0.5 * missing * (sides[0] * shares[0] + sides[1] * shares[1]) / whole;
+    let center = along(own.center(), shift, axes_of(own)[axis]);
+    lengths[axis] = length;
+    let pose = Pose::new(center, own.world_from_box().quaternion()).ok();
+    pose.and_then(|pose| OrientedBox::new(pose, lengths).ok()).unwrap_or(*own)
+}
+
+/// Whether something hides the end of the object in a direction of the world in most of the views that show it sideways.
+fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
+    let sides = views.iter().filter_map(|view| side_toward(direction, view));
+    let (hidden, all) = sides.fold((0, 0), |(hidden, all), side| (hidden + u32::from(side != SideView::Whole), all + 1));
+    all > 0 && f64::from(hidden) >= HIDDEN * f64::from(all)
+}
+
+/// What ends the view on the side of the image to which a direction points; `None` when it points mostly along the view.
+fn side_toward(direction: Vector3, view: &KeyView) -> Option<SideView> {
+    let [x, y, z] = view.world_from_camera.inverse().rotate(direction);
+    let completeness = &view.completeness;
+    if z.abs() > 0.8 {
+        None
+    } else if x.abs() >= y.abs() {
+        Some(if x < 0.0 { completeness.left } else { completeness.right })
+    } else {
+        Some(if y < 0.0 { completeness.top } else { completeness.bottom })
+    }
+}
+
+/// Mean direction from the cameras of the views to a box.
+fn mean_view(own: &OrientedBox, views: &KeyViews) -> Option<Vector3> {
+    let rays = views.iter().filter_map(|view| unit(difference(own.center(), view.world_from_camera.translation())));
+    unit(rays.fold([0.0; 3], |sum, ray| along(sum, 1.0, ray)))
 }
 
 fn longer_of_others(lengths: [f64; 3], axis: usize) -> usize {
@@ -52,32 +117,58 @@ fn axes_of(own: &OrientedBox) -> [Vector3; 3] {
 
 #[cfg(test)]
 mod tests {
+    use dymlm_core::{BoundingBox, PinholeCamera};
+
     use super::*;
-    use crate::SizePriors;
+    use crate::{Completeness, SizePriors};
 
     fn box_of(lengths: [f64; 3]) -> OrientedBox {
         OrientedBox::new(Pose::identity(), lengths).unwrap()
     }
 
-    #[test]
-    fn the_far_side_of_a_round_thing_is_as_far_as_it_is_wide() {
-        let priors = SizePriors::default();
-        let cup = priors.of("cup").unwrap();
-        let seen = box_of([0.09, 0.04, 0.1]);
-        let completed = complete(&seen, cup, [0.1, 0.9, -0.3], true);
-        assert_eq!(completed.lengths(), [0.09, 0.09, 0.1]);
-        assert!((completed.center()[1] - 0.025).abs() < 1e-12);
-        // The near side stays where it is.
-        assert!((completed.center()[1] - 0.045 + 0.02).abs() < 1e-12);
-        let from_behind = complete(&seen, cup, [0.1, -0.9, -0.3], true);
-        assert!((from_behind.center()[1] + 0.025).abs() < 1e-12);
+    /// From a camera 2 m before the origin that looks along y, z up.
+    fn views(completeness: Completeness) -> KeyViews {
+        let rows = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
+        let mut views = KeyViews::default();
+        let view = KeyView {
+            camera: PinholeCamera::new(640, 480, 500.0, 500.0, 320.0, 240.0).unwrap(),
+            world_from_camera: Pose::from_rotation_matrix(rows, [0.0, -2.0, 0.0]).unwrap(),
+            bounding_box: BoundingBox::new(300.0, 200.0, 340.0, 260.0).unwrap(),
+            completeness,
+        };
+        views.add(view, 4);
+        views
     }
 
     #[test]
-    fn what_was_measured_is_kept() {
+    fn the_far_side_of_a_round_thing_is_as_far_as_it_is_wide() {
+        let priors = SizePriors::default();
+        let bowl = priors.of("bowl").unwrap();
+        let completed = complete(&box_of([0.16, 0.06, 0.1]), bowl, &views(Completeness::default()), true);
+        assert_eq!(completed.lengths()[0], 0.16);
+        assert!((completed.lengths()[1] - 0.16).abs() < 1e-12);
+        // The near side stays where it is.
+        assert!((completed.center()[1] - 0.08 + 0.03).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hidden_end_is_completed_and_a_seen_one_is_kept() {
         let priors = SizePriors::default();
         let keyboard = priors.of("keyboard").unwrap();
-        let seen = box_of([0.44, 0.16, 0.03]);
-        assert_eq!(complete(&seen, keyboard, [0.0, 1.0, 0.0], true), seen);
+        let seen = box_of([0.24, 0.15, 0.03]);
+        assert_eq!(complete(&seen, keyboard, &views(Completeness::default()), true), seen);
+        let hidden = views(Completeness { right: SideView::Occluder, ..Completeness::default() });
+        let completed = complete(&seen, keyboard, &hidden, true);
+        assert_eq!(completed.lengths(), [0.44, 0.15, 0.03]);
+        assert!((completed.center()[0] - 0.1).abs() < 1e-12 && completed.center()[1].abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_foot_of_a_monitor_is_on_both_sides() {
+        let priors = SizePriors::default();
+        let tv = priors.of("tv").unwrap();
+        let completed = complete(&box_of([0.54, 0.04, 0.45]), tv, &views(Completeness::default()), true);
+        assert_eq!(completed.lengths(), [0.54, 0.18, 0.45]);
+        assert_eq!(completed.center(), [0.0; 3]);
     }
 }

@@ -11,7 +11,7 @@ use crate::Switch;
 pub struct UpdateConfig {
     /// Side of the voxels of an object's cloud, metres, 0.001..=0.1. Default 0.01.
     pub voxel_size: f64,
-    /// Voxels of an object, at most; with more their side doubles. 64..=1000000, default 6000.
+    /// Voxels of an object, at most; with more their side doubles. 64..=1000000, default 2500.
     pub max_voxels: usize,
     /// Share of the usual number of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1. Default
     /// 0.12: what is seen now and then at the rim is noise.
@@ -30,9 +30,12 @@ pub struct UpdateConfig {
     pub prior_slack: f64,
     /// Views of an object that are kept to judge new parameters by, 1..=1000. Default 12.
     pub max_key_views: usize,
-    /// By how much the mean projection `IoU` over the key views may fall with new parameters, 0..=1. Default 0.02: below that
+    /// By how much the mean projection `IoU` over the key views may fall with new parameters, 0..=1. Default 0.05: below that
     /// it is the detector's jitter.
     pub max_iou_loss: f64,
+    /// After so many refusals in a row new parameters are accepted all the same, 1..=1000. Default 5: what comes out of the
+    /// data again and again is right, and the old ones were fitted to one view.
+    pub max_refusals: u32,
     /// An object is parameterized anew when its observations have grown by this share since, 0..=10. Default 0.1; always
     /// while there are few.
     pub growth: f64,
@@ -50,7 +53,7 @@ impl Default for UpdateConfig {
         isolation_forest.trees = 50;
         Self {
             voxel_size: 0.01,
-            max_voxels: 6000,
+            max_voxels: 2500,
             min_voxel_share: 0.12,
             forest: Switch::On,
             isolation_forest,
@@ -59,7 +62,8 @@ impl Default for UpdateConfig {
             completion: Switch::On,
             prior_slack: 1.3,
             max_key_views: 12,
-            max_iou_loss: 0.02,
+            max_iou_loss: 0.05,
+            max_refusals: 5,
             growth: 0.1,
             min_observations: 3,
             min_detected_share: 0.12,
@@ -78,6 +82,7 @@ impl UpdateConfig {
         check_range("objects.update.prior_slack", self.prior_slack, 1.0..=10.0)?;
         check_range("objects.update.max_key_views", self.max_key_views as f64, 1.0..=1000.0)?;
         check_range("objects.update.max_iou_loss", self.max_iou_loss, 0.0..=1.0)?;
+        check_range("objects.update.max_refusals", self.max_refusals.into(), 1.0..=1000.0)?;
         check_range("objects.update.growth", self.growth, 0.0..=10.0)?;
         check_range("objects.update.min_observations", self.min_observations.into(), 1.0..=1000.0)?;
         check_range("objects.update.min_detected_share", self.min_detected_share, 0.0..=1.0)?;

@@ -4,7 +4,6 @@ use dymlm_geometry::IsolationForest;
 use super::UpdateConfig;
 use super::completion::complete;
 use super::outliers::OutlierFilter;
-use crate::vector3::unit;
 use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, ShapeTable, SizePriors};
 
 /// New parameters for an object from all its points, and whether to accept them (paper IV-C).
@@ -50,32 +49,45 @@ impl Reparameterizer {
     }
 
     /// Fits the object anew, and takes the new parameters over if they are acceptable.
-    pub(crate) fn update(&mut self, object: &mut MapObject, priors: &SizePriors, shapes: &ShapeTable) -> Proposal {
+    /// `vertical` is the third axis of an object that stands on no known plane.
+    pub(crate) fn update(
+        &mut self,
+        object: &mut MapObject,
+        vertical: Option<[f64; 3]>,
+        priors: &SizePriors,
+        shapes: &ShapeTable,
+    ) -> Proposal {
         object.parameterized_at = object.observations;
-        let Some(fit) = self.fit(object, priors) else { return Proposal::None };
+        let Some(fit) = self.fit(object, vertical, priors) else { return Proposal::None };
         let shape = shapes.of(&object.label);
-        if !self.is_acceptable(object, &ObjectShape::new(shape, fit.oriented_box), priors) {
+        let proposed = ObjectShape::new(shape, fit.oriented_box);
+        let is_plausible = self.is_plausible(object, &proposed, priors);
+        let is_persistent = object.refusals >= self.config.max_refusals;
+        if !is_plausible || !(is_persistent || self.fits_views(object, &proposed)) {
+            object.refusals += u32::from(is_plausible);
             return Proposal::Rejected;
         }
+        object.refusals = 0;
         object.oriented_box = fit.oriented_box;
         object.axes = fit.axes;
         object.shape = shape;
         Proposal::Accepted
     }
 
-    fn fit(&mut self, object: &MapObject, priors: &SizePriors) -> Option<BoxFit> {
+    fn fit(&mut self, object: &MapObject, vertical: Option<[f64; 3]>, priors: &SizePriors) -> Option<BoxFit> {
         let local_from_world = Pose::new(object.cloud.origin().map(|c| -c), [0.0, 0.0, 0.0, 1.0]).ok()?;
         let plane = object.support().map(|support| support.plane.transformed(&local_from_world));
         self.choose_points(object, plane.as_ref());
-        let fit = self.fitter.fit(&self.points, plane.as_ref())?;
+        let vertical = plane.map(|plane| plane.normal()).or(vertical);
+        let fit = self.fitter.fit(&self.points, vertical)?;
         let fit = match &plane {
             Some(plane) => fit.standing_on(plane),
             None => fit,
         };
         let mut oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
         let prior = priors.of(&object.label).filter(|_| self.config.completion.is_on());
-        if let (Some(prior), Some(view)) = (prior, unit(object.view_direction)) {
-            oriented_box = complete(&oriented_box, prior, view, plane.is_some());
+        if let Some(prior) = prior {
+            oriented_box = complete(&oriented_box, prior, &object.key_views, vertical.is_some());
         }
         Some(BoxFit { oriented_box, ..fit })
     }
@@ -85,13 +97,16 @@ impl Reparameterizer {
         outliers.choose(&object.cloud, plane, *plane_tolerance, config, points);
     }
 
-    /// The size prior holds, and the projections onto the key views do not get worse.
-    fn is_acceptable(&self, object: &MapObject, proposed: &ObjectShape, priors: &SizePriors) -> bool {
+    /// Whether things of the label are of this size.
+    fn is_plausible(&self, object: &MapObject, proposed: &ObjectShape, priors: &SizePriors) -> bool {
         let lengths = proposed.oriented_box().lengths();
-        let slack = self.config.prior_slack;
-        let is_plausible = priors.of(&object.label).is_none_or(|prior| prior.admits_part(lengths, slack));
+        let prior = priors.of(&object.label);
+        prior.is_none_or(|prior| prior.admits_part(lengths, self.config.prior_slack))
+    }
+
+    /// Whether the projections onto the key views do not get worse.
+    fn fits_views(&self, object: &MapObject, proposed: &ObjectShape) -> bool {
         let (old, new) = (object.key_views.mean_iou(&object.shape()), object.key_views.mean_iou(proposed));
-        let fits = old.zip(new).is_none_or(|(old, new)| new >= old - self.config.max_iou_loss);
-        is_plausible && fits
+        old.zip(new).is_none_or(|(old, new)| new >= old - self.config.max_iou_loss)
     }
 }

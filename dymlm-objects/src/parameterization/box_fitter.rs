@@ -2,7 +2,7 @@ use dymlm_core::{ConfigError, Plane, Point, Pose, check_range};
 use dymlm_geometry::{MinimumAreaRectangleScratch, OrientedBox, PrincipalAxes, minimum_area_rectangle_with};
 
 use crate::Switch;
-use crate::vector3::{Vector3, any_across, cross, dot};
+use crate::vector3::{Vector3, any_across, cross, dot, unit};
 
 /// Settings of [`BoxFitter`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,8 +39,8 @@ impl BoxFitterConfig {
 ///   extents along them; the centre in the middle of the extents.
 /// - **Minimum-area rectangle** (eq. 7, 8, corrected: directions are turned, not moved): in the plane of the two long
 ///   axes it corrects the yaw where its area is markedly smaller.
-/// - **Supporting plane**: with one or two faces in view the third principal axis is wrong; when the points stand on a
-///   plane, its normal is the vertical axis, and the footprint is fitted in the plane.
+/// - **Vertical axis**: with one or two faces in view the third principal axis is wrong; when the vertical is known from
+///   a supporting plane, it is the third axis, and the footprint is fitted across it.
 ///
 /// O(n log n) at worst for the hull; no allocation once the scratch has grown.
 ///
@@ -70,8 +70,8 @@ pub struct BoxFitter {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct BoxFit {
-    /// The box, in the points' frame. Its axes are by descending variance; on a supporting plane the third is the
-    /// plane's normal, the first along the longer side of the footprint.
+    /// The box, in the points' frame. Its axes are by descending variance; with a vertical the third is that, and the
+    /// first along the longer side of the footprint.
     pub oriented_box: OrientedBox,
     /// Where its axes come from.
     pub axes: BoxAxes,
@@ -85,10 +85,10 @@ pub enum BoxAxes {
     Principal,
     /// The principal axes, their yaw corrected by the minimum-area rectangle.
     Rectangle,
-    /// The supporting plane's normal, and the principal axes of the footprint.
-    Support,
-    /// The supporting plane's normal, and the footprint's minimum-area rectangle.
-    SupportRectangle,
+    /// The vertical, and the principal axes of the footprint.
+    Vertical,
+    /// The vertical, and the footprint's minimum-area rectangle.
+    VerticalRectangle,
 }
 
 impl BoxFit {
@@ -125,20 +125,20 @@ impl BoxFitter {
         })
     }
 
-    /// The box around points; `None` when none is finite. `support` is the plane that they stand on, in their frame, its
-    /// normal upwards. Points that are not finite are passed over.
-    pub fn fit(&mut self, points: &[Point], support: Option<&Plane>) -> Option<BoxFit> {
+    /// The box around points; `None` when none is finite. `vertical` is the normal of what they stand on, a unit vector in
+    /// their frame. Points that are not finite are passed over.
+    pub fn fit(&mut self, points: &[Point], vertical: Option<[f64; 3]>) -> Option<BoxFit> {
         let principal = PrincipalAxes::of(points)?;
-        let (frame, is_supported) = match support {
-            Some(plane) => (self.upright(points, &principal, plane.normal()), true),
+        let (frame, is_upright) = match vertical.and_then(unit) {
+            Some(vertical) => (self.upright(points, &principal, vertical), true),
             None => (principal.axes, false),
         };
         let (frame, is_corrected) = self.corrected(points, principal.centroid, frame);
-        let axes = match (is_supported, is_corrected) {
+        let axes = match (is_upright, is_corrected) {
             (false, false) => BoxAxes::Principal,
             (false, true) => BoxAxes::Rectangle,
-            (true, false) => BoxAxes::Support,
-            (true, true) => BoxAxes::SupportRectangle,
+            (true, false) => BoxAxes::Vertical,
+            (true, true) => BoxAxes::VerticalRectangle,
         };
         let oriented_box = self.bounds(points, principal.centroid, frame)?;
         Some(BoxFit { oriented_box, axes })

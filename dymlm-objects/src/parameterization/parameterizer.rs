@@ -49,17 +49,19 @@ impl Parameterizer {
         })
     }
 
-    /// Adds to `observations` those of a frame's detections in whose box a thing is found.
+    /// Adds to `observations` those of a frame's detections in whose box a thing is found. `vertical`, a unit vector of the
+    /// world, is the third axis of what stands on no known plane; without it principal axes are.
     pub fn parameterize(
         &mut self,
         view: &ObjectView<'_>,
         planes: &dyn SupportingPlanes,
+        vertical: Option<[f64; 3]>,
         priors: &SizePriors,
         observations: &mut Vec<ObjectObservation>,
     ) {
         for (index, detection) in view.detections.iter().enumerate() {
             if detection.score() >= self.config.min_score && !view.is_mover(detection) {
-                observations.extend(self.observe(view, index, detection, planes, priors));
+                observations.extend(self.observe(view, index, detection, planes, vertical, priors));
             }
         }
     }
@@ -70,6 +72,7 @@ impl Parameterizer {
         index: usize,
         detection: &Detection,
         planes: &dyn SupportingPlanes,
+        vertical: Option<[f64; 3]>,
         priors: &SizePriors,
     ) -> Option<ObjectObservation> {
         let prior = priors.of(detection.label());
@@ -102,7 +105,7 @@ impl Parameterizer {
         let hidden_height = prior.filter(|_| hidden_foot).map_or(0.0, |prior| 0.7 * prior.height.typical);
         let support = self.support(self.config.max_support_gap.max(hidden_height));
         let points: Vec<Point> = self.members().map(|sample| sample.point).collect();
-        let (centroid, fit) = self.fit(&points, support.as_ref(), &view.world_from_camera)?;
+        let (centroid, fit) = self.fit(&points, support.as_ref(), vertical, &view.world_from_camera)?;
         Some(ObjectObservation {
             detection: index,
             label: detection.label().to_owned(),
@@ -141,6 +144,7 @@ impl Parameterizer {
         &mut self,
         points: &[Point],
         support: Option<&SupportPlane>,
+        vertical: Option<[f64; 3]>,
         world_from_camera: &Pose,
     ) -> Option<([f64; 3], super::BoxFit)> {
         let mean = mean(points)?;
@@ -153,7 +157,7 @@ impl Parameterizer {
         }));
         let local_from_world = Pose::new(centroid.map(|c| -c), [0.0, 0.0, 0.0, 1.0]).ok()?;
         let plane = support.map(|support| support.plane.transformed(&local_from_world));
-        let fit = self.fitter.fit(&self.local, plane.as_ref())?;
+        let fit = self.fitter.fit(&self.local, plane.map(|plane| plane.normal()).or(vertical))?;
         let fit = match &plane {
             Some(plane) => fit.standing_on(plane),
             None => fit,
