@@ -33,7 +33,7 @@ fn main(){
       "trace"=>{}, _=>panic!("{k}") } } }
     let mut mapper=ObjectMapper::new(config).unwrap();
     let movers:Vec<String>=["person","dog"].map(String::from).to_vec();
-    let mut times=vec![]; let mut steps=[0.0;4]; let mut counts=[0usize;8]; let mut ndet=0;
+    let mut why=std::collections::BTreeMap::new(); let mut times=vec![]; let mut steps=[0.0;4]; let mut counts=[0usize;8]; let mut ndet=0;
     for i in 0..frames {
       let t=r.f(); let pose=r.pose(); let nd=r.n(); let mut dets=vec![];
       for _ in 0..nd{let l=r.s();let s=r.f();let b=[r.f() as f32,r.f() as f32,r.f() as f32,r.f() as f32];dets.push(Detection::new(l,s as f32,BoundingBox::try_from(b).unwrap()).unwrap())}
@@ -45,7 +45,7 @@ fn main(){
       let view=ObjectView::new(&frame,&dets,&pose).with_static_mask(&mask).unwrap().without_labels(&movers);
       let c0=cpu(); let t0=Instant::now(); mapper.parameterize(&view,&planes).unwrap(); let t1=Instant::now(); mapper.associate(&view); let t2=Instant::now(); mapper.update(&view); let t3=Instant::now(); mapper.optimize(&view); let t4=Instant::now();
       times.push((cpu()-c0)*1e3); for (s,d) in steps.iter_mut().zip([t1-t0,t2-t1,t3-t2,t4-t3]){*s+=d.as_secs_f64()*1e3/frames as f64}
-      let rep=mapper.take_report(); ndet+=mapper.observations().len();
+      let rep=mapper.take_report(); for rj in &rep.rejected { *why.entry((dets[rj.detection].label().to_string(),format!("{:?}",rj.cause))).or_insert(0usize)+=1; } ndet+=mapper.observations().len();
       counts[0]+=rep.associated.len();counts[1]+=rep.created.len();counts[2]+=rep.rejected.len();counts[3]+=rep.merged.len();counts[4]+=rep.removed.len();counts[5]+=rep.kept_parameters.len();counts[6]+=rep.updated.len();
       if args.iter().any(|a|a=="-r") { println!("{i}: {rep:?}"); }
       if let Some(id)=trace { let o=truth.iter().find(|o|o.id==id).unwrap(); let w=o.oriented_box; for ob in mapper.observations(){ let inv=w.world_from_box().inverse(); let c=inv.transform_point(ob.centroid); if (0..3).all(|a|c[a].abs()<w.lengths()[a]*0.5+0.1){ let m=rep.associated.iter().find(|a|a.detection==ob.detection); println!("{i}: {} {:.2} n{} c{:.3?} len{:.3?} ctr{:.3?} {:?} sup{:?} {:?} -> {:?}",ob.label,ob.score,ob.points.len(),c,ob.fit.oriented_box.lengths(),inv.transform_point(ob.fit.oriented_box.center()),ob.completeness.sides(),ob.support.map(|s|s.id),ob.fit.axes,m.map(|m|(m.object,m.tests))); } } }
@@ -55,7 +55,7 @@ fn main(){
     let sc=score_objects(&est,&truth,&ObjectScoreConfig::default()).unwrap();
     times.sort_by(f64::total_cmp);
     println!("{name:20} {:>6.1}% {:>5.1}% {:>4} {:>6.3} {:>5.1}cm {:>5.1}%  {:.1} {:.1} {:.1}  steps {:.2?} obs {:.1}/frame assoc {} created {} rejected {} merged {} removed {} kept {} updated {}",100.*sc.recall().unwrap_or(f64::NAN),100.*sc.precision().unwrap_or(f64::NAN),sc.duplicates.len(),sc.mean_iou.unwrap_or(f64::NAN),100.*sc.center_error.map_or(f64::NAN,|e|e.median),100.*sc.label_accuracy().unwrap_or(f64::NAN),times[times.len()/2],times[times.len()*95/100],times[times.len()-1],steps,ndet as f64/frames as f64,counts[0],counts[1],counts[2],counts[3],counts[4],counts[5],counts[6]);
-    if verbose {
+    if verbose { println!("   rejected: {why:?}");
       for (k,(o,sh)) in truth.iter().zip(&shares).enumerate() { if o.frames_visible<8 {continue}
         match sc.matches.iter().find(|m|m.object==o.id) { Some(m)=>{ let e=objs[m.estimate]; let inv=o.oriented_box.world_from_box().inverse(); let rel=OrientedBox::new(inv*e.oriented_box().world_from_box(),e.oriented_box().lengths()).unwrap(); let mut lo=[9.;3];let mut hi=[-9.;3];for c in rel.corners(){for a in 0..3{lo[a]=f64::min(lo[a],c[a]);hi[a]=f64::max(hi[a],c[a])}} println!("   {:2} {:12} v{:3} s{:.2} iou {:.2} ctr {:4.1}cm yaw {:5.1?} est {:2} {:10} obs {:3}/{:3} pts {} len {:.3?} true {:.3?} ctr {:.3?} sup {:?} {:?}",o.id,o.label,o.frames_visible,sh,m.iou,m.center_error*100.,m.yaw_error_degrees,e.id(),e.label(),e.observations(),e.frames_in_view(),e.point_count(),e.oriented_box().lengths(),o.oriented_box.lengths(),inv.transform_point(e.oriented_box().center()),e.support().map(|s|s.id),e.axes()); }
          None=>{println!("   {:2} {:12} v{:3} s{:.2} MISSED {:.3?}",o.id,o.label,o.frames_visible,sh,o.oriented_box.lengths()); for e in mapper.map().all_objects(){ let d=e.oriented_box().center(); let c=o.oriented_box.center(); let dd=((d[0]-c[0]).powi(2)+(d[1]-c[1]).powi(2)+(d[2]-c[2]).powi(2)).sqrt(); if dd<0.5*(o.oriented_box.lengths()[0]+0.2) {println!("        near: {} {} {:?} obs {} view {} len {:.3?} iou {:.2} d {:.3}",e.id(),e.label(),e.state(),e.observations(),e.frames_in_view(),e.oriented_box().lengths(),e.oriented_box().iou(&o.oriented_box),dd)}}} } }

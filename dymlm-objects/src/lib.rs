@@ -33,7 +33,7 @@ mod view;
 pub use association::{AssociationConfig, AssociationTests, CentroidTest, CentroidVerdict};
 pub use config::ObjectConfig;
 pub use error::ObjectError;
-pub use labels::{Footprint, ShapeKind, ShapeTable, SizePrior, SizePriors, SizeRange};
+pub use labels::{Footprint, ShapeKind, ShapeTable, SizePrior, SizePriors, SizeRange, UprightPose};
 pub use mapper::ObjectMapper;
 pub use object_map::{CentroidCloud, LabelEvidence, MapObject, ObjectMap, ObjectState, RayHit};
 pub use optimization::{MergeConfig, UpdateConfig};

@@ -252,7 +252,8 @@ impl ObjectMapper {
     fn create_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation) {
         let prior = self.config.sizes.of(&observation.label);
         let lengths = observation.fit.oriented_box.lengths();
-        if prior.is_some_and(|prior| !prior.admits_part(lengths, self.config.update.prior_slack)) {
+        let (pose, slack) = (observation.fit.axes.pose(), self.config.update.prior_slack);
+        if prior.is_some_and(|prior| !prior.admits_part(lengths, pose, slack)) {
             return self.reject(observation.detection, RejectionCause::Size);
         }
         if self.is_occupied(view, observation) {
@@ -342,12 +343,18 @@ impl ObjectMapper {
         }
     }
 
-    /// An object is believed when it was observed often enough, and not too seldom while in view.
+    /// An object is believed when it was observed often enough, not too seldom while in view, and is of a size that things
+    /// of its label have.
     fn judge_belief(&mut self) {
         let update = &self.config.update;
         for object in &mut self.map.objects {
             let share = f64::from(object.observations) / f64::from(object.frames_in_view.max(1));
-            let believed = object.observations >= update.min_observations && share >= update.min_detected_share;
+            let prior = self.config.sizes.of(&object.label);
+            let lengths = object.oriented_box.lengths();
+            let is_plausible =
+                prior.is_none_or(|prior| prior.admits(lengths, object.axes.pose(), update.prior_slack));
+            let is_seen = object.observations >= update.min_observations && share >= update.min_detected_share;
+            let believed = is_seen && is_plausible;
             match (object.state, believed) {
                 (ObjectState::Tentative, true) => {
                     object.state = ObjectState::Confirmed;

@@ -14,7 +14,8 @@ pub struct ObjectReport {
     pub kept_parameters: Vec<u64>,
     /// Objects that are believed from now on, ascending ids.
     pub confirmed: Vec<u64>,
-    /// Objects that are no longer believed, ascending ids: the detector too seldom finds what is in view.
+    /// Objects that are no longer believed, ascending ids: the detector too seldom finds what is in view, or
+    /// the size is none for the label.
     pub doubted: Vec<u64>,
     /// Objects that went into others, in the order in which that happened.
     pub merged: Vec<ObjectMerge>,

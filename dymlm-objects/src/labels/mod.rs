@@ -5,4 +5,4 @@ mod shape_table;
 mod size_prior;
 
 pub use shape_table::{ShapeKind, ShapeTable};
-pub use size_prior::{Footprint, SizePrior, SizePriors, SizeRange};
+pub use size_prior::{Footprint, SizePrior, SizePriors, SizeRange, UprightPose};

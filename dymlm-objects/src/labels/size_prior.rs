@@ -72,31 +72,46 @@ impl SizePrior {
         Self { label: label.into(), length, width, height, footprint }
     }
 
-    /// Whether a thing of these dimensions, in any order, may be of this kind: sorted, none is above the greatest
-    /// plausible one by more than the factor `slack`, and none of the two longest is below the least by more.
-    pub fn admits(&self, dimensions: [f64; 3], slack: f64) -> bool {
-        let sorted = |mut values: [f64; 3]| {
-            values.sort_unstable_by(f64::total_cmp);
-            values
-        };
-        let own = sorted(dimensions);
-        let ranges = [self.length, self.width, self.height];
-        let (min, max) = (sorted(ranges.map(|range| range.min)), sorted(ranges.map(|range| range.max)));
-        let small_enough = (0..3).all(|axis| own[axis] <= slack * max[axis]);
-        small_enough && (1..3).all(|axis| own[axis] * slack >= min[axis])
+    /// Whether a thing of these dimensions may be of this kind: length, width and height of an upright one, else in any
+    /// order. None is above the greatest plausible one by more than the factor `slack`, and none is below the least by more,
+    /// except the width (of unknown pose: the shortest), which is what noise and view make of it.
+    pub fn admits(&self, dimensions: [f64; 3], pose: UprightPose, slack: f64) -> bool {
+        let least = self.limits(pose, |range| range.min);
+        let own = in_order(dimensions, pose);
+        let unknown = if pose == UprightPose::Upright { 1 } else { 2 };
+        let large_enough = |axis: usize| axis == unknown || own[axis] * slack >= least[axis];
+        self.admits_part(dimensions, pose, slack) && (0..3).all(large_enough)
     }
 
-    /// The same with the smallest sizes left out: what is seen in part only may look as small as it likes.
-    pub fn admits_part(&self, dimensions: [f64; 3], slack: f64) -> bool {
-        let open = |range: SizeRange| SizeRange { min: 0.0, ..range };
-        let part = Self {
-            label: String::new(),
-            length: open(self.length),
-            width: open(self.width),
-            height: open(self.height),
-            footprint: self.footprint,
-        };
-        part.admits(dimensions, slack)
+    /// The same for what is seen in part, which may look as small as it likes.
+    pub fn admits_part(&self, dimensions: [f64; 3], pose: UprightPose, slack: f64) -> bool {
+        let (own, most) = (in_order(dimensions, pose), self.limits(pose, |range| range.max));
+        (0..3).all(|axis| own[axis] <= slack * most[axis])
+    }
+
+    fn limits(&self, pose: UprightPose, of: impl Fn(&SizeRange) -> f64) -> [f64; 3] {
+        in_order([of(&self.length), of(&self.width), of(&self.height)], pose)
+    }
+}
+
+/// Whether the third dimension of a box is known to be its height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum UprightPose {
+    /// It is.
+    Upright,
+    /// It may be any.
+    Unknown,
+}
+
+/// Dimensions so that they can be compared: the horizontal ones, or all, by descending length.
+fn in_order([a, b, c]: [f64; 3], pose: UprightPose) -> [f64; 3] {
+    match pose {
+        UprightPose::Upright => [a.max(b), a.min(b), c],
+        UprightPose::Unknown => {
+            let mut sorted = [a, b, c];
+            sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+            sorted
+        }
     }
 }
 
@@ -183,17 +198,22 @@ mod tests {
                 assert!(0.0 < range.min && range.min <= range.typical && range.typical <= range.max, "{prior:?}");
             }
             assert!(prior.length.typical >= prior.width.typical, "{prior:?}");
-            let typical = [prior.height.typical, prior.length.typical, prior.width.typical];
-            assert!(prior.admits(typical, 1.0), "{prior:?}");
+            let typical = [prior.width.typical, prior.length.typical, prior.height.typical];
+            assert!(prior.admits(typical, UprightPose::Upright, 1.0), "{prior:?}");
+            assert!(prior.admits([typical[2], typical[0], typical[1]], UprightPose::Unknown, 1.0), "{prior:?}");
         }
     }
 
     #[test]
-    fn sizes_are_compared_in_any_order() {
+    fn sizes_are_compared_as_far_as_they_are_known() {
         let priors = SizePriors::default();
-        let keyboard = priors.of("keyboard").unwrap();
-        assert!(keyboard.admits([0.03, 0.45, 0.15], 1.0));
-        assert!(!keyboard.admits([0.9, 0.45, 0.15], 1.2));
-        assert!(!keyboard.admits([0.02, 0.02, 0.1], 1.2) && keyboard.admits_part([0.02, 0.02, 0.1], 1.2));
+        let (chair, keyboard) = (priors.of("chair").unwrap(), priors.of("keyboard").unwrap());
+        assert!(keyboard.admits([0.03, 0.45, 0.15], UprightPose::Unknown, 1.0));
+        assert!(!keyboard.admits([0.03, 0.45, 0.15], UprightPose::Upright, 1.0));
+        assert!(!keyboard.admits([0.9, 0.15, 0.03], UprightPose::Upright, 1.2));
+        // A piece of the floor is no chair; but a part of one may look like it.
+        assert!(!chair.admits([0.8, 0.5, 0.1], UprightPose::Upright, 1.2));
+        assert!(!chair.admits([0.8, 0.3, 0.31], UprightPose::Upright, 1.2));
+        assert!(chair.admits_part([0.8, 0.3, 0.31], UprightPose::Upright, 1.2));
     }
 }

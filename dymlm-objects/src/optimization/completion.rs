@@ -48,7 +48,9 @@ struct UsualLengths {
 fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> UsualLengths {
     let (length, width) = (prior.length.typical, prior.width.typical);
     if prior.footprint == Footprint::Even {
-        let side = (across * (length * width).sqrt()).sqrt();
+        // Of what is hidden the measured width says little.
+        let usual = (length * width).sqrt();
+        let side = if is_cut { across.max(usual) } else { (across * usual).sqrt() };
         let side = side.clamp(prior.width.min, prior.length.max);
         return UsualLengths { across: side, depth: side };
     }

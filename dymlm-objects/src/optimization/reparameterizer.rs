@@ -61,7 +61,10 @@ impl Reparameterizer {
         let Some(fit) = self.fit(object, vertical, priors) else { return Proposal::None };
         let shape = shapes.of(&object.label);
         let proposed = ObjectShape::new(shape, fit.oriented_box);
-        let is_plausible = self.is_plausible(object, &proposed, priors);
+        let pose = fit.axes.pose();
+        let prior = priors.of(&object.label);
+        let lengths = fit.oriented_box.lengths();
+        let is_plausible = prior.is_none_or(|prior| prior.admits_part(lengths, pose, self.config.prior_slack));
         let is_persistent = object.refusals >= self.config.max_refusals;
         if !is_plausible || !(is_persistent || self.fits_views(object, &proposed)) {
             object.refusals += u32::from(is_plausible);
@@ -95,13 +98,6 @@ impl Reparameterizer {
     fn choose_points(&mut self, object: &MapObject, plane: Option<&Plane>) {
         let Self { outliers, points, config, plane_tolerance, .. } = self;
         outliers.choose(&object.cloud, plane, *plane_tolerance, config, points);
-    }
-
-    /// Whether things of the label are of this size.
-    fn is_plausible(&self, object: &MapObject, proposed: &ObjectShape, priors: &SizePriors) -> bool {
-        let lengths = proposed.oriented_box().lengths();
-        let prior = priors.of(&object.label);
-        prior.is_none_or(|prior| prior.admits_part(lengths, self.config.prior_slack))
     }
 
     /// Whether the projections onto the key views do not get worse.

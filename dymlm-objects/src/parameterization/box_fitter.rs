@@ -1,7 +1,8 @@
 use dymlm_core::{ConfigError, Plane, Point, Pose, check_range};
 use dymlm_geometry::{MinimumAreaRectangleScratch, OrientedBox, PrincipalAxes, minimum_area_rectangle_with};
 
-use crate::Switch;
+use super::edge_alignment::EdgeAlignment;
+use crate::{Switch, UprightPose};
 use crate::vector3::{Vector3, any_across, cross, dot, unit};
 
 /// Settings of [`BoxFitter`].
@@ -16,19 +17,26 @@ pub struct BoxFitterConfig {
     /// principal axes, 0..=1. Default 0.97: near-square footprints, clusters and outliers, where principal axes point
     /// anywhere, gain 5 to 50 %; below 3 % it is noise.
     pub rectangle_gain: f64,
+    /// Whether, of the rectangles that are nearly as small, the one along whose sides the points lie is taken. Default on:
+    /// a thing seen at a corner leaves an L, around which the rectangle on the long side and the one on the diagonal
+    /// have the same area.
+    pub edges: Switch,
+    /// How much larger than the smallest such a rectangle may be, as a factor, 1..=4. Default 1.25.
+    pub edge_slack: f64,
     /// Share of the points that is left out at each end of each axis, 0..=0.2. Default 0: the extrema, as in the paper.
     pub trim: f64,
 }
 
 impl Default for BoxFitterConfig {
     fn default() -> Self {
-        Self { rectangle: Switch::On, rectangle_gain: 0.97, trim: 0.0 }
+        Self { rectangle: Switch::On, rectangle_gain: 0.97, edges: Switch::On, edge_slack: 1.25, trim: 0.0 }
     }
 }
 
 impl BoxFitterConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("objects.parameterization.fitter.rectangle_gain", self.rectangle_gain, 0.0..=1.0)?;
+        check_range("objects.parameterization.fitter.edge_slack", self.edge_slack, 1.0..=4.0)?;
         check_range("objects.parameterization.fitter.trim", self.trim, 0.0..=0.2)
     }
 }
@@ -62,6 +70,7 @@ impl BoxFitterConfig {
 pub struct BoxFitter {
     config: BoxFitterConfig,
     rectangle: MinimumAreaRectangleScratch,
+    edges: EdgeAlignment,
     footprint: Vec<[f64; 2]>,
     values: Vec<f64>,
 }
@@ -89,6 +98,18 @@ pub enum BoxAxes {
     Vertical,
     /// The vertical, and the footprint's minimum-area rectangle.
     VerticalRectangle,
+    /// The vertical, and the small rectangle whose sides most of the footprint's points lie along.
+    VerticalEdges,
+}
+
+impl BoxAxes {
+    /// Whether the third axis is the vertical.
+    pub fn pose(self) -> UprightPose {
+        match self {
+            Self::Principal | Self::Rectangle => UprightPose::Unknown,
+            Self::Vertical | Self::VerticalRectangle | Self::VerticalEdges => UprightPose::Upright,
+        }
+    }
 }
 
 impl BoxFit {
@@ -120,6 +141,7 @@ impl BoxFitter {
         Ok(Self {
             config,
             rectangle: MinimumAreaRectangleScratch::new(),
+            edges: EdgeAlignment::default(),
             footprint: Vec::new(),
             values: Vec::new(),
         })
@@ -134,11 +156,14 @@ impl BoxFitter {
             None => (principal.axes, false),
         };
         let (frame, is_corrected) = self.corrected(points, principal.centroid, frame);
-        let axes = match (is_upright, is_corrected) {
-            (false, false) => BoxAxes::Principal,
-            (false, true) => BoxAxes::Rectangle,
-            (true, false) => BoxAxes::Vertical,
-            (true, true) => BoxAxes::VerticalRectangle,
+        let (frame, is_aligned) =
+            if is_upright { self.aligned(points, principal.centroid, frame) } else { (frame, false) };
+        let axes = match (is_upright, is_corrected, is_aligned) {
+            (false, false, _) => BoxAxes::Principal,
+            (false, true, _) => BoxAxes::Rectangle,
+            (true, _, true) => BoxAxes::VerticalEdges,
+            (true, false, false) => BoxAxes::Vertical,
+            (true, true, false) => BoxAxes::VerticalRectangle,
         };
         let oriented_box = self.bounds(points, principal.centroid, frame)?;
         Some(BoxFit { oriented_box, axes })
@@ -177,11 +202,21 @@ impl BoxFitter {
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         match minimum_area_rectangle_with(&self.footprint, &mut self.rectangle) {
             Some(rectangle) if rectangle.area() < self.config.rectangle_gain * area => {
-                let [x, y] = rectangle.axis;
-                let turned = [0, 1, 2].map(|k| x * long[k] + y * wide[k]);
-                ([turned, cross(up, turned), up], true)
+                (turned([long, wide, up], rectangle.axis), true)
             }
             _ => (axes, false),
+        }
+    }
+
+    /// The axes turned about the third so that most points lie along a side of the footprint's rectangle.
+    fn aligned(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], bool) {
+        if !(self.config.rectangle.is_on() && self.config.edges.is_on()) {
+            return (axes, false);
+        }
+        self.lay_footprint(points, center, axes[0], axes[1]);
+        match self.edges.find(&self.footprint, self.config.edge_slack) {
+            Some(axis) => (turned(axes, axis), true),
+            None => (axes, false),
         }
     }
 
@@ -208,6 +243,12 @@ impl BoxFitter {
         let rows = [0, 1, 2].map(|row| [axes[0][row], axes[1][row], axes[2][row]]);
         OrientedBox::new(Pose::from_rotation_matrix(rows, middle).ok()?, lengths).ok()
     }
+}
+
+/// Axes turned about the third, so that the first points along `axis` of the first two.
+fn turned([long, wide, up]: [Vector3; 3], [x, y]: [f64; 2]) -> [Vector3; 3] {
+    let long = [0, 1, 2].map(|k| x * long[k] + y * wide[k]);
+    [long, cross(up, long), up]
 }
 
 /// Least and greatest value when a share of them is left out at each end; `None` of none.

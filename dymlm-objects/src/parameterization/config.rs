@@ -28,6 +28,9 @@ pub struct ParameterizationConfig {
     pub eps_depth: f32,
     /// Neighbours that make a core point of DBSCAN, itself counted; 1..=1000. Default 5.
     pub min_points: usize,
+    /// Labels of what people sit or lie on: when a mover hides much of it, the rest is at the mover's depth. What else is hidden
+    /// may be anywhere behind. Default: bed, bench, bicycle, chair, couch, motorcycle, toilet.
+    pub seats: Vec<String>,
     /// Whether points on a supporting plane are taken away, and its normal is the vertical axis. Default on.
     pub support: Switch,
     /// How far from a supporting plane a point counts as its, metres, 0..=0.2, before the noise is added. Default 0.006.
@@ -44,6 +47,8 @@ pub struct ParameterizationConfig {
     pub fitter: BoxFitterConfig,
 }
 
+const SEATS: [&str; 7] = ["bed", "bench", "bicycle", "chair", "couch", "motorcycle", "toilet"];
+
 impl Default for ParameterizationConfig {
     fn default() -> Self {
         Self {
@@ -56,6 +61,7 @@ impl Default for ParameterizationConfig {
             eps_samples: 2.5,
             eps_depth: 0.02,
             min_points: 5,
+            seats: SEATS.map(String::from).to_vec(),
             support: Switch::On,
             plane_tolerance: 0.006,
             plane_sigmas: 1.0,

@@ -3,6 +3,7 @@
 mod box_fitter;
 mod completeness;
 mod config;
+mod edge_alignment;
 mod ground;
 mod object_cluster;
 mod observation;

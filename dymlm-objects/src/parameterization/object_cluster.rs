@@ -3,6 +3,7 @@ use dymlm_geometry::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 
 use super::ParameterizationConfig;
 use super::window::{NONE, Window};
+use crate::SizePrior;
 
 /// Finds the samples of a window that are the object.
 ///
@@ -36,9 +37,60 @@ struct ClusterStats {
     high: [u32; 2],
 }
 
+/// What is known of an object before it is found.
+#[derive(Debug)]
+pub(super) struct ClusterSearch<'a> {
+    /// The detector's box.
+    pub(super) bounding_box: BoundingBox,
+    /// The boxes of the frame's other detections.
+    pub(super) others: &'a [BoundingBox],
+    /// Whether it is something that people sit on.
+    pub(super) is_seat: bool,
+    /// How large such things are.
+    pub(super) prior: Option<&'a SizePrior>,
+    /// How far from the object's depth its parts may be, metres.
+    pub(super) reach: f32,
+    pub(super) focal_length: f32,
+}
+
+impl ClusterSearch<'_> {
+    /// What sits so far from a mover that hides much of the box: a seat is at its depth; what nobody sits on is not, but what
+    /// is left of the mover is.
+    fn mover_factor(&self, apart: f32) -> f32 {
+        match (self.is_seat, apart.abs() <= if self.is_seat { SEAT_REACH } else { MOVER_REACH }) {
+            (true, true) | (false, false) => 1.0,
+            (true, false) => 0.0,
+            (false, true) => MOVER_REST,
+        }
+    }
+
+    /// How usual the size is that the box has at a depth, 0..=1: log-normal, two deviations from the least to the usual and on
+    /// to the greatest.
+    fn size_factor(&self, prior: &SizePrior, depth: f32) -> f32 {
+        let metres_per_pixel = depth / self.focal_length;
+        let (wide, high) = (self.bounding_box.width() * metres_per_pixel, self.bounding_box.height() * metres_per_pixel);
+        // A flat thing's height in the image is some of its depth.
+        let diagonal = |length: f64, width: f64, height: f64| (length * length + width * width + height * height).sqrt() as f32;
+        let usual = diagonal(prior.length.typical, prior.width.typical, prior.height.typical);
+        let least = diagonal(prior.length.min, prior.width.min, prior.height.min);
+        let most = diagonal(prior.length.max, prior.width.max, prior.height.max);
+        let deviation = 0.25 * (most / least).ln().max(0.2);
+        // What is cut or hidden may be small, but not large.
+        let excess = (wide.hypot(high) / usual).ln().max(0.0) / deviation;
+        (-0.5 * excess * excess).exp()
+    }
+}
+
 const NOTHING: ClusterStats =
     ClusterStats { inside: 0.0, outside: 0.0, centrality: 0.0, depth: 0.0, low: [u32::MAX; 2], high: [0; 2] };
 
+/// Share of a box hidden by movers from which on they tell where the thing is.
+const HIDDEN: f32 = 0.2;
+/// How far a seat may be from who sits on it, in depth, metres.
+const SEAT_REACH: f32 = 0.5;
+/// What is nearer to a mover than this, in depth, metres, may be a rest of it; its score is multiplied by so much.
+const MOVER_REACH: f32 = 0.25;
+const MOVER_REST: f32 = 0.3;
 /// Share of a cluster outside the box at which its score is halved.
 const OUTSIDE_SCALE: f32 = 0.12;
 /// Largest share of a cluster outside the box for it to be a part, or to be taken with what lies outside.
@@ -62,26 +114,22 @@ impl ObjectCluster {
         })
     }
 
-    /// Finds the object among the samples that are no ground. `others` are the boxes of the frame's other detections, `reach`
-    /// is how far from the object's depth its parts may be, metres.
+    /// Finds the object among the samples that are no ground.
     pub(super) fn find(
         &mut self,
         window: &Window,
         is_ground: &[bool],
-        bounding_box: &BoundingBox,
-        others: &[BoundingBox],
-        reach: f32,
-        focal_length: f32,
+        search: &ClusterSearch<'_>,
         config: &ParameterizationConfig,
     ) {
         self.members.clear();
         self.is_member.clear();
         self.is_member.resize(window.samples.len(), false);
-        self.lay(window, is_ground, focal_length, config);
+        self.lay(window, is_ground, search.focal_length, config);
         self.dbscan.cluster_into(&self.points, &mut self.scratch, &mut self.clusters);
         self.describe(window);
-        if let Some(chosen) = self.choose(window, bounding_box) {
-            self.keep(window, chosen, others, reach);
+        if let Some(chosen) = self.choose(window, search) {
+            self.keep(window, chosen, search);
         }
     }
 
@@ -129,19 +177,23 @@ impl ObjectCluster {
         }
     }
 
-    fn choose(&self, window: &Window, bounding_box: &BoundingBox) -> Option<usize> {
+    fn choose(&self, window: &Window, search: &ClusterSearch<'_>) -> Option<usize> {
         let score = |stats: &ClusterStats| {
+            let mover = window.mover_depth.filter(|_| window.hidden_share >= HIDDEN);
+            let beside_mover = mover.map_or(1.0, |mover| search.mover_factor(stats.depth - mover));
             let share = stats.outside / (stats.inside + stats.outside).max(1.0) / OUTSIDE_SCALE;
             let containment = 1.0 / (1.0 + share * share);
-            let span = bounds(window, stats).map_or(0.0, |own| own.iou(bounding_box) as f32);
-            stats.centrality * containment * (0.1 + span)
+            let span = bounds(window, stats).map_or(0.0, |own| own.iou(&search.bounding_box) as f32);
+            let size = search.prior.map_or(1.0, |prior| search.size_factor(prior, stats.depth));
+            stats.centrality * containment * (0.1 + span) * size * beside_mover
         };
         let scored = self.stats.iter().map(score).enumerate();
         let best = scored.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
         (best.1 > 0.0).then_some(best.0)
     }
 
-    fn keep(&mut self, window: &Window, chosen: usize, others: &[BoundingBox], reach: f32) {
+    fn keep(&mut self, window: &Window, chosen: usize, search: &ClusterSearch<'_>) {
+        let ClusterSearch { others, reach, .. } = *search;
         let main = self.stats[chosen];
         let is_part = |index: usize, stats: &ClusterStats| {
             let contained = stats.outside <= CONTAINED * (stats.inside + stats.outside);
@@ -153,7 +205,8 @@ impl ObjectCluster {
             let Some(label) = label.map(|label| label as usize) else { continue };
             let stats = self.stats[label];
             let contained = stats.outside <= CONTAINED * (stats.inside + stats.outside);
-            if parts[label] && (contained || window.samples[index as usize].is_in_box) {
+            let sample = &window.samples[index as usize];
+            if parts[label] && (sample.is_in_box || (contained && sample.is_beside_box)) {
                 self.members.push(index);
                 self.is_member[index as usize] = true;
             }

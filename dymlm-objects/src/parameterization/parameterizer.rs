@@ -3,7 +3,7 @@ use dymlm_core::{BoundingBox, ConfigError, Detection, Point, Pose};
 use super::box_fitter::BoxFitter;
 use super::completeness::Surroundings;
 use super::ground::Ground;
-use super::object_cluster::ObjectCluster;
+use super::object_cluster::{ClusterSearch, ObjectCluster};
 use super::window::Window;
 use super::{ObjectObservation, ParameterizationConfig};
 use crate::{ObjectView, SizePriors, SupportPlane, SupportingPlanes};
@@ -79,16 +79,16 @@ impl Parameterizer {
         self.window.fill(view, index, &self.config);
         self.ground.find(&self.window, self.planes(planes), &view.world_from_camera, &self.config);
         self.note_others(view, index);
-        let reach = prior.map_or(USUAL_REACH, |prior| (0.5 * prior.length.max).min(USUAL_REACH * 2.0));
-        self.cluster.find(
-            &self.window,
-            self.ground.is_ground(),
-            &detection.bounding_box(),
-            &self.others,
-            reach as f32,
-            view.frame.camera().fx().abs() as f32,
-            &self.config,
-        );
+        let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
+        let search = ClusterSearch {
+            bounding_box: detection.bounding_box(),
+            others: &self.others,
+            is_seat: self.config.seats.iter().any(|seat| seat == detection.label()),
+            prior,
+            reach: reach as f32,
+            focal_length: view.frame.camera().fx().abs() as f32,
+        };
+        self.cluster.find(&self.window, self.ground.is_ground(), &search, &self.config);
         if self.cluster.members.len() < self.config.min_samples {
             return None;
         }

@@ -15,6 +15,10 @@ pub(super) struct Window {
     /// The sample of each cell of the grid, row by row; `NONE` where there is none.
     cells: Vec<u32>,
     pub(super) samples: Vec<Sample>,
+    /// Share of the box that movers hide, 0..=1.
+    pub(super) hidden_share: f32,
+    /// Mean depth of the movers in the box, metres.
+    pub(super) mover_depth: Option<f32>,
 }
 
 /// A smoothed reading.
@@ -27,6 +31,8 @@ pub(super) struct Sample {
     /// 1 at the centre of the box, 0 at its sides and outside.
     pub(super) centrality: f32,
     pub(super) is_in_box: bool,
+    /// Within what a detector's box usually misses of a thing.
+    pub(super) is_beside_box: bool,
 }
 
 /// No sample.
@@ -34,6 +40,9 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// Least margin around a box, pixels.
 const LEAST_MARGIN: f32 = 6.0;
+/// How far from a side a detector's box usually is, as a share of the box and in pixels.
+const JITTER: f32 = 0.03;
+const JITTER_PIXELS: f32 = 1.0;
 
 impl Window {
     /// Lays a grid over a detection's box and samples it.
@@ -67,6 +76,9 @@ impl Window {
         let (width, height) = (view.frame.camera().width(), view.frame.camera().height());
         let depths = view.frame.depth().data();
         let (columns_in, rows_in) = (bounding_box.columns(width), bounding_box.rows(height));
+        let beside = jittered(bounding_box);
+        let (columns_beside, rows_beside) = (beside.columns(width), beside.rows(height));
+        let [mut in_box, mut hidden, mut hidden_read, mut hidden_depth] = [0.0_f32; 4];
         let [center_u, center_v] = bounding_box.center();
         let (half_width, half_height) = (0.5 * bounding_box.width(), 0.5 * bounding_box.height());
         let used = config.min_depth.max(f32::MIN_POSITIVE)..=config.max_depth;
@@ -78,10 +90,18 @@ impl Window {
                 }
                 let pixel = v * width + u;
                 let outside = instance_mask.is_some_and(|mask| !mask.at(u, v));
+                let is_in_box = columns_in.contains(&u) && rows_in.contains(&v);
+                if is_in_box {
+                    in_box += 1.0;
+                    if !view.is_static(pixel) {
+                        hidden += 1.0;
+                        hidden_read += f32::from(u8::from(depths[pixel] > 0.0));
+                        hidden_depth += depths[pixel];
+                    }
+                }
                 if !used.contains(&depths[pixel]) || !view.is_static(pixel) || outside {
                     continue;
                 }
-                let is_in_box = columns_in.contains(&u) && rows_in.contains(&v);
                 let across = parabola((u as f32 - center_u) / half_width);
                 let down = parabola((v as f32 - center_v) / half_height);
                 self.cells[row * self.columns + column] = self.samples.len() as u32;
@@ -91,9 +111,12 @@ impl Window {
                     point: smoothed(view, [u, v], self.stride),
                     centrality: across * down,
                     is_in_box,
+                    is_beside_box: columns_beside.contains(&u) && rows_beside.contains(&v),
                 });
             }
         }
+        self.hidden_share = if in_box > 0.0 { hidden / in_box } else { 0.0 };
+        self.mover_depth = (hidden_read > 0.0).then(|| hidden_depth / hidden_read);
     }
 
     /// The pixel of a cell.
@@ -114,6 +137,12 @@ impl Window {
 fn widened(own: &BoundingBox, share: f32) -> BoundingBox {
     let margin = (share * own.width().max(own.height())).max(LEAST_MARGIN);
     let sides = [own.x_min() - margin, own.y_min() - margin, own.x_max() + margin, own.y_max() + margin];
+    BoundingBox::try_from(sides).unwrap_or(*own)
+}
+
+fn jittered(own: &BoundingBox) -> BoundingBox {
+    let (x, y) = (JITTER * own.width() + JITTER_PIXELS, JITTER * own.height() + JITTER_PIXELS);
+    let sides = [own.x_min() - x, own.y_min() - y, own.x_max() + x, own.y_max() + y];
     BoundingBox::try_from(sides).unwrap_or(*own)
 }
 
