@@ -1,4 +1,4 @@
-use crate::association::Associator;
+use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
 use crate::optimization::{ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates};
 use crate::vector3::{along, difference, norm, unit};
@@ -56,6 +56,8 @@ pub struct ObjectMapper {
 const REACH: f64 = 1e8;
 /// Share of an observation's points in an object's cells that makes it a part of what is there.
 const OCCUPIED: f64 = 0.6;
+/// Intersection over union of an object's projection and a box that makes the box the object's.
+const EXPLAINED: f64 = 0.5;
 /// Merges a frame, at most; the others wait for the next.
 const MOST_MERGES: usize = 16;
 /// Frames in view after which a thing that was detected once only is given up.
@@ -259,6 +261,9 @@ impl ObjectMapper {
         if self.is_occupied(view, observation) {
             return self.reject(observation.detection, RejectionCause::Occupied);
         }
+        if self.is_explained(view, observation) {
+            return self.reject(observation.detection, RejectionCause::Explained);
+        }
         let id = self.map.next_id;
         let shape = self.config.shapes.of(&observation.label);
         let mut object = MapObject::new(id, observation, view, shape, &self.limits);
@@ -280,6 +285,23 @@ impl ObjectMapper {
         self.map.objects().any(|object| {
             let shared = places().filter(|&place| object.cloud.holds(place)).count();
             shared as f64 >= OCCUPIED * count
+        })
+    }
+
+    /// Whether the detector most likely means an object that is believed and that no other detection is of: its projection
+    /// looks like the box. What was found in the box is something before or behind it.
+    fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
+        let camera = view.frame.camera();
+        self.map.objects().any(|object| {
+            let is_matched = self.matches.iter().flatten().any(|&place| {
+                self.map.objects.get(place).is_some_and(|matched| matched.id == object.id)
+            });
+            let projected = object.shape().image_box(camera, &view.world_from_camera);
+            let completeness = &observation.completeness;
+            !is_matched
+                && projected.is_some_and(|projected| {
+                    visible_iou(&projected, &observation.bounding_box, completeness, camera) >= EXPLAINED
+                })
         })
     }
 

@@ -65,8 +65,8 @@ pub enum RejectionCause {
     NoPoints,
     /// What is in its box is of no size that things of its label have.
     Size,
-    /// Only a part is in view, which does not begin an object.
-    Partial,
     /// It lies within an object of the map but was not associated with it.
     Occupied,
+    /// An object of the map that no other detection is of looks like it, but something else was found in the box.
+    Explained,
 }

@@ -24,6 +24,9 @@ pub struct UpdateConfig {
     pub min_forest_voxels: usize,
     /// Share of the cloud that is left out at each end of each axis before the box is laid, 0..=0.2. Default 0.01.
     pub trim: f64,
+    /// Whether the footprint is aligned with the sides along which most points lie
+    /// ([`BoxFitterConfig::edges`](crate::BoxFitterConfig::edges)). Default on.
+    pub edges: Switch,
     /// Whether sides that no camera has seen are completed by the size prior. Default on.
     pub completion: Switch,
     /// By what factor an object may exceed its size prior, 1..=10. Default 1.3.
@@ -36,12 +39,13 @@ pub struct UpdateConfig {
     /// After so many refusals in a row new parameters are accepted all the same, 1..=1000. Default 5: what comes out of the
     /// data again and again is right, and the old ones were fitted to one view.
     pub max_refusals: u32,
-    /// An object is parameterized anew when its observations have grown by this share since, 0..=10. Default 0.1; always
+    /// An object is parameterized anew when its observations have grown by this share since, 0..=10. Default 0.2; always
     /// while there are few.
     pub growth: f64,
     /// Observations that make an object believed, 1..=1000. Default 3.
     pub min_observations: u32,
-    /// Share of the frames in view that must have detected an object for it to be believed, 0..=1. Default 0.12.
+    /// Share of the frames in view that must have detected an object for it to be believed, 0..=1. Default 0.25:
+    /// detectors find most of what is in view.
     pub min_detected_share: f64,
     /// Frames that must have looked through an object, beyond its observations, to remove it, 1..=1000. Default 3.
     pub min_looked_through: u32,
@@ -59,14 +63,15 @@ impl Default for UpdateConfig {
             isolation_forest,
             min_forest_voxels: 32,
             trim: 0.01,
+            edges: Switch::On,
             completion: Switch::On,
             prior_slack: 1.3,
             max_key_views: 12,
             max_iou_loss: 0.05,
             max_refusals: 5,
-            growth: 0.1,
+            growth: 0.2,
             min_observations: 3,
-            min_detected_share: 0.12,
+            min_detected_share: 0.25,
             min_looked_through: 3,
         }
     }
@@ -102,6 +107,9 @@ pub struct MergeConfig {
     pub min_inside: f64,
     /// With other labels both must be at least this, 0..=1. Default 0.4: a cup on a book stays a cup.
     pub min_iou_other_label: f64,
+    /// Whatever else, boxes with the same label that overlap by this are one, 0..=1. Default 0.25: solid things do not
+    /// stand in each other.
+    pub solid_iou: f64,
     /// Largest share of the less observed object's observations that were in one frame with the other's, 0..=1. Default
     /// 0.2: what is often seen side by side are two things.
     pub max_together: f64,
@@ -109,7 +117,7 @@ pub struct MergeConfig {
 
 impl Default for MergeConfig {
     fn default() -> Self {
-        Self { min_iou: 0.2, min_inside: 0.5, min_iou_other_label: 0.4, max_together: 0.2 }
+        Self { min_iou: 0.2, min_inside: 0.5, min_iou_other_label: 0.4, solid_iou: 0.25, max_together: 0.2 }
     }
 }
 
@@ -118,6 +126,7 @@ impl MergeConfig {
         check_range("objects.merging.min_iou", self.min_iou, 0.0..=1.0)?;
         check_range("objects.merging.min_inside", self.min_inside, 0.0..=1.0)?;
         check_range("objects.merging.min_iou_other_label", self.min_iou_other_label, 0.0..=1.0)?;
+        check_range("objects.merging.solid_iou", self.solid_iou, 0.0..=1.0)?;
         check_range("objects.merging.max_together", self.max_together, 0.0..=1.0)
     }
 }

@@ -36,5 +36,6 @@ fn is_one(map: &ObjectMap, one: &MapObject, other: &MapObject, config: &MergeCon
     };
     let together = f64::from(map.together.get(&(one.id, other.id)).copied().unwrap_or(0));
     let fewer = f64::from(one.observations.min(other.observations));
-    overlaps && together <= config.max_together * fewer
+    let is_solid = one.label == other.label && iou >= config.solid_iou;
+    is_solid || (overlaps && together <= config.max_together * fewer)
 }

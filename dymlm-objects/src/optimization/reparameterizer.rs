@@ -32,7 +32,7 @@ const FOOT: f64 = 0.004;
 
 impl Reparameterizer {
     pub(crate) fn new(config: &UpdateConfig, mut fitter: BoxFitterConfig) -> Result<Self, ConfigError> {
-        fitter.trim = config.trim;
+        (fitter.trim, fitter.edges) = (config.trim, config.edges);
         Ok(Self {
             fitter: BoxFitter::new(fitter)?,
             outliers: OutlierFilter::new(IsolationForest::new(config.isolation_forest)?),

@@ -17,8 +17,8 @@ pub struct BoxFitterConfig {
     /// principal axes, 0..=1. Default 0.97: near-square footprints, clusters and outliers, where principal axes point
     /// anywhere, gain 5 to 50 %; below 3 % it is noise.
     pub rectangle_gain: f64,
-    /// Whether, of the rectangles that are nearly as small, the one along whose sides the points lie is taken. Default on:
-    /// a thing seen at a corner leaves an L, around which the rectangle on the long side and the one on the diagonal
+    /// Whether, of the rectangles that are nearly as small, the one along whose sides the points lie is taken. Default off;
+    /// on for the objects of the map ([`UpdateConfig::edges`](crate::UpdateConfig::edges)): a thing seen at a corner leaves an L, around which the rectangle on the long side and the one on the diagonal
     /// have the same area.
     pub edges: Switch,
     /// How much larger than the smallest such a rectangle may be, as a factor, 1..=4. Default 1.25.
@@ -29,7 +29,7 @@ pub struct BoxFitterConfig {
 
 impl Default for BoxFitterConfig {
     fn default() -> Self {
-        Self { rectangle: Switch::On, rectangle_gain: 0.97, edges: Switch::On, edge_slack: 1.25, trim: 0.0 }
+        Self { rectangle: Switch::On, rectangle_gain: 0.97, edges: Switch::Off, edge_slack: 1.25, trim: 0.0 }
     }
 }
 
