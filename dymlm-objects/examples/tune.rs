@@ -21,7 +21,7 @@ fn main(){
       let mut bb=[[1e9f64;3],[-1e9f64;3]];for p in rings.iter().flatten(){for a in 0..3{bb[0][a]=bb[0][a].min(p[a]);bb[1][a]=bb[1][a].max(p[a])}}
       faces.push(Face{id:id as u64,label,plane:Plane::new(nn,d).unwrap(),area,rings,bb});}
     faces.retain(|f|f.area>0.08&&f.label.is_empty());
-    let planes=|p:[f64;3],reach:f64,out:&mut Vec<SupportPlane>|{ for f in &faces { if f.plane.signed_distance(p).abs()<=reach && (0..3).all(|a|p[a]>=f.bb[0][a]-reach&&p[a]<=f.bb[1][a]+reach) { let n=f.plane.normal(); let m=if n[2].abs()>0.5{(0,1)}else if n[0].abs()>0.5{(1,2)}else{(0,2)}; if f.rings.iter().any(|g|inside(g,p,m.0,m.1)) {out.push(SupportPlane::new(f.id,f.plane))} } } };
+    let truth_planes=|p:[f64;3],reach:f64,out:&mut Vec<SupportPlane>|{ for f in &faces { if f.plane.signed_distance(p).abs()<=reach && (0..3).all(|a|p[a]>=f.bb[0][a]-reach&&p[a]<=f.bb[1][a]+reach) { let n=f.plane.normal(); let m=if n[2].abs()>0.5{(0,1)}else if n[0].abs()>0.5{(1,2)}else{(0,2)}; if f.rings.iter().any(|g|inside(g,p,m.0,m.1)) {out.push(SupportPlane::new(f.id,f.plane))} } } };
     let cam=PinholeCamera::new(640,480,525.,525.,319.5,239.5).unwrap();
     let mut config=ObjectConfig::default();
     for a in &args { if let Some((k,v))=a.split_once('=') { let b=|v:&str| if v=="off"{Switch::Off}else{Switch::On}; match k {
@@ -31,6 +31,7 @@ fn main(){
       "trim"=>config.update.trim=v.parse().unwrap(),"mvs"=>config.update.min_voxel_share=v.parse().unwrap(),"thr"=>config.update.isolation_forest.threshold=v.parse().unwrap(),
       "voxel"=>config.update.voxel_size=v.parse().unwrap(),"tol"=>config.parameterization.plane_tolerance=v.parse().unwrap(),"sig"=>config.parameterization.plane_sigmas=v.parse().unwrap(),"samples"=>config.parameterization.max_samples=v.parse().unwrap(),"proj"=>config.association.min_projection_iou=v.parse().unwrap(),"loss"=>config.update.max_iou_loss=v.parse().unwrap(),
       "trace"=>{}, _=>panic!("{k}") } } }
+    let truthp=args.iter().any(|a|a=="-truth"); let mut pm=dymlm_planes::PlaneMapper::new(dymlm_planes::PlaneConfig::default()).unwrap();
     let mut mapper=ObjectMapper::new(config).unwrap();
     let movers:Vec<String>=["person","dog"].map(String::from).to_vec();
     let mut why=std::collections::BTreeMap::new(); let mut times=vec![]; let mut steps=[0.0;4]; let mut counts=[0usize;8]; let mut ndet=0;
@@ -43,7 +44,10 @@ fn main(){
       let mask=Mask::new(640,480,(0..640*480).map(|k|q(k)&1==1).collect()).unwrap();
       let frame=Frame::new(t,cam,depth,None).unwrap();
       let view=ObjectView::new(&frame,&dets,&pose).with_static_mask(&mask).unwrap().without_labels(&movers);
-      let c0=cpu(); let t0=Instant::now(); mapper.parameterize(&view,&planes).unwrap(); let t1=Instant::now(); mapper.associate(&view); let t2=Instant::now(); mapper.update(&view); let t3=Instant::now(); mapper.optimize(&view); let t4=Instant::now();
+      if !truthp { pm.insert(&frame,Some(&mask),&[],&pose).unwrap(); }
+      let map_planes=|p:[f64;3],reach:f64,out:&mut Vec<SupportPlane>|{ for f in pm.map().planes() { let d=f.plane().signed_distance(p); if d.abs()<=reach { let n=f.plane().normal(); if f.holds([0,1,2].map(|k|p[k]-d*n[k])) {out.push(SupportPlane::new(f.id(),f.plane()))} } } };
+      let planes: &dyn SupportingPlanes = if truthp {&truth_planes} else {&map_planes};
+      let c0=cpu(); let t0=Instant::now(); mapper.parameterize(&view,planes).unwrap(); let t1=Instant::now(); mapper.associate(&view); let t2=Instant::now(); mapper.update(&view); let t3=Instant::now(); mapper.optimize(&view); let t4=Instant::now();
       times.push((cpu()-c0)*1e3); for (s,d) in steps.iter_mut().zip([t1-t0,t2-t1,t3-t2,t4-t3]){*s+=d.as_secs_f64()*1e3/frames as f64}
       let rep=mapper.take_report(); for rj in &rep.rejected { *why.entry((dets[rj.detection].label().to_string(),format!("{:?}",rj.cause))).or_insert(0usize)+=1; } ndet+=mapper.observations().len();
       counts[0]+=rep.associated.len();counts[1]+=rep.created.len();counts[2]+=rep.rejected.len();counts[3]+=rep.merged.len();counts[4]+=rep.removed.len();counts[5]+=rep.kept_parameters.len();counts[6]+=rep.updated.len();

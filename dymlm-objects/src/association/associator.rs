@@ -1,8 +1,12 @@
-use super::assignment::assign;
+use dymlm_geometry::Assignment;
+
 use super::shared_points::{sample_places, shared_share};
 use super::{AssociationConfig, CentroidVerdict, visible_iou};
 use crate::vector3::Vector3;
 use crate::{MapObject, ObjectObservation, ObjectView};
+
+/// Affinities in fixed point: sums of assignments compare exactly, on every machine.
+const ONE: f64 = (1_u64 << 38) as f64;
 
 /// What the four tests say of a detection and an object; `None` where a test is off or has nothing to say.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -47,7 +51,7 @@ pub(crate) struct Associator {
     tests: Vec<AssociationTests>,
     affinities: Vec<f64>,
     places: Vec<Vector3>,
-    matches: Vec<Option<usize>>,
+    assignment: Assignment,
     /// Limits of the centroid test by number of centroids; the outer option is for those not asked for yet.
     limits: Vec<Option<Option<f64>>>,
 }
@@ -59,7 +63,7 @@ impl Associator {
             tests: Vec::new(),
             affinities: Vec::new(),
             places: Vec::new(),
-            matches: Vec::new(),
+            assignment: Assignment::default(),
             limits: Vec::new(),
         }
     }
@@ -84,9 +88,11 @@ impl Associator {
                 self.tests.push(tests);
             }
         }
-        assign(&self.affinities, objects.len(), &mut self.matches);
-        self.matches.resize(observations.len(), None);
-        &self.matches
+        let Self { affinities, assignment, .. } = self;
+        let columns = objects.len();
+        assignment.solve(observations.len(), columns, |row, column| {
+            (affinities[row * columns + column] * ONE).round() as i64
+        })
     }
 
     /// What the tests said of a pair of the last frame.

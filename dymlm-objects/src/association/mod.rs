@@ -1,6 +1,5 @@
 //! Which detection is which object: [`AssociationTests`] and one assignment a frame.
 
-mod assignment;
 mod associator;
 mod centroid_test;
 mod config;
