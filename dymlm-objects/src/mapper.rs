@@ -125,7 +125,8 @@ impl ObjectMapper {
         self.observations.clear();
         let vertical = unit(self.upward);
         self.parameterizer.parameterize(view, planes, vertical, &self.config.sizes, &mut self.observations);
-        for support in self.observations.iter().filter_map(|observation| observation.support) {
+        let supports = self.observations.iter().filter_map(|observation| observation.support);
+        for support in supports.filter(|support| support.id.is_some()) {
             self.upward = along(self.upward, 1.0, support.plane.normal());
         }
         self.note_empty_boxes(view);

@@ -4,8 +4,8 @@ use dymlm_core::Plane;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SupportPlane {
-    /// Tells the planes of a map apart.
-    pub id: u64,
+    /// Tells the planes of a map apart; `None` for a level patch around a thing that is no plane of the map.
+    pub id: Option<u64>,
     /// The plane in the world; its normal points to the side that cameras have seen.
     pub plane: Plane,
 }
@@ -13,7 +13,12 @@ pub struct SupportPlane {
 impl SupportPlane {
     /// A plane of the map.
     pub fn new(id: u64, plane: Plane) -> Self {
-        Self { id, plane }
+        Self { id: Some(id), plane }
+    }
+
+    /// A level patch that is no plane of the map.
+    pub(crate) fn local(plane: Plane) -> Self {
+        Self { id: None, plane }
     }
 }
 

@@ -1,4 +1,4 @@
-use dymlm_core::Pose;
+use dymlm_core::{Plane, Pose};
 use dymlm_geometry::OrientedBox;
 
 use super::{BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud};
@@ -41,6 +41,22 @@ pub struct MapObject {
 pub(crate) struct SupportVotes {
     pub(crate) support: SupportPlane,
     pub(crate) votes: u32,
+}
+
+impl SupportVotes {
+    /// Planes of the map get better with time, so the newest counts; local patches are averaged.
+    fn joined(&self, new: &Self) -> Self {
+        let votes = self.votes + new.votes;
+        if new.support.id.is_some() {
+            return Self { support: new.support, votes };
+        }
+        let share = f64::from(new.votes) / f64::from(votes.max(1));
+        let (a, b) = (self.support.plane, new.support.plane);
+        let normal = [0, 1, 2].map(|k| (1.0 - share) * a.normal()[k] + share * b.normal()[k]);
+        let d = (1.0 - share) * a.d() + share * b.d();
+        let plane = Plane::new(normal, d).unwrap_or(b);
+        Self { support: SupportPlane { plane, ..new.support }, votes }
+    }
 }
 
 /// How sure it is that an object exists.
@@ -235,7 +251,7 @@ impl MapObject {
 
     fn vote(&mut self, new: SupportVotes) {
         match self.supports.iter_mut().find(|own| own.support.id == new.support.id) {
-            Some(own) => *own = SupportVotes { support: new.support, votes: own.votes + new.votes },
+            Some(own) => *own = own.joined(&new),
             None => self.supports.push(new),
         }
     }

@@ -1,4 +1,4 @@
-use dymlm_core::{Pose, axial_noise};
+use dymlm_core::{Plane, Pose, axial_noise};
 
 use super::ParameterizationConfig;
 use super::window::{Sample, Window};
@@ -10,6 +10,8 @@ use crate::{SupportPlane, SupportingPlanes};
 pub(super) struct Ground {
     candidates: Vec<Candidate>,
     found: Vec<SupportPlane>,
+    /// Heights of the samples outside the box.
+    heights: Vec<f64>,
     /// Whether each sample lies on one of them.
     is_ground: Vec<bool>,
 }
@@ -18,7 +20,7 @@ pub(super) struct Ground {
 struct Candidate {
     support: SupportPlane,
     /// In the camera frame.
-    plane: dymlm_core::Plane,
+    plane: Plane,
     samples: u32,
     outside: u32,
 }
@@ -27,11 +29,18 @@ struct Candidate {
 const PROBES: usize = 5;
 /// How far from a probe a plane may be, metres.
 const REACH: f64 = 0.05;
+/// Half width of the band of heights that a level patch's samples lie in, metres.
+const LEVEL_BAND: f64 = 0.008;
+/// Share of the samples outside the box, and their number, that make a level patch.
+const LEVEL_SHARE: f64 = 0.15;
+const LEAST_LEVEL: f64 = 12.0;
+/// Level patches around a box, at most.
+const MOST_PATCHES: usize = 2;
 /// Least share of a plane's samples that must lie outside the box: its own upper side does not carry a thing.
 const LEAST_OUTSIDE: f64 = 0.08;
 
 impl Ground {
-    /// Finds the upright planes in a window that go on outside its box, and the samples on them.
+    /// Finds the upright planes of the map in a window that go on outside its box, and the samples on them.
     pub(super) fn find(
         &mut self,
         window: &Window,
@@ -42,6 +51,22 @@ impl Ground {
         self.ask(window, planes, world_from_camera, config);
         self.count(window, config);
         self.mark(window, config);
+    }
+
+    /// Adds level patches around the box that are no planes of the map: a table of which too little is seen. Answers how
+    /// many.
+    pub(super) fn find_level_patches(
+        &mut self,
+        window: &Window,
+        vertical: [f64; 3],
+        world_from_camera: &Pose,
+        config: &ParameterizationConfig,
+    ) -> usize {
+        let known = self.candidates.len();
+        self.add_level_patches(window, vertical, world_from_camera);
+        self.count(window, config);
+        self.mark(window, config);
+        self.candidates.len() - known
     }
 
     fn ask(
@@ -74,6 +99,29 @@ impl Ground {
             samples: 0,
             outside: 0,
         }));
+    }
+
+    /// Adds the heights at which many of the samples outside the box lie, where no plane of the map is.
+    fn add_level_patches(&mut self, window: &Window, vertical: [f64; 3], world_from_camera: &Pose) {
+        let up = world_from_camera.inverse().rotate(vertical);
+        self.heights.clear();
+        let outside = window.samples.iter().filter(|sample| !sample.is_in_box);
+        self.heights.extend(outside.map(|sample| dot(up, sample.point.map(f64::from))));
+        self.heights.sort_unstable_by(f64::total_cmp);
+        let least = (LEVEL_SHARE * self.heights.len() as f64).max(LEAST_LEVEL);
+        for _ in 0..MOST_PATCHES {
+            let Some(height) = densest(&self.heights, least) else { return };
+            self.heights.retain(|own| (own - height).abs() > 3.0 * LEVEL_BAND);
+            let Ok(plane) = Plane::new(up, -height) else { return };
+            let is_known = self.candidates.iter().any(|candidate| {
+                let middle = up.map(|c| c * height);
+                dot(candidate.plane.normal(), up) > 0.99 && candidate.plane.signed_distance(middle).abs() < 0.03
+            });
+            if !is_known {
+                let support = SupportPlane::local(plane.transformed(world_from_camera));
+                self.candidates.push(Candidate { support, plane, samples: 0, outside: 0 });
+            }
+        }
     }
 
     fn count(&mut self, window: &Window, config: &ParameterizationConfig) {
@@ -129,6 +177,22 @@ impl Ground {
         }
         nearest.map(|(_, support)| support)
     }
+}
+
+/// The middle of the narrow band that holds most of some ascending heights; `None` when it holds fewer than `least`.
+fn densest(heights: &[f64], least: f64) -> Option<f64> {
+    let mut best = None;
+    let (mut low, mut most) = (0, 0);
+    for (high, height) in heights.iter().enumerate() {
+        while height - heights[low] > 2.0 * LEVEL_BAND {
+            low += 1;
+        }
+        let count = high + 1 - low;
+        if count > most {
+            (most, best) = (count, heights.get(usize::midpoint(low, high)).copied());
+        }
+    }
+    best.filter(|_| most as f64 >= least)
 }
 
 fn is_on(candidate: &Candidate, sample: &Sample, config: &ParameterizationConfig) -> bool {

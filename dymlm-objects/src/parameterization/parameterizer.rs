@@ -4,9 +4,9 @@ use super::box_fitter::BoxFitter;
 use super::completeness::Surroundings;
 use super::ground::Ground;
 use super::object_cluster::{ClusterSearch, ObjectCluster};
-use super::window::Window;
-use super::{ObjectObservation, ParameterizationConfig};
-use crate::{ObjectView, SizePriors, SupportPlane, SupportingPlanes};
+use super::window::{Sample, Window};
+use super::{Completeness, ObjectObservation, ParameterizationConfig, SideView};
+use crate::{NoPlanes, ObjectView, SizePrior, SizePriors, SupportPlane, SupportingPlanes};
 
 /// From detections to boxes in space: the paper's object parameterization (section IV-A).
 ///
@@ -77,7 +77,9 @@ impl Parameterizer {
     ) -> Option<ObjectObservation> {
         let prior = priors.of(detection.label());
         self.window.fill(view, index, &self.config);
-        self.ground.find(&self.window, self.planes(planes), &view.world_from_camera, &self.config);
+        let vertical = vertical.filter(|_| self.config.support.is_on());
+        let planes = if self.config.support.is_on() { planes } else { &NoPlanes };
+        self.ground.find(&self.window, planes, &view.world_from_camera, &self.config);
         self.note_others(view, index);
         let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
         let search = ClusterSearch {
@@ -89,22 +91,19 @@ impl Parameterizer {
             focal_length: view.frame.camera().fx().abs() as f32,
         };
         self.cluster.find(&self.window, self.ground.is_ground(), &search, &self.config);
+        let mut completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
+        let mut support = support(&self.ground, members(&self.window, &self.cluster), prior, completeness, &mut self.heights, &self.config);
+        if let (None, Some(vertical)) = (support, vertical)
+            && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera, &self.config) > 0
+        {
+            self.cluster.find(&self.window, self.ground.is_ground(), &search, &self.config);
+            completeness = self::completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
+            support = self::support(&self.ground, members(&self.window, &self.cluster), prior, completeness, &mut self.heights, &self.config);
+        }
         if self.cluster.members.len() < self.config.min_samples {
             return None;
         }
-        let completeness = Surroundings {
-            view,
-            window: &self.window,
-            cluster: &self.cluster,
-            is_ground: self.ground.is_ground(),
-            max_depth: self.config.max_depth,
-        }
-        .completeness();
-
-        let hidden_foot = completeness.bottom != super::SideView::Whole;
-        let hidden_height = prior.filter(|_| hidden_foot).map_or(0.0, |prior| 0.7 * prior.height.typical);
-        let support = self.support(self.config.max_support_gap.max(hidden_height));
-        let points: Vec<Point> = self.members().map(|sample| sample.point).collect();
+        let points: Vec<Point> = members(&self.window, &self.cluster).map(|sample| sample.point).collect();
         let (centroid, fit) = self.fit(&points, support.as_ref(), vertical, &view.world_from_camera)?;
         Some(ObjectObservation {
             detection: index,
@@ -120,23 +119,10 @@ impl Parameterizer {
         })
     }
 
-    fn planes<'a>(&self, planes: &'a dyn SupportingPlanes) -> &'a dyn SupportingPlanes {
-        if self.config.support.is_on() { planes } else { &crate::NoPlanes }
-    }
-
     fn note_others(&mut self, view: &ObjectView<'_>, index: usize) {
         self.others.clear();
         let others = view.detections.iter().enumerate().filter(|&(other, _)| other != index);
         self.others.extend(others.map(|(_, detection)| detection.bounding_box()));
-    }
-
-    fn members(&self) -> impl Iterator<Item = &super::window::Sample> + Clone {
-        self.cluster.members.iter().filter_map(|&index| self.window.samples.get(index as usize))
-    }
-
-    fn support(&mut self, max_gap: f64) -> Option<SupportPlane> {
-        let members = self.cluster.members.iter().filter_map(|&index| self.window.samples.get(index as usize));
-        self.ground.under(members, max_gap, &mut self.heights, &self.config)
     }
 
     /// The mean of the points and the box around them, in the world.
@@ -165,6 +151,37 @@ impl Parameterizer {
         let oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
         Some((centroid, super::BoxFit { oriented_box, ..fit }))
     }
+}
+
+/// The samples that are the object.
+fn members<'a>(window: &'a Window, cluster: &'a ObjectCluster) -> impl Iterator<Item = &'a Sample> + Clone {
+    cluster.members.iter().filter_map(|&index| window.samples.get(index as usize))
+}
+
+/// The plane under the object: no farther than usual, or than its size allows when its foot is hidden.
+fn support<'a>(
+    ground: &Ground,
+    members: impl Iterator<Item = &'a Sample> + Clone,
+    prior: Option<&SizePrior>,
+    completeness: Completeness,
+    heights: &mut Vec<f64>,
+    config: &ParameterizationConfig,
+) -> Option<SupportPlane> {
+    let hidden_foot = completeness.bottom != SideView::Whole;
+    let hidden_height = prior.filter(|_| hidden_foot).map_or(0.0, |prior| 0.7 * prior.height.typical);
+    ground.under(members, config.max_support_gap.max(hidden_height), heights, config)
+}
+
+fn completeness(
+    view: &ObjectView<'_>,
+    window: &Window,
+    cluster: &ObjectCluster,
+    ground: &Ground,
+    config: &ParameterizationConfig,
+) -> Completeness {
+    let surroundings =
+        Surroundings { view, window, cluster, is_ground: ground.is_ground(), max_depth: config.max_depth };
+    surroundings.completeness()
 }
 
 fn mean(points: &[Point]) -> Option<[f64; 3]> {
