@@ -1,10 +1,10 @@
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
-use crate::optimization::{ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates};
+use crate::optimization::{ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates, is_foot_hidden};
 use crate::vector3::{along, difference, norm, unit};
 use crate::{
     MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport, ObjectState,
-    ObjectView, Parameterizer, RejectedDetection, RejectionCause, SupportingPlanes,
+    ObjectView, Parameterizer, RejectedDetection, RejectionCause, SupportPlane, SupportingPlanes, UprightPose,
 };
 
 /// Builds the object map, one frame at a time (paper IV).
@@ -58,6 +58,10 @@ const REACH: f64 = 1e8;
 const OCCUPIED: f64 = 0.6;
 /// Intersection over union of an object's projection and a box that makes the box the object's.
 const EXPLAINED: f64 = 0.5;
+/// How far away things are beside an object, metres.
+const BESIDE: f64 = 1.0;
+/// Share of an object's usual height that may be hidden above its support.
+const HIDDEN_FOOT: f64 = 0.7;
 /// Merges a frame, at most; the others wait for the next.
 const MOST_MERGES: usize = 16;
 /// Frames in view after which a thing that was detected once only is given up.
@@ -242,6 +246,9 @@ impl ObjectMapper {
         if !self.reparameterizer.is_due(object) {
             return;
         }
+        let borrowed_support = self.support_beside(place);
+        let Some(object) = self.map.objects.get_mut(place) else { return };
+        object.borrowed_support = borrowed_support;
         match self.reparameterizer.update(object, unit(self.upward), &self.config.sizes, &self.config.shapes) {
             Proposal::Accepted => self.report.updated.push(object.id),
             Proposal::Rejected => {
@@ -250,6 +257,26 @@ impl ObjectMapper {
             }
             Proposal::None => {}
         }
+    }
+
+    /// The plane that things beside an object stand on, if the object's foot is hidden and not too far above it.
+    fn support_beside(&self, place: usize) -> Option<SupportPlane> {
+        let object = self.map.objects.get(place).filter(|object| object.seen_support().is_none())?;
+        let vertical = unit(self.upward).filter(|_| object.axes.pose() == UprightPose::Upright)?;
+        if !is_foot_hidden(vertical, &object.key_views) {
+            return None;
+        }
+        let prior = self.config.sizes.of(&object.label)?;
+        let lowest = along(object.oriented_box.center(), -0.5 * object.oriented_box.lengths()[2], vertical);
+        let near = self.map.objects().filter(|other| {
+            norm(difference(other.oriented_box.center(), object.oriented_box.center())) <= BESIDE
+        });
+        let gaps = near.filter_map(MapObject::seen_support).map(|support| {
+            let gap = support.plane.signed_distance(lowest);
+            (gap, support)
+        });
+        let reachable = gaps.filter(|(gap, _)| (-0.02..=HIDDEN_FOOT * prior.height.typical).contains(gap));
+        reachable.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, support)| support)
     }
 
     fn create_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation) {

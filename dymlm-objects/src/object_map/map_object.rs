@@ -24,6 +24,8 @@ pub struct MapObject {
     pub(crate) first_seen: f64,
     pub(crate) last_seen: f64,
     pub(crate) supports: Vec<SupportVotes>,
+    /// A plane that things beside it stand on, while none was seen under it.
+    pub(crate) borrowed_support: Option<SupportPlane>,
     pub(crate) cloud: ObjectCloud,
     pub(crate) centroids: CentroidCloud,
     pub(crate) key_views: KeyViews,
@@ -131,10 +133,17 @@ impl MapObject {
         self.last_seen
     }
 
-    /// The plane that it stands on, as most observations have it.
+    /// The plane that it stands on, as most observations have it; when its foot is hidden in all, the one that things beside
+    /// it stand on.
     pub fn support(&self) -> Option<SupportPlane> {
-        let most = self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most });
-        most.map(|most| most.support)
+        self.seen_support().or(self.borrowed_support)
+    }
+
+    /// The plane under it as most observations have it.
+    pub(crate) fn seen_support(&self) -> Option<SupportPlane> {
+        let most = self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most })?;
+        let share = if most.support.id.is_some() { MAP_PLANE_SHARE } else { LEVEL_PATCH_SHARE };
+        (f64::from(most.votes) >= share * f64::from(self.observations)).then_some(most.support)
     }
 
     /// The centroids of its whole observations.
@@ -189,6 +198,7 @@ impl MapObject {
             first_seen: timestamp,
             last_seen: timestamp,
             supports: Vec::new(),
+            borrowed_support: None,
             cloud: ObjectCloud::new(observation.centroid, limits.voxel_size),
             centroids: CentroidCloud::default(),
             key_views: KeyViews::default(),
@@ -287,6 +297,10 @@ impl MapObject {
     }
 }
 
+/// Share of the observations that must have found an object on a plane of the map, or on a level patch, of which a cluttered
+/// table has many.
+const MAP_PLANE_SHARE: f64 = 0.1;
+const LEVEL_PATCH_SHARE: f64 = 0.3;
 /// Observations after which an object's box tells which points can be its.
 const KNOWN: u32 = 4;
 /// By how much the box may grow at once: a factor, and metres on each side.

@@ -81,6 +81,11 @@ fn widen(own: &OrientedBox, axis: usize, sides: [f64; 2], shares: [f64; 2], leng
     pose.and_then(|pose| OrientedBox::new(pose, lengths).ok()).unwrap_or(*own)
 }
 
+/// Whether something hides an object's foot in most of the views.
+pub(crate) fn is_foot_hidden(vertical: Vector3, views: &KeyViews) -> bool {
+    is_hidden(vertical.map(|c| -c), views)
+}
+
 /// Whether something hides the end of the object in a direction of the world in most of the views that show it sideways.
 fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
     let sides = views.iter().filter_map(|view| side_toward(direction, view));

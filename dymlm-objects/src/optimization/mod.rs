@@ -7,6 +7,7 @@ mod existence;
 mod outliers;
 mod reparameterizer;
 
+pub(crate) use completion::is_foot_hidden;
 pub use config::{MergeConfig, UpdateConfig};
 pub(crate) use duplicates::find_duplicates;
 pub(crate) use existence::{ExistenceJudge, Sighting};

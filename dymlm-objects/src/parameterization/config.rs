@@ -19,6 +19,9 @@ pub struct ParameterizationConfig {
     pub max_samples: usize,
     /// Fewest samples of an object, 4..=100000. Default 12.
     pub min_samples: usize,
+    /// Least share of the box's samples (of those a sensor could read or not) that must be the object, 0..=1. Default 0.04:
+    /// less is a rest of something else.
+    pub min_fill: f32,
     /// How far around the box is looked, as a share of its longer side, 0..=1. Default 0.15; at least 6 pixels. What a
     /// cluster does outside tells things from their background.
     pub margin: f32,
@@ -57,6 +60,7 @@ impl Default for ParameterizationConfig {
             max_depth: 4.5,
             max_samples: 1600,
             min_samples: 12,
+            min_fill: 0.04,
             margin: 0.15,
             eps_samples: 2.5,
             eps_depth: 0.02,
@@ -80,6 +84,7 @@ impl ParameterizationConfig {
         check_range("objects.parameterization.min_depth", self.min_depth.into(), 0.0..=least_of_far)?;
         check_range("objects.parameterization.max_samples", self.max_samples as f64, 64.0..=1e6)?;
         check_range("objects.parameterization.min_samples", self.min_samples as f64, 4.0..=1e5)?;
+        check_range("objects.parameterization.min_fill", self.min_fill.into(), 0.0..=1.0)?;
         check_range("objects.parameterization.margin", self.margin.into(), 0.0..=1.0)?;
         check_range("objects.parameterization.eps_samples", self.eps_samples.into(), 1.0..=10.0)?;
         check_range("objects.parameterization.eps_depth", self.eps_depth.into(), 0.0..=1.0)?;

@@ -100,7 +100,8 @@ impl Parameterizer {
             completeness = self::completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
             support = self::support(&self.ground, members(&self.window, &self.cluster), prior, completeness, &mut self.heights, &self.config);
         }
-        if self.cluster.members.len() < self.config.min_samples {
+        let least = (self.config.min_fill * self.window.box_cells as f32) as usize;
+        if self.cluster.members.len() < self.config.min_samples.max(least) {
             return None;
         }
         let points: Vec<Point> = members(&self.window, &self.cluster).map(|sample| sample.point).collect();

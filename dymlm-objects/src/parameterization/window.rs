@@ -15,6 +15,8 @@ pub(super) struct Window {
     /// The sample of each cell of the grid, row by row; `NONE` where there is none.
     cells: Vec<u32>,
     pub(super) samples: Vec<Sample>,
+    /// Cells in the box.
+    pub(super) box_cells: usize,
     /// Share of the box that movers hide, 0..=1.
     pub(super) hidden_share: f32,
     /// Mean depth of the movers in the box, metres.
@@ -115,6 +117,7 @@ impl Window {
                 });
             }
         }
+        self.box_cells = in_box as usize;
         self.hidden_share = if in_box > 0.0 { hidden / in_box } else { 0.0 };
         self.mover_depth = (hidden_read > 0.0).then(|| hidden_depth / hidden_read);
     }

@@ -1,0 +1,253 @@
+//! Maps the objects of the eight simulated sequences and scores them; with `--ablation` also with parts left out.
+//!
+//! ```text
+//! cargo run --release -p dymlm-objects --example object_sequences -- [--ablation] [--per-object] [NAME ...]
+//! ```
+//!
+//! Masks come from `dymlm-dynamics`, planes from `dymlm-planes`, as in `MapBuilder`. Every variant sees the same frames.
+
+#![allow(clippy::print_stdout, reason = "an application")]
+
+use std::error::Error;
+use std::time::Instant;
+
+use dymlm_dynamics::{DynamicsConfig, Preprocessor};
+use dymlm_objects::{CentroidTest, MapObject, ObjectConfig, ObjectMapper, ObjectView, SupportPlane, Switch};
+use dymlm_planes::{PlaneConfig, PlaneMap, PlaneMapper};
+use dymlm_sim::{
+    EstimatedObject, FrameScratch, ObjectScore, ObjectScoreConfig, Sequence, SequenceType, TrueObject, Truth, TruthConfig,
+    score_objects,
+};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let has = |flag: &str| args.iter().any(|arg| arg == flag);
+    let names: Vec<&String> = args.iter().filter(|arg| !arg.starts_with("--")).collect();
+    let variants = if has("--ablation") { ablation() } else { vec![Variant::new("all", |_| {})] };
+
+    let mut totals = vec![Total::default(); variants.len()];
+    for kind in SequenceType::ALL.iter().filter(|kind| names.is_empty() || names.iter().any(|n| *n == kind.name())) {
+        let sequence = Sequence::new(&kind.config())?;
+        let runs = map_objects(&sequence, &variants)?;
+        println!("\n{}", kind.name());
+        println!("  {HEADER}");
+        for ((variant, run), total) in variants.iter().zip(&runs).zip(&mut totals) {
+            println!("  {:34} {}", variant.name, row(run));
+            total.add(run);
+            if has("--per-object") {
+                print_objects(run);
+            }
+        }
+    }
+    println!("\nall sequences\n  {HEADER}");
+    for (variant, total) in variants.iter().zip(&totals) {
+        println!("  {:34} {}", variant.name, total.row());
+    }
+    Ok(())
+}
+
+const HEADER: &str = "                                   recall  precision  duplicates  mean IoU  median centre  label  ms/frame";
+
+/// A config with something left out.
+struct Variant {
+    name: &'static str,
+    config: ObjectConfig,
+}
+
+impl Variant {
+    fn new(name: &'static str, change: impl FnOnce(&mut ObjectConfig)) -> Self {
+        let mut config = ObjectConfig::default();
+        change(&mut config);
+        Self { name, config }
+    }
+}
+
+fn ablation() -> Vec<Variant> {
+    let only = |config: &mut ObjectConfig, [projection, motion, shared, centroid]: [Switch; 4]| {
+        let association = &mut config.association;
+        association.projection = projection;
+        association.motion = motion;
+        association.shared = shared;
+        association.centroid = centroid;
+    };
+    use Switch::{Off, On};
+    vec![
+        Variant::new("all", |_| {}),
+        Variant::new("association: projection IoU only", |config| only(config, [On, Off, Off, Off])),
+        Variant::new("association: motion IoU only", |config| only(config, [Off, On, Off, Off])),
+        Variant::new("association: shared points only", |config| only(config, [Off, Off, On, Off])),
+        Variant::new("association: centroid only", |config| only(config, [Off, Off, Off, On])),
+        Variant::new("association: paper's t-test only", |config| {
+            only(config, [Off, Off, Off, On]);
+            config.association.centroid_test = CentroidTest::OneSampleT;
+        }),
+        Variant::new("association: with the paper's t-test", |config| {
+            config.association.centroid_test = CentroidTest::OneSampleT;
+        }),
+        Variant::new("parameters: PCA alone", |config| {
+            config.parameterization.support = Off;
+            config.parameterization.fitter.rectangle = Off;
+            config.update.edges = Off;
+            config.update.completion = Off;
+        }),
+        Variant::new("parameters: PCA, rectangle", |config| {
+            config.parameterization.support = Off;
+            config.update.edges = Off;
+            config.update.completion = Off;
+        }),
+        Variant::new("parameters: PCA, rectangle, support", |config| {
+            config.update.edges = Off;
+            config.update.completion = Off;
+        }),
+        Variant::new("parameters: without completion", |config| config.update.completion = Off),
+        Variant::new("parameters: without edges", |config| config.update.edges = Off),
+        Variant::new("parameters: without rectangle", |config| {
+            config.parameterization.fitter.rectangle = Off;
+        }),
+        Variant::new("update: without isolation forest", |config| config.update.forest = Off),
+    ]
+}
+
+/// What a variant made of a sequence.
+struct Run {
+    objects: Vec<MapObject>,
+    truth: Vec<TrueObject>,
+    score: ObjectScore,
+    milliseconds: Vec<f64>,
+}
+
+fn map_objects(sequence: &Sequence, variants: &[Variant]) -> Result<Vec<Run>, Box<dyn Error>> {
+    let dynamics = DynamicsConfig::default();
+    let mover_labels = dynamics.mover_labels.clone();
+    let mut preprocessor = Preprocessor::new(dynamics)?;
+    let mut planes = PlaneMapper::new(PlaneConfig::default())?;
+    let mut truth = Truth::new(sequence, &TruthConfig::default())?;
+    let mut mappers: Vec<ObjectMapper> =
+        variants.iter().map(|variant| ObjectMapper::new(variant.config.clone())).collect::<Result<_, _>>()?;
+    let mut times = vec![Vec::new(); variants.len()];
+    let mut scratch = FrameScratch::default();
+    for index in 0..sequence.len() {
+        let Some(simulated) = sequence.frame_with(index, &mut scratch) else { break };
+        truth.observe(&simulated);
+        let pose = simulated.estimated_world_from_camera;
+        let mask = preprocessor.process(&simulated.frame, &simulated.detections, &pose)?.static_mask;
+        planes.insert(&simulated.frame, Some(mask), &[], &pose)?;
+        let view = ObjectView::new(&simulated.frame, &simulated.detections, &pose)
+            .with_static_mask(mask)?
+            .without_labels(&mover_labels);
+        let near = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
+            planes_near(planes.map(), point, reach, found);
+        };
+        for (mapper, times) in mappers.iter_mut().zip(&mut times) {
+            let start = Instant::now();
+            mapper.observe(&view, &near)?;
+            times.push(1e3 * start.elapsed().as_secs_f64());
+        }
+        scratch.recycle(simulated);
+    }
+    let truth = truth.objects();
+    let run = |(mapper, mut milliseconds): (ObjectMapper, Vec<f64>)| {
+        milliseconds.sort_unstable_by(f64::total_cmp);
+        let objects: Vec<MapObject> = mapper.map().objects().cloned().collect();
+        let estimates: Vec<EstimatedObject> = objects.iter().map(estimate).collect();
+        let score = score_objects(&estimates, &truth, &ObjectScoreConfig::default())?;
+        Ok(Run { objects, truth: truth.clone(), score, milliseconds })
+    };
+    mappers.into_iter().zip(times).map(run).collect()
+}
+
+/// The planes of the map that hold inliers within reach of a point.
+fn planes_near(map: &PlaneMap, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>) {
+    for own in map.planes() {
+        let (plane, distance) = (own.plane(), own.plane().signed_distance(point));
+        let foot = [0, 1, 2].map(|axis| point[axis] - distance * plane.normal()[axis]);
+        if distance.abs() <= reach && own.holds(foot) {
+            found.push(SupportPlane::new(own.id(), plane));
+        }
+    }
+}
+
+fn estimate(object: &MapObject) -> EstimatedObject {
+    EstimatedObject {
+        label: object.label().to_owned(),
+        world_from_object: object.oriented_box().world_from_box(),
+        dimensions: object.oriented_box().lengths(),
+    }
+}
+
+fn row(run: &Run) -> String {
+    let mut total = Total::default();
+    total.add(run);
+    total.row()
+}
+
+/// Scores added up over sequences.
+#[derive(Clone, Default)]
+struct Total {
+    found: usize,
+    asked: usize,
+    matches: usize,
+    estimates: usize,
+    duplicates: usize,
+    right: f64,
+    iou: Vec<f64>,
+    centers: Vec<f64>,
+    milliseconds: Vec<f64>,
+}
+
+impl Total {
+    fn add(&mut self, run: &Run) {
+        let score = &run.score;
+        self.asked += score.asked;
+        self.found += score.asked - score.missed.len();
+        self.matches += score.matches.len();
+        self.estimates += score.estimates;
+        self.duplicates += score.duplicates.len();
+        self.right += score.label_accuracy().unwrap_or(0.0) * score.matches.len() as f64;
+        self.iou.extend(score.matches.iter().map(|found| found.iou));
+        self.centers.extend(score.matches.iter().map(|found| found.center_error));
+        self.milliseconds.extend_from_slice(&run.milliseconds);
+    }
+
+    fn row(&self) -> String {
+        let percent = |part: f64, whole: usize| 100.0 * part / whole.max(1) as f64;
+        format!(
+            "{:5.1} %    {:5.1} %  {:10}  {:8.3}  {:10.1} cm  {:3.0} %  {:8.1}",
+            percent(self.found as f64, self.asked),
+            percent(self.matches as f64, self.estimates),
+            self.duplicates,
+            self.iou.iter().sum::<f64>() / self.iou.len().max(1) as f64,
+            100.0 * median(&self.centers),
+            percent(self.right, self.matches),
+            median(&self.milliseconds),
+        )
+    }
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn print_objects(run: &Run) {
+    for object in run.truth.iter().filter(|object| object.frames_visible >= 8) {
+        match run.score.matches.iter().find(|found| found.object == object.id) {
+            Some(found) => println!(
+                "      {:12} IoU {:.2}, centre {:4.1} cm, {:.2?} m of {:.2?}, seen {} times",
+                object.label,
+                found.iou,
+                100.0 * found.center_error,
+                run.objects[found.estimate].oriented_box().lengths(),
+                object.oriented_box.lengths(),
+                run.objects[found.estimate].observations(),
+            ),
+            None => println!("      {:12} missed, visible in {} frames", object.label, object.frames_visible),
+        }
+    }
+    for &estimate in &run.score.unmatched {
+        let object = &run.objects[estimate];
+        let place = object.oriented_box().center();
+        println!("      {:12} is not there: at {place:.2?}, {} observations", object.label(), object.observations());
+    }
+}
