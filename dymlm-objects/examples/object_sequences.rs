@@ -15,8 +15,8 @@ use dymlm_dynamics::{DynamicsConfig, Preprocessor};
 use dymlm_objects::{CentroidTest, MapObject, ObjectConfig, ObjectMapper, ObjectView, SupportPlane, Switch};
 use dymlm_planes::{PlaneConfig, PlaneMap, PlaneMapper};
 use dymlm_sim::{
-    EstimatedObject, FrameScratch, ObjectScore, ObjectScoreConfig, Sequence, SequenceType, TrueObject, Truth, TruthConfig,
-    score_objects,
+    EstimatedObject, FrameScratch, ObjectScore, ObjectScoreConfig, Sequence, SequenceType, TrueObject, Truth,
+    TruthConfig, score_objects,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -26,7 +26,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let variants = if has("--ablation") { ablation() } else { vec![Variant::new("all", |_| {})] };
 
     let mut totals = vec![Total::default(); variants.len()];
-    for kind in SequenceType::ALL.iter().filter(|kind| names.is_empty() || names.iter().any(|n| *n == kind.name())) {
+    for kind in
+        SequenceType::ALL.iter().filter(|kind| names.is_empty() || names.iter().any(|n| *n == kind.name()))
+    {
         let sequence = Sequence::new(&kind.config())?;
         let runs = map_objects(&sequence, &variants)?;
         println!("\n{}", kind.name());
@@ -248,6 +250,10 @@ fn print_objects(run: &Run) {
     for &estimate in &run.score.unmatched {
         let object = &run.objects[estimate];
         let place = object.oriented_box().center();
-        println!("      {:12} is not there: at {place:.2?}, {} observations", object.label(), object.observations());
+        println!(
+            "      {:12} is not there: at {place:.2?}, {} observations",
+            object.label(),
+            object.observations()
+        );
     }
 }

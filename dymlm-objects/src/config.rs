@@ -1,8 +1,6 @@
 use dymlm_core::ConfigError;
 
-use crate::{
-    AssociationConfig, MergeConfig, ParameterizationConfig, ShapeTable, SizePriors, UpdateConfig,
-};
+use crate::{AssociationConfig, MergeConfig, ParameterizationConfig, ShapeTable, SizePriors, UpdateConfig};
 
 /// Settings of an [`ObjectMapper`](crate::ObjectMapper), one part a step. Validated once, in
 /// [`ObjectMapper::new`](crate::ObjectMapper::new).

@@ -1,10 +1,13 @@
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
-use crate::optimization::{ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates, is_foot_hidden};
+use crate::optimization::{
+    ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates, is_foot_hidden,
+};
 use crate::vector3::{along, difference, norm, unit};
 use crate::{
-    MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport, ObjectState,
-    ObjectView, Parameterizer, RejectedDetection, RejectionCause, SupportPlane, SupportingPlanes, UprightPose,
+    MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport,
+    ObjectState, ObjectView, Parameterizer, RejectedDetection, RejectionCause, SupportPlane,
+    SupportingPlanes, UprightPose,
 };
 
 /// Builds the object map, one frame at a time (paper IV).
@@ -249,7 +252,8 @@ impl ObjectMapper {
         let borrowed_support = self.support_beside(place);
         let Some(object) = self.map.objects.get_mut(place) else { return };
         object.borrowed_support = borrowed_support;
-        match self.reparameterizer.update(object, unit(self.upward), &self.config.sizes, &self.config.shapes) {
+        match self.reparameterizer.update(object, unit(self.upward), &self.config.sizes, &self.config.shapes)
+        {
             Proposal::Accepted => self.report.updated.push(object.id),
             Proposal::Rejected => {
                 object.cloud.subtract(&patch);
@@ -321,9 +325,11 @@ impl ObjectMapper {
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
         let camera = view.frame.camera();
         self.map.objects().any(|object| {
-            let is_matched = self.matches.iter().flatten().any(|&place| {
-                self.map.objects.get(place).is_some_and(|matched| matched.id == object.id)
-            });
+            let is_matched = self
+                .matches
+                .iter()
+                .flatten()
+                .any(|&place| self.map.objects.get(place).is_some_and(|matched| matched.id == object.id));
             let projected = object.shape().image_box(camera, &view.world_from_camera);
             let completeness = &observation.completeness;
             !is_matched
@@ -384,7 +390,8 @@ impl ObjectMapper {
         for _ in 0..MOST_MERGES {
             let Some(merge) = find_duplicates(&self.map, &self.config.merging) else { return };
             let Some(removed) = self.map.remove(merge.removed) else { return };
-            let Some(kept) = self.map.place(merge.kept).and_then(|place| self.map.objects.get_mut(place)) else {
+            let Some(kept) = self.map.place(merge.kept).and_then(|place| self.map.objects.get_mut(place))
+            else {
                 return;
             };
             kept.merge(&removed, &self.limits);
@@ -403,7 +410,8 @@ impl ObjectMapper {
             let lengths = object.oriented_box.lengths();
             let is_plausible =
                 prior.is_none_or(|prior| prior.admits(lengths, object.axes.pose(), update.prior_slack));
-            let is_seen = object.observations >= update.min_observations && share >= update.min_detected_share;
+            let is_seen =
+                object.observations >= update.min_observations && share >= update.min_detected_share;
             let believed = is_seen && is_plausible;
             match (object.state, believed) {
                 (ObjectState::Tentative, true) => {

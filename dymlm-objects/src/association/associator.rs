@@ -25,7 +25,8 @@ pub struct AssociationTests {
 impl AssociationTests {
     /// Whether the pair passes: projection AND (motion OR shared points OR centroid), of those that are on.
     pub fn pass(&self, config: &AssociationConfig) -> bool {
-        let reaches = |value: Option<f64>, least: f64| value.is_some_and(|value| value >= least && value > 0.0);
+        let reaches =
+            |value: Option<f64>, least: f64| value.is_some_and(|value| value >= least && value > 0.0);
         let projects = reaches(self.projection_iou, config.min_projection_iou);
         let others_are_on = config.motion.is_on() || config.shared.is_on() || config.centroid.is_on();
         let another = reaches(self.motion_iou, config.min_motion_iou)
@@ -111,7 +112,8 @@ impl Associator {
         let mut tests = AssociationTests::default();
         if self.config.projection.is_on() {
             let projected = object.shape().image_box(camera, &view.world_from_camera);
-            let iou = projected.map_or(0.0, |own| visible_iou(&own, detected, &observation.completeness, camera));
+            let iou =
+                projected.map_or(0.0, |own| visible_iou(&own, detected, &observation.completeness, camera));
             tests.projection_iou = Some(iou);
             // Most pairs are far apart in the image: the rule cannot be met, and nothing else is asked.
             if iou < self.config.min_projection_iou || iou <= 0.0 {

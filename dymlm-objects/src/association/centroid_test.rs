@@ -1,8 +1,8 @@
 use dymlm_geometry::symmetric_eigen3;
 
+use crate::CentroidCloud;
 use crate::statistics::{fisher_f_quantile, student_t_quantile};
 use crate::vector3::{difference, dot};
-use crate::CentroidCloud;
 
 /// Asks whether a new centroid belongs to the cloud of an object's centroids.
 ///
@@ -10,11 +10,10 @@ use crate::CentroidCloud;
 /// use dymlm_objects::{CentroidCloud, CentroidTest, CentroidVerdict};
 ///
 /// let mut cloud = CentroidCloud::default();
-/// for k in 0..30 {
-///     let [x, y, z] = [7, 11, 13].map(|step| 0.002 * f64::from(k * step % 10));
-///     cloud.add([x, y, z]);
+/// for k in 0..30_i32 {
+///     cloud.add([k * 7 % 10, k * k % 11, k * 3 % 7].map(|place| 0.002 * f64::from(place)));
 /// }
-/// let [near, far] = [[0.017, 0.0, 0.01], [0.1, 0.0, 0.01]];
+/// let [near, far] = [[0.016, 0.008, 0.006], [0.1, 0.008, 0.006]];
 /// assert_eq!(CentroidTest::Prediction.verdict(&cloud, near, 0.05), CentroidVerdict::Accepted);
 /// assert_eq!(CentroidTest::Prediction.verdict(&cloud, far, 0.05), CentroidVerdict::Rejected);
 /// // The paper's asks for the mean itself: an ordinary observation is too far from it.
@@ -92,8 +91,12 @@ fn hotelling(cloud: &CentroidCloud, centroid: [f64; 3]) -> Option<f64> {
         return None;
     }
     let offset = difference(centroid, cloud.mean());
-    let squared: f64 =
-        spread.vectors.iter().zip(spread.values).map(|(axis, variance)| dot(*axis, offset).powi(2) / variance).sum();
+    let squared: f64 = spread
+        .vectors
+        .iter()
+        .zip(spread.values)
+        .map(|(axis, variance)| dot(*axis, offset).powi(2) / variance)
+        .sum();
     let m = f64::from(cloud.count());
     Some(m / (m + 1.0) * squared).filter(|squared| !squared.is_nan())
 }

@@ -6,8 +6,8 @@ mod config;
 mod projection_iou;
 mod shared_points;
 
-pub(crate) use associator::Associator;
 pub use associator::AssociationTests;
+pub(crate) use associator::Associator;
 pub use centroid_test::{CentroidTest, CentroidVerdict};
 pub use config::AssociationConfig;
 pub(crate) use projection_iou::visible_iou;

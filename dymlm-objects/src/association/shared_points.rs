@@ -7,7 +7,11 @@ const MOST: usize = 128;
 /// Share of an observation's points that an object has too, 0..=1: of the caller's map points, when both have some, else
 /// of the surface points, which lie in the cells of the object's cloud or not. `places` are the observation's points in the
 /// world. `None` when there is nothing to compare.
-pub(super) fn shared_share(observation: &ObjectObservation, places: &[Vector3], object: &MapObject) -> Option<f64> {
+pub(super) fn shared_share(
+    observation: &ObjectObservation,
+    places: &[Vector3],
+    object: &MapObject,
+) -> Option<f64> {
     let (own, known) = (&observation.sighted_points, &object.sighted_points);
     if !own.is_empty() && !known.is_empty() {
         let common = own.iter().filter(|id| known.binary_search(id).is_ok()).count();

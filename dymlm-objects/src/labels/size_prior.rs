@@ -195,12 +195,18 @@ mod tests {
         assert!(priors.iter().count() > 60);
         for prior in priors.iter() {
             for range in [prior.length, prior.width, prior.height] {
-                assert!(0.0 < range.min && range.min <= range.typical && range.typical <= range.max, "{prior:?}");
+                assert!(
+                    0.0 < range.min && range.min <= range.typical && range.typical <= range.max,
+                    "{prior:?}"
+                );
             }
             assert!(prior.length.typical >= prior.width.typical, "{prior:?}");
             let typical = [prior.width.typical, prior.length.typical, prior.height.typical];
             assert!(prior.admits(typical, UprightPose::Upright, 1.0), "{prior:?}");
-            assert!(prior.admits([typical[2], typical[0], typical[1]], UprightPose::Unknown, 1.0), "{prior:?}");
+            assert!(
+                prior.admits([typical[2], typical[0], typical[1]], UprightPose::Unknown, 1.0),
+                "{prior:?}"
+            );
         }
     }
 

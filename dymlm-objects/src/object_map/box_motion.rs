@@ -22,7 +22,9 @@ impl BoxMotion {
     /// The box at `time`; `None` when the last one is older than `max_gap` seconds.
     pub(crate) fn predict(&self, time: f64, max_gap: f64) -> Option<BoundingBox> {
         let last = self.last.filter(|last| time - last.time <= max_gap)?;
-        let Some(before) = self.before.filter(|before| last.time > before.time && last.time - before.time <= max_gap) else {
+        let Some(before) =
+            self.before.filter(|before| last.time > before.time && last.time - before.time <= max_gap)
+        else {
             return Some(last.bounding_box);
         };
         let share = ((time - last.time) / (last.time - before.time)) as f32;

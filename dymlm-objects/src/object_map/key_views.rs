@@ -1,7 +1,7 @@
 use dymlm_core::{BoundingBox, PinholeCamera, Pose};
 
-use crate::{Completeness, ObjectShape};
 use crate::association::visible_iou;
+use crate::{Completeness, ObjectShape};
 
 /// Where a detector saw an object.
 #[derive(Debug, Clone, Copy)]

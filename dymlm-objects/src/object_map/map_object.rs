@@ -141,7 +141,8 @@ impl MapObject {
 
     /// The plane under it as most observations have it.
     pub(crate) fn seen_support(&self) -> Option<SupportPlane> {
-        let most = self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most })?;
+        let most =
+            self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most })?;
         let share = if most.support.id.is_some() { MAP_PLANE_SHARE } else { LEVEL_PATCH_SHARE };
         (f64::from(most.votes) >= share * f64::from(self.observations)).then_some(most.support)
     }

@@ -137,7 +137,8 @@ impl ObjectCloud {
     /// Whether a world point lies in a cell that holds points.
     pub(crate) fn holds(&self, place: Vector3) -> bool {
         let offset = difference(place, self.origin);
-        offset.iter().all(|c| c.abs() < REACH) && self.cells.contains_key(&offset.map(|c| (c / CELL).floor() as i32))
+        offset.iter().all(|c| c.abs() < REACH)
+            && self.cells.contains_key(&offset.map(|c| (c / CELL).floor() as i32))
     }
 
     fn key(&self, offset: Vector3) -> VoxelKey {
@@ -197,7 +198,11 @@ mod tests {
 
     fn points(seed: u32) -> Vec<Point> {
         (0..200_u32)
-            .map(|k| [0, 1, 2].map(|axis| ((k * 7919 + seed * 104_729 + axis * 31) % 997) as f32 / 2000.0 + 0.4))
+            .map(|k| {
+                [0, 1, 2].map(|axis| {
+                    ((k * 7919 * (1 + axis) + seed * 104_729 + axis * 31) % 9973) as f32 / 20_000.0 + 0.4
+                })
+            })
             .collect()
     }
 

@@ -45,7 +45,8 @@ impl ObjectMap {
 
     /// The objects that stand on a plane of the plane map, by ascending id: the cup on the table.
     pub fn on_plane(&self, plane_id: u64) -> impl Iterator<Item = &MapObject> {
-        self.objects().filter(move |object| object.support().is_some_and(|support| support.id == Some(plane_id)))
+        self.objects()
+            .filter(move |object| object.support().is_some_and(|support| support.id == Some(plane_id)))
     }
 }
 

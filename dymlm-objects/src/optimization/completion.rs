@@ -17,7 +17,9 @@ pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, u
     let lengths = own.lengths();
     let toward = |axis: usize| dot(axes[axis], mean_view).abs();
     let candidates = if upright { 2 } else { 3 };
-    let Some(depth) = (0..candidates).reduce(|a, b| if toward(b) > toward(a) { b } else { a }) else { return *own };
+    let Some(depth) = (0..candidates).reduce(|a, b| if toward(b) > toward(a) { b } else { a }) else {
+        return *own;
+    };
     let across = if upright { 1 - depth } else { longer_of_others(lengths, depth) };
 
     let sides = [-1.0, 1.0].map(|side| side * if dot(axes[across], mean_view) < 0.0 { -1.0 } else { 1.0 });
@@ -89,7 +91,8 @@ pub(crate) fn is_foot_hidden(vertical: Vector3, views: &KeyViews) -> bool {
 /// Whether something hides the end of the object in a direction of the world in most of the views that show it sideways.
 fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
     let sides = views.iter().filter_map(|view| side_toward(direction, view));
-    let (hidden, all) = sides.fold((0, 0), |(hidden, all), side| (hidden + u32::from(side != SideView::Whole), all + 1));
+    let (hidden, all) =
+        sides.fold((0, 0), |(hidden, all), side| (hidden + u32::from(side != SideView::Whole), all + 1));
     all > 0 && f64::from(hidden) >= HIDDEN * f64::from(all)
 }
 
@@ -108,7 +111,8 @@ fn side_toward(direction: Vector3, view: &KeyView) -> Option<SideView> {
 
 /// Mean direction from the cameras of the views to a box.
 fn mean_view(own: &OrientedBox, views: &KeyViews) -> Option<Vector3> {
-    let rays = views.iter().filter_map(|view| unit(difference(own.center(), view.world_from_camera.translation())));
+    let rays =
+        views.iter().filter_map(|view| unit(difference(own.center(), view.world_from_camera.translation())));
     unit(rays.fold([0.0; 3], |sum, ray| along(sum, 1.0, ray)))
 }
 

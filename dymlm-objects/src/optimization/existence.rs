@@ -39,7 +39,8 @@ impl ExistenceJudge {
         }
         let step = object.cloud.len().div_ceil(MOST).max(1);
         self.places.clear();
-        self.places.extend(object.points().step_by(step).map(|place| camera_from_world.transform_point(place)));
+        self.places
+            .extend(object.points().step_by(step).map(|place| camera_from_world.transform_point(place)));
         let [mut there, mut through] = [0.0_f32; 2];
         for &place in &self.places {
             let Some(pixel) = camera.project(place).filter(|&pixel| camera.sees(pixel)) else { continue };

@@ -64,7 +64,8 @@ impl Reparameterizer {
         let pose = fit.axes.pose();
         let prior = priors.of(&object.label);
         let lengths = fit.oriented_box.lengths();
-        let is_plausible = prior.is_none_or(|prior| prior.admits_part(lengths, pose, self.config.prior_slack));
+        let is_plausible =
+            prior.is_none_or(|prior| prior.admits_part(lengths, pose, self.config.prior_slack));
         let is_persistent = object.refusals >= self.config.max_refusals;
         if !is_plausible || !(is_persistent || self.fits_views(object, &proposed)) {
             object.refusals += u32::from(is_plausible);

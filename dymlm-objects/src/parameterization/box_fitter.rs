@@ -2,8 +2,8 @@ use dymlm_core::{ConfigError, Plane, Point, Pose, check_range};
 use dymlm_geometry::{MinimumAreaRectangleScratch, OrientedBox, PrincipalAxes, minimum_area_rectangle_with};
 
 use super::edge_alignment::EdgeAlignment;
-use crate::{Switch, UprightPose};
 use crate::vector3::{Vector3, any_across, cross, dot, unit};
+use crate::{Switch, UprightPose};
 
 /// Settings of [`BoxFitter`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -234,7 +234,8 @@ impl BoxFitter {
         let (mut middle, mut lengths) = (center, [0.0; 3]);
         for (length, axis) in lengths.iter_mut().zip(axes) {
             self.values.clear();
-            self.values.extend(finite(points).map(|point| dot([0, 1, 2].map(|k| point[k] - center[k]), axis)));
+            self.values
+                .extend(finite(points).map(|point| dot([0, 1, 2].map(|k| point[k] - center[k]), axis)));
             let [low, high] = trimmed_extent(&mut self.values, self.config.trim)?;
             *length = high - low;
             let offset = f64::midpoint(low, high);

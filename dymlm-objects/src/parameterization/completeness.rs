@@ -68,8 +68,11 @@ const FARTHEST: i64 = 4;
 const GAP: f32 = 0.04;
 
 impl Surroundings<'_> {
-    /// How much of the object is seen.
+    /// How much of the object is seen; of nothing, all.
     pub(super) fn completeness(&self) -> Completeness {
+        if self.cluster.members.is_empty() {
+            return Completeness::default();
+        }
         let mut bounds = [[i64::MAX; 2], [i64::MIN; 2]];
         for sample in self.members() {
             for (axis, cell) in [sample.column, sample.row].into_iter().enumerate() {
@@ -111,7 +114,8 @@ impl Surroundings<'_> {
         if counts.iter().sum::<f32>() < PARTIAL * asked.max(1.0) {
             return SideView::Whole;
         }
-        let most = causes.into_iter().zip(counts).reduce(|most, next| if next.1 > most.1 { next } else { most });
+        let most =
+            causes.into_iter().zip(counts).reduce(|most, next| if next.1 > most.1 { next } else { most });
         most.map_or(SideView::Whole, |(cause, _)| cause)
     }
 

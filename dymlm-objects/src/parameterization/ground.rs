@@ -115,7 +115,8 @@ impl Ground {
             let Ok(plane) = Plane::new(up, -height) else { return };
             let is_known = self.candidates.iter().any(|candidate| {
                 let middle = up.map(|c| c * height);
-                dot(candidate.plane.normal(), up) > 0.99 && candidate.plane.signed_distance(middle).abs() < 0.03
+                dot(candidate.plane.normal(), up) > 0.99
+                    && candidate.plane.signed_distance(middle).abs() < 0.03
             });
             if !is_known {
                 let support = SupportPlane::local(plane.transformed(world_from_camera));
@@ -133,7 +134,8 @@ impl Ground {
             (candidate.samples, candidate.outside) = (samples, outside);
         }
         self.candidates.retain(|candidate| {
-            f64::from(candidate.outside) > LEAST_OUTSIDE * f64::from(candidate.samples) && candidate.samples >= 4
+            f64::from(candidate.outside) > LEAST_OUTSIDE * f64::from(candidate.samples)
+                && candidate.samples >= 4
         });
     }
 
@@ -197,7 +199,8 @@ fn densest(heights: &[f64], least: f64) -> Option<f64> {
 
 fn is_on(candidate: &Candidate, sample: &Sample, config: &ParameterizationConfig) -> bool {
     let distance = candidate.plane.signed_distance(sample.point.map(f64::from));
-    distance <= tolerance(candidate, sample, config) && distance >= -4.0 * tolerance(candidate, sample, config)
+    distance <= tolerance(candidate, sample, config)
+        && distance >= -4.0 * tolerance(candidate, sample, config)
 }
 
 /// How far from a plane a sample counts as its, metres: the noise is along the ray.

@@ -68,9 +68,12 @@ impl ClusterSearch<'_> {
     /// to the greatest.
     fn size_factor(&self, prior: &SizePrior, depth: f32) -> f32 {
         let metres_per_pixel = depth / self.focal_length;
-        let (wide, high) = (self.bounding_box.width() * metres_per_pixel, self.bounding_box.height() * metres_per_pixel);
+        let (wide, high) =
+            (self.bounding_box.width() * metres_per_pixel, self.bounding_box.height() * metres_per_pixel);
         // A flat thing's height in the image is some of its depth.
-        let diagonal = |length: f64, width: f64, height: f64| (length * length + width * width + height * height).sqrt() as f32;
+        let diagonal = |length: f64, width: f64, height: f64| {
+            (length * length + width * width + height * height).sqrt() as f32
+        };
         let usual = diagonal(prior.length.typical, prior.width.typical, prior.height.typical);
         let least = diagonal(prior.length.min, prior.width.min, prior.height.min);
         let most = diagonal(prior.length.max, prior.width.max, prior.height.max);
@@ -133,12 +136,20 @@ impl ObjectCluster {
         }
     }
 
-    fn lay(&mut self, window: &Window, is_ground: &[bool], focal_length: f32, config: &ParameterizationConfig) {
+    fn lay(
+        &mut self,
+        window: &Window,
+        is_ground: &[bool],
+        focal_length: f32,
+        config: &ParameterizationConfig,
+    ) {
         self.points.clear();
         self.sample_of.clear();
         self.depths.clear();
         let free = || window.samples.iter().zip(is_ground).enumerate().filter(|(_, (_, ground))| !**ground);
-        self.depths.extend(free().filter(|(_, (sample, _))| sample.is_in_box).map(|(_, (sample, _))| sample.point[2]));
+        self.depths.extend(
+            free().filter(|(_, (sample, _))| sample.is_in_box).map(|(_, (sample, _))| sample.point[2]),
+        );
         let middle = self.depths.len() / 2;
         if self.depths.is_empty() {
             return;
@@ -197,10 +208,12 @@ impl ObjectCluster {
         let main = self.stats[chosen];
         let is_part = |index: usize, stats: &ClusterStats| {
             let contained = stats.outside <= CONTAINED * (stats.inside + stats.outside);
-            let of_another = || bounds(window, stats).is_some_and(|own| others.iter().any(|other| own.iou(other) > 0.3));
+            let of_another =
+                || bounds(window, stats).is_some_and(|own| others.iter().any(|other| own.iou(other) > 0.3));
             index == chosen || (contained && (stats.depth - main.depth).abs() <= reach && !of_another())
         };
-        let parts: Vec<bool> = self.stats.iter().enumerate().map(|(index, stats)| is_part(index, stats)).collect();
+        let parts: Vec<bool> =
+            self.stats.iter().enumerate().map(|(index, stats)| is_part(index, stats)).collect();
         for (&index, label) in self.sample_of.iter().zip(self.clusters.labels()) {
             let Some(label) = label.map(|label| label as usize) else { continue };
             let stats = self.stats[label];
@@ -225,7 +238,8 @@ fn bounds(window: &Window, stats: &ClusterStats) -> Option<BoundingBox> {
         return None;
     }
     let half = 0.5 * window.stride as f32;
-    let [low, high] = [stats.low, stats.high].map(|[column, row]| window.pixel(column as usize, row as usize));
+    let [low, high] =
+        [stats.low, stats.high].map(|[column, row]| window.pixel(column as usize, row as usize));
     let [left, top] = low.map(|c| c as f32 - half);
     let [right, bottom] = high.map(|c| c as f32 + half);
     BoundingBox::new(left, top, right, bottom).ok()

@@ -92,13 +92,28 @@ impl Parameterizer {
         };
         self.cluster.find(&self.window, self.ground.is_ground(), &search, &self.config);
         let mut completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
-        let mut support = support(&self.ground, members(&self.window, &self.cluster), prior, completeness, &mut self.heights, &self.config);
+        let mut support = support(
+            &self.ground,
+            members(&self.window, &self.cluster),
+            prior,
+            completeness,
+            &mut self.heights,
+            &self.config,
+        );
         if let (None, Some(vertical)) = (support, vertical)
-            && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera, &self.config) > 0
+            && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera, &self.config)
+                > 0
         {
             self.cluster.find(&self.window, self.ground.is_ground(), &search, &self.config);
             completeness = self::completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
-            support = self::support(&self.ground, members(&self.window, &self.cluster), prior, completeness, &mut self.heights, &self.config);
+            support = self::support(
+                &self.ground,
+                members(&self.window, &self.cluster),
+                prior,
+                completeness,
+                &mut self.heights,
+                &self.config,
+            );
         }
         let least = (self.config.min_fill * self.window.box_cells as f32) as usize;
         if self.cluster.members.len() < self.config.min_samples.max(least) {
@@ -201,8 +216,12 @@ fn sighted_in(view: &ObjectView<'_>, bounding_box: &BoundingBox) -> Vec<u64> {
         (bounding_box.x_min()..bounding_box.x_max()).contains(&u)
             && (bounding_box.y_min()..bounding_box.y_max()).contains(&v)
     };
-    let mut ids: Vec<u64> =
-        view.sighted_points.iter().filter(|sighted| inside(sighted.pixel)).map(|sighted| sighted.id).collect();
+    let mut ids: Vec<u64> = view
+        .sighted_points
+        .iter()
+        .filter(|sighted| inside(sighted.pixel))
+        .map(|sighted| sighted.id)
+        .collect();
     ids.sort_unstable();
     ids.dedup();
     ids

@@ -55,7 +55,8 @@ impl Window {
         let Some(detection) = view.detections.get(detection) else { return };
         let bounding_box = detection.bounding_box();
         let camera = view.frame.camera();
-        let Some(area) = widened(&bounding_box, config.margin).clipped(camera.width(), camera.height()) else {
+        let Some(area) = widened(&bounding_box, config.margin).clipped(camera.width(), camera.height())
+        else {
             return;
         };
         let (columns, rows) = (area.columns(camera.width()), area.rows(camera.height()));
@@ -158,7 +159,8 @@ fn smoothed(view: &ObjectView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
     let depths = view.frame.depth().data();
     let z = depths[v * width + u];
     let reach = 3.0 * axial_noise(z) + 2.0 * radius as f32 * z / camera.fx().abs() as f32;
-    let around = |at: usize, size: usize| -> Range<usize> { at.saturating_sub(radius)..(at + radius + 1).min(size) };
+    let around =
+        |at: usize, size: usize| -> Range<usize> { at.saturating_sub(radius)..(at + radius + 1).min(size) };
     let [mut sum_u, mut sum_v, mut sum_z, mut count] = [0.0_f32; 4];
     for row in around(v, height) {
         for column in around(u, width) {

@@ -23,7 +23,11 @@ impl ImageEllipse {
             return None;
         }
         // The eigenvector from the row of the greater diagonal element, which does not cancel.
-        let axis = if half_difference >= 0.0 { [half_difference + spread, uv] } else { [uv, spread - half_difference] };
+        let axis = if half_difference >= 0.0 {
+            [half_difference + spread, uv]
+        } else {
+            [uv, spread - half_difference]
+        };
         let length = axis[0].hypot(axis[1]);
         let axis = if length > 0.0 { axis.map(|c| c / length) } else { [1.0, 0.0] };
         let axis = if axis[0] < 0.0 { axis.map(|c| -c) } else { axis };

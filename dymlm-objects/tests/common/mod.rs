@@ -1,0 +1,116 @@
+//! A small exact renderer: boxes on a table before a wall.
+#![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(dead_code, reason = "each test uses a part")]
+
+use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Plane, Pose};
+use dymlm_geometry::OrientedBox;
+use dymlm_objects::SupportPlane;
+
+pub(crate) const TABLE: u64 = 3;
+
+/// World: z up, the table's top at z = 0, a wall at y = 1.5.
+pub(crate) struct Scene {
+    pub(crate) camera: PinholeCamera,
+    pub(crate) boxes: Vec<OrientedBox>,
+}
+
+pub(crate) fn upright(center: [f64; 3], yaw: f64, lengths: [f64; 3]) -> OrientedBox {
+    let (sin, cos) = (0.5 * yaw).sin_cos();
+    OrientedBox::new(Pose::new(center, [0.0, 0.0, sin, cos]).unwrap(), lengths).unwrap()
+}
+
+/// A camera at a place that looks along y and down by an angle.
+pub(crate) fn looking(place: [f64; 3], down: f64) -> Pose {
+    let (sin, cos) = down.sin_cos();
+    Pose::from_rotation_matrix([[1.0, 0.0, 0.0], [0.0, -sin, cos], [0.0, -cos, -sin]], place).unwrap()
+}
+
+pub(crate) fn planes(point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>) {
+    if point[2].abs() <= reach && point[0].abs() < 0.8 && (-0.5..1.0).contains(&point[1]) {
+        found.push(SupportPlane::new(TABLE, Plane::new([0.0, 0.0, 1.0], 0.0).unwrap()));
+    }
+    if (point[1] - 1.5).abs() <= reach {
+        found.push(SupportPlane::new(8, Plane::new([0.0, -1.0, 0.0], 1.5).unwrap()));
+    }
+}
+
+/// What a pixel shows: a box by its index, or nothing of the kind.
+pub(crate) struct View {
+    pub(crate) depth: Vec<f32>,
+    pub(crate) shown: Vec<Option<usize>>,
+}
+
+impl Scene {
+    pub(crate) fn new(boxes: Vec<OrientedBox>) -> Self {
+        Self { camera: PinholeCamera::new(320, 240, 262.0, 262.0, 159.5, 119.5).unwrap(), boxes }
+    }
+
+    pub(crate) fn view(&self, world_from_camera: &Pose) -> View {
+        let (width, height) = (self.camera.width(), self.camera.height());
+        let mut view = View { depth: Vec::new(), shown: Vec::new() };
+        let frames: Vec<(Pose, [f64; 3])> = self
+            .boxes
+            .iter()
+            .map(|own| (own.world_from_box().inverse() * *world_from_camera, own.lengths().map(|l| 0.5 * l)))
+            .collect();
+        let origin = world_from_camera.translation();
+        for v in 0..height {
+            for u in 0..width {
+                let in_camera = self.camera.back_project([u as f64, v as f64], 1.0);
+                let ray = world_from_camera.rotate(in_camera);
+                let mut nearest = (1.5 - origin[1]) / ray[1];
+                if ray[2] < 0.0 {
+                    let table = -origin[2] / ray[2];
+                    let [x, y] = [0, 1].map(|k| origin[k] + table * ray[k]);
+                    if table < nearest && x.abs() < 0.8 && (-0.5..1.0).contains(&y) {
+                        nearest = table;
+                    }
+                }
+                let mut shown = None;
+                for (index, (box_from_camera, half)) in frames.iter().enumerate() {
+                    let (start, along) = (box_from_camera.translation(), box_from_camera.rotate(in_camera));
+                    let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+                    for axis in 0..3 {
+                        let [a, b] = [-half[axis], half[axis]].map(|side| (side - start[axis]) / along[axis]);
+                        enter = enter.max(a.min(b));
+                        leave = leave.min(a.max(b));
+                    }
+                    if enter <= leave && enter < nearest {
+                        (nearest, shown) = (enter, Some(index));
+                    }
+                }
+                view.depth.push(nearest as f32);
+                view.shown.push(shown);
+            }
+        }
+        view
+    }
+
+    pub(crate) fn frame(&self, time: f64, world_from_camera: &Pose) -> Frame {
+        let (width, height) = (self.camera.width(), self.camera.height());
+        let depth = DepthImage::new(width, height, self.view(world_from_camera).depth).unwrap();
+        Frame::new(time, self.camera, depth, None).unwrap()
+    }
+
+    /// The box around the pixels that show a thing; `None` when none does.
+    pub(crate) fn image_box(&self, world_from_camera: &Pose, index: usize) -> Option<BoundingBox> {
+        let view = self.view(world_from_camera);
+        let width = self.camera.width();
+        let shown =
+            || view.shown.iter().enumerate().filter(|(_, own)| **own == Some(index)).map(|(pixel, _)| pixel);
+        let (left, right) = (shown().map(|p| p % width).min()?, shown().map(|p| p % width).max()?);
+        let (top, bottom) = (shown().map(|p| p / width).min()?, shown().map(|p| p / width).max()?);
+        BoundingBox::new(left as f32, top as f32, (right + 1) as f32, (bottom + 1) as f32).ok()
+    }
+
+    pub(crate) fn detection(&self, world_from_camera: &Pose, index: usize, label: &str) -> Detection {
+        Detection::new(label, 0.8, self.image_box(world_from_camera, index).unwrap()).unwrap()
+    }
+
+    /// Static where a thing is not shown.
+    pub(crate) fn mask_without(&self, world_from_camera: &Pose, index: usize) -> Mask {
+        let shown = self.view(world_from_camera).shown;
+        let data = shown.iter().map(|own| *own != Some(index)).collect();
+        Mask::new(self.camera.width(), self.camera.height(), data).unwrap()
+    }
+}

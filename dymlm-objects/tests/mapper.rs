@@ -1,0 +1,286 @@
+//! The life of objects in the map.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod common;
+
+use common::{Scene, TABLE, looking, planes, upright};
+use dymlm_core::{DepthImage, Detection, Frame, Mask, Pose};
+use dymlm_objects::{
+    NoPlanes, ObjectConfig, ObjectError, ObjectMapper, ObjectReport, ObjectState, ObjectView, RejectionCause,
+    ShapeKind, SightedPoint,
+};
+
+/// A microwave, a cup and a book on the table.
+fn kitchen() -> Scene {
+    Scene::new(vec![
+        upright([-0.35, 0.4, 0.15], 0.2, [0.5, 0.36, 0.3]),
+        upright([0.2, 0.1, 0.05], 0.0, [0.09, 0.09, 0.1]),
+        upright([0.5, 0.3, 0.02], 0.5, [0.25, 0.18, 0.04]),
+    ])
+}
+
+const LABELS: [&str; 3] = ["microwave", "cup", "book"];
+
+/// The camera goes from left to right.
+fn pose(step: usize) -> Pose {
+    looking([-0.3 + 0.06 * step as f64, -0.9, 0.6], 0.4)
+}
+
+fn mapper() -> ObjectMapper {
+    ObjectMapper::new(ObjectConfig::default()).unwrap()
+}
+
+fn show(mapper: &mut ObjectMapper, scene: &Scene, step: usize, labels: &[(usize, &str)]) -> ObjectReport {
+    let pose = pose(step);
+    let frame = scene.frame(0.1 * step as f64, &pose);
+    let detections: Vec<Detection> =
+        labels.iter().map(|&(index, label)| scene.detection(&pose, index, label)).collect();
+    mapper.observe(&ObjectView::new(&frame, &detections, &pose), &planes).unwrap()
+}
+
+fn all() -> Vec<(usize, &'static str)> {
+    LABELS.into_iter().enumerate().collect()
+}
+
+#[test]
+fn things_become_objects_with_stable_ids() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    let first = show(&mut mapper, &scene, 0, &all());
+    assert_eq!(first.created, [0, 1, 2]);
+    assert!(mapper.map().is_empty() && mapper.map().all_objects().len() == 3);
+    for step in 1..10 {
+        let report = show(&mut mapper, &scene, step, &all());
+        let pairs: Vec<(usize, u64)> =
+            report.associated.iter().map(|pair| (pair.detection, pair.object)).collect();
+        assert_eq!(pairs, [(0, 0), (1, 1), (2, 2)], "at step {step}");
+        assert!(report.created.is_empty() && report.merged.is_empty() && report.removed.is_empty());
+        assert_eq!(report.confirmed.is_empty(), step != 2, "at step {step}: {report:?}");
+    }
+    for (index, label) in LABELS.into_iter().enumerate() {
+        let object = mapper.map().object(index as u64).unwrap();
+        assert_eq!(
+            (object.label(), object.observations(), object.state()),
+            (label, 10, ObjectState::Confirmed)
+        );
+        let iou = object.oriented_box().iou(&scene.boxes[index]);
+        assert!(iou > 0.7, "{label}: {iou}, {:?}", object.oriented_box());
+        assert_eq!(object.support().unwrap().id, Some(TABLE));
+        assert!(object.point_count() > 20 && object.points().count() == object.point_count());
+    }
+    assert_eq!(mapper.map().object(0).unwrap().shape().kind(), ShapeKind::Cuboid);
+    assert_eq!(mapper.map().object(1).unwrap().shape().kind(), ShapeKind::Ellipsoid);
+}
+
+#[test]
+fn the_same_frames_give_the_same_bits() {
+    let scene = kitchen();
+    let run = || {
+        let mut mapper = mapper();
+        let reports: Vec<ObjectReport> = (0..6).map(|step| show(&mut mapper, &scene, step, &all())).collect();
+        let boxes: Vec<_> = mapper.map().objects().map(|object| object.oriented_box()).collect();
+        let points: Vec<[f64; 3]> =
+            mapper.map().objects().flat_map(|object| object.points().collect::<Vec<_>>()).collect();
+        (reports, boxes, points)
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn a_label_is_what_most_evidence_says() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    for step in 0..9 {
+        let label = if step < 2 || step == 5 { "oven" } else { "microwave" };
+        show(&mut mapper, &scene, step, &[(0, label)]);
+    }
+    let object = mapper.map().objects().next().unwrap();
+    assert_eq!((mapper.map().all_objects().len(), object.label()), (1, "microwave"));
+    assert!((object.score() - 2.0 / 3.0).abs() < 1e-6);
+    assert_eq!(object.evidence().iter().count(), 2);
+}
+
+#[test]
+fn a_partial_view_does_not_shrink_an_object() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    for step in 0..5 {
+        show(&mut mapper, &scene, step, &[(0, "microwave")]);
+    }
+    let before = mapper.map().object(0).unwrap().oriented_box();
+    let centroids = mapper.map().object(0).unwrap().centroids().count();
+    // Somebody covers half of it, for as long again.
+    for step in 5..10 {
+        let pose = pose(step);
+        let frame = scene.frame(0.1 * step as f64, &pose);
+        let whole = scene.image_box(&pose, 0).unwrap();
+        let middle = whole.center()[0];
+        let half = [whole.x_min(), whole.y_min(), middle, whole.y_max()].try_into().unwrap();
+        let data = (0..320 * 240).map(|pixel| ((pixel % 320) as f32) < middle).collect();
+        let mask = Mask::new(320, 240, data).unwrap();
+        let detections = [Detection::new("microwave", 0.7, half).unwrap()];
+        let view = ObjectView::new(&frame, &detections, &pose).with_static_mask(&mask).unwrap();
+        let report = mapper.observe(&view, &planes).unwrap();
+        assert_eq!(report.associated.len(), 1, "{report:?}");
+    }
+    let object = mapper.map().object(0).unwrap();
+    assert!(object.oriented_box().volume() > 0.95 * before.volume());
+    assert!(object.oriented_box().iou(&scene.boxes[0]) > 0.7);
+    assert_eq!((object.observations(), object.centroids().count()), (10, centroids));
+}
+
+#[test]
+fn what_frames_look_through_is_removed() {
+    let (mut scene, mut mapper) = (kitchen(), mapper());
+    show(&mut mapper, &scene, 0, &[(1, "cup")]);
+    // The cup is taken away.
+    scene.boxes[1] = upright([0.0, 0.0, -50.0], 0.0, [0.1; 3]);
+    let mut removed = Vec::new();
+    for step in 1..6 {
+        removed.extend(show(&mut mapper, &scene, step, &[]).removed);
+    }
+    assert_eq!(removed, [0]);
+    assert!(mapper.map().all_objects().is_empty() && mapper.map().object(0).is_none());
+    // Its id does not come again.
+    assert_eq!(show(&mut mapper, &scene, 6, &[(2, "book")]).created, [1]);
+}
+
+#[test]
+fn what_is_hidden_is_not_looked_through() {
+    let (mut scene, mut mapper) = (kitchen(), mapper());
+    show(&mut mapper, &scene, 0, &[(1, "cup")]);
+    // Something large is put before it.
+    scene.boxes.push(upright([0.15, -0.3, 0.3], 0.0, [1.2, 0.05, 0.6]));
+    for step in 1..8 {
+        assert!(show(&mut mapper, &scene, step, &[]).removed.is_empty());
+    }
+    assert_eq!(mapper.map().object(0).unwrap().frames_in_view(), 1);
+}
+
+#[test]
+fn a_thing_of_no_plausible_size_is_no_object() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    let report = show(&mut mapper, &scene, 0, &[(0, "cell phone")]);
+    assert!(report.created.is_empty());
+    assert_eq!(report.rejected.len(), 1);
+    assert_eq!((report.rejected[0].detection, report.rejected[0].cause), (0, RejectionCause::Size));
+}
+
+#[test]
+fn map_points_of_the_caller_are_shared_points() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    for step in 0..4 {
+        let pose = pose(step);
+        let frame = scene.frame(0.1 * step as f64, &pose);
+        let detections = [scene.detection(&pose, 0, "microwave"), scene.detection(&pose, 2, "book")];
+        // Ten points on each thing; their ids tell the things apart.
+        let sighted: Vec<SightedPoint> = detections
+            .iter()
+            .enumerate()
+            .flat_map(|(index, detection)| {
+                let [u, v] = detection.bounding_box().center();
+                (0..10).map(move |k| SightedPoint::new(100 * index as u64 + k, [u + k as f32 - 5.0, v]))
+            })
+            .collect();
+        let view = ObjectView::new(&frame, &detections, &pose).with_sighted_points(&sighted);
+        let report = mapper.observe(&view, &planes).unwrap();
+        if step > 0 {
+            assert!(report.associated.iter().all(|pair| pair.tests.shared == Some(1.0)), "{report:?}");
+        }
+    }
+}
+
+#[test]
+fn questions_are_answered_by_what_is_believed() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    for step in 0..4 {
+        show(&mut mapper, &scene, step, &all());
+    }
+    let map = mapper.map();
+    assert_eq!(map.with_label("cup").map(|object| object.id()).collect::<Vec<_>>(), [1]);
+    assert_eq!(map.with_label("dragon").count(), 0);
+    assert_eq!(map.on_plane(TABLE).count(), 3);
+    assert_eq!(map.on_plane(99).count(), 0);
+    let near = |point, reach| map.near(point, reach).iter().map(|object| object.id()).collect::<Vec<_>>();
+    assert_eq!(near([0.2, 0.1, 0.2], 0.15), [1]);
+    assert_eq!(near([0.3, 0.15, 0.1], 5.0), [1, 2, 0]);
+    assert!(near([f64::NAN; 3], 5.0).is_empty());
+
+    // From above through the cup; along the table through the microwave first.
+    let hits = map.along_ray([0.2, 0.1, 3.0], [0.0, 0.0, -2.0]);
+    assert_eq!(hits.len(), 1);
+    assert_eq!(hits[0].object.id(), 1);
+    assert!((hits[0].distance - 2.9).abs() < 0.02 && (hits[0].point[2] - 0.1).abs() < 0.02);
+    let along: Vec<u64> =
+        map.along_ray([-2.0, 0.35, 0.02], [1.0, 0.0, 0.0]).iter().map(|hit| hit.object.id()).collect();
+    assert_eq!(along, [0, 2]);
+    assert_eq!(map.along_ray([-0.35, 0.4, 0.15], [1.0, 0.0, 0.0])[0].distance, 0.0);
+    assert!(map.along_ray([0.0; 3], [0.0; 3]).is_empty());
+    assert!(map.along_ray([f64::NAN; 3], [1.0, 0.0, 0.0]).is_empty());
+    assert!(map.along_ray([2.0, 0.35, 0.02], [1.0, 0.0, 0.0]).is_empty());
+}
+
+#[test]
+fn refused_input_changes_nothing() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    (0..3).for_each(|step| {
+        show(&mut mapper, &scene, step, &all());
+    });
+    let boxes = |mapper: &ObjectMapper| -> Vec<_> {
+        mapper
+            .map()
+            .all_objects()
+            .iter()
+            .map(|object| (object.id(), object.oriented_box(), object.observations()))
+            .collect()
+    };
+    let before = boxes(&mapper);
+    let pose = pose(0);
+    let early = scene.frame(0.05, &pose);
+    let detections = [scene.detection(&pose, 0, "microwave")];
+    let error = mapper.observe(&ObjectView::new(&early, &detections, &pose), &NoPlanes).unwrap_err();
+    assert_eq!(error, ObjectError::TimeReversed { previous: 0.2, timestamp: 0.05 });
+    let far = Pose::new([1e12, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let late = scene.frame(9.0, &pose);
+    let error = mapper.observe(&ObjectView::new(&late, &detections, &far), &NoPlanes).unwrap_err();
+    assert!(matches!(error, ObjectError::OutOfReach { .. }));
+    let small = Mask::new(2, 2, vec![true; 4]).unwrap();
+    assert!(ObjectView::new(&late, &detections, &pose).with_static_mask(&small).is_err());
+    assert_eq!(boxes(&mapper), before);
+    // And it goes on as if nothing had been.
+    assert_eq!(show(&mut mapper, &scene, 3, &all()).associated.len(), 3);
+}
+
+#[test]
+fn far_from_the_origin_the_map_is_the_same() {
+    let scene = kitchen();
+    let shift = [1.0e5, -2.0e5, 300.0];
+    let run = |shift: [f64; 3]| {
+        let mut mapper = mapper();
+        for step in 0..5 {
+            let pose = pose(step);
+            let moved =
+                Pose::new([0, 1, 2].map(|k| pose.translation()[k] + shift[k]), pose.quaternion()).unwrap();
+            let frame = scene.frame(0.1 * step as f64, &pose);
+            let detections = [scene.detection(&pose, 0, "microwave"), scene.detection(&pose, 2, "book")];
+            mapper.observe(&ObjectView::new(&frame, &detections, &moved), &NoPlanes).unwrap();
+        }
+        mapper.into_map()
+    };
+    let (here, there) = (run([0.0; 3]), run(shift));
+    assert_eq!((here.len(), there.len()), (2, 2));
+    for (one, other) in here.objects().zip(there.objects()) {
+        let (a, b) = (one.oriented_box(), other.oriented_box());
+        for axis in 0..3 {
+            assert!((a.center()[axis] + shift[axis] - b.center()[axis]).abs() < 0.02);
+            assert!((a.lengths()[axis] - b.lengths()[axis]).abs() < 0.02);
+        }
+    }
+}
+
+#[test]
+fn an_empty_frame_is_taken_in() {
+    let mut mapper = mapper();
+    let camera = kitchen().camera;
+    let frame =
+        Frame::new(0.0, camera, DepthImage::new(320, 240, vec![0.0; 320 * 240]).unwrap(), None).unwrap();
+    let report = mapper.observe(&ObjectView::new(&frame, &[], &Pose::identity()), &NoPlanes).unwrap();
+    assert_eq!(report, ObjectReport::default());
+}

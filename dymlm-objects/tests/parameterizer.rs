@@ -1,0 +1,146 @@
+//! Detections of things whose place is known exactly.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod common;
+
+use common::{Scene, TABLE, looking, planes, upright};
+use dymlm_core::{DepthImage, Detection, Frame, Pose};
+use dymlm_objects::{
+    BoxAxes, NoPlanes, ObjectObservation, ObjectView, ParameterizationConfig, Parameterizer, SideView,
+    SizePriors, Switch,
+};
+
+fn parameterize(view: &ObjectView<'_>) -> Vec<ObjectObservation> {
+    let mut parameterizer = Parameterizer::new(ParameterizationConfig::default()).unwrap();
+    let mut observations = Vec::new();
+    parameterizer.parameterize(view, &planes, None, &SizePriors::default(), &mut observations);
+    observations
+}
+
+/// A microwave on the table.
+fn microwave() -> Scene {
+    Scene::new(vec![upright([0.1, 0.3, 0.15], 0.3, [0.5, 0.36, 0.3])])
+}
+
+fn pose() -> Pose {
+    looking([0.0, -1.2, 0.7], 0.35)
+}
+
+#[test]
+fn a_thing_on_a_table_is_measured() {
+    let (scene, pose) = (microwave(), pose());
+    let (frame, detections) = (scene.frame(0.0, &pose), [scene.detection(&pose, 0, "microwave")]);
+    let observations = parameterize(&ObjectView::new(&frame, &detections, &pose));
+    let [observation] = &observations[..] else { panic!("{} observations", observations.len()) };
+    assert_eq!(observation.support.unwrap().id, Some(TABLE));
+    assert!(!observation.completeness.is_partial(), "{:?}", observation.completeness);
+    assert_eq!(observation.fit.axes.pose(), dymlm_objects::UprightPose::Upright);
+    // The far side is not seen, but its upper edge is.
+    let iou = observation.fit.oriented_box.iou(&scene.boxes[0]);
+    assert!(iou > 0.85, "{iou}: {:?}", observation.fit.oriented_box);
+    assert!(observation.points.len() > 300);
+}
+
+#[test]
+fn without_planes_the_table_may_not_spoil_it_by_much() {
+    let (scene, pose) = (microwave(), pose());
+    let (frame, detections) = (scene.frame(0.0, &pose), [scene.detection(&pose, 0, "microwave")]);
+    let view = ObjectView::new(&frame, &detections, &pose);
+    let mut parameterizer = Parameterizer::new(ParameterizationConfig::default()).unwrap();
+    let mut observations = Vec::new();
+    parameterizer.parameterize(&view, &NoPlanes, None, &SizePriors::default(), &mut observations);
+    assert!(observations[0].support.is_none());
+    assert!(matches!(observations[0].fit.axes, BoxAxes::Principal | BoxAxes::Rectangle));
+    // With the vertical known, the table is found as a level patch around the thing.
+    observations.clear();
+    parameterizer.parameterize(
+        &view,
+        &NoPlanes,
+        Some([0.0, 0.0, 1.0]),
+        &SizePriors::default(),
+        &mut observations,
+    );
+    let support = observations[0].support.unwrap();
+    assert!(support.id.is_none() && support.plane.signed_distance([0.0; 3]).abs() < 0.01, "{support:?}");
+    assert!(observations[0].fit.oriented_box.iou(&scene.boxes[0]) > 0.85);
+    // Unless that is switched off.
+    let mut config = ParameterizationConfig::default();
+    config.support = Switch::Off;
+    let mut parameterizer = Parameterizer::new(config).unwrap();
+    observations.clear();
+    parameterizer.parameterize(&view, &planes, None, &SizePriors::default(), &mut observations);
+    assert!(observations[0].support.is_none());
+}
+
+#[test]
+fn a_thing_at_the_border_of_the_image_is_partial() {
+    let scene = Scene::new(vec![upright([0.9, 0.3, 0.15], 0.0, [0.5, 0.36, 0.3])]);
+    let pose = pose();
+    let (frame, detections) = (scene.frame(0.0, &pose), [scene.detection(&pose, 0, "microwave")]);
+    let observations = parameterize(&ObjectView::new(&frame, &detections, &pose));
+    assert_eq!(observations[0].completeness.right, SideView::ImageBorder);
+    assert_eq!(observations[0].completeness.left, SideView::Whole);
+}
+
+#[test]
+fn what_stands_before_a_thing_is_told_by_kind() {
+    // A tall thing covers the microwave's right third.
+    let mut scene = microwave();
+    scene.boxes.push(upright([0.3, -0.25, 0.3], 0.0, [0.2, 0.05, 0.6]));
+    let pose = pose();
+    let frame = scene.frame(0.0, &pose);
+    let detections = [scene.detection(&pose, 0, "microwave")];
+    let hidden = parameterize(&ObjectView::new(&frame, &detections, &pose));
+    assert_eq!(hidden[0].completeness.right, SideView::Occluder, "{:?}", hidden[0].completeness);
+    // The same pixels masked: a mover.
+    let mask = scene.mask_without(&pose, 1);
+    let view = ObjectView::new(&frame, &detections, &pose).with_static_mask(&mask).unwrap();
+    let behind_mover = parameterize(&view);
+    assert_eq!(behind_mover[0].completeness.right, SideView::Mover);
+    // What is left of the thing is not mixed with what hides it.
+    for observation in [&hidden[0], &behind_mover[0]] {
+        let inside = scene.boxes[0].intersection_volume(&observation.fit.oriented_box);
+        assert!(inside > 0.9 * observation.fit.oriented_box.volume(), "{:?}", observation.fit);
+    }
+}
+
+#[test]
+fn detections_of_movers_of_low_scores_and_of_nothing_are_passed_over() {
+    let (scene, pose) = (microwave(), pose());
+    let frame = scene.frame(0.0, &pose);
+    let around = scene.image_box(&pose, 0).unwrap();
+    let labels = ["person".to_owned()];
+    let detections = [
+        Detection::new("person", 0.9, around).unwrap(),
+        Detection::new("microwave", 0.1, around).unwrap(),
+        Detection::new("cup", 0.9, [5.0; 4].try_into().unwrap()).unwrap(),
+        Detection::new("cup", 0.9, [-50.0, -50.0, -10.0, -10.0].try_into().unwrap()).unwrap(),
+        Detection::new("cup", 0.9, [-1e30, -1e30, 1e30, 1e30].try_into().unwrap()).unwrap(),
+    ];
+    let view = ObjectView::new(&frame, &detections, &pose).without_labels(&labels);
+    let observations = parameterize(&view);
+    assert!(observations.iter().all(|observation| observation.detection == 4), "{observations:?}");
+}
+
+#[test]
+fn a_frame_without_depth_shows_nothing() {
+    let (scene, pose) = (microwave(), pose());
+    let empty = DepthImage::new(320, 240, vec![f32::NAN; 320 * 240]).unwrap();
+    let frame = Frame::new(0.0, scene.camera, empty, None).unwrap();
+    let detections = [scene.detection(&pose, 0, "microwave")];
+    assert!(parameterize(&ObjectView::new(&frame, &detections, &pose)).is_empty());
+}
+
+#[test]
+fn the_same_frame_gives_the_same_bits() {
+    let (scene, pose) = (microwave(), pose());
+    let (frame, detections) = (scene.frame(0.0, &pose), [scene.detection(&pose, 0, "microwave")]);
+    let view = ObjectView::new(&frame, &detections, &pose);
+    let mut parameterizer = Parameterizer::new(ParameterizationConfig::default()).unwrap();
+    let mut again = Vec::new();
+    for _ in 0..2 {
+        again.clear();
+        parameterizer.parameterize(&view, &planes, None, &SizePriors::default(), &mut again);
+    }
+    assert_eq!(again, parameterize(&view));
+}

@@ -1,0 +1,75 @@
+//! Two simulated sequences, short and small, from the detector's boxes to scored objects.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
+use dymlm_core::PinholeCamera;
+use dymlm_dynamics::{DynamicsConfig, Preprocessor};
+use dymlm_objects::{MapObject, ObjectConfig, ObjectMapper, ObjectView, SupportPlane};
+use dymlm_planes::{PlaneConfig, PlaneMapper};
+use dymlm_sim::{
+    EstimatedObject, ObjectScore, ObjectScoreConfig, Sequence, SequenceType, Truth, TruthConfig,
+    score_objects,
+};
+
+fn score(kind: SequenceType, frames: usize) -> ObjectScore {
+    let mut config = kind.config();
+    config.camera = Some(PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap());
+    config.frames = frames;
+    let sequence = Sequence::new(&config).unwrap();
+    let dynamics = DynamicsConfig::default();
+    let movers = dynamics.mover_labels.clone();
+    let mut preprocessor = Preprocessor::new(dynamics).unwrap();
+    let mut planes = PlaneMapper::new(PlaneConfig::default()).unwrap();
+    let mut mapper = ObjectMapper::new(ObjectConfig::default()).unwrap();
+    let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
+    for simulated in sequence.frames() {
+        truth.observe(&simulated);
+        let pose = simulated.world_from_camera;
+        let mask = preprocessor.process(&simulated.frame, &simulated.detections, &pose).unwrap().static_mask;
+        planes.insert(&simulated.frame, Some(mask), &[], &pose).unwrap();
+        let near = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
+            for own in planes.map().planes() {
+                let (plane, distance) = (own.plane(), own.plane().signed_distance(point));
+                let foot = [0, 1, 2].map(|axis| point[axis] - distance * plane.normal()[axis]);
+                if distance.abs() <= reach && own.holds(foot) {
+                    found.push(SupportPlane::new(own.id(), plane));
+                }
+            }
+        };
+        let view = ObjectView::new(&simulated.frame, &simulated.detections, &pose);
+        let view = view.with_static_mask(mask).unwrap().without_labels(&movers);
+        mapper.observe(&view, &near).unwrap();
+    }
+    let estimate = |object: &MapObject| EstimatedObject {
+        label: object.label().to_owned(),
+        world_from_object: object.oriented_box().world_from_box(),
+        dimensions: object.oriented_box().lengths(),
+    };
+    let estimates: Vec<EstimatedObject> = mapper.map().objects().map(estimate).collect();
+    let score = score_objects(&estimates, &truth.objects(), &ObjectScoreConfig::default()).unwrap();
+    println!(
+        "{}: recall {:?}, precision {:?}, IoU {:?}, centre {:?}, label {:?}",
+        kind.name(),
+        score.recall(),
+        score.precision(),
+        score.mean_iou,
+        score.center_error,
+        score.label_accuracy()
+    );
+    score
+}
+
+#[test]
+fn walking_people_leave_the_objects_alone() {
+    let score = score(SequenceType::WalkingHalfSphere, 45);
+    assert!(score.recall().unwrap() >= 0.75 && score.precision().unwrap() >= 0.8);
+    assert!(score.mean_iou.unwrap() >= 0.45 && score.label_accuracy().unwrap() >= 0.9);
+    assert!(score.center_error.unwrap().median <= 0.05);
+    assert!(score.duplicates.is_empty());
+}
+
+#[test]
+fn sitting_people_hide_some_and_invent_none() {
+    let score = score(SequenceType::SittingXyz, 40);
+    assert!(score.recall().unwrap() >= 0.6 && score.precision().unwrap() >= 0.75);
+    assert!(score.mean_iou.unwrap() >= 0.4 && score.label_accuracy().unwrap() >= 0.9);
+}
