@@ -12,9 +12,10 @@ use dymlm::core::PointCloud;
 use dymlm::{FrameReport, MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_examples::{
     AnyError, Counts, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up, named_sequence,
-    octree_pictures, plane_cloud, plane_pictures, plane_records, planes_from_camera, progress_bar,
+    object_records, objects_from_above, objects_from_camera, octree_pictures, plane_cloud, plane_pictures,
+    plane_records, planes_from_camera, progress_bar,
 };
-use dymlm_io::{MapFolderWriter, TumOptions, encode_planes, encode_ply};
+use dymlm_io::{MapFolderWriter, TumOptions, encode_objects, encode_planes, encode_ply};
 use dymlm_sim::SequenceConfig;
 
 /// Builds the maps of the static world from a recorded RGB-D sequence with people walking through it. Without
@@ -68,8 +69,11 @@ fn main() -> Result<(), AnyError> {
     let mut pictures = cloud_pictures(&cloud, up, voxel_size);
     pictures.extend(octree_pictures(builder.map().octree(), up));
     pictures.extend(plane_pictures(builder.map().planes(), up));
+    pictures.push(objects_from_above(builder.map().objects(), &cloud, up));
     // The middle of the run is drawn as the camera saw it.
     if let Ok(middle) = source.load(source.len() / 2) {
+        let objects = builder.map().objects();
+        pictures.push(objects_from_camera(objects, &middle.frame, &middle.world_from_camera));
         pictures.push(planes_from_camera(builder.map().planes(), &middle.frame, &middle.world_from_camera));
     }
 
@@ -138,6 +142,7 @@ fn write_maps(folder: &mut MapFolderWriter, map: &MultiLevelMap, cloud: &PointCl
     folder.file("octree.bt", |out| map.octree().write_bt(out))?;
     folder.file("octree.ot", |out| map.octree().write_ot(out))?;
     folder.file("planes.json", |out| encode_planes(out, &plane_records(map.planes())))?;
+    folder.file("objects.json", |out| encode_objects(out, &object_records(map.objects())))?;
     folder.file("planes.ply", |out| encode_ply(out, &plane_cloud(map.planes())))?;
     Ok(())
 }
@@ -165,6 +170,7 @@ fn print_summary(report: &RunReport, arguments: &Arguments) {
     println!("cloud: {} points ({} voxels before late removal)", counts.cloud_points, counts.cloud_voxels);
     println!("octree: {} leaves, {} occupied", counts.octree_leaves, counts.octree_occupied_leaves);
     println!("planes: {}", counts.planes);
+    println!("objects: {}", counts.objects);
     if let Some(bytes) = report.peak_memory_bytes {
         println!("peak memory: {:.0} MB", bytes as f64 / 1e6);
     }

@@ -20,4 +20,7 @@ pub enum Error {
     /// Refused by the plane map: a camera out of its reach.
     #[error(transparent)]
     Planes(#[from] dymlm_planes::PlaneError),
+    /// Refused by the object map: a camera out of its reach.
+    #[error(transparent)]
+    Objects(#[from] dymlm_objects::ObjectError),
 }

@@ -1,5 +1,6 @@
 use dymlm_dynamics::Mover;
 use dymlm_geometry::CloudFrameReport;
+use dymlm_objects::ObjectReport;
 use dymlm_octree::InsertReport;
 use dymlm_planes::PlaneReport;
 
@@ -31,4 +32,6 @@ pub struct MapUpdate {
     pub octree: InsertReport,
     /// Into the plane map.
     pub planes: PlaneReport,
+    /// Into the object map.
+    pub objects: ObjectReport,
 }

@@ -6,7 +6,8 @@
 //!
 //! - the dense coloured cloud of what stands still ([`CloudMap`]), people and their traces taken out,
 //! - the occupancy octree ([`Octree`]), with the model and the files of `OctoMap`,
-//! - the finite planes ([`PlaneMap`]): floor, tables, walls.
+//! - the finite planes ([`PlaneMap`]): floor, tables, walls,
+//! - the objects ([`ObjectMap`]): boxes and ellipsoids with labels.
 //!
 //! No ROS, no GPU, no `OpenCV`; one core keeps up with 640x480 at 30 Hz; the same input gives the same bits.
 //!
@@ -40,14 +41,17 @@ mod map_builder;
 mod map_config;
 mod multi_level_map;
 mod stages;
+mod supporting_planes;
 
 pub use dymlm_core as core;
 pub use dymlm_dynamics as dynamics;
 pub use dymlm_geometry as geometry;
+pub use dymlm_objects as objects;
 pub use dymlm_octree as octree;
 pub use dymlm_planes as planes;
 
 pub use dymlm_geometry::{CloudMap, Selection};
+pub use dymlm_objects::ObjectMap;
 pub use dymlm_octree::Octree;
 pub use dymlm_planes::PlaneMap;
 

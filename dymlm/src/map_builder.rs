@@ -1,9 +1,11 @@
 use dymlm_core::{BoundingBox, Detection, Frame, Pose};
 use dymlm_dynamics::Preprocessor;
+use dymlm_objects::ObjectView;
 use dymlm_planes::PlaneDetector;
 
 use crate::key_frames::KeyFrames;
 use crate::stages::StageClock;
+use crate::supporting_planes::MappedPlanes;
 use crate::{Error, FrameReport, MapConfig, MapUpdate, MultiLevelMap, Stage};
 
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
@@ -66,7 +68,7 @@ impl MapBuilder {
         clock.end(Stage::Mask);
 
         let update = if self.key_frames.choose(world_from_camera) {
-            Some(self.update_maps(frame, world_from_camera, &mut clock)?)
+            Some(self.update_maps(frame, detections, world_from_camera, &mut clock)?)
         } else {
             None
         };
@@ -84,6 +86,7 @@ impl MapBuilder {
     fn update_maps(
         &mut self,
         frame: &Frame,
+        detections: &[Detection],
         world_from_camera: &Pose,
         clock: &mut StageClock,
     ) -> Result<MapUpdate, Error> {
@@ -106,7 +109,21 @@ impl MapBuilder {
         let planes = self.map.planes.insert(found, world_from_camera, time)?;
         clock.end(Stage::PlaneMap);
 
-        Ok(MapUpdate { cloud, octree, planes })
+        let view = ObjectView::new(frame, detections, world_from_camera)
+            .with_static_mask(self.preprocessor.static_mask())?
+            .without_labels(&self.config.dynamics.mover_labels);
+        let supports = MappedPlanes(&self.map.planes);
+        self.map.objects.parameterize(&view, &supports)?;
+        clock.end(Stage::ObjectParameterization);
+        self.map.objects.associate(&view);
+        clock.end(Stage::ObjectAssociation);
+        self.map.objects.update(&view);
+        clock.end(Stage::ObjectUpdate);
+        self.map.objects.optimize(&view);
+        let objects = self.map.objects.take_report();
+        clock.end(Stage::ObjectOptimization);
+
+        Ok(MapUpdate { cloud, octree, planes, objects })
     }
 
     /// The maps as they stand.

@@ -1,5 +1,6 @@
 use dymlm_dynamics::DynamicsConfig;
 use dymlm_geometry::CloudMapConfig;
+use dymlm_objects::ObjectConfig;
 use dymlm_octree::OctreeConfig;
 use dymlm_planes::PlaneConfig;
 
@@ -33,4 +34,6 @@ pub struct MapConfig {
     pub octree: OctreeConfig,
     /// Planes: extraction, refinement, filter, and their map.
     pub planes: PlaneConfig,
+    /// Objects: parameterization, association, update.
+    pub objects: ObjectConfig,
 }

@@ -1,5 +1,6 @@
 use dymlm_core::{Frame, Pose};
 use dymlm_geometry::CloudMap;
+use dymlm_objects::{ObjectMap, ObjectMapper};
 use dymlm_octree::Octree;
 use dymlm_planes::PlaneMap;
 
@@ -11,6 +12,7 @@ pub struct MultiLevelMap {
     pub(crate) cloud: CloudMap,
     pub(crate) octree: Octree,
     pub(crate) planes: PlaneMap,
+    pub(crate) objects: ObjectMapper,
 }
 
 impl MultiLevelMap {
@@ -19,6 +21,7 @@ impl MultiLevelMap {
             cloud: CloudMap::new(config.cloud.clone())?,
             octree: Octree::new(config.octree.clone())?,
             planes: PlaneMap::new(config.planes.map.clone())?,
+            objects: ObjectMapper::new(config.objects.clone())?,
         })
     }
 
@@ -35,6 +38,11 @@ impl MultiLevelMap {
     /// The finite planes.
     pub fn planes(&self) -> &PlaneMap {
         &self.planes
+    }
+
+    /// The objects.
+    pub fn objects(&self) -> &ObjectMap {
+        self.objects.map()
     }
 
     /// Asks every map whether it would take a frame from this pose, before any of them changes.

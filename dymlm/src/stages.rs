@@ -24,10 +24,18 @@ pub enum Stage {
     PlaneRefinement,
     /// Planes associated, fused and merged in their map.
     PlaneMap,
+    /// Boxes in space from the detections of objects.
+    ObjectParameterization,
+    /// Which detection is which object.
+    ObjectAssociation,
+    /// Objects take their observations in.
+    ObjectUpdate,
+    /// Duplicates merged, ghosts removed.
+    ObjectOptimization,
 }
 
 /// Number of steps; private, so that more steps break nobody.
-const STAGES: usize = 10;
+const STAGES: usize = 14;
 
 impl Stage {
     /// All steps, in the order in which they run.
@@ -42,6 +50,10 @@ impl Stage {
         Self::PlaneExtraction,
         Self::PlaneRefinement,
         Self::PlaneMap,
+        Self::ObjectParameterization,
+        Self::ObjectAssociation,
+        Self::ObjectUpdate,
+        Self::ObjectOptimization,
     ];
 
     /// Name in reports, in lower case.
@@ -57,6 +69,10 @@ impl Stage {
             Self::PlaneExtraction => "plane_extraction",
             Self::PlaneRefinement => "plane_refinement",
             Self::PlaneMap => "plane_map",
+            Self::ObjectParameterization => "object_parameterization",
+            Self::ObjectAssociation => "object_association",
+            Self::ObjectUpdate => "object_update",
+            Self::ObjectOptimization => "object_optimization",
         }
     }
 }

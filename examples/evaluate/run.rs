@@ -34,6 +34,10 @@ const STEPS: &[(&str, Stage)] = &[
     ("speed.plane_extraction", Stage::PlaneExtraction),
     ("speed.plane_refinement", Stage::PlaneRefinement),
     ("speed.plane_map", Stage::PlaneMap),
+    ("speed.object_parameterization", Stage::ObjectParameterization),
+    ("speed.object_association", Stage::ObjectAssociation),
+    ("speed.object_update", Stage::ObjectUpdate),
+    ("speed.object_optimization", Stage::ObjectOptimization),
 ];
 
 impl Run {

@@ -1,11 +1,11 @@
 use dymlm::core::{Point, PointCloud};
 use dymlm::octree::CellState;
-use dymlm::{Octree, PlaneMap};
+use dymlm::{ObjectMap, Octree, PlaneMap};
 use dymlm_examples::{AnyError, plane_records};
 use dymlm_sim::{
-    DynamicMapScoreConfig, DynamicMapScorer, EstimatedPlane, Occupancy, OccupancyScoreConfig,
-    OccupancyScorer, OccupiedCell, PlaneScoreConfig, Sequence, SimulatedFrame, Truth, TruthConfig,
-    score_cloud, score_planes,
+    DynamicMapScoreConfig, DynamicMapScorer, EstimatedObject, EstimatedPlane, ObjectScoreConfig, Occupancy,
+    OccupancyScoreConfig, OccupancyScorer, OccupiedCell, PlaneScoreConfig, Sequence, SimulatedFrame, Truth,
+    TruthConfig, score_cloud, score_objects, score_planes,
 };
 
 use crate::columns::Scores;
@@ -66,6 +66,27 @@ impl Standard {
         scores.set("planes.angle", score.angle_degrees.map(|angle| angle.median.to_radians()));
         scores.set("planes.offset", score.offset.map(|offset| offset.median));
         scores.set("planes.boundary_iou", score.mean_boundary_iou());
+        Ok(())
+    }
+
+    pub(crate) fn score_objects(&self, objects: &ObjectMap, scores: &mut Scores) -> Result<(), AnyError> {
+        let estimates: Vec<EstimatedObject> = objects
+            .objects()
+            .map(|object| EstimatedObject {
+                label: object.label().to_owned(),
+                world_from_object: object.oriented_box().world_from_box(),
+                dimensions: object.oriented_box().lengths(),
+            })
+            .collect();
+        let score = score_objects(&estimates, &self.truth.objects(), &ObjectScoreConfig::default())?;
+        scores.set("objects.objects", score.asked as f64);
+        scores.set("objects.recall", score.recall());
+        scores.set("objects.precision", score.precision());
+        scores.set("objects.duplicates", score.duplicates.len() as f64);
+        scores.set("objects.iou", score.mean_iou);
+        scores.set("objects.center", score.center_error.map(|error| error.median));
+        scores.set("objects.yaw", score.yaw_error_degrees.map(|error| error.median.to_radians()));
+        scores.set("objects.labels", score.label_accuracy());
         Ok(())
     }
 

@@ -2,6 +2,8 @@
 
 mod frame_source;
 mod named_sequences;
+mod object_pictures;
+mod object_records;
 mod orthographic;
 mod people_masks;
 mod pictures;
@@ -12,8 +14,11 @@ mod statistics;
 
 pub use frame_source::{FrameSource, SourceFrame, every};
 pub use named_sequences::{NamedSequence, SequenceSet, named_sequence, named_sequences};
+pub use object_pictures::{objects_from_above, objects_from_camera};
+pub use object_records::object_records;
 pub use orthographic::Orthographic;
 pub use people_masks::PeopleMasks;
+use pictures::any_level_direction;
 pub use pictures::{
     Picture, cloud_pictures, depth_colors, octree_pictures, plane_pictures, planes_from_camera,
 };

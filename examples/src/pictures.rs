@@ -139,7 +139,7 @@ fn height(up: [f64; 3], point: [f64; 3]) -> f64 {
 }
 
 /// A direction at right angles to `up`: the world axis that is most level, made level.
-fn any_level_direction(up: [f64; 3]) -> [f64; 3] {
+pub(crate) fn any_level_direction(up: [f64; 3]) -> [f64; 3] {
     let axis = (0..3).min_by(|&a, &b| up[a].abs().total_cmp(&up[b].abs())).unwrap_or(0);
     std::array::from_fn(|c| f64::from(u8::from(c == axis)) - up[axis] * up[c])
 }

@@ -39,6 +39,8 @@ pub struct Counts {
     pub octree_occupied_leaves: usize,
     /// Confirmed planes.
     pub planes: usize,
+    /// Objects that are believed in.
+    pub objects: usize,
 }
 
 impl Counts {
@@ -52,6 +54,7 @@ impl Counts {
             octree_leaves: octree.leaves,
             octree_occupied_leaves: octree.occupied_leaves,
             planes: map.planes().confirmed().count(),
+            objects: map.objects().objects().count(),
         }
     }
 }

@@ -1,0 +1,26 @@
+use dymlm::ObjectMap;
+use dymlm::objects::{MapObject, ShapeKind};
+use dymlm_io::{ObjectRecord, ShapeRecord};
+
+/// The objects of a map that are believed in, as `objects.json` holds them.
+pub fn object_records(objects: &ObjectMap) -> Vec<ObjectRecord> {
+    objects.objects().map(object_record).collect()
+}
+
+fn object_record(object: &MapObject) -> ObjectRecord {
+    let oriented_box = object.oriented_box();
+    ObjectRecord {
+        id: object.id(),
+        label: object.label().to_owned(),
+        score: object.score(),
+        shape: match object.shape().kind() {
+            ShapeKind::Ellipsoid => ShapeRecord::Ellipsoid,
+            ShapeKind::Cuboid => ShapeRecord::Cuboid,
+        },
+        rotation: oriented_box.world_from_box().quaternion(),
+        translation: oriented_box.center(),
+        dimensions: oriented_box.lengths(),
+        observations: object.observations(),
+        points: object.point_count(),
+    }
+}
