@@ -31,8 +31,16 @@ pub struct ExtractionConfig {
     /// A part joins a plane when the plane's misfit to it, beyond the part's own noise, is at most this, metres, 0..=1,
     /// default 0.003 ...
     pub misfit: f64,
-    /// ... plus this times the depth squared, 1 / metres, 0..=1. Default 0.0008: a quarter of a Kinect's disparity step.
-    pub misfit_per_depth_squared: f64,
+    /// ... and, as variances add, this many times the unevenness of neighbouring blocks, 1..=100. The unevenness is the
+    /// frame's median: with pure noise an eighth of it, with a Kinect's disparity steps more. Default 6.
+    pub misfit_factor: f64,
+    /// The second part is at most this times the depth squared, 1 / metres, 0..=1. Default 0.002: two thirds of a Kinect's
+    /// disparity step.
+    pub max_misfit_per_depth_squared: f64,
+    /// A plane's misfit is at most this share of its width, 0..=1. Default 0.008: a strip of a round thing that spans 12
+    /// degrees
+    /// of it. The error of the estimate and the unevenness of the sensor are allowed in addition.
+    pub max_bend: f64,
     /// Largest angle between a block's normal and its ray, degrees, 1..=90. Default 84: beyond it a Kinect reads hardly
     /// anything (Nguyen 2012), and what looks like a plane is a step between two.
     pub max_incidence_deg: f64,
@@ -66,7 +74,9 @@ impl Default for ExtractionConfig {
             merge_tolerance: 0.008,
             tolerance_per_depth_squared: 0.0022,
             misfit: 0.003,
-            misfit_per_depth_squared: 0.0008,
+            misfit_factor: 6.0,
+            max_misfit_per_depth_squared: 0.002,
+            max_bend: 0.008,
             max_incidence_deg: 84.0,
             depth_jump: 0.02,
             depth_jump_per_depth: 0.04,
@@ -91,8 +101,10 @@ impl ExtractionConfig {
         let per_square = self.tolerance_per_depth_squared;
         check_range("planes.extraction.tolerance_per_depth_squared", per_square, 0.0..=1.0)?;
         check_range("planes.extraction.misfit", self.misfit, 0.0..=1.0)?;
-        let per_square = self.misfit_per_depth_squared;
-        check_range("planes.extraction.misfit_per_depth_squared", per_square, 0.0..=1.0)?;
+        check_range("planes.extraction.misfit_factor", self.misfit_factor, 1.0..=100.0)?;
+        let per_square = self.max_misfit_per_depth_squared;
+        check_range("planes.extraction.max_misfit_per_depth_squared", per_square, 0.0..=1.0)?;
+        check_range("planes.extraction.max_bend", self.max_bend, 0.0..=1.0)?;
         check_range("planes.extraction.max_incidence_deg", self.max_incidence_deg, 1.0..=90.0)?;
         check_range("planes.extraction.depth_jump", self.depth_jump, 0.0..=1.0)?;
         check_range("planes.extraction.depth_jump_per_depth", self.depth_jump_per_depth, 0.0..=1.0)?;

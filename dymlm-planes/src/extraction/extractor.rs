@@ -70,6 +70,7 @@ pub struct PlaneExtractor {
     clustering: Clustering,
     /// Label of each cluster by its number, of each block, and the planes of the labels.
     cluster_labels: Vec<u16>,
+    is_judged: Vec<bool>,
     block_labels: Vec<u16>,
     seeds: Vec<Seed>,
     /// Whether a label has a square of two by two blocks.
@@ -103,6 +104,7 @@ impl PlaneExtractor {
             edges: Vec::new(),
             clustering: Clustering::default(),
             cluster_labels: Vec::new(),
+            is_judged: Vec::new(),
             block_labels: Vec::new(),
             seeds: Vec::new(),
             is_wide: Vec::new(),
@@ -137,6 +139,7 @@ impl PlaneExtractor {
         self.fit_blocks();
         self.drop_rough_blocks(camera);
         self.join_blocks();
+        self.measure_unevenness();
         self.clustering.run(&self.grid, &self.moments, &self.fits, &self.edges, &self.tolerance);
         self.choose_seeds();
         self.drop_misfits();
@@ -242,30 +245,55 @@ impl PlaneExtractor {
         level > steps
     }
 
+    /// How far neighbouring blocks are from a common plane: the median of all joined pairs, most of which lie on one.
+    fn measure_unevenness(&mut self) {
+        self.ratios.clear();
+        for (block, [_, below]) in self.edges.iter().enumerate() {
+            let other = block + self.grid.columns;
+            if *below && let (Some(a), Some(b)) = (&self.fits[block], &self.fits[other]) {
+                let moments = [&self.moments[block], &self.moments[other]];
+                self.ratios.extend(Tolerance::unevenness_of(moments, [a, b]));
+            }
+        }
+        let middle = self.ratios.len() / 2;
+        if middle > 0 {
+            let (_, &mut median, _) = self.ratios.select_nth_unstable_by(middle, f64::total_cmp);
+            self.tolerance.set_unevenness(median);
+        }
+    }
+
     /// Numbers the clusters that are large enough, in the order of their first blocks.
     fn choose_seeds(&mut self) {
         let count = self.grid.len();
         let smallest = SEED_SHARE * self.min_support();
         self.cluster_labels.clear();
         self.cluster_labels.resize(count, 0);
+        self.is_judged.clear();
+        self.is_judged.resize(count, false);
         self.block_labels.clear();
         self.seeds.clear();
         for block in 0..count {
             let mut label = 0;
             if self.fits[block].is_some() {
                 let cluster = self.clustering.find(block);
-                if self.cluster_labels[cluster] == 0
-                    && self.seeds.len() < usize::from(u16::MAX)
-                    && self.clustering.moments(cluster).weight >= smallest
-                {
-                    let noise_mse = self.clustering.noise_mse(cluster);
-                    let fit = self.clustering.fit(cluster);
-                    self.seeds.push(Seed::new(fit, noise_mse, self.config.growing_distance));
-                    self.cluster_labels[cluster] = self.seeds.len() as u16;
+                if !self.is_judged[cluster] {
+                    self.is_judged[cluster] = true;
+                    self.add_seed(cluster, smallest);
                 }
                 label = self.cluster_labels[cluster];
             }
             self.block_labels.push(label);
+        }
+    }
+
+    /// Makes a cluster a plane that may grow, if it is large enough and not bent.
+    fn add_seed(&mut self, cluster: usize, smallest: f64) {
+        let (moments, fit) = (self.clustering.moments(cluster), self.clustering.fit(cluster));
+        let noise = self.clustering.noise_mse(cluster);
+        let has_room = self.seeds.len() < usize::from(u16::MAX);
+        if has_room && moments.weight >= smallest && !self.tolerance.is_bent(moments, noise, fit) {
+            self.seeds.push(Seed::new(fit, noise, self.config.growing_distance));
+            self.cluster_labels[cluster] = self.seeds.len() as u16;
         }
     }
 
@@ -276,7 +304,7 @@ impl PlaneExtractor {
             else {
                 continue;
             };
-            if !self.tolerance.is_part(moments, fit.depth_mse, &seed.fit) {
+            if !self.tolerance.is_block_of(moments, fit.depth_mse, &seed.fit) {
                 *label = 0;
             }
         }
@@ -387,7 +415,7 @@ impl PlaneExtractor {
         best.map(|(_, a, b)| (a, b))
     }
 
-    /// Keeps the planes with enough support, largest first, and writes the final labels.
+    /// Keeps the planes with enough support that have not turned out bent, largest first, and writes the final labels.
     fn write_planes(&mut self) {
         let mut order: Vec<u16> = (1..=self.sums.len() as u16).collect();
         let support = |label: u16| self.sums[usize::from(label) - 1].weight;
@@ -400,6 +428,10 @@ impl PlaneExtractor {
             let moments = self.sums[usize::from(label) - 1];
             let Some(fit) = moments.fit() else { continue };
             let Some(plane) = fit.plane() else { continue };
+            let noise = self.seeds[usize::from(label) - 1].noise_mse;
+            if self.tolerance.is_bent(&moments, noise, &fit) {
+                continue;
+            }
             self.extraction.segments.push(Segment {
                 plane,
                 centroid: fit.centroid,

@@ -201,7 +201,7 @@ impl Growing {
 fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
     let Some(fit) = &scene.fits[block] else { return true };
     let plane = &scene.seeds[usize::from(label) - 1].fit;
-    scene.tolerance.is_part(&scene.moments[block], fit.depth_mse, plane)
+    scene.tolerance.is_block_of(&scene.moments[block], fit.depth_mse, plane)
 }
 
 /// Gives each reading of a block to the nearest of some planes.
