@@ -13,7 +13,7 @@ use dymlm::{FrameReport, MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_examples::{
     AnyError, Counts, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up, named_sequence,
     object_records, objects_from_above, objects_from_camera, octree_pictures, plane_cloud, plane_pictures,
-    plane_records, planes_from_camera, progress_bar,
+    plane_records, planes_from_camera, progress_bar, up_of_planes,
 };
 use dymlm_io::{MapFolderWriter, TumOptions, encode_objects, encode_planes, encode_ply};
 use dymlm_sim::SequenceConfig;
@@ -65,6 +65,7 @@ fn main() -> Result<(), AnyError> {
     let counts = Counts::of(builder.map(), cloud.len());
     let report = RunReport::new(source.len(), &reports, counts, builder.config().clone());
     let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
+    let up = up_of_planes(builder.map().planes(), up);
     let voxel_size = builder.config().cloud.voxel_size;
     let mut pictures = cloud_pictures(&cloud, up, voxel_size);
     pictures.extend(octree_pictures(builder.map().octree(), up));

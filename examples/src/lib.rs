@@ -22,7 +22,7 @@ use pictures::any_level_direction;
 pub use pictures::{
     Picture, cloud_pictures, depth_colors, octree_pictures, plane_pictures, planes_from_camera,
 };
-pub use plane_records::{plane_cloud, plane_color, plane_records};
+pub use plane_records::{plane_cloud, plane_color, plane_records, up_of_planes};
 pub use progress::progress_bar;
 pub use run_report::{Counts, RunReport, peak_memory_bytes};
 pub use statistics::{Milliseconds, mean_up};
