@@ -26,7 +26,9 @@ pub struct Assignment {
     /// Length of the shortest path to each column, and the column before it on that path.
     distance: Vec<i64>,
     previous: Vec<usize>,
-    reached: Vec<bool>,
+    /// Columns that have been reached, and those that have not, in any order.
+    reached: Vec<usize>,
+    open: Vec<usize>,
     partners: Vec<Option<usize>>,
 }
 
@@ -79,7 +81,7 @@ impl Assignment {
         self.row_potentials.clear();
         self.row_potentials.resize(rows, 0);
         self.column_potentials.clear();
-        self.column_potentials.resize(columns + 1, 0);
+        self.column_potentials.resize(columns, 0);
         self.row_of.clear();
         self.row_of.resize(columns + 1, NONE);
         self.previous.resize(columns + 1, 0);
@@ -89,13 +91,15 @@ impl Assignment {
     fn add_row(&mut self, row: usize, columns: usize) {
         self.distance.clear();
         self.distance.resize(columns, i64::MAX);
+        self.open.clear();
+        self.open.extend(0..columns);
         self.reached.clear();
-        self.reached.resize(columns + 1, false);
         self.row_of[columns] = row;
-        let mut column = columns;
+        let (mut column, mut length) = (columns, 0);
         while self.row_of[column] != NONE {
-            column = self.reach_next(column, columns);
+            (column, length) = self.reach_next(column, length, columns);
         }
+        self.raise_potentials(row, length);
         while column != columns {
             let before = self.previous[column];
             self.row_of[column] = self.row_of[before];
@@ -103,36 +107,40 @@ impl Assignment {
         }
     }
 
-    /// Marks a column as reached, and answers the nearest that is not yet.
-    fn reach_next(&mut self, from: usize, columns: usize) -> usize {
-        self.reached[from] = true;
+    /// Goes on from a column that has been reached to the nearest that has not: that column and the length of its path.
+    /// Of columns as near, a free one ends the search.
+    fn reach_next(&mut self, from: usize, length: i64, columns: usize) -> (usize, i64) {
         let row = self.row_of[from];
-        let row_potential = self.row_potentials[row];
         let costs = &self.costs[row * columns..(row + 1) * columns];
-        let (mut step, mut nearest) = (i64::MAX, from);
-        for (column, &cost) in costs.iter().enumerate() {
-            if self.reached[column] {
-                continue;
-            }
-            let length = cost - row_potential - self.column_potentials[column];
-            if length < self.distance[column] {
-                self.distance[column] = length;
+        let start = length - self.row_potentials[row];
+        let (mut shortest, mut place, mut ends) = (i64::MAX, 0, false);
+        for (at, &column) in self.open.iter().enumerate() {
+            let through = start + costs[column] - self.column_potentials[column];
+            if through < self.distance[column] {
+                self.distance[column] = through;
                 self.previous[column] = from;
             }
-            if self.distance[column] < step {
-                (step, nearest) = (self.distance[column], column);
+            let distance = self.distance[column];
+            let is_free = self.row_of[column] == NONE;
+            if distance < shortest || (distance == shortest && is_free && !ends) {
+                (shortest, place, ends) = (distance, at, is_free);
             }
         }
-        for column in 0..columns {
-            if !self.reached[column] {
-                self.distance[column] -= step;
+        let nearest = self.open.swap_remove(place);
+        self.reached.push(nearest);
+        (nearest, shortest)
+    }
+
+    /// Makes the reduced costs of all pairs on the path zero, and leaves none negative.
+    fn raise_potentials(&mut self, row: usize, length: i64) {
+        self.row_potentials[row] += length;
+        for &column in &self.reached {
+            let row = self.row_of[column];
+            if row != NONE {
+                self.row_potentials[row] += length - self.distance[column];
+                self.column_potentials[column] -= length - self.distance[column];
             }
         }
-        for column in (0..=columns).filter(|&column| self.reached[column]) {
-            self.row_potentials[self.row_of[column]] += step;
-            self.column_potentials[column] -= step;
-        }
-        nearest
     }
 }
 
