@@ -3,15 +3,14 @@
 
 mod common;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
 use common::data_folder;
 use dymlm_core::{BoundingBox, Detection};
 use dymlm_dynamics::{BoxSource, BoxTracker, TrackState, TrackerConfig};
-use pathfinding::kuhn_munkres::kuhn_munkres;
-use pathfinding::matrix::Matrix;
+use dymlm_sim::{IdentifiedBox, TrackingScoreConfig, TrackingScorer};
 
 /// Identities and boxes, frame by frame.
 type Tracks = BTreeMap<u32, Vec<(i64, BoundingBox)>>;
@@ -61,65 +60,18 @@ struct Score {
     idf1: f64,
 }
 
-/// CLEAR MOT (Bernardin and Stiefelhagen 2008) and IDF1 (Ristani et al. 2016) at an overlap of 0.5.
+/// CLEAR MOT and IDF1 at an overlap of 0.5.
 fn score(truth: &Tracks, tracks: &Tracks) -> Score {
-    let mut matched: BTreeMap<i64, i64> = BTreeMap::new();
-    let (mut objects, mut outputs, mut pairs, mut switches) = (0, 0, 0, 0);
-    let mut together: BTreeMap<(i64, i64), i64> = BTreeMap::new();
-    let none = Vec::new();
-    for frame in truth.keys().chain(tracks.keys()).collect::<std::collections::BTreeSet<_>>() {
-        let (truth, found) = (truth.get(frame).unwrap_or(&none), tracks.get(frame).unwrap_or(&none));
-        objects += truth.len();
-        outputs += found.len();
-        for (id, a) in truth {
-            for (track, _) in found.iter().filter(|(_, b)| a.iou(b) >= 0.5) {
-                *together.entry((*id, *track)).or_default() += 1;
-            }
-        }
-        // Pairs of the frames before stay while they overlap; the others are assigned anew.
-        let mut kept: Vec<Option<usize>> = Vec::new();
-        for (id, a) in truth {
-            let column = found.iter().position(|(t, b)| matched.get(id) == Some(t) && a.iou(b) >= 0.5);
-            kept.push(column.filter(|_| !kept.contains(&column)));
-        }
-        let size = truth.len().max(found.len());
-        let weights =
-            Matrix::from_fn(size, size, |(row, column)| match (truth.get(row), found.get(column)) {
-                (Some((_, a)), Some((_, b)))
-                    if a.iou(b) >= 0.5 && kept[row].is_none() && !kept.contains(&Some(column)) =>
-                {
-                    (1e6 * (1.0 + a.iou(b))) as i64
-                }
-                _ => 0,
-            });
-        let assigned = if size > 0 { kuhn_munkres(&weights).1 } else { Vec::new() };
-        for (row, (id, _)) in truth.iter().enumerate() {
-            let column = kept[row].or_else(|| (weights[(row, assigned[row])] > 0).then_some(assigned[row]));
-            if let Some(column) = column {
-                pairs += 1;
-                let track = found[column].0;
-                switches += i64::from(matched.insert(*id, track).is_some_and(|before| before != track));
-            }
-        }
+    let mut scorer = TrackingScorer::new(&TrackingScoreConfig::default()).unwrap();
+    let boxes = |tracks: &Tracks, frame: &u32| -> Vec<IdentifiedBox> {
+        let boxes = tracks.get(frame).map_or(&[][..], Vec::as_slice);
+        boxes.iter().map(|&(id, bounding_box)| IdentifiedBox { id: id as u64, bounding_box }).collect()
+    };
+    for frame in truth.keys().chain(tracks.keys()).collect::<BTreeSet<_>>() {
+        scorer.add_frame(&boxes(truth, frame), &boxes(tracks, frame), None).unwrap();
     }
-
-    let ids: Vec<i64> = together.keys().map(|key| key.0).collect();
-    let found_ids: Vec<i64> = together.keys().map(|key| key.1).collect();
-    let (ids, found_ids) = (unique(ids), unique(found_ids));
-    let size = ids.len().max(found_ids.len());
-    let weights = Matrix::from_fn(size, size, |(row, column)| {
-        let key = (ids.get(row).copied().unwrap_or(-1), found_ids.get(column).copied().unwrap_or(-1));
-        together.get(&key).copied().unwrap_or(0)
-    });
-    let id_pairs = kuhn_munkres(&weights).0;
-    let errors = (objects - pairs) as f64 + (outputs - pairs) as f64 + switches as f64;
-    Score { mota: 1.0 - errors / objects as f64, idf1: 2.0 * id_pairs as f64 / (objects + outputs) as f64 }
-}
-
-fn unique(mut ids: Vec<i64>) -> Vec<i64> {
-    ids.sort_unstable();
-    ids.dedup();
-    ids
+    let score = scorer.score();
+    Score { mota: score.mota.unwrap(), idf1: score.idf1.unwrap() }
 }
 
 /// The figures to reach are those of SORT itself: the published `sort.py`, written anew on filterpy 2.0.0 and scipy's
