@@ -12,6 +12,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use dymlm_dynamics::{DynamicsConfig, Preprocessor};
+use dymlm_objects::Switch::{Off, On};
 use dymlm_objects::{CentroidTest, MapObject, ObjectConfig, ObjectMapper, ObjectView, SupportPlane, Switch};
 use dymlm_planes::{PlaneConfig, PlaneMap, PlaneMapper};
 use dymlm_sim::{
@@ -72,7 +73,6 @@ fn ablation() -> Vec<Variant> {
         association.shared = shared;
         association.centroid = centroid;
     };
-    use Switch::{Off, On};
     vec![
         Variant::new("all", |_| {}),
         Variant::new("association: projection IoU only", |config| only(config, [On, Off, Off, Off])),

@@ -1,6 +1,6 @@
 //! A map of objects from RGB-D frames and 2D detections.
 //!
-//! The object map of "DyMLM" (paper IV, DESIGN 4.5), one step a type or method:
+//! The object map of `DyMLM` (paper IV, DESIGN 4.5), one step a type or method:
 //!
 //! | step | type |
 //! | --- | --- |

@@ -59,12 +59,16 @@ pub struct ObjectMapper {
 const REACH: f64 = 1e8;
 /// Share of an observation's points in an object's cells that makes it a part of what is there.
 const OCCUPIED: f64 = 0.6;
-/// Intersection over union of an object's projection and a box that makes the box the object's.
-const EXPLAINED: f64 = 0.5;
+/// Intersection over union of an object's projection and a box that makes the box the object's, with the same label and
+/// with another.
+const EXPLAINED: f64 = 0.35;
+const EXPLAINED_OTHER_LABEL: f64 = 0.5;
 /// How far away things are beside an object, metres.
 const BESIDE: f64 = 1.0;
 /// Share of an object's usual height that may be hidden above its support.
 const HIDDEN_FOOT: f64 = 0.7;
+/// How many times as often an object must have been observed as one that it explains away.
+const SURELY_KNOWN: u32 = 2;
 /// Merges a frame, at most; the others wait for the next.
 const MOST_MERGES: usize = 16;
 /// Frames in view after which a thing that was detected once only is given up.
@@ -176,6 +180,7 @@ impl ObjectMapper {
         self.judge_existence(view);
         self.remove_ghosts();
         self.merge_duplicates();
+        self.remove_explained();
         self.judge_belief();
         let report = &mut self.report;
         for ids in [&mut report.updated, &mut report.kept_parameters] {
@@ -331,10 +336,12 @@ impl ObjectMapper {
                 .flatten()
                 .any(|&place| self.map.objects.get(place).is_some_and(|matched| matched.id == object.id));
             let projected = object.shape().image_box(camera, &view.world_from_camera);
-            let completeness = &observation.completeness;
+            let completeness = observation.completeness;
+            let same_label = object.label == observation.label;
+            let least = if same_label { EXPLAINED } else { EXPLAINED_OTHER_LABEL };
             !is_matched
                 && projected.is_some_and(|projected| {
-                    visible_iou(&projected, &observation.bounding_box, completeness, camera) >= EXPLAINED
+                    visible_iou(&projected, &observation.bounding_box, completeness, camera) >= least
                 })
         })
     }
@@ -398,6 +405,28 @@ impl ObjectMapper {
             self.reparameterizer.update(kept, unit(self.upward), &self.config.sizes, &self.config.shapes);
             self.report.merged.push(merge);
         }
+    }
+
+    /// Removes objects that a better known one of the same label explains: it looks like them in the views that they were found
+    /// in, and both were hardly ever found at once. They began before it was known, with something before or behind it.
+    fn remove_explained(&mut self) {
+        let share = self.config.merging.max_together;
+        let explains = |known: &MapObject, own: &MapObject| {
+            let pair = (known.id.min(own.id), known.id.max(own.id));
+            let together = f64::from(self.map.together.get(&pair).copied().unwrap_or(0));
+            known.label == own.label
+                && known.observations >= SURELY_KNOWN * own.observations
+                && together <= share * f64::from(own.observations)
+                && own.key_views.mean_iou(&known.shape()).is_some_and(|iou| iou >= EXPLAINED)
+        };
+        let is_explained =
+            |own: &&MapObject| self.map.objects().any(|known| known.id != own.id && explains(known, own));
+        let explained: Vec<u64> = self.map.objects.iter().filter(is_explained).map(MapObject::id).collect();
+        for id in explained {
+            self.map.remove(id);
+            self.report.removed.push(id);
+        }
+        self.report.removed.sort_unstable();
     }
 
     /// An object is believed when it was observed often enough, not too seldom while in view, and is of a size that things

@@ -6,8 +6,8 @@ mod common;
 use common::{Scene, TABLE, looking, planes, upright};
 use dymlm_core::{DepthImage, Detection, Frame, Mask, Pose};
 use dymlm_objects::{
-    NoPlanes, ObjectConfig, ObjectError, ObjectMapper, ObjectReport, ObjectState, ObjectView, RejectionCause,
-    ShapeKind, SightedPoint,
+    MapObject, NoPlanes, ObjectConfig, ObjectError, ObjectMapper, ObjectReport, ObjectState, ObjectView,
+    RejectionCause, ShapeKind, SightedPoint,
 };
 
 /// A microwave, a cup and a book on the table.
@@ -77,7 +77,7 @@ fn the_same_frames_give_the_same_bits() {
     let run = || {
         let mut mapper = mapper();
         let reports: Vec<ObjectReport> = (0..6).map(|step| show(&mut mapper, &scene, step, &all())).collect();
-        let boxes: Vec<_> = mapper.map().objects().map(|object| object.oriented_box()).collect();
+        let boxes: Vec<_> = mapper.map().objects().map(MapObject::oriented_box).collect();
         let points: Vec<[f64; 3]> =
             mapper.map().objects().flat_map(|object| object.points().collect::<Vec<_>>()).collect();
         (reports, boxes, points)
@@ -194,7 +194,7 @@ fn questions_are_answered_by_what_is_believed() {
         show(&mut mapper, &scene, step, &all());
     }
     let map = mapper.map();
-    assert_eq!(map.with_label("cup").map(|object| object.id()).collect::<Vec<_>>(), [1]);
+    assert_eq!(map.with_label("cup").map(MapObject::id).collect::<Vec<_>>(), [1]);
     assert_eq!(map.with_label("dragon").count(), 0);
     assert_eq!(map.on_plane(TABLE).count(), 3);
     assert_eq!(map.on_plane(99).count(), 0);
@@ -268,9 +268,9 @@ fn far_from_the_origin_the_map_is_the_same() {
     assert_eq!((here.len(), there.len()), (2, 2));
     for (one, other) in here.objects().zip(there.objects()) {
         let (a, b) = (one.oriented_box(), other.oriented_box());
-        for axis in 0..3 {
-            assert!((a.center()[axis] + shift[axis] - b.center()[axis]).abs() < 0.02);
-            assert!((a.lengths()[axis] - b.lengths()[axis]).abs() < 0.02);
+        for (axis, moved_by) in shift.into_iter().enumerate() {
+            let (here, there) = (a.center()[axis] + moved_by, b.center()[axis]);
+            assert!((here - there).abs() < 0.02 && (a.lengths()[axis] - b.lengths()[axis]).abs() < 0.02);
         }
     }
 }

@@ -45,6 +45,16 @@ impl AssociationTests {
     }
 }
 
+/// The greatest statistic that the test of the centroid accepts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Limit {
+    /// Not asked for yet.
+    Unknown,
+    /// There are too few centroids.
+    None,
+    At(f64),
+}
+
 /// Pairs the observations of a frame with the objects of the map.
 #[derive(Debug)]
 pub(crate) struct Associator {
@@ -53,8 +63,8 @@ pub(crate) struct Associator {
     affinities: Vec<f64>,
     places: Vec<Vector3>,
     assignment: Assignment,
-    /// Limits of the centroid test by number of centroids; the outer option is for those not asked for yet.
-    limits: Vec<Option<Option<f64>>>,
+    /// Limits of the centroid test by number of centroids.
+    limits: Vec<Limit>,
 }
 
 impl Associator {
@@ -113,7 +123,7 @@ impl Associator {
         if self.config.projection.is_on() {
             let projected = object.shape().image_box(camera, &view.world_from_camera);
             let iou =
-                projected.map_or(0.0, |own| visible_iou(&own, detected, &observation.completeness, camera));
+                projected.map_or(0.0, |own| visible_iou(&own, detected, observation.completeness, camera));
             tests.projection_iou = Some(iou);
             // Most pairs are far apart in the image: the rule cannot be met, and nothing else is asked.
             if iou < self.config.min_projection_iou || iou <= 0.0 {
@@ -138,9 +148,15 @@ impl Associator {
         // Beyond this many the limits do not change any more.
         let place = (cloud.count() as usize).min(2000);
         if self.limits.len() <= place {
-            self.limits.resize(place + 1, None);
+            self.limits.resize(place + 1, Limit::Unknown);
         }
-        let limit = *self.limits[place].get_or_insert_with(|| test.limit(place as u32, self.config.alpha));
-        limit.map_or(CentroidVerdict::Undecided, |limit| test.verdict_at(cloud, observation.centroid, limit))
+        if self.limits[place] == Limit::Unknown {
+            let limit = test.limit(place as u32, self.config.alpha);
+            self.limits[place] = limit.map_or(Limit::None, Limit::At);
+        }
+        match self.limits[place] {
+            Limit::At(limit) => test.verdict_at(cloud, observation.centroid, limit),
+            Limit::None | Limit::Unknown => CentroidVerdict::Undecided,
+        }
     }
 }

@@ -87,7 +87,7 @@ fn hotelling(cloud: &CentroidCloud, centroid: [f64; 3]) -> Option<f64> {
     let spread = symmetric_eigen3(cloud.covariance()?)?;
     let least = spread.values[2];
     // Below this the variance is rounding.
-    if !(least > 1e-14 * spread.values[0] && least > 0.0) {
+    if least.is_nan() || least <= 1e-14 * spread.values[0] || least <= 0.0 {
         return None;
     }
     let offset = difference(centroid, cloud.mean());
@@ -108,7 +108,7 @@ fn greatest_t(cloud: &CentroidCloud, centroid: [f64; 3]) -> Option<f64> {
     let mut greatest = 0.0_f64;
     for axis in 0..3 {
         let error = (covariance[axis][axis] / f64::from(cloud.count())).sqrt();
-        if !(error > 0.0) || offset[axis].is_nan() {
+        if error.is_nan() || error <= 0.0 || offset[axis].is_nan() {
             return None;
         }
         greatest = greatest.max(offset[axis].abs() / error);

@@ -7,7 +7,7 @@ use crate::{Completeness, SideView};
 pub(crate) fn visible_iou(
     projected: &BoundingBox,
     detected: &BoundingBox,
-    completeness: &Completeness,
+    completeness: Completeness,
     camera: &PinholeCamera,
 ) -> f64 {
     let Some(projected) = projected.clipped(camera.width(), camera.height()) else { return 0.0 };
@@ -33,13 +33,13 @@ mod tests {
         let projected = BoundingBox::new(10.0, 10.0, 50.0, 30.0).unwrap();
         let detected = BoundingBox::new(10.0, 10.0, 30.0, 30.0).unwrap();
         let whole = Completeness::default();
-        assert_eq!(visible_iou(&projected, &detected, &whole, &camera), 0.5);
+        assert_eq!(visible_iou(&projected, &detected, whole, &camera), 0.5);
         let hidden = Completeness { right: SideView::Mover, ..whole };
-        assert_eq!(visible_iou(&projected, &detected, &hidden, &camera), 1.0);
+        assert_eq!(visible_iou(&projected, &detected, hidden, &camera), 1.0);
         // A projection that ends too early is not excused.
-        assert_eq!(visible_iou(&detected, &projected, &hidden, &camera), 0.5);
+        assert_eq!(visible_iou(&detected, &projected, hidden, &camera), 0.5);
         let beyond = BoundingBox::new(60.0, 10.0, 80.0, 30.0).unwrap();
-        assert_eq!(visible_iou(&beyond, &detected, &hidden, &camera), 0.0);
+        assert_eq!(visible_iou(&beyond, &detected, hidden, &camera), 0.0);
     }
 
     #[test]
@@ -47,6 +47,6 @@ mod tests {
         let camera = PinholeCamera::new(100, 100, 100.0, 100.0, 50.0, 50.0).unwrap();
         let projected = BoundingBox::new(-50.0, 0.0, 50.0, 10.0).unwrap();
         let detected = BoundingBox::new(0.0, 0.0, 50.0, 10.0).unwrap();
-        assert_eq!(visible_iou(&projected, &detected, &Completeness::default(), &camera), 1.0);
+        assert_eq!(visible_iou(&projected, &detected, Completeness::default(), &camera), 1.0);
     }
 }

@@ -174,7 +174,9 @@ impl Default for SizePriors {
 impl From<Vec<SizePrior>> for SizePriors {
     fn from(given: Vec<SizePrior>) -> Self {
         let mut priors = Self::none();
-        given.into_iter().for_each(|prior| priors.insert(prior));
+        for prior in given {
+            priors.insert(prior);
+        }
         priors
     }
 }

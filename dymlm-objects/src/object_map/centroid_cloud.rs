@@ -31,7 +31,7 @@ impl CentroidCloud {
         }
     }
 
-    /// Adds another cloud (Chan, Golub, LeVeque 1979).
+    /// Adds another cloud (Chan, Golub and `LeVeque`, 1979).
     pub(crate) fn merge(&mut self, other: &Self) {
         let count = self.count + other.count;
         if count == 0 {
@@ -77,7 +77,9 @@ mod tests {
             (0..9).map(|k| [f64::from(k % 4), f64::from(k * k % 7), 1e6 + 0.1 * f64::from(k)]).collect();
         let cloud = |places: &[[f64; 3]]| {
             let mut cloud = CentroidCloud::default();
-            places.iter().for_each(|&place| cloud.add(place));
+            for &place in places {
+                cloud.add(place);
+            }
             cloud
         };
         let all = cloud(&places);

@@ -17,7 +17,7 @@ impl KeyView {
     pub(crate) fn projection_iou(&self, shape: &ObjectShape) -> f64 {
         let projected = shape.image_box(&self.camera, &self.world_from_camera);
         projected.map_or(0.0, |projected| {
-            visible_iou(&projected, &self.bounding_box, &self.completeness, &self.camera)
+            visible_iou(&projected, &self.bounding_box, self.completeness, &self.camera)
         })
     }
 }
@@ -34,7 +34,7 @@ pub(crate) struct KeyViews {
 impl KeyViews {
     pub(crate) fn add(&mut self, view: KeyView, most: usize) {
         let stride = 1_u64 << self.stride_log2.min(63);
-        if self.seen % stride == 0 {
+        if self.seen.is_multiple_of(stride) {
             self.views.push(view);
         }
         self.seen += 1;

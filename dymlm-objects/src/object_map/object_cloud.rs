@@ -211,10 +211,14 @@ mod tests {
         let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
         let everything = |_: Vector3| true;
         let patches = [1, 2, 3].map(|seed| cloud.patch(&points(seed), &Pose::identity(), everything));
-        patches.iter().for_each(|patch| cloud.add(patch, 100_000));
+        for patch in &patches {
+            cloud.add(patch, 100_000);
+        }
         cloud.subtract(&patches[1]);
         let mut others = ObjectCloud::new([0.5; 3], 0.01);
-        [&patches[2], &patches[0]].into_iter().for_each(|patch| others.add(patch, 100_000));
+        for patch in [&patches[2], &patches[0]] {
+            others.add(patch, 100_000);
+        }
         assert_eq!(cloud.voxels, others.voxels);
         assert_eq!(cloud.cells, others.cells);
     }

@@ -76,8 +76,7 @@ fn distance_to_slabs(start: Vector3, along: Vector3, half: Vector3) -> Option<f6
     let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
     for axis in 0..3 {
         if along[axis] == 0.0 {
-            // NaN fails the comparison.
-            if !(start[axis].abs() <= half[axis]) {
+            if start[axis].is_nan() || start[axis].abs() > half[axis] {
                 return None;
             }
             continue;

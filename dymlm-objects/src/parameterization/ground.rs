@@ -12,8 +12,8 @@ pub(super) struct Ground {
     found: Vec<SupportPlane>,
     /// Heights of the samples outside the box.
     heights: Vec<f64>,
-    /// Whether each sample lies on one of them.
-    is_ground: Vec<bool>,
+    /// Whether each sample lies on one of the candidates.
+    is_marked: Vec<bool>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -141,21 +141,21 @@ impl Ground {
 
     fn mark(&mut self, window: &Window, config: &ParameterizationConfig) {
         let candidates = &self.candidates;
-        self.is_ground.clear();
+        self.is_marked.clear();
         let is_ground = |sample| candidates.iter().any(|candidate| is_on(candidate, sample, config));
-        self.is_ground.extend(window.samples.iter().map(is_ground));
+        self.is_marked.extend(window.samples.iter().map(is_ground));
     }
 
     /// Whether each sample lies on a supporting plane.
     pub(super) fn is_ground(&self) -> &[bool] {
-        &self.is_ground
+        &self.is_marked
     }
 
     /// The highest plane that the samples stand on: nearly all of them are above it, and the lowest no farther than
     /// `max_gap` metres.
     pub(super) fn under<'a>(
         &self,
-        samples: impl Iterator<Item = &'a Sample> + Clone,
+        samples: &(impl Iterator<Item = &'a Sample> + Clone),
         max_gap: f64,
         heights: &mut Vec<f64>,
         config: &ParameterizationConfig,

@@ -93,7 +93,7 @@ const HIDDEN: f32 = 0.2;
 const SEAT_REACH: f32 = 0.5;
 /// What is nearer to a mover than this, in depth, metres, may be a rest of it; its score is multiplied by so much.
 const MOVER_REACH: f32 = 0.25;
-const MOVER_REST: f32 = 0.3;
+const MOVER_REST: f32 = 0.1;
 /// Share of a cluster outside the box at which its score is halved.
 const OUTSIDE_SCALE: f32 = 0.12;
 /// Largest share of a cluster outside the box for it to be a part, or to be taken with what lies outside.
@@ -175,9 +175,9 @@ impl ObjectCluster {
                 stats.depth += sample.point[2];
                 stats.centrality += 0.05 + sample.centrality;
                 let cell = [sample.column, sample.row];
-                for axis in 0..2 {
-                    stats.low[axis] = stats.low[axis].min(cell[axis]);
-                    stats.high[axis] = stats.high[axis].max(cell[axis]);
+                for ((low, high), cell) in stats.low.iter_mut().zip(&mut stats.high).zip(cell) {
+                    *low = cell.min(*low);
+                    *high = cell.max(*high);
                 }
             } else {
                 stats.outside += 1.0;

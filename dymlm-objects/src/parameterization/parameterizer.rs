@@ -94,7 +94,7 @@ impl Parameterizer {
         let mut completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
         let mut support = support(
             &self.ground,
-            members(&self.window, &self.cluster),
+            &members(&self.window, &self.cluster),
             prior,
             completeness,
             &mut self.heights,
@@ -108,7 +108,7 @@ impl Parameterizer {
             completeness = self::completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
             support = self::support(
                 &self.ground,
-                members(&self.window, &self.cluster),
+                &members(&self.window, &self.cluster),
                 prior,
                 completeness,
                 &mut self.heights,
@@ -177,7 +177,7 @@ fn members<'a>(window: &'a Window, cluster: &'a ObjectCluster) -> impl Iterator<
 /// The plane under the object: no farther than usual, or than its size allows when its foot is hidden.
 fn support<'a>(
     ground: &Ground,
-    members: impl Iterator<Item = &'a Sample> + Clone,
+    members: &(impl Iterator<Item = &'a Sample> + Clone),
     prior: Option<&SizePrior>,
     completeness: Completeness,
     heights: &mut Vec<f64>,

@@ -10,7 +10,7 @@ use super::ImageEllipse;
 /// ellipsoid is in front of the camera.
 ///
 /// Rubino, Crocco, Del Bue: "3D Object Localisation from Multi-View Image Detections", PAMI 2018; Nicholson, Milford,
-/// Sünderhauf: "QuadricSLAM", RA-L 2019.
+/// Sünderhauf: "`QuadricSLAM`", RA-L 2019.
 ///
 /// ```
 /// use dymlm_core::{PinholeCamera, Pose};

@@ -1,0 +1,80 @@
+//! The object step on 640x480 frames with ten detections: each sub-step, and all of them.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use dymlm_core::{Detection, Frame, Plane, Pose};
+use dymlm_objects::{ObjectConfig, ObjectMapper, ObjectView, SupportPlane};
+use dymlm_sim::{DetectorConfig, Sequence, SequenceType};
+
+/// Frames of a desk with all of its things detected, ten a frame, and their poses.
+struct Views {
+    frames: Vec<(Frame, Vec<Detection>, Pose)>,
+}
+
+const FRAMES: usize = 8;
+const DETECTIONS: usize = 10;
+
+impl Views {
+    #[allow(clippy::unwrap_used, reason = "constants")]
+    fn new() -> Self {
+        let mut config = SequenceType::WalkingHalfSphere.config();
+        config.people = 0;
+        config.detector = DetectorConfig::ideal();
+        let sequence = Sequence::new(&config).unwrap();
+        let frames = (0..FRAMES).filter_map(|index| {
+            let mut simulated = sequence.frame(3 * index)?;
+            simulated.detections.truncate(DETECTIONS);
+            // All at one time: the frames go round and round.
+            let (depth, color) = simulated.frame.into_images();
+            let frame = Frame::new(0.0, *sequence.camera(), depth, color).ok()?;
+            Some((frame, simulated.detections, simulated.world_from_camera))
+        });
+        Self { frames: frames.collect() }
+    }
+
+    fn view(&self, step: usize) -> ObjectView<'_> {
+        let (frame, detections, pose) = &self.frames[step % self.frames.len()];
+        ObjectView::new(frame, detections, pose)
+    }
+}
+
+/// The floor and the desk, without end.
+fn planes() -> impl Fn([f64; 3], f64, &mut Vec<SupportPlane>) {
+    let level =
+        |id: u64, height: f64| Plane::new([0.0, 0.0, 1.0], -height).map(|plane| SupportPlane::new(id, plane));
+    let known: Vec<SupportPlane> = [level(0, 0.01), level(1, 0.74)].into_iter().flatten().collect();
+    move |point, reach, found| {
+        found.extend(known.iter().filter(|own| own.plane.signed_distance(point).abs() <= reach));
+    }
+}
+
+#[allow(clippy::unwrap_used, reason = "constants")]
+fn observe(criterion: &mut Criterion) {
+    let (views, planes) = (Views::new(), planes());
+    let mut mapper = ObjectMapper::new(ObjectConfig::default()).unwrap();
+    for step in 0..3 * FRAMES {
+        mapper.observe(&views.view(step), &planes).unwrap();
+    }
+    let mut step = 0;
+    criterion.bench_function("dymlm-objects/observe/ten_detections", |bencher| {
+        bencher.iter(|| {
+            step += 1;
+            black_box(mapper.observe(&views.view(step), &planes).unwrap())
+        });
+    });
+    criterion.bench_function("dymlm-objects/parameterize/ten_detections", |bencher| {
+        bencher.iter(|| {
+            step += 1;
+            mapper.parameterize(&views.view(step), &planes).unwrap();
+            black_box(mapper.observations().len())
+        });
+    });
+    mapper.parameterize(&views.view(0), &planes).unwrap();
+    criterion.bench_function("dymlm-objects/associate/ten_detections", |bencher| {
+        bencher.iter(|| mapper.associate(black_box(&views.view(0))));
+    });
+}
+
+criterion_group!(benches, observe);
+criterion_main!(benches);

@@ -1,0 +1,47 @@
+//! Configs: what is refused, and what a file may hold.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use dymlm_objects::{ObjectConfig, ObjectError, ObjectMapper};
+
+#[test]
+fn each_part_names_its_field() {
+    let refused = |change: fn(&mut ObjectConfig)| {
+        let mut config = ObjectConfig::default();
+        change(&mut config);
+        match ObjectMapper::new(config).unwrap_err() {
+            ObjectError::Config(error) => error.field,
+            other => panic!("{other}"),
+        }
+    };
+    assert_eq!(
+        refused(|config| config.parameterization.min_depth = 5.0),
+        "objects.parameterization.min_depth"
+    );
+    assert_eq!(
+        refused(|config| config.parameterization.fitter.trim = 0.5),
+        "objects.parameterization.fitter.trim"
+    );
+    assert_eq!(refused(|config| config.association.alpha = f64::NAN), "objects.association.alpha");
+    assert_eq!(refused(|config| config.update.min_observations = 0), "objects.update.min_observations");
+    assert_eq!(refused(|config| config.update.isolation_forest.trees = 0), "isolation_forest.trees");
+    assert_eq!(refused(|config| config.merging.solid_iou = 2.0), "objects.merging.solid_iou");
+}
+
+#[cfg(feature = "serde")]
+#[test]
+fn a_config_survives_a_file() {
+    use dymlm_objects::{CentroidTest, Footprint, ShapeKind, SizePrior, Switch};
+
+    let mut config = ObjectConfig::default();
+    config.association.centroid_test = CentroidTest::OneSampleT;
+    config.update.forest = Switch::Off;
+    config.shapes.set("chair", ShapeKind::Cuboid);
+    let [length, width, height] = [[0.4, 0.5, 0.6], [0.3, 0.35, 0.4], [0.2, 0.3, 1.0]].map(Into::into);
+    config.sizes.insert(SizePrior::new("robot", length, width, height, Footprint::Oblong));
+    let text = serde_json::to_string(&config).unwrap();
+    assert_eq!(serde_json::from_str::<ObjectConfig>(&text).unwrap(), config);
+    // What is left out has its default; what nobody knows is refused.
+    let partly: ObjectConfig = serde_json::from_str(r#"{"update": {"voxel_size": 0.02}}"#).unwrap();
+    assert_eq!((partly.update.voxel_size, partly.update.trim), (0.02, 0.01));
+    assert!(serde_json::from_str::<ObjectConfig>(r#"{"update": {"voxel": 0.02}}"#).is_err());
+}
