@@ -126,3 +126,19 @@ fn a_cylinder_yields_no_plane() {
         assert!(planes.is_empty(), "radius {radius}: {planes:?}");
     }
 }
+
+#[test]
+fn a_wall_behind_a_pillar_is_one_plane() {
+    let wall = upright([0.0, 1.4, 1.0], 1.3, 0.7);
+    let pillar = upright([0.0, 0.9, 1.0], 0.15, 1.0);
+    // From these places the pillar hides a strip of the wall from top to bottom.
+    let views: Vec<Pose> =
+        (0..4).map(|k| look_at([0.01 * f64::from(k), -0.8, 1.0], [0.0, 1.4, 1.0])).collect();
+    let whole = map_of(&World::of(&[wall, pillar]), &views);
+    assert_eq!(planes_like(&whole, [0.0, -1.0, 0.0], [0.0, 1.4, 0.0]).len(), 1);
+    assert_eq!(whole.confirmed().count(), 2);
+    // Where the gap is seen through, there are two.
+    let halves = [upright([-0.8, 1.4, 1.0], 0.5, 0.7), upright([0.8, 1.4, 1.0], 0.5, 0.7)];
+    let parted = map_of(&World::of(&[halves[0], halves[1], upright([0.0, 2.2, 1.0], 2.0, 1.0)]), &views);
+    assert_eq!(planes_like(&parted, [0.0, -1.0, 0.0], [0.0, 1.4, 0.0]).len(), 2);
+}

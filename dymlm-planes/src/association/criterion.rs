@@ -40,7 +40,8 @@ pub(crate) struct Agreement {
 ///   shows another face ([`Sides`]);
 /// - offsets are compared at the detected patch; at the world's origin a small angle makes a large difference;
 /// - equation 3 counts |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind the plane count;
-/// - patches must overlap or nearly touch: two desks of one height are two planes.
+/// - patches must overlap or nearly touch: two desks of one height are two planes. (Unless a frame showed that something
+///   nearer hides what joins them.)
 #[derive(Debug, Clone)]
 pub(crate) struct Criterion {
     config: AssociationConfig,
@@ -58,12 +59,21 @@ impl Criterion {
         if !self.are_within_reach(detected, mapped) {
             return None;
         }
+        self.test_apart(detected, mapped).filter(|_| self.patches_adjoin(detected, mapped))
+    }
+
+    /// The same for patches that are known to be one surface, wherever they lie: equation 1 and (equation 2 or equation 3).
+    pub(crate) fn test_apart(
+        &self,
+        detected: &FinitePlane<'_>,
+        mapped: &FinitePlane<'_>,
+    ) -> Option<Agreement> {
         let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
         let distance = mapped.plane.signed_distance(detected.centroid).abs();
         if !(self.offsets_agree(distance) || self.edge_points_agree(detected, &mapped.plane)) {
             return None;
         }
-        self.patches_adjoin(detected, mapped).then_some(Agreement { angle, distance, flipped })
+        Some(Agreement { angle, distance, flipped })
     }
 
     /// Whether the boxes around the patches are near enough for the patches to adjoin: spares most pairs the tests.

@@ -16,7 +16,7 @@ pub struct ExtractionConfig {
     /// Share of a block's pixels that must have a reading, 0.1..=1. Default 0.5; Feng 2014 demands all, but a Kinect
     /// leaves holes.
     pub min_block_fill: f64,
-    /// Fewest pixels of a plane, at 640x480, 10..=1000000. Default 1000: a face of 0.08 m2 at 3 m seen at 60 degrees.
+    /// Fewest pixels of a plane, at 640x480, 10..=1000000. Default 500: a face of 0.08 m2 at 3 m seen at 75 degrees.
     /// (Feng 2014 wants 3000.)
     pub min_support: usize,
     /// A block or plane may have this root mean square distance from its fit, metres: this, 0..=1, default 0.005
@@ -69,7 +69,7 @@ impl Default for ExtractionConfig {
             max_depth: 4.6,
             block_size: 10,
             min_block_fill: 0.5,
-            min_support: 1000,
+            min_support: 500,
             block_tolerance: 0.005,
             merge_tolerance: 0.008,
             tolerance_per_depth_squared: 0.0022,

@@ -42,6 +42,8 @@ struct KeyFrame {
     merges: Vec<PlaneMerge>,
     /// Planes that it saw beside each other, a step apart; smaller id first.
     distinct: Vec<[u64; 2]>,
+    /// Planes that it saw as one surface behind something; smaller id first.
+    continued: Vec<[u64; 2]>,
 }
 
 #[derive(Debug, Clone)]
@@ -62,9 +64,9 @@ struct Pairing {
     agreement: Agreement,
 }
 
-/// Two planes that one frame saw a step apart are taken for one surface after all when that was in fewer than this share of the
-/// frames that saw the rarer one.
-const DISTINCT_SHARE: f64 = 0.3;
+/// What a frame has seen of two planes together (a step between them, or one surface behind something) counts from this
+/// share of the frames on that saw the rarer one.
+const TOGETHER_SHARE: f64 = 0.3;
 
 /// Two planes of one frame are a step apart from this on, metres ...
 const SMALLEST_STEP: f64 = 0.005;
@@ -108,7 +110,8 @@ impl PlaneMap {
         let observations = self.bring_to_world(detected, world_from_camera)?;
         let distinct = self.find_steps(&observations);
         let pairings = self.associate(&observations, &distinct);
-        let mut report = self.fuse(observations, &pairings, &distinct, timestamp);
+        let continued = find_continued(&observations);
+        let mut report = self.fuse(observations, &pairings, &distinct, &continued, timestamp);
         self.merge(&mut report);
         Ok(report)
     }
@@ -243,6 +246,7 @@ impl PlaneMap {
         observations: Vec<Observation>,
         pairings: &[Option<Pairing>],
         distinct: &[[usize; 2]],
+        continued: &[[usize; 2]],
         timestamp: f64,
     ) -> PlaneReport {
         let mut report = PlaneReport { key_frame: self.next_key_frame, ..PlaneReport::default() };
@@ -279,12 +283,17 @@ impl PlaneMap {
                 plane.refit();
             }
         }
-        let mut distinct: Vec<[u64; 2]> =
-            distinct.iter().map(|pair| sorted(pair.map(|detected| report.associations[detected]))).collect();
-        distinct.sort_unstable();
-        distinct.dedup();
+        let ids_of = |pairs: &[[usize; 2]]| {
+            let ids = pairs.iter().map(|pair| sorted(pair.map(|detected| report.associations[detected])));
+            let mut ids: Vec<[u64; 2]> = ids.filter(|[a, b]| a != b).collect();
+            ids.sort_unstable();
+            ids.dedup();
+            ids
+        };
+        let (distinct, continued) = (ids_of(distinct), ids_of(continued));
+        let merges = Vec::new();
         self.key_frames
-            .insert(report.key_frame, KeyFrame { timestamp, contributions, merges: Vec::new(), distinct });
+            .insert(report.key_frame, KeyFrame { timestamp, contributions, merges, distinct, continued });
         report
     }
 
@@ -329,24 +338,33 @@ impl PlaneMap {
     fn test_merge(&self, a: &MapPlane, b: &MapPlane) -> Option<(f64, PlaneMerge)> {
         let more = (a.observations, std::cmp::Reverse(a.id)) > (b.observations, std::cmp::Reverse(b.id));
         let (into, from) = if more { (a, b) } else { (b, a) };
-        let agreement = self.criterion.test(&from.finite(), &into.finite())?;
-        if self.were_distinct(a, b) {
+        let (from_plane, into_plane) = (from.finite(), into.finite());
+        let agreement = self.criterion.test(&from_plane, &into_plane).or_else(|| {
+            let apart = self.criterion.test_apart(&from_plane, &into_plane)?;
+            self.were_seen_together(a, b, |key_frame| &key_frame.continued).then_some(apart)
+        })?;
+        if self.were_seen_together(a, b, |key_frame| &key_frame.distinct) {
             return None;
         }
         Some((self.criterion.cost(&agreement), PlaneMerge { from: from.id, into: into.id }))
     }
 
-    /// Whether the two were often seen beside each other, a step apart.
-    fn were_distinct(&self, a: &MapPlane, b: &MapPlane) -> bool {
+    /// Whether the two are among some pairs of many key frames: those that saw them a step apart, or as one surface.
+    fn were_seen_together(
+        &self,
+        a: &MapPlane,
+        b: &MapPlane,
+        pairs: impl Fn(&KeyFrame) -> &[[u64; 2]],
+    ) -> bool {
         let pair = sorted([a.id, b.id]);
         let times = self
             .key_frames
             .values()
             .filter(|key_frame| {
-                key_frame.distinct.iter().any(|ids| sorted(ids.map(|id| self.resolve(id))) == pair)
+                pairs(key_frame).iter().any(|ids| sorted(ids.map(|id| self.resolve(id))) == pair)
             })
             .count();
-        times as f64 > DISTINCT_SHARE * f64::from(a.observations.min(b.observations))
+        times as f64 > TOGETHER_SHARE * f64::from(a.observations.min(b.observations))
     }
 
     fn absorb(&mut self, gone: &MapPlane, into: u64) {
@@ -450,6 +468,16 @@ impl PlaneMap {
     fn place(&self, id: u64) -> Option<usize> {
         self.planes.binary_search_by_key(&id, |plane| plane.id).ok()
     }
+}
+
+/// Pairs of observations that are one surface behind something.
+fn find_continued(observations: &[Observation]) -> Vec<[usize; 2]> {
+    let mut pairs = Vec::new();
+    for (j, b) in observations.iter().enumerate() {
+        let continued = (0..j).filter(|&i| observations[i].continued_by.contains(&b.segment));
+        pairs.extend(continued.map(|i| [i, j]));
+    }
+    pairs
 }
 
 fn sorted([a, b]: [u64; 2]) -> [u64; 2] {

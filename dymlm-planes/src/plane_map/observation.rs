@@ -15,6 +15,9 @@ pub(super) struct Observation {
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
     bounds: Bounds,
+    /// Its segment, and those of the same frame that are the same surface.
+    pub(super) segment: usize,
+    pub(super) continued_by: Vec<usize>,
     /// Standard deviation of its offset that two planes of one frame do not share, metres.
     pub(super) offset_deviation: f64,
 }
@@ -46,6 +49,8 @@ impl Observation {
             moments,
             bounds: patch.bounds(voxel_size),
             patch,
+            segment: detected.segment,
+            continued_by: detected.continued_by.clone(),
             offset_deviation: detected.mse.sqrt(),
         })
     }

@@ -4,6 +4,7 @@ mod config;
 mod covariance;
 mod detected_plane;
 mod edge_points;
+mod occlusion;
 mod refiner;
 mod reweighting;
 mod runs;

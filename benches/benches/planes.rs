@@ -1,0 +1,116 @@
+//! The plane step of a 640x480 frame: extraction, refinement, the map, and all of it; on a synthetic room, on a rendered
+//! office, and on the kitchen recording where it is present (`DYMLM_DATA` or `../shared/data`).
+
+#![allow(missing_docs, clippy::unwrap_used, reason = "a bench")]
+
+use std::hint::black_box;
+use std::path::PathBuf;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use dymlm_benches::{kinect, room_depth};
+use dymlm_core::{Frame, Pose};
+use dymlm_io::{TumDataset, TumOptions};
+use dymlm_planes::{PlaneConfig, PlaneDetector, PlaneMap, PlaneMapper};
+use dymlm_sim::{Sequence, SequenceConfig};
+
+/// Frames of one place, and where they were seen from.
+struct Input {
+    name: &'static str,
+    frames: Vec<(Frame, Pose)>,
+}
+
+fn inputs() -> Vec<Input> {
+    let room = Frame::new(0.0, kinect(), room_depth(), None).unwrap();
+    let office = Sequence::new(&SequenceConfig::default()).unwrap();
+    let office = [10, 40, 70, 100].map(|k| office.frame(k).unwrap());
+    let mut inputs = vec![
+        Input { name: "room", frames: vec![(room, Pose::identity())] },
+        Input { name: "office", frames: office.into_iter().map(|f| (f.frame, f.world_from_camera)).collect() },
+    ];
+    inputs.extend(kitchen());
+    inputs
+}
+
+/// Every twentieth frame of the recording, if it is there.
+fn kitchen() -> Option<Input> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let data = std::env::var_os("DYMLM_DATA").map_or_else(beside, PathBuf::from);
+    let dataset = TumDataset::open(data.join("kitchen"), &TumOptions::default()).ok()?;
+    let indices = (0..dataset.frames().len()).step_by(20);
+    let frames = indices.filter_map(|index| dataset.load(index).ok());
+    Some(Input { name: "kitchen", frames: frames.map(|f| (f.frame, f.world_from_camera)).collect() })
+}
+
+fn steps(criterion: &mut Criterion) {
+    let inputs = inputs();
+    let mut extraction = criterion.benchmark_group("dymlm-planes/extract");
+    for input in &inputs {
+        let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
+        extraction.throughput(Throughput::Elements(input.frames.len() as u64));
+        extraction.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
+            bencher.iter(|| {
+                for (frame, _) in &input.frames {
+                    black_box(detector.extract(frame.camera(), frame.depth(), None).unwrap());
+                }
+            });
+        });
+    }
+    extraction.finish();
+
+    let mut refinement = criterion.benchmark_group("dymlm-planes/refine");
+    for input in &inputs {
+        let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
+        let (frame, _) = &input.frames[0];
+        detector.extract(frame.camera(), frame.depth(), None).unwrap();
+        refinement.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
+            bencher.iter(|| detector.refine(frame.camera(), black_box(frame.depth())).map(<[_]>::len));
+        });
+    }
+    refinement.finish();
+}
+
+fn map(criterion: &mut Criterion) {
+    let config = PlaneConfig::default();
+    let mut group = criterion.benchmark_group("dymlm-planes/map_insert");
+    for input in &inputs() {
+        let mut detector = PlaneDetector::new(&config).unwrap();
+        let detected: Vec<_> = input
+            .frames
+            .iter()
+            .map(|(frame, pose)| {
+                (detector.detect(frame.camera(), frame.depth(), None, &[]).unwrap().to_vec(), *pose)
+            })
+            .collect();
+        group.throughput(Throughput::Elements(detected.len() as u64));
+        group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
+            bencher.iter(|| {
+                let mut map = PlaneMap::new(config.map.clone()).unwrap();
+                for (planes, pose) in &detected {
+                    map.insert(black_box(planes), pose, 0.0).unwrap();
+                }
+                map
+            });
+        });
+    }
+    group.finish();
+}
+
+fn whole_step(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("dymlm-planes/whole_step");
+    for input in &inputs() {
+        group.throughput(Throughput::Elements(input.frames.len() as u64));
+        group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
+            bencher.iter(|| {
+                let mut mapper = PlaneMapper::new(PlaneConfig::default()).unwrap();
+                for (frame, pose) in &input.frames {
+                    mapper.insert(black_box(frame), None, &[], pose).unwrap();
+                }
+                mapper
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, steps, map, whole_step);
+criterion_main!(benches);
