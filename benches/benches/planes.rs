@@ -25,7 +25,10 @@ fn inputs() -> Vec<Input> {
     let office = [10, 40, 70, 100].map(|k| office.frame(k).unwrap());
     let mut inputs = vec![
         Input { name: "room", frames: vec![(room, Pose::identity())] },
-        Input { name: "office", frames: office.into_iter().map(|f| (f.frame, f.world_from_camera)).collect() },
+        Input {
+            name: "office",
+            frames: office.into_iter().map(|f| (f.frame, f.world_from_camera)).collect(),
+        },
     ];
     inputs.extend(kitchen());
     inputs

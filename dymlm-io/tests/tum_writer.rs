@@ -10,8 +10,8 @@ fn camera() -> PinholeCamera {
 
 /// Depth in whole steps of the file, with holes.
 fn frame(index: usize) -> Frame {
-    let depth =
-        (0..24).map(|i| if (i + index).is_multiple_of(5) { 0.0 } else { (5000 + 7 * i + index) as f32 / 5000.0 });
+    let depth = (0..24)
+        .map(|i| if (i + index).is_multiple_of(5) { 0.0 } else { (5000 + 7 * i + index) as f32 / 5000.0 });
     let color = (0..24).map(|i| [i as u8, index as u8, 200]).collect();
     let depth = DepthImage::new(6, 4, depth.collect()).unwrap();
     let color = ColorImage::new(6, 4, color).unwrap();
