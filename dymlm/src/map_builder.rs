@@ -104,10 +104,11 @@ impl MapBuilder {
         self.plane_detector.refine(camera, depth)?;
         self.mover_boxes.clear();
         self.mover_boxes.extend(self.preprocessor.movers().iter().map(|mover| mover.corrected_box));
-        self.plane_detector.filter(&self.mover_boxes);
+        let rejected = self.plane_detector.filter(&self.mover_boxes).to_vec();
         clock.end(Stage::PlaneRefinement);
         let (found, time) = (self.plane_detector.planes(), frame.timestamp());
-        let planes = self.map.planes.insert(found, world_from_camera, time)?;
+        let mut planes = self.map.planes.insert(found, world_from_camera, time)?;
+        planes.rejected = rejected;
         clock.end(Stage::PlaneMap);
 
         let view = ObjectView::new(frame, detections, world_from_camera)

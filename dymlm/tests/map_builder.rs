@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
+use dymlm::planes::RejectionCause;
 use dymlm::{Error, MapBuilder, MapConfig, MultiLevelMap, Selection, Stage};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig, score_cloud};
 
@@ -33,6 +34,16 @@ fn fingerprint(map: &MultiLevelMap) -> Vec<u8> {
     let mut bytes: Vec<u8> = cloud.points().iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
     bytes.extend(cloud.colors().unwrap().iter().flatten());
     map.octree().write_ot(&mut bytes).unwrap();
+    for plane in map.planes().planes() {
+        bytes.extend(plane.id().to_le_bytes());
+        bytes.extend(plane.plane().normal().iter().chain([&plane.plane().d()]).flat_map(|c| c.to_le_bytes()));
+        bytes.extend(plane.inlier_points().flatten().flat_map(f32::to_le_bytes));
+    }
+    for object in map.objects().all_objects() {
+        bytes.extend(object.id().to_le_bytes());
+        bytes.extend(object.oriented_box().corners().iter().flatten().flat_map(|c| c.to_le_bytes()));
+        bytes.extend(object.label().bytes());
+    }
     bytes
 }
 
@@ -145,6 +156,20 @@ fn degenerate_frames_are_no_error() {
         assert_eq!(report.update.unwrap().cloud.readings, 0);
     }
     assert!(builder.map().cloud().is_empty());
+}
+
+#[test]
+fn the_report_names_planes_that_did_not_reach_the_map() {
+    let camera = PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap();
+    let wall = DepthImage::new(320, 240, vec![2.0; 320 * 240]).unwrap();
+    let wall = Frame::new(0.0, camera, wall, None).unwrap();
+    let mut config = config();
+    config.planes.filter.max_depth = 1.5;
+    let mut builder = MapBuilder::new(config).unwrap();
+    let update = builder.insert(&wall, &[], &Pose::identity()).unwrap().update.unwrap();
+    assert!(update.planes.created.is_empty() && builder.map().planes().is_empty());
+    let causes: Vec<_> = update.planes.rejected.iter().map(|plane| plane.cause).collect();
+    assert!(matches!(causes[..], [RejectionCause::Depth { .. }]), "{causes:?}");
 }
 
 #[test]

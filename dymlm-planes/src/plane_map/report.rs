@@ -23,6 +23,7 @@ pub struct PlaneReport {
     pub merged: Vec<PlaneMerge>,
     /// For each detected plane the id of the map plane that holds it now.
     pub associations: Vec<u64>,
-    /// Detected planes that the filter kept from the map. (Filled by [`PlaneMapper`](crate::PlaneMapper).)
+    /// Detected planes that the filter kept from the map; a [`PlaneMap`](crate::PlaneMap) alone, which does not see them, leaves
+    /// it empty.
     pub rejected: Vec<RejectedPlane>,
 }
