@@ -150,5 +150,5 @@ fn labels_agree_with_a_rendered_room() {
     let agreement = Agreement::of(&truth, &extract(ExtractionConfig::default(), &camera, &depth), 3000);
     agreement.print("a rendered room");
     assert_eq!([agreement.labelled, agreement.matched, agreement.found], [4, 4, 4]);
-    assert!(agreement.matched_iou > 0.99, "{agreement:?}");
+    assert!(agreement.matched_iou > 0.985, "{agreement:?}");
 }

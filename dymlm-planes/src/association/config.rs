@@ -29,8 +29,8 @@ pub struct AssociationConfig {
     pub max_point_distance: f64,
     /// The paper's `R_Th`: more than this share of the edge points lies on the map plane, 0..=1. Default 0.5 (DESIGN 4.4).
     pub min_point_ratio: f64,
-    /// Patches overlap, or no more than this is between them, metres, 0..=10. Default 0.15: less than between two desks
-    /// that one can walk between, more than a cable or a pole hides.
+    /// Patches overlap, or no more than this is between them, metres, 0..=10. Default 0.04: less than between two screens
+    /// or two cabinets side by side. What something nearer hides is bridged besides, where a frame shows that it is hidden.
     pub max_gap: f64,
     /// Whether the two sides of a sheet are one plane. Default: they are not.
     pub sides: Sides,
@@ -43,7 +43,7 @@ impl Default for AssociationConfig {
             max_distance: 0.05,
             max_point_distance: 0.04,
             min_point_ratio: 0.5,
-            max_gap: 0.15,
+            max_gap: 0.04,
             sides: Sides::Apart,
         }
     }

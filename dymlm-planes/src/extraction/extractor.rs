@@ -10,8 +10,9 @@ use crate::PlaneError;
 use crate::linear_algebra::dot;
 use crate::moments::{Fit, Moments};
 
-/// A block is rough from this many times the expected variance on: of a hundred readings' variance one in a thousand is.
-const ROUGH: f64 = 1.6;
+/// A block is rough from this many times the expected variance on: five standard deviations of the variance of 64
+/// readings.
+const ROUGH: f64 = 2.0;
 /// Variance that makes no block rough, square metres: 1.5 mm.
 const FINEST_ROUGHNESS: f64 = 2.25e-6;
 /// Standard deviation of the place that a pixel looks at, pixels of an image 640 wide (Nguyen 2012).
@@ -23,7 +24,7 @@ const SEED_SHARE: f64 = 0.3;
 /// Finds the planes of a depth image by agglomerative clustering of its blocks.
 ///
 /// Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
-/// Clustering", ICRA 2014. The image is cut into blocks of 10x10 pixels; blocks that are flat become nodes, and
+/// Clustering", ICRA 2014. The image is cut into blocks of 8x8 pixels; blocks that are flat become nodes, and
 /// neighbours without a step between them edges of a graph; clusters merge as long as their common plane stays flat
 /// for the noise at its depth; then the rims are given up and grown again pixel by pixel, and planes that meet and agree
 /// merge. All fits come from moment sums, so merging two planes costs the same as merging two points. Two tests

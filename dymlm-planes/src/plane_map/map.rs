@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::Pose;
 
@@ -29,6 +29,8 @@ pub struct PlaneMap {
     key_frames: BTreeMap<u64, KeyFrame>,
     /// Where planes have gone that were merged into others.
     merged: BTreeMap<u64, u64>,
+    /// Planes that some key frame saw as one surface behind something, smaller id first.
+    continued: BTreeSet<[u64; 2]>,
     next_plane: u64,
     next_key_frame: u64,
 }
@@ -40,9 +42,7 @@ struct KeyFrame {
     contributions: Vec<Contribution>,
     /// Merges that it brought about.
     merges: Vec<PlaneMerge>,
-    /// Planes that it saw beside each other, a step apart; smaller id first.
-    distinct: Vec<[u64; 2]>,
-    /// Planes that it saw as one surface behind something; smaller id first.
+    /// Planes that it saw as one surface behind something, by their ids at that time.
     continued: Vec<[u64; 2]>,
 }
 
@@ -54,24 +54,14 @@ struct Contribution {
     patch: Patch,
 }
 
-/// A detected plane and a plane of the map that may be one.
+/// The plane of the map that a detected one may be.
 #[derive(Debug, Clone, Copy)]
 struct Pairing {
     cost: f64,
-    detected: usize,
     /// Place in `planes`.
     mapped: usize,
     agreement: Agreement,
 }
-
-/// What a frame has seen of two planes together (a step between them, or one surface behind something) counts from this
-/// share of the frames on that saw the rarer one.
-const TOGETHER_SHARE: f64 = 0.3;
-
-/// Two planes of one frame are a step apart from this on, metres ...
-const SMALLEST_STEP: f64 = 0.005;
-/// ... and from this many of their own noise.
-const STEP_IN_DEVIATIONS: f64 = 1.5;
 
 impl PlaneMap {
     /// An empty map.
@@ -87,6 +77,7 @@ impl PlaneMap {
             planes: Vec::new(),
             key_frames: BTreeMap::new(),
             merged: BTreeMap::new(),
+            continued: BTreeSet::new(),
             next_plane: 0,
             next_key_frame: 0,
         })
@@ -108,10 +99,9 @@ impl PlaneMap {
             return Err(PlaneError::Timestamp(timestamp));
         }
         let observations = self.bring_to_world(detected, world_from_camera)?;
-        let distinct = self.find_steps(&observations);
-        let pairings = self.associate(&observations, &distinct);
+        let pairings = self.associate(&observations);
         let continued = find_continued(&observations);
-        let mut report = self.fuse(observations, &pairings, &distinct, &continued, timestamp);
+        let mut report = self.fuse(observations, &pairings, &continued, timestamp);
         self.merge(&mut report);
         Ok(report)
     }
@@ -140,6 +130,7 @@ impl PlaneMap {
         } else {
             self.undo_merges(&gone);
         }
+        self.collect_continued();
         Ok(())
     }
 
@@ -192,60 +183,23 @@ impl PlaneMap {
             .collect()
     }
 
-    /// Pairs of planes of one frame that would pass for one, but lie a step apart: a drawer's front before its cabinet. Poses
-    /// have no part in it, so it stays true however badly the map's planes are placed.
-    fn find_steps(&self, observations: &[Observation]) -> Vec<[usize; 2]> {
-        let mut steps = Vec::new();
-        for (j, b) in observations.iter().enumerate() {
-            for (i, a) in observations[..j].iter().enumerate() {
-                if self.criterion.test(&a.finite(), &b.finite()).is_none()
-                    && self.criterion.test(&b.finite(), &a.finite()).is_none()
-                {
-                    continue;
-                }
-                let noise = STEP_IN_DEVIATIONS * 0.5 * (a.offset_deviation + b.offset_deviation);
-                let a_from_b = b.plane.signed_distance(a.centroid).abs();
-                let b_from_a = a.plane.signed_distance(b.centroid).abs();
-                if a_from_b.min(b_from_a) > noise.max(SMALLEST_STEP) {
-                    steps.push([i, j]);
-                }
-            }
-        }
-        steps
-    }
-
-    /// The best plane of the map for each detected one, best pairs first; planes a step apart do not share one.
-    fn associate(&self, observations: &[Observation], distinct: &[[usize; 2]]) -> Vec<Option<Pairing>> {
-        let mut pairings = Vec::new();
-        for (detected, observation) in observations.iter().enumerate() {
-            for (mapped, plane) in self.planes.iter().enumerate() {
-                if let Some(agreement) = self.criterion.test(&observation.finite(), &plane.finite()) {
-                    let cost = self.criterion.cost(&agreement);
-                    pairings.push(Pairing { cost, detected, mapped, agreement });
-                }
-            }
-        }
-        pairings.sort_by(|a, b| {
-            a.cost.total_cmp(&b.cost).then((a.detected, a.mapped).cmp(&(b.detected, b.mapped)))
-        });
-        let mut chosen: Vec<Option<Pairing>> = vec![None; observations.len()];
-        for pairing in pairings {
-            let holds = |other: usize| chosen[other].is_some_and(|other| other.mapped == pairing.mapped);
-            let taken = distinct
-                .iter()
-                .any(|&[a, b]| (a == pairing.detected && holds(b)) || (b == pairing.detected && holds(a)));
-            if chosen[pairing.detected].is_none() && !taken {
-                chosen[pairing.detected] = Some(pairing);
-            }
-        }
-        chosen
+    /// The best plane of the map for each detected one. Several detected ones may share it: parts of one surface.
+    fn associate(&self, observations: &[Observation]) -> Vec<Option<Pairing>> {
+        let best = |observation: &Observation| {
+            let candidates = self.planes.iter().enumerate().filter_map(|(mapped, plane)| {
+                let agreement = self.criterion.test(&observation.finite(), &plane.finite())?;
+                Some(Pairing { cost: self.criterion.cost(&agreement), mapped, agreement })
+            });
+            // The first of equals: the oldest.
+            candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
+        };
+        observations.iter().map(best).collect()
     }
 
     fn fuse(
         &mut self,
         observations: Vec<Observation>,
         pairings: &[Option<Pairing>],
-        distinct: &[[usize; 2]],
         continued: &[[usize; 2]],
         timestamp: f64,
     ) -> PlaneReport {
@@ -283,17 +237,11 @@ impl PlaneMap {
                 plane.refit();
             }
         }
-        let ids_of = |pairs: &[[usize; 2]]| {
-            let ids = pairs.iter().map(|pair| sorted(pair.map(|detected| report.associations[detected])));
-            let mut ids: Vec<[u64; 2]> = ids.filter(|[a, b]| a != b).collect();
-            ids.sort_unstable();
-            ids.dedup();
-            ids
-        };
-        let (distinct, continued) = (ids_of(distinct), ids_of(continued));
+        let continued: Vec<[u64; 2]> =
+            continued.iter().map(|pair| pair.map(|detected| report.associations[detected])).collect();
+        self.continued.extend(continued.iter().copied().map(sorted));
         let merges = Vec::new();
-        self.key_frames
-            .insert(report.key_frame, KeyFrame { timestamp, contributions, merges, distinct, continued });
+        self.key_frames.insert(report.key_frame, KeyFrame { timestamp, contributions, merges, continued });
         report
     }
 
@@ -310,6 +258,7 @@ impl PlaneMap {
                 let gone = self.planes.remove(place);
                 self.absorb(&gone, merge.into);
             }
+            self.collect_continued();
             report.merged.push(merge);
         }
         for id in &mut report.associations {
@@ -340,31 +289,17 @@ impl PlaneMap {
         let (into, from) = if more { (a, b) } else { (b, a) };
         let (from_plane, into_plane) = (from.finite(), into.finite());
         let agreement = self.criterion.test(&from_plane, &into_plane).or_else(|| {
-            let apart = self.criterion.test_apart(&from_plane, &into_plane)?;
-            self.were_seen_together(a, b, |key_frame| &key_frame.continued).then_some(apart)
+            let are_continued = self.continued.contains(&sorted([a.id, b.id]));
+            are_continued.then(|| self.criterion.test_apart(&from_plane, &into_plane)).flatten()
         })?;
-        if self.were_seen_together(a, b, |key_frame| &key_frame.distinct) {
-            return None;
-        }
         Some((self.criterion.cost(&agreement), PlaneMerge { from: from.id, into: into.id }))
     }
 
-    /// Whether the two are among some pairs of many key frames: those that saw them a step apart, or as one surface.
-    fn were_seen_together(
-        &self,
-        a: &MapPlane,
-        b: &MapPlane,
-        pairs: impl Fn(&KeyFrame) -> &[[u64; 2]],
-    ) -> bool {
-        let pair = sorted([a.id, b.id]);
-        let times = self
-            .key_frames
-            .values()
-            .filter(|key_frame| {
-                pairs(key_frame).iter().any(|ids| sorted(ids.map(|id| self.resolve(id))) == pair)
-            })
-            .count();
-        times as f64 > TOGETHER_SHARE * f64::from(a.observations.min(b.observations))
+    /// The pairs of all key frames under the ids that the planes have now. O(pairs of all key frames), when ids or key frames
+    /// have gone.
+    fn collect_continued(&mut self) {
+        let pairs = self.key_frames.values().flat_map(|key_frame| &key_frame.continued);
+        self.continued = pairs.map(|pair| sorted(pair.map(|id| self.resolve(id)))).collect();
     }
 
     fn absorb(&mut self, gone: &MapPlane, into: u64) {

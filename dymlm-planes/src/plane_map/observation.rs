@@ -18,8 +18,6 @@ pub(super) struct Observation {
     /// Its segment, and those of the same frame that are the same surface.
     pub(super) segment: usize,
     pub(super) continued_by: Vec<usize>,
-    /// Standard deviation of its offset that two planes of one frame do not share, metres.
-    pub(super) offset_deviation: f64,
 }
 
 impl Observation {
@@ -51,7 +49,6 @@ impl Observation {
             patch,
             segment: detected.segment,
             continued_by: detected.continued_by.clone(),
-            offset_deviation: detected.mse.sqrt(),
         })
     }
 
