@@ -40,8 +40,8 @@ impl MapBuilder {
     /// Takes in one frame: `detections` in it (all labels; which of them may move is configuration) and the pose that
     /// takes its camera coordinates to the world. Frames come in the order of their time.
     ///
-    /// The cost does not grow with the number of frames before, with one exception: map planes that look like one are
-    /// looked up in all key frames before they merge.
+    /// The cost does not grow with the number of frames before, but for the moment in which two map planes prove to be one
+    /// (all key frames are looked through once).
     ///
     /// # Errors
     ///
