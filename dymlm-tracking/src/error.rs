@@ -1,0 +1,64 @@
+use dymlm_core::ConfigError;
+
+/// Why an input or a config was refused. A refused input changes nothing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A target whose part on the image is too small to be told from its surroundings.
+    #[error(
+        "a target of {visible_width}x{visible_height} pixels on the image: at least {least}x{least} are needed"
+    )]
+    TargetSize {
+        /// Width of the box's part on the image, pixels.
+        visible_width: f32,
+        /// Height of the box's part on the image, pixels.
+        visible_height: f32,
+        /// Least side, pixels.
+        least: f32,
+    },
+    /// Two images that should have the same size.
+    #[error("an image of {actual_width}x{actual_height} pixels where {width}x{height} were expected")]
+    ImageSize {
+        /// Expected width, pixels.
+        width: usize,
+        /// Expected height, pixels.
+        height: usize,
+        /// Given width, pixels.
+        actual_width: usize,
+        /// Given height, pixels.
+        actual_height: usize,
+    },
+    /// A frame older than the one before it, or whose time is not finite.
+    #[error("a frame of time {timestamp} s after one of time {previous} s: time must not go backwards")]
+    TimeReversed {
+        /// Time of the frame before, seconds.
+        previous: f64,
+        /// Time of the refused frame, seconds.
+        timestamp: f64,
+    },
+    /// An object without enough of a surface to be followed.
+    #[error("an object model of {points} finite points: at least {least} are needed")]
+    ModelPoints {
+        /// Number of finite points.
+        points: usize,
+        /// Least number.
+        least: usize,
+    },
+    /// A frame that does not carry what tracking needs.
+    #[error("the frame has no colour image, which tracking needs")]
+    NoColor,
+    /// The object is not seen where it should be at the start.
+    #[error("only {found} corners of the object are seen where it should be: at least {least} are needed")]
+    NotSeen {
+        /// Number of corners found.
+        found: usize,
+        /// Least number.
+        least: usize,
+    },
+    /// A value that the vocabulary refuses.
+    #[error(transparent)]
+    Core(#[from] dymlm_core::Error),
+    /// A field of a config outside its allowed range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+}

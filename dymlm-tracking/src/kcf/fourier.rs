@@ -1,0 +1,129 @@
+use std::fmt;
+use std::sync::Arc;
+
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+
+/// Two-dimensional Fourier transforms of planes of one size. Spectra are stored column by column, as the transform
+/// leaves them.
+#[derive(Clone)]
+pub(super) struct Fourier {
+    size: [usize; 2],
+    rows: Arc<dyn Fft<f32>>,
+    columns: Arc<dyn Fft<f32>>,
+    inverse_rows: Arc<dyn Fft<f32>>,
+    inverse_columns: Arc<dyn Fft<f32>>,
+    scratch: Vec<Complex<f32>>,
+    turned: Vec<Complex<f32>>,
+}
+
+impl Fourier {
+    /// For planes of `size[0]` columns and `size[1]` rows.
+    pub(super) fn new(size: [usize; 2]) -> Self {
+        let mut planner = FftPlanner::new();
+        let [width, height] = size;
+        let [rows, columns] = [planner.plan_fft_forward(width), planner.plan_fft_forward(height)];
+        let [inverse_rows, inverse_columns] =
+            [planner.plan_fft_inverse(width), planner.plan_fft_inverse(height)];
+        let plans = [&rows, &columns, &inverse_rows, &inverse_columns];
+        let scratch = plans.iter().map(|plan| plan.get_inplace_scratch_len()).max().unwrap_or(0);
+        Self {
+            size,
+            scratch: vec![Complex::default(); scratch],
+            turned: vec![Complex::default(); width * height],
+            rows,
+            columns,
+            inverse_rows,
+            inverse_columns,
+        }
+    }
+
+    /// Transforms planes that stand one after the other, each in place.
+    pub(super) fn forward(&mut self, planes: &mut [Complex<f32>]) {
+        for plane in planes.chunks_exact_mut(self.size[0] * self.size[1]) {
+            self.rows.process_with_scratch(plane, &mut self.scratch);
+            transpose(plane, &mut self.turned, self.size[0]);
+            self.columns.process_with_scratch(&mut self.turned, &mut self.scratch);
+            plane.copy_from_slice(&self.turned);
+        }
+    }
+
+    /// The inverse of [`Self::forward`] for one spectrum, in place, times the number of values.
+    pub(super) fn inverse(&mut self, spectrum: &mut [Complex<f32>]) {
+        self.inverse_columns.process_with_scratch(spectrum, &mut self.scratch);
+        transpose(spectrum, &mut self.turned, self.size[1]);
+        self.inverse_rows.process_with_scratch(&mut self.turned, &mut self.scratch);
+        spectrum.copy_from_slice(&self.turned);
+    }
+}
+
+/// Rows of `width` values become columns.
+fn transpose(plane: &[Complex<f32>], turned: &mut [Complex<f32>], width: usize) {
+    let height = plane.len() / width;
+    for (y, row) in plane.chunks_exact(width).enumerate() {
+        for (value, target) in row.iter().zip(turned.iter_mut().skip(y).step_by(height)) {
+            *target = *value;
+        }
+    }
+}
+
+impl fmt::Debug for Fourier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Fourier").field("size", &self.size).finish_non_exhaustive()
+    }
+}
+
+/// The smallest number from `least` on with no prime factor above 5, for which transforms are fast.
+pub(super) fn fast_length(least: usize) -> usize {
+    let is_fast = |n: &usize| {
+        let without = |mut n: usize, p: usize| {
+            while n % p == 0 {
+                n /= p;
+            }
+            n
+        };
+        without(without(without(*n, 2), 3), 5) == 1
+    };
+    (least.max(1)..).find(is_fast).unwrap_or(least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_and_back_is_where_it_was() {
+        let mut fourier = Fourier::new([6, 4]);
+        let original: Vec<Complex<f32>> =
+            (0..48).map(|i| Complex::new((i * 7 % 11) as f32, (i * 5 % 13) as f32)).collect();
+        let mut planes = original.clone();
+        fourier.forward(&mut planes);
+        planes.chunks_exact_mut(24).for_each(|plane| fourier.inverse(plane));
+        for (a, b) in planes.iter().zip(&original) {
+            assert!((a / 24.0 - b).norm() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn agrees_with_the_definition() {
+        let (w, h) = (6, 4);
+        let original: Vec<Complex<f32>> = (0..24).map(|i| Complex::new((i * 7 % 11) as f32, 0.0)).collect();
+        let mut plane = original.clone();
+        Fourier::new([w, h]).forward(&mut plane);
+        for kx in 0..w {
+            for ky in 0..h {
+                let mut sum = Complex::new(0.0, 0.0);
+                for (i, value) in original.iter().enumerate() {
+                    let turns = kx as f32 * (i % w) as f32 / w as f32 + ky as f32 * (i / w) as f32 / h as f32;
+                    sum += value * Complex::from_polar(1.0, -std::f32::consts::TAU * turns);
+                }
+                assert!((plane[kx * h + ky] - sum).norm() < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn fast_lengths() {
+        assert_eq!([1, 7, 11, 13, 24, 49].map(fast_length), [1, 8, 12, 15, 24, 50]);
+    }
+}

@@ -1,0 +1,13 @@
+//! Kernelized correlation filter: where a target's window has moved in the image.
+
+mod channels;
+mod config;
+mod correlation;
+mod fhog;
+mod fourier;
+mod peak;
+mod tracker;
+mod window;
+
+pub use config::{KcfConfig, KcfFeatures};
+pub use tracker::{KcfTracker, KcfUpdate, Learning};

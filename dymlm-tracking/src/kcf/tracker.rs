@@ -1,0 +1,306 @@
+use dymlm_core::BoundingBox;
+use rustfft::num_complex::Complex;
+
+use super::channels::Channels;
+use super::config::KcfConfig;
+use super::correlation::KernelCorrelation;
+use super::fourier::{Fourier, fast_length};
+use super::peak::Peak;
+use super::window::WindowSampler;
+use crate::{Error, GrayImage};
+
+/// Least side of a target's part on the image, pixels.
+const LEAST_SIDE: f32 = 6.0;
+
+/// Follows a window of the image by a kernelized correlation filter.
+///
+/// Henriques, Caseiro, Martins, Batista: "High-Speed Tracking with Kernelized Correlation Filters", TPAMI 2015:
+/// kernel ridge regression over all cyclic shifts of a padded window, learned and evaluated in the frequency domain.
+/// The window is resampled to a template of fixed size; its size follows by trying neighbouring scales.
+///
+/// An update costs O(s n log n) for s scales and n cells, and O(pixels of the window); it allocates nothing. The
+/// tracker follows what it saw first and slowly adapts to what it sees; it cannot find a target that left its window.
+///
+/// ```
+/// use dymlm_core::BoundingBox;
+/// use dymlm_tracking::{GrayImage, KcfConfig, KcfTracker};
+///
+/// // A textured square that moves by (5, 3).
+/// let view = |x: usize, y: usize| {
+///     let value = |i: usize| {
+///         let (u, v) = (i % 160, i / 160);
+///         let inside = (x..x + 32).contains(&u) && (y..y + 32).contains(&v);
+///         if inside { ((u - x) * (v - y) % 7) as f32 / 7.0 } else { 0.5 }
+///     };
+///     GrayImage::new(160, 120, (0..160 * 120).map(value).collect())
+/// };
+/// let mut tracker =
+///     KcfTracker::new(&view(60, 40)?, BoundingBox::new(60.0, 40.0, 92.0, 72.0)?, &KcfConfig::default())?;
+/// let update = tracker.update(&view(65, 43)?);
+/// let [u, v] = update.bounding_box.center();
+/// assert!((u - 81.0).abs() < 1.0 && (v - 59.0).abs() < 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct KcfTracker {
+    config: KcfConfig,
+    /// Centre of the target in coordinates of its box (half a pixel to the lower right of pixel coordinates).
+    center: [f32; 2],
+    /// Size of the target at scale 1, pixels.
+    size: [f32; 2],
+    first_box: BoundingBox,
+    scale: f32,
+    /// Cells of the template.
+    cells: [usize; 2],
+    peak_radius: usize,
+    fourier: Fourier,
+    channels: Channels,
+    correlation: KernelCorrelation,
+    /// Spectrum of the wanted response.
+    wanted: Vec<Complex<f32>>,
+    /// What is learned: the packed spectra of the target's channels and of the dual coefficients.
+    appearance: Vec<Complex<f32>>,
+    coefficients: Vec<Complex<f32>>,
+    scratch: Scratch,
+}
+
+/// Working memory of an update.
+#[derive(Debug, Clone)]
+struct Scratch {
+    sampler: WindowSampler,
+    template: Vec<f32>,
+    view: Vec<Complex<f32>>,
+    response: Vec<Complex<f32>>,
+}
+
+/// Where [`KcfTracker`] found its target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct KcfUpdate {
+    /// The target's box, pixels; parts of it may lie outside the image.
+    pub bounding_box: BoundingBox,
+    /// Size relative to the first box.
+    pub scale: f32,
+    /// The response's height, 1 for a view like the learned ones.
+    pub peak: f32,
+    /// How far the peak stands out from the rest of the response, in standard deviations of that (Bolme 2010): the
+    /// confidence. Above 8 or so on a target in full view; below 5 it is probably hidden or lost.
+    pub peak_to_sidelobe: f32,
+    /// Whether the view went into the model.
+    pub learning: Learning,
+}
+
+/// Whether a view went into the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Learning {
+    /// It did.
+    Learned,
+    /// It did not: the peak did not stand out enough, or nobody asked.
+    Paused,
+}
+
+impl KcfTracker {
+    /// Begins to follow what the box shows.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`]; [`Error::TargetSize`] when less than 6x6 pixels of the target lie on the image.
+    pub fn new(image: &GrayImage, target: BoundingBox, config: &KcfConfig) -> Result<Self, Error> {
+        config.validate()?;
+        check_target(image, target)?;
+        let size = [target.width(), target.height()];
+        let cells = template_cells(size, config);
+        let cell = config.cell();
+        let count = cells[0] * cells[1];
+        let mut fourier = Fourier::new(cells);
+        let channels = Channels::new(config.features, cells, cell);
+        let spectra = channels.planes() * count;
+        // Of the template, the target is the part 1 / padding wide and high.
+        let sigma = (count as f32).sqrt() / config.padding * config.output_sigma;
+        let zeros = |length: usize| vec![Complex::default(); length];
+        let mut tracker = Self {
+            config: config.clone(),
+            center: target.center(),
+            size,
+            first_box: target,
+            scale: 1.0,
+            cells,
+            peak_radius: (3.0 * sigma).ceil() as usize,
+            correlation: KernelCorrelation::new(count, channels.count(), config.kernel_sigma),
+            wanted: wanted_response(cells, sigma, &mut fourier),
+            fourier,
+            channels,
+            appearance: zeros(spectra),
+            coefficients: zeros(count),
+            scratch: Scratch {
+                sampler: WindowSampler::default(),
+                template: vec![0.0; count * cell * cell],
+                view: zeros(spectra),
+                response: zeros(count),
+            },
+        };
+        tracker.learn_at_rate(image, 1.0);
+        Ok(tracker)
+    }
+
+    /// Finds the target in the next image, and learns how it looks there if it is clearly seen.
+    pub fn update(&mut self, image: &GrayImage) -> KcfUpdate {
+        let mut update = self.locate(image);
+        if update.peak_to_sidelobe >= self.config.min_learning_ratio {
+            self.learn(image);
+            update.learning = Learning::Learned;
+        }
+        update
+    }
+
+    /// Finds the target in an image and moves there without learning from it. The target's centre stays on the image.
+    pub fn locate(&mut self, image: &GrayImage) -> KcfUpdate {
+        let mut best = (self.detect(image, self.scale), self.scale, 0.0_f32);
+        for step in 1..=self.config.scales {
+            let factor = self.config.scale_step.powi(step as i32);
+            for scale in
+                [self.scale / factor, self.scale * factor].map(|scale| self.allowed_scale(scale, image))
+            {
+                let weight = self.config.scale_weight.powi(step as i32);
+                let peak = self.detect(image, scale);
+                if weight * peak.value > best.0.value * self.config.scale_weight.powf(best.2) {
+                    best = (peak, scale, step as f32);
+                }
+            }
+        }
+        let (peak, scale, _) = best;
+        let extent = self.window_extent(scale);
+        let limits = [image.width() as f32, image.height() as f32];
+        for axis in 0..2 {
+            let moved = self.center[axis] + peak.shift[axis] * extent[axis] / self.cells[axis] as f32;
+            self.center[axis] = moved.clamp(0.0, limits[axis]);
+        }
+        self.scale = scale;
+        KcfUpdate {
+            bounding_box: self.bounding_box(),
+            scale,
+            peak: peak.value,
+            peak_to_sidelobe: peak.sidelobe_ratio,
+            learning: Learning::Paused,
+        }
+    }
+
+    /// Learns how the target looks in an image, where it is now.
+    pub fn learn(&mut self, image: &GrayImage) {
+        self.learn_at_rate(image, self.config.learning_rate);
+    }
+
+    /// Says where the target is, when somebody knows better; what was learned stays. The box keeps the first one's
+    /// ratio of width to height: its area counts.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TargetSize`] when less than 6x6 pixels of the box lie on the image.
+    pub fn move_to(&mut self, image: &GrayImage, target: BoundingBox) -> Result<(), Error> {
+        check_target(image, target)?;
+        self.center = target.center();
+        let ratio = f64::from(target.width()) * f64::from(target.height())
+            / (f64::from(self.size[0]) * f64::from(self.size[1]));
+        self.scale = self.allowed_scale(ratio.sqrt() as f32, image);
+        Ok(())
+    }
+
+    /// The target's box as last found.
+    pub fn bounding_box(&self) -> BoundingBox {
+        let half = self.size.map(|side| 0.5 * side * self.scale);
+        let [u, v] = self.center;
+        let sides = [u - half[0], v - half[1], u + half[0], v + half[1]];
+        // Centre and size are finite and positive by construction: never refused.
+        BoundingBox::try_from(sides).unwrap_or(self.first_box)
+    }
+
+    /// The response to a window of the given scale at the target's place.
+    fn detect(&mut self, image: &GrayImage, scale: f32) -> Peak {
+        self.observe(image, scale);
+        let response = &mut self.scratch.response;
+        self.correlation.correlate(&self.appearance, &self.scratch.view, &mut self.fourier, response);
+        let norm = 1.0 / response.len() as f32;
+        for (value, coefficient) in response.iter_mut().zip(&self.coefficients) {
+            *value *= coefficient * norm;
+        }
+        self.fourier.inverse(response);
+        Peak::find(response, self.cells, self.peak_radius)
+    }
+
+    /// Ridge regression in the frequency domain (eq. 17), blended into the model.
+    fn learn_at_rate(&mut self, image: &GrayImage, rate: f32) {
+        self.observe(image, self.scale);
+        let kernel = &mut self.scratch.response;
+        let view = &self.scratch.view;
+        self.correlation.correlate(view, view, &mut self.fourier, kernel);
+        for (value, wanted) in kernel.iter_mut().zip(&self.wanted) {
+            *value = wanted / (*value + self.config.regularization);
+        }
+        blend(&mut self.coefficients, kernel, rate);
+        blend(&mut self.appearance, view, rate);
+    }
+
+    /// Spectra of the window of the given scale, into `scratch.view`.
+    fn observe(&mut self, image: &GrayImage, scale: f32) {
+        let extent = self.window_extent(scale);
+        let size = self.cells.map(|count| count * self.config.cell());
+        // From coordinates of boxes to those of pixels' centres.
+        let center = self.center.map(|c| c - 0.5);
+        let Scratch { sampler, template, view, .. } = &mut self.scratch;
+        sampler.sample(image, center, extent, size, template);
+        self.channels.compute(template, view);
+        self.fourier.forward(view);
+    }
+
+    fn window_extent(&self, scale: f32) -> [f32; 2] {
+        self.size.map(|side| side * self.config.padding * scale)
+    }
+
+    /// Keeps the target larger than the least side and smaller than twice the image.
+    fn allowed_scale(&self, scale: f32, image: &GrayImage) -> f32 {
+        let least = LEAST_SIDE / self.size[0].min(self.size[1]);
+        let most = 2.0 * (image.width() as f32 / self.size[0]).min(image.height() as f32 / self.size[1]);
+        scale.min(most.max(1.0)).max(least.min(1.0))
+    }
+}
+
+fn check_target(image: &GrayImage, target: BoundingBox) -> Result<(), Error> {
+    let visible = target.clipped(image.width(), image.height());
+    let [visible_width, visible_height] = visible.map_or([0.0; 2], |part| [part.width(), part.height()]);
+    // Boxes larger than any image would overflow later; they show no target either.
+    let absurd = 100.0 * image.width().max(image.height()) as f32;
+    let is_absurd = target.width() > absurd || target.height() > absurd;
+    if visible_width < LEAST_SIDE || visible_height < LEAST_SIDE || is_absurd {
+        return Err(Error::TargetSize { visible_width, visible_height, least: LEAST_SIDE });
+    }
+    Ok(())
+}
+
+/// Cells of the template: the longer side as configured, the other in proportion, both fast to transform.
+fn template_cells(size: [f32; 2], config: &KcfConfig) -> [usize; 2] {
+    let longer = size[0].max(size[1]);
+    let cell = config.cell() as f32;
+    size.map(|side| {
+        let cells = (side / longer * config.template_size as f32 / cell).round() as usize;
+        fast_length(cells.max(6))
+    })
+}
+
+/// Spectrum of a Gaussian of `sigma` cells about no shift.
+fn wanted_response(cells: [usize; 2], sigma: f32, fourier: &mut Fourier) -> Vec<Complex<f32>> {
+    let cyclic = |i: usize, count: usize| i.min(count - i) as f32;
+    let mut response: Vec<Complex<f32>> = (0..cells[0] * cells[1])
+        .map(|i| {
+            let [x, y] = [cyclic(i % cells[0], cells[0]), cyclic(i / cells[0], cells[1])];
+            Complex::new((-0.5 * (x * x + y * y) / (sigma * sigma)).exp(), 0.0)
+        })
+        .collect();
+    fourier.forward(&mut response);
+    response
+}
+
+fn blend(model: &mut [Complex<f32>], new: &[Complex<f32>], rate: f32) {
+    for (value, new) in model.iter_mut().zip(new) {
+        *value = *value * (1.0 - rate) + new * rate;
+    }
+}
