@@ -1,0 +1,236 @@
+use dymlm_core::{BoundingBox, ConfigError, Mask, check_range};
+
+use crate::{Error, GrayImage};
+
+/// Settings of [`CornerDetector`].
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct CornerConfig {
+    /// Most corners found at once, 1..=100000, default 200.
+    pub max_corners: usize,
+    /// Least strength as a share of the strongest corner's, 0..=1, default 0.01 (`OpenCV`).
+    pub quality: f32,
+    /// Least strength, squared grey levels a squared pixel (levels of 0..=1), 0..=1, default 1e-5: below, corners are
+    /// noise.
+    pub min_strength: f32,
+    /// Least distance between corners, pixels, 1..=1000, default 7.
+    pub min_distance: f32,
+    /// Gradients are summed over a window of 2 radius + 1 pixels a side; 1..=15, default 2.
+    pub window_radius: usize,
+}
+
+impl Default for CornerConfig {
+    fn default() -> Self {
+        Self { max_corners: 200, quality: 0.01, min_strength: 1e-5, min_distance: 7.0, window_radius: 2 }
+    }
+}
+
+impl CornerConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("corners.max_corners", self.max_corners as f64, 1.0..=1e5)?;
+        check_range("corners.quality", self.quality.into(), 0.0..=1.0)?;
+        check_range("corners.min_strength", self.min_strength.into(), 0.0..=1.0)?;
+        check_range("corners.min_distance", self.min_distance.into(), 1.0..=1000.0)?;
+        check_range("corners.window_radius", self.window_radius as f64, 1.0..=15.0)
+    }
+}
+
+/// A point that can be followed in both directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Corner {
+    /// Place in the image, pixels, between pixels by a parabola through the strengths.
+    pub point: [f32; 2],
+    /// The smaller eigenvalue of the mean gradient matrix about it.
+    pub strength: f32,
+}
+
+/// Finds corners: local maxima of the smaller eigenvalue of the gradient matrix.
+///
+/// Shi, Tomasi: "Good Features to Track", CVPR 1994. O(pixels of the region); working memory is kept.
+///
+/// ```
+/// use dymlm_core::BoundingBox;
+/// use dymlm_tracking::{CornerConfig, CornerDetector, GrayImage};
+///
+/// // A white square from (20, 12) on.
+/// let value = |i: usize| if i % 64 >= 20 && i / 64 >= 12 { 1.0 } else { 0.0 };
+/// let image = GrayImage::new(64, 48, (0..64 * 48).map(value).collect())?;
+/// let mut detector = CornerDetector::new(&CornerConfig::default())?;
+/// let corners = detector.detect(&image, BoundingBox::new(0.0, 0.0, 64.0, 48.0)?, None);
+/// assert_eq!(corners.len(), 1);
+/// let [u, v] = corners[0].point;
+/// assert!((u - 20.0).abs() < 1.0 && (v - 12.0).abs() < 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct CornerDetector {
+    config: CornerConfig,
+    /// Products of gradients, and their sums over rows: uu, uv, vv.
+    products: [Vec<f32>; 3],
+    sums: [Vec<f32>; 3],
+    strength: Vec<f32>,
+    candidates: Vec<Corner>,
+}
+
+/// The part of the image that is looked at.
+#[derive(Debug, Clone, Copy)]
+struct Region {
+    first: [usize; 2],
+    size: [usize; 2],
+}
+
+impl CornerDetector {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    pub fn new(config: &CornerConfig) -> Result<Self, Error> {
+        config.validate()?;
+        Ok(Self {
+            config: config.clone(),
+            products: [const { Vec::new() }; 3],
+            sums: [const { Vec::new() }; 3],
+            strength: Vec::new(),
+            candidates: Vec::new(),
+        })
+    }
+
+    /// Corners in a region, strongest first, where the mask (of the image's size) says `true`.
+    pub fn detect(&mut self, image: &GrayImage, region: BoundingBox, mask: Option<&Mask>) -> Vec<Corner> {
+        let mut corners = Vec::new();
+        self.detect_into(image, region, |u, v| mask.is_none_or(|mask| mask.at(u, v)), &[], &mut corners);
+        corners
+    }
+
+    /// [`Self::detect`] into the caller's buffer, where `allowed(u, v)` says so, and keeping the least distance to the
+    /// points in `present` as well.
+    pub fn detect_into(
+        &mut self,
+        image: &GrayImage,
+        region: BoundingBox,
+        allowed: impl Fn(usize, usize) -> bool,
+        present: &[[f32; 2]],
+        corners: &mut Vec<Corner>,
+    ) {
+        corners.clear();
+        let (columns, rows) = (region.columns(image.width()), region.rows(image.height()));
+        let region = Region { first: [columns.start, rows.start], size: [columns.len(), rows.len()] };
+        if region.size[0] < 3 || region.size[1] < 3 {
+            return;
+        }
+        self.measure_gradients(image, region);
+        self.measure_strength(region);
+        self.find_maxima(region, allowed);
+        self.choose(present, corners);
+    }
+
+    fn measure_gradients(&mut self, image: &GrayImage, Region { first, size }: Region) {
+        let count = size[0] * size[1];
+        self.products.iter_mut().for_each(|plane| plane.resize(count, 0.0));
+        let [uu, uv, vv] = &mut self.products;
+        let targets =
+            uu.chunks_exact_mut(size[0]).zip(uv.chunks_exact_mut(size[0])).zip(vv.chunks_exact_mut(size[0]));
+        // Columns of the image that have two neighbours.
+        let begin = first[0].max(1);
+        let end = (first[0] + size[0]).min(image.width() - 1);
+        let margin = begin - first[0];
+        for (y, ((uu, uv), vv)) in targets.enumerate() {
+            let v = (first[1] + y) as isize;
+            let [above, here, below] = [v - 1, v, v + 1].map(|v| image.clamped_row(v));
+            let [above, here, below] =
+                [above, here, below].map(|row| row.get(begin - 1..=end).unwrap_or(&[]));
+            let rows = above.windows(3).zip(here.windows(3)).zip(below.windows(3));
+            let targets = uu.iter_mut().zip(uv.iter_mut()).zip(vv.iter_mut()).skip(margin);
+            for (((uu, uv), vv), ((a, h), b)) in targets.zip(rows) {
+                let gu = (3.0 * (a[2] - a[0] + b[2] - b[0]) + 10.0 * (h[2] - h[0])) / 32.0;
+                let gv = (3.0 * (b[0] - a[0] + b[2] - a[2]) + 10.0 * (b[1] - a[1])) / 32.0;
+                (*uu, *uv, *vv) = (gu * gu, gu * gv, gv * gv);
+            }
+        }
+    }
+
+    /// The smaller eigenvalue of the products' mean over the window.
+    fn measure_strength(&mut self, Region { size, .. }: Region) {
+        let [width, height] = size;
+        let radius = self.config.window_radius;
+        let norm = 1.0 / ((2 * radius + 1) * (2 * radius + 1)) as f32;
+        self.strength.resize(width * height, 0.0);
+        self.strength.fill(0.0);
+        self.sums.iter_mut().for_each(|row| row.resize(width, 0.0));
+        if 2 * radius >= width.min(height) {
+            return;
+        }
+        for y in radius..height - radius {
+            for (sums, products) in self.sums.iter_mut().zip(&self.products) {
+                sums.fill(0.0);
+                for row in products.chunks_exact(width).skip(y - radius).take(2 * radius + 1) {
+                    sums.iter_mut().zip(row).for_each(|(sum, product)| *sum += product);
+                }
+            }
+            let [uu, uv, vv] = &self.sums;
+            let windows =
+                uu.windows(2 * radius + 1).zip(uv.windows(2 * radius + 1)).zip(vv.windows(2 * radius + 1));
+            let targets = self.strength[y * width + radius..].iter_mut();
+            for (strength, ((uu, uv), vv)) in targets.zip(windows) {
+                let [uu, uv, vv] = [uu, uv, vv].map(|window| norm * window.iter().sum::<f32>());
+                *strength = 0.5 * (uu + vv - ((uu - vv) * (uu - vv) + 4.0 * uv * uv).sqrt());
+            }
+        }
+    }
+
+    /// Pixels stronger than all eight neighbours (those before: at least as strong).
+    fn find_maxima(&mut self, Region { first, size }: Region, allowed: impl Fn(usize, usize) -> bool) {
+        self.candidates.clear();
+        let [width, height] = size;
+        let strongest = self.strength.iter().copied().fold(0.0, f32::max);
+        let least = (self.config.quality * strongest).max(self.config.min_strength);
+        for y in 1..height - 1 {
+            for x in 1..width - 1 {
+                let at = |dx: usize, dy: usize| self.strength[(y + dy - 1) * width + x + dx - 1];
+                let here = at(1, 1);
+                if here <= least {
+                    continue;
+                }
+                let before = at(0, 0).max(at(1, 0)).max(at(2, 0)).max(at(0, 1));
+                let after = at(2, 1).max(at(0, 2)).max(at(1, 2)).max(at(2, 2));
+                let [u, v] = [first[0] + x, first[1] + y];
+                if here > before && here >= after && allowed(u, v) {
+                    let fraction = [vertex(at(0, 1), here, at(2, 1)), vertex(at(1, 0), here, at(1, 2))];
+                    let point = [u as f32 + fraction[0], v as f32 + fraction[1]];
+                    self.candidates.push(Corner { point, strength: here });
+                }
+            }
+        }
+        // Equal strengths keep the order of the image.
+        self.candidates.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+    }
+
+    /// The strongest first, each at its distance from all before. (Corners are few: no grid is worth its making.)
+    fn choose(&self, present: &[[f32; 2]], corners: &mut Vec<Corner>) {
+        let least = self.config.min_distance * self.config.min_distance;
+        let is_far = |a: [f32; 2], b: [f32; 2]| {
+            let [du, dv] = [a[0] - b[0], a[1] - b[1]];
+            du * du + dv * dv >= least
+        };
+        for &candidate in &self.candidates {
+            if corners.len() >= self.config.max_corners {
+                return;
+            }
+            let is_free = present.iter().all(|&point| is_far(point, candidate.point))
+                && corners.iter().all(|corner| is_far(corner.point, candidate.point));
+            if is_free {
+                corners.push(candidate);
+            }
+        }
+    }
+}
+
+/// Where a parabola through three neighbours is highest, -0.5..=0.5.
+fn vertex(left: f32, middle: f32, right: f32) -> f32 {
+    let curvature = 2.0 * middle - left - right;
+    if curvature > 0.0 { (0.5 * (right - left) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
+}

@@ -1,0 +1,128 @@
+use crate::GrayImage;
+
+/// Number of levels that a pyramid has at most: at the last of them the largest allowed image is a few pixels wide.
+const MOST_LEVELS: usize = 16;
+
+/// An image and its halves: level k is 2^k times smaller, each smoothed by the binomial filter 1 4 6 4 1 before every
+/// other pixel is taken (Burt, Adelson 1983). Pixel (u, v) of a level lies on (2u, 2v) of the one before.
+///
+/// O(pixels); [`Self::build`] into a pyramid of the same size allocates nothing.
+///
+/// ```
+/// use dymlm_tracking::{GrayImage, ImagePyramid};
+///
+/// let pyramid = ImagePyramid::new(&GrayImage::new(65, 48, vec![0.5; 65 * 48])?, 3);
+/// let sizes: Vec<_> = pyramid.levels().iter().map(|level| (level.width(), level.height())).collect();
+/// assert_eq!(sizes, [(65, 48), (33, 24), (17, 12), (9, 6)]);
+/// # Ok::<(), dymlm_tracking::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImagePyramid {
+    levels: Vec<GrayImage>,
+    blended: Vec<f32>,
+}
+
+impl ImagePyramid {
+    /// The image and `halvings` (at most 15) smaller levels.
+    pub fn new(image: &GrayImage, halvings: usize) -> Self {
+        let mut pyramid = Self::empty(halvings);
+        pyramid.build(image);
+        pyramid
+    }
+
+    /// A pyramid to be filled by [`Self::build`].
+    pub fn empty(halvings: usize) -> Self {
+        let levels = halvings.saturating_add(1).min(MOST_LEVELS);
+        Self { levels: vec![GrayImage::empty(); levels], blended: Vec::new() }
+    }
+
+    /// Fills the pyramid from another image.
+    pub fn build(&mut self, image: &GrayImage) {
+        if let Some(base) = self.levels.first_mut() {
+            base.copy_from(image);
+        }
+        self.build_halves();
+    }
+
+    /// Fills the pyramid from a colour image's luma.
+    pub fn build_from_color(&mut self, color: &dymlm_core::ColorImage) {
+        if let Some(base) = self.levels.first_mut() {
+            base.assign_color(color);
+        }
+        self.build_halves();
+    }
+
+    /// All levels, the image first. A side of one pixel stays one.
+    pub fn levels(&self) -> &[GrayImage] {
+        &self.levels
+    }
+
+    /// The image itself.
+    pub fn base(&self) -> &GrayImage {
+        // There is always a first level.
+        &self.levels[0]
+    }
+
+    fn build_halves(&mut self) {
+        for level in 1..self.levels.len() {
+            let (finer, coarser) = self.levels.split_at_mut(level);
+            if let (Some(source), Some(target)) = (finer.last(), coarser.first_mut()) {
+                halve(source, target, &mut self.blended);
+            }
+        }
+    }
+}
+
+/// Smooths and takes every other pixel of every other row; borders are repeated.
+fn halve(source: &GrayImage, target: &mut GrayImage, blended: &mut Vec<f32>) {
+    let [width, height] = [source.width().div_ceil(2), source.height().div_ceil(2)];
+    target.resize(width, height);
+    // Two repeated pixels at each end save the horizontal pass all questions.
+    blended.resize(source.width() + 5, 0.0);
+    for (v, row) in target.data_mut().chunks_exact_mut(width.max(1)).enumerate() {
+        let v = 2 * v as isize;
+        let [a, b, c, d, e] = [-2, -1, 0, 1, 2].map(|offset| source.clamped_row(v + offset));
+        let columns = a.iter().zip(b).zip(c).zip(d).zip(e);
+        for (sum, ((((a, b), c), d), e)) in blended.iter_mut().skip(2).zip(columns) {
+            *sum = 0.0625 * (a + e) + 0.25 * (b + d) + 0.375 * c;
+        }
+        let end = source.width() + 1;
+        let (left, right) = (blended[2], blended[end]);
+        blended[..2].fill(left);
+        blended[end + 1..].fill(right);
+        for (value, taps) in row.iter_mut().zip(blended.windows(5).step_by(2)) {
+            *value = 0.0625 * (taps[0] + taps[4]) + 0.25 * (taps[1] + taps[3]) + 0.375 * taps[2];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_stays_a_ramp() {
+        for width in [32, 33] {
+            let data = (0..width * 20).map(|i| (i % width) as f32 + 3.0 * (i / width) as f32).collect();
+            let pyramid = ImagePyramid::new(&GrayImage::new(width, 20, data).unwrap(), 2);
+            let half = &pyramid.levels()[1];
+            for v in 1..9 {
+                for u in 1..half.width() - 2 {
+                    assert!((half.at(u, v) - (2 * u) as f32 - 6.0 * v as f32).abs() < 1e-3);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn tiny_images_and_deep_pyramids_do_no_harm() {
+        for (width, height) in [(1, 1), (1, 7), (2, 1), (3, 2)] {
+            let pyramid =
+                ImagePyramid::new(&GrayImage::new(width, height, vec![0.5; width * height]).unwrap(), 99);
+            assert_eq!(pyramid.levels().len(), 16);
+            for level in pyramid.levels() {
+                assert!(level.width() > 0 && level.data().iter().all(|value| (value - 0.5).abs() < 1e-6));
+            }
+        }
+    }
+}

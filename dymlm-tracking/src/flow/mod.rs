@@ -1,0 +1,13 @@
+//! Where points have moved in the image: pyramids, corners, pyramidal Lucas-Kanade.
+
+mod config;
+mod corners;
+mod image_pyramid;
+mod optical_flow;
+mod template;
+
+pub use config::{FlowConfig, Lighting};
+pub use corners::{Corner, CornerConfig, CornerDetector};
+pub use image_pyramid::ImagePyramid;
+pub use optical_flow::{FlowPoint, FlowStatus, OpticalFlow};
+pub(crate) use template::Template;

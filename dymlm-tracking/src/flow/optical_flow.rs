@@ -1,0 +1,182 @@
+use super::template::{AlignmentLimits, Template, is_within};
+use super::{FlowConfig, ImagePyramid};
+use crate::{Error, GrayImage};
+
+/// Follows points from one image to the next by pyramidal Lucas-Kanade.
+///
+/// Bouguet: "Pyramidal Implementation of the Lucas Kanade Feature Tracker", Intel 2000. A point's window is aligned on
+/// the coarsest level first, and what is found there is where the next finer level begins. The way back must end where
+/// the way forth began (Kalal 2010). O(points x levels x iterations x pixels of the window); nothing is allocated in
+/// [`Self::track_into`] once the buffers have grown.
+///
+/// ```
+/// use dymlm_tracking::{FlowConfig, FlowStatus, GrayImage, ImagePyramid, OpticalFlow};
+///
+/// let view = |shift: f32| {
+///     let value = |i: usize| {
+///         let (u, v) = ((i % 160) as f32 - shift, (i / 160) as f32);
+///         0.5 + 0.2 * (0.3 * u + 0.1 * v).sin() + 0.2 * (0.23 * v).cos()
+///     };
+///     GrayImage::new(160, 120, (0..160 * 120).map(value).collect())
+/// };
+/// let mut flow = OpticalFlow::new(&FlowConfig::default())?;
+/// let [before, after] = [ImagePyramid::new(&view(0.0)?, 3), ImagePyramid::new(&view(6.4)?, 3)];
+/// let found = flow.track(&before, &after, &[[80.0, 60.0]]);
+/// assert_eq!(found[0].status, FlowStatus::Tracked);
+/// assert!((found[0].point[0] - 86.4).abs() < 0.05 && (found[0].point[1] - 60.0).abs() < 0.05);
+/// # Ok::<(), dymlm_tracking::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct OpticalFlow {
+    config: FlowConfig,
+    template: Template,
+}
+
+/// Where a point has gone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct FlowPoint {
+    /// The point in the other image, pixels; the best guess there is when it is not tracked.
+    pub point: [f32; 2],
+    /// Whether it can be relied on.
+    pub status: FlowStatus,
+    /// Root mean square difference of the two windows, grey levels of 0..=1; infinite when they were not compared.
+    pub residual: f32,
+    /// How far from its start the way back ended, pixels; 0 when it was not tried.
+    pub forward_backward: f32,
+}
+
+/// How the following of a point ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FlowStatus {
+    /// The point was found.
+    Tracked,
+    /// It began or ended outside the image, or is not finite.
+    OutOfImage,
+    /// Its window has too little texture.
+    NoTexture,
+    /// The window found is not like the one searched.
+    Dissimilar,
+    /// The way back ended elsewhere.
+    Inconsistent,
+}
+
+impl OpticalFlow {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    pub fn new(config: &FlowConfig) -> Result<Self, Error> {
+        config.validate()?;
+        Ok(Self { config: config.clone(), template: Template::default() })
+    }
+
+    /// Its settings.
+    pub fn config(&self) -> &FlowConfig {
+        &self.config
+    }
+
+    /// Where each of `points` has gone from one image to the next, in the same order. Levels that either pyramid lacks
+    /// are not used.
+    pub fn track(&mut self, from: &ImagePyramid, to: &ImagePyramid, points: &[[f32; 2]]) -> Vec<FlowPoint> {
+        let mut found = Vec::with_capacity(points.len());
+        self.track_into(from, to, points, points, &mut found);
+        found
+    }
+
+    /// [`Self::track`] that begins to search each point at its guess (points without a guess: where they were), into the
+    /// caller's buffer.
+    pub fn track_into(
+        &mut self,
+        from: &ImagePyramid,
+        to: &ImagePyramid,
+        points: &[[f32; 2]],
+        guesses: &[[f32; 2]],
+        found: &mut Vec<FlowPoint>,
+    ) {
+        found.clear();
+        for (i, &point) in points.iter().enumerate() {
+            let guess = guesses.get(i).copied().unwrap_or(point);
+            found.push(self.track_point(from.levels(), to.levels(), point, guess));
+        }
+    }
+
+    fn track_point(
+        &mut self,
+        from: &[GrayImage],
+        to: &[GrayImage],
+        point: [f32; 2],
+        guess: [f32; 2],
+    ) -> FlowPoint {
+        let mut forth = self.follow(from, to, point, guess);
+        if forth.status != FlowStatus::Tracked {
+            return forth;
+        }
+        if forth.residual > self.config.max_residual {
+            forth.status = FlowStatus::Dissimilar;
+            return forth;
+        }
+        if let Some(most) = self.config.max_forward_backward {
+            // Begun with the motion found: whether there is a better one is the question.
+            let back = self.follow(to, from, forth.point, point);
+            forth.forward_backward = distance(back.point, point);
+            if back.status != FlowStatus::Tracked || forth.forward_backward > most {
+                forth.status = FlowStatus::Inconsistent;
+            }
+        }
+        forth
+    }
+
+    /// From the coarsest level to the image itself.
+    fn follow(
+        &mut self,
+        from: &[GrayImage],
+        to: &[GrayImage],
+        point: [f32; 2],
+        guess: [f32; 2],
+    ) -> FlowPoint {
+        let failed =
+            |point, status| FlowPoint { point, status, residual: f32::INFINITY, forward_backward: 0.0 };
+        if !from.first().is_some_and(|image| is_within(image, point)) {
+            return failed(guess, FlowStatus::OutOfImage);
+        }
+        let limits = AlignmentLimits {
+            iterations: self.config.iterations,
+            epsilon: self.config.epsilon,
+            lighting: self.config.lighting,
+        };
+        let mut result = failed(guess, FlowStatus::OutOfImage);
+        let levels = from.iter().zip(to).enumerate().take(self.config.halvings + 1).rev();
+        for (level, (source, target)) in levels {
+            let scale = 1.0 / (1_u32 << level.min(31)) as f32;
+            // A coarse level may fail where a fine one does not: it only prepares.
+            let is_last = level == 0;
+            self.template.take(source, point.map(|c| c * scale), self.config.window_radius);
+            if self.template.min_eigenvalue() < self.config.min_eigenvalue {
+                if is_last {
+                    return failed(result.point, FlowStatus::NoTexture);
+                }
+                continue;
+            }
+            match self.template.align(target, result.point.map(|c| c * scale), limits) {
+                Some(found) => {
+                    result.point = found.point.map(|c| c / scale);
+                    result.residual = found.residual;
+                    if is_last {
+                        result.status = FlowStatus::Tracked;
+                    }
+                }
+                None if is_last => return failed(result.point, FlowStatus::OutOfImage),
+                None => {}
+            }
+        }
+        result
+    }
+}
+
+fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let [du, dv] = [a[0] - b[0], a[1] - b[1]];
+    (du * du + dv * dv).sqrt()
+}

@@ -1,0 +1,470 @@
+use super::Lighting;
+use crate::GrayImage;
+
+/// Lanes of a vector: windows are padded to a multiple of it.
+const LANES: usize = 4;
+
+/// A window of an image with its gradients, to be found again in another: one level of Lucas-Kanade.
+///
+/// Gradients are taken once, of the window itself (Bouguet 2000; Baker, Matthews 2004), so an iteration only resamples
+/// the other image. Rows are padded with pixels of no gradient, which count for nothing.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Template {
+    radius: usize,
+    /// Values of a row, padded.
+    stride: usize,
+    /// Grey values less their mean; 0 in the padding.
+    values: Vec<f32>,
+    gradient_u: Vec<f32>,
+    gradient_v: Vec<f32>,
+    /// 1 on the window, 0 in the padding.
+    weights: Vec<f32>,
+    sums: TemplateSums,
+    /// The window with a rim of one pixel, as sampled.
+    sampled: Vec<f32>,
+    /// A part of the image near its border, repeated beyond.
+    patch: Vec<f32>,
+}
+
+/// Sums over the window that stay the same through all iterations.
+#[derive(Debug, Clone, Copy, Default)]
+struct TemplateSums {
+    mean: f32,
+    /// Sum of squares of the values less their mean.
+    energy: f32,
+    gradient: [f32; 2],
+    gradient_value: [f32; 2],
+    /// uu, uv, vv.
+    matrix: [f32; 3],
+}
+
+/// Where a template was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Alignment {
+    pub(crate) point: [f32; 2],
+    /// Root mean square difference of the windows, light taken out as it may change.
+    pub(crate) residual: f32,
+}
+
+/// When an alignment ends, and what it takes for granted.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AlignmentLimits {
+    pub(crate) iterations: usize,
+    pub(crate) epsilon: f32,
+    pub(crate) lighting: Lighting,
+}
+
+impl Template {
+    /// Takes the window of 2 radius + 1 pixels a side about `center`.
+    pub(crate) fn take(&mut self, image: &GrayImage, center: [f32; 2], radius: usize) {
+        self.resize(radius);
+        let side = 2 * radius + 3;
+        let corner = center.map(|c| c - (radius + 1) as f32);
+        let mut sampled = std::mem::take(&mut self.sampled);
+        interpolate(image, corner, [side, side], &mut self.patch, |row, values| {
+            sampled[row * side..(row + 1) * side].copy_from_slice(values);
+        });
+        self.sampled = sampled;
+        self.prepare();
+    }
+
+    /// Takes a window whose pixel (x, y) from its centre shows `center + a (x, y)` of the image: what the window will
+    /// look like where the surface is turned. `a` by rows.
+    pub(crate) fn take_warped(
+        &mut self,
+        image: &GrayImage,
+        center: [f32; 2],
+        a: [[f32; 2]; 2],
+        radius: usize,
+    ) {
+        self.resize(radius);
+        let reach = (radius + 1) as f32;
+        let mut sampled = std::mem::take(&mut self.sampled);
+        for (i, value) in sampled.iter_mut().enumerate() {
+            let side = 2 * radius + 3;
+            let [x, y] = [(i % side) as f32 - reach, (i / side) as f32 - reach];
+            let u = center[0] + a[0][0] * x + a[0][1] * y;
+            let v = center[1] + a[1][0] * x + a[1][1] * y;
+            *value = bilinear(image, [u, v]);
+        }
+        self.sampled = sampled;
+        self.prepare();
+    }
+
+    /// The smaller eigenvalue of the mean gradient matrix.
+    pub(crate) fn min_eigenvalue(&self) -> f32 {
+        let side = (2 * self.radius + 1) as f32;
+        let [uu, uv, vv] = self.sums.matrix.map(|sum| sum / (side * side));
+        0.5 * (uu + vv - ((uu - vv) * (uu - vv) + 4.0 * uv * uv).sqrt())
+    }
+
+    /// Finds the template near `start`; `None` when it has no texture or the search leaves the image.
+    pub(crate) fn align(
+        &mut self,
+        image: &GrayImage,
+        start: [f32; 2],
+        limits: AlignmentLimits,
+    ) -> Option<Alignment> {
+        let [uu, uv, vv] = self.sums.matrix;
+        let determinant = uu * vv - uv * uv;
+        if determinant <= f32::EPSILON * (uu + vv) * (uu + vv) {
+            return None;
+        }
+        let mut point = start;
+        let mut previous = [0.0_f32; 2];
+        for _ in 0..limits.iterations {
+            if !is_within(image, point) {
+                return None;
+            }
+            let [bu, bv] = self.mismatch(image, point, limits.lighting)?;
+            let step = [(uv * bv - vv * bu) / determinant, (uv * bu - uu * bv) / determinant];
+            point = [point[0] + step[0], point[1] + step[1]];
+            let squared = step[0] * step[0] + step[1] * step[1];
+            if squared <= limits.epsilon * limits.epsilon {
+                break;
+            }
+            // To and fro: the minimum lies between.
+            if (step[0] + previous[0]).abs() < 0.01 && (step[1] + previous[1]).abs() < 0.01 {
+                point = [point[0] - 0.5 * step[0], point[1] - 0.5 * step[1]];
+                break;
+            }
+            previous = step;
+        }
+        if !is_within(image, point) {
+            return None;
+        }
+        let residual = self.residual(image, point, limits.lighting);
+        Some(Alignment { point, residual })
+    }
+
+    fn resize(&mut self, radius: usize) {
+        let side = 2 * radius + 1;
+        let stride = side.next_multiple_of(LANES);
+        if radius == self.radius && !self.values.is_empty() {
+            return;
+        }
+        (self.radius, self.stride) = (radius, stride);
+        for plane in [&mut self.values, &mut self.gradient_u, &mut self.gradient_v, &mut self.weights] {
+            plane.clear();
+            plane.resize(side * stride, 0.0);
+        }
+        for row in self.weights.chunks_exact_mut(stride) {
+            row[..side].fill(1.0);
+        }
+        self.sampled.clear();
+        self.sampled.resize((side + 2) * (side + 2), 0.0);
+    }
+
+    /// Values, gradients (Scharr) and their sums from the sampled window.
+    fn prepare(&mut self) {
+        let side = 2 * self.radius + 1;
+        let rim = side + 2;
+        let inner = |row: usize| row * rim..(row + 1) * rim;
+        let mut total = 0.0;
+        for y in 0..side {
+            let [above, here, below] =
+                [y, y + 1, y + 2].map(|row| self.sampled.get(inner(row)).unwrap_or(&[]));
+            let target = y * self.stride..y * self.stride + side;
+            let values = &mut self.values[target.clone()];
+            values.copy_from_slice(&here[1..=side]);
+            total += values.iter().sum::<f32>();
+            let gradients = self.gradient_u[target.clone()].iter_mut().zip(&mut self.gradient_v[target]);
+            let rows = above.windows(3).zip(here.windows(3)).zip(below.windows(3));
+            for ((gu, gv), ((a, h), b)) in gradients.zip(rows) {
+                *gu = (3.0 * (a[2] - a[0] + b[2] - b[0]) + 10.0 * (h[2] - h[0])) / 32.0;
+                *gv = (3.0 * (b[0] - a[0] + b[2] - a[2]) + 10.0 * (b[1] - a[1])) / 32.0;
+            }
+        }
+        let mean = total / (side * side) as f32;
+        for row in self.values.chunks_exact_mut(self.stride) {
+            row[..side].iter_mut().for_each(|value| *value -= mean);
+        }
+        let (values, gu, gv) = (&self.values, &self.gradient_u, &self.gradient_v);
+        self.sums = TemplateSums {
+            mean,
+            energy: dot(values, values),
+            gradient: [dot(gu, &self.weights), dot(gv, &self.weights)],
+            gradient_value: [dot(gu, values), dot(gv, values)],
+            matrix: [dot(gu, gu), dot(gu, gv), dot(gv, gv)],
+        };
+    }
+
+    /// Gradient-weighted difference of the window at `point` to the template.
+    fn mismatch(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> Option<[f32; 2]> {
+        let seen = self.compare(image, point);
+        let s = &self.sums;
+        let pixels = self.pixels();
+        let (gain, mean) = match lighting {
+            Lighting::Constant => (1.0, s.mean),
+            Lighting::Affine => (seen.product / s.energy, seen.total / pixels),
+        };
+        // A negative of the template is not the template.
+        if gain < 0.1 {
+            return None;
+        }
+        let difference = |axis: usize| {
+            (seen.gradient_product[axis] - gain * s.gradient_value[axis] - mean * s.gradient[axis]) / gain
+        };
+        Some([difference(0), difference(1)])
+    }
+
+    fn residual(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> f32 {
+        let seen = self.compare(image, point);
+        let s = &self.sums;
+        let pixels = self.pixels();
+        let seen_mean = seen.total / pixels;
+        let seen_energy = (seen.squares - seen.total * seen_mean).max(0.0);
+        let squared = match lighting {
+            Lighting::Constant => {
+                let offset = seen_mean - s.mean;
+                seen_energy - 2.0 * seen.product + s.energy + pixels * offset * offset
+            }
+            Lighting::Affine => {
+                // What a factor and an offset cannot explain, in the template's own contrast.
+                let correlation =
+                    seen.product * seen.product / (s.energy * seen_energy).max(f32::MIN_POSITIVE);
+                s.energy * (1.0 - correlation)
+            }
+        };
+        (squared.max(0.0) / pixels).sqrt()
+    }
+
+    fn pixels(&self) -> f32 {
+        let side = (2 * self.radius + 1) as f32;
+        side * side
+    }
+
+    /// Sums of the window at `point` with the template and its gradients.
+    fn compare(&mut self, image: &GrayImage, point: [f32; 2]) -> WindowSums {
+        let side = 2 * self.radius + 1;
+        let stride = self.stride;
+        let corner = point.map(|c| c - self.radius as f32);
+        let mut lanes = Lanes::default();
+        let planes = [&self.values, &self.gradient_u, &self.gradient_v, &self.weights];
+        interpolate(image, corner, [stride, side], &mut self.patch, |row, seen| {
+            let [values, gu, gv, weights] =
+                planes.map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
+            lanes.add(seen, values, gu, gv, weights);
+        });
+        lanes.sums()
+    }
+}
+
+/// Sums over a window of the other image.
+#[derive(Debug, Clone, Copy)]
+struct WindowSums {
+    total: f32,
+    squares: f32,
+    /// With the template's values less their mean.
+    product: f32,
+    gradient_product: [f32; 2],
+}
+
+/// The same sums, lane by lane: added up in the same order whatever the vector width.
+#[derive(Default)]
+struct Lanes {
+    total: [f32; LANES],
+    squares: [f32; LANES],
+    product: [f32; LANES],
+    gu: [f32; LANES],
+    gv: [f32; LANES],
+}
+
+impl Lanes {
+    #[inline]
+    fn add(&mut self, seen: &[f32], values: &[f32], gu: &[f32], gv: &[f32], weights: &[f32]) {
+        let chunks = seen
+            .as_chunks::<LANES>()
+            .0
+            .iter()
+            .zip(values.as_chunks::<LANES>().0)
+            .zip(gu.as_chunks::<LANES>().0.iter().zip(gv.as_chunks::<LANES>().0))
+            .zip(weights.as_chunks::<LANES>().0);
+        for (((seen, values), (gu, gv)), weights) in chunks {
+            for lane in 0..LANES {
+                let weighted = seen[lane] * weights[lane];
+                self.total[lane] += weighted;
+                self.squares[lane] += weighted * seen[lane];
+                self.product[lane] += seen[lane] * values[lane];
+                self.gu[lane] += seen[lane] * gu[lane];
+                self.gv[lane] += seen[lane] * gv[lane];
+            }
+        }
+    }
+
+    fn sums(&self) -> WindowSums {
+        let sum = |lanes: &[f32; LANES]| lanes.iter().sum();
+        WindowSums {
+            total: sum(&self.total),
+            squares: sum(&self.squares),
+            product: sum(&self.product),
+            gradient_product: [sum(&self.gu), sum(&self.gv)],
+        }
+    }
+}
+
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut lanes = [0.0; LANES];
+    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
+        for lane in 0..LANES {
+            lanes[lane] += a[lane] * b[lane];
+        }
+    }
+    lanes.iter().sum()
+}
+
+/// Most values of an interpolated row: the widest window with its rim and padding.
+const MOST_COLUMNS: usize = 64;
+
+/// Samples `size[0]` x `size[1]` values at steps of one pixel from `corner` on, bilinearly, and hands them over row by
+/// row. Beyond the image its border is repeated; `patch` is working memory for that.
+#[inline]
+fn interpolate(
+    image: &GrayImage,
+    corner: [f32; 2],
+    [columns, rows]: [usize; 2],
+    patch: &mut Vec<f32>,
+    mut row_done: impl FnMut(usize, &[f32]),
+) {
+    let floor = corner.map(f32::floor);
+    let [x, y] = floor.map(|c| c as isize);
+    let [fx, fy] = [corner[0] - floor[0], corner[1] - floor[1]];
+    let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
+
+    let is_inside =
+        x >= 0 && y >= 0 && x as usize + columns < image.width() && y as usize + rows < image.height();
+    let (data, stride, first) = if is_inside {
+        (image.data(), image.width(), y as usize * image.width() + x as usize)
+    } else {
+        copy_clamped(image, [x, y], [columns + 1, rows + 1], patch);
+        (patch.as_slice(), columns + 1, 0)
+    };
+    let mut buffer = [0.0_f32; MOST_COLUMNS];
+    let Some(row) = buffer.get_mut(..columns) else { return };
+    for v in 0..rows {
+        let begin = first + v * stride;
+        let (Some(upper), Some(lower)) =
+            (data.get(begin..=begin + columns), data.get(begin + stride..=begin + stride + columns))
+        else {
+            return;
+        };
+        let corners = upper.iter().zip(&upper[1..]).zip(lower.iter().zip(&lower[1..]));
+        for (value, ((a, b), (c, d))) in row.iter_mut().zip(corners) {
+            *value = weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d;
+        }
+        row_done(v, row);
+    }
+}
+
+fn copy_clamped(image: &GrayImage, [x, y]: [isize; 2], [columns, rows]: [usize; 2], patch: &mut Vec<f32>) {
+    patch.clear();
+    let last = image.width() as isize - 1;
+    for v in 0..rows {
+        let row = image.clamped_row(y.saturating_add(v as isize));
+        patch.extend((0..columns).map(|u| row[x.saturating_add(u as isize).clamp(0, last) as usize]));
+    }
+}
+
+/// One value between pixels; beyond the image its border.
+fn bilinear(image: &GrayImage, [u, v]: [f32; 2]) -> f32 {
+    let (u, v) = (u.clamp(0.0, (image.width() - 1) as f32), v.clamp(0.0, (image.height() - 1) as f32));
+    let (x, y) = (u as usize, v as usize);
+    let (fu, fv) = (u - x as f32, v - y as f32);
+    let [upper, lower] = [y, y + 1].map(|y| {
+        let row = image.clamped_row(y as isize);
+        row[x] + fu * (row[(x + 1).min(row.len() - 1)] - row[x])
+    });
+    upper + fv * (lower - upper)
+}
+
+/// Whether a point lies on the image. NaN does not.
+pub(crate) fn is_within(image: &GrayImage, [u, v]: [f32; 2]) -> bool {
+    (-0.5..image.width() as f32 - 0.5).contains(&u) && (-0.5..image.height() as f32 - 0.5).contains(&v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn waves(du: f32, dv: f32, gain: f32, offset: f32) -> GrayImage {
+        let value = |i: usize| {
+            let (u, v) = ((i % 64) as f32 - du, (i / 64) as f32 - dv);
+            0.5 + 0.2 * (0.37 * u + 0.11 * v).sin() + 0.2 * (0.29 * v - 0.07 * u).cos()
+        };
+        GrayImage::new(64, 64, (0..64 * 64).map(|i| gain * value(i) + offset).collect()).unwrap()
+    }
+
+    fn limits(lighting: Lighting) -> AlignmentLimits {
+        AlignmentLimits { iterations: 30, epsilon: 1e-3, lighting }
+    }
+
+    #[test]
+    fn finds_a_shift_to_a_fraction_of_a_pixel() {
+        let mut template = Template::default();
+        template.take(&waves(0.0, 0.0, 1.0, 0.0), [31.3, 30.6], 7);
+        let moved = waves(1.7, -0.9, 1.0, 0.0);
+        let found = template.align(&moved, [31.3, 30.6], limits(Lighting::Constant)).unwrap();
+        assert!((found.point[0] - 33.0).abs() < 0.02 && (found.point[1] - 29.7).abs() < 0.02, "{found:?}");
+        assert!(found.residual < 3e-3);
+    }
+
+    #[test]
+    fn affine_light_needs_the_affine_model() {
+        let mut template = Template::default();
+        template.take(&waves(0.0, 0.0, 1.0, 0.0), [31.3, 30.6], 7);
+        let darker = waves(1.7, -0.9, 0.6, 0.1);
+        let found = template.align(&darker, [31.3, 30.6], limits(Lighting::Affine)).unwrap();
+        assert!((found.point[0] - 33.0).abs() < 0.02 && (found.point[1] - 29.7).abs() < 0.02, "{found:?}");
+        assert!(found.residual < 3e-3);
+        let wrong = template.align(&darker, [31.3, 30.6], limits(Lighting::Constant));
+        assert!(wrong.is_none_or(|found| (found.point[0] - 33.0).abs() > 0.1 || found.residual > 0.02));
+    }
+
+    #[test]
+    fn a_warped_window_is_found_turned() {
+        let angle = 0.5_f32;
+        let (sin, cos) = angle.sin_cos();
+        let source = waves(0.0, 0.0, 1.0, 0.0);
+        // The image turned about (32, 32): pixel p of it shows 32 + R (p - 32) of the source.
+        let turned = GrayImage::new(
+            64,
+            64,
+            (0..64 * 64)
+                .map(|i| {
+                    let (x, y) = ((i % 64) as f32 - 32.0, (i / 64) as f32 - 32.0);
+                    bilinear(&source, [32.0 + cos * x - sin * y, 32.0 + sin * x + cos * y])
+                })
+                .collect(),
+        )
+        .unwrap();
+        let mut template = Template::default();
+        template.take_warped(&source, [32.0, 32.0], [[cos, -sin], [sin, cos]], 7);
+        let found = template.align(&turned, [33.1, 31.2], limits(Lighting::Constant)).unwrap();
+        assert!((found.point[0] - 32.0).abs() < 0.03 && (found.point[1] - 32.0).abs() < 0.03, "{found:?}");
+    }
+
+    #[test]
+    fn flat_windows_and_far_starts_are_refused() {
+        let flat = GrayImage::new(30, 30, vec![0.3; 900]).unwrap();
+        let mut template = Template::default();
+        template.take(&flat, [15.0, 15.0], 5);
+        assert_eq!(template.min_eigenvalue(), 0.0);
+        assert!(template.align(&flat, [15.0, 15.0], limits(Lighting::Constant)).is_none());
+        template.take(&waves(0.0, 0.0, 1.0, 0.0), [15.0, 15.0], 5);
+        for start in [[-2.0, 5.0], [5.0, 1e9], [f32::NAN, 5.0], [f32::INFINITY, 0.0]] {
+            assert!(template.align(&waves(0.0, 0.0, 1.0, 0.0), start, limits(Lighting::Affine)).is_none());
+        }
+    }
+
+    #[test]
+    fn near_the_border_it_is_repeated() {
+        let image = waves(0.0, 0.0, 1.0, 0.0);
+        let mut patch = Vec::new();
+        interpolate(&image, [-3.5, -2.0], [8, 6], &mut patch, |row, values| {
+            for (column, value) in values.iter().enumerate() {
+                let expected = bilinear(&image, [column as f32 - 3.5, row as f32 - 2.0]);
+                assert!((value - expected).abs() < 1e-6);
+            }
+        });
+    }
+}
