@@ -19,7 +19,7 @@ pub enum Lighting {
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct FlowConfig {
-    /// The window has 2 radius + 1 pixels a side; 1..=30, default 10 (21x21, as in `OpenCV`).
+    /// The window has 2 radius + 1 pixels a side; 1..=15, default 10 (21x21, as in `OpenCV`).
     pub window_radius: usize,
     /// Levels above the image itself, 0..=15, default 3: motions of up to about 2^3 window radii are found.
     pub halvings: usize,
@@ -56,7 +56,7 @@ impl Default for FlowConfig {
 
 impl FlowConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
-        check_range("flow.window_radius", self.window_radius as f64, 1.0..=30.0)?;
+        check_range("flow.window_radius", self.window_radius as f64, 1.0..=15.0)?;
         check_range("flow.halvings", self.halvings as f64, 0.0..=15.0)?;
         check_range("flow.iterations", self.iterations as f64, 1.0..=100.0)?;
         check_range("flow.epsilon", self.epsilon.into(), 1e-6..=1.0)?;

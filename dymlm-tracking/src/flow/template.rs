@@ -2,7 +2,7 @@ use super::Lighting;
 use crate::GrayImage;
 
 /// Lanes of a vector: windows are padded to a multiple of it.
-const LANES: usize = 4;
+const LANES: usize = 8;
 
 /// A window of an image with its gradients, to be found again in another: one level of Lucas-Kanade.
 ///
@@ -168,18 +168,18 @@ impl Template {
             let values = &mut self.values[target.clone()];
             values.copy_from_slice(&here[1..=side]);
             total += values.iter().sum::<f32>();
-            let gradients = self.gradient_u[target.clone()].iter_mut().zip(&mut self.gradient_v[target]);
-            let rows = above.windows(3).zip(here.windows(3)).zip(below.windows(3));
-            for ((gu, gv), ((a, h), b)) in gradients.zip(rows) {
-                *gu = (3.0 * (a[2] - a[0] + b[2] - b[0]) + 10.0 * (h[2] - h[0])) / 32.0;
-                *gv = (3.0 * (b[0] - a[0] + b[2] - a[2]) + 10.0 * (b[1] - a[1])) / 32.0;
-            }
+            gradient_row(
+                [above, here, below],
+                &mut self.gradient_u[target.clone()],
+                &mut self.gradient_v[target],
+            );
         }
         let mean = total / (side * side) as f32;
         for row in self.values.chunks_exact_mut(self.stride) {
             row[..side].iter_mut().for_each(|value| *value -= mean);
         }
         let (values, gu, gv) = (&self.values, &self.gradient_u, &self.gradient_v);
+        let dot = |a: &[f32], b: &[f32]| dot(a, b, self.stride);
         self.sums = TemplateSums {
             mean,
             energy: dot(values, values),
@@ -191,7 +191,11 @@ impl Template {
 
     /// Gradient-weighted difference of the window at `point` to the template.
     fn mismatch(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> Option<[f32; 2]> {
-        let seen = self.compare(image, point);
+        // Without a change of light only the gradients' sums are needed.
+        let seen = match lighting {
+            Lighting::Constant => self.compare::<false>(image, point),
+            Lighting::Affine => self.compare::<true>(image, point),
+        };
         let s = &self.sums;
         let pixels = self.pixels();
         let (gain, mean) = match lighting {
@@ -209,7 +213,7 @@ impl Template {
     }
 
     fn residual(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> f32 {
-        let seen = self.compare(image, point);
+        let seen = self.compare::<true>(image, point);
         let s = &self.sums;
         let pixels = self.pixels();
         let seen_mean = seen.total / pixels;
@@ -234,19 +238,18 @@ impl Template {
         side * side
     }
 
-    /// Sums of the window at `point` with the template and its gradients.
-    fn compare(&mut self, image: &GrayImage, point: [f32; 2]) -> WindowSums {
+    /// Sums of the window at `point` with the template's gradients and, where `ALL` are asked for, its values.
+    fn compare<const ALL: bool>(&mut self, image: &GrayImage, point: [f32; 2]) -> WindowSums {
         let side = 2 * self.radius + 1;
         let stride = self.stride;
         let corner = point.map(|c| c - self.radius as f32);
-        let mut lanes = Lanes::default();
+        let mut sums = ColumnSums::new();
         let planes = [&self.values, &self.gradient_u, &self.gradient_v, &self.weights];
         interpolate(image, corner, [stride, side], &mut self.patch, |row, seen| {
-            let [values, gu, gv, weights] =
-                planes.map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
-            lanes.add(seen, values, gu, gv, weights);
+            let rows = planes.map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
+            sums.add::<ALL>(seen, rows);
         });
-        lanes.sums()
+        sums.sums()
     }
 }
 
@@ -260,40 +263,34 @@ struct WindowSums {
     gradient_product: [f32; 2],
 }
 
-/// The same sums, lane by lane: added up in the same order whatever the vector width.
-#[derive(Default)]
-struct Lanes {
-    total: [f32; LANES],
-    squares: [f32; LANES],
-    product: [f32; LANES],
-    gu: [f32; LANES],
-    gv: [f32; LANES],
+/// The same sums, column by column: no order of additions is left to the compiler, so it may use vectors.
+struct ColumnSums {
+    total: Row,
+    squares: Row,
+    product: Row,
+    gu: Row,
+    gv: Row,
 }
 
-impl Lanes {
+impl ColumnSums {
+    fn new() -> Self {
+        let zero = [0.0; MOST_COLUMNS];
+        Self { total: zero, squares: zero, product: zero, gu: zero, gv: zero }
+    }
+
     #[inline]
-    fn add(&mut self, seen: &[f32], values: &[f32], gu: &[f32], gv: &[f32], weights: &[f32]) {
-        let chunks = seen
-            .as_chunks::<LANES>()
-            .0
-            .iter()
-            .zip(values.as_chunks::<LANES>().0)
-            .zip(gu.as_chunks::<LANES>().0.iter().zip(gv.as_chunks::<LANES>().0))
-            .zip(weights.as_chunks::<LANES>().0);
-        for (((seen, values), (gu, gv)), weights) in chunks {
-            for lane in 0..LANES {
-                let weighted = seen[lane] * weights[lane];
-                self.total[lane] += weighted;
-                self.squares[lane] += weighted * seen[lane];
-                self.product[lane] += seen[lane] * values[lane];
-                self.gu[lane] += seen[lane] * gu[lane];
-                self.gv[lane] += seen[lane] * gv[lane];
-            }
+    fn add<const ALL: bool>(&mut self, seen: &mut [f32], [values, gu, gv, weights]: [&[f32]; 4]) {
+        add_products(&mut self.gu, seen, gu);
+        add_products(&mut self.gv, seen, gv);
+        if ALL {
+            add_products(&mut self.product, seen, values);
+            add_products(&mut self.total, seen, weights);
+            seen.iter_mut().zip(weights).for_each(|(value, weight)| *value *= weight);
+            add_products(&mut self.squares, seen, seen);
         }
     }
 
     fn sums(&self) -> WindowSums {
-        let sum = |lanes: &[f32; LANES]| lanes.iter().sum();
         WindowSums {
             total: sum(&self.total),
             squares: sum(&self.squares),
@@ -303,18 +300,49 @@ impl Lanes {
     }
 }
 
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut lanes = [0.0; LANES];
-    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
-        for lane in 0..LANES {
-            lanes[lane] += a[lane] * b[lane];
-        }
+/// Sums of products, column by column.
+#[inline]
+fn add_products(sums: &mut Row, a: &[f32], b: &[f32]) {
+    for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+        *sum += a * b;
+    }
+}
+
+fn sum(row: &Row) -> f32 {
+    let mut lanes = [0.0_f32; LANES];
+    for chunk in row.as_chunks::<LANES>().0 {
+        lanes.iter_mut().zip(chunk).for_each(|(lane, value)| *lane += value);
     }
     lanes.iter().sum()
 }
 
+/// Scharr's gradients of a row between its neighbours, all three with one more pixel at each end.
+fn gradient_row(rows: [&[f32]; 3], gradient_u: &mut [f32], gradient_v: &mut [f32]) {
+    let side = gradient_u.len();
+    let [above, here, below] =
+        rows.map(|row| [0, 1, 2].map(|from| row.get(from..from + side).unwrap_or(&[])));
+    let columns = above[0].iter().zip(above[1]).zip(above[2]).zip(here[0].iter().zip(here[2]));
+    let columns = columns.zip(below[0].iter().zip(below[1]).zip(below[2]));
+    let targets = gradient_u.iter_mut().zip(gradient_v);
+    for ((gu, gv), ((((a0, a1), a2), (h0, h2)), ((b0, b1), b2))) in targets.zip(columns) {
+        *gu = (3.0 / 32.0) * (a2 - a0 + b2 - b0) + (10.0 / 32.0) * (h2 - h0);
+        *gv = (3.0 / 32.0) * (b0 - a0 + b2 - a2) + (10.0 / 32.0) * (b1 - a1);
+    }
+}
+
+fn dot(a: &[f32], b: &[f32], stride: usize) -> f32 {
+    let mut sums = [0.0; MOST_COLUMNS];
+    for (a, b) in a.chunks_exact(stride).zip(b.chunks_exact(stride)) {
+        add_products(&mut sums, a, b);
+    }
+    sum(&sums)
+}
+
 /// Most values of an interpolated row: the widest window with its rim and padding.
-const MOST_COLUMNS: usize = 64;
+const MOST_COLUMNS: usize = 40;
+
+/// A value a column.
+type Row = [f32; MOST_COLUMNS];
 
 /// Samples `size[0]` x `size[1]` values at steps of one pixel from `corner` on, bilinearly, and hands them over row by
 /// row. Beyond the image its border is repeated; `patch` is working memory for that.
@@ -324,7 +352,7 @@ fn interpolate(
     corner: [f32; 2],
     [columns, rows]: [usize; 2],
     patch: &mut Vec<f32>,
-    mut row_done: impl FnMut(usize, &[f32]),
+    mut row_done: impl FnMut(usize, &mut [f32]),
 ) {
     let floor = corner.map(f32::floor);
     let [x, y] = floor.map(|c| c as isize);
