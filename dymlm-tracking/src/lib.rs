@@ -3,6 +3,8 @@ mod error;
 mod flow;
 mod gray_image;
 mod kcf;
+mod object;
+mod pose;
 
 pub use error::Error;
 pub use flow::{
@@ -11,3 +13,10 @@ pub use flow::{
 };
 pub use gray_image::GrayImage;
 pub use kcf::{KcfConfig, KcfFeatures, KcfTracker, KcfUpdate, Learning};
+pub use object::{
+    ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate, RestReport, SurfacePoint,
+};
+pub use pose::{
+    PoseConsensus, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, RefinedPose, RefinerConfig,
+    RobustKernel, p3p, rigid_alignment,
+};

@@ -10,4 +10,4 @@ pub use config::{FlowConfig, Lighting};
 pub use corners::{Corner, CornerConfig, CornerDetector};
 pub use image_pyramid::ImagePyramid;
 pub use optical_flow::{FlowPoint, FlowStatus, OpticalFlow};
-pub(crate) use template::Template;
+pub(crate) use template::{AlignmentLimits, Template};

@@ -44,6 +44,8 @@ pub(crate) struct Alignment {
     pub(crate) point: [f32; 2],
     /// Root mean square difference of the windows, light taken out as it may change.
     pub(crate) residual: f32,
+    /// Normalized correlation of the windows, -1..=1.
+    pub(crate) correlation: f32,
 }
 
 /// When an alignment ends, and what it takes for granted.
@@ -133,8 +135,7 @@ impl Template {
         if !is_within(image, point) {
             return None;
         }
-        let residual = self.residual(image, point, limits.lighting);
-        Some(Alignment { point, residual })
+        Some(self.judge(image, point, limits.lighting))
     }
 
     fn resize(&mut self, radius: usize) {
@@ -212,25 +213,22 @@ impl Template {
         Some([difference(0), difference(1)])
     }
 
-    fn residual(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> f32 {
+    fn judge(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> Alignment {
         let seen = self.compare::<true>(image, point);
         let s = &self.sums;
         let pixels = self.pixels();
         let seen_mean = seen.total / pixels;
         let seen_energy = (seen.squares - seen.total * seen_mean).max(0.0);
+        let correlation = seen.product / (s.energy * seen_energy).sqrt().max(f32::MIN_POSITIVE);
         let squared = match lighting {
             Lighting::Constant => {
                 let offset = seen_mean - s.mean;
                 seen_energy - 2.0 * seen.product + s.energy + pixels * offset * offset
             }
-            Lighting::Affine => {
-                // What a factor and an offset cannot explain, in the template's own contrast.
-                let correlation =
-                    seen.product * seen.product / (s.energy * seen_energy).max(f32::MIN_POSITIVE);
-                s.energy * (1.0 - correlation)
-            }
+            // What a factor and an offset cannot explain, in the template's own contrast.
+            Lighting::Affine => s.energy * (1.0 - correlation * correlation),
         };
-        (squared.max(0.0) / pixels).sqrt()
+        Alignment { point, residual: (squared.max(0.0) / pixels).sqrt(), correlation }
     }
 
     fn pixels(&self) -> f32 {

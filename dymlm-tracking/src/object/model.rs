@@ -1,0 +1,249 @@
+use dymlm_core::{Point, Pose};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::Error;
+
+/// Cells along the longest side to which a cloud is thinned.
+const CELLS: f32 = 40.0;
+/// Neighbours that tell a normal.
+const NEIGHBOURS: usize = 16;
+/// Fewer points are no surface.
+const LEAST_POINTS: usize = 12;
+/// Points of a sampled ellipsoid.
+const ELLIPSOID_POINTS: usize = 1200;
+
+/// The surface of an object in its own frame: points with outward normals.
+///
+/// ```
+/// use dymlm_tracking::ObjectModel;
+///
+/// let book = ObjectModel::cuboid([0.24, 0.17, 0.03])?;
+/// assert!(book.surface().iter().all(|point| point.position[0].abs() <= 0.1201));
+/// # Ok::<(), dymlm_tracking::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectModel {
+    surface: Vec<SurfacePoint>,
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+/// A point of an object's surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Place, metres, object frame.
+    pub position: [f64; 3],
+    /// Unit normal, outwards.
+    pub normal: [f64; 3],
+}
+
+impl ObjectModel {
+    /// From the object's cloud in its own frame, whose origin should lie near its centre. The cloud is thinned to cells
+    /// of 1/40 of its longest side; normals come from the 16 nearest points and face away from the middle. Points that
+    /// are not finite are passed over. O(points + cells^2).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ModelPoints`] when fewer than 12 cells hold a point.
+    pub fn from_points(points: &[Point]) -> Result<Self, Error> {
+        let finite: Vec<Point> = points.iter().copied().filter(|p| p.iter().all(|x| x.is_finite())).collect();
+        let (low, high) = bounds(&finite);
+        let longest = (0..3).map(|i| high[i] - low[i]).fold(0.0_f32, f32::max);
+        if !(longest > 0.0 && longest.is_finite()) {
+            return Err(Error::ModelPoints { points: finite.len().min(1), least: LEAST_POINTS });
+        }
+        let thin = thinned(&finite, low, longest / CELLS);
+        if thin.len() < LEAST_POINTS {
+            return Err(Error::ModelPoints { points: thin.len(), least: LEAST_POINTS });
+        }
+        let middle: [f64; 3] = std::array::from_fn(|i| 0.5 * f64::from(low[i] + high[i]));
+        let surface = thin
+            .iter()
+            .map(|&position| SurfacePoint { position, normal: normal_at(&thin, position, middle) })
+            .collect();
+        Ok(Self { surface, low: low.map(f64::from), high: high.map(f64::from) })
+    }
+
+    /// A cuboid of the given full lengths about the origin.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ModelPoints`] when a length is not finite and positive.
+    pub fn cuboid(lengths: [f64; 3]) -> Result<Self, Error> {
+        check_lengths(lengths)?;
+        let half = lengths.map(|l| 0.5 * l);
+        let step = lengths.iter().copied().fold(0.0, f64::max) / f64::from(CELLS);
+        let mut surface = Vec::new();
+        for axis in 0..3 {
+            let [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
+            let [nb, nc] = [b, c].map(|i| (lengths[i] / step).round().max(1.0) as usize);
+            let at =
+                |i: usize, count: usize, side: usize| ((i as f64 + 0.5) / count as f64 - 0.5) * lengths[side];
+            for sign in [-1.0, 1.0] {
+                for (i, j) in (0..nb).flat_map(|i| (0..nc).map(move |j| (i, j))) {
+                    let (mut position, mut normal) = ([0.0; 3], [0.0; 3]);
+                    (position[axis], position[b], position[c]) =
+                        (sign * half[axis], at(i, nb, b), at(j, nc, c));
+                    normal[axis] = sign;
+                    surface.push(SurfacePoint { position, normal });
+                }
+            }
+        }
+        Ok(Self { surface, low: half.map(|h| -h), high: half })
+    }
+
+    /// An ellipsoid of the given full lengths about the origin.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ModelPoints`] when a length is not finite and positive.
+    pub fn ellipsoid(lengths: [f64; 3]) -> Result<Self, Error> {
+        check_lengths(lengths)?;
+        let half = lengths.map(|l| 0.5 * l);
+        let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let surface = (0..ELLIPSOID_POINTS)
+            .map(|i| {
+                let z = 1.0 - 2.0 * (i as f64 + 0.5) / ELLIPSOID_POINTS as f64;
+                let radius = (1.0 - z * z).sqrt();
+                let (sin, cos) = (golden * i as f64).sin_cos();
+                let unit = [radius * cos, radius * sin, z];
+                let normal = Vector3::from_fn(|axis, _| unit[axis] / half[axis]).normalize();
+                SurfacePoint {
+                    position: std::array::from_fn(|axis| unit[axis] * half[axis]),
+                    normal: normal.into(),
+                }
+            })
+            .collect();
+        Ok(Self { surface, low: half.map(|h| -h), high: half })
+    }
+
+    /// The points of the surface.
+    pub fn surface(&self) -> &[SurfacePoint] {
+        &self.surface
+    }
+
+    /// Half of the longest side of its bounds, metres.
+    pub(super) fn reach(&self) -> f64 {
+        (0..3).map(|i| 0.5 * (self.high[i] - self.low[i])).fold(0.0, f64::max)
+    }
+
+    /// The eight corners of its bounds, object frame.
+    pub(super) fn corners(&self) -> [[f64; 3]; 8] {
+        std::array::from_fn(|k| {
+            std::array::from_fn(|i| if k >> i & 1 == 0 { self.low[i] } else { self.high[i] })
+        })
+    }
+
+    /// Whether a point of the object frame lies in its bounds, `margin` metres wider.
+    pub(super) fn contains(&self, point: [f64; 3], margin: f64) -> bool {
+        (0..3).all(|i| (self.low[i] - margin..=self.high[i] + margin).contains(&point[i]))
+    }
+
+    /// The points that face the camera, with their place and normal in its frame. `least_cosine` of the angle between
+    /// the normal and the direction to the camera.
+    pub(super) fn facing(
+        &self,
+        camera_from_object: &Pose,
+        least_cosine: f64,
+    ) -> impl Iterator<Item = (&SurfacePoint, [f64; 3])> {
+        let eye = camera_from_object.inverse().translation();
+        let pose = *camera_from_object;
+        self.surface.iter().filter_map(move |point| {
+            let to_eye = Vector3::from(eye) - Vector3::from(point.position);
+            let cosine = to_eye.dot(&Vector3::from(point.normal)) / to_eye.norm();
+            (cosine > least_cosine).then(|| (point, pose.transform_point(point.position)))
+        })
+    }
+}
+
+fn check_lengths(lengths: [f64; 3]) -> Result<(), Error> {
+    // Thinner than a hundred micrometres or longer than a hundred metres is no thing to be carried.
+    if lengths.iter().all(|l| (1e-4..=100.0).contains(l)) {
+        Ok(())
+    } else {
+        Err(Error::ModelPoints { points: 0, least: LEAST_POINTS })
+    }
+}
+
+fn bounds(points: &[Point]) -> (Point, Point) {
+    points.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), p| {
+        (std::array::from_fn(|i| low[i].min(p[i])), std::array::from_fn(|i| high[i].max(p[i])))
+    })
+}
+
+/// Means of the points of each cell, in the order of the cells.
+fn thinned(points: &[Point], low: Point, cell: f32) -> Vec<[f64; 3]> {
+    let key = |p: &Point| -> [u16; 3] { std::array::from_fn(|i| ((p[i] - low[i]) / cell) as u16) };
+    let mut keyed: Vec<([u16; 3], Point)> = points.iter().map(|p| (key(p), *p)).collect();
+    // Stable: points of a cell stay in their order.
+    keyed.sort_by_key(|(key, _)| *key);
+    keyed
+        .chunk_by(|a, b| a.0 == b.0)
+        .map(|chunk| {
+            let share = 1.0 / chunk.len() as f64;
+            std::array::from_fn(|i| chunk.iter().map(|(_, p)| f64::from(p[i])).sum::<f64>() * share)
+        })
+        .collect()
+}
+
+/// The direction of least spread among the nearest points, away from `middle`.
+fn normal_at(points: &[[f64; 3]], at: [f64; 3], middle: [f64; 3]) -> [f64; 3] {
+    let apart = |p: &[f64; 3]| (Vector3::from(*p) - Vector3::from(at)).norm_squared();
+    let mut near: Vec<(f64, usize)> = points.iter().enumerate().map(|(i, p)| (apart(p), i)).collect();
+    let count = NEIGHBOURS.min(near.len());
+    near.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    near.truncate(count);
+    near.sort_by_key(|&(_, i)| i);
+    let mean = near.iter().map(|&(_, i)| Vector3::from(points[i])).sum::<Vector3<f64>>() / count as f64;
+    let mut spread = Matrix3::zeros();
+    for &(_, i) in &near {
+        let d = Vector3::from(points[i]) - mean;
+        spread += d * d.transpose();
+    }
+    let eigen = spread.symmetric_eigen();
+    let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+    let outwards = Vector3::from(at) - Vector3::from(middle);
+    (normal * if normal.dot(&outwards) < 0.0 { -1.0 } else { 1.0 }).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_of_a_sampled_sphere_point_outwards() {
+        let golden = 2.399_963_2_f32;
+        let points: Vec<Point> = (0..4000)
+            .map(|i| {
+                let z = 1.0 - 2.0 * (i as f32 + 0.5) / 4000.0;
+                let r = (1.0 - z * z).sqrt();
+                let angle = golden * i as f32;
+                [0.1 * r * angle.cos(), 0.1 * r * angle.sin(), 0.1 * z]
+            })
+            .collect();
+        let model = ObjectModel::from_points(&points).unwrap();
+        assert!(model.surface().len() > 500);
+        for point in model.surface() {
+            let cosine = Vector3::from(point.position).normalize().dot(&Vector3::from(point.normal));
+            assert!(cosine > 0.97, "{cosine}");
+        }
+    }
+
+    #[test]
+    fn clouds_that_are_no_surface_are_refused() {
+        assert!(ObjectModel::from_points(&[]).is_err());
+        assert!(ObjectModel::from_points(&[[0.1; 3]; 100]).is_err());
+        assert!(ObjectModel::from_points(&[[f32::NAN; 3]; 100]).is_err());
+        assert!(ObjectModel::cuboid([0.1, 0.0, 0.1]).is_err());
+        assert!(ObjectModel::ellipsoid([0.1, f64::NAN, 0.1]).is_err());
+    }
+
+    #[test]
+    fn half_of_a_body_faces_the_camera() {
+        let pose = Pose::new([0.0, 0.0, 50.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        let ball = ObjectModel::ellipsoid([0.1; 3]).unwrap();
+        let facing = ball.facing(&pose, 0.0).count();
+        assert!(facing.abs_diff(600) < 20, "{facing}");
+        assert!(ball.facing(&pose, 0.0).all(|(_, seen)| seen[2] < 50.001));
+    }
+}

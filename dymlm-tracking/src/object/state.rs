@@ -1,0 +1,125 @@
+use dymlm_core::Pose;
+
+/// What is known of a followed object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ObjectState {
+    /// It stands where it stood for a while.
+    AtRest,
+    /// It moves, or may be about to stop, and its pose is known.
+    Tracking,
+    /// Something stands before most of it, or it has just vanished: its pose is a guess unless points say so.
+    Occluded,
+    /// It has not been seen for longer than [`ObjectTrackerConfig::lost_after`](crate::ObjectTrackerConfig::lost_after).
+    Lost,
+    /// It was lost or vanished, and has been found again in this frame.
+    Recovered,
+}
+
+/// An object came to rest at a place other than the one before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct RestReport {
+    /// Where it stands now.
+    pub world_from_object: Pose,
+    /// Where it stood before it was moved: the place that is empty now.
+    pub moved_from: Pose,
+    /// Time since which it has stood there, seconds.
+    pub since: f64,
+}
+
+/// Notices when the object stops.
+#[derive(Debug, Clone)]
+pub(super) struct RestWatch {
+    /// The pose that the object has not left since `since`.
+    anchor: Pose,
+    since: f64,
+    /// The place of the last rest.
+    place: Pose,
+    is_resting: bool,
+}
+
+/// When an object counts as standing still.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RestLimits {
+    pub(super) time: f64,
+    pub(super) distance: f64,
+    pub(super) angle: f64,
+}
+
+impl RestLimits {
+    fn holds(&self, a: &Pose, b: &Pose) -> bool {
+        a.distance(b) <= self.distance && a.angle(b) <= self.angle
+    }
+}
+
+impl RestWatch {
+    /// An object that stands at `place`.
+    pub(super) fn new(place: Pose, time: f64) -> Self {
+        Self { anchor: place, since: time, place, is_resting: true }
+    }
+
+    pub(super) fn is_resting(&self) -> bool {
+        self.is_resting
+    }
+
+    /// Takes the pose of a frame; tells of a new place of rest once.
+    pub(super) fn observe(&mut self, pose: &Pose, time: f64, limits: RestLimits) -> Option<RestReport> {
+        if !limits.holds(&self.anchor, pose) {
+            (self.anchor, self.since, self.is_resting) = (*pose, time, false);
+            return None;
+        }
+        if self.is_resting || time - self.since < limits.time {
+            return None;
+        }
+        self.is_resting = true;
+        let moved_from = self.place;
+        if limits.holds(&moved_from, pose) {
+            return None;
+        }
+        self.place = *pose;
+        Some(RestReport { world_from_object: *pose, moved_from, since: self.since })
+    }
+
+    /// Without a pose nobody knows whether it stands still.
+    pub(super) fn unseen(&mut self, time: f64) {
+        (self.since, self.is_resting) = (time, false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64) -> Pose {
+        Pose::new([x, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]).unwrap()
+    }
+
+    const LIMITS: RestLimits = RestLimits { time: 1.0, distance: 0.01, angle: 0.05 };
+
+    #[test]
+    fn tells_once_of_a_new_place() {
+        let mut watch = RestWatch::new(at(0.0), 0.0);
+        let mut reports = Vec::new();
+        for i in 0..60 {
+            let time = 0.1 * f64::from(i);
+            let x = (time - 1.0).clamp(0.0, 2.0) * 0.3;
+            reports.extend(watch.observe(&at(x + 0.002 * f64::from(i % 2)), time, LIMITS));
+        }
+        assert_eq!(reports.len(), 1);
+        assert!((reports[0].since - 3.0).abs() < 0.15, "{}", reports[0].since);
+        assert!((reports[0].world_from_object.translation()[0] - 0.6).abs() < 0.01);
+        assert_eq!(reports[0].moved_from, at(0.0));
+    }
+
+    #[test]
+    fn lifted_and_put_back_is_no_new_place() {
+        let mut watch = RestWatch::new(at(0.0), 0.0);
+        for i in 0..60 {
+            let time = 0.1 * f64::from(i);
+            let x = if (10..20).contains(&i) { 0.2 } else { 0.0 };
+            assert_eq!(watch.observe(&at(x), time, LIMITS), None);
+        }
+        assert!(watch.is_resting());
+    }
+}

@@ -1,0 +1,14 @@
+//! Where a rigid body stands: from points in space, or from their pixels, or both.
+
+mod observation;
+mod p3p;
+mod ransac;
+mod refine;
+mod rigid_alignment;
+
+pub use observation::PoseObservation;
+pub use p3p::p3p;
+pub use ransac::{PoseConsensus, PoseRansac, RansacConfig};
+pub(crate) use refine::rotation_about;
+pub use refine::{PoseRefiner, RefinedPose, RefinerConfig, RobustKernel};
+pub use rigid_alignment::rigid_alignment;

@@ -1,0 +1,52 @@
+/// What a camera tells about the place of one point of a body.
+///
+/// Points and normals are in the body's frame, measurements in the camera's; `sigma` is the standard deviation of the
+/// measurement in its own unit. Observations that hold a number that is not finite, or a `sigma` that is not positive,
+/// count for nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum PoseObservation {
+    /// The pixel at which the point is seen.
+    Pixel {
+        /// The point, metres.
+        point: [f64; 3],
+        /// Where it is seen, pixels.
+        pixel: [f64; 2],
+        /// Standard deviation along u and v, pixels.
+        sigma: f64,
+    },
+    /// The point's depth along the optical axis.
+    Depth {
+        /// The point, metres.
+        point: [f64; 3],
+        /// Its depth, metres.
+        depth: f64,
+        /// Standard deviation, metres.
+        sigma: f64,
+    },
+    /// A place somewhere on the plane through the point (point-to-plane distance).
+    Surface {
+        /// A point of the surface, metres.
+        point: [f64; 3],
+        /// The surface's unit normal there.
+        normal: [f64; 3],
+        /// What was measured, metres, camera frame.
+        measured: [f64; 3],
+        /// Standard deviation along the normal, metres.
+        sigma: f64,
+    },
+}
+
+impl PoseObservation {
+    pub(super) fn is_usable(&self) -> bool {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let (is_finite, sigma) = match self {
+            Self::Pixel { point, pixel, sigma } => (finite(point) && finite(pixel), *sigma),
+            Self::Depth { point, depth, sigma } => (finite(point) && depth.is_finite(), *sigma),
+            Self::Surface { point, normal, measured, sigma } => {
+                (finite(point) && finite(normal) && finite(measured), *sigma)
+            }
+        };
+        is_finite && sigma > 0.0 && sigma.is_finite()
+    }
+}

@@ -1,0 +1,314 @@
+use dymlm_core::{ConfigError, PinholeCamera, Pose, check_range};
+use nalgebra::{Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
+
+use super::PoseObservation;
+use crate::Error;
+
+/// How far a residual may count, in standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum RobustKernel {
+    /// Least squares.
+    None,
+    /// Grows linearly beyond this many standard deviations; 1.345 has 95 % efficiency on normal noise.
+    Huber(f64),
+    /// Counts for nothing beyond this many standard deviations; 4.685 has 95 % efficiency on normal noise.
+    Tukey(f64),
+}
+
+impl RobustKernel {
+    /// The weight of a residual of `r` standard deviations in the next least-squares step.
+    fn weight(self, r: f64) -> f64 {
+        match self {
+            Self::None => 1.0,
+            Self::Huber(k) => {
+                if r <= k {
+                    1.0
+                } else {
+                    k / r
+                }
+            }
+            Self::Tukey(k) => {
+                let rest = (1.0 - (r / k) * (r / k)).max(0.0);
+                rest * rest
+            }
+        }
+    }
+
+    /// What it adds to the cost.
+    fn cost(self, r: f64) -> f64 {
+        match self {
+            Self::None => 0.5 * r * r,
+            Self::Huber(k) => {
+                if r <= k {
+                    0.5 * r * r
+                } else {
+                    k * (r - 0.5 * k)
+                }
+            }
+            Self::Tukey(k) => {
+                let rest = (1.0 - (r / k) * (r / k)).max(0.0);
+                k * k / 6.0 * (1.0 - rest * rest * rest)
+            }
+        }
+    }
+
+    fn scale(self) -> f64 {
+        match self {
+            Self::None => 1.0,
+            Self::Huber(k) | Self::Tukey(k) => k,
+        }
+    }
+}
+
+/// Settings of [`PoseRefiner`].
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct RefinerConfig {
+    /// Most steps, 1..=1000, default 20.
+    pub iterations: usize,
+    /// A step that moves less (metres and radians) ends it, 0..=1, default 1e-6.
+    pub epsilon: f64,
+    /// How residuals count; its limit 0.1..=1000. Default [`RobustKernel::Tukey`] of 4.685.
+    pub kernel: RobustKernel,
+}
+
+impl Default for RefinerConfig {
+    fn default() -> Self {
+        Self { iterations: 20, epsilon: 1e-6, kernel: RobustKernel::Tukey(4.685) }
+    }
+}
+
+impl RefinerConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("refiner.iterations", self.iterations as f64, 1.0..=1000.0)?;
+        check_range("refiner.epsilon", self.epsilon, 0.0..=1.0)?;
+        check_range("refiner.kernel", self.kernel.scale(), 0.1..=1000.0)
+    }
+}
+
+/// Improves a pose until it fits pixels, depths and surfaces best, each in its own standard deviations.
+///
+/// Levenberg-Marquardt on the pose's six parameters, with weights by the robust kernel (iteratively reweighted least
+/// squares). O(observations x iterations). Directions that no observation tells about stay as they were.
+///
+/// ```
+/// use dymlm_core::{PinholeCamera, Pose};
+/// use dymlm_tracking::{PoseObservation, PoseRefiner, RefinerConfig};
+///
+/// let camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?;
+/// let truth = Pose::new([0.1, 0.0, 1.2], [0.0, 0.0, 0.0, 1.0])?;
+/// let points = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.05], [0.0, 0.1, 0.0], [-0.1, -0.1, 0.02]];
+/// let seen: Vec<_> = points
+///     .iter()
+///     .filter_map(|&point| {
+///         let pixel = camera.project(truth.transform_point(point))?;
+///         Some(PoseObservation::Pixel { point, pixel, sigma: 0.5 })
+///     })
+///     .collect();
+/// let refiner = PoseRefiner::new(&RefinerConfig::default())?;
+/// let start = Pose::new([0.1, 0.005, 1.21], [0.01, 0.0, 0.0, 1.0])?;
+/// let found = refiner.refine(&camera, &start, &seen).ok_or("four points")?;
+/// assert!(found.camera_from_body.distance(&truth) < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct PoseRefiner {
+    config: RefinerConfig,
+}
+
+/// A pose and how well it is known.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct RefinedPose {
+    /// The pose.
+    pub camera_from_body: Pose,
+    /// Covariance of (rotation, radians about the camera's axes; place of the body's origin, metres), by rows, from the
+    /// curvature and the residuals at the end. `None` when the observations leave a direction free.
+    pub covariance: Option<[[f64; 6]; 6]>,
+    /// Observations within three standard deviations.
+    pub inliers: usize,
+    /// Observations that could be used.
+    pub used: usize,
+    /// Steps made.
+    pub iterations: usize,
+}
+
+/// The normal equations of one step.
+struct Normal {
+    matrix: Matrix6<f64>,
+    gradient: Vector6<f64>,
+    cost: f64,
+    inliers: usize,
+    used: usize,
+    /// Weighted sum of squares and sum of weights, for the noise that is really there.
+    squares: f64,
+    weights: f64,
+}
+
+impl PoseRefiner {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    pub fn new(config: &RefinerConfig) -> Result<Self, Error> {
+        config.validate()?;
+        Ok(Self { config: config.clone() })
+    }
+
+    /// The best pose near `start`, a `camera_from_body`; `None` when there are fewer than three usable observations.
+    pub fn refine(
+        &self,
+        camera: &PinholeCamera,
+        start: &Pose,
+        observations: &[PoseObservation],
+    ) -> Option<RefinedPose> {
+        let mut pose = *start;
+        let mut normal = self.linearize(camera, &pose, observations);
+        if normal.used < 3 {
+            return None;
+        }
+        let mut damping = 1e-4;
+        let mut iterations = 0;
+        while iterations < self.config.iterations {
+            iterations += 1;
+            let Some(step) = solve(&normal, damping) else { break };
+            let next = moved(&pose, &step);
+            let tried = self.linearize(camera, &next, observations);
+            if tried.used >= normal.used && tried.cost <= normal.cost {
+                (pose, normal) = (next, tried);
+                damping = (0.2 * damping).max(1e-9);
+                if step.amax() < self.config.epsilon {
+                    break;
+                }
+            } else {
+                damping *= 10.0;
+                if damping > 1e6 {
+                    break;
+                }
+            }
+        }
+        Some(RefinedPose {
+            camera_from_body: pose,
+            covariance: covariance(&normal),
+            inliers: normal.inliers,
+            used: normal.used,
+            iterations,
+        })
+    }
+
+    fn linearize(&self, camera: &PinholeCamera, pose: &Pose, observations: &[PoseObservation]) -> Normal {
+        let mut normal = Normal {
+            matrix: Matrix6::zeros(),
+            gradient: Vector6::zeros(),
+            cost: 0.0,
+            inliers: 0,
+            used: 0,
+            squares: 0.0,
+            weights: 0.0,
+        };
+        for observation in observations.iter().filter(|observation| observation.is_usable()) {
+            let Some(rows) = residuals(camera, pose, observation) else { continue };
+            let size = rows.iter().flatten().map(|row| row.residual * row.residual).sum::<f64>().sqrt();
+            let weight = self.config.kernel.weight(size);
+            normal.cost += self.config.kernel.cost(size);
+            normal.used += 1;
+            normal.inliers += usize::from(size <= 3.0);
+            for row in rows.iter().flatten() {
+                normal.matrix += weight * row.jacobian * row.jacobian.transpose();
+                normal.gradient += weight * row.residual * row.jacobian;
+                normal.squares += weight * row.residual * row.residual;
+                normal.weights += weight;
+            }
+        }
+        normal
+    }
+}
+
+/// A residual in standard deviations, and its derivative by (rotation, translation).
+struct Row {
+    residual: f64,
+    jacobian: Vector6<f64>,
+}
+
+/// One row or two; `None` when the point lies behind the camera.
+fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation) -> Option<[Option<Row>; 2]> {
+    let row = |turned: Vector3<f64>, gradient: Vector3<f64>, residual: f64, sigma: f64| {
+        let by_rotation = turned.cross(&gradient);
+        let jacobian = Vector6::new(
+            by_rotation[0],
+            by_rotation[1],
+            by_rotation[2],
+            gradient[0],
+            gradient[1],
+            gradient[2],
+        );
+        Some(Row { residual: residual / sigma, jacobian: jacobian / sigma })
+    };
+    match *observation {
+        PoseObservation::Pixel { point, pixel, sigma } => {
+            let turned = Vector3::from(pose.rotate(point));
+            let seen = turned + Vector3::from(pose.translation());
+            let [u, v] = camera.project(seen.into())?;
+            let inverse = 1.0 / seen.z;
+            let by_u = Vector3::new(camera.fx() * inverse, 0.0, -camera.fx() * seen.x * inverse * inverse);
+            let by_v = Vector3::new(0.0, camera.fy() * inverse, -camera.fy() * seen.y * inverse * inverse);
+            Some([row(turned, by_u, u - pixel[0], sigma), row(turned, by_v, v - pixel[1], sigma)])
+        }
+        PoseObservation::Depth { point, depth, sigma } => {
+            let turned = Vector3::from(pose.rotate(point));
+            let z = turned.z + pose.translation()[2];
+            Some([row(turned, Vector3::z(), z - depth, sigma), None])
+        }
+        PoseObservation::Surface { point, normal, measured, sigma } => {
+            let turned = Vector3::from(pose.rotate(point));
+            let normal = Vector3::from(pose.rotate(normal));
+            let apart = turned + Vector3::from(pose.translation()) - Vector3::from(measured);
+            Some([row(turned, normal, normal.dot(&apart), sigma), None])
+        }
+    }
+}
+
+/// The damped step; `None` when there is none.
+fn solve(normal: &Normal, damping: f64) -> Option<Vector6<f64>> {
+    let mut matrix = normal.matrix;
+    let floor = 1e-9 * matrix.diagonal().amax();
+    for i in 0..6 {
+        matrix[(i, i)] += damping * matrix[(i, i)] + floor;
+    }
+    let step = -matrix.cholesky()?.solve(&normal.gradient);
+    step.iter().all(|x| x.is_finite()).then_some(step)
+}
+
+/// Turns the body about its own origin and moves that.
+fn moved(pose: &Pose, step: &Vector6<f64>) -> Pose {
+    let turn = rotation_about([step[0], step[1], step[2]]);
+    let [x, y, z] = pose.translation();
+    let turned = turn * *pose;
+    Pose::new([x + step[3], y + step[4], z + step[5]], turned.quaternion()).unwrap_or(*pose)
+}
+
+/// The turn about an axis by its length, radians.
+pub(crate) fn rotation_about(axis: [f64; 3]) -> Pose {
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::new(Vector3::from(axis)));
+    Pose::new([0.0; 3], rotation.coords.into()).unwrap_or_default()
+}
+
+fn covariance(normal: &Normal) -> Option<[[f64; 6]; 6]> {
+    // In units in which every parameter is equally well known, so that metres and radians compare.
+    let scale = normal.matrix.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
+    let scaled = Matrix6::from_fn(|i, j| normal.matrix[(i, j)] * scale[i] * scale[j]);
+    let smallest = scaled.symmetric_eigenvalues().min();
+    if !(smallest > 1e-9) {
+        return None;
+    }
+    let inverse = scaled.cholesky()?.inverse();
+    // More noise than was said makes the pose less certain; less does not make it more so.
+    let excess = (normal.squares / (normal.weights - 6.0).max(1.0)).max(1.0);
+    Some(std::array::from_fn(|i| std::array::from_fn(|j| excess * inverse[(i, j)] * scale[i] * scale[j])))
+}
