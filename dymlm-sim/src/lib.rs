@@ -60,9 +60,9 @@ pub use metrics::{DynamicMapScore, DynamicMapScoreConfig, DynamicMapScorer};
 pub use metrics::{FreeSpaceScore, Occupancy, OccupancyScore, OccupancyScoreConfig, OccupancyScorer};
 pub use metrics::{IdentifiedBox, TrackingScore, TrackingScoreConfig, TrackingScoreError, TrackingScorer};
 pub use metrics::{OccupiedCell, OccupiedCellScore, SurfaceScore};
-pub use scene::{Activity, Room};
+pub use scene::{Activity, CarriedKind, CarriedMotion, CarriedObject, Room};
 pub use sensor::SensorConfig;
 pub use sequence::{
-    CameraPath, FrameScratch, PoseErrorConfig, Sequence, SequenceConfig, SequenceType, SimulatedFrame,
-    VisibleThing,
+    CameraPath, CarriedThing, FrameScratch, PoseErrorConfig, Sequence, SequenceConfig, SequenceType,
+    SimulatedFrame, VisibleThing,
 };

@@ -104,7 +104,13 @@ impl Builder {
     }
 
     pub(super) fn finish(self, viewpoint: Viewpoint) -> Scene {
-        Scene { static_parts: self.parts, instances: self.instances, people: self.people, viewpoint }
+        Scene {
+            static_parts: self.parts,
+            instances: self.instances,
+            people: self.people,
+            carried: None,
+            viewpoint,
+        }
     }
 }
 

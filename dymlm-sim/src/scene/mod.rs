@@ -2,6 +2,7 @@
 
 mod activity;
 mod builder;
+mod carried;
 mod furniture;
 mod material;
 mod office;
@@ -24,6 +25,8 @@ use rand::RngExt;
 use crate::noise::{Use, stream};
 
 pub use activity::Activity;
+pub(crate) use carried::Carried;
+pub use carried::{CarriedKind, CarriedMotion, CarriedObject};
 pub(crate) use material::{Material, surface_coordinates};
 pub(crate) use person::Person;
 pub use room::Room;
@@ -38,6 +41,8 @@ pub(crate) struct Scene {
     /// The things that parts belong to.
     pub(crate) instances: Vec<Instance>,
     pub(crate) people: Vec<Person>,
+    /// The thing that a hand carries, if there is one.
+    pub(crate) carried: Option<Carried>,
     /// Where the camera finds its place.
     pub(crate) viewpoint: Viewpoint,
 }
@@ -82,10 +87,11 @@ impl Scene {
         }
     }
 
-    /// Puts the bodies of all people at `time` seconds into `parts`.
+    /// Puts the bodies of all people and of the carried thing at `time` seconds into `parts`.
     pub(crate) fn moving_parts(&self, time: f64, parts: &mut Vec<Part>) {
         parts.clear();
         self.people.iter().for_each(|person| person.pose(time, parts));
+        self.carried.iter().for_each(|carried| carried.pose(time, parts));
     }
 
     /// Whether a thing moves.

@@ -6,7 +6,7 @@ use rand::RngExt;
 
 use super::PoseErrorConfig;
 use crate::noise::{Use, stream};
-use crate::{Activity, CameraPath, DetectorConfig, Room, SensorConfig};
+use crate::{Activity, CameraPath, CarriedObject, DetectorConfig, Room, SensorConfig};
 
 /// What a [`Sequence`](crate::Sequence) shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,9 @@ pub struct SequenceConfig {
     pub world_from_scene: Pose,
     /// Number of people, 0..=2, default 2.
     pub people: usize,
+    /// A thing that a hand takes from a small table before the camera's station in [`Room::Office`], moves for six
+    /// seconds and puts down again; in other rooms it may stand in the way. Default `None`.
+    pub carried: Option<CarriedObject>,
     /// The depth camera's errors.
     pub sensor: SensorConfig,
     /// The detector's errors.
@@ -52,6 +55,7 @@ impl Default for SequenceConfig {
             path: CameraPath::default(),
             world_from_scene: Pose::identity(),
             people: 2,
+            carried: None,
             sensor: SensorConfig::default(),
             detector: DetectorConfig::default(),
             pose_error: PoseErrorConfig::default(),

@@ -13,4 +13,4 @@ pub use config::SequenceConfig;
 pub use frame_scratch::FrameScratch;
 pub use pose_error_config::PoseErrorConfig;
 pub use sequence_type::SequenceType;
-pub use simulate::{Sequence, SimulatedFrame, VisibleThing};
+pub use simulate::{CarriedThing, Sequence, SimulatedFrame, VisibleThing};

@@ -55,8 +55,24 @@ pub struct SimulatedFrame {
     pub mover_mask: Mask,
     /// The things in view that have a label, by ascending id.
     pub visible_things: Vec<VisibleThing>,
+    /// The exact place of the thing that a hand carries, if the config asks for one.
+    pub carried: Option<CarriedThing>,
     /// Index of the static part that each pixel shows; movers' parts and nothing at all lie beyond the static ones.
     pub(crate) parts: Vec<u16>,
+}
+
+/// The thing that a hand carries, exactly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct CarriedThing {
+    /// The id that it has among the visible things.
+    pub id: usize,
+    /// COCO label.
+    pub label: &'static str,
+    /// Where it is. Its own frame has its origin in the middle; at rest x points to the right, y away from the camera, z up.
+    pub world_from_object: Pose,
+    /// Full lengths along its axes, metres (a cup's without the handle).
+    pub lengths: [f64; 3],
 }
 
 /// A labelled thing as one frame shows it, exactly.
@@ -96,6 +112,9 @@ impl Sequence {
             detector: Detector::new(config.detector, config.seed),
             pose_error: None,
         };
+        if let Some(what) = config.carried {
+            sequence.scene.carry(what);
+        }
         sequence.pose_error = sequence.pose_errors();
         Ok(sequence)
     }
@@ -159,6 +178,18 @@ impl Sequence {
         self.pose_error.as_ref().and_then(PoseError::closure_frame)
     }
 
+    /// The thing that a hand carries in frame `index`, past the end as well; `None` when the config asks for none.
+    pub fn carried_thing(&self, index: usize) -> Option<CarriedThing> {
+        let carried = self.scene.carried.as_ref()?;
+        let scene_from_object = carried.scene_from_object(self.timestamp(index));
+        Some(CarriedThing {
+            id: carried.instance,
+            label: carried.kind().label(),
+            world_from_object: self.config.world_from_scene * to_pose(&scene_from_object),
+            lengths: carried.kind().lengths().map(f64::from),
+        })
+    }
+
     /// Renders frame `index`; `None` past the end.
     pub fn frame(&self, index: usize) -> Option<SimulatedFrame> {
         self.frame_with(index, &mut FrameScratch::default())
@@ -191,6 +222,7 @@ impl Sequence {
             true_depth: DepthImage::new(width, height, take(&mut exact.depth)).ok()?,
             mover_mask,
             visible_things: self.labelled_things(&visible),
+            carried: self.carried_thing(index),
             parts: take(&mut exact.part),
         })
     }
