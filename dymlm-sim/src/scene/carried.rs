@@ -63,16 +63,19 @@ impl CarriedObject {
 const START: f32 = 1.0;
 const DURATION: f32 = 6.0;
 /// The small table on which it stands: centre, size, height.
-const TABLE: ([f32; 2], [f32; 2], f32) = ([0.1, -0.15], [0.9, 0.5], 0.74);
+const TABLE: ([f32; 2], [f32; 2], f32) = ([0.07, -0.15], [1.1, 0.5], 0.74);
 /// Where it is taken and put down.
-const FROM: [f32; 2] = [-0.10, -0.20];
-const TO: [f32; 2] = [0.27, -0.10];
+const FROM: [f32; 2] = [0.34, -0.20];
+const TO: [f32; 2] = [-0.20, -0.10];
 /// How high it is lifted.
-const LIFT: f32 = 0.27;
+const LIFT: f32 = 0.18;
 /// How much it is turned when it is put down.
 const LAST_YAW: f32 = 0.35;
 /// From where it is looked at, about (the office's viewpoint).
 const EYE: Vec3 = Vec3::new(0.15, -1.45, 1.45);
+
+/// What the camera looks at: beyond the carried thing and below.
+const TARGET: Vec3 = Vec3::new(0.0, 1.5, 0.35);
 
 const SKIN: Material = Material::new(Noise, 0.03, [0.72, 0.52, 0.42], [0.86, 0.67, 0.56]);
 const SLEEVE: Material = Material::new(Noise, 0.04, [0.18, 0.22, 0.30], [0.34, 0.38, 0.46]);
@@ -93,7 +96,7 @@ pub(crate) struct Carried {
 }
 
 impl Scene {
-    /// Puts a small table before the camera's station, and on it a thing that a hand takes up, moves, and puts down.
+    /// In the office: puts a small table before the camera's station, and on it a thing that a hand takes up, moves, and puts down.
     pub(crate) fn carry(&mut self, what: CarriedObject) {
         let mut table = Builder::default();
         furniture::table(&mut table, TABLE.0, 0.0, TABLE.1, TABLE.2, super::palette::OAK);
@@ -104,6 +107,8 @@ impl Scene {
         let instance = self.instances.len();
         let mover = |label| Instance { label, motion: Motion::Moves, scene_from_thing: Pose3::IDENTITY };
         self.instances.extend([mover(Some(what.kind.label())), mover(None)]);
+        // As far as the desk, so that the camera's glances stay as wide as they are.
+        self.viewpoint.target = TARGET;
         self.carried = Some(Carried { what, instance, hand: instance + 1 });
     }
 }

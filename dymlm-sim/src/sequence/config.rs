@@ -32,8 +32,8 @@ pub struct SequenceConfig {
     pub world_from_scene: Pose,
     /// Number of people, 0..=2, default 2.
     pub people: usize,
-    /// A thing that a hand takes from a small table before the camera's station in [`Room::Office`], moves for six
-    /// seconds and puts down again; in other rooms it may stand in the way. Default `None`.
+    /// A thing that a hand takes from a small table before the camera's station, moves for six seconds and puts down
+    /// again; the camera looks at it. Only in [`Room::Office`]. Default `None`.
     pub carried: Option<CarriedObject>,
     /// The depth camera's errors.
     pub sensor: SensorConfig,

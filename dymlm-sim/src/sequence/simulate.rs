@@ -7,7 +7,7 @@ use super::pose_error::PoseError;
 use super::{FrameScratch, SequenceConfig};
 use crate::detector::{Detector, Visible, visible_things};
 use crate::render::{Rendering, render};
-use crate::scene::{Part, Scene};
+use crate::scene::{Part, Room, Scene};
 use crate::sensor::Sensor;
 
 /// A synthetic recording: frames by index, each a function of the config and the index alone.
@@ -112,7 +112,7 @@ impl Sequence {
             detector: Detector::new(config.detector, config.seed),
             pose_error: None,
         };
-        if let Some(what) = config.carried {
+        if let (Some(what), Room::Office) = (config.carried, config.room) {
             sequence.scene.carry(what);
         }
         sequence.pose_error = sequence.pose_errors();

@@ -6,7 +6,7 @@ use super::view::projected_bounds;
 /// Bins a channel of a colour histogram.
 const BINS: usize = 4;
 /// Places tried in one frame.
-const MOST_PLACES: usize = 3;
+const MOST_PLACES: usize = 2;
 /// Least likeness of colours, Bhattacharyya coefficient.
 const LEAST_LIKENESS: f64 = 0.55;
 

@@ -20,8 +20,13 @@ const LEAST_CORNERS: usize = 6;
 const LEAST_FOR_VIEW: usize = 12;
 /// The window tracker is asked where the object is only when its peak stands out so far.
 const LEAST_PEAK: f32 = 6.0;
-/// Views compared with a place at which a lost object may be.
-const VIEWS_TRIED: usize = 4;
+/// Points of a view, the strongest corners first, that are searched at a place at which a lost object may be.
+const POINTS_SEARCHED: usize = 30;
+/// Views whose directions differ by less than this, radians, show the same; the older one is nearer to the truth. With
+/// depth, which corrects each view as it is taken, and without.
+const SAME_DIRECTION: [f64; 2] = [0.1, 0.7];
+/// Without depth a view is taken only of a pose known to these standard deviations, radians and metres.
+const SURE: [f64; 2] = [0.03, 0.015];
 
 /// Follows a chosen object that is moved by hand, in six degrees of freedom.
 ///
@@ -109,6 +114,16 @@ struct Fit {
     sightings: Vec<Sighting>,
     share: f64,
     surface: SurfaceView,
+}
+
+impl Fit {
+    /// Whether its standard deviations are below those of rotation (radians) and place (metres).
+    fn is_known(&self, [angle, place]: [f64; 2]) -> bool {
+        self.covariance.is_some_and(|c| {
+            let sum = |first: usize| (first..first + 3).map(|i| c[i][i]).sum::<f64>();
+            sum(0) <= angle * angle && sum(3) <= place * place
+        })
+    }
 }
 
 impl ObjectTracker {
@@ -366,7 +381,8 @@ impl ObjectTracker {
         let sight = Sight { camera: frame.camera(), image: self.next.base(), depth: frame.depth() };
         let mut sightings: Vec<Sighting> = Vec::with_capacity(self.config.max_points);
         let mut tried = 0;
-        for index in views_by_angle(&self.views, pose) {
+        let has_depth = reading_near(frame, pose).is_some();
+        for index in views_by_angle(&self.views, pose, SAME_DIRECTION[usize::from(!has_depth)]) {
             let Some(view) = self.views.get(index) else { continue };
             for point in &view.points {
                 if tried >= 2 * self.config.max_points || sightings.len() >= self.config.max_points {
@@ -418,11 +434,10 @@ impl ObjectTracker {
             camera_from_object: *predicted,
         };
         let places = wanted.places(camera, color, frame.depth(), detections, &others);
-        let order = views_by_angle(&self.views, predicted);
-        // The nearest two in each frame, the others in turn.
-        let rest = order.len().saturating_sub(2).max(1);
-        let turn = (0..VIEWS_TRIED - 2).map(|i| 2 + ((VIEWS_TRIED - 2) * self.searches + i) % rest);
-        let chosen: Vec<usize> = (0..2).chain(turn).filter_map(|i| order.get(i).copied()).collect();
+        let order = views_by_angle(&self.views, predicted, SAME_DIRECTION[0]);
+        // The nearest in each frame, the others in turn.
+        let turn = 1 + self.searches % order.len().saturating_sub(1).max(1);
+        let chosen: Vec<usize> = [0, turn].into_iter().filter_map(|i| order.get(i).copied()).collect();
         for place in places {
             for &view in &chosen {
                 if let Some(coarse) = self.pose_from_view(frame, view, place)
@@ -444,7 +459,7 @@ impl ObjectTracker {
         let Scratch { from, guesses, found, .. } = &mut self.scratch;
         from.clear();
         guesses.clear();
-        for point in &view.points {
+        for point in view.points.iter().take(POINTS_SEARCHED) {
             from.push(point.pixel);
             let expected = camera.project(start.transform_point(point.position));
             guesses.push(expected.map_or(point.pixel, |pixel| pixel.map(|c| c as f32)));
@@ -509,9 +524,13 @@ impl ObjectTracker {
         let nearest = self.views.iter().map(|view| view.angle_to(pose)).fold(f64::INFINITY, f64::min);
         let is_sure =
             fit.sightings.len() >= LEAST_FOR_VIEW && fit.share > 0.6 && fit.surface.hidden_share() < 0.4;
-        let has_few =
-            fit.sightings.len() < self.config.max_points / 4 && nearest > 0.4 * self.config.view_angle;
+        // Without depth nothing corrects a view's points later.
+        let is_known = fit.surface.tells() || fit.is_known(SURE);
+        let has_few = fit.surface.tells()
+            && fit.sightings.len() < self.config.max_points / 4
+            && nearest > 0.4 * self.config.view_angle;
         if is_sure
+            && is_known
             && self.views.len() < self.config.max_views
             && (nearest > self.config.view_angle || has_few)
         {
@@ -588,6 +607,12 @@ fn reading_at(frame: &Frame, pixel: [f32; 2]) -> Option<f64> {
     (reading > 0.0).then(|| reading.into())
 }
 
+/// A reading at the object's origin.
+fn reading_near(frame: &Frame, pose: &Pose) -> Option<f64> {
+    let pixel = frame.camera().project(pose.translation())?;
+    reading_at(frame, pixel.map(|c| c as f32))
+}
+
 /// Whether something stands before a point at a pose.
 fn is_hidden(frame: &Frame, pose: &Pose, position: [f64; 3], gate: f64) -> bool {
     let place = pose.transform_point(position);
@@ -595,10 +620,10 @@ fn is_hidden(frame: &Frame, pose: &Pose, position: [f64; 3], gate: f64) -> bool 
     reading_at(frame, pixel.map(|c| c as f32)).is_some_and(|reading| place[2] - reading > 1.5 * gate)
 }
 
-/// Indices of the views, those nearest in direction first.
-fn views_by_angle(views: &[View], pose: &Pose) -> Vec<usize> {
+/// Indices of the views, those nearest in direction first, in steps of `step` radians; older ones first within a step.
+fn views_by_angle(views: &[View], pose: &Pose, step: f64) -> Vec<usize> {
     let mut order: Vec<(f64, usize)> =
-        views.iter().enumerate().map(|(i, view)| (view.angle_to(pose), i)).collect();
+        views.iter().enumerate().map(|(i, view)| ((view.angle_to(pose) / step).floor(), i)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     order.into_iter().map(|(_, i)| i).collect()
 }

@@ -10,14 +10,14 @@ const RIM: f32 = 24.0;
 /// Halvings kept of a cut-out, for finding the object again.
 const HALVINGS: usize = 3;
 /// A point's surface must face the camera by this cosine to be measured.
-const LEAST_COSINE: f64 = 0.3;
+const LEAST_COSINE: f64 = 0.18;
 /// How far a window may be found from where it was expected, pixels.
 const LARGEST_SHIFT: f32 = 7.0;
 /// Least texture of a window.
 const LEAST_EIGENVALUE: f32 = 4e-6;
 /// Readings for a point's plane: a grid of this many steps to each side, this many pixels apart.
 const PLANE_STEPS: isize = 2;
-const PLANE_STEP: isize = 3;
+const PLANE_STEP: isize = 2;
 
 /// The object as one frame showed it: a cut-out of the image, and points on its surface.
 ///
@@ -145,7 +145,7 @@ impl View {
         let here = surface_jacobian(camera, pose, point)?;
         let there = surface_jacobian(camera, &self.camera_from_object, point)?;
         let warp = there * here.try_inverse()?;
-        (0.15..=12.0).contains(&warp.determinant()).then_some(warp)
+        (0.08..=12.0).contains(&warp.determinant()).then_some(warp)
     }
 }
 
@@ -253,7 +253,7 @@ fn plane_of_readings(
         (reading > 0.0).then(|| Vector3::from(camera.back_project([u as f64, v as f64], reading.into())))
     };
     let middle = at(u, v)?;
-    let near = 0.02 + 0.01 * middle.z;
+    let near = 0.02 + 0.015 * middle.z;
     let offsets = -PLANE_STEPS..=PLANE_STEPS;
     let readings: Vec<Vector3<f64>> = offsets
         .clone()
