@@ -155,7 +155,13 @@ impl KcfTracker {
 
     /// Finds the target in an image and moves there without learning from it. The target's centre stays on the image.
     pub fn locate(&mut self, image: &GrayImage) -> KcfUpdate {
-        let mut best = (self.detect(image, self.scale), self.scale, 0.0_f32);
+        let mut found = self.detect(image, self.scale);
+        // Far from the middle of the window its taper draws the peak inwards: once more, with the target in the middle.
+        if found.shift[0].abs().max(found.shift[1].abs()) >= 1.0 {
+            self.shift_by(&found, self.scale, image);
+            found = self.detect(image, self.scale);
+        }
+        let mut best = (found, self.scale, 0.0_f32);
         for step in 1..=self.config.scales {
             let factor = self.config.scale_step.powi(step as i32);
             for scale in
@@ -169,12 +175,7 @@ impl KcfTracker {
             }
         }
         let (peak, scale, _) = best;
-        let extent = self.window_extent(scale);
-        let limits = [image.width() as f32, image.height() as f32];
-        for axis in 0..2 {
-            let moved = self.center[axis] + peak.shift[axis] * extent[axis] / self.cells[axis] as f32;
-            self.center[axis] = moved.clamp(0.0, limits[axis]);
-        }
+        self.shift_by(&peak, scale, image);
         self.scale = scale;
         KcfUpdate {
             bounding_box: self.bounding_box(),
@@ -212,6 +213,16 @@ impl KcfTracker {
         let sides = [u - half[0], v - half[1], u + half[0], v + half[1]];
         // Centre and size are finite and positive by construction: never refused.
         BoundingBox::try_from(sides).unwrap_or(self.first_box)
+    }
+
+    /// Moves by a peak's shift, at most to the image's border.
+    fn shift_by(&mut self, peak: &Peak, scale: f32, image: &GrayImage) {
+        let extent = self.window_extent(scale);
+        let limits = [image.width() as f32, image.height() as f32];
+        for axis in 0..2 {
+            let moved = self.center[axis] + peak.shift[axis] * extent[axis] / self.cells[axis] as f32;
+            self.center[axis] = moved.clamp(0.0, limits[axis]);
+        }
     }
 
     /// The response to a window of the given scale at the target's place.
