@@ -77,7 +77,9 @@ fn mean_intensity(template: &[f32], cells: [usize; 2], cell: usize, values: &mut
         }
     }
     let mean = values.iter().sum::<f32>() / values.len() as f32;
-    values.iter_mut().for_each(|value| *value -= mean);
+    for value in values {
+        *value -= mean;
+    }
 }
 
 /// Hann's window of `count` weights, 0 just outside both ends.

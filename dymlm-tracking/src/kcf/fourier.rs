@@ -77,14 +77,16 @@ impl fmt::Debug for Fourier {
 pub(super) fn fast_length(least: usize) -> usize {
     let is_fast = |n: &usize| {
         let without = |mut n: usize, p: usize| {
-            while n % p == 0 {
+            while n.is_multiple_of(p) {
                 n /= p;
             }
             n
         };
         without(without(without(*n, 2), 3), 5) == 1
     };
-    (least.max(1)..).find(is_fast).unwrap_or(least)
+    // There is a power of two on the way.
+    let least = least.max(1);
+    (least..=least.next_power_of_two()).find(is_fast).unwrap_or(least)
 }
 
 #[cfg(test)]

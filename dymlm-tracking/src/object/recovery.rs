@@ -32,7 +32,9 @@ impl Appearance {
                 count += 1.0;
             }
         }
-        share.iter_mut().for_each(|s| *s /= count);
+        for s in &mut share {
+            *s /= count;
+        }
         (count > 0.0).then_some(Self { share })
     }
 

@@ -33,7 +33,7 @@ const SURE: [f64; 2] = [0.03, 0.015];
 /// The paper's application (section V-D). In each frame
 /// 1. a correlation filter ([`KcfTracker`]) and the last motion say about where it is;
 /// 2. optical flow ([`OpticalFlow`]) takes its points there, and a consensus on their motion - 3D-3D where there is
-///    depth, else PnP ([`PoseRansac`]) - gives a pose;
+///    depth, else perspective-n-point ([`PoseRansac`]) - gives a pose;
 /// 3. points of stored views, warped to that pose, are found in the image to a fraction of a pixel, and the depth inside
 ///    the silhouette is compared with the model's surface: a fit to all of it ([`PoseRefiner`]) is the frame's pose. Both
 ///    are anchored to the object, so errors do not add up from frame to frame;
@@ -200,7 +200,7 @@ impl ObjectTracker {
         world_from_camera: &Pose,
     ) -> Result<ObjectUpdate, Error> {
         let color = frame.color().ok_or(Error::NoColor)?;
-        if !(frame.timestamp() >= self.time) {
+        if frame.timestamp() < self.time {
             return Err(Error::TimeReversed { previous: self.time, timestamp: frame.timestamp() });
         }
         self.time = frame.timestamp();

@@ -45,8 +45,8 @@ fn solve(directions: &[[f64; 3]; 3], points: &[[f64; 3]; 3], poses: &mut Vec<Pos
     let [d12, d13, d23] = [points[0] - points[1], points[0] - points[2], points[1] - points[2]];
     let normal = d12.cross(&d13);
     let longest = d12.norm_squared().max(d13.norm_squared());
-    // Written so that NaN is refused too.
-    if !(normal.norm() > 1e-9 * longest) {
+    let area = normal.norm();
+    if area.is_nan() || area <= 1e-9 * longest {
         return;
     }
     let Some(body) = Matrix3::from_columns(&[d12, d13, normal]).try_inverse() else { return };
@@ -185,7 +185,7 @@ fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {
 /// Real roots, stable for any size of the coefficients.
 fn quadratic_roots(square: f64, linear: f64, constant: f64) -> [Option<f64>; 2] {
     let discriminant = linear * linear - 4.0 * square * constant;
-    if !(discriminant >= 0.0) {
+    if discriminant.is_nan() || discriminant < 0.0 {
         return [None; 2];
     }
     let sum = -0.5 * (linear + discriminant.sqrt().copysign(linear));

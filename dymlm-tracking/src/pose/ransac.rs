@@ -93,8 +93,7 @@ impl PoseRansac {
     /// [`Error::Config`].
     pub fn new(config: &RansacConfig) -> Result<Self, Error> {
         config.validate()?;
-        let mut refiner = RefinerConfig::default();
-        refiner.kernel = RobustKernel::Huber(1.345);
+        let refiner = RefinerConfig { kernel: RobustKernel::Huber(1.345), ..RefinerConfig::default() };
         Ok(Self { config: config.clone(), refiner: PoseRefiner::new(&refiner)? })
     }
 

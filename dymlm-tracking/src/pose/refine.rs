@@ -304,7 +304,7 @@ fn covariance(normal: &Normal) -> Option<[[f64; 6]; 6]> {
     let scale = normal.matrix.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
     let scaled = Matrix6::from_fn(|i, j| normal.matrix[(i, j)] * scale[i] * scale[j]);
     let smallest = scaled.symmetric_eigenvalues().min();
-    if !(smallest > 1e-9) {
+    if smallest.is_nan() || smallest <= 1e-9 {
         return None;
     }
     let inverse = scaled.cholesky()?.inverse();
