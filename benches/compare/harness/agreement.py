@@ -306,3 +306,42 @@ def assignment(_: dict, outputs: Outputs) -> dict[str, Agreement]:
         same = np.count_nonzero(read_numbers(outputs[name]) == sums)
         agreements[name] = Agreement(f"same sum in {same} of {len(sums)} matrices", bool(same == len(sums)))
     return agreements
+
+
+def optical_flow(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against the truth: our median end-point error may not exceed OpenCV's by more than a hundredth of a pixel."""
+    truth = np.fromfile(parameters["points"], dtype="<f4").reshape(-1, 4)[:, 2:]
+    errors = {
+        name: np.linalg.norm(np.fromfile(path, dtype="<f4").reshape(-1, 2) - truth, axis=1)
+        for name, path in outputs.items()
+    }
+    worst = max((np.median(error) for name, error in errors.items() if name not in ours(outputs)), default=np.inf)
+    return {
+        name: Agreement(
+            f"end-point error {np.median(error):.4f} px (median), {np.percentile(error, 90):.2f} px (90 %)",
+            name not in ours(outputs) or bool(np.median(error) <= worst + 0.01),
+        )
+        for name, error in errors.items()
+    }
+
+
+def tracked_boxes(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Against the truth: our mean overlap may not be below OpenCV's. The first box of a track is given, not found."""
+    targets = np.fromfile(parameters["targets"], dtype="<f4").reshape(-1, 6)
+    found = np.append(False, np.diff(targets[:, 0]) == 0)
+    overlaps = {
+        name: overlap(np.fromfile(path, dtype="<f4").reshape(-1, 4), targets[:, 2:])[found].mean()
+        for name, path in outputs.items()
+    }
+    best = max((value for name, value in overlaps.items() if name not in ours(outputs)), default=0)
+    return {
+        name: Agreement(f"mean overlap {value:.3f}", name not in ours(outputs) or bool(value >= best))
+        for name, value in overlaps.items()
+    }
+
+
+def overlap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Intersection over union, row by row."""
+    sides = np.minimum(a[:, 2:], b[:, 2:]) - np.maximum(a[:, :2], b[:, :2])
+    shared = np.clip(sides, 0, None).prod(axis=1)
+    return shared / ((a[:, 2:] - a[:, :2]).prod(axis=1) + (b[:, 2:] - b[:, :2]).prod(axis=1) - shared)

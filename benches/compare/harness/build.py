@@ -17,7 +17,7 @@ PYTHON_PEERS = [
     ("dbscan", "dbscan", "dbscan"),
     ("scikit-learn", "sklearn", "scikit-learn"),
     ("Open3D", "open3d", "open3d"),
-    ("OpenCV", "cv2", "opencv-python-headless"),
+    ("OpenCV", "cv2", "opencv-contrib-python-headless"),
     ("isotree", "isotree", "isotree"),
     ("scipy", "scipy", "scipy"),
 ]

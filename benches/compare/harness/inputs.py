@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import scenes
+from . import image_sequences, scenes
 from .files import DepthImages, Scan, write_depth_images, write_frames, write_matrices, write_points
 
 SEED = 7
@@ -40,11 +40,11 @@ def prepare(folder: Path, data: Path) -> Inputs:
     if not described.exists():
         folder.mkdir(parents=True, exist_ok=True)
         print(f"making inputs in {folder}", flush=True)
-        described.write_text(json.dumps(make(folder, kitchen if real else None), indent=1))
+        described.write_text(json.dumps(make(folder, kitchen if real else None, data), indent=1))
     return Inputs(folder, json.loads(described.read_text()))
 
 
-def make(folder: Path, kitchen: Path | None) -> dict[str, str]:
+def make(folder: Path, kitchen: Path | None, data: Path) -> dict[str, str]:
     rng = np.random.default_rng(SEED)
     description = {}
     for name, count in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)]:
@@ -90,6 +90,23 @@ def make(folder: Path, kitchen: Path | None) -> dict[str, str]:
     for size, count in MATRICES:
         write_matrices(folder / f"weights_{size}.matrices", rng.integers(0, 1_000_000, (count, size, size)))
         description[f"{size}x{size}"] = f"{count} matrices of random whole numbers below a million"
+    description |= image_inputs(folder, data, rng)
+    return description
+
+
+def image_inputs(folder: Path, data: Path, rng: np.random.Generator) -> dict[str, str]:
+    description = {}
+    images, points = image_sequences.flow_pairs(rng)
+    images.tofile(folder / "flow.images")
+    points.astype("<f4").tofile(folder / "flow.points")
+    description["warped pairs"] = "6 pairs of 640x480 images under known similarities, 200 points each"
+    truth = data / "mot" / "TUD-Stadtmitte" / "gt.txt"
+    if truth.exists():
+        images, targets = image_sequences.pedestrians(truth, 100, rng)
+        images.tofile(folder / "pedestrians.images")
+        targets.astype("<f4").tofile(folder / "pedestrians.targets")
+        tracks = len(np.unique(targets[:, 0]))
+        description["pedestrians"] = f"{tracks} walkers drawn on the tracks of TUD-Stadtmitte, 100 frames, {len(targets)} boxes"
     return description
 
 

@@ -188,7 +188,7 @@ def opencv():
 
         return lambda: cv2.minAreaRect(points), save
 
-    return {"minimum_area_rectangle": minimum_area_rectangle}
+    return {"minimum_area_rectangle": minimum_area_rectangle, **image_operations(cv2)}
 
 
 def isotree():
@@ -213,6 +213,55 @@ def isotree():
         return lambda: grown.predict(points), write_numbers
 
     return {"isolation_forest_fit": isolation_forest_fit, "isolation_forest_scores": isolation_forest_scores}
+
+
+def image_operations(cv2) -> dict:
+    """What OpenCV does with image sequences."""
+
+    def images(path: str, channels: int) -> np.ndarray:
+        if path not in CLOUDS:
+            shape = (-1, 480, 640, 3) if channels == 3 else (-1, 2, 480, 640)
+            # OpenCV's order of channels.
+            CLOUDS[path] = np.ascontiguousarray(np.fromfile(path, np.uint8).reshape(shape)[..., ::-1 if channels == 3 else 1])
+        return CLOUDS[path]
+
+    def kcf(request):
+        sequence = images(request["images"], 3)
+        targets = np.fromfile(request["targets"], "<f4").reshape(-1, 6)
+
+        def follow():
+            boxes, last, tracker, box = [], None, None, None
+            for track, frame, *sides in targets:
+                image = sequence[int(frame)]
+                if track != last:
+                    tracker, last = cv2.TrackerKCF_create(), track
+                    left, top, right, bottom = (int(round(float(side))) for side in sides)
+                    box = (left, top, right - left, bottom - top)
+                    tracker.init(image, box)
+                else:
+                    found, moved = tracker.update(image)
+                    # Where it gives up, the target is taken to be where it was.
+                    box = moved if found else box
+                boxes.append([box[0], box[1], box[0] + box[2], box[1] + box[3]])
+            return boxes
+
+        return follow, lambda path, boxes: np.array(boxes, dtype="<f4").tofile(path)
+
+    def optical_flow(request):
+        pairs = images(request["images"], 1)
+        points = np.fromfile(request["points"], "<f4").reshape(len(pairs), -1, 4)
+        starts = np.ascontiguousarray(points[:, :, None, :2])
+
+        def follow():
+            track = cv2.calcOpticalFlowPyrLK
+            return [
+                track(pair[0], pair[1], start, None, winSize=(21, 21), maxLevel=3)[0]
+                for pair, start in zip(pairs, starts)
+            ]
+
+        return follow, lambda path, ends: np.array(ends, dtype="<f4").tofile(path)
+
+    return {"kcf": kcf, "optical_flow": optical_flow}
 
 
 PEERS = {

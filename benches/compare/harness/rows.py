@@ -53,7 +53,36 @@ def rows(inputs: Inputs, quick: bool) -> list[Row]:
         *plane_rows(inputs),
         *assignment_rows(inputs),
         *octree_rows(inputs, quick),
+        *tracking_rows(inputs),
     ]
+
+
+def tracking_rows(inputs: Inputs) -> list[Row]:
+    opencv = Entrant("OpenCV", "OpenCV")
+    flow = Row(
+        name="optical flow, 200 points",
+        operation="optical_flow",
+        parameters={"images": inputs.path("flow.images"), "points": inputs.path("flow.points")},
+        entrants=[OURS, opencv],
+        check=agreement.optical_flow,
+        unit="pair (6)",
+        count=6,
+    )
+    targets = inputs.path("pedestrians.targets")
+    if not targets.exists():
+        return [flow]
+    boxes = targets.stat().st_size // 24
+    kcf = Row(
+        name="KCF, pedestrians",
+        operation="kcf",
+        parameters={"images": inputs.path("pedestrians.images"), "targets": targets},
+        entrants=[OURS, opencv],
+        check=agreement.tracked_boxes,
+        aim=Aim(1),
+        unit=f"box ({boxes})",
+        count=boxes,
+    )
+    return [flow, kcf]
 
 
 def dbscan_rows(inputs: Inputs, quick: bool) -> list[Row]:

@@ -18,6 +18,7 @@ mod planes;
 mod request;
 mod results;
 mod timing;
+mod tracking;
 mod voxel_grid;
 
 use std::error::Error;
@@ -36,6 +37,7 @@ struct Contestant {
     dbscan: dbscan::Buffers,
     voxel_grid: voxel_grid::Buffers,
     octree: octree::Maps,
+    sequences: tracking::Sequences,
     rectangle: dymlm_geometry::MinimumAreaRectangleScratch,
     oriented_box: dymlm_geometry::OrientedBoxScratch,
     isolation_forest: isolation_forest::Buffers,
@@ -63,6 +65,8 @@ impl Contestant {
             }
             "planes" => planes::run(request, &mut self.inputs, &mut self.planes),
             "assignment" => assignment::run(request, &mut self.inputs, &mut self.assignments),
+            "kcf" => tracking::kcf(request, &mut self.sequences),
+            "optical_flow" => tracking::optical_flow(request, &mut self.sequences),
             unknown => Err(format!("no operation {unknown}").into()),
         }
     }

@@ -1,0 +1,103 @@
+use std::collections::BTreeMap;
+use std::fs;
+
+use dymlm_core::{BoundingBox, ColorImage};
+use dymlm_tracking::{FlowConfig, FlowPoint, GrayImage, ImagePyramid, KcfConfig, KcfTracker, OpticalFlow};
+
+use crate::Failure;
+use crate::request::Request;
+use crate::timing::{Timing, timed};
+
+/// Images of 640x480, and what is tracked through them, each file read once.
+#[derive(Default)]
+pub(crate) struct Sequences {
+    images: BTreeMap<String, Vec<GrayImage>>,
+}
+
+const WIDTH: usize = 640;
+const HEIGHT: usize = 480;
+
+impl Sequences {
+    /// Colour images, 3 bytes a pixel, or grey ones.
+    fn images(&mut self, path: &str, bytes_a_pixel: usize) -> Result<&[GrayImage], Failure> {
+        if !self.images.contains_key(path) {
+            let bytes = fs::read(path).map_err(|error| format!("{path}: {error}"))?;
+            let images = bytes.chunks_exact(WIDTH * HEIGHT * bytes_a_pixel).map(|image| {
+                if bytes_a_pixel == 3 {
+                    let color = ColorImage::new(WIDTH, HEIGHT, image.as_chunks().0.to_vec())?;
+                    return Ok(GrayImage::from_color(&color));
+                }
+                let values = image.iter().map(|&byte| f32::from(byte) / 255.0).collect();
+                Ok(GrayImage::new(WIDTH, HEIGHT, values)?)
+            });
+            let images: Vec<GrayImage> = images.collect::<Result<_, Failure>>()?;
+            self.images.insert(path.to_owned(), images);
+        }
+        Ok(self.images.get(path).map_or(&[], Vec::as_slice))
+    }
+}
+
+fn rows<const N: usize>(path: &str) -> Result<Vec<[f32; N]>, Failure> {
+    let bytes = fs::read(path).map_err(|error| format!("{path}: {error}"))?;
+    let numbers: Vec<f32> = bytes.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    Ok(numbers.as_chunks().0.to_vec())
+}
+
+/// `kcf images= targets=`: each target from its first box on; a box a row of the targets.
+pub(crate) fn kcf(request: &Request, sequences: &mut Sequences) -> Result<Timing, Failure> {
+    let targets: Vec<[f32; 6]> = rows(request.text("targets")?)?;
+    let images = sequences.images(request.text("images")?, 3)?;
+    let (boxes, timing) = timed(|| follow_boxes(images, &targets));
+    if let Some(path) = request.result() {
+        let boxes: Vec<u8> =
+            boxes?.iter().flat_map(|&b| <[f32; 4]>::from(b)).flat_map(f32::to_le_bytes).collect();
+        fs::write(path, boxes)?;
+    }
+    Ok(timing)
+}
+
+fn follow_boxes(images: &[GrayImage], targets: &[[f32; 6]]) -> Result<Vec<BoundingBox>, Failure> {
+    let config = KcfConfig::default();
+    let mut boxes = Vec::with_capacity(targets.len());
+    let mut tracker: Option<(f32, KcfTracker)> = None;
+    for &[track, frame, x_min, y_min, x_max, y_max] in targets {
+        let image = images.get(frame as usize).ok_or("a target beyond the last image")?;
+        match &mut tracker {
+            Some((id, tracker)) if *id == track => boxes.push(tracker.update(image).bounding_box),
+            _ => {
+                let first = BoundingBox::new(x_min, y_min, x_max, y_max)?;
+                tracker = Some((track, KcfTracker::new(image, first, &config)?));
+                boxes.push(first);
+            }
+        }
+    }
+    Ok(boxes)
+}
+
+/// `optical_flow images= points=`: pairs of grey images, 200 points a pair; x, y a point.
+pub(crate) fn optical_flow(request: &Request, sequences: &mut Sequences) -> Result<Timing, Failure> {
+    const POINTS: usize = 200;
+    let points: Vec<[f32; 4]> = rows(request.text("points")?)?;
+    let starts: Vec<[f32; 2]> = points.iter().map(|&[x, y, ..]| [x, y]).collect();
+    let images = sequences.images(request.text("images")?, 1)?;
+    let mut config = FlowConfig::default();
+    // OpenCV's function does not look back either.
+    config.max_forward_backward = None;
+    let mut flow = OpticalFlow::new(&config)?;
+    let [mut from, mut to] = [ImagePyramid::empty(config.halvings), ImagePyramid::empty(config.halvings)];
+    let mut found: Vec<Vec<FlowPoint>> = vec![Vec::with_capacity(POINTS); images.len() / 2];
+    let ((), timing) = timed(|| {
+        for ((pair, starts), found) in images.chunks_exact(2).zip(starts.chunks_exact(POINTS)).zip(&mut found)
+        {
+            from.build(&pair[0]);
+            to.build(&pair[1]);
+            flow.track_into(&from, &to, starts, starts, found);
+        }
+    });
+    if let Some(path) = request.result() {
+        let ends: Vec<u8> =
+            found.iter().flatten().flat_map(|found| found.point).flat_map(f32::to_le_bytes).collect();
+        fs::write(path, ends)?;
+    }
+    Ok(timing)
+}
