@@ -29,5 +29,5 @@ pub use foreground::{Foreground, ForegroundConfig, ForegroundFinder, ForegroundS
 pub use miss_compensation::{CompensationConfig, MissCompensator};
 pub use mover::Mover;
 pub use preprocessor::{Preprocessed, Preprocessor};
-pub use static_mask::{MaskConfig, MaskMode, MaskRegion, StaticMaskBuilder};
+pub use static_mask::{MaskConfig, MaskMode, MaskRegion, StaticMaskBuilder, mask_body};
 pub use tracking::{BoxKalman, BoxSource, BoxTracker, TrackState, TrackedBox, TrackerConfig, View};

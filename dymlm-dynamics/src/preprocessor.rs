@@ -1,8 +1,9 @@
 use dymlm_core::{Detection, Frame, Mask, Pose};
+use dymlm_geometry::OrientedBox;
 
 use crate::{
     BoxCorrector, BoxSource, BoxTracker, DynamicsConfig, Error, Foreground, ForegroundFinder,
-    ForegroundSearch, MaskRegion, MissCompensator, Mover, StaticMaskBuilder, View,
+    ForegroundSearch, MaskRegion, MissCompensator, Mover, StaticMaskBuilder, View, mask_body,
 };
 
 /// All of paper section III-A up to the point cloud: from a frame and its detections to the movers' corrected boxes
@@ -173,6 +174,11 @@ impl Preprocessor {
             instance_mask: instance_mask(mover, detections),
         });
         self.mask_builder.build(regions, frame.depth(), &mut self.static_mask);
+    }
+
+    /// After step 5: masks a body that moves and whose place is known by other means, given in the camera's frame.
+    pub fn mask_body(&mut self, frame: &Frame, camera_from_body: &OrientedBox) {
+        mask_body(frame, camera_from_body, &mut self.static_mask);
     }
 
     /// The movers of the last frame, by ascending track id.

@@ -20,8 +20,8 @@ mod voxel_grid;
 
 pub use assignment::Assignment;
 pub use cloud_map::{
-    CloudFrameReport, CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, EvidenceConfig, Selection,
-    Support, ThinningConfig, Verdict,
+    BodyMotion, CloudFrameReport, CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, EvidenceConfig,
+    Selection, Support, ThinningConfig, Verdict,
 };
 pub use convex_hull::{ConvexHullScratch, convex_hull, convex_hull_into};
 pub use dbscan::{Clusters, Dbscan, DbscanConfig, DbscanScratch};

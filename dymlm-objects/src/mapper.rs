@@ -1,3 +1,6 @@
+use dymlm_core::Pose;
+use dymlm_geometry::OrientedBox;
+
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
 use crate::optimization::{
@@ -45,6 +48,8 @@ pub struct ObjectMapper {
     judge: ExistenceJudge,
     map: ObjectMap,
     last_timestamp: Option<f64>,
+    /// The object that somebody carries.
+    held: Option<u64>,
     /// Sum of the normals that things were seen to stand on.
     upward: [f64; 3],
     observations: Vec<ObjectObservation>,
@@ -94,6 +99,7 @@ impl ObjectMapper {
             judge: ExistenceJudge::default(),
             map: ObjectMap::default(),
             last_timestamp: None,
+            held: None,
             upward: [0.0; 3],
             observations: Vec::new(),
             matches: Vec::new(),
@@ -166,7 +172,14 @@ impl ObjectMapper {
         self.observed.clear();
         let observations = std::mem::take(&mut self.observations);
         for (index, observation) in observations.iter().enumerate() {
-            match self.matches.get(index).copied().flatten() {
+            let place = self.matches.get(index).copied().flatten();
+            let object = place.and_then(|place| self.map.objects.get(place));
+            if object.is_some_and(|object| self.held == Some(object.id)) {
+                // Something where a carried object stood.
+                self.reject(observation.detection, RejectionCause::Occupied);
+                continue;
+            }
+            match place {
                 Some(place) => self.update_object(view, observation, place),
                 None => self.create_object(view, observation),
             }
@@ -187,6 +200,23 @@ impl ObjectMapper {
             ids.sort_unstable();
             ids.dedup();
         }
+    }
+
+    /// Says that somebody carries an object about (`None`: nobody does): until it is put down, it stands in the map where
+    /// it stood, and frames have no say about it. An id that is not in the map is as good as none.
+    pub fn hold(&mut self, object: Option<u64>) {
+        self.held = object;
+    }
+
+    /// Moves an object with all that is known of it, and lets it go if it was [held](Self::hold). Gives its new box;
+    /// `None` when the map has no object of this id.
+    pub fn move_object(&mut self, object: u64, new_from_old: &Pose) -> Option<OrientedBox> {
+        let place = self.map.place(object)?;
+        self.map.together.retain(|&(one, other), _| one != object && other != object);
+        self.held = self.held.filter(|&held| held != object);
+        let moved = self.map.objects.get_mut(place)?;
+        moved.move_by(new_from_old);
+        Some(moved.oriented_box)
     }
 
     /// What the steps changed; they begin anew with the next frame.
@@ -363,7 +393,7 @@ impl ObjectMapper {
     fn judge_existence(&mut self, view: &ObjectView<'_>) {
         let max_depth = self.config.parameterization.max_depth;
         for object in &mut self.map.objects {
-            if self.observed.binary_search(&object.id).is_ok() {
+            if self.observed.binary_search(&object.id).is_ok() || self.held == Some(object.id) {
                 continue;
             }
             match self.judge.judge(view, object, max_depth) {

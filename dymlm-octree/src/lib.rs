@@ -14,6 +14,7 @@
 //! World frame, metres; no axis is taken for up.
 
 mod accessor;
+mod body_motion;
 mod cell_state;
 mod config;
 mod error;
@@ -30,6 +31,7 @@ mod sensor_model;
 mod storage;
 
 pub use accessor::Accessor;
+pub use body_motion::OctreeMotion;
 pub use cell_state::CellState;
 pub use config::{ColorMode, OctreeConfig, RayMode};
 pub use error::Error;

@@ -14,7 +14,8 @@ use dymlm_tracking::{
 fn sequence(kind: CarriedKind, motion: CarriedMotion, frames: usize) -> Sequence {
     let mut config = SequenceConfig::default();
     config.people = 0;
-    config.frame_rate = 15.0;
+    // As slow as a busy robot: a hand moves by some centimetres from one frame to the next.
+    config.frame_rate = 10.0;
     config.frames = frames;
     config.path = CameraPath::Static;
     config.carried = Some(CarriedObject::new(kind, motion));
@@ -102,7 +103,7 @@ fn median(values: &[f64]) -> f64 {
 
 #[test]
 fn follows_a_box_through_turns_and_tells_where_it_was_put() {
-    let sequence = sequence(CarriedKind::Box, CarriedMotion::RotationZ, 128);
+    let sequence = sequence(CarriedKind::Box, CarriedMotion::RotationZ, 86);
     let outcome = follow(&sequence, true);
     assert!(median(&outcome.distances) < 0.01, "{} m", median(&outcome.distances));
     assert!(median(&outcome.angles) < 3_f64.to_radians(), "{} rad", median(&outcome.angles));
@@ -110,7 +111,7 @@ fn follows_a_box_through_turns_and_tells_where_it_was_put() {
     assert_eq!(outcome.last.state, ObjectState::AtRest);
     let [rest] = outcome.rests[..] else { panic_with(outcome.rests.len()) };
     let first = sequence.carried_thing(0).unwrap().world_from_object;
-    let last = sequence.carried_thing(127).unwrap().world_from_object;
+    let last = sequence.carried_thing(85).unwrap().world_from_object;
     assert!(rest.world_from_object.distance(&last) < 0.01 && rest.world_from_object.angle(&last) < 0.05);
     assert!(rest.moved_from.distance(&first) < 0.01);
     assert!((6.0..7.3).contains(&rest.since), "{}", rest.since);
@@ -123,7 +124,7 @@ fn panic_with(rests: usize) -> ! {
 
 #[test]
 fn follows_without_depth() {
-    let outcome = follow(&sequence(CarriedKind::Box, CarriedMotion::Translation, 60), false);
+    let outcome = follow(&sequence(CarriedKind::Box, CarriedMotion::Translation, 36), false);
     assert!(median(&outcome.distances) < 0.025, "{} m", median(&outcome.distances));
     assert!(median(&outcome.angles) < 5_f64.to_radians(), "{} rad", median(&outcome.angles));
     assert!(outcome.losses <= 1);
@@ -131,7 +132,7 @@ fn follows_without_depth() {
 
 #[test]
 fn a_hidden_thing_is_occluded_and_found_again() {
-    let sequence = sequence(CarriedKind::Cup, CarriedMotion::Occlusion, 112);
+    let sequence = sequence(CarriedKind::Cup, CarriedMotion::Occlusion, 75);
     let mut frames = sequence.frames();
     let mut tracker = start(&frames.next().unwrap());
     let (mut states, mut misses, mut longest) = (Vec::new(), 0, 0);
@@ -151,18 +152,19 @@ fn a_hidden_thing_is_occluded_and_found_again() {
         states.contains(&ObjectState::Occluded) && states.contains(&ObjectState::Recovered),
         "{states:?}"
     );
-    // The hand covers it for a little more than two seconds of 15 frames.
-    assert!(longest <= 50, "{longest} frames without a pose");
+    // The hand covers it for a little more than two seconds of 10 frames.
+    assert!(longest <= 33, "{longest} frames without a pose");
     assert!(last < 0.01, "{last} m off at the end");
 }
 
 #[test]
 fn the_same_frames_give_the_same_bits() {
-    let sequence = sequence(CarriedKind::Book, CarriedMotion::RotationX, 30);
+    let sequence = sequence(CarriedKind::Book, CarriedMotion::RotationX, 70);
+    let frames: Vec<SimulatedFrame> = sequence.frames().skip(8).take(16).collect();
     let run = || {
-        let mut frames = sequence.frames();
-        let mut tracker = start(&frames.next().unwrap());
-        frames
+        let mut tracker = start(&frames[0]);
+        frames[1..]
+            .iter()
             .map(|frame| tracker.track(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap())
             .collect::<Vec<_>>()
     };

@@ -20,6 +20,15 @@ pub enum Error {
     /// Refused by the plane map: a camera out of its reach.
     #[error(transparent)]
     Planes(#[from] dymlm_planes::PlaneError),
+    /// Refused by the object tracker: a frame without colours, an object that is not seen.
+    #[error(transparent)]
+    Tracking(#[from] dymlm_tracking::Error),
+    /// No object of this id is in the map.
+    #[error("no object {object} in the map")]
+    UnknownObject {
+        /// The id asked for.
+        object: u64,
+    },
     /// Refused by the object map: a camera out of its reach.
     #[error(transparent)]
     Objects(#[from] dymlm_objects::ObjectError),

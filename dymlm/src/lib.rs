@@ -34,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod carried_object;
 mod error;
 mod frame_report;
 mod key_frames;
@@ -49,12 +50,14 @@ pub use dymlm_geometry as geometry;
 pub use dymlm_objects as objects;
 pub use dymlm_octree as octree;
 pub use dymlm_planes as planes;
+pub use dymlm_tracking as tracking;
 
 pub use dymlm_geometry::{CloudMap, Selection};
 pub use dymlm_objects::ObjectMap;
 pub use dymlm_octree::Octree;
 pub use dymlm_planes::PlaneMap;
 
+pub use carried_object::ObjectMove;
 pub use error::Error;
 pub use frame_report::{FrameReport, MapUpdate};
 pub use key_frames::KeyFrameConfig;

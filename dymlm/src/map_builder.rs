@@ -1,5 +1,6 @@
 use dymlm_core::{BoundingBox, Detection, Frame, Pose};
 use dymlm_dynamics::Preprocessor;
+use dymlm_geometry::OrientedBox;
 use dymlm_objects::ObjectView;
 use dymlm_planes::PlaneDetector;
 
@@ -17,7 +18,9 @@ pub struct MapBuilder {
     /// The corrected boxes of the frame's movers.
     mover_boxes: Vec<BoundingBox>,
     key_frames: KeyFrames,
-    map: MultiLevelMap,
+    /// Where a carried object is in the next frame, with a rim, in the world.
+    pub(crate) carried: Option<OrientedBox>,
+    pub(crate) map: MultiLevelMap,
 }
 
 impl MapBuilder {
@@ -32,6 +35,7 @@ impl MapBuilder {
             plane_detector: PlaneDetector::new(&config.planes)?,
             mover_boxes: Vec::new(),
             key_frames: KeyFrames::new(config.key_frames)?,
+            carried: None,
             map: MultiLevelMap::new(&config)?,
             config,
         })
@@ -66,6 +70,9 @@ impl MapBuilder {
         self.preprocessor.correct_boxes(frame);
         clock.end(Stage::Correction);
         self.preprocessor.mask_movers(frame, detections);
+        if let Some(body) = self.carried.take() {
+            self.preprocessor.mask_body(frame, &body.transformed(&world_from_camera.inverse()));
+        }
         clock.end(Stage::Mask);
 
         let update = if self.key_frames.choose(world_from_camera) {

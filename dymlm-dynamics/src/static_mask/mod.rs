@@ -1,8 +1,10 @@
 //! The mask of static pixels.
 
+mod body_mask;
 mod mask_config;
 mod silhouette;
 mod static_mask_builder;
 
+pub use body_mask::mask_body;
 pub use mask_config::{MaskConfig, MaskMode};
 pub use static_mask_builder::{MaskRegion, StaticMaskBuilder};

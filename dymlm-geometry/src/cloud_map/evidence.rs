@@ -117,6 +117,35 @@ impl Evidence {
         split(voxel.map(|c| c >> self.cell_shift))
     }
 
+    /// Frames that read the cell of a voxel.
+    pub(super) fn support_of(&self, voxel: [i32; 3]) -> u32 {
+        let (block, index) = self.cell_of(voxel);
+        self.blocks.get(BlockKey::new(block)).map_or(0, |block| block.at(index).support)
+    }
+
+    /// Takes out what speaks for the cell of a voxel: what was read there is gone.
+    pub(super) fn clear_support(&mut self, voxel: [i32; 3]) {
+        let (block, index) = self.cell_of(voxel);
+        let slot = self.blocks.slot(BlockKey::new(block));
+        let block = slot.and_then(|slot| self.blocks.blocks_mut().get_mut(slot));
+        if let Some(cell) = block.and_then(|block| block.cells.get_mut(index)) {
+            cell.support = 0;
+        }
+    }
+
+    /// Raises what speaks for the cell of a voxel until `support` of it is left when all that speaks against it is
+    /// weighed up.
+    pub(super) fn give_support(&mut self, voxel: [i32; 3], support: u32, looks_per_reading: f64) {
+        let (block, index) = self.cell_of(voxel);
+        let slot = self.blocks.slot_or_insert(BlockKey::new(block));
+        if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
+            let against = (f64::from(block.at(index).looked_through) / looks_per_reading).ceil() as u32;
+            if let Some(cell) = block.cells_mut().get_mut(index) {
+                cell.support = cell.support.max(against.saturating_add(support.max(1)));
+            }
+        }
+    }
+
     /// Whether the frame counted last has taken out more than was put in.
     pub(super) fn is_overdrawn(&self) -> bool {
         self.is_overdrawn

@@ -41,10 +41,10 @@ use super::{CloudMapConfig, CloudMapError};
 /// ```
 #[derive(Debug, Clone)]
 pub struct CloudMap {
-    config: CloudMapConfig,
-    voxels: BlockStore<VoxelBlock>,
-    voxel_count: usize,
-    evidence: Evidence,
+    pub(super) config: CloudMapConfig,
+    pub(super) voxels: BlockStore<VoxelBlock>,
+    pub(super) voxel_count: usize,
+    pub(super) evidence: Evidence,
     frames: u32,
     uncolored_frames: u32,
     /// Number of the current frame for [`Voxel::stamp`].

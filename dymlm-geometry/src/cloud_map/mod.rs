@@ -3,6 +3,7 @@
 //! Paper III-A, DESIGN 4.2. See [`CloudMap`].
 
 mod block_store;
+mod body_motion;
 mod config;
 mod depth_tiles;
 mod error;
@@ -16,6 +17,7 @@ mod verdict;
 mod voxel;
 mod voxel_block;
 
+pub use body_motion::BodyMotion;
 pub use config::{CloudMapConfig, EvidenceConfig, ThinningConfig};
 pub use error::CloudMapError;
 pub use evidence::Support;

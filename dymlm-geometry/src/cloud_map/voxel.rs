@@ -57,6 +57,11 @@ impl Voxel {
         self.observations = self.observations.wrapping_add(other.observations);
     }
 
+    /// The same readings at one place of a voxel, 1/256 voxel.
+    pub(super) fn placed(&self, within: [u64; 3]) -> Self {
+        Self { position: within.map(|c| c.wrapping_mul(self.weight)), stamp: 0, ..*self }
+    }
+
     /// Whether nothing is left of it.
     pub(super) fn is_empty(&self) -> bool {
         self.weight == 0 && self.observations == 0

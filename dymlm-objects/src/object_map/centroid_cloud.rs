@@ -1,3 +1,5 @@
+use dymlm_core::Pose;
+
 use crate::vector3::{Vector3, difference};
 
 /// The centroids of an object's observations: their number, mean and spread (paper IV-B, the centroid cluster C).
@@ -47,6 +49,19 @@ impl CentroidCloud {
             *mean += share * apart;
         }
         self.count = count;
+    }
+
+    /// The same centroids, moved.
+    pub(crate) fn moved(&self, new_from_old: &Pose) -> Self {
+        let rotation = new_from_old.rotation_matrix();
+        let [xx, xy, xz, yy, yz, zz] = self.products;
+        let full = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let turned = |i: usize, j: usize| {
+            let terms = (0..3).flat_map(|k| (0..3).map(move |l| (k, l)));
+            terms.map(|(k, l)| rotation[i][k] * full[k][l] * rotation[j][l]).sum()
+        };
+        let mean = if self.count == 0 { self.mean } else { new_from_old.transform_point(self.mean) };
+        Self { count: self.count, mean, products: PAIRS.map(|(i, j)| turned(i, j)) }
     }
 
     /// Number of centroids.

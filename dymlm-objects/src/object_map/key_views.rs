@@ -48,6 +48,13 @@ impl KeyViews {
         }
     }
 
+    /// The views of an object that was moved, as if they had been taken of it at its new place.
+    pub(crate) fn move_by(&mut self, new_from_old: &Pose) {
+        for view in &mut self.views {
+            view.world_from_camera = *new_from_old * view.world_from_camera;
+        }
+    }
+
     pub(crate) fn iter(&self) -> impl Iterator<Item = &KeyView> {
         self.views.iter()
     }

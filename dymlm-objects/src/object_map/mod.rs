@@ -6,6 +6,7 @@ mod key_views;
 mod label_evidence;
 mod map;
 mod map_object;
+mod moved_object;
 mod object_cloud;
 mod queries;
 

@@ -129,6 +129,21 @@ impl ObjectCloud {
         self.add(&CloudPatch { voxels: voxels.into_iter().collect() }, most);
     }
 
+    /// The same points, moved.
+    pub(crate) fn moved(&self, new_from_old: &Pose) -> Self {
+        let mut moved = Self::new(new_from_old.transform_point(self.origin), self.voxel_size);
+        moved.level = self.level;
+        for voxel in self.voxels.values() {
+            let place = new_from_old.rotate(voxel.place());
+            let sum = place.map(|c| voxel.weight.saturating_mul((c * UNITS).round() as i64));
+            let turned = Voxel { sum, ..*voxel };
+            let key = raised(moved.key(place), moved.level);
+            moved.voxels.entry(key).or_default().add(&turned);
+            *moved.cells.entry(moved.cell_of(&turned)).or_default() += turned.observations;
+        }
+        moved
+    }
+
     /// The voxels' mean places relative to the origin and their observations, in the order of the voxels.
     pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3, u32)> + '_ {
         self.voxels.values().map(|voxel| (voxel.place(), voxel.observations))

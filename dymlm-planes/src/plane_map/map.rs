@@ -8,6 +8,7 @@ use super::observation::Observation;
 use super::{MapPlane, Patch, PlaneMapConfig, PlaneMerge, PlaneReport};
 use crate::PlaneError;
 use crate::association::{Agreement, Criterion};
+use crate::linear_algebra::foot_on;
 use crate::refinement::DetectedPlane;
 
 /// The map of finite planes (paper III-B).
@@ -62,6 +63,9 @@ struct Pairing {
     mapped: usize,
     agreement: Agreement,
 }
+
+/// A plane is a body's when this share of its inliers is.
+const BODY_SHARE: f64 = 0.6;
 
 impl PlaneMap {
     /// An empty map.
@@ -132,6 +136,54 @@ impl PlaneMap {
         }
         self.collect_continued();
         Ok(())
+    }
+
+    /// Moves the planes of a body that was moved, `is_body` telling which places are the body's: planes most of whose
+    /// inliers (60 %) are its own go where `new_from_old` takes them, from all others its inliers are taken out. Gives the
+    /// ids of the planes that went.
+    ///
+    /// What key frames from before have added moves with them, so [`Self::remove`] stays exact. O(all contributions to
+    /// the planes that change).
+    ///
+    /// # Errors
+    ///
+    /// [`PlaneError::OutOfReach`] when a plane would go too far out; nothing has moved.
+    pub fn move_body(
+        &mut self,
+        new_from_old: &Pose,
+        is_body: impl Fn([f64; 3]) -> bool,
+    ) -> Result<Vec<u64>, PlaneError> {
+        let voxel_size = self.config.voxel_size;
+        let (mut going, mut cut) = (Vec::new(), Vec::new());
+        for plane in &self.planes {
+            let voxels = plane.patch.voxels();
+            let own = voxels
+                .iter()
+                .filter(|voxel| is_body(foot_on(&plane.plane, voxel.center(voxel_size))))
+                .count();
+            if own as f64 >= BODY_SHARE * voxels.len() as f64 && own > 0 {
+                going.push(plane.id);
+            } else if own > 0 {
+                cut.push((plane.id, plane.plane));
+            }
+        }
+        let moved = self.moved_contributions(&going, new_from_old)?;
+        for ((key_frame, index), (moments, patch)) in moved {
+            let key_frame = self.key_frames.get_mut(&key_frame);
+            if let Some(share) = key_frame.and_then(|key_frame| key_frame.contributions.get_mut(index)) {
+                (share.moments, share.patch) = (moments, patch);
+            }
+        }
+        let merged = &self.merged;
+        for share in self.key_frames.values_mut().flat_map(|key_frame| &mut key_frame.contributions) {
+            let id = resolve(merged, share.plane);
+            if let Some((_, plane)) = cut.iter().find(|(cut, _)| *cut == id) {
+                share.patch.retain(|voxel| !is_body(foot_on(plane, voxel.center(voxel_size))));
+            }
+        }
+        let touched: Vec<u64> = going.iter().copied().chain(cut.iter().map(|(id, _)| *id)).collect();
+        self.rebuild(&touched);
+        Ok(going)
     }
 
     /// The planes, in the order of their ids.
@@ -387,22 +439,53 @@ impl PlaneMap {
         }
     }
 
+    /// What the key frames have added to some planes, moved; by key frame and place in it.
+    #[allow(clippy::type_complexity, reason = "a list that lives for a few lines")]
+    fn moved_contributions(
+        &self,
+        planes: &[u64],
+        new_from_old: &Pose,
+    ) -> Result<Vec<((u64, usize), (FixedMoments, Patch))>, PlaneError> {
+        let voxel_size = self.config.voxel_size;
+        let reach = Observation::reach(voxel_size);
+        let mut moved = Vec::new();
+        for (&number, key_frame) in &self.key_frames {
+            for (index, share) in key_frame.contributions.iter().enumerate() {
+                if !planes.contains(&self.resolve(share.plane)) {
+                    continue;
+                }
+                let old = share.moments.about_centroid().map_or([0.0; 3], |(_, centroid)| centroid);
+                let centroid = new_from_old.transform_point(old);
+                let within = centroid.iter().all(|c| c.abs() < reach);
+                let moments = share.moments.moved(new_from_old).filter(|_| within);
+                let moments = moments.ok_or(PlaneError::OutOfReach { centroid, reach })?;
+                moved.push(((number, index), (moments, share.patch.moved(new_from_old, voxel_size))));
+            }
+        }
+        Ok(moved)
+    }
+
     fn shape(&self) -> ShapeSettings {
         let PlaneMapConfig { voxel_size, max_hole_area, boundary_tolerance, .. } = self.config;
         ShapeSettings { voxel_size, max_hole_area, boundary_tolerance }
     }
 
     /// The plane that an id stands for now.
-    fn resolve(&self, mut id: u64) -> u64 {
-        while let Some(&into) = self.merged.get(&id) {
-            id = into;
-        }
-        id
+    fn resolve(&self, id: u64) -> u64 {
+        resolve(&self.merged, id)
     }
 
     fn place(&self, id: u64) -> Option<usize> {
         self.planes.binary_search_by_key(&id, |plane| plane.id).ok()
     }
+}
+
+/// The plane that an id stands for, after merges.
+fn resolve(merged: &BTreeMap<u64, u64>, mut id: u64) -> u64 {
+    while let Some(&into) = merged.get(&id) {
+        id = into;
+    }
+    id
 }
 
 /// Pairs of observations that are one surface behind something.

@@ -131,6 +131,32 @@ impl Patch {
         });
     }
 
+    /// The same samples, moved. Voxels are moved by their centres.
+    pub(super) fn moved(&self, new_from_old: &Pose, voxel_size: f64) -> Self {
+        let mut moved: Vec<PatchVoxel> = self
+            .voxels
+            .iter()
+            .map(|voxel| {
+                let center = new_from_old.transform_point(voxel.center(voxel_size));
+                PatchVoxel { key: key(center.map(|c| (c / voxel_size).floor() as i64)), count: voxel.count }
+            })
+            .collect();
+        moved.sort_unstable_by_key(|voxel| voxel.key);
+        let voxels = moved
+            .chunk_by(|a, b| a.key == b.key)
+            .map(|run| {
+                let count = run.iter().fold(0_u32, |sum, voxel| sum.saturating_add(voxel.count));
+                PatchVoxel { key: run[0].key, count }
+            })
+            .collect();
+        Self { voxels }
+    }
+
+    /// Keeps the voxels that are wanted.
+    pub(super) fn retain(&mut self, is_wanted: impl Fn(&PatchVoxel) -> bool) {
+        self.voxels.retain(is_wanted);
+    }
+
     /// Whether two patches have a voxel in common. O(n).
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         let (mut ours, mut theirs) = (self.voxels.iter().peekable(), other.voxels.iter().peekable());

@@ -160,16 +160,15 @@ impl OpticalFlow {
                 }
                 continue;
             }
-            match self.template.align(target, result.point.map(|c| c * scale), limits) {
-                Some(found) => {
-                    result.point = found.point.map(|c| c / scale);
-                    result.residual = found.residual;
-                    if is_last {
-                        result.status = FlowStatus::Tracked;
-                    }
-                }
-                None if is_last => return failed(result.point, FlowStatus::OutOfImage),
-                None => {}
+            let start = result.point.map(|c| c * scale);
+            if is_last {
+                let Some(found) = self.template.align(target, start, limits) else {
+                    return failed(result.point, FlowStatus::OutOfImage);
+                };
+                (result.point, result.residual) = (found.point, found.residual);
+                result.status = FlowStatus::Tracked;
+            } else if let Some(point) = self.template.search(target, start, limits) {
+                result.point = point.map(|c| c / scale);
             }
         }
         result

@@ -1,13 +1,12 @@
 use super::Lighting;
+use super::shifted_sums::{LANES, Region, ShiftedSums, lanes};
 use crate::GrayImage;
-
-/// Lanes of a vector: windows are padded to a multiple of it.
-const LANES: usize = 8;
 
 /// A window of an image with its gradients, to be found again in another: one level of Lucas-Kanade.
 ///
-/// Gradients are taken once, of the window itself (Bouguet 2000; Baker, Matthews 2004), so an iteration only resamples
-/// the other image. Rows are padded with pixels of no gradient, which count for nothing.
+/// Gradients are taken once, of the window itself (Bouguet 2000; Baker, Matthews 2004), and the other image is summed
+/// with them once for each pixel that the search comes to ([`ShiftedSums`]), not once an iteration. Rows are padded with
+/// pixels of no gradient, which count for nothing.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Template {
     radius: usize,
@@ -107,6 +106,17 @@ impl Template {
         start: [f32; 2],
         limits: AlignmentLimits,
     ) -> Option<Alignment> {
+        let point = self.search(image, start, limits)?;
+        Some(self.judge(image, point, limits.lighting))
+    }
+
+    /// [`Self::align`] that does not ask how well the windows agree.
+    pub(crate) fn search(
+        &mut self,
+        image: &GrayImage,
+        start: [f32; 2],
+        limits: AlignmentLimits,
+    ) -> Option<[f32; 2]> {
         let [uu, uv, vv] = self.sums.matrix;
         let determinant = uu * vv - uv * uv;
         if determinant <= f32::EPSILON * (uu + vv) * (uu + vv) {
@@ -114,11 +124,12 @@ impl Template {
         }
         let mut point = start;
         let mut previous = [0.0_f32; 2];
+        let mut sums = None;
         for _ in 0..limits.iterations {
             if !is_within(image, point) {
                 return None;
             }
-            let [bu, bv] = self.mismatch(image, point, limits.lighting)?;
+            let [bu, bv] = self.mismatch(image, point, limits.lighting, &mut sums)?;
             let step = [(uv * bv - vv * bu) / determinant, (uv * bu - uu * bv) / determinant];
             point = [point[0] + step[0], point[1] + step[1]];
             let squared = step[0] * step[0] + step[1] * step[1];
@@ -132,10 +143,7 @@ impl Template {
             }
             previous = step;
         }
-        if !is_within(image, point) {
-            return None;
-        }
-        Some(self.judge(image, point, limits.lighting))
+        is_within(image, point).then_some(point)
     }
 
     fn resize(&mut self, radius: usize) {
@@ -179,42 +187,60 @@ impl Template {
         for row in self.values.chunks_exact_mut(self.stride) {
             row[..side].iter_mut().for_each(|value| *value -= mean);
         }
-        let (values, gu, gv) = (&self.values, &self.gradient_u, &self.gradient_v);
-        let dot = |a: &[f32], b: &[f32]| dot(a, b, self.stride);
-        self.sums = TemplateSums {
-            mean,
-            energy: dot(values, values),
-            gradient: [dot(gu, &self.weights), dot(gv, &self.weights)],
-            gradient_value: [dot(gu, values), dot(gv, values)],
-            matrix: [dot(gu, gu), dot(gu, gv), dot(gv, gv)],
-        };
+        self.sums = TemplateSums::of(mean, &self.values, [&self.gradient_u, &self.gradient_v]);
     }
 
-    /// Gradient-weighted difference of the window at `point` to the template.
-    fn mismatch(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> Option<[f32; 2]> {
-        // Without a change of light only the gradients' sums are needed.
-        let seen = match lighting {
-            Lighting::Constant => self.compare::<false>(image, point),
-            Lighting::Affine => self.compare::<true>(image, point),
+    /// Gradient-weighted difference of the window at `point` to the template. `sums` of the iteration before are used
+    /// again when the window lies between the same pixels.
+    fn mismatch(
+        &mut self,
+        image: &GrayImage,
+        point: [f32; 2],
+        lighting: Lighting,
+        sums: &mut Option<ImageSums>,
+    ) -> Option<[f32; 2]> {
+        let corner = point.map(|c| c - self.radius as f32);
+        let floor = corner.map(f32::floor);
+        let place = floor.map(|c| c as isize);
+        let seen = match sums {
+            Some(sums) if sums.place == place => sums,
+            _ => sums.insert(self.sum_image(image, place, lighting)),
         };
+        let fraction = [corner[0] - floor[0], corner[1] - floor[1]];
+        let gradient_product = seen.gradients.at(fraction);
         let s = &self.sums;
-        let pixels = self.pixels();
-        let (gain, mean) = match lighting {
-            Lighting::Constant => (1.0, s.mean),
-            Lighting::Affine => (seen.product / s.energy, seen.total / pixels),
+        let (gain, mean) = match &seen.values {
+            None => (1.0, s.mean),
+            Some(values) => {
+                let [product, total] = values.at(fraction);
+                (product / s.energy, total / self.pixels())
+            }
         };
         // A negative of the template is not the template.
         if gain < 0.1 {
             return None;
         }
         let difference = |axis: usize| {
-            (seen.gradient_product[axis] - gain * s.gradient_value[axis] - mean * s.gradient[axis]) / gain
+            (gradient_product[axis] - gain * s.gradient_value[axis] - mean * s.gradient[axis]) / gain
         };
         Some([difference(0), difference(1)])
     }
 
+    /// Sums of the image's window at a pixel, its upper left corner, with the template.
+    fn sum_image(&mut self, image: &GrayImage, place: [isize; 2], lighting: Lighting) -> ImageSums {
+        let stride = self.stride;
+        let region = region(image, place, [stride, 2 * self.radius + 1], &mut self.patch);
+        let gradients = ShiftedSums::of([&self.gradient_u, &self.gradient_v], stride, region);
+        // Without a change of light only the gradients' sums are needed.
+        let values = match lighting {
+            Lighting::Constant => None,
+            Lighting::Affine => Some(ShiftedSums::of([&self.values, &self.weights], stride, region)),
+        };
+        ImageSums { place, gradients, values }
+    }
+
     fn judge(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> Alignment {
-        let seen = self.compare::<true>(image, point);
+        let seen = self.compare(image, point);
         let s = &self.sums;
         let pixels = self.pixels();
         let seen_mean = seen.total / pixels;
@@ -236,19 +262,59 @@ impl Template {
         side * side
     }
 
-    /// Sums of the window at `point` with the template's gradients and, where `ALL` are asked for, its values.
-    fn compare<const ALL: bool>(&mut self, image: &GrayImage, point: [f32; 2]) -> WindowSums {
-        let side = 2 * self.radius + 1;
+    /// Sums of the window at `point` and of its products with the template.
+    fn compare(&mut self, image: &GrayImage, point: [f32; 2]) -> WindowSums {
         let stride = self.stride;
         let corner = point.map(|c| c - self.radius as f32);
-        let mut sums = ColumnSums::new();
-        let planes = [&self.values, &self.gradient_u, &self.gradient_v, &self.weights];
-        interpolate(image, corner, [stride, side], &mut self.patch, |row, seen| {
-            let rows = planes.map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
-            sums.add::<ALL>(seen, rows);
+        let [mut totals, mut squares, mut products] = [[0.0; LANES]; 3];
+        let (values, weights) = (&self.values, &self.weights);
+        interpolate(image, corner, [stride, 2 * self.radius + 1], &mut self.patch, |row, seen| {
+            let [values, weights] =
+                [values, weights].map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
+            for ((seen, value), weight) in lanes(seen).iter().zip(lanes(values)).zip(lanes(weights)) {
+                for i in 0..LANES {
+                    let seen = seen[i] * weight[i];
+                    totals[i] += seen;
+                    squares[i] += seen * seen;
+                    products[i] += seen * value[i];
+                }
+            }
         });
-        sums.sums()
+        let [total, squares, product] = [totals, squares, products].map(|lanes| lanes.iter().sum());
+        WindowSums { total, squares, product }
     }
+}
+
+impl TemplateSums {
+    /// Of planes that are 0 in their padding; `values` less their mean.
+    fn of(mean: f32, values: &[f32], [gradient_u, gradient_v]: [&[f32]; 2]) -> Self {
+        let mut sums = [[0.0; LANES]; 8];
+        for ((value, gu), gv) in lanes(values).iter().zip(lanes(gradient_u)).zip(lanes(gradient_v)) {
+            for i in 0..LANES {
+                sums[0][i] += value[i] * value[i];
+                sums[1][i] += gu[i];
+                sums[2][i] += gv[i];
+                sums[3][i] += gu[i] * value[i];
+                sums[4][i] += gv[i] * value[i];
+                sums[5][i] += gu[i] * gu[i];
+                sums[6][i] += gu[i] * gv[i];
+                sums[7][i] += gv[i] * gv[i];
+            }
+        }
+        let [energy, u, v, u_value, v_value, uu, uv, vv] = sums.map(|lanes| lanes.iter().sum());
+        Self { mean, energy, gradient: [u, v], gradient_value: [u_value, v_value], matrix: [uu, uv, vv] }
+    }
+}
+
+/// Sums of the other image with the template while the window's corner lies between the same pixels.
+#[derive(Debug, Clone, Copy)]
+struct ImageSums {
+    /// The pixel at the window's upper left corner.
+    place: [isize; 2],
+    /// With the gradients.
+    gradients: ShiftedSums,
+    /// With the values less their mean, and with nothing; where light may change.
+    values: Option<ShiftedSums>,
 }
 
 /// Sums over a window of the other image.
@@ -258,60 +324,6 @@ struct WindowSums {
     squares: f32,
     /// With the template's values less their mean.
     product: f32,
-    gradient_product: [f32; 2],
-}
-
-/// The same sums, column by column: no order of additions is left to the compiler, so it may use vectors.
-struct ColumnSums {
-    total: Row,
-    squares: Row,
-    product: Row,
-    gu: Row,
-    gv: Row,
-}
-
-impl ColumnSums {
-    fn new() -> Self {
-        let zero = [0.0; MOST_COLUMNS];
-        Self { total: zero, squares: zero, product: zero, gu: zero, gv: zero }
-    }
-
-    #[inline]
-    fn add<const ALL: bool>(&mut self, seen: &mut [f32], [values, gu, gv, weights]: [&[f32]; 4]) {
-        add_products(&mut self.gu, seen, gu);
-        add_products(&mut self.gv, seen, gv);
-        if ALL {
-            add_products(&mut self.product, seen, values);
-            add_products(&mut self.total, seen, weights);
-            seen.iter_mut().zip(weights).for_each(|(value, weight)| *value *= weight);
-            add_products(&mut self.squares, seen, seen);
-        }
-    }
-
-    fn sums(&self) -> WindowSums {
-        WindowSums {
-            total: sum(&self.total),
-            squares: sum(&self.squares),
-            product: sum(&self.product),
-            gradient_product: [sum(&self.gu), sum(&self.gv)],
-        }
-    }
-}
-
-/// Sums of products, column by column.
-#[inline]
-fn add_products(sums: &mut Row, a: &[f32], b: &[f32]) {
-    for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-        *sum += a * b;
-    }
-}
-
-fn sum(row: &Row) -> f32 {
-    let mut lanes = [0.0_f32; LANES];
-    for chunk in row.as_chunks::<LANES>().0 {
-        lanes.iter_mut().zip(chunk).for_each(|(lane, value)| *lane += value);
-    }
-    lanes.iter().sum()
 }
 
 /// Scharr's gradients of a row between its neighbours, all three with one more pixel at each end.
@@ -328,19 +340,8 @@ fn gradient_row(rows: [&[f32]; 3], gradient_u: &mut [f32], gradient_v: &mut [f32
     }
 }
 
-fn dot(a: &[f32], b: &[f32], stride: usize) -> f32 {
-    let mut sums = [0.0; MOST_COLUMNS];
-    for (a, b) in a.chunks_exact(stride).zip(b.chunks_exact(stride)) {
-        add_products(&mut sums, a, b);
-    }
-    sum(&sums)
-}
-
 /// Most values of an interpolated row: the widest window with its rim and padding.
 const MOST_COLUMNS: usize = 40;
-
-/// A value a column.
-type Row = [f32; MOST_COLUMNS];
 
 /// Samples `size[0]` x `size[1]` values at steps of one pixel from `corner` on, bilinearly, and hands them over row by
 /// row. Beyond the image its border is repeated; `patch` is working memory for that.
@@ -357,18 +358,11 @@ fn interpolate(
     let [fx, fy] = [corner[0] - floor[0], corner[1] - floor[1]];
     let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
 
-    let is_inside =
-        x >= 0 && y >= 0 && x as usize + columns < image.width() && y as usize + rows < image.height();
-    let (data, stride, first) = if is_inside {
-        (image.data(), image.width(), y as usize * image.width() + x as usize)
-    } else {
-        copy_clamped(image, [x, y], [columns + 1, rows + 1], patch);
-        (patch.as_slice(), columns + 1, 0)
-    };
+    let Region { data, stride } = region(image, [x, y], [columns, rows], patch);
     let mut buffer = [0.0_f32; MOST_COLUMNS];
     let Some(row) = buffer.get_mut(..columns) else { return };
     for v in 0..rows {
-        let begin = first + v * stride;
+        let begin = v * stride;
         let (Some(upper), Some(lower)) =
             (data.get(begin..=begin + columns), data.get(begin + stride..=begin + stride + columns))
         else {
@@ -380,6 +374,23 @@ fn interpolate(
         }
         row_done(v, row);
     }
+}
+
+/// The pixels from (`x`, `y`) on, and a column and a row more; beyond the image its border is repeated.
+fn region<'a>(
+    image: &'a GrayImage,
+    [x, y]: [isize; 2],
+    [columns, rows]: [usize; 2],
+    patch: &'a mut Vec<f32>,
+) -> Region<'a> {
+    let is_inside =
+        x >= 0 && y >= 0 && x as usize + columns < image.width() && y as usize + rows < image.height();
+    if is_inside {
+        let first = y as usize * image.width() + x as usize;
+        return Region { data: image.data().get(first..).unwrap_or(&[]), stride: image.width() };
+    }
+    copy_clamped(image, [x, y], [columns + 1, rows + 1], patch);
+    Region { data: patch, stride: columns + 1 }
 }
 
 fn copy_clamped(image: &GrayImage, [x, y]: [isize; 2], [columns, rows]: [usize; 2], patch: &mut Vec<f32>) {

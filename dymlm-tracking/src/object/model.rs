@@ -122,6 +122,11 @@ impl ObjectModel {
         &self.surface
     }
 
+    /// The lowest and the highest corner of the box about its surface, object frame, metres.
+    pub fn bounds(&self) -> [[f64; 3]; 2] {
+        [self.low, self.high]
+    }
+
     /// Half of the longest side of its bounds, metres.
     pub(super) fn reach(&self) -> f64 {
         (0..3).map(|i| 0.5 * (self.high[i] - self.low[i])).fold(0.0, f64::max)

@@ -1,0 +1,161 @@
+use std::collections::BTreeSet;
+
+use dymlm_core::{Point, Pose};
+
+use super::CloudMap;
+use super::block_store::{BLOCK_SIDE, BlockKey, split};
+use super::voxel::{SUBVOXELS, Voxel};
+use crate::OrientedBox;
+
+/// What [`CloudMap::move_body`] has moved.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct BodyMotion {
+    /// Where its points were, metres, world.
+    pub from: Vec<Point>,
+    /// Where they are now, in the same order.
+    pub to: Vec<Point>,
+}
+
+/// A voxel on its way.
+struct Moved {
+    /// The voxel that it was.
+    cell: [i32; 3],
+    to: [f64; 3],
+    voxel: Voxel,
+    /// Frames that read its cell of the evidence.
+    support: u32,
+}
+
+impl CloudMap {
+    /// Moves all voxels in `region` that `is_body` (asked for the voxel's mean place in the world): takes them out, and
+    /// puts them in where `new_from_old` takes them, with their colours, weights and observations. At the new place the
+    /// evidence of frames from before, which looked through it, is outweighed; at the old place nothing is left.
+    ///
+    /// What was moved is known by where it is, no longer by the frames that saw it: frames from before that read it
+    /// cannot be [removed](Self::remove) any more ([`NotInserted`](crate::CloudMapError::NotInserted)). Voxels that
+    /// would leave the lattice are dropped. O(voxels of the region's blocks).
+    pub fn move_body(
+        &mut self,
+        region: &OrientedBox,
+        new_from_old: &Pose,
+        is_body: impl Fn([f64; 3]) -> bool,
+    ) -> BodyMotion {
+        let mut motion = BodyMotion::default();
+        let moved = self.take_body(region, new_from_old, is_body, &mut motion.from);
+        self.forget_support(region, &moved);
+        for Moved { to, voxel, support, .. } in moved {
+            motion.to.push(to.map(|c| c as f32));
+            self.put_voxel(to, &voxel, support);
+        }
+        motion
+    }
+
+    /// Mean places of the voxels in a box that at least `least_observations` frames read, whatever their verdict, in the
+    /// order of [`Self::voxels`]. O(voxels of the box's blocks).
+    pub fn points_in(&self, region: &OrientedBox, least_observations: u32) -> Vec<Point> {
+        let mut points = Vec::new();
+        for key in self.blocks_about(region) {
+            let Some(block) = self.voxels.get(key) else { continue };
+            for (place, voxel) in block.iter() {
+                let point = voxel.mean_position(key.cell(place), self.config.voxel_size);
+                if voxel.observations >= least_observations && region.contains(point.map(f64::from)) {
+                    points.push(point);
+                }
+            }
+        }
+        points
+    }
+
+    fn take_body(
+        &mut self,
+        region: &OrientedBox,
+        new_from_old: &Pose,
+        is_body: impl Fn([f64; 3]) -> bool,
+        from: &mut Vec<Point>,
+    ) -> Vec<Moved> {
+        let mut moved = Vec::new();
+        for key in self.blocks_about(region) {
+            let Some(block) = self.voxels.slot(key).and_then(|slot| self.voxels.blocks_mut().get_mut(slot))
+            else {
+                continue;
+            };
+            let inside: Vec<(usize, Point)> = block
+                .iter()
+                .map(|(place, voxel)| (place, voxel.mean_position(key.cell(place), self.config.voxel_size)))
+                .filter(|(_, point)| {
+                    let place = point.map(f64::from);
+                    region.contains(place) && is_body(place)
+                })
+                .collect();
+            for (place, point) in inside {
+                let index = block.index_or_insert(place);
+                let voxel = std::mem::take(&mut block.voxels[usize::from(index)]);
+                let cell = key.cell(place);
+                let support = self.evidence.support_of(cell);
+                from.push(point);
+                let to = new_from_old.transform_point(point.map(f64::from));
+                moved.push(Moved { cell, to, voxel, support });
+            }
+            self.voxel_count -= block.drop_empty();
+        }
+        moved
+    }
+
+    /// Takes out what speaks for cells of the evidence in which nothing is left.
+    fn forget_support(&mut self, region: &OrientedBox, moved: &[Moved]) {
+        let margin = 4.0 * self.config.evidence.cell_size;
+        let around = OrientedBox::new(region.world_from_box(), region.lengths().map(|l| l + margin));
+        let mut left = BTreeSet::new();
+        for key in self.blocks_about(&around.unwrap_or(*region)) {
+            if let Some(block) = self.voxels.get(key) {
+                left.extend(block.iter().map(|(place, _)| self.evidence.cell_of(key.cell(place))));
+            }
+        }
+        for cell in moved.iter().map(|moved| moved.cell) {
+            if !left.contains(&self.evidence.cell_of(cell)) {
+                self.evidence.clear_support(cell);
+            }
+        }
+    }
+
+    fn put_voxel(&mut self, to: [f64; 3], voxel: &Voxel, support: u32) {
+        let side = self.config.voxel_size / f64::from(SUBVOXELS);
+        let limit = f64::from(BlockKey::LIMIT.min(i32::MAX / SUBVOXELS));
+        if !to.iter().all(|c| (c / self.config.voxel_size).abs() < limit - 1.0) {
+            return;
+        }
+        let units = to.map(|c| (c / side).floor() as i64);
+        let cell = units.map(|c| c.div_euclid(i64::from(SUBVOXELS)) as i32);
+        let within = units.map(|c| c.rem_euclid(i64::from(SUBVOXELS)) as u64);
+        let (block, place) = split(cell);
+        let slot = self.voxels.slot_or_insert(BlockKey::new(block));
+        if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
+            let count = block.voxels.len();
+            let index = block.index_or_insert(place);
+            block.voxels[usize::from(index)].merge(&voxel.placed(within));
+            self.voxel_count += block.voxels.len() - count;
+        }
+        self.evidence.give_support(cell, support, self.config.evidence.looks_per_reading);
+    }
+
+    /// Keys of the blocks that a box may share voxels with, in their order.
+    fn blocks_about(&self, region: &OrientedBox) -> Vec<BlockKey> {
+        let side = self.config.voxel_size * BLOCK_SIDE as f64;
+        let corners = region.corners();
+        let bounds = |axis: usize| {
+            let along = corners.iter().map(|corner| corner[axis] / side);
+            let (low, high) =
+                along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (c.min(low), c.max(high)));
+            (low.floor(), high.floor())
+        };
+        let bounds = [bounds(0), bounds(1), bounds(2)];
+        let is_about = |key: &BlockKey| {
+            let block = key.block();
+            (0..3).all(|axis| (bounds[axis].0..=bounds[axis].1).contains(&f64::from(block[axis])))
+        };
+        let mut keys: Vec<BlockKey> = self.voxels.keys().iter().copied().filter(is_about).collect();
+        keys.sort_unstable();
+        keys
+    }
+}

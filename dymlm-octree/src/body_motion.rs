@@ -1,0 +1,98 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use dymlm_core::Point;
+
+use crate::Octree;
+use crate::lattice::Key;
+
+/// What [`Octree::move_body`] has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct OctreeMotion {
+    /// Smallest cells that are free now where the body stood.
+    pub emptied: usize,
+    /// Smallest cells that are occupied where it stands now.
+    pub occupied: usize,
+}
+
+impl Octree {
+    /// A body was moved: its surface points went from `from` to `to` (metres, world; in pairs). Cells that held it are
+    /// free now, as after one look through them, unless they also hold one of the points that `stayed`; cells that it
+    /// came to are as surely occupied as those that it left, and no less than after one hit. Points outside the map and
+    /// those with NaN are passed over. O(points log points).
+    pub fn move_body(&mut self, from: &[Point], to: &[Point], stayed: &[Point]) -> OctreeMotion {
+        let key_of = |point: &Point| self.lattice.key(point.map(f64::from));
+        let stayed: BTreeSet<Key> = stayed.iter().filter_map(key_of).collect();
+        let left: BTreeSet<Key> =
+            from.iter().filter_map(key_of).filter(|key| !stayed.contains(key)).collect();
+        let mut reached = BTreeMap::<Key, f32>::new();
+        for (from, to) in from.iter().zip(to) {
+            let Some(key) = key_of(to) else { continue };
+            let before = self.log_odds(from.map(f64::from)).unwrap_or(self.model.hit);
+            let sure = reached.entry(key).or_insert(self.model.hit);
+            *sure = sure.max(before);
+        }
+        let (model, mut motion) = (self.model, OctreeMotion::default());
+        for key in left.into_iter().filter(|key| !reached.contains_key(key)) {
+            motion.emptied += 1;
+            self.tree.change_cell(key, |_| Some(model.clamped(model.miss)));
+        }
+        for (key, sure) in reached {
+            motion.occupied += 1;
+            self.tree.change_cell(key, |now| Some(model.clamped(now.unwrap_or(sure).max(sure))));
+        }
+        self.tree.settle();
+        motion
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CellState, OctreeConfig};
+
+    const HERE: Point = [1.02, 0.02, 0.02];
+    const THERE: Point = [1.52, 0.02, 0.02];
+
+    fn map() -> Octree {
+        let mut map = Octree::new(OctreeConfig::default()).unwrap();
+        for _ in 0..4 {
+            map.insert_scan([0.0; 3], &[HERE]).unwrap();
+        }
+        map
+    }
+
+    #[test]
+    fn it_is_at_its_new_place_as_surely_as_it_was_at_the_old_one() {
+        let mut map = map();
+        let before = map.log_odds(HERE.map(f64::from)).unwrap();
+        let motion = map.move_body(&[HERE], &[THERE], &[]);
+        assert_eq!(motion, OctreeMotion { emptied: 1, occupied: 1 });
+        assert_eq!(map.state(HERE.map(f64::from)), CellState::Free);
+        assert_eq!(map.log_odds(THERE.map(f64::from)), Some(before));
+        // Seen there no more, it goes.
+        for _ in 0..20 {
+            map.insert_scan([0.0; 3], &[[2.02, 0.02, 0.02]]).unwrap();
+        }
+        assert_eq!(map.state(THERE.map(f64::from)), CellState::Free);
+    }
+
+    #[test]
+    fn what_stayed_in_its_cell_keeps_it() {
+        let mut map = map();
+        let motion = map.move_body(&[HERE], &[THERE], &[[1.04, 0.04, 0.04]]);
+        assert_eq!(motion, OctreeMotion { emptied: 0, occupied: 1 });
+        assert_eq!(map.state(HERE.map(f64::from)), CellState::Occupied);
+    }
+
+    #[test]
+    fn points_that_are_none_do_no_harm() {
+        let mut map = map();
+        let motion = map.move_body(&[HERE, [f32::NAN; 3]], &[[1e30, 0.0, 0.0], THERE], &[[f32::INFINITY; 3]]);
+        assert_eq!(motion, OctreeMotion { emptied: 1, occupied: 1 });
+        assert_eq!(
+            Octree::new(OctreeConfig::default()).unwrap().move_body(&[], &[], &[]),
+            OctreeMotion::default()
+        );
+    }
+}

@@ -1,0 +1,109 @@
+//! What makes iterations of Lucas-Kanade cheap: sums over a window that is moved by fractions of a pixel.
+
+/// Lanes of a vector of the plainest processor.
+pub(super) const LANES: usize = 4;
+
+type Lanes = [f32; LANES];
+
+/// Sums of the products of two planes of a template with an image, at the four whole-pixel shifts about a corner.
+///
+/// An image between pixels is a blend of its four shifts, so a sum of products with it is the same blend of four sums:
+/// `sum g(p) I(p + d) = sum over shifts s of w_s(d) sum g(p) I(p + s)`. While `d` stays between the same pixels the four
+/// stay as they are, and an iteration costs four multiplications instead of a pass over the window.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShiftedSums {
+    /// For each plane, its sums at the shifts (0, 0), (1, 0), (0, 1) and (1, 1).
+    sums: [[f32; 4]; 2],
+}
+
+/// A part of an image, row by row.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Region<'a> {
+    pub(super) data: &'a [f32],
+    pub(super) stride: usize,
+}
+
+impl Region<'_> {
+    /// `count` values of a row from its beginning on; fewer where the region ends.
+    #[inline]
+    fn row(&self, v: usize, count: usize) -> &[f32] {
+        let begin = v * self.stride;
+        self.data.get(begin..begin + count).unwrap_or(&[])
+    }
+}
+
+impl ShiftedSums {
+    /// Of planes with rows of `stride` values, a multiple of [`LANES`]; the region has a column and a row more.
+    pub(super) fn of(planes: [&[f32]; 2], stride: usize, region: Region<'_>) -> Self {
+        let mut sums = [[0.0; LANES]; 8];
+        let rows = planes[0].chunks_exact(stride).zip(planes[1].chunks_exact(stride));
+        for (v, (first, second)) in rows.enumerate() {
+            let [upper, lower] = [v, v + 1].map(|v| region.row(v, stride + 1));
+            add_row(&mut sums, [first, second], [upper, lower]);
+        }
+        let [a, b, c, d, e, f, g, h] = sums.map(|lanes| lanes.iter().sum());
+        Self { sums: [[a, b, c, d], [e, f, g, h]] }
+    }
+
+    /// The sums of both planes with the image at a fraction of a pixel from the corner.
+    #[inline]
+    pub(super) fn at(&self, [fx, fy]: [f32; 2]) -> [f32; 2] {
+        let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
+        self.sums.map(|sums| sums.iter().zip(weights).map(|(sum, weight)| sum * weight).sum())
+    }
+}
+
+/// Adds the products of a row: eight sums, held in registers.
+#[inline]
+fn add_row(sums: &mut [Lanes; 8], [first, second]: [&[f32]; 2], [upper, lower]: [&[f32]; 2]) {
+    let chunks = |row: &'_ [f32]| -> usize { row.len() / LANES };
+    debug_assert_eq!(chunks(first), chunks(second));
+    let [upper_next, lower_next] = [upper, lower].map(|row| row.get(1..).unwrap_or(&[]));
+    let shifts = lanes(upper).iter().zip(lanes(upper_next)).zip(lanes(lower).iter().zip(lanes(lower_next)));
+    let [mut s0, mut s1, mut s2, mut s3, mut s4, mut s5, mut s6, mut s7] = *sums;
+    for ((a, b), ((u0, u1), (l0, l1))) in lanes(first).iter().zip(lanes(second)).zip(shifts) {
+        for i in 0..LANES {
+            s0[i] += a[i] * u0[i];
+            s1[i] += a[i] * u1[i];
+            s2[i] += a[i] * l0[i];
+            s3[i] += a[i] * l1[i];
+            s4[i] += b[i] * u0[i];
+            s5[i] += b[i] * u1[i];
+            s6[i] += b[i] * l0[i];
+            s7[i] += b[i] * l1[i];
+        }
+    }
+    *sums = [s0, s1, s2, s3, s4, s5, s6, s7];
+}
+
+#[inline]
+pub(super) fn lanes(row: &[f32]) -> &[Lanes] {
+    row.as_chunks().0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sums_are_those_of_the_image_between_its_pixels() {
+        let image: Vec<f32> = (0..20 * 9).map(|i| ((i * 37) % 101) as f32 * 0.01).collect();
+        let plane = |k: usize| -> Vec<f32> { (0..8 * 5).map(|i| ((i * k) % 17) as f32 - 8.0).collect() };
+        let planes = [plane(5), plane(11)];
+        let first = 2 * 20 + 3;
+        let region = Region { data: &image[first..], stride: 20 };
+        let sums = ShiftedSums::of([&planes[0], &planes[1]], 8, region);
+        for fraction in [[0.0, 0.0], [0.3, 0.8], [0.99, 0.01]] {
+            let [fx, fy] = fraction;
+            let seen = |i: usize| {
+                let at = |shift: usize| image[first + i / 8 * 20 + i % 8 + shift];
+                let [upper, lower] = [0, 20].map(|row| at(row) + fx * (at(row + 1) - at(row)));
+                upper + fy * (lower - upper)
+            };
+            for (plane, sum) in planes.iter().zip(sums.at(fraction)) {
+                let expected: f32 = plane.iter().enumerate().map(|(i, value)| value * seen(i)).sum();
+                assert!((sum - expected).abs() < 1e-3, "{sum} instead of {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,188 @@
+use dymlm_core::{Frame, Point, Pose};
+use dymlm_geometry::OrientedBox;
+use dymlm_objects::{MapObject, ShapeKind};
+use dymlm_tracking::{
+    ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate, RestReport,
+};
+
+use crate::{Error, MapBuilder};
+
+/// Rim around an object in which readings may be its own, metres: noise and mixed pixels. When it stands and the maps
+/// are changed, and while it moves and readings are only left out.
+const RIM_AT_REST: f64 = 0.02;
+const RIM_WHILE_MOVING: f64 = 0.04;
+/// What lies lower than this above the plane that the object stood on belongs to the plane, metres.
+const CLEARANCE: f64 = 0.007;
+/// Frames that must have read what stayed at the old place.
+const LEAST_OBSERVATIONS: u32 = 2;
+
+/// An object was put down at another place, and all maps followed.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ObjectMove {
+    /// The object.
+    pub object: u64,
+    /// Its box where it stood, and where it stands.
+    pub from: OrientedBox,
+    /// Its box where it stands now.
+    pub to: OrientedBox,
+    /// Voxels of the cloud that went with it.
+    pub cloud_voxels: usize,
+    /// Cells of the octree that are free now.
+    pub emptied_cells: usize,
+    /// Cells of the octree that it has come to.
+    pub occupied_cells: usize,
+    /// Planes that are faces of it.
+    pub planes: Vec<u64>,
+}
+
+/// Objects of the map that somebody carries about (the paper's section V-D).
+impl MapBuilder {
+    /// Chooses an object of the map to be followed from a frame on in which it stands where the map has it.
+    ///
+    /// The tracker's object frame is the object's box: origin in its middle, axes along its sides. Cuboids are followed
+    /// by their box, other things by their points.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownObject`]; [`Error::Tracking`] when it is not seen in the frame or the settings are refused.
+    pub fn track_object(
+        &self,
+        object: u64,
+        frame: &Frame,
+        world_from_camera: &Pose,
+        config: &ObjectTrackerConfig,
+    ) -> Result<ObjectTracker, Error> {
+        let object = self.map.objects().object(object).ok_or(Error::UnknownObject { object })?;
+        let world_from_object = object.oriented_box().world_from_box();
+        let model = model_of(object)?;
+        let label = Some(object.label());
+        Ok(ObjectTracker::new(frame, world_from_camera, model, label, &world_from_object, config)?)
+    }
+
+    /// Tells the maps what the tracker of an object has found in a frame; call it before [`insert`](Self::insert)ing that
+    /// frame.
+    ///
+    /// While the object moves, its pixels are kept out of the maps, and the object map shows it where it stood. Once it
+    /// has come to rest, the object stands at its new pose and its old place is empty in all maps: its points of the cloud
+    /// go with it, the octree's cells that held it are free, planes that were its faces go with it, and the object itself
+    /// keeps its id and all that is known of it.
+    ///
+    /// ```no_run
+    /// # use dymlm::{MapBuilder, core::{Detection, Frame, Pose}, tracking::ObjectTrackerConfig};
+    /// # fn next() -> Option<(Frame, Vec<Detection>, Pose)> { None }
+    /// # fn run(mut builder: MapBuilder, frame: &Frame, pose: &Pose) -> Result<(), dymlm::Error> {
+    /// let object = builder.map().objects().with_label("book").next().map_or(0, |book| book.id());
+    /// let mut tracker = builder.track_object(object, frame, pose, &ObjectTrackerConfig::default())?;
+    /// while let Some((frame, detections, pose)) = next() {
+    ///     let update = tracker.track(&frame, &detections, &pose)?;
+    ///     if let Some(moved) = builder.follow_object(object, &tracker, &update)? {
+    ///         // moved.from is empty now, the object stands at moved.to.
+    ///     }
+    ///     builder.insert(&frame, &detections, &pose)?;
+    /// }
+    /// # Ok(()) }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownObject`]; [`Error::Planes`] when it went out of what the maps can reach. Nothing has changed.
+    pub fn follow_object(
+        &mut self,
+        object: u64,
+        tracker: &ObjectTracker,
+        update: &ObjectUpdate,
+    ) -> Result<Option<ObjectMove>, Error> {
+        if self.map.objects().object(object).is_none() {
+            return Err(Error::UnknownObject { object });
+        }
+        let moved = match &update.came_to_rest {
+            Some(rest) => Some(self.move_object(object, tracker, rest)?),
+            None => None,
+        };
+        let is_carried = update.state != ObjectState::AtRest;
+        self.carried =
+            is_carried.then(|| body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING)).flatten();
+        self.map.objects.hold(is_carried.then_some(object));
+        Ok(moved)
+    }
+
+    /// Brings an object that was put down to its new place in all maps.
+    fn move_object(
+        &mut self,
+        object: u64,
+        tracker: &ObjectTracker,
+        rest: &RestReport,
+    ) -> Result<ObjectMove, Error> {
+        let new_from_old = rest.world_from_object * rest.moved_from.inverse();
+        let mapped = self.map.objects().object(object).ok_or(Error::UnknownObject { object })?;
+        let from = mapped.oriented_box();
+        let support = mapped.support();
+        let places: Vec<OrientedBox> = with_rim(&from, RIM_AT_REST)
+            .into_iter()
+            .chain(body_at(tracker, &rest.moved_from, RIM_AT_REST))
+            .collect();
+        let is_body = |place: [f64; 3]| {
+            places.iter().any(|body| body.contains(place))
+                && support.is_none_or(|support| support.plane.signed_distance(place) > CLEARANCE)
+        };
+
+        // First, because it alone may refuse.
+        let planes = self.map.planes.move_body(&new_from_old, is_body)?;
+        let around = box_around(&places, self.map.octree.resolution()).unwrap_or(from);
+        let cloud = self.map.cloud.move_body(&around, &new_from_old, is_body);
+        let stayed = self.map.cloud.points_in(&around, LEAST_OBSERVATIONS);
+        let octree = self.map.octree.move_body(&cloud.from, &cloud.to, &stayed);
+        let to =
+            self.map.objects.move_object(object, &new_from_old).ok_or(Error::UnknownObject { object })?;
+        Ok(ObjectMove {
+            object,
+            from,
+            to,
+            cloud_voxels: cloud.from.len(),
+            emptied_cells: octree.emptied,
+            occupied_cells: octree.occupied,
+            planes,
+        })
+    }
+}
+
+/// The surface by which an object of the map is followed, in the frame of its box.
+fn model_of(object: &MapObject) -> Result<ObjectModel, Error> {
+    let oriented_box = object.oriented_box();
+    if object.shape().kind() == ShapeKind::Cuboid {
+        return Ok(ObjectModel::cuboid(oriented_box.lengths())?);
+    }
+    let object_from_world = oriented_box.world_from_box().inverse();
+    let points: Vec<Point> =
+        object.points().map(|point| object_from_world.transform_point(point).map(|c| c as f32)).collect();
+    Ok(ObjectModel::from_points(&points)?)
+}
+
+/// The box about a tracked object at a pose, a rim wider on each side.
+fn body_at(tracker: &ObjectTracker, world_from_object: &Pose, rim: f64) -> Option<OrientedBox> {
+    let [low, high] = tracker.model().bounds();
+    let center = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
+    let middle = Pose::new(center, [0.0, 0.0, 0.0, 1.0]).ok()?;
+    let lengths = [0, 1, 2].map(|axis| high[axis] - low[axis]);
+    with_rim(&OrientedBox::new(*world_from_object * middle, lengths).ok()?, rim)
+}
+
+fn with_rim(body: &OrientedBox, rim: f64) -> Option<OrientedBox> {
+    OrientedBox::new(body.world_from_box(), body.lengths().map(|length| length + 2.0 * rim)).ok()
+}
+
+/// The upright box about some boxes, a rim wider on each side.
+fn box_around(bodies: &[OrientedBox], rim: f64) -> Option<OrientedBox> {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for corner in bodies.iter().flat_map(OrientedBox::corners) {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(corner[axis]);
+            high[axis] = high[axis].max(corner[axis]);
+        }
+    }
+    let center = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
+    let lengths = [0, 1, 2].map(|axis| high[axis] - low[axis] + 2.0 * rim);
+    let center = Pose::new(center, [0.0, 0.0, 0.0, 1.0]).unwrap_or_default();
+    OrientedBox::new(center, lengths).ok()
+}
