@@ -53,8 +53,8 @@ fn it_stands_at_its_new_place_and_nowhere_else() {
     for (from, to) in before.iter().zip(&after) {
         assert!((to[0] - from[0] - 0.4).abs() < 1e-3 && (to[1] - from[1]).abs() < 1e-3);
     }
-    assert!(map.points_in(&region(-0.2), 1).is_empty());
-    assert_eq!(map.points_in(&region(0.2), 1).len(), motion.to.len());
+    assert!(map.static_points_in(&region(-0.2)).is_empty());
+    assert_eq!(map.static_points_in(&region(0.2)).len(), motion.to.len());
 
     // It stays when frames see it there, and goes when they look through.
     for i in 30..60 {
@@ -76,7 +76,7 @@ fn what_is_no_part_of_it_stays_with_its_evidence() {
     let before = map.point_cloud(Selection::Static).len();
     let left_half = map.move_body(&region(0.0), &right(0.5), |place| place[0] < 0.0);
     assert!(left_half.from.iter().all(|point| point[0] < 0.0) && !left_half.from.is_empty());
-    let rest = map.points_in(&region(0.0), 1);
+    let rest = map.static_points_in(&region(0.0));
     assert!(rest.iter().all(|point| point[0] >= 0.0) && !rest.is_empty());
     assert_eq!(map.point_cloud(Selection::Static).len(), before);
 }
@@ -88,7 +88,7 @@ fn nothing_there_moves_nothing_and_far_is_off_the_lattice() {
     map.insert(&frame(0.0, Some(0.0)), None, &Pose::identity()).unwrap();
     let motion = map.move_body(&region(0.0), &right(1e12), |_| true);
     assert!(!motion.from.is_empty());
-    assert!(map.points_in(&region(0.0), 1).is_empty());
+    assert!(map.static_points_in(&region(0.0)).is_empty());
     assert!(red_points(&map, Selection::All).is_empty());
 }
 

@@ -13,8 +13,6 @@ const RIM_AT_REST: f64 = 0.02;
 const RIM_WHILE_MOVING: f64 = 0.04;
 /// What lies lower than this above the plane that the object stood on belongs to the plane, metres.
 const CLEARANCE: f64 = 0.007;
-/// Frames that must have read what stayed at the old place.
-const LEAST_OBSERVATIONS: u32 = 2;
 
 /// An object was put down at another place, and all maps followed.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,7 +129,7 @@ impl MapBuilder {
         let planes = self.map.planes.move_body(&new_from_old, is_body)?;
         let around = box_around(&places, self.map.octree.resolution()).unwrap_or(from);
         let cloud = self.map.cloud.move_body(&around, &new_from_old, is_body);
-        let stayed = self.map.cloud.points_in(&around, LEAST_OBSERVATIONS);
+        let stayed = self.map.cloud.static_points_in(&around);
         let octree = self.map.octree.move_body(&cloud.from, &cloud.to, &stayed);
         let to =
             self.map.objects.move_object(object, &new_from_old).ok_or(Error::UnknownObject { object })?;

@@ -14,7 +14,7 @@ mod statistics;
 
 pub use frame_source::{FrameSource, SourceFrame, every};
 pub use named_sequences::{NamedSequence, SequenceSet, named_sequence, named_sequences};
-pub use object_pictures::{objects_from_above, objects_from_camera};
+pub use object_pictures::{draw_object, objects_from_above, objects_from_camera};
 pub use object_records::object_records;
 pub use orthographic::Orthographic;
 pub use people_masks::PeopleMasks;

@@ -1,7 +1,7 @@
 use dymlm::ObjectMap;
-use dymlm::core::{Frame, PinholeCamera, PointCloud, Pose};
+use dymlm::core::{Frame, PinholeCamera, PointCloud, Pose, Rgb};
 use dymlm::geometry::OrientedBox;
-use dymlm::objects::{DualQuadric, MapObject, ShapeKind};
+use dymlm::objects::{DualQuadric, ObjectShape, ShapeKind};
 
 use crate::{Orthographic, Picture, plane_color};
 
@@ -15,32 +15,39 @@ const STEPS: usize = 200;
 pub fn objects_from_camera(objects: &ObjectMap, frame: &Frame, world_from_camera: &Pose) -> Picture {
     let camera = frame.camera();
     let (width, height) = (camera.width(), camera.height());
-    let mut pixels =
-        frame.color().map_or_else(|| vec![[128; 3]; width * height], |color| color.data().to_vec());
+    let pixels = frame.color().map_or_else(|| vec![[128; 3]; width * height], |color| color.data().to_vec());
+    let mut picture = Picture { name: "objects_camera.png", width, height, pixels };
     for object in objects.objects() {
-        let color = plane_color(object.id());
-        for [u, v] in outline(object, camera, world_from_camera) {
-            for (du, dv) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                let (u, v) = (u.round() as i64 + du, v.round() as i64 + dv);
-                if (0..width as i64).contains(&u) && (0..height as i64).contains(&v) {
-                    pixels[v as usize * width + u as usize] = color;
-                }
-            }
-        }
+        draw_object(&mut picture, &object.shape(), camera, world_from_camera, plane_color(object.id()));
     }
-    Picture { name: "objects_camera.png", width, height, pixels }
+    picture
 }
 
-/// Points of the image along an object's edges or outline.
-fn outline(object: &MapObject, camera: &PinholeCamera, world_from_camera: &Pose) -> Vec<[f64; 2]> {
-    match object.shape().kind() {
-        ShapeKind::Ellipsoid => DualQuadric::new(&object.oriented_box())
+/// Draws a box's edges or an ellipsoid's outline, two pixels wide, into what a camera sees.
+pub fn draw_object(
+    picture: &mut Picture,
+    shape: &ObjectShape,
+    camera: &PinholeCamera,
+    world_from_camera: &Pose,
+    color: Rgb,
+) {
+    for [u, v] in outline(shape, camera, world_from_camera) {
+        for (du, dv) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            picture.set(u.round() as i64 + du, v.round() as i64 + dv, color);
+        }
+    }
+}
+
+/// Points of the image along a shape's edges or outline.
+fn outline(shape: &ObjectShape, camera: &PinholeCamera, world_from_camera: &Pose) -> Vec<[f64; 2]> {
+    match shape.kind() {
+        ShapeKind::Ellipsoid => DualQuadric::new(&shape.oriented_box())
             .project(camera, world_from_camera)
             .map(|ellipse| ellipse.outline(STEPS).collect())
             .unwrap_or_default(),
         ShapeKind::Cuboid => {
             let camera_from_world = world_from_camera.inverse();
-            let points = edge_points(&object.oriented_box());
+            let points = edge_points(&shape.oriented_box());
             points.filter_map(|point| camera.project(camera_from_world.transform_point(point))).collect()
         }
     }

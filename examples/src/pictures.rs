@@ -27,6 +27,16 @@ impl Picture {
         Self { name, width: view.width(), height: view.height(), pixels: view.into_pixels() }
     }
 
+    /// Colours a pixel; outside the picture nothing happens.
+    pub fn set(&mut self, u: i64, v: i64, color: Rgb) {
+        let (Ok(u), Ok(v)) = (usize::try_from(u), usize::try_from(v)) else { return };
+        if u < self.width
+            && let Some(pixel) = self.pixels.get_mut(v * self.width + u)
+        {
+            *pixel = color;
+        }
+    }
+
     /// Writes the picture as PNG.
     ///
     /// # Errors

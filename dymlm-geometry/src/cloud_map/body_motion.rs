@@ -51,15 +51,21 @@ impl CloudMap {
         motion
     }
 
-    /// Mean places of the voxels in a box that at least `least_observations` frames read, whatever their verdict, in the
-    /// order of [`Self::voxels`]. O(voxels of the box's blocks).
-    pub fn points_in(&self, region: &OrientedBox, least_observations: u32) -> Vec<Point> {
+    /// Mean places of the voxels in a box that enough frames read and that their own cell of the evidence takes for
+    /// static: much like the [static](crate::Selection::Static) map there, without the neighbours' votes and without
+    /// thinning, but for the cost of the box alone. In the order of [`Self::voxels`]. O(voxels of the box's blocks).
+    pub fn static_points_in(&self, region: &OrientedBox) -> Vec<Point> {
+        let least = self.config.thinning.min_observations;
         let mut points = Vec::new();
         for key in self.blocks_about(region) {
             let Some(block) = self.voxels.get(key) else { continue };
             for (place, voxel) in block.iter() {
-                let point = voxel.mean_position(key.cell(place), self.config.voxel_size);
-                if voxel.observations >= least_observations && region.contains(point.map(f64::from)) {
+                let cell = key.cell(place);
+                let point = voxel.mean_position(cell, self.config.voxel_size);
+                if voxel.observations >= least
+                    && region.contains(point.map(f64::from))
+                    && !self.evidence.is_outvoted(cell, self.config.evidence.looks_per_reading)
+                {
                     points.push(point);
                 }
             }

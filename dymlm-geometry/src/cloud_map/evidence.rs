@@ -123,6 +123,14 @@ impl Evidence {
         self.blocks.get(BlockKey::new(block)).map_or(0, |block| block.at(index).support)
     }
 
+    /// Whether more speaks against the cell of a voxel than for it.
+    pub(super) fn is_outvoted(&self, voxel: [i32; 3], looks_per_reading: f64) -> bool {
+        let (block, index) = self.cell_of(voxel);
+        let evidence =
+            self.blocks.get(BlockKey::new(block)).map_or(Support::default(), |block| block.at(index));
+        looks_per_reading * f64::from(evidence.support) < f64::from(evidence.looked_through)
+    }
+
     /// Takes out what speaks for the cell of a voxel: what was read there is gone.
     pub(super) fn clear_support(&mut self, voxel: [i32; 3]) {
         let (block, index) = self.cell_of(voxel);

@@ -1,9 +1,9 @@
 //! What makes iterations of Lucas-Kanade cheap: sums over a window that is moved by fractions of a pixel.
 
-/// Lanes of a vector of the plainest processor.
-pub(super) const LANES: usize = 4;
+use wide::f32x4;
 
-type Lanes = [f32; LANES];
+/// Values that are worked on at once.
+pub(super) const LANES: usize = 4;
 
 /// Sums of the products of two planes of a template with an image, at the four whole-pixel shifts about a corner.
 ///
@@ -35,13 +35,13 @@ impl Region<'_> {
 impl ShiftedSums {
     /// Of planes with rows of `stride` values, a multiple of [`LANES`]; the region has a column and a row more.
     pub(super) fn of(planes: [&[f32]; 2], stride: usize, region: Region<'_>) -> Self {
-        let mut sums = [[0.0; LANES]; 8];
+        let mut sums = [f32x4::ZERO; 8];
         let rows = planes[0].chunks_exact(stride).zip(planes[1].chunks_exact(stride));
         for (v, (first, second)) in rows.enumerate() {
             let [upper, lower] = [v, v + 1].map(|v| region.row(v, stride + 1));
             add_row(&mut sums, [first, second], [upper, lower]);
         }
-        let [a, b, c, d, e, f, g, h] = sums.map(|lanes| lanes.iter().sum());
+        let [a, b, c, d, e, f, g, h] = sums.map(sum_of);
         Self { sums: [[a, b, c, d], [e, f, g, h]] }
     }
 
@@ -55,30 +55,33 @@ impl ShiftedSums {
 
 /// Adds the products of a row: eight sums, held in registers.
 #[inline]
-fn add_row(sums: &mut [Lanes; 8], [first, second]: [&[f32]; 2], [upper, lower]: [&[f32]; 2]) {
-    let chunks = |row: &'_ [f32]| -> usize { row.len() / LANES };
-    debug_assert_eq!(chunks(first), chunks(second));
+fn add_row(sums: &mut [f32x4; 8], [first, second]: [&[f32]; 2], [upper, lower]: [&[f32]; 2]) {
     let [upper_next, lower_next] = [upper, lower].map(|row| row.get(1..).unwrap_or(&[]));
-    let shifts = lanes(upper).iter().zip(lanes(upper_next)).zip(lanes(lower).iter().zip(lanes(lower_next)));
-    let [mut s0, mut s1, mut s2, mut s3, mut s4, mut s5, mut s6, mut s7] = *sums;
-    for ((a, b), ((u0, u1), (l0, l1))) in lanes(first).iter().zip(lanes(second)).zip(shifts) {
-        for i in 0..LANES {
-            s0[i] += a[i] * u0[i];
-            s1[i] += a[i] * u1[i];
-            s2[i] += a[i] * l0[i];
-            s3[i] += a[i] * l1[i];
-            s4[i] += b[i] * u0[i];
-            s5[i] += b[i] * u1[i];
-            s6[i] += b[i] * l0[i];
-            s7[i] += b[i] * l1[i];
-        }
+    let shifts = vectors(upper).zip(vectors(upper_next)).zip(vectors(lower).zip(vectors(lower_next)));
+    let mut own = *sums;
+    for ((a, b), ((u0, u1), (l0, l1))) in vectors(first).zip(vectors(second)).zip(shifts) {
+        own[0] += a * u0;
+        own[1] += a * u1;
+        own[2] += a * l0;
+        own[3] += a * l1;
+        own[4] += b * u0;
+        own[5] += b * u1;
+        own[6] += b * l0;
+        own[7] += b * l1;
     }
-    *sums = [s0, s1, s2, s3, s4, s5, s6, s7];
+    *sums = own;
 }
 
+/// The values of a row, four at a time. Left to itself the compiler mixes the lanes of neighbouring sums.
 #[inline]
-pub(super) fn lanes(row: &[f32]) -> &[Lanes] {
-    row.as_chunks().0
+pub(super) fn vectors(row: &[f32]) -> impl Iterator<Item = f32x4> {
+    row.as_chunks::<LANES>().0.iter().map(|values| f32x4::from(*values))
+}
+
+/// In an order that is the same on all processors.
+#[inline]
+pub(super) fn sum_of(lanes: f32x4) -> f32 {
+    lanes.to_array().iter().sum()
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
+use wide::f32x4;
+
 use super::Lighting;
-use super::shifted_sums::{LANES, Region, ShiftedSums, lanes};
+use super::shifted_sums::{LANES, Region, ShiftedSums, sum_of, vectors};
 use crate::GrayImage;
 
 /// A window of an image with its gradients, to be found again in another: one level of Lucas-Kanade.
@@ -169,23 +171,20 @@ impl Template {
         let side = 2 * self.radius + 1;
         let rim = side + 2;
         let inner = |row: usize| row * rim..(row + 1) * rim;
-        let mut total = 0.0;
         for y in 0..side {
             let [above, here, below] =
                 [y, y + 1, y + 2].map(|row| self.sampled.get(inner(row)).unwrap_or(&[]));
             let target = y * self.stride..y * self.stride + side;
-            let values = &mut self.values[target.clone()];
-            values.copy_from_slice(&here[1..=side]);
-            total += values.iter().sum::<f32>();
+            self.values[target.clone()].copy_from_slice(&here[1..=side]);
             gradient_row(
                 [above, here, below],
                 &mut self.gradient_u[target.clone()],
                 &mut self.gradient_v[target],
             );
         }
-        let mean = total / (side * side) as f32;
-        for row in self.values.chunks_exact_mut(self.stride) {
-            row[..side].iter_mut().for_each(|value| *value -= mean);
+        let mean = sum_of(vectors(&self.values).sum()) / (side * side) as f32;
+        for (value, weight) in self.values.iter_mut().zip(&self.weights) {
+            *value -= mean * weight;
         }
         self.sums = TemplateSums::of(mean, &self.values, [&self.gradient_u, &self.gradient_v]);
     }
@@ -266,21 +265,19 @@ impl Template {
     fn compare(&mut self, image: &GrayImage, point: [f32; 2]) -> WindowSums {
         let stride = self.stride;
         let corner = point.map(|c| c - self.radius as f32);
-        let [mut totals, mut squares, mut products] = [[0.0; LANES]; 3];
+        let [mut totals, mut squares, mut products] = [f32x4::ZERO; 3];
         let (values, weights) = (&self.values, &self.weights);
         interpolate(image, corner, [stride, 2 * self.radius + 1], &mut self.patch, |row, seen| {
             let [values, weights] =
                 [values, weights].map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
-            for ((seen, value), weight) in lanes(seen).iter().zip(lanes(values)).zip(lanes(weights)) {
-                for i in 0..LANES {
-                    let seen = seen[i] * weight[i];
-                    totals[i] += seen;
-                    squares[i] += seen * seen;
-                    products[i] += seen * value[i];
-                }
+            for ((seen, value), weight) in vectors(seen).zip(vectors(values)).zip(vectors(weights)) {
+                let seen = seen * weight;
+                totals += seen;
+                squares += seen * seen;
+                products += seen * value;
             }
         });
-        let [total, squares, product] = [totals, squares, products].map(|lanes| lanes.iter().sum());
+        let [total, squares, product] = [totals, squares, products].map(sum_of);
         WindowSums { total, squares, product }
     }
 }
@@ -288,20 +285,18 @@ impl Template {
 impl TemplateSums {
     /// Of planes that are 0 in their padding; `values` less their mean.
     fn of(mean: f32, values: &[f32], [gradient_u, gradient_v]: [&[f32]; 2]) -> Self {
-        let mut sums = [[0.0; LANES]; 8];
-        for ((value, gu), gv) in lanes(values).iter().zip(lanes(gradient_u)).zip(lanes(gradient_v)) {
-            for i in 0..LANES {
-                sums[0][i] += value[i] * value[i];
-                sums[1][i] += gu[i];
-                sums[2][i] += gv[i];
-                sums[3][i] += gu[i] * value[i];
-                sums[4][i] += gv[i] * value[i];
-                sums[5][i] += gu[i] * gu[i];
-                sums[6][i] += gu[i] * gv[i];
-                sums[7][i] += gv[i] * gv[i];
-            }
+        let mut sums = [f32x4::ZERO; 8];
+        for ((value, gu), gv) in vectors(values).zip(vectors(gradient_u)).zip(vectors(gradient_v)) {
+            sums[0] += value * value;
+            sums[1] += gu;
+            sums[2] += gv;
+            sums[3] += gu * value;
+            sums[4] += gv * value;
+            sums[5] += gu * gu;
+            sums[6] += gu * gv;
+            sums[7] += gv * gv;
         }
-        let [energy, u, v, u_value, v_value, uu, uv, vv] = sums.map(|lanes| lanes.iter().sum());
+        let [energy, u, v, u_value, v_value, uu, uv, vv] = sums.map(sum_of);
         Self { mean, energy, gradient: [u, v], gradient_value: [u_value, v_value], matrix: [uu, uv, vv] }
     }
 }

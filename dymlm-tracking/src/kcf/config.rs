@@ -16,7 +16,7 @@ pub enum KcfFeatures {
 }
 
 /// Settings of [`KcfTracker`](crate::KcfTracker). The defaults are those of Henriques 2015 and its published
-/// multi-scale variant for gradient features.
+/// multi-scale variant for gradient features, but for the window.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -24,10 +24,11 @@ pub enum KcfFeatures {
 pub struct KcfConfig {
     /// What is seen of the image. Default [`KcfFeatures::HogAndIntensity`].
     pub features: KcfFeatures,
-    /// Side of the search window as a multiple of the target's, 1.2..=8, default 2.5. A target that moves by more
-    /// than about (padding - 1) / 2 of its size between updates leaves the window.
+    /// Side of the search window as a multiple of the target's, 1.2..=8, default 1.8: on crossing pedestrians Henriques'
+    /// 2.5 takes in passers-by and follows them. A target that moves by more than about (padding - 1) / 2 of its size
+    /// between updates leaves the window.
     pub padding: f32,
-    /// Longer side of the template to which the window is resampled, pixels, 16..=512, default 96. Time grows with its
+    /// Longer side of the template to which the window is resampled, pixels, 16..=512, default 128. Time grows with its
     /// square.
     pub template_size: usize,
     /// Side of a cell of gradients, pixels of the template, 2..=16, default 4. Intensity alone has cells of 1.
@@ -44,7 +45,7 @@ pub struct KcfConfig {
     pub scale_step: f32,
     /// Number of scales tried to each side of the last one, 0..=8, default 1; 0 = the size never changes.
     pub scales: usize,
-    /// Factor on the response at another scale than the last one, for each step, 0.5..=1, default 0.95: the size
+    /// Factor on the response at another scale than the last one, for each step, 0.5..=1, default 0.98: the size
     /// changes only when that clearly fits better.
     pub scale_weight: f32,
     /// Least peak-to-sidelobe ratio at which a view is learned, 0..=100, default 5. Below it the target may be
@@ -56,8 +57,8 @@ impl Default for KcfConfig {
     fn default() -> Self {
         Self {
             features: KcfFeatures::default(),
-            padding: 2.5,
-            template_size: 96,
+            padding: 1.8,
+            template_size: 128,
             cell_size: 4,
             kernel_sigma: 0.6,
             regularization: 1e-4,
@@ -65,7 +66,7 @@ impl Default for KcfConfig {
             output_sigma: 0.125,
             scale_step: 1.05,
             scales: 1,
-            scale_weight: 0.95,
+            scale_weight: 0.98,
             min_learning_ratio: 5.0,
         }
     }

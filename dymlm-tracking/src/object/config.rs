@@ -8,7 +8,7 @@ use crate::{CornerConfig, FlowConfig, KcfConfig, Lighting, RansacConfig, Refiner
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct ObjectTrackerConfig {
-    /// The window tracker.
+    /// The window tracker. Default: windows of 2.5 times the object's size (a hand moves fast), resampled to 96 pixels.
     pub kcf: KcfConfig,
     /// The flow from frame to frame. Default: windows of 15x15, light may change.
     pub flow: FlowConfig,
@@ -64,7 +64,7 @@ impl Default for ObjectTrackerConfig {
         };
         let corners = CornerConfig { max_corners: 80, min_distance: 5.0, ..CornerConfig::default() };
         Self {
-            kcf: KcfConfig::default(),
+            kcf: KcfConfig { padding: 2.5, template_size: 96, ..KcfConfig::default() },
             flow,
             corners,
             ransac: RansacConfig {

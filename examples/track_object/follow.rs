@@ -1,0 +1,155 @@
+use std::time::Instant;
+
+use dymlm::core::{DepthImage, Detection, Frame, Pose};
+use dymlm::geometry::OrientedBox;
+use dymlm::tracking::{ObjectState, ObjectTracker, ObjectTrackerConfig};
+use dymlm::{MapBuilder, ObjectMove};
+use dymlm_examples::AnyError;
+use dymlm_io::{StampedPose, Trajectory};
+
+use crate::errors::{Errors, Quantiles};
+use crate::strip::Panel;
+
+/// Follows a chosen object frame by frame, and keeps what the reports need.
+pub(crate) struct Follower {
+    builder: MapBuilder,
+    tracker: ObjectTracker,
+    object: u64,
+    has_depth: bool,
+    world_from_object: Pose,
+    run: Followed,
+    was_lost: bool,
+}
+
+/// What became of a followed object.
+pub(crate) struct Followed {
+    pub(crate) label: String,
+    pub(crate) poses: Vec<StampedPose>,
+    pub(crate) errors: Option<Errors>,
+    pub(crate) losses: usize,
+    pub(crate) milliseconds: Vec<f64>,
+    pub(crate) moves: Vec<ObjectMove>,
+    pub(crate) panels: Vec<Panel>,
+}
+
+impl Follower {
+    /// Chooses an object of the builder's map.
+    pub(crate) fn new(
+        builder: MapBuilder,
+        object: u64,
+        frame: &Frame,
+        world_from_camera: &Pose,
+        has_depth: bool,
+    ) -> Result<Self, AnyError> {
+        let mapped = builder.map().objects().object(object).ok_or("no such object")?;
+        let (label, start) = (mapped.label().to_owned(), mapped.oriented_box().world_from_box());
+        let config = ObjectTrackerConfig::default();
+        let tracker = builder.track_object(object, &seen(frame, has_depth)?, world_from_camera, &config)?;
+        let run = Followed {
+            label,
+            poses: Vec::new(),
+            errors: None,
+            losses: 0,
+            milliseconds: Vec::new(),
+            moves: Vec::new(),
+            panels: Vec::new(),
+        };
+        Ok(Self { builder, tracker, object, has_depth, world_from_object: start, run, was_lost: false })
+    }
+
+    /// Tracks the object into a frame, tells the maps, and maps the frame. Gives the pose, if there is one.
+    pub(crate) fn step(
+        &mut self,
+        frame: &Frame,
+        detections: &[Detection],
+        world_from_camera: &Pose,
+    ) -> Result<Option<Pose>, AnyError> {
+        let input = seen(frame, self.has_depth)?;
+        let begin = Instant::now();
+        let update = self.tracker.track(&input, detections, world_from_camera)?;
+        self.run.milliseconds.push(1e3 * begin.elapsed().as_secs_f64());
+        self.run.moves.extend(self.builder.follow_object(self.object, &self.tracker, &update)?);
+        self.builder.insert(frame, detections, world_from_camera)?;
+
+        let is_lost = update.state == ObjectState::Lost;
+        self.run.losses += usize::from(is_lost && !self.was_lost);
+        self.was_lost = is_lost;
+        self.world_from_object = update.world_from_object;
+        let timestamp = frame.timestamp();
+        let found = (update.inliers > 0).then_some(update.world_from_object);
+        self.run.poses.extend(found.map(|world_from_camera| StampedPose { timestamp, world_from_camera }));
+        Ok(found)
+    }
+
+    /// Keeps a picture of the frame and of the map.
+    pub(crate) fn picture(&mut self, caption: &'static str, frame: &Frame, world_from_camera: &Pose) {
+        let [low, high] = self.tracker.model().bounds();
+        let lengths = [0, 1, 2].map(|axis| high[axis] - low[axis]);
+        let body = OrientedBox::new(self.world_from_object, lengths).ok();
+        let objects = self.builder.map().objects();
+        let trace: Vec<[f64; 3]> =
+            self.run.poses.iter().map(|pose| pose.world_from_camera.translation()).collect();
+        let chosen = body.map(|body| (self.object, body));
+        self.run.panels.push(Panel::new(caption, frame, world_from_camera, objects, chosen, &trace));
+    }
+
+    pub(crate) fn finish(mut self, errors: Option<Errors>) -> Followed {
+        self.run.errors = errors;
+        self.run
+    }
+}
+
+impl Followed {
+    /// Where the object was: TUM format, world from object.
+    pub(crate) fn trajectory(&self) -> Result<Trajectory, AnyError> {
+        Ok(Trajectory::new(self.poses.clone())?)
+    }
+
+    #[allow(clippy::print_stdout, reason = "a program for the terminal")]
+    pub(crate) fn print(&self) {
+        let frames = self.milliseconds.len();
+        let time = Quantiles::of(self.milliseconds.clone());
+        println!(
+            "{}: a pose in {} of {frames} frames, lost {} times; {:.1} ms a frame (median), {:.1} ms (95 %)",
+            self.label,
+            self.poses.len(),
+            self.losses,
+            time.at(0.5),
+            time.at(0.95)
+        );
+        if let Some(errors) = &self.errors {
+            println!("  off the truth: {errors}");
+        }
+        for moved in &self.moves {
+            let [from, to] = [moved.from, moved.to].map(|place| place.center());
+            println!(
+                "  put down: from ({:.2}, {:.2}, {:.2}) to ({:.2}, {:.2}, {:.2}); {} voxels of the cloud and {} planes \
+                 went with it, {} cells of the octree are empty, {} occupied",
+                from[0],
+                from[1],
+                from[2],
+                to[0],
+                to[1],
+                to[2],
+                moved.cloud_voxels,
+                moved.planes.len(),
+                moved.emptied_cells,
+                moved.occupied_cells
+            );
+        }
+        if self.moves.is_empty() {
+            println!("  it was not put down at another place");
+        }
+    }
+}
+
+/// The frame, or the frame without its depth.
+pub(crate) fn seen(frame: &Frame, has_depth: bool) -> Result<Frame, AnyError> {
+    if has_depth {
+        return Ok(frame.clone());
+    }
+    let camera = frame.camera();
+    let blank =
+        DepthImage::new(camera.width(), camera.height(), vec![0.0; camera.width() * camera.height()])?;
+    Ok(Frame::new(frame.timestamp(), *camera, blank, frame.color().cloned())?)
+}
