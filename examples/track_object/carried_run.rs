@@ -72,10 +72,10 @@ fn object_at(builder: &MapBuilder, frame: &SimulatedFrame) -> Option<u64> {
     let thing = frame.carried?;
     let place = thing.world_from_object.translation();
     let distance = |center: [f64; 3]| (0..3).map(|i| (center[i] - place[i]).powi(2)).sum::<f64>().sqrt();
-    builder
-        .map()
-        .objects()
-        .with_label(thing.label)
+    // In a second it may not have been detected often enough to be believed.
+    let objects = builder.map().objects().all_objects().iter();
+    objects
+        .filter(|object| object.label() == thing.label)
         .map(|object| (distance(object.oriented_box().center()), object.id()))
         .filter(|(distance, _)| *distance < 0.15)
         .min_by(|a, b| a.0.total_cmp(&b.0))

@@ -1,3 +1,4 @@
+use std::path::Path;
 use std::time::Instant;
 
 use dymlm::core::{DepthImage, Detection, Frame, Pose};
@@ -5,7 +6,7 @@ use dymlm::geometry::OrientedBox;
 use dymlm::tracking::{ObjectState, ObjectTracker, ObjectTrackerConfig};
 use dymlm::{MapBuilder, ObjectMove};
 use dymlm_examples::AnyError;
-use dymlm_io::{StampedPose, Trajectory};
+use dymlm_io::write_atomically;
 
 use crate::errors::{Errors, Quantiles};
 use crate::strip::Panel;
@@ -24,7 +25,8 @@ pub(crate) struct Follower {
 /// What became of a followed object.
 pub(crate) struct Followed {
     pub(crate) label: String,
-    pub(crate) poses: Vec<StampedPose>,
+    /// Time and pose, world from object, of the frames with one.
+    pub(crate) poses: Vec<(f64, Pose)>,
     pub(crate) errors: Option<Errors>,
     pub(crate) losses: usize,
     pub(crate) milliseconds: Vec<f64>,
@@ -77,7 +79,7 @@ impl Follower {
         self.world_from_object = update.world_from_object;
         let timestamp = frame.timestamp();
         let found = (update.inliers > 0).then_some(update.world_from_object);
-        self.run.poses.extend(found.map(|world_from_camera| StampedPose { timestamp, world_from_camera }));
+        self.run.poses.extend(found.map(|pose| (timestamp, pose)));
         Ok(found)
     }
 
@@ -87,8 +89,7 @@ impl Follower {
         let lengths = [0, 1, 2].map(|axis| high[axis] - low[axis]);
         let body = OrientedBox::new(self.world_from_object, lengths).ok();
         let objects = self.builder.map().objects();
-        let trace: Vec<[f64; 3]> =
-            self.run.poses.iter().map(|pose| pose.world_from_camera.translation()).collect();
+        let trace: Vec<[f64; 3]> = self.run.poses.iter().map(|(_, pose)| pose.translation()).collect();
         let chosen = body.map(|body| (self.object, body));
         self.run.panels.push(Panel::new(caption, frame, world_from_camera, objects, chosen, &trace));
     }
@@ -100,9 +101,16 @@ impl Follower {
 }
 
 impl Followed {
-    /// Where the object was: TUM format, world from object.
-    pub(crate) fn trajectory(&self) -> Result<Trajectory, AnyError> {
-        Ok(Trajectory::new(self.poses.clone())?)
+    /// Where the object was, in TUM format.
+    pub(crate) fn write_poses(&self, path: &Path) -> Result<(), AnyError> {
+        Ok(write_atomically(path, |out| -> Result<(), AnyError> {
+            writeln!(out, "# timestamp tx ty tz qx qy qz qw (world from object)")?;
+            for (timestamp, pose) in &self.poses {
+                let ([x, y, z], [qx, qy, qz, qw]) = (pose.translation(), pose.quaternion());
+                writeln!(out, "{timestamp:.6} {x:.6} {y:.6} {z:.6} {qx:.7} {qy:.7} {qz:.7} {qw:.7}")?;
+            }
+            Ok(())
+        })?)
     }
 
     #[allow(clippy::print_stdout, reason = "a program for the terminal")]

@@ -90,7 +90,7 @@ fn main() -> Result<(), AnyError> {
 
 fn write_results(run: Followed, strip: &mut Strip, arguments: &Arguments) -> Result<(), AnyError> {
     let name = format!("poses_{}.txt", run.label.replace(' ', "_"));
-    run.trajectory()?.write(arguments.out.join(name))?;
+    run.write_poses(&arguments.out.join(name))?;
     strip.add(run.panels);
     Ok(())
 }

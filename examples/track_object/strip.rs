@@ -1,7 +1,7 @@
 use dymlm::ObjectMap;
 use dymlm::core::{Frame, PinholeCamera, Pose, Rgb};
 use dymlm::geometry::OrientedBox;
-use dymlm::objects::ObjectShape;
+use dymlm::objects::{MapObject, ObjectShape, ObjectState};
 use dymlm_examples::{Picture, draw_object, plane_color};
 
 /// One moment: the object map on the left, what the camera saw on the right (the paper's figure of object tracking).
@@ -27,7 +27,7 @@ const GAP: usize = 12;
 const ABOVE: f64 = 0.5;
 const BEHIND: f64 = 0.25;
 /// Objects farther from the camera than this are not drawn, metres.
-const FAR: f64 = 3.0;
+const FAR: f64 = 4.0;
 
 impl Panel {
     /// `chosen`: the followed object, and where it is. `trace`: where it has been.
@@ -48,7 +48,10 @@ impl Panel {
         for &place in trace {
             dot(&mut map, camera, &from_above, place, 1, TRACE);
         }
-        for object in objects.objects() {
+        let is_chosen = |id: u64| chosen.is_some_and(|(own, _)| own == id);
+        let is_drawn =
+            |object: &&MapObject| object.state() == ObjectState::Confirmed || is_chosen(object.id());
+        for object in objects.all_objects().iter().filter(is_drawn) {
             let center = object.oriented_box().center();
             if (0..3).map(|i| (center[i] - eye[i]).powi(2)).sum::<f64>() > FAR * FAR {
                 continue;
