@@ -39,7 +39,7 @@ pub use object_map::{CentroidCloud, LabelEvidence, MapObject, ObjectMap, ObjectS
 pub use optimization::{MergeConfig, UpdateConfig};
 pub use parameterization::{
     BoxAxes, BoxFit, BoxFitter, BoxFitterConfig, Completeness, ObjectObservation, ParameterizationConfig,
-    Parameterizer, SideView,
+    Parameterizer, Relief, SideView,
 };
 pub use report::{ObjectAssociation, ObjectMerge, ObjectReport, RejectedDetection, RejectionCause};
 pub use shape::{DualQuadric, ImageEllipse, ObjectShape};

@@ -3,7 +3,7 @@ use dymlm_geometry::OrientedBox;
 
 use super::{BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud};
 use crate::vector3::along;
-use crate::{BoxAxes, ObjectObservation, ObjectShape, ObjectView, ShapeKind, SupportPlane};
+use crate::{BoxAxes, ObjectObservation, ObjectShape, ObjectView, Relief, ShapeKind, SupportPlane};
 
 /// An object of the map.
 #[derive(Debug, Clone)]
@@ -17,6 +17,8 @@ pub struct MapObject {
     pub(crate) evidence: LabelEvidence,
     pub(crate) observations: u32,
     pub(crate) whole_observations: u32,
+    /// Observations that told it from its plane by colour only.
+    pub(crate) flat_observations: u32,
     /// Frames in which it was in view, seen by the detector or not.
     pub(crate) frames_in_view: u32,
     /// Frames that looked through the place where it should be.
@@ -118,6 +120,11 @@ impl MapObject {
         self.observations
     }
 
+    /// What most observations told it from its surroundings by.
+    pub fn relief(&self) -> Relief {
+        if 2 * self.flat_observations > self.observations { Relief::Flat } else { Relief::Raised }
+    }
+
     /// Number of frames in which it was in view and not hidden, whether the detector saw it or not.
     pub fn frames_in_view(&self) -> u32 {
         self.frames_in_view
@@ -194,6 +201,7 @@ impl MapObject {
             evidence: LabelEvidence::default(),
             observations: 0,
             whole_observations: 0,
+            flat_observations: 0,
             frames_in_view: 0,
             looked_through: 0,
             first_seen: timestamp,
@@ -225,6 +233,7 @@ impl MapObject {
             self.centroids.add(observation.centroid);
             self.whole_observations += 1;
         }
+        self.flat_observations += u32::from(observation.relief == Relief::Flat);
         self.evidence.add(&observation.label, f64::from(observation.score));
         if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {
             self.label = best.to_owned();
@@ -288,6 +297,7 @@ impl MapObject {
         self.remember(&other.sighted_points);
         self.observations += other.observations;
         self.whole_observations += other.whole_observations;
+        self.flat_observations += other.flat_observations;
         self.frames_in_view = self.frames_in_view.max(other.frames_in_view).max(self.observations);
         self.looked_through = self.looked_through.min(other.looked_through);
         if other.last_seen > self.last_seen {

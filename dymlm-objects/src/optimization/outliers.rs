@@ -29,16 +29,17 @@ impl OutlierFilter {
     }
 
     /// Puts the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting plane in the same
-    /// frame.
+    /// frame, `share` the part of the usual number of observations a voxel that counts.
     pub(super) fn choose(
         &mut self,
         cloud: &ObjectCloud,
         plane: Option<&Plane>,
         tolerance: f64,
+        share: f64,
         config: &UpdateConfig,
         points: &mut Vec<Point>,
     ) {
-        let least = self.least_observations(cloud, config);
+        let least = self.least_observations(cloud, share);
         let stands = |place: [f64; 3]| plane.is_none_or(|plane| plane.signed_distance(place) > tolerance);
         points.clear();
         let chosen = cloud.points().filter(|&(place, count)| count >= least && stands(place));
@@ -48,7 +49,7 @@ impl OutlierFilter {
         }
     }
 
-    fn least_observations(&mut self, cloud: &ObjectCloud, config: &UpdateConfig) -> u32 {
+    fn least_observations(&mut self, cloud: &ObjectCloud, share: f64) -> u32 {
         self.counts.clear();
         self.counts.extend(cloud.points().map(|(_, count)| count));
         let rank = self.counts.len() * 3 / 4;
@@ -56,7 +57,7 @@ impl OutlierFilter {
             return 0;
         }
         let usual = *self.counts.select_nth_unstable(rank).1;
-        (config.min_voxel_share * f64::from(usual)).ceil() as u32
+        (share * f64::from(usual)).ceil() as u32
     }
 
     fn isolate(&mut self, points: &mut Vec<Point>, threshold: f64) {

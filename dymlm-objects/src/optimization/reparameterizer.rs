@@ -4,7 +4,7 @@ use dymlm_geometry::IsolationForest;
 use super::UpdateConfig;
 use super::completion::complete;
 use super::outliers::OutlierFilter;
-use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, ShapeTable, SizePriors};
+use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePriors};
 
 /// New parameters for an object from all its points, and whether to accept them (paper IV-C).
 #[derive(Debug)]
@@ -29,6 +29,8 @@ pub(crate) enum Proposal {
 
 /// Below this distance from its supporting plane, an object's points are the plane's, metres.
 const FOOT: f64 = 0.004;
+/// Share of the usual number of observations a voxel that one of a flat thing needs.
+const FLAT_SHARE: f64 = 0.4;
 
 impl Reparameterizer {
     pub(crate) fn new(config: &UpdateConfig, mut fitter: BoxFitterConfig) -> Result<Self, ConfigError> {
@@ -84,12 +86,16 @@ impl Reparameterizer {
         self.choose_points(object, plane.as_ref());
         let vertical = plane.map(|plane| plane.normal()).or(vertical);
         let fit = self.fitter.fit(&self.points, vertical)?;
+        let prior = priors.of(&object.label);
+        let is_flat = object.relief() == Relief::Flat;
         let fit = match &plane {
+            Some(plane) if is_flat => fit.lying_on(plane, prior.map_or(0.0, |prior| prior.height.min)),
             Some(plane) => fit.standing_on(plane),
             None => fit,
         };
         let mut oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
-        let prior = priors.of(&object.label).filter(|_| self.config.completion.is_on());
+        // Colours show a flat thing to its ends.
+        let prior = prior.filter(|_| self.config.completion.is_on() && !is_flat);
         if let Some(prior) = prior {
             oriented_box = complete(&oriented_box, prior, &object.key_views, vertical.is_some());
         }
@@ -98,7 +104,12 @@ impl Reparameterizer {
 
     fn choose_points(&mut self, object: &MapObject, plane: Option<&Plane>) {
         let Self { outliers, points, config, plane_tolerance, .. } = self;
-        outliers.choose(&object.cloud, plane, *plane_tolerance, config, points);
+        // What lies flat is at its plane's height, and the parts of its plane that were taken for it differ from view to view.
+        let (plane, share) = match object.relief() {
+            Relief::Flat => (None, FLAT_SHARE.max(config.min_voxel_share)),
+            Relief::Raised => (plane, config.min_voxel_share),
+        };
+        outliers.choose(&object.cloud, plane, *plane_tolerance, share, config, points);
     }
 
     /// Whether the projections onto the key views do not get worse.

@@ -113,6 +113,22 @@ impl BoxAxes {
 }
 
 impl BoxFit {
+    /// The box of something that lies on a plane, whose normal is its third axis, and is at least `height` metres high:
+    /// its sides between the plane and its upper side.
+    #[must_use]
+    pub(crate) fn lying_on(self, plane: &Plane, height: f64) -> Self {
+        let [length, width, own] = self.oriented_box.lengths();
+        let pose = self.oriented_box.world_from_box();
+        let middle = plane.signed_distance(pose.translation());
+        let height = (middle + 0.5 * own).max(height);
+        let center = [0, 1, 2].map(|k| pose.translation()[k] + (0.5 * height - middle) * plane.normal()[k]);
+        let moved = Pose::new(center, pose.quaternion()).ok();
+        match moved.and_then(|pose| OrientedBox::new(pose, [length, width, height]).ok()) {
+            Some(oriented_box) => Self { oriented_box, ..self },
+            None => self,
+        }
+    }
+
     /// The box with its lower side moved down to the plane that it stands on, whose normal is its third axis; as it is
     /// when it does not stand above the plane.
     #[must_use]

@@ -1,6 +1,7 @@
 use dymlm_core::{Plane, Pose, axial_noise};
 
 use super::ParameterizationConfig;
+use super::flat_thing::LyingPlane;
 use super::window::{Sample, Window};
 use crate::vector3::{dot, unit};
 use crate::{SupportPlane, SupportingPlanes};
@@ -149,6 +150,13 @@ impl Ground {
     /// Whether each sample lies on a supporting plane.
     pub(super) fn is_ground(&self) -> &[bool] {
         &self.is_marked
+    }
+
+    /// The plane on which most of the samples in the box lie.
+    pub(super) fn flattest(&self) -> Option<LyingPlane> {
+        let in_box = |candidate: &Candidate| candidate.samples - candidate.outside;
+        let most = self.candidates.iter().reduce(|most, next| if in_box(next) > in_box(most) { next } else { most })?;
+        Some(LyingPlane { support: most.support, plane: most.plane })
     }
 
     /// The highest plane that the samples stand on: nearly all of them are above it, and the lowest no farther than

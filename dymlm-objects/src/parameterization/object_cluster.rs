@@ -226,6 +226,20 @@ impl ObjectCluster {
         }
     }
 
+    /// How well the object fills the detector's box from side to side: intersection over union of the box around its samples.
+    pub(super) fn fill(&self, window: &Window, bounding_box: &BoundingBox) -> f64 {
+        let mut stats = NOTHING;
+        for sample in self.members.iter().filter_map(|&index| window.samples.get(index as usize)) {
+            stats.inside += 1.0;
+            let cell = [sample.column, sample.row];
+            for ((low, high), cell) in stats.low.iter_mut().zip(&mut stats.high).zip(cell) {
+                *low = cell.min(*low);
+                *high = cell.max(*high);
+            }
+        }
+        bounds(window, &stats).map_or(0.0, |own| own.iou(bounding_box))
+    }
+
     /// Whether the sample of a cell is of the object.
     pub(super) fn holds(&self, sample: u32) -> bool {
         sample != NONE && self.is_member.get(sample as usize).copied().unwrap_or(false)

@@ -23,8 +23,21 @@ pub struct ObjectObservation {
     pub fit: BoxFit,
     /// The plane that the object stands on, when the map has one.
     pub support: Option<SupportPlane>,
+    /// What it was told from its surroundings by.
+    pub relief: Relief,
     /// How much of the object is seen.
     pub completeness: Completeness,
     /// Ids of the caller's map points on it, ascending.
     pub sighted_points: Vec<u64>,
+}
+
+/// What an object is told from its surroundings by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
+pub enum Relief {
+    /// It stands out from them in depth.
+    #[default]
+    Raised,
+    /// It lies flat on a plane, and differs from it in colour only.
+    Flat,
 }

@@ -2,10 +2,11 @@ use dymlm_core::{BoundingBox, ConfigError, Detection, Point, Pose};
 
 use super::box_fitter::BoxFitter;
 use super::completeness::Surroundings;
+use super::flat_thing::FlatThing;
 use super::ground::Ground;
 use super::object_cluster::{ClusterSearch, ObjectCluster};
 use super::window::{Sample, Window};
-use super::{Completeness, ObjectObservation, ParameterizationConfig, SideView};
+use super::{Completeness, ObjectObservation, ParameterizationConfig, Relief, SideView};
 use crate::{NoPlanes, ObjectView, SizePrior, SizePriors, SupportPlane, SupportingPlanes};
 
 /// From detections to boxes in space: the paper's object parameterization (section IV-A).
@@ -20,6 +21,7 @@ pub struct Parameterizer {
     window: Window,
     ground: Ground,
     cluster: ObjectCluster,
+    flat: FlatThing,
     fitter: BoxFitter,
     others: Vec<BoundingBox>,
     heights: Vec<f64>,
@@ -28,6 +30,19 @@ pub struct Parameterizer {
 
 /// Farthest that a part may be from its object in depth when the size of such things is not known, metres.
 const USUAL_REACH: f64 = 0.3;
+/// Things that may be so many times as high as a plane's tolerance, or less, can lie unseen on it.
+const FLAT_TOLERANCES: f64 = 2.0;
+/// Intersection over union of what was found with the box, from which on the box is explained.
+const FILLED: f64 = 0.5;
+
+/// What was found in a detection's box.
+#[derive(Debug, Clone, Copy)]
+struct Finding {
+    completeness: Completeness,
+    support: Option<SupportPlane>,
+    /// The least height of a thing that lies flat on its support.
+    lies: Option<f64>,
+}
 
 impl Parameterizer {
     /// Checks the config.
@@ -41,6 +56,7 @@ impl Parameterizer {
             window: Window::default(),
             ground: Ground::default(),
             cluster: ObjectCluster::new(&config)?,
+            flat: FlatThing::default(),
             fitter: BoxFitter::new(config.fitter)?,
             others: Vec::new(),
             heights: Vec::new(),
@@ -80,47 +96,79 @@ impl Parameterizer {
         let vertical = vertical.filter(|_| self.config.support.is_on());
         let planes = if self.config.support.is_on() { planes } else { &NoPlanes };
         self.ground.find(&self.window, planes, &view.world_from_camera, &self.config);
-        self.note_others(view, index);
+        let others = self.take_others(view, index);
         let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
         let search = ClusterSearch {
             bounding_box: detection.bounding_box(),
-            others: &self.others,
+            others: &others,
             is_seat: self.config.seats.iter().any(|seat| seat == detection.label()),
             prior,
             reach: reach as f32,
             focal_length: view.frame.camera().fx().abs() as f32,
         };
-        self.cluster.find(&self.window, self.ground.is_ground(), &search, &self.config);
-        let mut completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
-        let mut support = support(
+        let mut finding = self.find_raised(view, &search);
+        if let (None, Some(vertical)) = (finding.support, vertical)
+            && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera, &self.config)
+                > 0
+        {
+            finding = self.find_raised(view, &search);
+        }
+        if let Some(flat) = self.find_flat(view, &search) {
+            finding = flat;
+        }
+        self.others = others;
+        self.describe(view, index, detection, &finding, vertical)
+    }
+
+    /// What stands out from the ground in depth.
+    fn find_raised(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Finding {
+        self.cluster.find(&self.window, self.ground.is_ground(), search, &self.config);
+        let completeness =
+            completeness(view, &self.window, &self.cluster, self.ground.is_ground(), &self.config);
+        let support = support(
             &self.ground,
             &members(&self.window, &self.cluster),
-            prior,
+            search.prior,
             completeness,
             &mut self.heights,
             &self.config,
         );
-        if let (None, Some(vertical)) = (support, vertical)
-            && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera, &self.config)
-                > 0
-        {
-            self.cluster.find(&self.window, self.ground.is_ground(), &search, &self.config);
-            completeness = self::completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
-            support = self::support(
-                &self.ground,
-                &members(&self.window, &self.cluster),
-                prior,
-                completeness,
-                &mut self.heights,
-                &self.config,
-            );
+        Finding { completeness, support, lies: None }
+    }
+
+    /// What lies flat on a plane, if things of the label may be so flat and nothing raised fills the box.
+    fn find_flat(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Option<Finding> {
+        let most = FLAT_TOLERANCES * self.config.plane_tolerance;
+        let prior = search.prior.filter(|prior| prior.height.min <= most)?;
+        if self.cluster.fill(&self.window, &search.bounding_box) >= FILLED {
+            return None;
         }
+        let lying = self.ground.flattest()?;
+        let is_ground = self.ground.is_ground();
+        if !self.flat.mark(view, &self.window, &lying.plane, is_ground, prior.height.typical) {
+            return None;
+        }
+        self.cluster.find(&self.window, self.flat.is_other(), search, &self.config);
+        let completeness =
+            completeness(view, &self.window, &self.cluster, self.flat.is_other(), &self.config);
+        Some(Finding { completeness, support: Some(lying.support), lies: Some(prior.height.min) })
+    }
+
+    /// The observation that was found, if there is enough of it.
+    fn describe(
+        &mut self,
+        view: &ObjectView<'_>,
+        index: usize,
+        detection: &Detection,
+        finding: &Finding,
+        vertical: Option<[f64; 3]>,
+    ) -> Option<ObjectObservation> {
         let least = (self.config.min_fill * self.window.box_cells as f32) as usize;
         if self.cluster.members.len() < self.config.min_samples.max(least) {
             return None;
         }
         let points: Vec<Point> = members(&self.window, &self.cluster).map(|sample| sample.point).collect();
-        let (centroid, fit) = self.fit(&points, support.as_ref(), vertical, &view.world_from_camera)?;
+        let (centroid, fit) = self.fit(&points, finding, vertical, &view.world_from_camera)?;
         Some(ObjectObservation {
             detection: index,
             label: detection.label().to_owned(),
@@ -129,23 +177,26 @@ impl Parameterizer {
             points,
             centroid,
             fit,
-            support,
-            completeness,
+            support: finding.support,
+            relief: if finding.lies.is_some() { Relief::Flat } else { Relief::Raised },
+            completeness: finding.completeness,
             sighted_points: sighted_in(view, &detection.bounding_box()),
         })
     }
 
-    fn note_others(&mut self, view: &ObjectView<'_>, index: usize) {
-        self.others.clear();
+    fn take_others(&mut self, view: &ObjectView<'_>, index: usize) -> Vec<BoundingBox> {
+        let mut boxes = std::mem::take(&mut self.others);
+        boxes.clear();
         let others = view.detections.iter().enumerate().filter(|&(other, _)| other != index);
-        self.others.extend(others.map(|(_, detection)| detection.bounding_box()));
+        boxes.extend(others.map(|(_, detection)| detection.bounding_box()));
+        boxes
     }
 
     /// The mean of the points and the box around them, in the world.
     fn fit(
         &mut self,
         points: &[Point],
-        support: Option<&SupportPlane>,
+        finding: &Finding,
         vertical: Option<[f64; 3]>,
         world_from_camera: &Pose,
     ) -> Option<([f64; 3], super::BoxFit)> {
@@ -158,11 +209,12 @@ impl Parameterizer {
             world_from_camera.rotate(offset).map(|c| c as f32)
         }));
         let local_from_world = Pose::new(centroid.map(|c| -c), [0.0, 0.0, 0.0, 1.0]).ok()?;
-        let plane = support.map(|support| support.plane.transformed(&local_from_world));
+        let plane = finding.support.map(|support| support.plane.transformed(&local_from_world));
         let fit = self.fitter.fit(&self.local, plane.map(|plane| plane.normal()).or(vertical))?;
-        let fit = match &plane {
-            Some(plane) => fit.standing_on(plane),
-            None => fit,
+        let fit = match (&plane, finding.lies) {
+            (Some(plane), Some(height)) => fit.lying_on(plane, height),
+            (Some(plane), None) => fit.standing_on(plane),
+            (None, _) => fit,
         };
         let oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
         Some((centroid, super::BoxFit { oriented_box, ..fit }))
@@ -192,11 +244,10 @@ fn completeness(
     view: &ObjectView<'_>,
     window: &Window,
     cluster: &ObjectCluster,
-    ground: &Ground,
+    is_ground: &[bool],
     config: &ParameterizationConfig,
 ) -> Completeness {
-    let surroundings =
-        Surroundings { view, window, cluster, is_ground: ground.is_ground(), max_depth: config.max_depth };
+    let surroundings = Surroundings { view, window, cluster, is_ground, max_depth: config.max_depth };
     surroundings.completeness()
 }
 
