@@ -9,7 +9,7 @@ use crate::optimization::{
 use crate::vector3::{along, difference, norm, unit};
 use crate::{
     MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport,
-    ObjectState, ObjectView, Parameterizer, RejectedDetection, RejectionCause, SupportPlane,
+    ObjectState, ObjectView, Parameterizer, RejectedDetection, RejectionCause, Relief, SupportPlane,
     SupportingPlanes, UprightPose,
 };
 
@@ -314,7 +314,11 @@ impl ObjectMapper {
             let gap = support.plane.signed_distance(lowest);
             (gap, support)
         });
-        let reachable = gaps.filter(|(gap, _)| (-0.02..=HIDDEN_FOOT * prior.height.typical).contains(gap));
+        let seen_height = object.oriented_box.lengths()[2];
+        let reachable = gaps.filter(|(gap, _)| {
+            (-0.02..=HIDDEN_FOOT * prior.height.typical).contains(gap)
+                && gap + seen_height >= prior.least_standing_height()
+        });
         reachable.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, support)| support)
     }
 
@@ -349,7 +353,10 @@ impl ObjectMapper {
             chosen.map(|point| view.world_from_camera.transform_point(point.map(f64::from)))
         };
         let count = places().count().max(1) as f64;
-        self.map.objects().any(|object| {
+        // What lies flat shares the cells of the table under it.
+        let comparable =
+            |object: &&MapObject| observation.relief == Relief::Raised || object.relief() == Relief::Flat;
+        self.map.objects().filter(comparable).any(|object| {
             let shared = places().filter(|&place| object.cloud.holds(place)).count();
             shared as f64 >= OCCUPIED * count
         })

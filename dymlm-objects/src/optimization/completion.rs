@@ -36,6 +36,16 @@ pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, u
     widen(&grown, depth, [-away, away], shares, usual.depth)
 }
 
+/// Grows an upright box of which no view shows the foot, and under which no plane is known, down to the usual height.
+pub(super) fn complete_foot(own: &OrientedBox, prior: &SizePrior, views: &KeyViews) -> OrientedBox {
+    let up = axes_of(own)[2];
+    if is_foot_hidden(up, views) {
+        widen(own, 2, [-1.0, 1.0], [1.0, 0.0], prior.height.typical)
+    } else {
+        *own
+    }
+}
+
 /// Share of the views in which something must hide a side for it to be unknown.
 const HIDDEN: f64 = 0.6;
 /// Weight of a depth that is less than usual against that of a width: part of it is mostly hidden.

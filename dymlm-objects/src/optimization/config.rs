@@ -110,6 +110,8 @@ pub struct MergeConfig {
     /// Whatever else, boxes with the same label that overlap by this are one, 0..=1. Default 0.25: solid things do not
     /// stand in each other.
     pub solid_iou: f64,
+    /// The same with other labels, 0..=1. Default 0.5: detectors report one thing under two names at once.
+    pub solid_iou_other_label: f64,
     /// Largest share of the less observed object's observations that were in one frame with the other's, 0..=1. Default
     /// 0.2: what is often seen side by side are two things.
     pub max_together: f64,
@@ -117,7 +119,14 @@ pub struct MergeConfig {
 
 impl Default for MergeConfig {
     fn default() -> Self {
-        Self { min_iou: 0.2, min_inside: 0.5, min_iou_other_label: 0.4, solid_iou: 0.25, max_together: 0.2 }
+        Self {
+            min_iou: 0.2,
+            min_inside: 0.5,
+            min_iou_other_label: 0.4,
+            solid_iou: 0.25,
+            solid_iou_other_label: 0.5,
+            max_together: 0.2,
+        }
     }
 }
 
@@ -127,6 +136,7 @@ impl MergeConfig {
         check_range("objects.merging.min_inside", self.min_inside, 0.0..=1.0)?;
         check_range("objects.merging.min_iou_other_label", self.min_iou_other_label, 0.0..=1.0)?;
         check_range("objects.merging.solid_iou", self.solid_iou, 0.0..=1.0)?;
+        check_range("objects.merging.solid_iou_other_label", self.solid_iou_other_label, 0.0..=1.0)?;
         check_range("objects.merging.max_together", self.max_together, 0.0..=1.0)
     }
 }

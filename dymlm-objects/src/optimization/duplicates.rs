@@ -36,6 +36,7 @@ fn is_one(map: &ObjectMap, one: &MapObject, other: &MapObject, config: &MergeCon
     };
     let together = f64::from(map.together.get(&(one.id, other.id)).copied().unwrap_or(0));
     let fewer = f64::from(one.observations.min(other.observations));
-    let is_solid = one.label == other.label && iou >= config.solid_iou;
+    let solid_iou = if one.label == other.label { config.solid_iou } else { config.solid_iou_other_label };
+    let is_solid = iou >= solid_iou;
     is_solid || (overlaps && together <= config.max_together * fewer)
 }

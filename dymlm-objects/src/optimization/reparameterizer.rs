@@ -2,7 +2,7 @@ use dymlm_core::{ConfigError, Plane, Point, Pose};
 use dymlm_geometry::IsolationForest;
 
 use super::UpdateConfig;
-use super::completion::complete;
+use super::completion::{complete, complete_foot};
 use super::outliers::OutlierFilter;
 use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePriors};
 
@@ -98,6 +98,9 @@ impl Reparameterizer {
         let prior = prior.filter(|_| self.config.completion.is_on() && !is_flat);
         if let Some(prior) = prior {
             oriented_box = complete(&oriented_box, prior, &object.key_views, vertical.is_some());
+            if vertical.is_some() && plane.is_none() {
+                oriented_box = complete_foot(&oriented_box, prior, &object.key_views);
+            }
         }
         Some(BoxFit { oriented_box, ..fit })
     }

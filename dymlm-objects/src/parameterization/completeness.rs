@@ -1,5 +1,7 @@
 use dymlm_core::axial_noise;
 
+use super::ParameterizationConfig;
+use super::ground::Ground;
 use super::object_cluster::ObjectCluster;
 use super::window::{NONE, Sample, Window};
 use crate::ObjectView;
@@ -54,8 +56,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) view: &'a ObjectView<'a>,
     pub(super) window: &'a Window,
     pub(super) cluster: &'a ObjectCluster,
-    pub(super) is_ground: &'a [bool],
-    pub(super) max_depth: f32,
+    pub(super) ground: &'a Ground,
+    pub(super) config: &'a ParameterizationConfig,
 }
 
 /// Share of an object's extent, from a side, in which its outermost samples are asked.
@@ -66,6 +68,8 @@ const PARTIAL: f32 = 0.3;
 const FARTHEST: i64 = 4;
 /// A reading nearer than the object's by this and some noise is another thing's, metres.
 const GAP: f32 = 0.04;
+/// How far above or below a plane the lower end may be of what stands on it, metres.
+const STANDING: f64 = 0.06;
 
 impl Surroundings<'_> {
     /// How much of the object is seen; of nothing, all.
@@ -119,6 +123,13 @@ impl Surroundings<'_> {
         most.map_or(SideView::Whole, |(cause, _)| cause)
     }
 
+    /// Whether a sample of the object is at the height of the ground that another cell shows. The edge of a table before a
+    /// thing hides it like anything else.
+    fn stands_on(&self, sample: &Sample, cell: u32) -> bool {
+        let shown = self.window.samples.get(cell as usize).filter(|_| cell != NONE);
+        shown.is_some_and(|shown| self.ground.carries(cell, shown, sample, STANDING, self.config))
+    }
+
     /// The first thing that can be told beyond a sample.
     fn beyond(&self, sample: &Sample, direction: [i64; 2]) -> SideView {
         let camera = self.view.frame.camera();
@@ -136,15 +147,15 @@ impl Surroundings<'_> {
                 return SideView::Mover;
             }
             let other = self.view.frame.depth().data()[pixel];
-            if other > self.max_depth && other - z < 0.3 {
+            if other > self.config.max_depth && other - z < 0.3 {
                 return SideView::DepthRange;
             }
             if other > 0.0 {
                 let (column, row) = (i64::from(sample.column), i64::from(sample.row));
                 let cell = self.window.sample_at(column + direction[0] * steps, row + direction[1] * steps);
-                let is_ground = cell != NONE && self.is_ground.get(cell as usize).copied().unwrap_or(false);
                 let is_nearer = other < z - GAP - 3.0 * axial_noise(z);
-                return if is_nearer && !is_ground { SideView::Occluder } else { SideView::Whole };
+                let is_occluder = is_nearer && !self.stands_on(sample, cell);
+                return if is_occluder { SideView::Occluder } else { SideView::Whole };
             }
         }
         SideView::Whole

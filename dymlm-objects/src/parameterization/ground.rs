@@ -152,19 +152,40 @@ impl Ground {
         &self.is_marked
     }
 
+    /// Whether a sample is within a height of the plane that another one, of an index, lies on.
+    pub(super) fn carries(
+        &self,
+        index: u32,
+        on_plane: &Sample,
+        sample: &Sample,
+        height: f64,
+        config: &ParameterizationConfig,
+    ) -> bool {
+        let is_ground = self.is_marked.get(index as usize).copied().unwrap_or(false);
+        is_ground
+            && self.candidates.iter().any(|candidate| {
+                is_on(candidate, on_plane, config)
+                    && candidate.plane.signed_distance(sample.point.map(f64::from)).abs() <= height
+            })
+    }
+
     /// The plane on which most of the samples in the box lie.
     pub(super) fn flattest(&self) -> Option<LyingPlane> {
         let in_box = |candidate: &Candidate| candidate.samples - candidate.outside;
-        let most = self.candidates.iter().reduce(|most, next| if in_box(next) > in_box(most) { next } else { most })?;
+        let most = self
+            .candidates
+            .iter()
+            .reduce(|most, next| if in_box(next) > in_box(most) { next } else { most })?;
         Some(LyingPlane { support: most.support, plane: most.plane })
     }
 
-    /// The highest plane that the samples stand on: nearly all of them are above it, and the lowest no farther than
-    /// `max_gap` metres.
+    /// The highest plane that the samples stand on: nearly all of them are above it, the lowest no farther than `max_gap`
+    /// metres, the highest `min_height` or more. What hides a thing's foot is often a level plane just below what is seen.
     pub(super) fn under<'a>(
         &self,
         samples: &(impl Iterator<Item = &'a Sample> + Clone),
         max_gap: f64,
+        min_height: f64,
         heights: &mut Vec<f64>,
         config: &ParameterizationConfig,
     ) -> Option<SupportPlane> {
@@ -181,7 +202,9 @@ impl Ground {
             }
             let rank = heights.len() / 20;
             let gap = *heights.select_nth_unstable_by(rank, f64::total_cmp).1;
-            if gap <= max_gap && nearest.is_none_or(|(least, _)| gap < least) {
+            let last = heights.len() - 1;
+            let top = *heights.select_nth_unstable_by(last - rank, f64::total_cmp).1;
+            if gap <= max_gap && top >= min_height && nearest.is_none_or(|(least, _)| gap < least) {
                 nearest = Some((gap, candidate.support));
             }
         }

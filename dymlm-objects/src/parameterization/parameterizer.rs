@@ -123,8 +123,7 @@ impl Parameterizer {
     /// What stands out from the ground in depth.
     fn find_raised(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Finding {
         self.cluster.find(&self.window, self.ground.is_ground(), search, &self.config);
-        let completeness =
-            completeness(view, &self.window, &self.cluster, self.ground.is_ground(), &self.config);
+        let completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
         let support = support(
             &self.ground,
             &members(&self.window, &self.cluster),
@@ -149,8 +148,7 @@ impl Parameterizer {
             return None;
         }
         self.cluster.find(&self.window, self.flat.is_other(), search, &self.config);
-        let completeness =
-            completeness(view, &self.window, &self.cluster, self.flat.is_other(), &self.config);
+        let completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
         Some(Finding { completeness, support: Some(lying.support), lies: Some(prior.height.min) })
     }
 
@@ -237,18 +235,20 @@ fn support<'a>(
 ) -> Option<SupportPlane> {
     let hidden_foot = completeness.bottom != SideView::Whole;
     let hidden_height = prior.filter(|_| hidden_foot).map_or(0.0, |prior| 0.7 * prior.height.typical);
-    ground.under(members, config.max_support_gap.max(hidden_height), heights, config)
+    let max_gap = config.max_support_gap.max(hidden_height);
+    let min_height =
+        prior.filter(|_| completeness.top == SideView::Whole).map_or(0.0, SizePrior::least_standing_height);
+    ground.under(members, max_gap, min_height, heights, config)
 }
 
 fn completeness(
     view: &ObjectView<'_>,
     window: &Window,
     cluster: &ObjectCluster,
-    is_ground: &[bool],
+    ground: &Ground,
     config: &ParameterizationConfig,
 ) -> Completeness {
-    let surroundings = Surroundings { view, window, cluster, is_ground, max_depth: config.max_depth };
-    surroundings.completeness()
+    Surroundings { view, window, cluster, ground, config }.completeness()
 }
 
 fn mean(points: &[Point]) -> Option<[f64; 3]> {
