@@ -68,6 +68,8 @@ const OCCUPIED: f64 = 0.6;
 /// with another.
 const EXPLAINED: f64 = 0.35;
 const EXPLAINED_OTHER_LABEL: f64 = 0.5;
+/// The same for an object of another label that holds the observation's points.
+const OCCUPIED_OTHER_LABEL: f64 = 0.2;
 /// How far away things are beside an object, metres.
 const BESIDE: f64 = 1.0;
 /// Share of an object's usual height that may be hidden above its support.
@@ -345,7 +347,8 @@ impl ObjectMapper {
         self.observed.push(id);
     }
 
-    /// Whether most of an observation's points are those of an object that is believed.
+    /// Whether most of an observation's points are those of an object that is believed, and that has the same label or is
+    /// about as large: a cup is no part of the table that its points went to as well.
     fn is_occupied(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
         let step = observation.points.len().div_ceil(64).max(1);
         let places = || {
@@ -354,8 +357,11 @@ impl ObjectMapper {
         };
         let count = places().count().max(1) as f64;
         // What lies flat shares the cells of the table under it.
-        let comparable =
-            |object: &&MapObject| observation.relief == Relief::Raised || object.relief() == Relief::Flat;
+        let comparable = |object: &&MapObject| {
+            (observation.relief == Relief::Raised || object.relief() == Relief::Flat)
+                && (object.label == observation.label
+                    || looks_like(object, view, observation, OCCUPIED_OTHER_LABEL))
+        };
         self.map.objects().filter(comparable).any(|object| {
             let shared = places().filter(|&place| object.cloud.holds(place)).count();
             shared as f64 >= OCCUPIED * count
@@ -365,21 +371,15 @@ impl ObjectMapper {
     /// Whether the detector most likely means an object that is believed and that no other detection is of: its projection
     /// looks like the box. What was found in the box is something before or behind it.
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
-        let camera = view.frame.camera();
         self.map.objects().any(|object| {
             let is_matched = self
                 .matches
                 .iter()
                 .flatten()
                 .any(|&place| self.map.objects.get(place).is_some_and(|matched| matched.id == object.id));
-            let projected = object.shape().image_box(camera, &view.world_from_camera);
-            let completeness = observation.completeness;
             let same_label = object.label == observation.label;
             let least = if same_label { EXPLAINED } else { EXPLAINED_OTHER_LABEL };
-            !is_matched
-                && projected.is_some_and(|projected| {
-                    visible_iou(&projected, &observation.bounding_box, completeness, camera) >= least
-                })
+            !is_matched && looks_like(object, view, observation, least)
         })
     }
 
@@ -492,4 +492,18 @@ impl ObjectMapper {
             }
         }
     }
+}
+
+/// Whether an object's projection has this intersection over union with an observation's box.
+fn looks_like(
+    object: &MapObject,
+    view: &ObjectView<'_>,
+    observation: &ObjectObservation,
+    least: f64,
+) -> bool {
+    let camera = view.frame.camera();
+    let projected = object.shape().image_box(camera, &view.world_from_camera);
+    projected.is_some_and(|projected| {
+        visible_iou(&projected, &observation.bounding_box, observation.completeness, camera) >= least
+    })
 }
