@@ -1,8 +1,12 @@
-//! Maps the objects of the eight simulated sequences and scores them; with `--ablation` also with parts left out.
+//! Maps the objects of the eight simulated sequences and of random rooms, and scores them; with `--ablation` also with parts
+//! left out.
 //!
 //! ```text
-//! cargo run --release -p dymlm-objects --example object_sequences -- [--ablation] [--per-object] [NAME ...]
+//! cargo run --release -p dymlm-objects --example object_sequences -- [--ablation] [--per-object] [--sparse] [NAME ...]
 //! ```
+//!
+//! Names are those of the eight (`walking_xyz` ...) and `random_room_0`, `random_room_1` ...; without any it is the eight.
+//! `--sparse` takes every third frame.
 //!
 //! Masks come from `dymlm-dynamics`, planes from `dymlm-planes`, as in `MapBuilder`. Every variant sees the same frames.
 
@@ -13,26 +17,27 @@ use std::time::Instant;
 
 use dymlm_dynamics::{DynamicsConfig, Preprocessor};
 use dymlm_objects::Switch::{Off, On};
-use dymlm_objects::{CentroidTest, MapObject, ObjectConfig, ObjectMapper, ObjectView, SupportPlane, Switch};
+use dymlm_objects::{
+    CentroidTest, MapObject, ObjectConfig, ObjectMapper, ObjectState, ObjectView, SupportPlane, Switch,
+};
 use dymlm_planes::{PlaneConfig, PlaneMap, PlaneMapper};
 use dymlm_sim::{
-    EstimatedObject, FrameScratch, ObjectScore, ObjectScoreConfig, Sequence, SequenceType, TrueObject, Truth,
-    TruthConfig, score_objects,
+    EstimatedObject, FrameScratch, ObjectScore, ObjectScoreConfig, Sequence, SequenceConfig, SequenceType,
+    TrueObject, Truth, TruthConfig, score_objects,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let has = |flag: &str| args.iter().any(|arg| arg == flag);
-    let names: Vec<&String> = args.iter().filter(|arg| !arg.starts_with("--")).collect();
+    let names: Vec<&str> = args.iter().map(String::as_str).filter(|arg| !arg.starts_with("--")).collect();
+    let every = if has("--sparse") { 3 } else { 1 };
     let variants = if has("--ablation") { ablation() } else { vec![Variant::new("all", |_| {})] };
 
     let mut totals = vec![Total::default(); variants.len()];
-    for kind in
-        SequenceType::ALL.iter().filter(|kind| names.is_empty() || names.iter().any(|n| *n == kind.name()))
-    {
-        let sequence = Sequence::new(&kind.config())?;
+    for (name, config) in sequences(&names, every) {
+        let sequence = Sequence::new(&config)?;
         let runs = map_objects(&sequence, &variants)?;
-        println!("\n{}", kind.name());
+        println!("\n{name}");
         println!("  {HEADER}");
         for ((variant, run), total) in variants.iter().zip(&runs).zip(&mut totals) {
             println!("  {:34} {}", variant.name, row(run));
@@ -48,6 +53,27 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     Ok(())
 }
+
+/// The sequences of some names, every so many frames; of none, the eight.
+fn sequences(names: &[&str], every: usize) -> Vec<(String, SequenceConfig)> {
+    let eight = SequenceType::ALL.iter().map(|kind| (kind.name().to_owned(), kind.config()));
+    let chosen = eight.filter(|(name, _)| names.is_empty() || names.contains(&name.as_str()));
+    let rooms = names.iter().filter_map(|name| {
+        let seed: u64 = name.strip_prefix("random_room_")?.parse().ok()?;
+        let mut config = SequenceConfig::random_room(seed);
+        config.frames = RANDOM_ROOM_FRAMES;
+        Some(((*name).to_owned(), config))
+    });
+    let thinned = |(name, mut config): (String, SequenceConfig)| {
+        config.frames = config.frames.div_ceil(every);
+        config.frame_rate /= every as f64;
+        (name, config)
+    };
+    chosen.chain(rooms).map(thinned).collect()
+}
+
+/// Frames of a random room: one round of the camera's path.
+const RANDOM_ROOM_FRAMES: usize = 80;
 
 const HEADER: &str = "                                   recall  precision  duplicates  mean IoU  median centre  label  ms/frame";
 
@@ -113,6 +139,8 @@ fn ablation() -> Vec<Variant> {
 /// What a variant made of a sequence.
 struct Run {
     objects: Vec<MapObject>,
+    /// All that was ever in the map and was not believed at the end.
+    doubted: Vec<MapObject>,
     truth: Vec<TrueObject>,
     score: ObjectScore,
     milliseconds: Vec<f64>,
@@ -151,9 +179,11 @@ fn map_objects(sequence: &Sequence, variants: &[Variant]) -> Result<Vec<Run>, Bo
     let run = |(mapper, mut milliseconds): (ObjectMapper, Vec<f64>)| {
         milliseconds.sort_unstable_by(f64::total_cmp);
         let objects: Vec<MapObject> = mapper.map().objects().cloned().collect();
+        let all = mapper.map().all_objects().iter();
+        let doubted = all.filter(|object| object.state() == ObjectState::Tentative).cloned().collect();
         let estimates: Vec<EstimatedObject> = objects.iter().map(estimate).collect();
         let score = score_objects(&estimates, &truth, &ObjectScoreConfig::default())?;
-        Ok(Run { objects, truth: truth.clone(), score, milliseconds })
+        Ok(Run { objects, doubted, truth: truth.clone(), score, milliseconds })
     };
     mappers.into_iter().zip(times).map(run).collect()
 }
@@ -244,16 +274,57 @@ fn print_objects(run: &Run) {
                 object.oriented_box.lengths(),
                 run.objects[found.estimate].observations(),
             ),
-            None => println!("      {:12} missed, visible in {} frames", object.label, object.frames_visible),
+            None => {
+                println!(
+                    "      {:12} missed, visible in {} frames, at {:.2?}, {:.2?} m",
+                    object.label,
+                    object.frames_visible,
+                    object.oriented_box.center(),
+                    object.oriented_box.lengths()
+                );
+                print_near(run, object);
+            }
         }
     }
     for &estimate in &run.score.unmatched {
         let object = &run.objects[estimate];
         let place = object.oriented_box().center();
         println!(
-            "      {:12} is not there: at {place:.2?}, {} observations",
+            "      {:12} is not there: at {place:.2?}, {:.2?} m, {} observations",
             object.label(),
+            object.oriented_box().lengths(),
             object.observations()
         );
+        print_truth_near(run, object);
+    }
+}
+
+/// What is really there near an object that matches nothing.
+fn print_truth_near(run: &Run, object: &MapObject) {
+    for thing in &run.truth {
+        let iou = thing.oriented_box.iou(&object.oriented_box());
+        if iou > 0.0 {
+            let (place, lengths) = (thing.oriented_box.center(), thing.oriented_box.lengths());
+            println!("        there: {} IoU {iou:.2}, {lengths:.2?} m at {place:.2?}", thing.label);
+        }
+    }
+}
+
+/// What the map has, believed or not, near a thing that it misses.
+fn print_near(run: &Run, missed: &TrueObject) {
+    let place = missed.oriented_box.center();
+    for own in run.objects.iter().chain(&run.doubted) {
+        let center = own.oriented_box().center();
+        let squared: f64 = center.iter().zip(place).map(|(a, b)| (a - b).powi(2)).sum();
+        if squared < 0.04 {
+            println!(
+                "        near: {} {:?}, {:.2?} m at {center:.2?}, {} of {} views",
+                own.label(),
+                own.state(),
+                own.oriented_box().lengths(),
+                own.observations(),
+                own.frames_in_view()
+            );
+        }
     }
 }

@@ -17,7 +17,10 @@ pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, u
     let lengths = own.lengths();
     let toward = |axis: usize| dot(axes[axis], mean_view).abs();
     let candidates = if upright { 2 } else { 3 };
-    let Some(depth) = (0..candidates).reduce(|a, b| if toward(b) > toward(a) { b } else { a }) else {
+    // A plate is thin, from wherever it is seen; of other things the depth is what points away.
+    let is_plate = upright && prior.footprint == Footprint::Plate;
+    let rank = |axis: usize| if is_plate { -lengths[axis] } else { toward(axis) };
+    let Some(depth) = (0..candidates).reduce(|a, b| if rank(b) > rank(a) { b } else { a }) else {
         return *own;
     };
     let across = if upright { 1 - depth } else { longer_of_others(lengths, depth) };

@@ -3,7 +3,7 @@ use dymlm_core::{Plane, Pose, axial_noise};
 use super::ParameterizationConfig;
 use super::flat_thing::LyingPlane;
 use super::window::{Sample, Window};
-use crate::vector3::{dot, unit};
+use crate::vector3::{along, dot, unit};
 use crate::{SupportPlane, SupportingPlanes};
 
 /// The planes that things in a window may stand on.
@@ -13,6 +13,8 @@ pub(super) struct Ground {
     found: Vec<SupportPlane>,
     /// Heights of the samples outside the box.
     heights: Vec<f64>,
+    /// Whether each candidate is the upper side of the thing itself.
+    tops: Vec<bool>,
     /// Whether each sample lies on one of the candidates.
     is_marked: Vec<bool>,
 }
@@ -24,6 +26,24 @@ struct Candidate {
     plane: Plane,
     samples: u32,
     outside: u32,
+    /// Mean of its samples.
+    middle: [f64; 3],
+}
+
+impl Candidate {
+    fn new(support: SupportPlane, plane: Plane) -> Self {
+        Self { support, plane, samples: 0, outside: 0, middle: [0.0; 3] }
+    }
+
+    /// Whether it is the upper side of the thing in the box: mostly in the box, and close above a parallel plane that shows
+    /// more around it.
+    fn is_top_above(&self, other: &Self, max_height: f64) -> bool {
+        let height = other.plane.signed_distance(self.middle);
+        self.samples > 2 * self.outside
+            && other.outside > self.outside
+            && dot(self.plane.normal(), other.plane.normal()) > PARALLEL
+            && (LEAST_TOP..=max_height).contains(&height)
+    }
 }
 
 /// Samples at which planes are asked for, along each side of the window.
@@ -39,18 +59,24 @@ const LEAST_LEVEL: f64 = 12.0;
 const MOST_PATCHES: usize = 2;
 /// Least share of a plane's samples that must lie outside the box: its own upper side does not carry a thing.
 const LEAST_OUTSIDE: f64 = 0.08;
+/// Least cosine between the normals of a thing's upper side and of what it lies on.
+const PARALLEL: f64 = 0.99;
+/// Least height of an upper side above it, metres: below, both are one plane of the map, seen twice.
+const LEAST_TOP: f64 = 0.008;
 
 impl Ground {
-    /// Finds the upright planes of the map in a window that go on outside its box, and the samples on them.
+    /// Finds the upright planes of the map in a window that go on outside its box, and the samples on them. The upper side of a
+    /// thing up to `max_height` metres high is none.
     pub(super) fn find(
         &mut self,
         window: &Window,
         planes: &dyn SupportingPlanes,
         world_from_camera: &Pose,
+        max_height: f64,
         config: &ParameterizationConfig,
     ) {
         self.ask(window, planes, world_from_camera, config);
-        self.count(window, config);
+        self.count(window, max_height, config);
         self.mark(window, config);
     }
 
@@ -61,13 +87,14 @@ impl Ground {
         window: &Window,
         vertical: [f64; 3],
         world_from_camera: &Pose,
+        max_height: f64,
         config: &ParameterizationConfig,
     ) -> usize {
         let known = self.candidates.len();
         self.add_level_patches(window, vertical, world_from_camera);
-        self.count(window, config);
+        self.count(window, max_height, config);
         self.mark(window, config);
-        self.candidates.len() - known
+        self.candidates.len().saturating_sub(known)
     }
 
     fn ask(
@@ -94,12 +121,9 @@ impl Ground {
         let camera_from_world = world_from_camera.inverse();
         self.candidates.clear();
         let upright = self.found.iter().filter(|found| dot(found.plane.normal(), up) >= least_cosine);
-        self.candidates.extend(upright.map(|&support| Candidate {
-            support,
-            plane: support.plane.transformed(&camera_from_world),
-            samples: 0,
-            outside: 0,
-        }));
+        self.candidates.extend(
+            upright.map(|&support| Candidate::new(support, support.plane.transformed(&camera_from_world))),
+        );
     }
 
     /// Adds the heights at which many of the samples outside the box lie, where no plane of the map is.
@@ -121,23 +145,33 @@ impl Ground {
             });
             if !is_known {
                 let support = SupportPlane::local(plane.transformed(world_from_camera));
-                self.candidates.push(Candidate { support, plane, samples: 0, outside: 0 });
+                self.candidates.push(Candidate::new(support, plane));
             }
         }
     }
 
-    fn count(&mut self, window: &Window, config: &ParameterizationConfig) {
+    fn count(&mut self, window: &Window, max_height: f64, config: &ParameterizationConfig) {
         for candidate in &mut self.candidates {
-            let on_it = window.samples.iter().filter(|sample| is_on(candidate, sample, config));
-            let (samples, outside) = on_it.fold((0, 0), |(samples, outside), sample| {
-                (samples + 1, outside + u32::from(!sample.is_in_box))
-            });
+            let (mut samples, mut outside, mut sum) = (0, 0, [0.0; 3]);
+            for sample in window.samples.iter().filter(|sample| is_on(candidate, sample, config)) {
+                samples += 1;
+                outside += u32::from(!sample.is_in_box);
+                sum = along(sum, 1.0, sample.point.map(f64::from));
+            }
             (candidate.samples, candidate.outside) = (samples, outside);
+            candidate.middle = sum.map(|c| c / f64::from(samples.max(1)));
         }
         self.candidates.retain(|candidate| {
             f64::from(candidate.outside) > LEAST_OUTSIDE * f64::from(candidate.samples)
                 && candidate.samples >= 4
         });
+        self.tops.clear();
+        let candidates = &self.candidates;
+        self.tops.extend(
+            candidates.iter().map(|own| candidates.iter().any(|other| own.is_top_above(other, max_height))),
+        );
+        let mut is_top = self.tops.iter();
+        self.candidates.retain(|_| is_top.next() != Some(&true));
     }
 
     fn mark(&mut self, window: &Window, config: &ParameterizationConfig) {

@@ -95,7 +95,8 @@ impl Parameterizer {
         self.window.fill(view, index, &self.config);
         let vertical = vertical.filter(|_| self.config.support.is_on());
         let planes = if self.config.support.is_on() { planes } else { &NoPlanes };
-        self.ground.find(&self.window, planes, &view.world_from_camera, &self.config);
+        let highest = prior.map_or(USUAL_REACH, |prior| prior.height.max);
+        self.ground.find(&self.window, planes, &view.world_from_camera, highest, &self.config);
         let others = self.take_others(view, index);
         let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
         let search = ClusterSearch {
@@ -108,8 +109,13 @@ impl Parameterizer {
         };
         let mut finding = self.find_raised(view, &search);
         if let (None, Some(vertical)) = (finding.support, vertical)
-            && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera, &self.config)
-                > 0
+            && self.ground.find_level_patches(
+                &self.window,
+                vertical,
+                &view.world_from_camera,
+                highest,
+                &self.config,
+            ) > 0
         {
             finding = self.find_raised(view, &search);
         }
