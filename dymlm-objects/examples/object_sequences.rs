@@ -318,9 +318,11 @@ fn print_near(run: &Run, missed: &TrueObject) {
         let squared: f64 = center.iter().zip(place).map(|(a, b)| (a - b).powi(2)).sum();
         if squared < 0.04 {
             println!(
-                "        near: {} {:?}, {:.2?} m at {center:.2?}, {} of {} views",
+                "        near: {} {:?} {:?} {:?}, {:.2?} m at {center:.2?}, {} of {} views",
                 own.label(),
                 own.state(),
+                own.relief(),
+                own.support(),
                 own.oriented_box().lengths(),
                 own.observations(),
                 own.frames_in_view()

@@ -153,7 +153,12 @@ impl Ground {
     fn count(&mut self, window: &Window, max_height: f64, config: &ParameterizationConfig) {
         for candidate in &mut self.candidates {
             let (mut samples, mut outside, mut sum) = (0, 0, [0.0; 3]);
-            for sample in window.samples.iter().filter(|sample| is_on(candidate, sample, config)) {
+            // What is below a plane lies on it as little as what is above: the table under a keyboard's upper side.
+            let is_at = |sample: &&Sample| {
+                let distance = candidate.plane.signed_distance(sample.point.map(f64::from));
+                distance.abs() <= tolerance(candidate, sample, config)
+            };
+            for sample in window.samples.iter().filter(is_at) {
                 samples += 1;
                 outside += u32::from(!sample.is_in_box);
                 sum = along(sum, 1.0, sample.point.map(f64::from));
