@@ -264,27 +264,26 @@ fn median(values: &[f64]) -> f64 {
 
 fn print_objects(run: &Run) {
     for object in run.truth.iter().filter(|object| object.frames_visible >= 8) {
-        match run.score.matches.iter().find(|found| found.object == object.id) {
-            Some(found) => println!(
-                "      {:12} IoU {:.2}, centre {:4.1} cm, {:.2?} m of {:.2?}, seen {} times",
+        let Some(found) = run.score.matches.iter().find(|found| found.object == object.id) else {
+            println!(
+                "      {:12} missed, visible in {} frames, at {:.2?}, {:.2?} m",
                 object.label,
-                found.iou,
-                100.0 * found.center_error,
-                run.objects[found.estimate].oriented_box().lengths(),
-                object.oriented_box.lengths(),
-                run.objects[found.estimate].observations(),
-            ),
-            None => {
-                println!(
-                    "      {:12} missed, visible in {} frames, at {:.2?}, {:.2?} m",
-                    object.label,
-                    object.frames_visible,
-                    object.oriented_box.center(),
-                    object.oriented_box.lengths()
-                );
-                print_near(run, object);
-            }
-        }
+                object.frames_visible,
+                object.oriented_box.center(),
+                object.oriented_box.lengths()
+            );
+            print_near(run, object);
+            continue;
+        };
+        println!(
+            "      {:12} IoU {:.2}, centre {:4.1} cm, {:.2?} m of {:.2?}, seen {} times",
+            object.label,
+            found.iou,
+            100.0 * found.center_error,
+            run.objects[found.estimate].oriented_box().lengths(),
+            object.oriented_box.lengths(),
+            run.objects[found.estimate].observations(),
+        );
     }
     for &estimate in &run.score.unmatched {
         let object = &run.objects[estimate];

@@ -4,10 +4,10 @@
 mod common;
 
 use common::{Scene, TABLE, looking, planes, upright};
-use dymlm_core::{DepthImage, Detection, Frame, Pose};
+use dymlm_core::{ColorImage, DepthImage, Detection, Frame, Pose};
 use dymlm_objects::{
-    BoxAxes, NoPlanes, ObjectObservation, ObjectView, ParameterizationConfig, Parameterizer, SideView,
-    SizePriors, Switch,
+    BoxAxes, NoPlanes, ObjectObservation, ObjectView, ParameterizationConfig, Parameterizer, Relief,
+    SideView, SizePriors, Switch,
 };
 
 fn parameterize(view: &ObjectView<'_>) -> Vec<ObjectObservation> {
@@ -70,6 +70,75 @@ fn without_planes_the_table_may_not_spoil_it_by_much() {
     observations.clear();
     parameterizer.parameterize(&view, &planes, None, &SizePriors::default(), &mut observations);
     assert!(observations[0].support.is_none());
+}
+
+/// A magazine of 4 mm on the table, in a colour, on wood under uneven light.
+fn magazine(color: [u8; 3]) -> (Scene, Frame) {
+    let scene = Scene::new(vec![upright([0.05, 0.2, 0.002], 0.4, [0.3, 0.2, 0.004])]);
+    let frame = scene.frame(0.0, &pose());
+    let wood = |pixel: usize| {
+        [170, 120, 70].map(|channel| channel + (pixel * 7919 % 23) as u8 + (pixel % 320 / 16) as u8)
+    };
+    let shown = scene.view(&pose()).shown;
+    let colors = shown
+        .iter()
+        .enumerate()
+        .map(|(pixel, own)| if own.is_some() { color } else { wood(pixel) })
+        .collect();
+    let colors = ColorImage::new(320, 240, colors).unwrap();
+    let frame = Frame::new(0.0, scene.camera, frame.depth().clone(), Some(colors)).unwrap();
+    (scene, frame)
+}
+
+#[test]
+fn a_magazine_is_told_from_the_table_by_its_colors() {
+    let (scene, frame) = magazine([110, 60, 140]);
+    let detections = [scene.detection(&pose(), 0, "book")];
+    let observations = parameterize(&ObjectView::new(&frame, &detections, &pose()));
+    let [observation] = &observations[..] else { panic!("{} observations", observations.len()) };
+    assert_eq!((observation.relief, observation.support.unwrap().id), (Relief::Flat, Some(TABLE)));
+    let (own, truth) = (observation.fit.oriented_box, scene.boxes[0]);
+    let from_above = |own: &dymlm_geometry::OrientedBox| upright_footprint(own);
+    assert!(from_above(&own).iou(&from_above(&truth)) > 0.8, "{own:?}");
+    assert!((own.center()[2] - 0.5 * own.lengths()[2]).abs() < 1e-9 && own.lengths()[2] < 0.03, "{own:?}");
+}
+
+/// The same footprint, a metre high.
+fn upright_footprint(own: &dymlm_geometry::OrientedBox) -> dymlm_geometry::OrientedBox {
+    let [x, y, _] = own.center();
+    let [length, width, _] = own.lengths();
+    let place = Pose::new([x, y, 0.0], own.world_from_box().quaternion()).unwrap();
+    dymlm_geometry::OrientedBox::new(place, [length, width, 1.0]).unwrap()
+}
+
+#[test]
+fn without_colors_the_whole_box_is_the_flat_thing_and_of_one_color_none() {
+    let (scene, colored) = magazine([110, 60, 140]);
+    let detections = [scene.detection(&pose(), 0, "book")];
+    let frame = Frame::new(0.0, scene.camera, colored.depth().clone(), None).unwrap();
+    let observations = parameterize(&ObjectView::new(&frame, &detections, &pose()));
+    let [observation] = &observations[..] else { panic!("{} observations", observations.len()) };
+    assert_eq!(observation.relief, Relief::Flat);
+    let (own, truth) = (upright_footprint(&observation.fit.oriented_box), upright_footprint(&scene.boxes[0]));
+    assert!(own.intersection_volume(&truth) > 0.9 * truth.volume(), "{own:?}");
+
+    let (_, wooden) = magazine([180, 130, 80]);
+    assert!(parameterize(&ObjectView::new(&wooden, &detections, &pose())).is_empty());
+    // What is never so flat is not looked for on the table.
+    let detections = [scene.detection(&pose(), 0, "bottle")];
+    assert!(parameterize(&ObjectView::new(&colored, &detections, &pose())).is_empty());
+}
+
+#[test]
+fn what_is_seen_behind_the_edge_of_a_table_does_not_stand_on_it() {
+    // The back of a chair, 0.2 m behind the table.
+    let scene = Scene::new(vec![upright([0.1, 1.22, -0.25], 0.0, [0.45, 0.04, 0.9])]);
+    let pose = pose();
+    let (frame, detections) = (scene.frame(0.0, &pose), [scene.detection(&pose, 0, "chair")]);
+    let observations = parameterize(&ObjectView::new(&frame, &detections, &pose));
+    let [observation] = &observations[..] else { panic!("{} observations", observations.len()) };
+    assert_eq!(observation.completeness.bottom, SideView::Occluder, "{:?}", observation.completeness);
+    assert!(observation.support.is_none(), "{:?}", observation.support);
 }
 
 #[test]

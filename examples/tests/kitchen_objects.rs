@@ -78,7 +78,9 @@ fn each_thing_is_there_once() {
         for thing in &THINGS {
             let of_it: Vec<usize> =
                 (0..objects.len()).filter(|&index| is_of(&objects[index], thing)).collect();
-            of_it.iter().for_each(|&index| counted[index] = true);
+            for &index in &of_it {
+                counted[index] = true;
+            }
             let list: Vec<String> = of_it.iter().map(|&index| described(&objects[index])).collect();
             let remark = if thing.detector == Misses { " (hardly ever detected)" } else { "" };
             println!("  {}{remark}: {}", thing.name, list.join(", "));

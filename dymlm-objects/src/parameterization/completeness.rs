@@ -1,3 +1,5 @@
+use std::ops::RangeInclusive;
+
 use dymlm_core::axial_noise;
 
 use super::ParameterizationConfig;
@@ -68,8 +70,9 @@ const PARTIAL: f32 = 0.3;
 const FARTHEST: i64 = 4;
 /// A reading nearer than the object's by this and some noise is another thing's, metres.
 const GAP: f32 = 0.04;
-/// How far above or below a plane the lower end may be of what stands on it, metres.
-const STANDING: f64 = 0.06;
+/// How far from a plane the lower end may be of what stands on it, metres: above, samples are that far apart; below, only
+/// noise is.
+const STANDING: RangeInclusive<f64> = -0.03..=0.06;
 
 impl Surroundings<'_> {
     /// How much of the object is seen; of nothing, all.
@@ -127,7 +130,7 @@ impl Surroundings<'_> {
     /// thing hides it like anything else.
     fn stands_on(&self, sample: &Sample, cell: u32) -> bool {
         let shown = self.window.samples.get(cell as usize).filter(|_| cell != NONE);
-        shown.is_some_and(|shown| self.ground.carries(cell, shown, sample, STANDING, self.config))
+        shown.is_some_and(|shown| self.ground.carries(cell, shown, sample, &STANDING, self.config))
     }
 
     /// The first thing that can be told beyond a sample.

@@ -88,7 +88,8 @@ impl FlatThing {
     fn count(&mut self, view: &ObjectView<'_>, window: &Window, is_low: impl Fn(usize) -> bool) {
         self.inside.fill(0.0);
         self.outside.fill(0.0);
-        for (_, sample) in window.samples.iter().enumerate().filter(|&(index, _)| is_low(index)) {
+        let low = window.samples.iter().enumerate().filter(|&(index, _)| is_low(index));
+        for (_, sample) in low {
             let bin = color_of(view, window.pixel(sample.column as usize, sample.row as usize));
             if sample.is_in_box {
                 self.inside[bin] += 1.0;

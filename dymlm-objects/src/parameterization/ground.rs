@@ -1,3 +1,5 @@
+use std::ops::RangeInclusive;
+
 use dymlm_core::{Plane, Pose, axial_noise};
 
 use super::ParameterizationConfig;
@@ -191,20 +193,20 @@ impl Ground {
         &self.is_marked
     }
 
-    /// Whether a sample is within a height of the plane that another one, of an index, lies on.
+    /// Whether a sample is at these heights, metres, above the plane that another one, of an index, lies on.
     pub(super) fn carries(
         &self,
         index: u32,
         on_plane: &Sample,
         sample: &Sample,
-        height: f64,
+        heights: &RangeInclusive<f64>,
         config: &ParameterizationConfig,
     ) -> bool {
         let is_ground = self.is_marked.get(index as usize).copied().unwrap_or(false);
         is_ground
             && self.candidates.iter().any(|candidate| {
                 is_on(candidate, on_plane, config)
-                    && candidate.plane.signed_distance(sample.point.map(f64::from)).abs() <= height
+                    && heights.contains(&candidate.plane.signed_distance(sample.point.map(f64::from)))
             })
     }
 
