@@ -56,21 +56,28 @@ impl Moments {
 
     #[inline]
     pub(crate) fn centroid(&self) -> [f64; 3] {
-        self.first.map(|sum| sum / self.weight)
+        let share = 1.0 / self.weight;
+        self.first.map(|sum| share * sum)
     }
 
     #[inline]
     pub(crate) fn covariance(&self) -> Symmetric3 {
-        let [x, y, z] = self.centroid();
-        let [xx, xy, xz, yy, yz, zz] = self.second.map(|sum| sum / self.weight);
+        self.covariance_about(self.centroid())
+    }
+
+    /// The covariance, for a centroid that is known. One division instead of nine: clustering asks this of every pair.
+    #[inline]
+    fn covariance_about(&self, [x, y, z]: [f64; 3]) -> Symmetric3 {
+        let share = 1.0 / self.weight;
+        let [xx, xy, xz, yy, yz, zz] = self.second.map(|sum| share * sum);
         [xx - x * x, xy - x * y, xz - x * z, yy - y * y, yz - y * z, zz - z * z]
     }
 
     /// Mean of squared distances from the best plane, as [`Moments::fit`] chooses it.
     #[inline]
     pub(crate) fn mse(&self) -> f64 {
-        let covariance = self.covariance();
         let centroid = self.centroid();
+        let covariance = self.covariance_about(centroid);
         let (direction, determinant) = adjugate_times(&covariance, centroid);
         let along = dot(direction, centroid);
         // 0 / 0 is a line towards the camera: no plane.
@@ -94,8 +101,8 @@ impl Moments {
         if self.weight.is_nan() || self.weight <= 0.0 {
             return None;
         }
-        let covariance = self.covariance();
         let centroid = self.centroid();
+        let covariance = self.covariance_about(centroid);
         let (direction, determinant) = adjugate_times(&covariance, centroid);
         let normal = normalized(direction)?;
         let along = dot(normal, centroid);
