@@ -41,6 +41,33 @@ fn the_same_frames_give_the_same_bits() {
 }
 
 #[test]
+fn what_most_key_frames_look_past_is_not_confirmed() {
+    let frames = detections();
+    let (planes, pose) = &frames[0];
+    let mut map = PlaneMap::new(PlaneMapConfig::default()).unwrap();
+    let mut key_frames = Vec::new();
+    for k in 0..3 {
+        map.insert(planes, pose, f64::from(k)).unwrap();
+    }
+    let seen = map.confirmed().count();
+    assert!(seen >= 3, "{seen}");
+    for k in 3..60 {
+        key_frames.push(map.insert(&[], pose, f64::from(k)).unwrap().key_frame);
+    }
+    // Those whose centroids lie in the middle of the view.
+    assert!(map.confirmed().count() < seen);
+    for key_frame in key_frames {
+        map.remove(key_frame).unwrap();
+    }
+    assert_eq!(map.confirmed().count(), seen);
+    for k in 60..120 {
+        map.insert(if k < 77 { planes } else { &[] }, pose, f64::from(k)).unwrap();
+    }
+    // Seen twenty times it stays, however long the recording.
+    assert_eq!(map.confirmed().count(), seen);
+}
+
+#[test]
 fn a_key_frame_can_be_taken_out_without_a_trace() {
     let frames = detections();
     let mut map = map_of(&frames[..5]);

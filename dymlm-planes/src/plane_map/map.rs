@@ -8,7 +8,7 @@ use super::observation::Observation;
 use super::{MapPlane, Patch, PlaneMapConfig, PlaneMerge, PlaneReport};
 use crate::PlaneError;
 use crate::association::{Agreement, Criterion};
-use crate::linear_algebra::foot_on;
+use crate::linear_algebra::{foot_on, norm};
 use crate::refinement::DetectedPlane;
 
 /// The map of finite planes (paper III-B).
@@ -40,6 +40,7 @@ pub struct PlaneMap {
 #[derive(Debug, Clone)]
 struct KeyFrame {
     timestamp: f64,
+    camera_from_world: Pose,
     contributions: Vec<Contribution>,
     /// Merges that it brought about.
     merges: Vec<PlaneMerge>,
@@ -105,7 +106,7 @@ impl PlaneMap {
         let observations = self.bring_to_world(detected, world_from_camera)?;
         let pairings = self.associate(&observations);
         let continued = find_continued(&observations);
-        let mut report = self.fuse(observations, &pairings, &continued, timestamp);
+        let mut report = self.fuse(observations, &pairings, &continued, world_from_camera, timestamp);
         self.merge(&mut report);
         Ok(report)
     }
@@ -191,9 +192,31 @@ impl PlaneMap {
         &self.planes
     }
 
-    /// The planes that enough key frames have seen, in the order of their ids.
+    /// The planes that enough key frames have seen, in the order of their ids: see
+    /// [`min_observations`](PlaneMapConfig::min_observations) and the fields after it. O(planes seen a few times x key
+    /// frames).
     pub fn confirmed(&self) -> impl Iterator<Item = &MapPlane> {
-        self.planes.iter().filter(|plane| plane.observations >= self.config.min_observations)
+        let PlaneMapConfig { min_observations, sure_observations, min_observation_share, .. } = self.config;
+        self.planes.iter().filter(move |plane| {
+            let seen = plane.sightings.count;
+            let is_sure = || seen >= sure_observations;
+            let often = || f64::from(seen) >= min_observation_share * self.looks_at(plane) as f64;
+            seen >= min_observations && (is_sure() || often())
+        })
+    }
+
+    /// Number of key frames that look at a plane's centroid from before it. What stands in the way is not asked.
+    fn looks_at(&self, plane: &MapPlane) -> usize {
+        let PlaneMapConfig { view_angle_deg, view_depth, .. } = self.config;
+        let (cos_view, max_depth) = (view_angle_deg.to_radians().cos(), view_depth);
+        let looks = |key_frame: &&KeyFrame| {
+            let in_camera = key_frame.camera_from_world.transform_point(plane.centroid);
+            let (distance, depth) = (norm(in_camera), in_camera[2]);
+            let camera = key_frame.camera_from_world.inverse().translation();
+            (depth > 0.0 && depth <= max_depth && depth >= cos_view * distance)
+                && plane.plane.signed_distance(camera) > 0.0
+        };
+        self.key_frames.values().filter(looks).count()
     }
 
     /// The plane with an id, or the one that it was merged into.
@@ -253,6 +276,7 @@ impl PlaneMap {
         observations: Vec<Observation>,
         pairings: &[Option<Pairing>],
         continued: &[[usize; 2]],
+        world_from_camera: &Pose,
         timestamp: f64,
     ) -> PlaneReport {
         let mut report = PlaneReport { key_frame: self.next_key_frame, ..PlaneReport::default() };
@@ -283,17 +307,18 @@ impl PlaneMap {
         for &id in report.created.iter().chain(&report.updated) {
             if let Some(place) = self.place(id) {
                 let plane = &mut self.planes[place];
-                plane.observations += 1;
-                plane.first_seen = plane.first_seen.min(timestamp);
-                plane.last_seen = plane.last_seen.max(timestamp);
+                plane.sightings.add(timestamp);
                 plane.refit();
             }
         }
         let continued: Vec<[u64; 2]> =
             continued.iter().map(|pair| pair.map(|detected| report.associations[detected])).collect();
         self.continued.extend(continued.iter().copied().map(sorted));
-        let merges = Vec::new();
-        self.key_frames.insert(report.key_frame, KeyFrame { timestamp, contributions, merges, continued });
+        let (merges, camera_from_world) = (Vec::new(), world_from_camera.inverse());
+        self.key_frames.insert(
+            report.key_frame,
+            KeyFrame { timestamp, camera_from_world, contributions, merges, continued },
+        );
         report
     }
 
@@ -337,7 +362,8 @@ impl PlaneMap {
 
     /// Whether two planes of the map are one: the plane with fewer observations would go into the other.
     fn test_merge(&self, a: &MapPlane, b: &MapPlane) -> Option<(f64, PlaneMerge)> {
-        let more = (a.observations, std::cmp::Reverse(a.id)) > (b.observations, std::cmp::Reverse(b.id));
+        let more =
+            (a.sightings.count, std::cmp::Reverse(a.id)) > (b.sightings.count, std::cmp::Reverse(b.id));
         let (into, from) = if more { (a, b) } else { (b, a) };
         let (from_plane, into_plane) = (from.finite(), into.finite());
         let agreement = self.criterion.test(&from_plane, &into_plane).or_else(|| {
@@ -360,7 +386,7 @@ impl PlaneMap {
             let plane = &mut self.planes[place];
             plane.moments.add(&gone.moments);
             plane.patch.add(&gone.patch);
-            plane.set_sightings(seen);
+            plane.sightings = seen;
             plane.refit();
         }
     }
@@ -378,7 +404,7 @@ impl PlaneMap {
             let plane = &mut self.planes[place];
             plane.moments.subtract(&share.moments);
             plane.patch.subtract(&share.patch);
-            plane.set_sightings(seen);
+            plane.sightings = seen;
             plane.refit();
         }
     }
@@ -401,12 +427,10 @@ impl PlaneMap {
 
     /// The key frames that saw a plane.
     fn sightings(&self, id: u64) -> Sightings {
-        let mut sightings = Sightings { count: 0, first: f64::INFINITY, last: f64::NEG_INFINITY };
+        let mut sightings = Sightings::default();
         for key_frame in self.key_frames.values() {
             if key_frame.contributions.iter().any(|share| self.resolve(share.plane) == id) {
-                sightings.count += 1;
-                sightings.first = sightings.first.min(key_frame.timestamp);
-                sightings.last = sightings.last.max(key_frame.timestamp);
+                sightings.add(key_frame.timestamp);
             }
         }
         sightings
@@ -432,7 +456,7 @@ impl PlaneMap {
             let Some(fitted) = moments.fit().and_then(|fit| fit.plane()) else { continue };
             let mut plane = MapPlane::new(id, fitted, self.shape());
             (plane.moments, plane.patch) = (moments, patch);
-            plane.set_sightings(seen);
+            plane.sightings = seen;
             plane.refit();
             let place = self.planes.partition_point(|other| other.id < id);
             self.planes.insert(place, plane);

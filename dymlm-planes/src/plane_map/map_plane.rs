@@ -14,9 +14,7 @@ pub struct MapPlane {
     pub(super) plane: Plane,
     pub(super) centroid: [f64; 3],
     pub(super) mse: f64,
-    pub(super) observations: u32,
-    pub(super) first_seen: f64,
-    pub(super) last_seen: f64,
+    pub(super) sightings: Sightings,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
     bounds: Bounds,
@@ -32,11 +30,25 @@ pub(super) struct ShapeSettings {
 }
 
 /// When a plane was seen.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sightings {
+    /// Number of key frames that saw it.
     pub(super) count: u32,
-    pub(super) first: f64,
-    pub(super) last: f64,
+    /// Times of the first and the last of them, seconds.
+    times: [f64; 2],
+}
+
+impl Default for Sightings {
+    fn default() -> Self {
+        Self { count: 0, times: [f64::INFINITY, f64::NEG_INFINITY] }
+    }
+}
+
+impl Sightings {
+    pub(super) fn add(&mut self, timestamp: f64) {
+        self.count += 1;
+        self.times = [self.times[0].min(timestamp), self.times[1].max(timestamp)];
+    }
 }
 
 impl MapPlane {
@@ -47,20 +59,12 @@ impl MapPlane {
             plane,
             centroid: [0.0; 3],
             mse: 0.0,
-            observations: 0,
-            first_seen: f64::INFINITY,
-            last_seen: f64::NEG_INFINITY,
+            sightings: Sightings::default(),
             moments: FixedMoments::default(),
             bounds: Patch::default().bounds(shape.voxel_size),
             patch: Patch::default(),
             shape,
         }
-    }
-
-    pub(super) fn set_sightings(&mut self, seen: Sightings) {
-        self.observations = seen.count;
-        self.first_seen = seen.first;
-        self.last_seen = seen.last;
     }
 
     /// Fits the plane to its sums.
@@ -97,17 +101,17 @@ impl MapPlane {
 
     /// Number of key frames that saw it.
     pub fn observations(&self) -> u32 {
-        self.observations
+        self.sightings.count
     }
 
     /// Time of the first key frame that saw it, seconds.
     pub fn first_seen(&self) -> f64 {
-        self.first_seen
+        self.sightings.times[0]
     }
 
     /// Time of the last key frame that saw it, seconds.
     pub fn last_seen(&self) -> f64 {
-        self.last_seen
+        self.sightings.times[1]
     }
 
     /// Sum of the weights of its inliers; a reading at 0.4 m weighs 1.
