@@ -42,6 +42,7 @@ mod plane;
 mod point;
 mod point_cloud;
 mod pose;
+mod split_mix64;
 
 pub use axial_noise::axial_noise;
 pub use bounding_box::BoundingBox;
@@ -58,3 +59,4 @@ pub use plane::Plane;
 pub use point::{Point, Rgb};
 pub use point_cloud::PointCloud;
 pub use pose::Pose;
+pub use split_mix64::SplitMix64;

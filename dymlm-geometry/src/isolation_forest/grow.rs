@@ -1,7 +1,7 @@
 use super::path_length::mean_path_length;
-use super::random::Random;
 use super::trees::{IsolationTrees, Node, height_limit};
 use super::{IsolationForestConfig, IsolationForestScratch};
+use dymlm_core::SplitMix64;
 
 /// Grows all trees.
 pub(super) fn grow<const D: usize>(
@@ -16,7 +16,7 @@ pub(super) fn grow<const D: usize>(
     let sample_size = config.sample_size.min(finite.len());
     trees.reset(config.trees, sample_size);
     let size = 1_usize << trees.height;
-    let mut random = Random::new(config.seed);
+    let mut random = SplitMix64::new(config.seed);
     for (nodes, paths) in trees.nodes.chunks_exact_mut(size).zip(trees.paths.chunks_exact_mut(size)) {
         draw(rows, finite, sample_size, &mut random, sample);
         let (height, limit) = (trees.height, height_limit(sample_size));
@@ -33,7 +33,7 @@ fn draw<const D: usize>(
     rows: &[[f32; D]],
     finite: &mut [u32],
     count: usize,
-    random: &mut Random,
+    random: &mut SplitMix64,
     sample: &mut Vec<[f32; D]>,
 ) {
     sample.clear();
@@ -57,7 +57,7 @@ struct GrowingTree<'a> {
     height: u32,
     /// Depth at which no more cuts are made.
     limit: u32,
-    random: &'a mut Random,
+    random: &'a mut SplitMix64,
 }
 
 impl GrowingTree<'_> {

@@ -3,7 +3,6 @@
 mod config;
 mod grow;
 mod path_length;
-mod random;
 mod trees;
 
 pub use config::IsolationForestConfig;

@@ -1,6 +1,4 @@
-use dymlm_core::{ConfigError, PinholeCamera, Pose, check_range};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use dymlm_core::{ConfigError, PinholeCamera, Pose, SplitMix64, check_range};
 
 use super::{PoseObservation, PoseRefiner, RefinerConfig, RobustKernel, p3p, rigid_alignment};
 use crate::Error;
@@ -152,7 +150,7 @@ impl PoseRansac {
         if count < self.config.min_inliers {
             return None;
         }
-        let mut rng = ChaCha8Rng::seed_from_u64(self.config.seed);
+        let mut rng = SplitMix64::new(self.config.seed);
         let mut best: Option<(f64, Pose)> = None;
         let mut poses = Vec::with_capacity(4);
         let (mut samples, mut needed) = (0, self.config.iterations);
@@ -186,17 +184,17 @@ impl PoseRansac {
         if all_good >= 1.0 - 1e-9 {
             return 1;
         }
-        let needed = (1.0 - self.config.confidence).ln() / (1.0 - all_good).ln();
-        // Infinite without inliers; the cast saturates.
-        (needed.ceil() as usize).max(1)
+        // Not of 1 - all_good: without inliers that is zero, and the quotient minus infinity.
+        let needed = (1.0 - self.config.confidence).ln() / (-all_good).ln_1p();
+        if needed > 0.0 { needed.ceil() as usize } else { usize::MAX }
     }
 }
 
-fn draw_three(rng: &mut ChaCha8Rng, count: usize) -> [usize; 3] {
-    let first = rng.random_range(0..count);
-    let mut second = rng.random_range(0..count - 1);
+fn draw_three(rng: &mut SplitMix64, count: usize) -> [usize; 3] {
+    let first = rng.below(count);
+    let mut second = rng.below(count - 1);
     second += usize::from(second >= first);
-    let mut third = rng.random_range(0..count - 2);
+    let mut third = rng.below(count - 2);
     for taken in [first.min(second), first.max(second)] {
         third += usize::from(third >= taken);
     }
@@ -227,8 +225,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_pose_without_inliers_does_not_end_the_search() {
+        // A first sample of two good pairs and a bad one fits nothing; with any seed the search must go on.
+        let in_b: Vec<[f64; 3]> =
+            (0..30).map(|i| [f64::from(i % 5), f64::from(i / 5), f64::from(i * i % 7)]).collect();
+        let mut in_a = in_b.clone();
+        in_a.iter_mut().step_by(3).for_each(|point| point[1] += 0.7);
+        for seed in 0..50 {
+            let config = RansacConfig { seed, ..RansacConfig::default() };
+            let found = PoseRansac::new(&config).unwrap().align(&in_b, &in_a);
+            assert_eq!(found.map(|found| found.inliers.len()), Some(20), "seed {seed}");
+        }
+    }
+
+    #[test]
     fn samples_are_three_different_pairs_and_all_are_drawn() {
-        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut rng = SplitMix64::new(1);
         let mut seen = std::collections::BTreeSet::new();
         for _ in 0..600 {
             let mut sample = draw_three(&mut rng, 5);
