@@ -39,8 +39,7 @@ pub struct ExtractionConfig {
     /// disparity step.
     pub max_misfit_per_depth_squared: f64,
     /// A plane's misfit is at most this share of its width, 0..=1. Default 0.008: a strip of a round thing that spans 12
-    /// degrees
-    /// of it. The error of the estimate and the unevenness of the sensor are allowed in addition.
+    /// degrees of it. The error of the estimate and the unevenness of the sensor are allowed in addition.
     pub max_bend: f64,
     /// Largest angle between a block's normal and its ray, degrees, 1..=90. Default 84: beyond it a Kinect reads hardly
     /// anything (Nguyen 2012), and what looks like a plane is a step between two.

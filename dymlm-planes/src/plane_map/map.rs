@@ -8,7 +8,7 @@ use super::observation::Observation;
 use super::{MapPlane, Patch, PlaneMapConfig, PlaneMerge, PlaneReport};
 use crate::PlaneError;
 use crate::association::{Agreement, Criterion};
-use crate::linear_algebra::{foot_on, norm};
+use crate::linear_algebra::{dot, foot_on, norm, subtract};
 use crate::refinement::DetectedPlane;
 
 /// The map of finite planes (paper III-B).
@@ -40,7 +40,7 @@ pub struct PlaneMap {
 #[derive(Debug, Clone)]
 struct KeyFrame {
     timestamp: f64,
-    camera_from_world: Pose,
+    world_from_camera: Pose,
     contributions: Vec<Contribution>,
     /// Merges that it brought about.
     merges: Vec<PlaneMerge>,
@@ -210,11 +210,11 @@ impl PlaneMap {
         let PlaneMapConfig { view_angle_deg, view_depth, .. } = self.config;
         let (cos_view, max_depth) = (view_angle_deg.to_radians().cos(), view_depth);
         let looks = |key_frame: &&KeyFrame| {
-            let in_camera = key_frame.camera_from_world.transform_point(plane.centroid);
-            let (distance, depth) = (norm(in_camera), in_camera[2]);
-            let camera = key_frame.camera_from_world.inverse().translation();
-            (depth > 0.0 && depth <= max_depth && depth >= cos_view * distance)
-                && plane.plane.signed_distance(camera) > 0.0
+            let pose = &key_frame.world_from_camera;
+            let ray = subtract(plane.centroid, pose.translation());
+            let depth = dot(ray, pose.rotate([0.0, 0.0, 1.0]));
+            (depth > 0.0 && depth <= max_depth && depth >= cos_view * norm(ray))
+                && dot(ray, plane.plane.normal()) < 0.0
         };
         self.key_frames.values().filter(looks).count()
     }
@@ -314,10 +314,10 @@ impl PlaneMap {
         let continued: Vec<[u64; 2]> =
             continued.iter().map(|pair| pair.map(|detected| report.associations[detected])).collect();
         self.continued.extend(continued.iter().copied().map(sorted));
-        let (merges, camera_from_world) = (Vec::new(), world_from_camera.inverse());
+        let (merges, world_from_camera) = (Vec::new(), *world_from_camera);
         self.key_frames.insert(
             report.key_frame,
-            KeyFrame { timestamp, camera_from_world, contributions, merges, continued },
+            KeyFrame { timestamp, world_from_camera, contributions, merges, continued },
         );
         report
     }
