@@ -54,7 +54,7 @@ pub use error::Error;
 pub use frame::Frame;
 pub use mask::Mask;
 pub use organized_cloud::OrganizedCloud;
-pub use pinhole_camera::PinholeCamera;
+pub use pinhole_camera::{PinholeCamera, check_buffer};
 pub use plane::Plane;
 pub use point::{Point, Rgb};
 pub use point_cloud::PointCloud;

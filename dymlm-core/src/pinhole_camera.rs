@@ -130,8 +130,12 @@ pub(crate) fn check_image_size(width: usize, height: usize) -> Result<usize, Err
     }
 }
 
-/// Checks an image's size and that its buffer fits it.
-pub(crate) fn check_buffer(width: usize, height: usize, actual: usize) -> Result<(), Error> {
+/// Checks an image's size and that its buffer of `actual` pixels fits it: what every image type does in its `new`.
+///
+/// # Errors
+///
+/// [`Error::ImageSize`], [`Error::BufferLength`].
+pub fn check_buffer(width: usize, height: usize, actual: usize) -> Result<(), Error> {
     let expected = check_image_size(width, height)?;
     if actual == expected { Ok(()) } else { Err(Error::BufferLength { width, height, expected, actual }) }
 }

@@ -1,4 +1,4 @@
-use dymlm_core::{ColorImage, PinholeCamera, Rgb};
+use dymlm_core::{ColorImage, Rgb, check_buffer};
 
 use crate::Error;
 
@@ -30,14 +30,7 @@ impl GrayImage {
     ///
     /// [`dymlm_core::Error::ImageSize`], [`dymlm_core::Error::BufferLength`].
     pub fn new(width: usize, height: usize, mut data: Vec<f32>) -> Result<Self, Error> {
-        let expected = match width.checked_mul(height) {
-            Some(pixels) if pixels > 0 && pixels <= PinholeCamera::MAX_PIXELS => pixels,
-            _ => return Err(dymlm_core::Error::ImageSize { width, height }.into()),
-        };
-        if data.len() != expected {
-            let actual = data.len();
-            return Err(dymlm_core::Error::BufferLength { width, height, expected, actual }.into());
-        }
+        check_buffer(width, height, data.len())?;
         for value in &mut data {
             *value = if value.is_finite() { *value } else { 0.0 };
         }

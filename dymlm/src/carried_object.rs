@@ -116,7 +116,8 @@ impl MapBuilder {
         let mapped = self.map.objects().object(object).ok_or(Error::UnknownObject { object })?;
         let from = mapped.oriented_box();
         let support = mapped.support();
-        let places: Vec<OrientedBox> = with_rim(&from, RIM_AT_REST)
+        let places: Vec<OrientedBox> = from
+            .with_rim(RIM_AT_REST)
             .into_iter()
             .chain(body_at(tracker, &rest.moved_from, RIM_AT_REST))
             .collect();
@@ -163,11 +164,7 @@ fn body_at(tracker: &ObjectTracker, world_from_object: &Pose, rim: f64) -> Optio
     let center = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
     let middle = Pose::new(center, [0.0, 0.0, 0.0, 1.0]).ok()?;
     let lengths = [0, 1, 2].map(|axis| high[axis] - low[axis]);
-    with_rim(&OrientedBox::new(*world_from_object * middle, lengths).ok()?, rim)
-}
-
-fn with_rim(body: &OrientedBox, rim: f64) -> Option<OrientedBox> {
-    OrientedBox::new(body.world_from_box(), body.lengths().map(|length| length + 2.0 * rim)).ok()
+    OrientedBox::new(*world_from_object * middle, lengths).and_then(|body| body.with_rim(rim)).ok()
 }
 
 /// The upright box about some boxes, a rim wider on each side.

@@ -5,9 +5,12 @@
 //! counterparts, whose truth is exact, are the quick rows of the example `evaluate`.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use common::data;
 use dymlm::core::Detection;
 use dymlm::planes::{MapPlane, PlaneMap};
 use dymlm::{MapBuilder, MapConfig};
@@ -194,18 +197,4 @@ fn count_pixels(builder: &MapBuilder, shows_people: impl Fn(usize) -> bool) -> V
         }
     }
     detector.planes().iter().map(|plane| of_segment[plane.segment]).collect()
-}
-
-fn data(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("DYMLM_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")),
-        PathBuf::from,
-    );
-    let path = root.join(name);
-    if path.exists() {
-        Some(path)
-    } else {
-        println!("skipped: {} is not there", path.display());
-        None
-    }
 }

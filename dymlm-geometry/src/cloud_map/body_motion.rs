@@ -110,8 +110,7 @@ impl CloudMap {
 
     /// Takes out what speaks for cells of the evidence in which nothing is left.
     fn forget_support(&mut self, region: &OrientedBox, moved: &[Moved]) {
-        let margin = 4.0 * self.config.evidence.cell_size;
-        let around = OrientedBox::new(region.world_from_box(), region.lengths().map(|l| l + margin));
+        let around = region.with_rim(2.0 * self.config.evidence.cell_size);
         let mut left = BTreeSet::new();
         for key in self.blocks_about(&around.unwrap_or(*region)) {
             if let Some(block) = self.voxels.get(key) {

@@ -104,6 +104,25 @@ impl OrientedBox {
         Self { world_from_box: *a_from_b * self.world_from_box, lengths: self.lengths }
     }
 
+    /// The box with a rim on every side, metres; a negative one takes away.
+    ///
+    /// ```
+    /// use dymlm_core::Pose;
+    /// use dymlm_geometry::OrientedBox;
+    ///
+    /// let table = OrientedBox::new(Pose::identity(), [1.5, 1.0, 0.25])?;
+    /// assert_eq!(table.with_rim(0.5)?.lengths(), [2.5, 2.0, 1.25]);
+    /// assert!(table.with_rim(-0.25).is_err());
+    /// # Ok::<(), dymlm_geometry::OrientedBoxError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`OrientedBoxError`] when a length becomes negative, not finite or above [`MAX_LENGTH`](Self::MAX_LENGTH).
+    pub fn with_rim(&self, rim: f64) -> Result<Self, OrientedBoxError> {
+        Self::new(self.world_from_box, self.lengths.map(|length| length + 2.0 * rim))
+    }
+
     /// Volume that two boxes share, cubic metres, exact to rounding: some 1e-15 of the larger box's volume.
     ///
     /// One box is clipped by the six half spaces of the other, face by face (Sutherland and Hodgman, "Reentrant polygon
