@@ -93,7 +93,7 @@ impl MinimumAreaRectangleScratch {
 fn around_hull(hull: &[[f64; 2]]) -> Option<OrientedRectangle> {
     let mut calipers = Calipers::default();
     let encasings = (0..hull.len()).map(|edge| calipers.advance(hull, edge));
-    let least = encasings.reduce(|least, next| if next.area() < least.area() { next } else { least })?;
+    let least = encasings.reduce(|least, next| if next.area < least.area { next } else { least })?;
     Some(least.rectangle())
 }
 
@@ -108,59 +108,52 @@ struct Calipers {
 impl Calipers {
     /// Turns the calipers on to an edge.
     fn advance(&mut self, hull: &[[f64; 2]], edge: usize) -> Encasing {
-        let corner = |index: usize| hull[index % hull.len()];
-        let side = |index: usize| difference(corner(index + 1), corner(index));
-        let origin = corner(edge);
-        let direction = unit(side(edge));
         // No corner goes around more than once, whatever rounding does to the directions of tiny edges.
+        let corner = |index: usize| hull[if index < hull.len() { index } else { index - hull.len() }];
+        let side = |index: usize| difference(corner(index + 1), corner(index));
         let last = edge + hull.len();
+        let below = side(edge);
         self.right = self.right.max(edge + 1);
-        while self.right < last && dot(direction, side(self.right)) > 0.0 {
+        while self.right < last && dot(below, side(self.right)) > 0.0 {
             self.right += 1;
         }
         self.top = self.top.max(self.right);
-        while self.top < last && cross(direction, side(self.top)) > 0.0 {
+        while self.top < last && cross(below, side(self.top)) > 0.0 {
             self.top += 1;
         }
         self.left = self.left.max(self.top);
-        while self.left < last && dot(direction, side(self.left)) < 0.0 {
+        while self.left < last && dot(below, side(self.left)) < 0.0 {
             self.left += 1;
         }
-        let [right, top, left] =
-            [self.right, self.top, self.left].map(|index| difference(corner(index), origin));
-        Encasing {
-            origin,
-            direction,
-            along: [dot(direction, left).min(0.0), dot(direction, right)],
-            height: cross(direction, top).max(0.0),
-        }
+        let touching = [edge, self.right, self.top, self.left].map(corner);
+        Encasing { area: area_on(below, touching), below, touching }
     }
+}
+
+/// The area of the rectangle on an edge of this direction and length that touches its own, a right, a top and a left
+/// corner. Without a root, since most are not the least.
+fn area_on(below: [f64; 2], [origin, right, top, left]: [[f64; 2]; 4]) -> f64 {
+    let length_by_edge = dot(below, difference(right, left)) / dot(below, below);
+    length_by_edge * cross(below, difference(top, origin))
 }
 
 /// A rectangle that stands on an edge.
 struct Encasing {
-    origin: [f64; 2],
-    direction: [f64; 2],
-    /// From where to where it goes along the edge's direction, from the origin.
-    along: [f64; 2],
-    /// How far it goes to the left of the edge.
-    height: f64,
+    area: f64,
+    below: [f64; 2],
+    /// The corners below, on the right, above, on the left.
+    touching: [[f64; 2]; 4],
 }
 
 impl Encasing {
-    fn width(&self) -> f64 {
-        self.along[1] - self.along[0]
-    }
-
-    fn area(&self) -> f64 {
-        self.width() * self.height
-    }
-
     fn rectangle(&self) -> OrientedRectangle {
-        let [x, y] = self.direction;
-        let (along, up) = (f64::midpoint(self.along[0], self.along[1]), 0.5 * self.height);
-        let center = [self.origin[0] + along * x - up * y, self.origin[1] + along * y + up * x];
-        let (width, height) = (self.width(), self.height);
+        let [x, y] = unit(self.below);
+        let origin = self.touching[0];
+        let [_, right, top, left] = self.touching.map(|corner| difference(corner, origin));
+        let ends = [dot([x, y], left).min(0.0), dot([x, y], right)];
+        let (width, height) = (ends[1] - ends[0], cross([x, y], top).max(0.0));
+        let (along, up) = (f64::midpoint(ends[0], ends[1]), 0.5 * height);
+        let center = [origin[0] + along * x - up * y, origin[1] + along * y + up * x];
         let (axis, lengths) =
             if width >= height { ([x, y], [width, height]) } else { ([-y, x], [height, width]) };
         OrientedRectangle { center, axis: to_the_right(axis), lengths }

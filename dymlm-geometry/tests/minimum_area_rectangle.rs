@@ -9,8 +9,8 @@ use dymlm_geometry::{
 };
 use proptest::prelude::*;
 
-/// Points of every kind: spread, on a small lattice (duplicates, many on a line), on one line, on a circle, two
-/// clusters far apart.
+/// Points of every kind: spread, on the sides of a rectangle, on a small lattice (duplicates, many on a line), on one
+/// line, on a circle, two clusters far apart.
 fn clouds(most: usize) -> impl Strategy<Value = Vec<[f64; 2]>> {
     let points = move |point: BoxedStrategy<[f64; 2]>| prop::collection::vec(point, 1..most);
     let lattice = prop::array::uniform2(-3..4_i8).prop_map(|p| p.map(f64::from)).boxed();
@@ -19,8 +19,18 @@ fn clouds(most: usize) -> impl Strategy<Value = Vec<[f64; 2]>> {
     let clusters = (any::<bool>(), prop::array::uniform2(-1e-6..1e-6_f64))
         .prop_map(|(far, [x, y])| if far { [1000.0 + x, 500.0 + y] } else { [x, y] })
         .boxed();
+    // On the sides of a turned, more or less thin rectangle, with noise.
+    let outline = (0.01..1.0_f64, 0.0..1.0_f64, -1.0..1.0_f64, any::<bool>(), any::<bool>(), 0..3_i32)
+        .prop_map(|(thin, along, noise, across, far, digits)| {
+            let side = if far { 1.0 } else { -1.0 } + 10.0_f64.powi(-3 * digits - 2) * noise;
+            let [s, t] = if across { [side, along] } else { [2.0 * along - 1.0, side] };
+            let thin = if thin < 0.5 { 0.3 } else { 1e-5 };
+            [0.8 * s - 0.6 * thin * t, 0.6 * s + 0.8 * thin * t]
+        });
+    let outline = outline.boxed();
     prop_oneof![
         3 => points(prop::array::uniform2(-1.0..1.0_f64).boxed()),
+        1 => points(outline),
         2 => points(lattice),
         1 => points(line),
         1 => points(circle),
@@ -171,7 +181,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn hull_of_many_equals_a_plain_scan(points in clouds(4000), offset in prop_oneof![Just(0.0), -1e7..1e7_f64]) {
+    fn hull_of_many_equals_a_plain_scan(points in clouds(4000), offset in prop_oneof![Just(0.0), -1e7..1e7_f64, Just(1e13)]) {
         let points: Vec<_> = points.iter().map(|p| p.map(|x| x + offset)).collect();
         prop_assert_eq!(convex_hull(&points), plain_hull(&points));
     }

@@ -12,14 +12,14 @@ from pathlib import Path
 
 from .program import Program
 
-# Library, its module and the package that brings it.
+# Library and its module.
 PYTHON_PEERS = [
-    ("dbscan", "dbscan", "dbscan"),
-    ("scikit-learn", "sklearn", "scikit-learn"),
-    ("Open3D", "open3d", "open3d"),
-    ("OpenCV", "cv2", "opencv-contrib-python-headless"),
-    ("isotree", "isotree", "isotree"),
-    ("scipy", "scipy", "scipy"),
+    ("dbscan", "dbscan"),
+    ("scikit-learn", "sklearn"),
+    ("Open3D", "open3d"),
+    ("OpenCV", "cv2"),
+    ("isotree", "isotree"),
+    ("scipy", "scipy"),
 ]
 
 
@@ -76,10 +76,12 @@ def add_cpp_peers(found: Contestants, here: Path, pin: list[str]) -> None:
 
 
 def add_python_peers(found: Contestants, here: Path, pin: list[str]) -> None:
-    for name, module, package in PYTHON_PEERS:
+    # OpenCV comes in packages of several names.
+    packages = importlib.metadata.packages_distributions()
+    for name, module in PYTHON_PEERS:
         if importlib.util.find_spec(module) is None:
             print(f"peer missing: {name}")
             continue
         # A process each, so that no library meets another's threads or memory.
         found.programs[name] = Program([*pin, sys.executable, "-m", "harness.python_peer", module], cwd=here)
-        found.versions[name] = importlib.metadata.version(package)
+        found.versions[name] = importlib.metadata.version(packages[module][0])

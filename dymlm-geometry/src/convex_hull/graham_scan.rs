@@ -2,12 +2,11 @@ use std::cmp::Ordering;
 
 use super::orientation::orientation;
 
-/// The hull of finite points, which are put into order; see [`convex_hull`](super::convex_hull).
-pub(super) fn graham_scan(points: &mut [[f64; 2]], hull: &mut Vec<[f64; 2]>) {
-    points.sort_unstable_by(left_to_right);
+/// The hull of points from left to right; see [`convex_hull`](super::convex_hull).
+pub(super) fn graham_scan(points: &[[f64; 2]], hull: &mut Vec<[f64; 2]>) {
     hull.clear();
-    for point in points.iter() {
-        append(hull, 0, *point);
+    for &point in points {
+        append(hull, 0, point);
     }
     // The rightmost point ends the lower chain and begins the upper one.
     let lower = hull.len().saturating_sub(1);
@@ -18,12 +17,6 @@ pub(super) fn graham_scan(points: &mut [[f64; 2]], hull: &mut Vec<[f64; 2]>) {
     if hull.len() > 1 {
         hull.pop();
     }
-}
-
-/// By x, then y. There is no -0, so that the order of the bits is that of the numbers, and quicker to find.
-fn left_to_right(a: &[f64; 2], b: &[f64; 2]) -> Ordering {
-    let axis = usize::from(a[0] == b[0]);
-    a[axis].total_cmp(&b[axis])
 }
 
 /// Adds a point to the chain that begins at `start`, and takes out the corners that then are none.

@@ -1,74 +1,101 @@
 const COLUMNS: usize = 256;
 
-/// Adding this to a number of 0 to 2^31 leaves its nearest integer in the lowest bits.
-const ROUNDER: f64 = 4_503_599_627_370_496.0;
+/// Adding this to a number between -2^51 and 2^51 leaves its nearest integer in the lowest bits.
+const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// Rounding is far below this share of the extent, as long as the coordinates are at most
-/// [`GREATEST_OFFSET`] times the extent.
-const MARGIN: f64 = 1e-9;
-const GREATEST_OFFSET: f64 = 1e5;
+/// Distance from the hull within which nothing is surely inside, as a share of the extent. All is computed about a point
+/// of the hull, so rounding is some 1e-15 of the extent in x. It costs that times the slope in y, which is at most one
+/// over the distance from the left or right end in these shares.
+const MARGIN_Y: f64 = 1e-9;
+const MARGIN_X: f64 = 1e-5;
 const SMALLEST_EXTENT: f64 = 1e-100;
+/// Coordinates up to so many times the extent tell the margins apart.
+const GREATEST_OFFSET: f64 = 1e8;
 
-/// What lies surely, by more than rounding, within a convex polygon: for each column of x a range of y.
+/// What lies surely, by more than rounding, within a convex polygon: for each column of x what is between a chord of
+/// its lower and one of its upper side.
 #[derive(Debug, Clone)]
 pub(super) struct InnerColumns {
-    x_min: f64,
+    /// The middle of the first column, and the polygon's lowest y.
+    origin: [f64; 2],
     per_x: f64,
-    ranges: Box<[Range; COLUMNS]>,
+    /// And an empty one, for what is beyond.
+    columns: Box<[Column; COLUMNS + 1]>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Range {
-    low: f64,
-    high: f64,
+#[derive(Debug, Clone, Copy, Default)]
+struct Column {
+    low: Line,
+    high: Line,
 }
 
-impl Range {
-    const EMPTY: Self = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
+/// y = start + slope x, about the origin.
+#[derive(Debug, Clone, Copy, Default)]
+struct Line {
+    start: f64,
+    slope: f64,
+}
+
+impl Line {
+    fn through(a: [f64; 2], b: [f64; 2]) -> Self {
+        let slope = (b[1] - a[1]) / (b[0] - a[0]);
+        Self { start: a[1] - slope * a[0], slope }
+    }
+
+    #[inline]
+    fn y_at(&self, x: f64) -> f64 {
+        self.start + self.slope * x
+    }
+
+    fn raised(self, by: f64) -> Self {
+        Self { start: self.start + by, ..self }
+    }
 }
 
 impl Default for InnerColumns {
     fn default() -> Self {
-        Self { x_min: 0.0, per_x: 0.0, ranges: Box::new([Range::EMPTY; COLUMNS]) }
+        Self { origin: [0.0; 2], per_x: 0.0, columns: Box::new([Column::default(); COLUMNS + 1]) }
     }
 }
 
 impl InnerColumns {
-    /// Takes the columns from a hull, counter-clockwise from its leftmost point; false when the hull is too narrow
-    /// for any.
-    pub(super) fn fill(&mut self, hull: &[[f64; 2]]) -> bool {
+    /// Takes the columns from a hull, counter-clockwise from its leftmost point. Nothing is in those of a hull that is too
+    /// narrow.
+    pub(super) fn fill(&mut self, hull: &[[f64; 2]]) {
         let Some(extent) = Extent::of(hull).filter(Extent::is_resolved) else {
-            return false;
+            self.columns.fill(Column::default());
+            return;
         };
         let [width, height] = extent.size();
-        let column = width / (COLUMNS - 1) as f64;
-        (self.x_min, self.per_x) = (extent.min[0], 1.0 / column);
-        let lower = |corner: usize| hull.get(corner).copied();
-        let upper = |corner: usize| hull.get(hull.len().checked_sub(corner)? % hull.len()).copied();
-        // One for each side of a column.
-        let (mut below, mut above) = ([Chain::new(lower); 2], [Chain::new(upper); 2]);
-        for (index, range) in self.ranges.iter_mut().enumerate() {
-            // A coordinate that is rounded into the next column is within the margin.
-            let (middle, half) = (extent.min[0] + index as f64 * column, 0.5 * column + MARGIN * width);
-            let sides = [middle - half, middle + half].map(|x| x.clamp(extent.min[0], extent.max[0]));
-            let [left, right] =
-                [0, 1].map(|side| [below[side].y_at(sides[side]), above[side].y_at(sides[side])]);
-            // A convex function is greatest, a concave one least, at an end.
-            range.low = left[0].max(right[0]) + MARGIN * height;
-            range.high = left[1].min(right[1]) - MARGIN * height;
+        let column = (1.0 - 2.0 * MARGIN_X) * width / COLUMNS as f64;
+        let origin = [extent.min[0] + MARGIN_X * width + 0.5 * column, extent.min[1]];
+        (self.origin, self.per_x) = (origin, 1.0 / column);
+        let relative = |corner: &[f64; 2]| [corner[0] - origin[0], corner[1] - origin[1]];
+        let lower = |corner: usize| hull.get(corner).map(relative);
+        let upper = |corner: usize| hull.get(hull.len().checked_sub(corner)? % hull.len()).map(relative);
+        let (mut below, mut above) = (Chain::new(lower), Chain::new(upper));
+        let mut ends = |side: usize| {
+            let x = (side as f64 - 0.5) * column;
+            [[x, below.y_at(x)], [x, above.y_at(x)]]
+        };
+        let mut left = ends(0);
+        for (index, own) in self.columns[..COLUMNS].iter_mut().enumerate() {
+            let right = ends(index + 1);
+            // A chord of a convex polygon is within it.
+            own.low = Line::through(left[0], right[0]).raised(MARGIN_Y * height);
+            own.high = Line::through(left[1], right[1]).raised(-MARGIN_Y * height);
+            left = right;
         }
-        // Those at the ends reach out of the hull by half their width.
-        let [first, .., last] = &mut *self.ranges;
-        (*first, *last) = (Range::EMPTY, Range::EMPTY);
-        true
     }
 
     /// Whether the point is surely inside; false for NaN.
     #[inline]
+    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
     pub(super) fn contain(&self, point: &[f64; 2]) -> bool {
-        let [x, y] = *point;
-        let column = ((x - self.x_min) * self.per_x + ROUNDER).to_bits().wrapping_sub(ROUNDER.to_bits());
-        self.ranges.get(column as usize).is_some_and(|range| y > range.low && y < range.high)
+        let [x, y] = [point[0] - self.origin[0], point[1] - self.origin[1]];
+        let column = (x * self.per_x + ROUNDER).to_bits().wrapping_sub(ROUNDER.to_bits());
+        let own = &self.columns[(column as usize).min(COLUMNS)];
+        (y > own.low.y_at(x)) & (y < own.high.y_at(x))
     }
 }
 

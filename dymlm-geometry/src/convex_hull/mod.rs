@@ -2,11 +2,15 @@
 
 mod graham_scan;
 mod inner_columns;
+mod inner_ellipse;
+mod inner_region;
+mod left_to_right;
 mod orientation;
 mod outline;
 
 use graham_scan::graham_scan;
-use inner_columns::InnerColumns;
+use inner_region::InnerRegion;
+use left_to_right::LeftToRight;
 use outline::Outline;
 
 /// Points with a coordinate greater than this are passed over: the exact orientation test would overflow.
@@ -15,8 +19,17 @@ const FARTHEST: f64 = 1e120;
 /// From so many points on, most are worth being recognized as inner ones first.
 const FEW: usize = 512;
 
-/// Each so many-th point is looked at for the outline.
-const SAMPLING: usize = 16;
+/// Of so many points in a row so many are looked at for the outline: those side by side are in one line of the cache.
+const SPAN: usize = 256;
+const SAMPLE: usize = 4;
+
+/// The hull is taken anew between blocks of so many points.
+const BLOCK: usize = 1024;
+
+/// It is when there are so many candidates, and so many more for each of its corners: the work of all times together is
+/// little more than that of the last.
+const MANY: usize = 128;
+const MANY_FOR_CORNER: usize = 3;
 
 /// The vertices of the convex hull of points in the plane, counter-clockwise from the leftmost (of several, the
 /// lowest).
@@ -30,8 +43,8 @@ const SAMPLING: usize = 16;
 ///
 /// Graham's scan as Andrew orders it: points by x, then y; the lower chain on the way out, the upper chain on the
 /// way back, each popping the corners that do not turn left. Of many points most lie well within the hull of a few,
-/// here of the outline of a sample; one pass drops them, by a table over x of what is surely inside. O(n log n) at
-/// worst, O(n) when few points lie near the hull, as in scans of things.
+/// at first of the outline of a sample; one pass drops what is surely inside, and takes the hull anew when many have
+/// turned out not to be. O(n log n) at worst, O(n) when few points lie near the hull, as in scans of things.
 ///
 /// Graham: "An efficient algorithm for determining the convex hull of a finite planar set", Information Processing
 /// Letters 1, 1972; Andrew: "Another efficient algorithm for convex hulls in two dimensions", Information
@@ -52,21 +65,29 @@ pub fn convex_hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 /// [`convex_hull`] into a caller's buffers, whose content does not matter: allocates nothing once they have grown.
 pub fn convex_hull_into(points: &[[f64; 2]], scratch: &mut ConvexHullScratch, hull: &mut Vec<[f64; 2]>) {
-    let ConvexHullScratch { candidates, outline, columns } = scratch;
-    if points.len() < FEW {
-        candidates.clear();
-        candidates.extend(points.iter().filter_map(usable));
-        return graham_scan(candidates, hull);
-    }
-    outline.trace(points.iter().step_by(SAMPLING).filter_map(usable), candidates);
-    graham_scan(candidates, hull);
+    let ConvexHullScratch { candidates, outline, inner, left_to_right } = scratch;
+    let mut scan = |candidates: &mut Vec<[f64; 2]>, hull: &mut Vec<[f64; 2]>| {
+        left_to_right.sort(candidates);
+        graham_scan(candidates, hull);
+    };
     candidates.clear();
-    if columns.fill(hull) {
-        candidates.extend(points.iter().filter(|point| !columns.contain(point)).filter_map(usable));
-    } else {
+    if points.len() < FEW {
         candidates.extend(points.iter().filter_map(usable));
+        return scan(candidates, hull);
     }
-    graham_scan(candidates, hull);
+    let sample = points.chunks(SPAN).flat_map(|span| span.iter().take(SAMPLE).filter_map(usable));
+    outline.trace(sample, candidates);
+    scan(candidates, hull);
+    inner.fill(hull);
+    for block in points.chunks(BLOCK) {
+        inner.add_outer(block, candidates);
+        if candidates.len() > MANY + MANY_FOR_CORNER * hull.len() {
+            scan(candidates, hull);
+            candidates.clone_from(hull);
+            inner.fill(hull);
+        }
+    }
+    scan(candidates, hull);
 }
 
 /// Working memory of [`convex_hull_into`].
@@ -74,7 +95,8 @@ pub fn convex_hull_into(points: &[[f64; 2]], scratch: &mut ConvexHullScratch, hu
 pub struct ConvexHullScratch {
     candidates: Vec<[f64; 2]>,
     outline: Outline,
-    columns: InnerColumns,
+    inner: InnerRegion,
+    left_to_right: LeftToRight,
 }
 
 impl ConvexHullScratch {

@@ -1,0 +1,49 @@
+use super::inner_columns::InnerColumns;
+use super::inner_ellipse::InnerEllipse;
+use super::usable;
+
+/// Tells points that lie surely within a hull from those that may be outside: by an ellipse, which is quick, then by
+/// columns, which are tight.
+#[derive(Debug, Clone, Default)]
+pub(super) struct InnerRegion {
+    ellipse: Option<InnerEllipse>,
+    columns: InnerColumns,
+}
+
+/// Share of the fours of points that may not be in the ellipse: what a processor cannot foresee costs it more than the
+/// columns do.
+const MOST_MISSED: f64 = 0.25;
+
+impl InnerRegion {
+    /// Takes the region from a hull, counter-clockwise from its leftmost point.
+    pub(super) fn fill(&mut self, hull: &[[f64; 2]]) {
+        self.ellipse = InnerEllipse::of(hull);
+        self.columns.fill(hull);
+    }
+
+    /// Adds those of a block's points that may be outside, but for the ones that are to be passed over.
+    pub(super) fn add_outer(&mut self, block: &[[f64; 2]], outer: &mut Vec<[f64; 2]>) {
+        let (fours, rest) = block.as_chunks::<4>();
+        outer.extend(rest.iter().filter_map(usable));
+        let Some(ellipse) = self.ellipse else {
+            return fours.iter().for_each(|four| self.add_outside_columns(four, outer));
+        };
+        let mut missed = 0;
+        for four in fours.iter().filter(|four| !ellipse.contains(four)) {
+            self.add_outside_columns(four, outer);
+            missed += 1;
+        }
+        if f64::from(missed) > MOST_MISSED * fours.len() as f64 {
+            self.ellipse = None;
+        }
+    }
+
+    #[inline]
+    fn add_outside_columns(&self, four: &[[f64; 2]; 4], outer: &mut Vec<[f64; 2]>) {
+        // Without a branch for each.
+        if !four.iter().fold(true, |all, point| all & self.columns.contain(point)) {
+            let outside = four.iter().filter(|point| !self.columns.contain(point));
+            outer.extend(outside.filter_map(usable));
+        }
+    }
+}
