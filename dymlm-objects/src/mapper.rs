@@ -6,6 +6,7 @@ use crate::object_map::ObjectLimits;
 use crate::optimization::{
     ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates, is_foot_hidden,
 };
+use crate::support::LevelPlanes;
 use crate::vector3::{along, difference, norm, unit};
 use crate::{
     MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport,
@@ -76,6 +77,8 @@ const BESIDE: f64 = 1.0;
 const HIDDEN_FOOT: f64 = 0.7;
 /// How many times as often an object must have been observed as one that it explains away.
 const SURELY_KNOWN: u32 = 2;
+/// So many things must have stood on planes for these to tell the vertical from a plane that slopes.
+const SURE_OF_VERTICAL: f64 = 20.0;
 /// Merges a frame, at most; the others wait for the next.
 const MOST_MERGES: usize = 16;
 /// Frames in view after which a thing that was detected once only is given up.
@@ -143,7 +146,12 @@ impl ObjectMapper {
         self.report = ObjectReport::default();
         self.observations.clear();
         let vertical = unit(self.upward);
-        self.parameterizer.parameterize(view, planes, vertical, &self.config.sizes, &mut self.observations);
+        let level = LevelPlanes {
+            planes,
+            vertical: vertical.filter(|_| norm(self.upward) >= SURE_OF_VERTICAL),
+            least_cosine: self.config.parameterization.max_support_slope.cos(),
+        };
+        self.parameterizer.parameterize(view, &level, vertical, &self.config.sizes, &mut self.observations);
         let supports = self.observations.iter().filter_map(|observation| observation.support);
         for support in supports.filter(|support| support.id.is_some()) {
             self.upward = along(self.upward, 1.0, support.plane.normal());

@@ -66,7 +66,7 @@ impl ObjectCloud {
         world_from_camera: &Pose,
         is_wanted: impl Fn(Vector3) -> bool,
     ) -> CloudPatch {
-        let mut voxels = BTreeMap::<VoxelKey, Voxel>::new();
+        let mut voxels = Vec::with_capacity(points.len());
         for point in points {
             let place = world_from_camera.transform_point(point.map(f64::from));
             let offset = difference(place, self.origin);
@@ -74,14 +74,19 @@ impl ObjectCloud {
                 continue;
             }
             let weight = weight_at(point[2]);
-            let voxel = voxels.entry(self.key(offset)).or_default();
-            voxel.weight += weight;
-            voxel.observations = 1;
-            for (sum, c) in voxel.sum.iter_mut().zip(offset) {
-                *sum += weight * (c * UNITS).round() as i64;
-            }
+            let sum = offset.map(|c| weight * (c * UNITS).round() as i64);
+            voxels.push((self.key(offset), Voxel { weight, sum, observations: 1 }));
         }
-        CloudPatch { voxels: voxels.into_iter().collect() }
+        // Sums of integers do not depend on the order of those of one voxel.
+        voxels.sort_unstable_by_key(|(key, _)| *key);
+        voxels.dedup_by(|(other, added), (key, voxel)| {
+            let is_same = other == key;
+            if is_same {
+                voxel.add(&Voxel { observations: 0, ..*added });
+            }
+            is_same
+        });
+        CloudPatch { voxels }
     }
 
     pub(crate) fn add(&mut self, patch: &CloudPatch, most: usize) {

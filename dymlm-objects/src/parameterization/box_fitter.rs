@@ -269,7 +269,7 @@ fn turned([long, wide, up]: [Vector3; 3], [x, y]: [f64; 2]) -> [Vector3; 3] {
 }
 
 /// Least and greatest value when a share of them is left out at each end; `None` of none.
-pub(crate) fn trimmed_extent(values: &mut [f64], trim: f64) -> Option<[f64; 2]> {
+fn trimmed_extent(values: &mut [f64], trim: f64) -> Option<[f64; 2]> {
     let last = values.len().checked_sub(1)?;
     let left_out = ((trim * values.len() as f64) as usize).min(last / 2);
     let low = *values.select_nth_unstable_by(left_out, f64::total_cmp).1;

@@ -43,6 +43,9 @@ pub struct ParameterizationConfig {
     /// Largest angle between a supporting plane's normal and the camera's upward direction, radians, 0..=pi/2. Default
     /// 0.9: cameras are carried upright, give or take.
     pub max_support_tilt: f64,
+    /// Largest angle between a supporting plane's normal and the vertical, once that is known, radians, 0..=pi/2. Default
+    /// 0.14 (8 degrees): what things stand on is level; what slopes was laid through edges and rows of things.
+    pub max_support_slope: f64,
     /// Farthest that an object's lowest point may be above the plane that it stands on, metres, 0..=2. Default 0.08. When
     /// its lower side is hidden, as far as its size prior allows.
     pub max_support_gap: f64,
@@ -70,6 +73,7 @@ impl Default for ParameterizationConfig {
             plane_tolerance: 0.006,
             plane_sigmas: 1.0,
             max_support_tilt: 0.9,
+            max_support_slope: 0.14,
             max_support_gap: 0.08,
             fitter: BoxFitterConfig::default(),
         }
@@ -93,6 +97,7 @@ impl ParameterizationConfig {
         check_range("objects.parameterization.plane_sigmas", self.plane_sigmas, 0.0..=10.0)?;
         let right_angle = std::f64::consts::FRAC_PI_2;
         check_range("objects.parameterization.max_support_tilt", self.max_support_tilt, 0.0..=right_angle)?;
+        check_range("objects.parameterization.max_support_slope", self.max_support_slope, 0.0..=right_angle)?;
         check_range("objects.parameterization.max_support_gap", self.max_support_gap, 0.0..=2.0)?;
         self.fitter.validate()
     }

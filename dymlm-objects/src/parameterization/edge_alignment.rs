@@ -1,5 +1,3 @@
-use super::box_fitter::trimmed_extent;
-
 /// Finds the rectangle along whose sides the points of a footprint lie.
 ///
 /// Directions are tried in steps over a quarter turn; of those whose rectangle is nearly as small as the smallest, the one
@@ -13,7 +11,6 @@ pub(super) struct EdgeAlignment {
     places: Vec<[f64; 2]>,
     along: Vec<f64>,
     across: Vec<f64>,
-    sorted: Vec<f64>,
 }
 
 /// Directions tried in a quarter turn.
@@ -24,8 +21,9 @@ const MOST: usize = 256;
 const NOISE_SHARE: f64 = 0.06;
 /// By how much the closeness must exceed that of the axes given.
 const GAIN: f64 = 1.05;
-/// Share of the points that is left out at each end.
+/// Share of the points that is left out at each end, which with the first that is not are so many at most.
 const TRIM: f64 = 0.02;
+const OUTERMOST: usize = (TRIM * MOST as f64) as usize + 1;
 
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
@@ -65,8 +63,8 @@ impl EdgeAlignment {
             self.along.push(x * place[0] + y * place[1]);
             self.across.push(x * place[1] - y * place[0]);
         }
-        let [left, right] = extent(&self.along, &mut self.sorted)?;
-        let [low, high] = extent(&self.across, &mut self.sorted)?;
+        let [left, right] = extent(&self.along)?;
+        let [low, high] = extent(&self.across)?;
         let area = (right - left) * (high - low);
         let noise = NOISE_SHARE * area.max(0.0).sqrt();
         if noise <= 0.0 {
@@ -81,10 +79,26 @@ impl EdgeAlignment {
     }
 }
 
-fn extent(values: &[f64], sorted: &mut Vec<f64>) -> Option<[f64; 2]> {
-    sorted.clear();
-    sorted.extend_from_slice(values);
-    trimmed_extent(sorted, TRIM)
+/// Least and greatest value when the outermost are left out at each end; `None` of none.
+fn extent(values: &[f64]) -> Option<[f64; 2]> {
+    let left_out = (TRIM * values.len() as f64) as usize;
+    let (mut low, mut high) = ([f64::INFINITY; OUTERMOST], [f64::INFINITY; OUTERMOST]);
+    for &value in values {
+        keep_least(&mut low, value);
+        keep_least(&mut high, -value);
+    }
+    let is_known = left_out < values.len() && left_out < OUTERMOST;
+    is_known.then(|| [low[left_out], -high[left_out]])
+}
+
+/// Puts a value in its place among the least, which ascend.
+#[inline]
+fn keep_least(least: &mut [f64; OUTERMOST], value: f64) {
+    if value < least[OUTERMOST - 1] {
+        let place = least.partition_point(|own| *own <= value);
+        least.copy_within(place..OUTERMOST - 1, place + 1);
+        least[place] = value;
+    }
 }
 
 #[cfg(test)]
@@ -101,6 +115,14 @@ mod tests {
             front.chain(side).map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect();
         let [x, y] = EdgeAlignment::default().find(&points, 1.25).unwrap();
         assert!((y.atan2(x) - 0.4).abs() < 0.05, "{}", y.atan2(x));
+    }
+
+    #[test]
+    fn the_outermost_are_left_out() {
+        let values: Vec<f64> = (0..100).map(|k| f64::from(k * 37 % 100)).collect();
+        assert_eq!(extent(&values), Some([2.0, 97.0]));
+        assert_eq!(extent(&[3.0, -1.0]), Some([-1.0, 3.0]));
+        assert_eq!(extent(&[]), None);
     }
 
     #[test]
