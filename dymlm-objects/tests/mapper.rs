@@ -4,10 +4,10 @@
 mod common;
 
 use common::{Scene, TABLE, looking, planes, upright};
-use dymlm_core::{DepthImage, Detection, Frame, Mask, Pose};
+use dymlm_core::{DepthImage, Detection, Frame, Mask, Plane, Pose};
 use dymlm_objects::{
     MapObject, NoPlanes, ObjectConfig, ObjectError, ObjectMapper, ObjectReport, ObjectState, ObjectView,
-    RejectionCause, ShapeKind, SightedPoint,
+    RejectionCause, ShapeKind, SightedPoint, SupportPlane,
 };
 
 /// A microwave, a cup and a book on the table.
@@ -69,6 +69,35 @@ fn things_become_objects_with_stable_ids() {
     }
     assert_eq!(mapper.map().object(0).unwrap().shape().kind(), ShapeKind::Cuboid);
     assert_eq!(mapper.map().object(1).unwrap().shape().kind(), ShapeKind::Ellipsoid);
+}
+
+/// A plane that a plane detector laid through the table's front and the things behind, at its own height nearby.
+#[test]
+fn what_slopes_carries_nothing_once_the_vertical_is_known() {
+    const SLOPE: u64 = 9;
+    let (sin, cos) = 0.17_f64.sin_cos();
+    let slope = Plane::new([0.0, -sin, cos], 0.25 * sin).unwrap();
+    let sloping = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
+        if slope.signed_distance(point).abs() <= reach {
+            found.push(SupportPlane::new(SLOPE, slope));
+        }
+    };
+    let (scene, pose) = (kitchen(), pose(10));
+    let frame = scene.frame(1.0, &pose);
+    let detections: Vec<Detection> =
+        all().iter().map(|&(index, label)| scene.detection(&pose, index, label)).collect();
+    let view = ObjectView::new(&frame, &detections, &pose);
+    let carried_by_slope = |mapper: &mut ObjectMapper| {
+        mapper.parameterize(&view, &sloping).unwrap();
+        let supports = mapper.observations().iter().filter_map(|observation| observation.support);
+        supports.filter(|support| support.id == Some(SLOPE)).count()
+    };
+    assert!(carried_by_slope(&mut mapper()) > 0, "as long as nothing else is known");
+    let mut mapper = mapper();
+    for step in 0..10 {
+        show(&mut mapper, &scene, step, &all());
+    }
+    assert_eq!(carried_by_slope(&mut mapper), 0);
 }
 
 #[test]
