@@ -18,14 +18,23 @@ pub(crate) struct Template {
     values: Vec<f32>,
     gradient_u: Vec<f32>,
     gradient_v: Vec<f32>,
-    /// 1 on the window, 0 in the padding.
+    /// 1 on the window, 0 in the padding and where a mask says so.
     weights: Vec<f32>,
+    /// Number of pixels that count, and whether a mask left some out.
+    pixels: f32,
+    is_masked: bool,
+    /// Slopes of light along two axes, orthonormal, without a mean; used where `is_level`.
+    slopes: [Vec<f32>; 2],
+    is_level: bool,
     sums: TemplateSums,
     /// The window with a rim of one pixel, as sampled.
     sampled: Vec<f32>,
     /// A part of the image near its border, repeated beyond.
     patch: Vec<f32>,
 }
+
+/// A mask between 0 and 1 below this says no: all pixels that a value lies between must say yes.
+const MASKED: f32 = 0.95;
 
 /// Sums over the window that stay the same through all iterations.
 #[derive(Debug, Clone, Copy, Default)]
@@ -68,36 +77,58 @@ impl Template {
             sampled[row * side..(row + 1) * side].copy_from_slice(values);
         });
         self.sampled = sampled;
+        self.count_all();
+        self.is_level = false;
         self.prepare();
     }
 
     /// Takes a window whose pixel (x, y) from its centre shows `center + a (x, y)` of the image: what the window will
-    /// look like where the surface is turned. `a` by rows.
+    /// look like where the surface is turned. `a` by rows. Where `mask`, of the image's size, is below [`MASKED`] the
+    /// window shows something else and does not count.
+    ///
+    /// On a turned surface light changes by a slope as well: slopes are taken out of values and gradients, so that those
+    /// of the other image meet nothing (Hager, Belhumeur 1998; Baker, Matthews 2004, part 3: project out).
     pub(crate) fn take_warped(
         &mut self,
         image: &GrayImage,
+        mask: Option<&GrayImage>,
         center: [f32; 2],
         a: [[f32; 2]; 2],
         radius: usize,
     ) {
         self.resize(radius);
         let reach = (radius + 1) as f32;
-        let mut sampled = std::mem::take(&mut self.sampled);
-        for (i, value) in sampled.iter_mut().enumerate() {
-            let side = 2 * radius + 3;
-            let [x, y] = [(i % side) as f32 - reach, (i / side) as f32 - reach];
-            let u = center[0] + a[0][0] * x + a[0][1] * y;
-            let v = center[1] + a[1][0] * x + a[1][1] * y;
-            *value = bilinear(image, [u, v]);
+        let source =
+            |x: f32, y: f32| [center[0] + a[0][0] * x + a[0][1] * y, center[1] + a[1][0] * x + a[1][1] * y];
+        let side = 2 * radius + 3;
+        for (i, value) in self.sampled.iter_mut().enumerate() {
+            *value = bilinear(image, source((i % side) as f32 - reach, (i / side) as f32 - reach));
         }
-        self.sampled = sampled;
+        self.count_all();
+        if let Some(mask) = mask {
+            let radius = radius as f32;
+            for (y, row) in self.weights.chunks_exact_mut(self.stride).enumerate() {
+                for (x, weight) in row.iter_mut().take(side - 2).enumerate() {
+                    let shown = bilinear(mask, source(x as f32 - radius, y as f32 - radius)) >= MASKED;
+                    *weight = if shown { 1.0 } else { 0.0 };
+                }
+            }
+            self.pixels = self.weights.iter().sum();
+            self.is_masked = true;
+        }
+        self.is_level = true;
         self.prepare();
+    }
+
+    /// Share of the window's pixels that count, 0..=1.
+    pub(crate) fn share(&self) -> f32 {
+        let side = (2 * self.radius + 1) as f32;
+        self.pixels / (side * side)
     }
 
     /// The smaller eigenvalue of the mean gradient matrix.
     pub(crate) fn min_eigenvalue(&self) -> f32 {
-        let side = (2 * self.radius + 1) as f32;
-        let [uu, uv, vv] = self.sums.matrix.map(|sum| sum / (side * side));
+        let [uu, uv, vv] = self.sums.matrix.map(|sum| sum / self.pixels.max(1.0));
         0.5 * (uu + vv - ((uu - vv) * (uu - vv) + 4.0 * uv * uv).sqrt())
     }
 
@@ -159,11 +190,22 @@ impl Template {
             plane.clear();
             plane.resize(side * stride, 0.0);
         }
-        for row in self.weights.chunks_exact_mut(stride) {
-            row[..side].fill(1.0);
-        }
+        self.is_masked = true;
         self.sampled.clear();
         self.sampled.resize((side + 2) * (side + 2), 0.0);
+    }
+
+    /// Lets all pixels of the window count.
+    fn count_all(&mut self) {
+        if !self.is_masked {
+            return;
+        }
+        let side = 2 * self.radius + 1;
+        for row in self.weights.chunks_exact_mut(self.stride) {
+            row[..side].fill(1.0);
+        }
+        self.pixels = (side * side) as f32;
+        self.is_masked = false;
     }
 
     /// Values, gradients (Scharr) and their sums from the sampled window.
@@ -182,11 +224,51 @@ impl Template {
                 &mut self.gradient_v[target],
             );
         }
-        let mean = sum_of(vectors(&self.values).sum()) / (side * side) as f32;
-        for (value, weight) in self.values.iter_mut().zip(&self.weights) {
-            *value -= mean * weight;
+        if self.is_masked {
+            for plane in [&mut self.values, &mut self.gradient_u, &mut self.gradient_v] {
+                plane.iter_mut().zip(&self.weights).for_each(|(value, weight)| *value *= weight);
+            }
+        }
+        let mean = sum_of(vectors(&self.values).sum()) / self.pixels.max(1.0);
+        subtract(&mut self.values, &self.weights, mean);
+        if self.is_level {
+            self.find_slopes();
+            self.take_out_slopes();
         }
         self.sums = TemplateSums::of(mean, &self.values, [&self.gradient_u, &self.gradient_v]);
+    }
+
+    /// x and y over the pixels that count, orthonormal to each other and to 1.
+    fn find_slopes(&mut self) {
+        let (stride, radius) = (self.stride, self.radius as f32);
+        let count = self.weights.len();
+        self.slopes.iter_mut().for_each(|slope| slope.resize(count, 0.0));
+        let [along, down] = &mut self.slopes;
+        for (i, &weight) in self.weights.iter().enumerate() {
+            along[i] = weight * ((i % stride) as f32 - radius);
+            down[i] = weight * ((i / stride) as f32 - radius);
+        }
+        for slope in [&mut *along, &mut *down] {
+            let mean = sum_of(vectors(slope).sum()) / self.pixels.max(1.0);
+            subtract(slope, &self.weights, mean);
+        }
+        normalize(along);
+        let shared = inner_product(along, down);
+        subtract(down, along, shared);
+        normalize(down);
+    }
+
+    fn take_out_slopes(&mut self) {
+        for gradient in [&mut self.gradient_u, &mut self.gradient_v] {
+            let mean = sum_of(vectors(gradient).sum()) / self.pixels.max(1.0);
+            subtract(gradient, &self.weights, mean);
+        }
+        for slope in &self.slopes {
+            for plane in [&mut self.values, &mut self.gradient_u, &mut self.gradient_v] {
+                let share = inner_product(slope, plane);
+                subtract(plane, slope, share);
+            }
+        }
     }
 
     /// Gradient-weighted difference of the window at `point` to the template. `sums` of the iteration before are used
@@ -212,7 +294,7 @@ impl Template {
             None => (1.0, s.mean),
             Some(values) => {
                 let [product, total] = values.at(fraction);
-                (product / s.energy, total / self.pixels())
+                (product / s.energy, total / self.pixels)
             }
         };
         // A negative of the template is not the template.
@@ -241,9 +323,9 @@ impl Template {
     fn judge(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> Alignment {
         let seen = self.compare(image, point);
         let s = &self.sums;
-        let pixels = self.pixels();
+        let pixels = self.pixels;
         let seen_mean = seen.total / pixels;
-        let seen_energy = (seen.squares - seen.total * seen_mean).max(0.0);
+        let seen_energy = (seen.squares - seen.total * seen_mean - seen.sloped).max(0.0);
         let correlation = seen.product / (s.energy * seen_energy).sqrt().max(f32::MIN_POSITIVE);
         let squared = match lighting {
             Lighting::Constant => {
@@ -256,20 +338,23 @@ impl Template {
         Alignment { point, residual: (squared.max(0.0) / pixels).sqrt(), correlation }
     }
 
-    fn pixels(&self) -> f32 {
-        let side = (2 * self.radius + 1) as f32;
-        side * side
-    }
-
     /// Sums of the window at `point` and of its products with the template.
     fn compare(&mut self, image: &GrayImage, point: [f32; 2]) -> WindowSums {
         let stride = self.stride;
         let corner = point.map(|c| c - self.radius as f32);
         let [mut totals, mut squares, mut products] = [f32x4::ZERO; 3];
-        let (values, weights) = (&self.values, &self.weights);
+        let mut slopes = [f32x4::ZERO; 2];
+        let (values, weights, [along, down]) = (&self.values, &self.weights, &self.slopes);
+        let is_level = self.is_level;
         interpolate(image, corner, [stride, 2 * self.radius + 1], &mut self.patch, |row, seen| {
-            let [values, weights] =
-                [values, weights].map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
+            let [values, weights, along, down] = [values, weights, along, down]
+                .map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
+            if is_level {
+                for ((seen, along), down) in vectors(seen).zip(vectors(along)).zip(vectors(down)) {
+                    slopes[0] += seen * along;
+                    slopes[1] += seen * down;
+                }
+            }
             for ((seen, value), weight) in vectors(seen).zip(vectors(values)).zip(vectors(weights)) {
                 let seen = seen * weight;
                 totals += seen;
@@ -278,7 +363,26 @@ impl Template {
             }
         });
         let [total, squares, product] = [totals, squares, products].map(sum_of);
-        WindowSums { total, squares, product }
+        let sloped = slopes.map(|slope| sum_of(slope).powi(2)).iter().sum();
+        WindowSums { total, squares, product, sloped }
+    }
+}
+
+/// a -= factor b.
+fn subtract(a: &mut [f32], b: &[f32], factor: f32) {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a -= factor * b);
+}
+
+fn inner_product(a: &[f32], b: &[f32]) -> f32 {
+    sum_of(vectors(a).zip(vectors(b)).map(|(a, b)| a * b).sum())
+}
+
+/// To length 1, where there is any.
+fn normalize(a: &mut [f32]) {
+    let norm = inner_product(a, a).sqrt();
+    let factor = if norm > 1e-6 { 1.0 / norm } else { 0.0 };
+    for value in a {
+        *value *= factor;
     }
 }
 
@@ -319,6 +423,8 @@ struct WindowSums {
     squares: f32,
     /// With the template's values less their mean.
     product: f32,
+    /// The part of the squares that slopes of light explain.
+    sloped: f32,
 }
 
 /// Scharr's gradients of a row between its neighbours, all three with one more pixel at each end.
@@ -470,9 +576,35 @@ mod tests {
         )
         .unwrap();
         let mut template = Template::default();
-        template.take_warped(&source, [32.0, 32.0], [[cos, -sin], [sin, cos]], 7);
+        template.take_warped(&source, None, [32.0, 32.0], [[cos, -sin], [sin, cos]], 7);
         let found = template.align(&turned, [33.1, 31.2], limits(Lighting::Constant)).unwrap();
         assert!((found.point[0] - 32.0).abs() < 0.03 && (found.point[1] - 32.0).abs() < 0.03, "{found:?}");
+    }
+
+    #[test]
+    fn a_slope_of_light_and_what_is_masked_do_not_count() {
+        let source = waves(0.0, 0.0, 1.0, 0.0);
+        // Another light, and beyond column 34 another background.
+        let changed = waves(0.8, -0.6, 0.7, 0.1);
+        let data = changed.data().iter().enumerate().map(|(i, value)| match i % 64 {
+            35.. => 0.3 + 0.4 * ((i * i) % 7) as f32 / 7.0,
+            column => value + 0.02 * column as f32 - 0.01 * (i / 64) as f32,
+        });
+        let changed = GrayImage::new(64, 64, data.collect()).unwrap();
+        let mask = |i: usize| if i % 64 < 34 { 1.0 } else { 0.0 };
+        let mask = GrayImage::new(64, 64, (0..64 * 64).map(mask).collect()).unwrap();
+        let mut template = Template::default();
+        let straight = [[1.0, 0.0], [0.0, 1.0]];
+        template.take_warped(&source, Some(&mask), [31.0, 31.0], straight, 7);
+        assert!((template.share() - 10.0 / 15.0).abs() < 1e-6, "{}", template.share());
+        let found = template.align(&changed, [31.0, 31.0], limits(Lighting::Affine)).unwrap();
+        assert!((found.point[0] - 31.8).abs() < 0.05 && (found.point[1] - 30.4).abs() < 0.05, "{found:?}");
+        assert!(found.correlation > 0.995, "{found:?}");
+        // And the next window is whole again.
+        template.take(&source, [31.0, 31.0], 7);
+        assert_eq!(template.share(), 1.0);
+        let found = template.align(&waves(0.8, -0.6, 1.0, 0.0), [31.0, 31.0], limits(Lighting::Constant));
+        assert!(found.is_some_and(|found| found.residual < 3e-3));
     }
 
     #[test]

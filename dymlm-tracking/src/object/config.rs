@@ -1,5 +1,6 @@
 use dymlm_core::{ConfigError, check_range};
 
+use super::view::Likeness;
 use crate::{CornerConfig, FlowConfig, KcfConfig, Lighting, RansacConfig, RefinerConfig};
 
 /// Settings of [`ObjectTracker`](crate::ObjectTracker).
@@ -45,8 +46,16 @@ pub struct ObjectTrackerConfig {
     pub rest_distance: f64,
     /// Radians, 1e-3..=1, default 0.05 (3 degrees).
     pub rest_angle: f64,
+    /// Standard deviation of the object's acceleration, metres per second squared, 0.01..=1000, default 3: what a hand
+    /// that shakes something reaches.
+    pub acceleration: f64,
+    /// The same of its turning, radians per second squared, 0.01..=1000, default 8.
+    pub angular_acceleration: f64,
     /// Standard deviation of a tracked pixel, pixels, 0.01..=10, default 0.5.
     pub pixel_sigma: f64,
+    /// Standard deviation of the model's surface from the object's, metres, 1e-4..=1, default 0.008: a map's box about a
+    /// bottle. Without depth, points of the object are laid on the model and corrected as it turns.
+    pub model_sigma: f64,
     /// Factor on the depth camera's axial noise for a reading on the object, 0.1..=100, default 2: readings of one
     /// surface err alike.
     pub depth_sigma_factor: f64,
@@ -78,7 +87,7 @@ impl Default for ObjectTrackerConfig {
             max_views: 48,
             view_angle: 0.26,
             view_radius: 6,
-            min_correlation: 0.8,
+            min_correlation: 0.6,
             min_inliers: 6,
             min_inlier_share: 0.35,
             occluded_share: 0.5,
@@ -86,7 +95,10 @@ impl Default for ObjectTrackerConfig {
             rest_time: 0.8,
             rest_distance: 0.01,
             rest_angle: 0.05,
+            acceleration: 3.0,
+            angular_acceleration: 8.0,
             pixel_sigma: 0.5,
+            model_sigma: 0.008,
             depth_sigma_factor: 2.0,
             surface_gate: 0.025,
         }
@@ -94,6 +106,10 @@ impl Default for ObjectTrackerConfig {
 }
 
 impl ObjectTrackerConfig {
+    pub(super) fn likeness(&self) -> Likeness {
+        Likeness { radius: self.view_radius, min_correlation: self.min_correlation, halvings: 0 }
+    }
+
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         self.kcf.validate()?;
         self.flow.validate()?;
@@ -112,7 +128,10 @@ impl ObjectTrackerConfig {
         check_range("rest_time", self.rest_time, 0.05..=60.0)?;
         check_range("rest_distance", self.rest_distance, 1e-4..=1.0)?;
         check_range("rest_angle", self.rest_angle, 1e-3..=1.0)?;
+        check_range("acceleration", self.acceleration, 0.01..=1000.0)?;
+        check_range("angular_acceleration", self.angular_acceleration, 0.01..=1000.0)?;
         check_range("pixel_sigma", self.pixel_sigma, 0.01..=10.0)?;
+        check_range("model_sigma", self.model_sigma, 1e-4..=1.0)?;
         check_range("depth_sigma_factor", self.depth_sigma_factor, 0.1..=100.0)?;
         check_range("surface_gate", self.surface_gate, 1e-3..=1.0)
     }

@@ -1,9 +1,11 @@
 //! A chosen object that is moved by hand: where it is, in six degrees of freedom.
 
 mod config;
+mod hiding;
 mod model;
 mod motion;
 mod recovery;
+mod silhouette;
 mod state;
 mod surface;
 mod tracker;

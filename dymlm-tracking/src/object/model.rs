@@ -132,6 +132,11 @@ impl ObjectModel {
         (0..3).map(|i| 0.5 * (self.high[i] - self.low[i])).fold(0.0, f64::max)
     }
 
+    /// About how far its points are apart, metres.
+    pub(super) fn spacing(&self) -> f64 {
+        2.0 * self.reach() / f64::from(CELLS)
+    }
+
     /// The eight corners of its bounds, object frame.
     pub(super) fn corners(&self) -> [[f64; 3]; 8] {
         std::array::from_fn(|k| {

@@ -1,83 +1,203 @@
 use dymlm_core::Pose;
+use nalgebra::{Matrix3, Matrix6, Vector6};
 
-use crate::pose::rotation_about;
+use crate::pose::{PosePrior, moved, step_between};
 
 /// A motion is believed to go on for so long, seconds.
 const LONGEST_PREDICTION: f64 = 0.2;
+/// How well the pose that the caller gives is known, radians and metres.
+const GIVEN: [f64; 2] = [0.02, 0.01];
+/// How fast an object that is found again may move, radians a second and metres a second.
+const FOUND_RATE: [f64; 2] = [3.0, 1.0];
 
-/// Where the object will be, if it goes on as it went.
+/// Where the object is and how it moves: a Kalman filter whose accelerations are noise, constant from one frame to the
+/// next (Bar-Shalom, Li, Kirubarajan 2001, section 6.3.2).
+///
+/// A frame's pose is fitted with the prediction as one more observation ([`PosePrior`]); what the fit then knows of the
+/// pose is taken over as it is, and the rates follow by their correlation with it. So directions about which a frame
+/// tells little - without depth the distance, and turns out of the image plane - keep what earlier frames told.
+///
+/// Vectors of six are turns about the world's axes, radians, then moves of the origin, metres.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
-    last: Pose,
+    pose: Pose,
     time: f64,
-    /// Metres a second and radians a second about the world's axes.
-    velocity: [f64; 3],
-    spin: [f64; 3],
+    rate: Vector6<f64>,
+    /// Covariances of the pose, of the rate (rows) with the pose (columns), and of the rate.
+    pose_covariance: Matrix6<f64>,
+    cross_covariance: Matrix6<f64>,
+    rate_covariance: Matrix6<f64>,
+    /// Standard deviations of the acceleration.
+    acceleration: Vector6<f64>,
 }
 
 impl Motion {
-    pub(super) fn at_rest(pose: Pose, time: f64) -> Self {
-        Self { last: pose, time, velocity: [0.0; 3], spin: [0.0; 3] }
+    /// An object that stands still. The accelerations' standard deviations in radians and metres per second squared.
+    pub(super) fn at_rest(pose: Pose, time: f64, [angular, linear]: [f64; 2]) -> Self {
+        Self {
+            pose,
+            time,
+            rate: Vector6::zeros(),
+            pose_covariance: variances(GIVEN),
+            cross_covariance: Matrix6::zeros(),
+            rate_covariance: Matrix6::zeros(),
+            acceleration: Vector6::new(angular, angular, angular, linear, linear, linear),
+        }
     }
 
     /// The last known pose, `world_from_object`.
     pub(super) fn last(&self) -> &Pose {
-        &self.last
+        &self.pose
     }
 
+    /// Where the object will be, if it goes on as it went.
     pub(super) fn predict(&self, time: f64) -> Pose {
-        let dt = (time - self.time).clamp(0.0, LONGEST_PREDICTION);
-        let turn = rotation_about(self.spin.map(|w| w * dt));
-        let place = self.last.translation();
-        let moved = std::array::from_fn(|i| place[i] + self.velocity[i] * dt);
-        Pose::new(moved, (turn * self.last).quaternion()).unwrap_or(self.last)
+        moved(&self.pose, &(self.rate * (time - self.time).clamp(0.0, LONGEST_PREDICTION)))
     }
 
-    /// Takes the pose at a later time; after a gap the motion in it is not known.
-    pub(super) fn observe(&mut self, pose: &Pose, time: f64) {
-        let dt = time - self.time;
-        if dt > 1e-6 {
-            let is_continuous = dt <= 2.0 * LONGEST_PREDICTION;
-            let [from, to] = [self.last.translation(), pose.translation()];
-            let rate = if is_continuous { 1.0 / dt } else { 0.0 };
-            self.velocity = std::array::from_fn(|i| (to[i] - from[i]) * rate);
-            self.spin = turn_between(&self.last, pose).map(|angle| angle * rate);
+    /// The same in a camera's frame, with how well that is known.
+    pub(super) fn prior(&self, time: f64, world_from_camera: &Pose) -> Option<PosePrior> {
+        let camera_from_world = world_from_camera.inverse();
+        let covariance = turned(&self.at(time).pose_covariance, &camera_from_world);
+        Some(PosePrior {
+            camera_from_body: camera_from_world * self.predict(time),
+            information: covariance.cholesky()?.inverse(),
+        })
+    }
+
+    /// Takes the pose of a later frame, fitted with [`prior`](Self::prior), and its covariance in the camera's frame.
+    pub(super) fn observe(
+        &mut self,
+        pose: &Pose,
+        covariance: Option<&[[f64; 6]; 6]>,
+        time: f64,
+        world_from_camera: &Pose,
+    ) {
+        let predicted = self.at(time);
+        let known = covariance.map_or(predicted.pose_covariance, |c| in_world(c, world_from_camera));
+        let gain = predicted.pose_covariance.cholesky().map_or_else(Matrix6::zeros, |root| {
+            root.solve(&predicted.cross_covariance.transpose()).transpose()
+        });
+        let correction = step_between(&predicted.pose, pose);
+        *self = Self {
+            pose: *pose,
+            rate: predicted.rate + gain * correction,
+            rate_covariance: predicted.rate_covariance
+                + gain * (known - predicted.pose_covariance) * gain.transpose(),
+            cross_covariance: gain * known,
+            pose_covariance: known,
+            ..predicted
+        };
+    }
+
+    /// Takes the pose at which the object was found again: its motion is not known.
+    pub(super) fn restart(
+        &mut self,
+        pose: &Pose,
+        covariance: Option<&[[f64; 6]; 6]>,
+        time: f64,
+        world_from_camera: &Pose,
+    ) {
+        let pose_covariance = covariance.map_or_else(|| variances(GIVEN), |c| in_world(c, world_from_camera));
+        *self = Self {
+            pose: *pose,
+            time,
+            rate: Vector6::zeros(),
+            pose_covariance,
+            cross_covariance: Matrix6::zeros(),
+            rate_covariance: variances(FOUND_RATE),
+            acceleration: self.acceleration,
+        };
+    }
+
+    /// The filter at a later time.
+    fn at(&self, time: f64) -> Self {
+        let dt = (time - self.time).max(0.0);
+        let noise = Matrix6::from_diagonal(&self.acceleration.map(|a| a * a * dt * dt));
+        let crossed = self.cross_covariance + self.rate_covariance * dt;
+        Self {
+            pose: self.predict(time),
+            time,
+            pose_covariance: self.pose_covariance
+                + (crossed + self.cross_covariance.transpose()) * dt
+                + noise * (0.25 * dt * dt),
+            cross_covariance: crossed + noise * (0.5 * dt),
+            rate_covariance: self.rate_covariance + noise,
+            ..self.clone()
         }
-        (self.last, self.time) = (*pose, time);
     }
 }
 
-/// The turn from one pose to another as an axis times an angle, in the frame that both lead to.
-fn turn_between(from: &Pose, to: &Pose) -> [f64; 3] {
-    let [x, y, z, w] = (*to * from.inverse()).quaternion();
-    let sign = if w < 0.0 { -1.0 } else { 1.0 };
-    let sine = (x * x + y * y + z * z).sqrt();
-    let factor = if sine < 1e-12 { 2.0 } else { 2.0 * sine.atan2(sign * w) / sine };
-    [x, y, z].map(|q| sign * q * factor)
+fn variances([angle, place]: [f64; 2]) -> Matrix6<f64> {
+    Matrix6::from_diagonal(&Vector6::new(angle, angle, angle, place, place, place).map(|sigma| sigma * sigma))
+}
+
+fn in_world(covariance: &[[f64; 6]; 6], world_from_camera: &Pose) -> Matrix6<f64> {
+    turned(&Matrix6::from_fn(|row, column| covariance[row][column]), world_from_camera)
+}
+
+/// A covariance in the axes of another frame.
+fn turned(covariance: &Matrix6<f64>, to_from: &Pose) -> Matrix6<f64> {
+    let rows = to_from.rotation_matrix();
+    let rotation = Matrix3::from_fn(|row, column| rows[row][column]);
+    let mut both = Matrix6::zeros();
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
+    both.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
+    both * covariance * both.transpose()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn goes_on_as_it_went() {
-        let half = |angle: f64| [0.0, 0.0, (0.5 * angle).sin(), (0.5 * angle).cos()];
-        let at = |time: f64| Pose::new([0.3 * time, 0.0, 1.0], half(0.8 * time)).unwrap();
-        let mut motion = Motion::at_rest(at(0.0), 0.0);
-        motion.observe(&at(0.1), 0.1);
-        let predicted = motion.predict(0.2);
-        assert!(predicted.distance(&at(0.2)) < 1e-9 && predicted.angle(&at(0.2)) < 1e-6);
-        // Not for ever.
-        assert!(motion.predict(9.0).distance(&at(0.3)) < 1e-9);
-        assert_eq!(motion.predict(0.05), at(0.1));
+    const ACCELERATIONS: [f64; 2] = [8.0, 3.0];
+
+    fn at(time: f64) -> Pose {
+        let half = 0.4 * time;
+        Pose::new([0.3 * time, 0.0, 1.0], [0.0, 0.0, half.sin(), half.cos()]).unwrap()
+    }
+
+    /// Observed 30 times a second, with standard deviations of radians and metres.
+    fn observed(frames: u32, known: [f64; 2]) -> Motion {
+        let covariance = variances(known);
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)]));
+        let mut motion = Motion::at_rest(at(0.0), 0.0, ACCELERATIONS);
+        for frame in 1..=frames {
+            let time = f64::from(frame) / 30.0;
+            motion.observe(&at(time), Some(&rows), time, &Pose::identity());
+        }
+        motion
     }
 
     #[test]
-    fn more_than_half_a_turn_is_taken_the_short_way() {
-        let from = Pose::new([0.0; 3], [0.0, 0.0, 0.0, 1.0]).unwrap();
-        let to = Pose::new([0.0; 3], [0.0, 0.0, -0.1, -(0.99_f64.sqrt())]).unwrap();
-        let turn = turn_between(&from, &to);
-        assert!((turn[2] - 2.0 * 0.1_f64.asin()).abs() < 1e-9);
+    fn learns_how_the_object_moves_and_goes_on_so() {
+        let motion = observed(30, [1e-3, 1e-3]);
+        let predicted = motion.predict(1.1);
+        assert!(predicted.distance(&at(1.1)) < 1e-3 && predicted.angle(&at(1.1)) < 1e-3, "{predicted:?}");
+        // Not for ever.
+        assert!(motion.predict(9.0).distance(&at(1.2)) < 2e-3);
+    }
+
+    #[test]
+    fn knows_less_the_longer_it_saw_nothing_and_in_any_frame_alike() {
+        let motion = observed(30, [1e-3, 1e-3]);
+        let far = moved(&motion.predict(1.1), &Vector6::new(0.0, 0.0, 0.0, 0.05, 0.0, 0.0));
+        let distance = |time: f64, world_from_camera: &Pose| {
+            let prior = motion.prior(time, world_from_camera).unwrap();
+            prior.squared_distance(&(world_from_camera.inverse() * far))
+        };
+        let [soon, late] = [1.1, 1.4].map(|time| distance(time, &Pose::identity()));
+        assert!(soon > late, "{soon} {late}");
+        let turned = Pose::new([0.3, -2.0, 0.1], [0.5, -0.5, 0.5, 0.5]).unwrap();
+        assert!((distance(1.1, &turned) / soon - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_pose_found_again_tells_nothing_of_its_motion() {
+        let mut motion = observed(30, [1e-3, 1e-3]);
+        motion.restart(&at(3.0), None, 3.0, &Pose::identity());
+        assert_eq!(motion.predict(3.1), at(3.0));
+        let prior = motion.prior(3.1, &Pose::identity()).unwrap();
+        assert!(prior.squared_distance(&at(3.1)) < 1.0);
     }
 }

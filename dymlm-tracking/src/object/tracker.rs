@@ -1,12 +1,15 @@
 use dymlm_core::{BoundingBox, Detection, Frame, PinholeCamera, Pose, axial_noise};
+use nalgebra::Vector6;
 
+use super::hiding::Hiding;
 use super::motion::Motion;
 use super::recovery::{Appearance, Place, Wanted};
 use super::state::{ObjectState, RestLimits, RestReport, RestWatch};
 use super::surface::{SurfaceView, observe_surface};
-use super::view::{Sight, Sighting, View, projected_bounds};
+use super::view::{Likeness, Sight, Sighting, View, projected_bounds};
 use super::{ObjectModel, ObjectTrackerConfig};
 use crate::flow::Template;
+use crate::pose::{PosePrior, moved};
 use crate::{
     CornerDetector, Error, FlowPoint, FlowStatus, ImagePyramid, KcfTracker, OpticalFlow, PoseObservation,
     PoseRansac, PoseRefiner,
@@ -22,9 +25,24 @@ const LEAST_FOR_VIEW: usize = 12;
 const LEAST_PEAK: f32 = 6.0;
 /// Points of a view, the strongest corners first, that are searched at a place at which a lost object may be.
 const POINTS_SEARCHED: usize = 30;
+/// Images are halved so often for a search: by 2, it reaches as far as four times 7 pixels.
+const HALVINGS_SEARCHED: usize = 2;
+/// Least share of a view's points that are found where, without depth, what is seen becomes a view of its own: else
+/// something stands before the object.
+const LEAST_SHOWN: f64 = 0.4;
+/// Least correlation of windows in halved images.
+const COARSE_CORRELATION: f32 = 0.6;
+/// Attitudes tried in a frame beside the last, the views among them, and the turn of the others, radians.
+const ATTITUDES_A_FRAME: usize = 2;
+const MOST_VIEWS_SEARCHED: usize = 8;
+const TURNED: f64 = 0.5;
 /// Views whose directions differ by less than this, radians, show the same; the older one is nearer to the truth. With
 /// depth, which corrects each view as it is taken, and without.
 const SAME_DIRECTION: [f64; 2] = [0.1, 0.7];
+/// Squared number of standard deviations from where its motion leads beyond which a pose is not the object's.
+const MOST_UNEXPECTED: f64 = 60.0;
+/// A pose less certain than these standard deviations, radians and metres, tells nothing.
+const TELLING: [f64; 2] = [0.15, 0.05];
 /// Without depth a view is taken only of a pose known to these standard deviations, radians and metres.
 const SURE: [f64; 2] = [0.03, 0.015];
 
@@ -107,13 +125,15 @@ pub struct ObjectUpdate {
 
 /// A pose that fits what is seen.
 #[derive(Debug, Clone)]
-struct Fit {
-    camera_from_object: Pose,
+pub(super) struct Fit {
+    pub(super) camera_from_object: Pose,
     covariance: Option<[[f64; 6]; 6]>,
     /// Points that agree.
-    sightings: Vec<Sighting>,
+    pub(super) sightings: Vec<Sighting>,
     share: f64,
     surface: SurfaceView,
+    /// Whether it had to be searched, without regard to its motion.
+    is_found: bool,
 }
 
 impl Fit {
@@ -147,12 +167,16 @@ impl ObjectTracker {
         let camera_from_object = world_from_camera.inverse() * *world_from_object;
         let mut next = ImagePyramid::empty(config.flow.halvings);
         next.build_from_color(color);
-        let sight = Sight { camera: frame.camera(), image: next.base(), depth: frame.depth() };
+        let sight = Sight { camera: frame.camera(), pyramid: &next, depth: frame.depth() };
         let mut corners = CornerDetector::new(&config.corners)?;
         let not_seen = |found| Error::NotSeen { found, least: LEAST_CORNERS };
         let region = projected_bounds(&model, frame.camera(), &camera_from_object).ok_or(not_seen(0))?;
         let kcf = KcfTracker::new(next.base(), region, &config.kcf)?;
-        let view = View::take(sight, &model, &camera_from_object, &mut corners, MARGIN).ok_or(not_seen(0))?;
+        let view =
+            View::take(sight, &model, &camera_from_object, &mut corners, MARGIN, config.model_sigma, |_| {
+                true
+            })
+            .ok_or(not_seen(0))?;
         if view.points.len() < LEAST_CORNERS {
             return Err(not_seen(view.points.len()));
         }
@@ -167,7 +191,11 @@ impl ObjectTracker {
             refiner: PoseRefiner::new(&config.refiner)?,
             tracks: Vec::new(),
             views: vec![view],
-            motion: Motion::at_rest(*world_from_object, frame.timestamp()),
+            motion: Motion::at_rest(
+                *world_from_object,
+                frame.timestamp(),
+                [config.angular_acceleration, config.acceleration],
+            ),
             rest: RestWatch::new(*world_from_object, frame.timestamp()),
             state: ObjectState::AtRest,
             time: frame.timestamp(),
@@ -181,7 +209,7 @@ impl ObjectTracker {
             model,
         };
         tracker.appearance = tracker.appearance_in(frame, region, &camera_from_object);
-        if let Some(fit) = tracker.fit(frame, &camera_from_object) {
+        if let Some(fit) = tracker.fit(frame, &camera_from_object, None) {
             tracker.tracks = fit.sightings;
         }
         Ok(tracker)
@@ -212,8 +240,9 @@ impl ObjectTracker {
         let is_window_good = window.peak_to_sidelobe >= LEAST_PEAK;
         let window_center = is_window_good.then(|| window.bounding_box.center().map(|c| c - 0.5));
 
+        let prior = self.motion.prior(self.time, world_from_camera);
         let fit = self
-            .follow(frame, &predicted, window_center)
+            .follow(frame, &predicted, prior.as_ref(), window_center)
             .or_else(|| self.search(frame, detections, &predicted, window_center));
         Ok(match fit {
             Some(fit) => self.accept(frame, world_from_camera, fit),
@@ -237,7 +266,13 @@ impl ObjectTracker {
     }
 
     /// From the last frame: by the flow of its points, or by the motion alone.
-    fn follow(&mut self, frame: &Frame, predicted: &Pose, window_center: Option<[f32; 2]>) -> Option<Fit> {
+    fn follow(
+        &mut self,
+        frame: &Frame,
+        predicted: &Pose,
+        prior: Option<&PosePrior>,
+        window_center: Option<[f32; 2]>,
+    ) -> Option<Fit> {
         if self.state == ObjectState::Lost {
             return None;
         }
@@ -246,18 +281,18 @@ impl ObjectTracker {
             placed(camera, predicted, Place { center, depth: predicted.translation()[2] })
         });
         for start in [Some(*predicted), guess].into_iter().flatten() {
-            if let Some(flowed) = self.flow_pose(frame, &start)
-                && let Some(fit) = self.fit(frame, &flowed)
+            if let Some(flowed) = self.flow_pose(frame, &start, prior)
+                && let Some(fit) = self.fit(frame, &flowed, prior)
             {
                 return Some(fit);
             }
         }
         let coarse = [Some(*predicted), guess];
-        coarse.into_iter().flatten().find_map(|pose| self.fit(frame, &pose))
+        coarse.into_iter().flatten().find_map(|pose| self.fit(frame, &pose, prior))
     }
 
     /// The pose that the flow of the last frame's points agrees on.
-    fn flow_pose(&mut self, frame: &Frame, start: &Pose) -> Option<Pose> {
+    fn flow_pose(&mut self, frame: &Frame, start: &Pose, prior: Option<&PosePrior>) -> Option<Pose> {
         let camera = frame.camera();
         let Scratch { from, guesses, found, .. } = &mut self.scratch;
         from.clear();
@@ -268,16 +303,15 @@ impl ObjectTracker {
             guesses.push(expected.map_or(track.pixel, |pixel| pixel.map(|c| c as f32)));
         }
         self.flow.track_into(&self.last, &self.next, from, guesses, found);
-        let positions = self.tracks.iter().map(|track| track.position);
-        let tracked =
-            positions.zip(&self.scratch.found).filter(|(_, found)| found.status == FlowStatus::Tracked);
+        let tracked = self.tracks.iter().zip(&self.scratch.found);
+        let tracked = tracked.filter(|(_, found)| found.status == FlowStatus::Tracked);
         let sightings: Vec<Sighting> =
-            tracked.map(|(position, found)| Sighting { position, pixel: found.point }).collect();
-        self.agree(frame, &sightings)
+            tracked.map(|(track, found)| Sighting { pixel: found.point, ..*track }).collect();
+        self.agree(frame, &sightings, prior)
     }
 
     /// The pose that points agree on: in space where there is depth, else in the image.
-    fn agree(&self, frame: &Frame, sightings: &[Sighting]) -> Option<Pose> {
+    fn agree(&self, frame: &Frame, sightings: &[Sighting], prior: Option<&PosePrior>) -> Option<Pose> {
         let camera = frame.camera();
         let (mut in_object, mut in_camera) = (Vec::new(), Vec::new());
         for sighting in sightings {
@@ -298,7 +332,7 @@ impl ObjectTracker {
         for sighting in sightings {
             self.observe(frame, sighting, &consensus.pose, 4.0, &mut observations);
         }
-        let refined = self.refiner.refine(camera, &consensus.pose, &observations)?;
+        let refined = self.refiner.refine_with(camera, &consensus.pose, &observations, prior)?;
         Some(refined.camera_from_body)
     }
 
@@ -312,7 +346,7 @@ impl ObjectTracker {
         observations: &mut Vec<PoseObservation>,
     ) {
         let point = sighting.position;
-        let sigma = sigma_factor * self.config.pixel_sigma;
+        let sigma = sighting.spread.hypot(sigma_factor * sighting.blur * self.config.pixel_sigma);
         observations.push(PoseObservation::Pixel { point, pixel: sighting.pixel.map(f64::from), sigma });
         if let Some(depth) = reading_at(frame, sighting.pixel) {
             let expected = pose.transform_point(point)[2];
@@ -325,7 +359,7 @@ impl ObjectTracker {
 
     /// Finds points of stored views near a pose, and fits the pose to them and to the surface's readings. `None` when
     /// too few agree or the depth says that the object is elsewhere.
-    fn fit(&mut self, frame: &Frame, coarse: &Pose) -> Option<Fit> {
+    fn fit(&mut self, frame: &Frame, coarse: &Pose, prior: Option<&PosePrior>) -> Option<Fit> {
         let sightings = self.sight_views(frame, coarse);
         if sightings.len() < self.config.min_inliers {
             return None;
@@ -350,7 +384,7 @@ impl ObjectTracker {
                 factor,
                 &mut observations,
             );
-            if let Some(refined) = self.refiner.refine(frame.camera(), &pose, &observations) {
+            if let Some(refined) = self.refiner.refine_with(frame.camera(), &pose, &observations, prior) {
                 pose = refined.camera_from_body;
                 covariance = refined.covariance;
             }
@@ -361,30 +395,34 @@ impl ObjectTracker {
         let agrees = |sighting: &Sighting| {
             let seen = frame.camera().project(pose.transform_point(sighting.position));
             let pixel = sighting.pixel.map(f64::from);
-            seen.is_some_and(|[u, v]| (u - pixel[0]).hypot(v - pixel[1]) <= 4.0 * self.config.pixel_sigma)
+            let sigma = sighting.spread.hypot(sighting.blur.min(1.0) * self.config.pixel_sigma);
+            seen.is_some_and(|[u, v]| (u - pixel[0]).hypot(v - pixel[1]) <= 4.0 * sigma)
         };
         let sightings: Vec<Sighting> = sightings.into_iter().filter(agrees).collect();
         let share = sightings.len() as f64 / found as f64;
         let is_absent = surface.tells() && surface.absent_share() > 0.6;
         let enough = sightings.len() >= self.config.min_inliers && share >= self.config.min_inlier_share;
-        (enough && !is_absent).then_some(Fit {
+        let is_possible = prior.is_none_or(|prior| prior.squared_distance(&pose) <= MOST_UNEXPECTED);
+        let fit = Fit {
             camera_from_object: pose,
             covariance,
             sightings,
             share,
             surface,
-        })
+            is_found: prior.is_none(),
+        };
+        (enough && !is_absent && is_possible && fit.is_known(TELLING)).then_some(fit)
     }
 
     /// Looks for the points of the views that saw the object from most nearly the same side.
     fn sight_views(&mut self, frame: &Frame, pose: &Pose) -> Vec<Sighting> {
-        let sight = Sight { camera: frame.camera(), image: self.next.base(), depth: frame.depth() };
+        let sight = Sight { camera: frame.camera(), pyramid: &self.next, depth: frame.depth() };
         let mut sightings: Vec<Sighting> = Vec::with_capacity(self.config.max_points);
         let mut tried = 0;
         let has_depth = reading_near(frame, pose).is_some();
         for index in views_by_angle(&self.views, pose, SAME_DIRECTION[usize::from(!has_depth)]) {
             let Some(view) = self.views.get(index) else { continue };
-            for point in &view.points {
+            for (i, point) in view.points.iter().enumerate() {
                 if tried >= 2 * self.config.max_points || sightings.len() >= self.config.max_points {
                     return sightings;
                 }
@@ -392,14 +430,7 @@ impl ObjectTracker {
                     continue;
                 }
                 tried += 1;
-                let found = view.sight(
-                    point,
-                    sight,
-                    pose,
-                    &mut self.template,
-                    self.config.view_radius,
-                    self.config.min_correlation,
-                );
+                let found = view.sight([index, i], sight, pose, &mut self.template, self.config.likeness());
                 // Two views of one corner tell nothing more than one.
                 let is_new = |found: &Sighting| {
                     sightings.iter().all(|other| {
@@ -434,14 +465,19 @@ impl ObjectTracker {
             camera_from_object: *predicted,
         };
         let places = wanted.places(camera, color, frame.depth(), detections, &others);
-        let order = views_by_angle(&self.views, predicted, SAME_DIRECTION[0]);
-        // The nearest in each frame, the others in turn.
-        let turn = 1 + self.searches % order.len().saturating_sub(1).max(1);
-        let chosen: Vec<usize> = [0, turn].into_iter().filter_map(|i| order.get(i).copied()).collect();
+        let attitudes = self.attitudes(predicted);
+        // The last one in each frame, the others in turn.
+        let others = attitudes.len().saturating_sub(1).max(1);
+        let turn = |i: usize| 1 + (ATTITUDES_A_FRAME * self.searches + i) % others;
+        let chosen: Vec<Pose> = std::iter::once(0)
+            .chain((0..ATTITUDES_A_FRAME).map(turn))
+            .filter_map(|i| attitudes.get(i).copied())
+            .collect();
         for place in places {
-            for &view in &chosen {
-                if let Some(coarse) = self.pose_from_view(frame, view, place)
-                    && let Some(fit) = self.fit(frame, &coarse)
+            for attitude in &chosen {
+                if let Some(start) = placed(camera, attitude, place)
+                    && let Some(coarse) = self.pose_near(frame, &start)
+                    && let Some(fit) = self.fit(frame, &coarse, None)
                     && fit.sightings.len() >= 2 * self.config.min_inliers
                 {
                     return Some(fit);
@@ -451,35 +487,50 @@ impl ObjectTracker {
         None
     }
 
-    /// The pose at which the image shows a stored view's points about a place.
-    fn pose_from_view(&mut self, frame: &Frame, view: usize, place: Place) -> Option<Pose> {
-        let camera = frame.camera();
-        let view = self.views.get(view)?;
-        let start = placed(camera, &view.camera_from_object, place)?;
-        let Scratch { from, guesses, found, .. } = &mut self.scratch;
-        from.clear();
-        guesses.clear();
-        for point in view.points.iter().take(POINTS_SEARCHED) {
-            from.push(point.pixel);
-            let expected = camera.project(start.transform_point(point.position));
-            guesses.push(expected.map_or(point.pixel, |pixel| pixel.map(|c| c as f32)));
+    /// How a lost object may be turned, as poses at any place: as it was last, as the stored views show it, the nearest
+    /// first, and as it was turned by some more.
+    fn attitudes(&self, predicted: &Pose) -> Vec<Pose> {
+        let order = views_by_angle(&self.views, predicted, SAME_DIRECTION[0]);
+        let seen = order.iter().filter_map(|&i| self.views.get(i)).map(|view| view.camera_from_object);
+        let turned = [0, 1, 2].into_iter().flat_map(|axis| {
+            [-TURNED, TURNED].map(|angle| {
+                let mut turn = Vector6::zeros();
+                turn[axis] = angle;
+                moved(predicted, &turn)
+            })
+        });
+        std::iter::once(*predicted).chain(seen.take(MOST_VIEWS_SEARCHED)).chain(turned).collect()
+    }
+
+    /// The pose about a rough one at which the image shows points of the view that is nearest to it.
+    fn pose_near(&mut self, frame: &Frame, start: &Pose) -> Option<Pose> {
+        let index = *views_by_angle(&self.views, start, SAME_DIRECTION[0]).first()?;
+        let view = self.views.get(index)?;
+        let count = view.points.len().min(POINTS_SEARCHED);
+        let mut found = None;
+        // Coarse levels may tell nothing: they only prepare.
+        for halvings in (0..=HALVINGS_SEARCHED).rev() {
+            let min_correlation =
+                if halvings == 0 { self.config.min_correlation } else { COARSE_CORRELATION };
+            let like = Likeness { halvings, min_correlation, ..self.config.likeness() };
+            let sight = Sight { camera: frame.camera(), pyramid: &self.next, depth: frame.depth() };
+            let (pose, template) = (found.unwrap_or(*start), &mut self.template);
+            let sightings: Vec<Sighting> =
+                (0..count).filter_map(|i| view.sight([index, i], sight, &pose, template, like)).collect();
+            found = self.agree(frame, &sightings, None).or(found.filter(|_| halvings > 0));
         }
-        self.flow.track_into(&view.pyramid, &self.next, from, guesses, found);
-        let sightings: Vec<Sighting> = view
-            .points
-            .iter()
-            .zip(found.iter())
-            .filter(|(_, found)| found.status == FlowStatus::Tracked)
-            .map(|(point, found)| Sighting { position: point.position, pixel: found.point })
-            .collect();
-        self.agree(frame, &sightings)
+        found
     }
 
     /// Takes over a frame's pose.
     fn accept(&mut self, frame: &Frame, world_from_camera: &Pose, fit: Fit) -> ObjectUpdate {
         let world_from_object = *world_from_camera * fit.camera_from_object;
         let was_missing = self.misses > 0;
-        self.motion.observe(&world_from_object, self.time);
+        if fit.is_found {
+            self.motion.restart(&world_from_object, fit.covariance.as_ref(), self.time, world_from_camera);
+        } else {
+            self.motion.observe(&world_from_object, fit.covariance.as_ref(), self.time, world_from_camera);
+        }
         (self.seen, self.searches, self.misses) = (self.time, 0, 0);
         let limits = RestLimits {
             time: self.config.rest_time,
@@ -495,6 +546,7 @@ impl ObjectTracker {
             () => ObjectState::Tracking,
         };
         let bounding_box = projected_bounds(&self.model, frame.camera(), &fit.camera_from_object);
+        self.correct_views(frame, &fit);
         if !is_hidden {
             self.learn(frame, &fit, bounding_box);
         }
@@ -512,6 +564,17 @@ impl ObjectTracker {
         }
     }
 
+    /// Corrects the points of stored views by where they were seen.
+    fn correct_views(&mut self, frame: &Frame, fit: &Fit) {
+        let Some(covariance) = &fit.covariance else { return };
+        for sighting in &fit.sightings {
+            if let Some(view) = self.views.get_mut(sighting.source[0]) {
+                let pose = &fit.camera_from_object;
+                view.correct(sighting, frame.camera(), pose, covariance, self.config.pixel_sigma);
+            }
+        }
+    }
+
     /// Keeps the window on the object, and stores what it looks like from a new side.
     fn learn(&mut self, frame: &Frame, fit: &Fit, bounding_box: Option<BoundingBox>) {
         if let Some(region) = bounding_box {
@@ -526,16 +589,23 @@ impl ObjectTracker {
             fit.sightings.len() >= LEAST_FOR_VIEW && fit.share > 0.6 && fit.surface.hidden_share() < 0.4;
         // Without depth nothing corrects a view's points later.
         let is_known = fit.surface.tells() || fit.is_known(SURE);
-        let has_few = fit.surface.tells()
-            && fit.sightings.len() < self.config.max_points / 4
-            && nearest > 0.4 * self.config.view_angle;
+        let has_few =
+            fit.sightings.len() < self.config.max_points / 4 && nearest > 0.4 * self.config.view_angle;
         if is_sure
             && is_known
             && self.views.len() < self.config.max_views
             && (nearest > self.config.view_angle || has_few)
         {
-            let sight = Sight { camera: frame.camera(), image: self.next.base(), depth: frame.depth() };
-            self.views.extend(View::take(sight, &self.model, pose, &mut self.corners, MARGIN));
+            let sight = Sight { camera: frame.camera(), pyramid: &self.next, depth: frame.depth() };
+            let hiding = Hiding::of(&self.views, frame.camera(), fit);
+            let tells = fit.surface.tells();
+            if !tells && hiding.share() < LEAST_SHOWN {
+                return;
+            }
+            let is_shown = |pixel| tells || hiding.is_shown(pixel);
+            let (margin, sigma) = (MARGIN, self.config.model_sigma);
+            let view = View::take(sight, &self.model, pose, &mut self.corners, margin, sigma, is_shown);
+            self.views.extend(view);
         }
     }
 

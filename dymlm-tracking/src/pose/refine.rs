@@ -1,7 +1,8 @@
 use dymlm_core::{ConfigError, PinholeCamera, Pose, check_range};
-use nalgebra::{Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::PoseObservation;
+use super::step::{moved, step_between};
 use crate::Error;
 
 /// How far a residual may count, in standard deviations.
@@ -138,6 +139,22 @@ pub struct RefinedPose {
     pub iterations: usize,
 }
 
+/// What is known of a pose before anything is observed.
+#[derive(Debug, Clone)]
+pub(crate) struct PosePrior {
+    pub(crate) camera_from_body: Pose,
+    /// Inverse covariance of (rotation, translation).
+    pub(crate) information: Matrix6<f64>,
+}
+
+impl PosePrior {
+    /// How far a pose lies from what was expected: a squared number of standard deviations (Mahalanobis).
+    pub(crate) fn squared_distance(&self, camera_from_body: &Pose) -> f64 {
+        let step = step_between(&self.camera_from_body, camera_from_body);
+        step.dot(&(self.information * step))
+    }
+}
+
 /// The normal equations of one step.
 struct Normal {
     matrix: Matrix6<f64>,
@@ -168,8 +185,19 @@ impl PoseRefiner {
         start: &Pose,
         observations: &[PoseObservation],
     ) -> Option<RefinedPose> {
+        self.refine_with(camera, start, observations, None)
+    }
+
+    /// [`Self::refine`] with what was known before.
+    pub(crate) fn refine_with(
+        &self,
+        camera: &PinholeCamera,
+        start: &Pose,
+        observations: &[PoseObservation],
+        prior: Option<&PosePrior>,
+    ) -> Option<RefinedPose> {
         let mut pose = *start;
-        let mut normal = self.linearize(camera, &pose, observations);
+        let mut normal = self.linearize(camera, &pose, observations, prior);
         if normal.used < 3 {
             return None;
         }
@@ -179,7 +207,7 @@ impl PoseRefiner {
             iterations += 1;
             let Some(step) = solve(&normal, damping) else { break };
             let next = moved(&pose, &step);
-            let tried = self.linearize(camera, &next, observations);
+            let tried = self.linearize(camera, &next, observations, prior);
             if tried.used >= normal.used && tried.cost <= normal.cost {
                 (pose, normal) = (next, tried);
                 damping = (0.2 * damping).max(1e-9);
@@ -195,14 +223,20 @@ impl PoseRefiner {
         }
         Some(RefinedPose {
             camera_from_body: pose,
-            covariance: covariance(&normal),
+            covariance: covariance(&normal, prior),
             inliers: normal.inliers,
             used: normal.used,
             iterations,
         })
     }
 
-    fn linearize(&self, camera: &PinholeCamera, pose: &Pose, observations: &[PoseObservation]) -> Normal {
+    fn linearize(
+        &self,
+        camera: &PinholeCamera,
+        pose: &Pose,
+        observations: &[PoseObservation],
+        prior: Option<&PosePrior>,
+    ) -> Normal {
         let mut normal = Normal {
             matrix: Matrix6::zeros(),
             gradient: Vector6::zeros(),
@@ -226,7 +260,20 @@ impl PoseRefiner {
                 normal.weights += weight;
             }
         }
+        if let Some(prior) = prior {
+            normal.add(prior, pose);
+        }
         normal
+    }
+}
+
+impl Normal {
+    /// To first order in the distance from the pose expected.
+    fn add(&mut self, prior: &PosePrior, pose: &Pose) {
+        let pull = prior.information * step_between(&prior.camera_from_body, pose);
+        self.matrix += prior.information;
+        self.gradient += pull;
+        self.cost += 0.5 * prior.squared_distance(pose);
     }
 }
 
@@ -255,9 +302,7 @@ fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation)
             let turned = Vector3::from(pose.rotate(point));
             let seen = turned + Vector3::from(pose.translation());
             let [u, v] = camera.project(seen.into())?;
-            let inverse = 1.0 / seen.z;
-            let by_u = Vector3::new(camera.fx() * inverse, 0.0, -camera.fx() * seen.x * inverse * inverse);
-            let by_v = Vector3::new(0.0, camera.fy() * inverse, -camera.fy() * seen.y * inverse * inverse);
+            let [by_u, by_v] = pixel_gradients(camera, seen);
             Some([row(turned, by_u, u - pixel[0], sigma), row(turned, by_v, v - pixel[1], sigma)])
         }
         PoseObservation::Depth { point, depth, sigma } => {
@@ -274,6 +319,41 @@ fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation)
     }
 }
 
+/// How the pixel of a point moves with the point, camera frame: gradients of u and of v.
+fn pixel_gradients(camera: &PinholeCamera, seen: Vector3<f64>) -> [Vector3<f64>; 2] {
+    let inverse = 1.0 / seen.z;
+    [
+        Vector3::new(camera.fx() * inverse, 0.0, -camera.fx() * seen.x * inverse * inverse),
+        Vector3::new(0.0, camera.fy() * inverse, -camera.fy() * seen.y * inverse * inverse),
+    ]
+}
+
+/// How the pixel of a body's point moves when the body does ([`moved`]), and when the point does along `direction`, both
+/// in the body's frame.
+pub(crate) fn pixel_motion(
+    camera: &PinholeCamera,
+    camera_from_body: &Pose,
+    point: [f64; 3],
+    direction: [f64; 3],
+) -> PixelMotion {
+    let turned = Vector3::from(camera_from_body.rotate(point));
+    let direction = Vector3::from(camera_from_body.rotate(direction));
+    let gradients = pixel_gradients(camera, turned + Vector3::from(camera_from_body.translation()));
+    let by_pose = gradients.map(|gradient| {
+        let by_turn = turned.cross(&gradient);
+        Vector6::new(by_turn.x, by_turn.y, by_turn.z, gradient.x, gradient.y, gradient.z)
+    });
+    PixelMotion { by_pose, by_shift: gradients.map(|gradient| gradient.dot(&direction)) }
+}
+
+/// Gradients of a point's u and v.
+pub(crate) struct PixelMotion {
+    /// Pixels a radian and a metre.
+    pub(crate) by_pose: [Vector6<f64>; 2],
+    /// Pixels a metre.
+    pub(crate) by_shift: [f64; 2],
+}
+
 /// The damped step; `None` when there is none.
 fn solve(normal: &Normal, damping: f64) -> Option<Vector6<f64>> {
     let mut matrix = normal.matrix;
@@ -285,30 +365,18 @@ fn solve(normal: &Normal, damping: f64) -> Option<Vector6<f64>> {
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
-/// Turns the body about its own origin and moves that.
-fn moved(pose: &Pose, step: &Vector6<f64>) -> Pose {
-    let turn = rotation_about([step[0], step[1], step[2]]);
-    let [x, y, z] = pose.translation();
-    let turned = turn * *pose;
-    Pose::new([x + step[3], y + step[4], z + step[5]], turned.quaternion()).unwrap_or(*pose)
-}
-
-/// The turn about an axis by its length, radians.
-pub(crate) fn rotation_about(axis: [f64; 3]) -> Pose {
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::new(Vector3::from(axis)));
-    Pose::new([0.0; 3], rotation.coords.into()).unwrap_or_default()
-}
-
-fn covariance(normal: &Normal) -> Option<[[f64; 6]; 6]> {
+fn covariance(normal: &Normal, prior: Option<&PosePrior>) -> Option<[[f64; 6]; 6]> {
+    // More noise than was said makes the pose less certain; less does not make it more so.
+    let excess = (normal.squares / (normal.weights - 6.0).max(1.0)).max(1.0);
+    let known = prior.map_or_else(Matrix6::zeros, |prior| prior.information);
+    let information = (normal.matrix - known) / excess + known;
     // In units in which every parameter is equally well known, so that metres and radians compare.
-    let scale = normal.matrix.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
-    let scaled = Matrix6::from_fn(|i, j| normal.matrix[(i, j)] * scale[i] * scale[j]);
+    let scale = information.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
+    let scaled = Matrix6::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
     let smallest = scaled.symmetric_eigenvalues().min();
     if smallest.is_nan() || smallest <= 1e-9 {
         return None;
     }
     let inverse = scaled.cholesky()?.inverse();
-    // More noise than was said makes the pose less certain; less does not make it more so.
-    let excess = (normal.squares / (normal.weights - 6.0).max(1.0)).max(1.0);
-    Some(std::array::from_fn(|i| std::array::from_fn(|j| excess * inverse[(i, j)] * scale[i] * scale[j])))
+    Some(std::array::from_fn(|i| std::array::from_fn(|j| inverse[(i, j)] * scale[i] * scale[j])))
 }
