@@ -131,10 +131,11 @@ impl Calipers {
 }
 
 /// The area of the rectangle on an edge of this direction and length that touches its own, a right, a top and a left
-/// corner. Without a root, since most are not the least.
-fn area_on(below: [f64; 2], [origin, right, top, left]: [[f64; 2]; 4]) -> f64 {
-    let length_by_edge = dot(below, difference(right, left)) / dot(below, below);
-    length_by_edge * cross(below, difference(top, origin))
+/// corner; without a root, since most are not the least. Rounding makes no side negative.
+fn area_on(below: [f64; 2], touching: [[f64; 2]; 4]) -> f64 {
+    let [_, right, top, left] = touching.map(|corner| difference(corner, touching[0]));
+    let width_by_edge = (dot(below, right) - dot(below, left).min(0.0)) / dot(below, below);
+    width_by_edge * cross(below, top).max(0.0)
 }
 
 /// A rectangle that stands on an edge.

@@ -263,6 +263,21 @@ fn degenerate_clouds_have_plain_answers() {
     }
 }
 
+/// Where all areas are rounding, no edge may win by a negative one.
+#[test]
+fn a_line_that_rounding_bends_is_enclosed() {
+    let bent = [
+        [3.9, -10.1],
+        [1.2, -1.9999999999999998],
+        [-1.9000000000000001, 7.3],
+        [-4.2, 14.2],
+        [0.5, 0.09999999999999998],
+        [-2.5000000000000004, 9.1],
+        [-1.0, 4.6],
+    ];
+    check_rectangle(&bent).unwrap();
+}
+
 #[test]
 fn zeros_of_either_sign_are_one_place() {
     assert_eq!(convex_hull(&[[0.0, -0.0], [-0.0, 0.0], [-0.0, -0.0]]), [[0.0, 0.0]]);

@@ -15,4 +15,5 @@ pub use box_fitter::{BoxAxes, BoxFit, BoxFitter, BoxFitterConfig};
 pub use completeness::{Completeness, SideView};
 pub use config::ParameterizationConfig;
 pub use observation::{ObjectObservation, Relief};
+pub(crate) use parameterizer::KnownThing;
 pub use parameterizer::Parameterizer;
