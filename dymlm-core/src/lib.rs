@@ -43,6 +43,7 @@ mod point;
 mod point_cloud;
 mod pose;
 mod split_mix64;
+pub mod vector3;
 
 pub use axial_noise::axial_noise;
 pub use bounding_box::BoundingBox;

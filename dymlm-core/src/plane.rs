@@ -1,3 +1,4 @@
+use crate::vector3::dot;
 use crate::{Error, Pose};
 
 /// An infinite plane in Hessian form: normal . x + d = 0, the normal of unit length.
@@ -57,11 +58,6 @@ impl Plane {
     pub fn flipped(&self) -> Self {
         Self { normal: self.normal.map(|n| -n), d: -self.d }
     }
-}
-
-#[inline]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 use dymlm_core::Point;
+use dymlm_core::vector3::Vector3;
 
 use crate::finite::is_finite;
 use crate::symmetric_eigen3::symmetric_eigen3;
-use crate::vector3::Vector3;
 
 /// Deviations below so many roundings of the coordinates are none.
 const ROUNDINGS: f64 = 4.0;

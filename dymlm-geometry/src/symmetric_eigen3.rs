@@ -1,4 +1,6 @@
-use crate::vector3::{Vector3, any_across, combined, cross, dot, unit, with_positive_greatest};
+use dymlm_core::vector3::{Vector3, any_across, cross, dot, norm};
+
+use crate::vector3::{combined, with_positive_greatest};
 
 /// Eigenvalues and eigenvectors of a symmetric 3x3 matrix, as [`symmetric_eigen3`] finds them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -185,6 +187,7 @@ impl Symmetric3 {
             .into_iter()
             .reduce(|a, b| if dot(b, b) > dot(a, a) { b } else { a })
             .unwrap_or_default();
-        unit(longest)
+        let length = norm(longest);
+        longest.map(|c| c / length)
     }
 }

@@ -27,7 +27,6 @@ mod shape;
 mod statistics;
 mod support;
 mod switch;
-mod vector3;
 mod view;
 
 pub use association::{AssociationConfig, AssociationTests, CentroidTest, CentroidVerdict};

@@ -1,4 +1,5 @@
 use dymlm_core::Pose;
+use dymlm_core::vector3::{along, difference, norm, unit};
 use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
@@ -8,7 +9,6 @@ use crate::optimization::{
 };
 use crate::parameterization::KnownThing;
 use crate::support::LevelPlanes;
-use crate::vector3::{along, difference, norm, unit};
 use crate::{
     MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport,
     ObjectState, ObjectView, Parameterizer, RejectedDetection, RejectionCause, Relief, SupportPlane,

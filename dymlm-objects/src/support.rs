@@ -1,6 +1,5 @@
 use dymlm_core::Plane;
-
-use crate::vector3::dot;
+use dymlm_core::vector3::dot;
 
 /// A plane that things may stand on.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
+use dymlm_core::vector3::Vector3;
 use dymlm_geometry::Assignment;
 
 use super::shared_points::{sample_places, shared_share};
 use super::{AssociationConfig, CentroidVerdict, visible_iou};
-use crate::vector3::Vector3;
 use crate::{MapObject, ObjectObservation, ObjectView};
 
 /// Affinities in fixed point: sums of assignments compare exactly, on every machine.

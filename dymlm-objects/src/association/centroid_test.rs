@@ -1,8 +1,8 @@
+use dymlm_core::vector3::{difference, dot};
 use dymlm_geometry::symmetric_eigen3;
 
 use crate::CentroidCloud;
 use crate::statistics::{fisher_f_quantile, student_t_quantile};
-use crate::vector3::{difference, dot};
 
 /// Asks whether a new centroid belongs to the cloud of an object's centroids.
 ///

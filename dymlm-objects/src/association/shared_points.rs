@@ -1,4 +1,5 @@
-use crate::vector3::Vector3;
+use dymlm_core::vector3::Vector3;
+
 use crate::{MapObject, ObjectObservation};
 
 /// Points of an observation that are looked for, at most.

@@ -1,6 +1,5 @@
 use dymlm_core::Pose;
-
-use crate::vector3::{Vector3, difference};
+use dymlm_core::vector3::{Vector3, difference};
 
 /// The centroids of an object's observations: their number, mean and spread (paper IV-B, the centroid cluster C).
 ///

@@ -1,8 +1,8 @@
+use dymlm_core::vector3::along;
 use dymlm_core::{Plane, Pose};
 use dymlm_geometry::OrientedBox;
 
 use super::{BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud};
-use crate::vector3::along;
 use crate::{BoxAxes, ObjectObservation, ObjectShape, ObjectView, Relief, ShapeKind, SupportPlane};
 
 /// An object of the map.

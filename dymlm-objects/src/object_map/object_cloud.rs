@@ -1,8 +1,7 @@
 use std::collections::BTreeMap;
 
+use dymlm_core::vector3::{Vector3, difference};
 use dymlm_core::{Point, Pose, axial_noise};
-
-use crate::vector3::{Vector3, difference};
 
 /// The fused surface points of an object, in voxels about its first centroid.
 ///

@@ -1,6 +1,7 @@
+use dymlm_core::vector3::{Vector3, difference, dot, unit};
+
 use super::{MapObject, ObjectMap};
 use crate::ShapeKind;
-use crate::vector3::{Vector3, difference, dot, unit};
 
 /// Where a ray meets an object.
 #[derive(Debug, Clone, Copy)]

@@ -1,8 +1,8 @@
 use dymlm_core::Pose;
+use dymlm_core::vector3::{Vector3, along, difference, dot, unit};
 use dymlm_geometry::OrientedBox;
 
 use crate::object_map::{KeyView, KeyViews};
-use crate::vector3::{Vector3, along, difference, dot, unit};
 use crate::{Footprint, SideView, SizePrior};
 
 /// Grows a box where no camera has seen the object's end, to the size that such a thing usually has: away from the cameras,

@@ -1,6 +1,7 @@
+use dymlm_core::vector3::{difference, norm};
+
 use super::MergeConfig;
 use crate::object_map::ObjectMap;
-use crate::vector3::{difference, norm};
 use crate::{MapObject, ObjectMerge};
 
 /// The first pair of objects that are one; `None` when there is none. The one with fewer observations goes.

@@ -1,6 +1,6 @@
 use dymlm_core::axial_noise;
+use dymlm_core::vector3::Vector3;
 
-use crate::vector3::Vector3;
 use crate::{MapObject, ObjectView};
 
 /// What a frame says of an object that may be in its view.

@@ -1,8 +1,8 @@
+use dymlm_core::vector3::{Vector3, any_across, cross, dot, unit};
 use dymlm_core::{ConfigError, Plane, Point, Pose, check_range};
 use dymlm_geometry::{MinimumAreaRectangleScratch, OrientedBox, PrincipalAxes, minimum_area_rectangle_with};
 
 use super::edge_alignment::EdgeAlignment;
-use crate::vector3::{Vector3, any_across, cross, dot, unit};
 use crate::{Switch, UprightPose};
 
 /// Settings of [`BoxFitter`].

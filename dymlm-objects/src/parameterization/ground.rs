@@ -1,11 +1,11 @@
 use std::ops::RangeInclusive;
 
+use dymlm_core::vector3::{along, dot, unit};
 use dymlm_core::{Plane, Pose, axial_noise};
 
 use super::ParameterizationConfig;
 use super::flat_thing::LyingPlane;
 use super::window::{Sample, Window};
-use crate::vector3::{along, dot, unit};
 use crate::{SupportPlane, SupportingPlanes};
 
 /// The planes that things in a window may stand on.

@@ -1,0 +1,80 @@
+//! Arithmetic on vectors of three `f64`, which have no type of their own here: positions, directions, normals.
+//!
+//! ```
+//! use dymlm_core::vector3::{along, cross, difference, norm, unit};
+//!
+//! let (a, b) = ([1.0, 0.0, 0.0], [1.0, 2.0, 0.0]);
+//! assert_eq!(unit(difference(b, a)), Some([0.0, 1.0, 0.0]));
+//! assert_eq!(cross(a, b), [0.0, 0.0, 2.0]);
+//! assert_eq!(norm(along(a, -1.0, a)), 0.0);
+//! ```
+
+/// A vector of three `f64`.
+pub type Vector3 = [f64; 3];
+
+/// Scalar product.
+#[inline]
+pub fn dot(a: Vector3, b: Vector3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Vector product.
+#[inline]
+pub fn cross(a: Vector3, b: Vector3) -> Vector3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// a - b.
+#[inline]
+pub fn difference(a: Vector3, b: Vector3) -> Vector3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// a + `scale` b.
+#[inline]
+pub fn along(a: Vector3, scale: f64, b: Vector3) -> Vector3 {
+    [a[0] + scale * b[0], a[1] + scale * b[1], a[2] + scale * b[2]]
+}
+
+/// Length.
+#[inline]
+pub fn norm(a: Vector3) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// The vector of length 1 in the direction of `a`; `None` when `a` is no longer than 1e-12 or not finite.
+#[inline]
+pub fn unit(a: Vector3) -> Option<Vector3> {
+    let length = norm(a);
+    (length > 1e-12 && length.is_finite()).then(|| a.map(|x| x / length))
+}
+
+/// A unit vector across the unit vector `a`.
+#[inline]
+pub fn any_across(a: Vector3) -> Vector3 {
+    let [x, y, z] = a;
+    let across = if x.abs() > y.abs() { [-z, 0.0, x] } else { [0.0, z, -y] };
+    let length = norm(across);
+    across.map(|c| c / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_across_is_a_unit_vector_at_a_right_angle() {
+        for a in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [0.6, 0.0, -0.8], [0.36, 0.48, 0.8]] {
+            let across = any_across(a);
+            assert!(dot(a, across).abs() < 1e-15 && (norm(across) - 1.0).abs() < 1e-15, "{across:?}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_direction_has_no_unit() {
+        for a in [[0.0; 3], [1e-13, 0.0, 0.0], [f64::NAN, 1.0, 0.0], [f64::INFINITY, 0.0, 0.0], [1e200; 3]] {
+            assert_eq!(unit(a), None);
+        }
+        assert_eq!(unit([0.0, -2.0, 0.0]), Some([0.0, -1.0, 0.0]));
+    }
+}
