@@ -7,7 +7,6 @@ use crate::object_map::ObjectLimits;
 use crate::optimization::{
     ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates, is_foot_hidden,
 };
-use crate::parameterization::KnownThing;
 use crate::support::LevelPlanes;
 use crate::{
     MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport,
@@ -152,7 +151,6 @@ impl ObjectMapper {
             vertical: vertical.filter(|_| norm(self.upward) >= SURE_OF_VERTICAL),
             least_cosine: self.config.parameterization.max_support_slope.cos(),
         };
-        self.parameterizer.know(known_things(&self.map, view));
         self.parameterizer.parameterize(view, &level, vertical, &self.config.sizes, &mut self.observations);
         let supports = self.observations.iter().filter_map(|observation| observation.support);
         for support in supports.filter(|support| support.id.is_some()) {
@@ -502,18 +500,6 @@ impl ObjectMapper {
             }
         }
     }
-}
-
-/// The objects that detections of the same label most likely are of.
-fn known_things<'a>(map: &'a ObjectMap, view: &'a ObjectView<'_>) -> impl Iterator<Item = KnownThing> + 'a {
-    map.objects().flat_map(|object| {
-        let projected = object.shape().image_box(view.frame.camera(), &view.world_from_camera);
-        let detections = view.detections.iter().enumerate().filter(move |(_, detection)| {
-            detection.label() == object.label
-                && projected.is_some_and(|own| own.iou(&detection.bounding_box()) >= EXPLAINED)
-        });
-        detections.map(|(detection, _)| KnownThing { detection, oriented_box: object.oriented_box })
-    })
 }
 
 /// Whether an object's projection has this intersection over union with an observation's box.

@@ -15,5 +15,4 @@ pub use box_fitter::{BoxAxes, BoxFit, BoxFitter, BoxFitterConfig};
 pub use completeness::{Completeness, SideView};
 pub use config::ParameterizationConfig;
 pub use observation::{ObjectObservation, Relief};
-pub(crate) use parameterizer::KnownThing;
 pub use parameterizer::Parameterizer;

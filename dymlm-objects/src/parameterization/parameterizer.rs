@@ -1,5 +1,4 @@
 use dymlm_core::{BoundingBox, ConfigError, Detection, Point, Pose};
-use dymlm_geometry::OrientedBox;
 
 use super::box_fitter::BoxFitter;
 use super::completeness::Surroundings;
@@ -25,9 +24,6 @@ pub struct Parameterizer {
     flat: FlatThing,
     fitter: BoxFitter,
     others: Vec<BoundingBox>,
-    known: Vec<KnownThing>,
-    /// In the camera frame.
-    foreign: Vec<OrientedBox>,
     heights: Vec<f64>,
     local: Vec<Point>,
 }
@@ -36,17 +32,8 @@ pub struct Parameterizer {
 const USUAL_REACH: f64 = 0.3;
 /// Things that may be so many times as high as a plane's tolerance, or less, can lie unseen on it.
 const FLAT_TOLERANCES: f64 = 2.0;
-/// A thing smaller than this share of what a detection is of, in volume, is no such thing of another name.
-const SMALLER: f64 = 0.5;
 /// Intersection over union of what was found with the box, from which on the box is explained.
 const FILLED: f64 = 0.5;
-
-/// A thing of the map that one of the frame's detections is of.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct KnownThing {
-    pub(crate) detection: usize,
-    pub(crate) oriented_box: OrientedBox,
-}
 
 /// What was found in a detection's box.
 #[derive(Debug, Clone, Copy)]
@@ -72,8 +59,6 @@ impl Parameterizer {
             flat: FlatThing::default(),
             fitter: BoxFitter::new(config.fitter)?,
             others: Vec::new(),
-            known: Vec::new(),
-            foreign: Vec::new(),
             heights: Vec::new(),
             local: Vec::new(),
             config,
@@ -97,27 +82,6 @@ impl Parameterizer {
         }
     }
 
-    /// Says what is known of the next frame's detections: what is in these boxes is no part of larger things.
-    pub(crate) fn know(&mut self, known: impl Iterator<Item = KnownThing>) {
-        self.known.clear();
-        self.known.extend(known);
-    }
-
-    /// The boxes of smaller things that other detections are of.
-    fn find_foreign(&mut self, view: &ObjectView<'_>, index: usize, prior: Option<&SizePrior>) {
-        self.foreign.clear();
-        let (Some(prior), Some(detection)) = (prior, view.detections.get(index)) else { return };
-        let volume = prior.length.typical * prior.width.typical * prior.height.typical;
-        let camera_from_world = view.world_from_camera.inverse();
-        let is_another = |known: &KnownThing| {
-            let other = view.detections.get(known.detection).filter(|_| known.detection != index);
-            other.is_some_and(|other| other.label() != detection.label())
-                && known.oriented_box.volume() < SMALLER * volume
-        };
-        let foreign = self.known.iter().filter(|known| is_another(known));
-        self.foreign.extend(foreign.map(|known| known.oriented_box.transformed(&camera_from_world)));
-    }
-
     fn observe(
         &mut self,
         view: &ObjectView<'_>,
@@ -128,8 +92,7 @@ impl Parameterizer {
         priors: &SizePriors,
     ) -> Option<ObjectObservation> {
         let prior = priors.of(detection.label());
-        self.find_foreign(view, index, prior);
-        self.window.fill(view, index, &self.foreign, &self.config);
+        self.window.fill(view, index, &self.config);
         let vertical = vertical.filter(|_| self.config.support.is_on());
         let planes = if self.config.support.is_on() { planes } else { &NoPlanes };
         let highest = prior.map_or(USUAL_REACH, |prior| prior.height.max);

@@ -1,7 +1,6 @@
 use std::ops::Range;
 
 use dymlm_core::{BoundingBox, Point, axial_noise};
-use dymlm_geometry::OrientedBox;
 
 use super::ParameterizationConfig;
 use crate::ObjectView;
@@ -48,14 +47,8 @@ const JITTER: f32 = 0.03;
 const JITTER_PIXELS: f32 = 1.0;
 
 impl Window {
-    /// Lays a grid over a detection's box and samples it, but for what is in some boxes (camera frame): other things.
-    pub(super) fn fill(
-        &mut self,
-        view: &ObjectView<'_>,
-        detection: usize,
-        others: &[OrientedBox],
-        config: &ParameterizationConfig,
-    ) {
+    /// Lays a grid over a detection's box and samples it.
+    pub(super) fn fill(&mut self, view: &ObjectView<'_>, detection: usize, config: &ParameterizationConfig) {
         self.samples.clear();
         self.cells.clear();
         (self.columns, self.rows, self.stride) = (0, 0, 1);
@@ -73,7 +66,7 @@ impl Window {
         self.columns = columns.len().div_ceil(self.stride);
         self.rows = rows.len().div_ceil(self.stride);
         self.cells.resize(self.columns * self.rows, NONE);
-        self.sample(view, &bounding_box, detection.mask(), others, config);
+        self.sample(view, &bounding_box, detection.mask(), config);
     }
 
     fn sample(
@@ -81,7 +74,6 @@ impl Window {
         view: &ObjectView<'_>,
         bounding_box: &BoundingBox,
         instance_mask: Option<&dymlm_core::Mask>,
-        others: &[OrientedBox],
         config: &ParameterizationConfig,
     ) {
         let (width, height) = (view.frame.camera().width(), view.frame.camera().height());
@@ -113,17 +105,13 @@ impl Window {
                 if !used.contains(&depths[pixel]) || !view.is_static(pixel) || outside {
                     continue;
                 }
-                let point = smoothed(view, [u, v], self.stride);
-                if others.iter().any(|other| other.contains(point.map(f64::from))) {
-                    continue;
-                }
                 let across = parabola((u as f32 - center_u) / half_width);
                 let down = parabola((v as f32 - center_v) / half_height);
                 self.cells[row * self.columns + column] = self.samples.len() as u32;
                 self.samples.push(Sample {
                     column: column as u32,
                     row: row as u32,
-                    point,
+                    point: smoothed(view, [u, v], self.stride),
                     centrality: across * down,
                     is_in_box,
                     is_beside_box: columns_beside.contains(&u) && rows_beside.contains(&v),
