@@ -1,8 +1,10 @@
-//! The object step on 640x480 frames with ten detections: each sub-step, and all of them.
+//! The object step on 640x480 frames with ten detections: each sub-step, and all of them. In processor time, all on one
+//! thread.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use dymlm_benches::ProcessorTime;
 use dymlm_core::{Detection, Frame, Plane, Pose};
 use dymlm_objects::{ObjectConfig, ObjectMapper, ObjectView, SupportPlane};
 use dymlm_sim::{DetectorConfig, Sequence, SequenceType};
@@ -50,7 +52,7 @@ fn planes() -> impl Fn([f64; 3], f64, &mut Vec<SupportPlane>) {
 }
 
 #[allow(clippy::unwrap_used, reason = "constants")]
-fn observe(criterion: &mut Criterion) {
+fn observe(criterion: &mut Criterion<ProcessorTime>) {
     let (views, planes) = (Views::new(), planes());
     let mut mapper = ObjectMapper::new(ObjectConfig::default()).unwrap();
     for step in 0..3 * FRAMES {
@@ -76,5 +78,9 @@ fn observe(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, observe);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().with_measurement(ProcessorTime);
+    targets = observe
+}
 criterion_main!(benches);

@@ -1,5 +1,9 @@
 //! Seeded inputs that the benches share.
 
+mod processor_time;
+
+pub use processor_time::{ProcessorTime, processor_time};
+
 use dymlm_core::{DepthImage, PinholeCamera, Point};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
