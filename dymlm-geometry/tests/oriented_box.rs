@@ -249,3 +249,31 @@ fn extremes_do_no_harm() {
         assert!(refused.iter().zip(lengths).all(|(a, b)| a.to_bits() == b.to_bits()));
     }
 }
+
+proptest! {
+    #[test]
+    fn the_box_around_boxes_touches_their_outermost_corners(boxes in prop::collection::vec(any_box(), 1..5)) {
+        let around = OrientedBox::around(&boxes).unwrap();
+        let rim = around.with_rim(1e-12).unwrap();
+        prop_assert!(boxes.iter().flat_map(OrientedBox::corners).all(|corner| rim.contains(corner)));
+        let less = around.with_rim(-1e-9).unwrap();
+        for axis in 0..3 {
+            let half = 0.5 * less.lengths()[axis];
+            let outside = |corner: [f64; 3]| (corner[axis] - less.center()[axis]) / half;
+            let corners = || boxes.iter().flat_map(OrientedBox::corners).map(outside);
+            prop_assert!(corners().any(|side| side > 1.0) && corners().any(|side| side < -1.0));
+        }
+    }
+}
+
+#[test]
+fn there_is_no_box_around_nothing_nor_between_corners_that_are_none() {
+    assert_eq!(OrientedBox::around(&[]), None);
+    assert!(OrientedBox::between([0.0; 3], [1.0, -1.0, 1.0]).is_err());
+    assert!(OrientedBox::between([f64::NAN; 3], [1.0; 3]).is_err());
+    assert!(OrientedBox::between([-1e16; 3], [1e16; 3]).is_err());
+    assert_eq!(
+        OrientedBox::between([1.0, 2.0, 3.0], [2.0, 2.0, 5.0]).unwrap(),
+        at([1.5, 2.0, 4.0], [1.0, 0.0, 2.0])
+    );
+}

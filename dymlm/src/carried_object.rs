@@ -128,7 +128,9 @@ impl MapBuilder {
 
         // First, because it alone may refuse.
         let planes = self.map.planes.move_body(&new_from_old, is_body)?;
-        let around = box_around(&places, self.map.octree.resolution()).unwrap_or(from);
+        let around = OrientedBox::around(&places)
+            .and_then(|around| around.with_rim(self.map.octree.resolution()).ok());
+        let around = around.unwrap_or(from);
         let cloud = self.map.cloud.move_body(&around, &new_from_old, is_body);
         let stayed = self.map.cloud.static_points_in(&around);
         let octree = self.map.octree.move_body(&cloud.from, &cloud.to, &stayed);
@@ -161,23 +163,6 @@ fn model_of(object: &MapObject) -> Result<ObjectModel, Error> {
 /// The box about a tracked object at a pose, a rim wider on each side.
 fn body_at(tracker: &ObjectTracker, world_from_object: &Pose, rim: f64) -> Option<OrientedBox> {
     let [low, high] = tracker.model().bounds();
-    let center = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
-    let middle = Pose::new(center, [0.0, 0.0, 0.0, 1.0]).ok()?;
-    let lengths = [0, 1, 2].map(|axis| high[axis] - low[axis]);
-    OrientedBox::new(*world_from_object * middle, lengths).and_then(|body| body.with_rim(rim)).ok()
-}
-
-/// The upright box about some boxes, a rim wider on each side.
-fn box_around(bodies: &[OrientedBox], rim: f64) -> Option<OrientedBox> {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for corner in bodies.iter().flat_map(OrientedBox::corners) {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(corner[axis]);
-            high[axis] = high[axis].max(corner[axis]);
-        }
-    }
-    let center = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
-    let lengths = [0, 1, 2].map(|axis| high[axis] - low[axis] + 2.0 * rim);
-    let center = Pose::new(center, [0.0, 0.0, 0.0, 1.0]).unwrap_or_default();
-    OrientedBox::new(center, lengths).ok()
+    let body = OrientedBox::between(low, high).and_then(|body| body.with_rim(rim)).ok()?;
+    Some(body.transformed(world_from_object))
 }

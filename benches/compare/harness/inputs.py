@@ -11,7 +11,7 @@ from .files import DepthImages, Scan, write_depth_images, write_frames, write_ma
 
 SEED = 7
 # Goes up when an input is made in another way, so that old files are not taken for new ones.
-RECIPE = 4
+RECIPE = 5
 FRAMES = 30
 # Each takes Open3D seconds to find planes in.
 PLANE_FRAMES = 4
@@ -81,6 +81,9 @@ def make(folder: Path, kitchen: Path | None, data: Path) -> dict[str, str]:
         write_points(folder / f"round_{size}.points", round_thing(count, rng))
         description[f"{size} box-like"] = f"{count} points on a turned box of 60 x 40 x 30 cm, 2 mm noise, 1 % strays"
         description[f"{size} round"] = f"{count} points evenly within an ellipsoid of 60 x 50 x 30 cm, turned"
+        for name, (points, what) in footprints(count).items():
+            write_points(folder / f"{name}_{size}.points", points)
+            description[f"{size} {name}"] = f"{count} points {what}, turned"
     if kitchen is None:
         depths = scenes.room_depths(PLANE_FRAMES, rng)
     else:
@@ -126,6 +129,33 @@ def round_thing(count: int, rng: np.random.Generator) -> np.ndarray:
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     radii = np.cbrt(rng.uniform(0, 1, count))
     return turned(directions * radii[:, None] * [0.3, 0.25, 0.15])
+
+
+def footprints(count: int) -> dict[str, tuple[np.ndarray, str]]:
+    """Points in the plane of other kinds."""
+    rng = np.random.default_rng(SEED)
+    gaussian = rng.standard_normal((count, 2)) * [0.15, 0.05]
+    angles, radii = rng.uniform(0, 2 * np.pi, count), rng.uniform(0.29, 0.31, count)
+    ring = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
+    along, side = rng.uniform(-0.5, 0.5, count), rng.choice([-0.5, 0.5], count)
+    noise = rng.uniform(-0.002, 0.002, count)
+    outline = np.where(
+        (np.arange(count) % 2 == 0)[:, None],
+        np.stack([0.6 * along, 0.4 * side + noise], axis=1),
+        np.stack([0.6 * side + noise, 0.4 * along], axis=1),
+    )
+    kinds = {
+        "gaussian": (gaussian, "of a normal distribution of 15 x 5 cm"),
+        "ring": (ring, "on a ring 30 cm in radius and 2 cm wide"),
+        "outline": (outline, "on the sides of a rectangle of 60 x 40 cm, 2 mm noise"),
+    }
+    return {name: (turned_in_plane(points), what) for name, (points, what) in kinds.items()}
+
+
+def turned_in_plane(points: np.ndarray) -> np.ndarray:
+    cos, sin = np.cos(0.4), np.sin(0.4)
+    moved = points @ [[cos, sin], [-sin, cos]] + [1.0, 2.0]
+    return np.pad(moved, ((0, 0), (0, 1))).astype(np.float32)
 
 
 def turned(points: np.ndarray) -> np.ndarray:

@@ -120,6 +120,8 @@ def voxel_grid_rows(inputs: Inputs, quick: bool) -> list[Row]:
 def shape_rows(inputs: Inputs, quick: bool) -> list[Row]:
     clouds = [(f"{size} {kind} points", f"{file}_{size}") for size in (["10k"] if quick else ["10k", "100k"])
               for kind, file in [("box-like", "thing"), ("round", "round")]]  # fmt: skip
+    largest = "10k" if quick else "100k"
+    footprints = [(f"{largest} {kind} points", f"{kind}_{largest}") for kind in ["gaussian", "ring", "outline"]]
     rectangles = [
         Row(
             name=f"minimum-area rectangle, {cloud}",
@@ -129,7 +131,7 @@ def shape_rows(inputs: Inputs, quick: bool) -> list[Row]:
             check=agreement.minimum_area_rectangle,
             aim=Aim(5) if "100k" in cloud else None,
         )
-        for cloud, file in clouds
+        for cloud, file in [*clouds, *footprints]
     ]
     ours = [Entrant(entrant.name, "dymlm", entrant.parameters | {"fit": "minimum_rectangle"})
             for entrant in [OURS_KEPT, OURS_FRESH]]  # fmt: skip

@@ -1,4 +1,4 @@
-const COLUMNS: usize = 256;
+const COLUMNS: usize = 128;
 
 /// Adding this to a number between -2^51 and 2^51 leaves its nearest integer in the lowest bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;

@@ -58,6 +58,39 @@ impl OrientedBox {
         }
     }
 
+    /// The box along the axes from one corner to the opposite one, metres.
+    ///
+    /// # Errors
+    ///
+    /// [`OrientedBoxError`] when `high` is below `low` on an axis, or the length there is not finite or above
+    /// [`MAX_LENGTH`](Self::MAX_LENGTH).
+    pub fn between(low: [f64; 3], high: [f64; 3]) -> Result<Self, OrientedBoxError> {
+        let lengths = [0, 1, 2].map(|axis| high[axis] - low[axis]);
+        let center = [0, 1, 2].map(|axis| f64::midpoint(low[axis], high[axis]));
+        let frame = Pose::new(center, [0.0, 0.0, 0.0, 1.0]).map_err(|_| OrientedBoxError { lengths })?;
+        Self::new(frame, lengths)
+    }
+
+    /// The smallest box along the axes around some boxes; `None` of none, or when they are too far apart.
+    ///
+    /// ```
+    /// use dymlm_geometry::OrientedBox;
+    ///
+    /// let (near, far) = (OrientedBox::between([0.0; 3], [1.0; 3])?, OrientedBox::between([2.0; 3], [3.0; 3])?);
+    /// assert_eq!(OrientedBox::around(&[near, far]), Some(OrientedBox::between([0.0; 3], [3.0; 3])?));
+    /// # Ok::<(), dymlm_geometry::OrientedBoxError>(())
+    /// ```
+    pub fn around(boxes: &[Self]) -> Option<Self> {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for corner in boxes.iter().flat_map(Self::corners) {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(corner[axis]);
+                high[axis] = high[axis].max(corner[axis]);
+            }
+        }
+        Self::between(low, high).ok()
+    }
+
     /// The box's frame: its origin is the centre, its axes run along the sides.
     #[inline]
     pub fn world_from_box(&self) -> Pose {
