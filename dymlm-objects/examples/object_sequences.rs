@@ -172,7 +172,7 @@ fn map_objects(sequence: &Sequence, variants: &[Variant]) -> Result<Vec<Run>, Bo
         for (mapper, times) in mappers.iter_mut().zip(&mut times) {
             let start = processor_time();
             mapper.observe(&view, &near)?;
-            times.push(1e3 * (processor_time() - start).as_secs_f64());
+            times.push(1e3 * processor_time().saturating_sub(start).as_secs_f64());
         }
         scratch.recycle(simulated);
     }
