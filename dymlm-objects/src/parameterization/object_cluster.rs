@@ -20,6 +20,8 @@ pub(super) struct ObjectCluster {
     /// The sample of each point.
     sample_of: Vec<u32>,
     stats: Vec<ClusterStats>,
+    /// Whether each cluster is a part of the object.
+    is_part: Vec<bool>,
     depths: Vec<f32>,
     /// Samples of the object, ascending.
     pub(super) members: Vec<u32>,
@@ -111,6 +113,7 @@ impl ObjectCluster {
             points: Vec::new(),
             sample_of: Vec::new(),
             stats: Vec::new(),
+            is_part: Vec::new(),
             depths: Vec::new(),
             members: Vec::new(),
             is_member: Vec::new(),
@@ -212,14 +215,14 @@ impl ObjectCluster {
                 || bounds(window, stats).is_some_and(|own| others.iter().any(|other| own.iou(other) > 0.3));
             index == chosen || (contained && (stats.depth - main.depth).abs() <= reach && !of_another())
         };
-        let parts: Vec<bool> =
-            self.stats.iter().enumerate().map(|(index, stats)| is_part(index, stats)).collect();
+        self.is_part.clear();
+        self.is_part.extend(self.stats.iter().enumerate().map(|(index, stats)| is_part(index, stats)));
         for (&index, label) in self.sample_of.iter().zip(self.clusters.labels()) {
             let Some(label) = label.map(|label| label as usize) else { continue };
             let stats = self.stats[label];
             let contained = stats.outside <= CONTAINED * (stats.inside + stats.outside);
             let sample = &window.samples[index as usize];
-            if parts[label] && (sample.is_in_box || (contained && sample.is_beside_box)) {
+            if self.is_part[label] && (sample.is_in_box || (contained && sample.is_beside_box)) {
                 self.members.push(index);
                 self.is_member[index as usize] = true;
             }

@@ -171,7 +171,8 @@ impl Parameterizer {
         if self.cluster.members.len() < self.config.min_samples.max(least) {
             return None;
         }
-        let points: Vec<Point> = members(&self.window, &self.cluster).map(|sample| sample.point).collect();
+        let mut points = Vec::with_capacity(self.cluster.members.len());
+        points.extend(members(&self.window, &self.cluster).map(|sample| sample.point));
         let (centroid, fit) = self.fit(&points, finding, vertical, &view.world_from_camera)?;
         Some(ObjectObservation {
             detection: index,
