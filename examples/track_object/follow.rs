@@ -29,6 +29,8 @@ pub(crate) struct Followed {
     pub(crate) poses: Vec<(f64, Pose)>,
     pub(crate) errors: Option<Errors>,
     pub(crate) losses: usize,
+    /// Frames in which it stood where it was last seen or put down.
+    pub(crate) at_rest: usize,
     pub(crate) milliseconds: Vec<f64>,
     pub(crate) moves: Vec<ObjectMove>,
     pub(crate) panels: Vec<Panel>,
@@ -52,6 +54,7 @@ impl Follower {
             poses: Vec::new(),
             errors: None,
             losses: 0,
+            at_rest: 0,
             milliseconds: Vec::new(),
             moves: Vec::new(),
             panels: Vec::new(),
@@ -76,6 +79,7 @@ impl Follower {
         let is_lost = update.state == ObjectState::Lost;
         self.run.losses += usize::from(is_lost && !self.was_lost);
         self.was_lost = is_lost;
+        self.run.at_rest += usize::from(update.state == ObjectState::AtRest);
         self.world_from_object = update.world_from_object;
         let timestamp = frame.timestamp();
         let found = (update.inliers > 0).then_some(update.world_from_object);
@@ -118,9 +122,10 @@ impl Followed {
         let frames = self.milliseconds.len();
         let time = Quantiles::of(self.milliseconds.clone());
         println!(
-            "{}: a pose in {} of {frames} frames, lost {} times; {:.1} ms a frame (median), {:.1} ms (95 %)",
+            "{}: a pose in {} of {frames} frames, at rest in {}, lost {} times; {:.1} ms a frame (median), {:.1} ms (95 %)",
             self.label,
             self.poses.len(),
+            self.at_rest,
             self.losses,
             time.at(0.5),
             time.at(0.95)

@@ -5,7 +5,8 @@
 //! picture strip `object_tracking.png`, and, where there is truth, prints the errors. Without --dataset a hand carries a
 //! book and then a bottle through the rendered office.
 //!
-//! `... -- --ten-sequences [--no-depth] [--handheld] [--only TEXT]` prints the table of the ten synthetic sequences.
+//! `... -- --ten-sequences [--no-depth] [--handheld] [--only TEXT]` prints the table of the ten synthetic sequences,
+//! and fails when one of them misses its bounds.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -15,6 +16,7 @@ mod follow;
 mod recorded_run;
 mod strip;
 mod ten_sequences;
+mod visibility;
 
 use std::fs::File;
 use std::io::BufWriter;

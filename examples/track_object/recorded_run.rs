@@ -1,13 +1,15 @@
 use std::path::Path;
 
-use dymlm::core::Pose;
+use dymlm::core::{Frame, Pose};
+use dymlm::objects::MapObject;
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_examples::{AnyError, FrameSource, SourceFrame, progress_bar};
 use dymlm_io::TumOptions;
 
 use crate::follow::{Followed, Follower};
 
-/// Follows the nearest object of a label through a recording, from `map_until` seconds on.
+/// Follows the nearest object of a label through a recording, from the first frame on that shows one whole, but not before
+/// `map_until` seconds.
 pub(crate) fn follow(
     dataset: &Path,
     label: &str,
@@ -33,9 +35,12 @@ pub(crate) fn follow(
             }
         } else if let Some(mut mapping) = builder.take() {
             mapping.insert(frame, detections, world_from_camera)?;
-            if frame.timestamp() - begin >= map_until {
-                let object = nearest(&mapping, label, world_from_camera)
-                    .ok_or_else(|| format!("no {label} in the map after {map_until} s"))?;
+            let object = if frame.timestamp() - begin >= map_until {
+                nearest_in_view(&mapping, label, frame, world_from_camera)
+            } else {
+                None
+            };
+            if let Some(object) = object {
                 let mut chosen = Follower::new(mapping, object, frame, world_from_camera, has_depth)?;
                 chosen.picture("object map", frame, world_from_camera);
                 follower = Some(chosen);
@@ -46,19 +51,33 @@ pub(crate) fn follow(
         last = Some(next);
     }
     bar.finish_and_clear();
-    let mut follower = follower.ok_or("the recording ends before an object is chosen")?;
+    let mut follower =
+        follower.ok_or_else(|| format!("no {label} of the map comes into view after {map_until} s"))?;
     if let Some(last) = &last {
         follower.picture("at the end", &last.frame, &last.world_from_camera);
     }
     Ok(follower.finish(None))
 }
 
-fn nearest(builder: &MapBuilder, label: &str, world_from_camera: &Pose) -> Option<u64> {
-    let eye = world_from_camera.translation();
-    let distance = |center: [f64; 3]| (0..3).map(|i| (center[i] - eye[i]).powi(2)).sum::<f64>();
-    let objects = builder.map().objects().with_label(label);
-    objects
-        .map(|object| (distance(object.oriented_box().center()), object.id()))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, id)| id)
+/// The nearest object of a label that is wholly on the image and has nothing before it.
+fn nearest_in_view(
+    builder: &MapBuilder,
+    label: &str,
+    frame: &Frame,
+    world_from_camera: &Pose,
+) -> Option<u64> {
+    let (camera, camera_from_world) = (frame.camera(), world_from_camera.inverse());
+    let pixel_of = |place: [f64; 3]| camera.project(camera_from_world.transform_point(place));
+    let is_seen = |object: &MapObject| {
+        let body = object.oriented_box();
+        let is_on_image = |corner: [f64; 3]| pixel_of(corner).is_some_and(|pixel| camera.sees(pixel));
+        let reading = pixel_of(body.center())
+            .map_or(0.0, |[u, v]| f64::from(frame.depth().at(u.round() as usize, v.round() as usize)));
+        let middle = camera_from_world.transform_point(body.center())[2];
+        let reach = 0.5 * body.lengths().iter().map(|length| length * length).sum::<f64>().sqrt();
+        body.corners().into_iter().all(is_on_image) && (reading - middle).abs() <= reach
+    };
+    let distance = |object: &MapObject| camera_from_world.transform_point(object.oriented_box().center())[2];
+    let objects = builder.map().objects().with_label(label).filter(|object| is_seen(object));
+    objects.map(|object| (distance(object), object.id())).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
 }

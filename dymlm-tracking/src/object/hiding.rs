@@ -17,7 +17,8 @@ impl Hiding {
         let used = |index: &usize| fit.sightings.iter().any(|sighting| sighting.source[0] == *index);
         let missed = (0..views.len())
             .filter(used)
-            .flat_map(|index| views[index].expected(camera, &fit.camera_from_object))
+            .flat_map(|index| views[index].facing(camera, &fit.camera_from_object))
+            .filter_map(|place| camera.project(place).filter(|&pixel| camera.sees(pixel)))
             .filter(|pixel| !is_found(pixel))
             .collect();
         Self { found, missed }

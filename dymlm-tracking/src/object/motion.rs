@@ -90,6 +90,13 @@ impl Motion {
         };
     }
 
+    /// The object has stood still until now.
+    pub(super) fn stand(&mut self, time: f64) {
+        self.time = time;
+        self.rate = Vector6::zeros();
+        (self.cross_covariance, self.rate_covariance) = (Matrix6::zeros(), Matrix6::zeros());
+    }
+
     /// Takes the pose at which the object was found again: its motion is not known.
     pub(super) fn restart(
         &mut self,

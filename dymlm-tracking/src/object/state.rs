@@ -4,7 +4,8 @@ use dymlm_core::Pose;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ObjectState {
-    /// It stands where it stood for a while.
+    /// It stands where it stood for a while. Also while no point of it is found, if it is out of view or the depth shows
+    /// its surface in its place: what nobody touches stays.
     AtRest,
     /// It moves, or may be about to stop, and its pose is known.
     Tracking,

@@ -20,14 +20,55 @@ pub(super) struct SurfaceView {
 }
 
 impl SurfaceView {
+    /// Of places in the camera's frame that face it.
+    pub(super) fn of_places(
+        places: impl Iterator<Item = [f64; 3]>,
+        camera: &PinholeCamera,
+        depth: &DepthImage,
+        gate: f64,
+    ) -> Self {
+        let mut view = Self::default();
+        for place in places {
+            view.compare(place, camera, depth, gate);
+        }
+        view
+    }
+
+    /// Compares a place with the reading there; gives the reading's, when it is the same.
+    fn compare(
+        &mut self,
+        place: [f64; 3],
+        camera: &PinholeCamera,
+        depth: &DepthImage,
+        gate: f64,
+    ) -> Option<[f64; 3]> {
+        let pixel = camera.project(place).filter(|&pixel| camera.sees(pixel))?;
+        let [u, v] = pixel.map(|c| c.round().max(0.0));
+        let reading = depth.at(u as usize, v as usize);
+        if reading <= 0.0 {
+            return None;
+        }
+        let reach = gate + 3.0 * f64::from(axial_noise(reading));
+        let beyond = f64::from(reading) - place[2];
+        if beyond < -reach {
+            self.hidden += 1;
+        } else if beyond > reach {
+            self.absent += 1;
+        } else {
+            self.seen += 1;
+            return Some(camera.back_project([u, v], reading.into()));
+        }
+        None
+    }
+
     /// Share of the points with a reading that something nearer hides.
     pub(super) fn hidden_share(&self) -> f64 {
         self.hidden as f64 / (self.seen + self.hidden + self.absent).max(1) as f64
     }
 
-    /// Share of the points not hidden that are not there.
-    pub(super) fn absent_share(&self) -> f64 {
-        self.absent as f64 / (self.seen + self.absent).max(1) as f64
+    /// Share of the points with a reading that are there.
+    pub(super) fn seen_share(&self) -> f64 {
+        self.seen as f64 / (self.seen + self.hidden + self.absent).max(1) as f64
     }
 
     /// Whether there is enough depth to tell anything.
@@ -37,7 +78,7 @@ impl SurfaceView {
 }
 
 /// Compares the model's surface at a pose with the readings (projective association), and adds what lies within `gate`
-/// metres as point-to-plane observations.
+/// metres as point-to-plane observations. Their noise is that of the reading and that of the model.
 pub(super) fn observe_surface(
     model: &ObjectModel,
     camera: &PinholeCamera,
@@ -45,32 +86,20 @@ pub(super) fn observe_surface(
     camera_from_object: &Pose,
     gate: f64,
     sigma_factor: f64,
+    model_sigma: f64,
     observations: &mut Vec<PoseObservation>,
 ) -> SurfaceView {
     let mut view = SurfaceView::default();
     let facing = model.facing(camera_from_object, LEAST_COSINE).count();
     let stride = facing.div_ceil(MOST_READINGS).max(1);
     for (point, place) in model.facing(camera_from_object, LEAST_COSINE).step_by(stride) {
-        let Some(pixel) = camera.project(place).filter(|&pixel| camera.sees(pixel)) else { continue };
-        let [u, v] = pixel.map(|c| c.round().max(0.0));
-        let reading = depth.at(u as usize, v as usize);
-        if reading <= 0.0 {
-            continue;
-        }
-        let noise = f64::from(axial_noise(reading));
-        let reach = gate + 3.0 * noise;
-        let beyond = f64::from(reading) - place[2];
-        if beyond < -reach {
-            view.hidden += 1;
-        } else if beyond > reach {
-            view.absent += 1;
-        } else {
-            view.seen += 1;
+        if let Some(measured) = view.compare(place, camera, depth, gate) {
+            let noise = sigma_factor * f64::from(axial_noise(measured[2] as f32));
             observations.push(PoseObservation::Surface {
                 point: point.position,
                 normal: point.normal,
-                measured: camera.back_project([u, v], reading.into()),
-                sigma: sigma_factor * noise,
+                measured,
+                sigma: noise.hypot(model_sigma),
             });
         }
     }
@@ -96,9 +125,9 @@ mod tests {
             .collect();
         let depth = DepthImage::new(160, 120, data).unwrap();
         let mut observations = Vec::new();
-        let view = observe_surface(&model, &camera, &depth, &pose, 0.02, 1.0, &mut observations);
+        let view = observe_surface(&model, &camera, &depth, &pose, 0.02, 1.0, 0.0, &mut observations);
         assert!(view.tells() && observations.len() == view.seen);
         assert!((view.hidden_share() - 0.25).abs() < 0.04, "{view:?}");
-        assert!((view.absent_share() - 1.0 / 3.0).abs() < 0.05, "{view:?}");
+        assert!((view.seen_share() - 0.5).abs() < 0.04, "{view:?}");
     }
 }

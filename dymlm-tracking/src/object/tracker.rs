@@ -30,6 +30,8 @@ const HALVINGS_SEARCHED: usize = 2;
 /// Least share of a view's points that are found where, without depth, what is seen becomes a view of its own: else
 /// something stands before the object.
 const LEAST_SHOWN: f64 = 0.4;
+/// Least share of an object's surface in view that the depth shows if it stands.
+const LEAST_STANDING: f64 = 0.5;
 /// Least correlation of windows in halved images.
 const COARSE_CORRELATION: f32 = 0.6;
 /// Attitudes tried in a frame beside the last, the views among them, and the turn of the others, radians.
@@ -106,7 +108,7 @@ struct Scratch {
 pub struct ObjectUpdate {
     /// What is known of it.
     pub state: ObjectState,
-    /// Its pose; the last one or a guess from its motion where the state is occluded or lost and `covariance` is `None`.
+    /// Its pose; where `inliers` is 0, the last one (at rest) or a guess from its motion (occluded or lost).
     pub world_from_object: Pose,
     /// The same in the camera's frame.
     pub camera_from_object: Pose,
@@ -235,15 +237,21 @@ impl ObjectTracker {
         std::mem::swap(&mut self.last, &mut self.next);
         self.next.build_from_color(color);
 
-        let predicted = world_from_camera.inverse() * self.motion.predict(self.time);
+        let camera_from_world = world_from_camera.inverse();
+        let predicted = camera_from_world * self.motion.predict(self.time);
         let window = self.kcf.locate(self.next.base());
         let is_window_good = window.peak_to_sidelobe >= LEAST_PEAK;
         let window_center = is_window_good.then(|| window.bounding_box.center().map(|c| c - 0.5));
 
         let prior = self.motion.prior(self.time, world_from_camera);
-        let fit = self
-            .follow(frame, &predicted, prior.as_ref(), window_center)
-            .or_else(|| self.search(frame, detections, &predicted, window_center));
+        let mut fit = self.follow(frame, &predicted, prior.as_ref(), window_center);
+        if fit.is_none() {
+            let standing = camera_from_world * *self.motion.last();
+            if self.stands(frame, &standing) {
+                return Ok(self.stand(frame, world_from_camera, &standing));
+            }
+            fit = self.search(frame, detections, &predicted, window_center);
+        }
         Ok(match fit {
             Some(fit) => self.accept(frame, world_from_camera, fit),
             None => self.miss(frame, world_from_camera, &predicted),
@@ -382,6 +390,7 @@ impl ObjectTracker {
                 &pose,
                 gate,
                 factor,
+                self.config.model_sigma,
                 &mut observations,
             );
             if let Some(refined) = self.refiner.refine_with(frame.camera(), &pose, &observations, prior) {
@@ -400,7 +409,9 @@ impl ObjectTracker {
         };
         let sightings: Vec<Sighting> = sightings.into_iter().filter(agrees).collect();
         let share = sightings.len() as f64 / found as f64;
-        let is_absent = surface.tells() && surface.absent_share() > 0.6;
+        let places = sightings.iter().map(|sighting| pose.transform_point(sighting.position));
+        let seen = SurfaceView::of_places(places, frame.camera(), frame.depth(), self.config.surface_gate);
+        let is_absent = 2 * seen.seen < seen.hidden + seen.absent;
         let enough = sightings.len() >= self.config.min_inliers && share >= self.config.min_inlier_share;
         let is_possible = prior.is_none_or(|prior| prior.squared_distance(&pose) <= MOST_UNEXPECTED);
         let fit = Fit {
@@ -609,6 +620,31 @@ impl ObjectTracker {
         }
     }
 
+    /// Whether an object at rest of which no point is found stands where it stood: it is out of view, or the depth shows
+    /// it.
+    fn stands(&self, frame: &Frame, camera_from_object: &Pose) -> bool {
+        if !self.rest.is_resting() {
+            return false;
+        }
+        let camera = frame.camera();
+        let region = projected_bounds(&self.model, camera, camera_from_object);
+        let is_in_view =
+            region.is_some_and(|region| region.clipped(camera.width(), camera.height()).is_some());
+        // By the points of the views: they are readings, the model's surface may lie elsewhere.
+        let places = self.views.iter().flat_map(|view| view.facing(camera, camera_from_object));
+        let seen = SurfaceView::of_places(places, camera, frame.depth(), self.config.surface_gate);
+        !is_in_view || (seen.tells() && seen.seen_share() > LEAST_STANDING)
+    }
+
+    /// A frame without points of an object at rest.
+    fn stand(&mut self, frame: &Frame, world_from_camera: &Pose, camera_from_object: &Pose) -> ObjectUpdate {
+        self.motion.stand(self.time);
+        self.seen = self.time;
+        self.tracks.clear();
+        self.state = ObjectState::AtRest;
+        self.unseen_update(frame, world_from_camera, camera_from_object)
+    }
+
     /// A frame without a pose.
     fn miss(&mut self, frame: &Frame, world_from_camera: &Pose, predicted: &Pose) -> ObjectUpdate {
         self.misses += 1;
@@ -616,14 +652,23 @@ impl ObjectTracker {
         self.rest.unseen(self.time);
         let is_lost = self.time - self.seen > self.config.lost_after;
         self.state = if is_lost { ObjectState::Lost } else { ObjectState::Occluded };
+        self.unseen_update(frame, world_from_camera, predicted)
+    }
+
+    fn unseen_update(
+        &self,
+        frame: &Frame,
+        world_from_camera: &Pose,
+        camera_from_object: &Pose,
+    ) -> ObjectUpdate {
         ObjectUpdate {
             state: self.state,
-            world_from_object: *world_from_camera * *predicted,
-            camera_from_object: *predicted,
+            world_from_object: *world_from_camera * *camera_from_object,
+            camera_from_object: *camera_from_object,
             covariance: None,
             inliers: 0,
             confidence: 0.0,
-            bounding_box: projected_bounds(&self.model, frame.camera(), predicted),
+            bounding_box: projected_bounds(&self.model, frame.camera(), camera_from_object),
             came_to_rest: None,
         }
     }

@@ -228,17 +228,15 @@ impl View {
         Some(Sighting { position: point.position, pixel, blur, spread, source: [view, index] })
     }
 
-    /// Where its points that face the camera are at a pose.
-    pub(super) fn expected<'a>(
+    /// Its points that face the camera at a pose, in the camera's frame.
+    pub(super) fn facing<'a>(
         &'a self,
         camera: &'a PinholeCamera,
         camera_from_object: &'a Pose,
-    ) -> impl Iterator<Item = [f64; 2]> + 'a {
+    ) -> impl Iterator<Item = [f64; 3]> + 'a {
         let facing =
             self.points.iter().filter(|point| surface_jacobian(camera, camera_from_object, point).is_some());
-        facing
-            .filter_map(|point| camera.project(camera_from_object.transform_point(point.position)))
-            .filter(|&pixel| camera.sees(pixel))
+        facing.map(|point| camera_from_object.transform_point(point.position))
     }
 
     /// From pixels about the point in an image to pixels about it in this view, to first order; `None` where either sees
