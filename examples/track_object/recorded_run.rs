@@ -2,6 +2,7 @@ use std::path::Path;
 
 use dymlm::core::{Frame, Pose};
 use dymlm::objects::MapObject;
+use dymlm::tracking::ObjectTrackerConfig;
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_examples::{AnyError, FrameSource, SourceFrame, progress_bar};
 use dymlm_io::TumOptions;
@@ -36,7 +37,11 @@ pub(crate) fn follow(
         } else if let Some(mut mapping) = builder.take() {
             mapping.insert(frame, detections, world_from_camera)?;
             let object = if frame.timestamp() - begin >= map_until {
-                nearest_in_view(&mapping, label, frame, world_from_camera)
+                // Too little of it may be seen to be followed from here.
+                nearest_in_view(&mapping, label, frame, world_from_camera).filter(|&object| {
+                    let config = ObjectTrackerConfig::default();
+                    mapping.track_object(object, frame, world_from_camera, &config).is_ok()
+                })
             } else {
                 None
             };

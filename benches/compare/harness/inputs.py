@@ -1,6 +1,7 @@
 """Seeded inputs, written once into the build folder."""
 
 import json
+import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -103,6 +104,11 @@ def image_inputs(folder: Path, data: Path, rng: np.random.Generator) -> dict[str
     images.tofile(folder / "flow.images")
     points.astype("<f4").tofile(folder / "flow.points")
     description["warped pairs"] = "6 pairs of 640x480 images under known similarities, 200 points each"
+    root = Path(__file__).resolve().parents[3]
+    render = ["cargo", "run", "--release", "-p", "dymlm-benches", "--bin", "carried_sequences", "--", str(folder)]
+    subprocess.run(render, cwd=root, check=True)
+    boxes = (folder / "carried.targets").stat().st_size // 24
+    description["carried things"] = f"10 rendered sequences of a thing carried by hand, 15 frames a second, {boxes} boxes"
     truth = data / "mot" / "TUD-Stadtmitte" / "gt.txt"
     if truth.exists():
         images, targets = image_sequences.pedestrians(truth, 100, rng)

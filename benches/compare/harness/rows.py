@@ -58,31 +58,32 @@ def rows(inputs: Inputs, quick: bool) -> list[Row]:
 
 
 def tracking_rows(inputs: Inputs) -> list[Row]:
-    opencv = Entrant("OpenCV", "OpenCV")
     flow = Row(
         name="optical flow, 200 points",
         operation="optical_flow",
         parameters={"images": inputs.path("flow.images"), "points": inputs.path("flow.points")},
-        entrants=[OURS, opencv],
+        entrants=[OURS, Entrant("OpenCV", "OpenCV")],
         check=agreement.optical_flow,
         unit="pair (6)",
         count=6,
     )
-    targets = inputs.path("pedestrians.targets")
-    if not targets.exists():
-        return [flow]
+    sequences = [("carried things", "carried"), ("pedestrians", "pedestrians")]
+    return [flow, *(kcf_row(inputs, name, file) for name, file in sequences if inputs.path(f"{file}.targets").exists())]
+
+
+def kcf_row(inputs: Inputs, name: str, file: str) -> Row:
+    targets = inputs.path(f"{file}.targets")
     boxes = targets.stat().st_size // 24
-    kcf = Row(
-        name="KCF, pedestrians",
+    return Row(
+        name=f"KCF, {name}",
         operation="kcf",
-        parameters={"images": inputs.path("pedestrians.images"), "targets": targets},
-        entrants=[OURS, opencv],
+        parameters={"images": inputs.path(f"{file}.images"), "targets": targets},
+        entrants=[OURS, Entrant("OpenCV", "OpenCV")],
         check=agreement.tracked_boxes,
         aim=Aim(1),
         unit=f"box ({boxes})",
         count=boxes,
     )
-    return [flow, kcf]
 
 
 def dbscan_rows(inputs: Inputs, quick: bool) -> list[Row]:

@@ -39,8 +39,8 @@ pub struct ObjectTrackerConfig {
     pub occluded_share: f64,
     /// Time without a pose after which the object is lost, seconds, 0..=60, default 0.5.
     pub lost_after: f64,
-    /// The object is at rest when it has moved by less than `rest_distance` and `rest_angle` for this time, seconds,
-    /// 0.05..=60, default 0.8.
+    /// The object comes to rest when it has moved by less than `rest_distance` and `rest_angle` for this time, seconds,
+    /// 0.05..=60, default 0.8. It leaves when it has moved by three times as much.
     pub rest_time: f64,
     /// Metres, 1e-4..=1, default 0.01: twice what the pose wavers by at 2 m.
     pub rest_distance: f64,

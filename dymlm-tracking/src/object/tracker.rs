@@ -17,7 +17,7 @@ use crate::{
 
 /// How far outside of the model's bounds a reading may lie to belong to the object, metres.
 const MARGIN: f64 = 0.006;
-/// Corners needed at the start.
+/// Corners needed at the start, and readings that say that it stands.
 const LEAST_CORNERS: usize = 6;
 /// Points that agree at least before what is seen becomes a view of its own.
 const LEAST_FOR_VIEW: usize = 12;
@@ -139,12 +139,15 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// Whether its standard deviations are below those of rotation (radians) and place (metres).
+    /// Its standard deviations, radians and metres.
+    fn sigmas(&self) -> Option<[f64; 2]> {
+        let c = self.covariance?;
+        Some([0, 3].map(|first| (first..first + 3).map(|i| c[i][i]).sum::<f64>().sqrt()))
+    }
+
+    /// Whether it is known to these standard deviations, radians and metres.
     fn is_known(&self, [angle, place]: [f64; 2]) -> bool {
-        self.covariance.is_some_and(|c| {
-            let sum = |first: usize| (first..first + 3).map(|i| c[i][i]).sum::<f64>();
-            sum(0) <= angle * angle && sum(3) <= place * place
-        })
+        self.sigmas().is_some_and(|sigmas| sigmas[0] <= angle && sigmas[1] <= place)
     }
 }
 
@@ -543,10 +546,12 @@ impl ObjectTracker {
             self.motion.observe(&world_from_object, fit.covariance.as_ref(), self.time, world_from_camera);
         }
         (self.seen, self.searches, self.misses) = (self.time, 0, 0);
+        // What is less well known wavers more.
+        let [angle, distance] = fit.sigmas().unwrap_or_default();
         let limits = RestLimits {
             time: self.config.rest_time,
-            distance: self.config.rest_distance,
-            angle: self.config.rest_angle,
+            distance: self.config.rest_distance.hypot(distance),
+            angle: self.config.rest_angle.hypot(angle),
         };
         let came_to_rest = self.rest.observe(&world_from_object, self.time, limits);
         let is_hidden = fit.surface.tells() && fit.surface.hidden_share() > self.config.occluded_share;
@@ -620,20 +625,22 @@ impl ObjectTracker {
         }
     }
 
-    /// Whether an object at rest of which no point is found stands where it stood: it is out of view, or the depth shows
-    /// it.
+    /// Whether an object at rest of which no point is found stands where it stood: half of it is out of view, or the depth
+    /// shows it.
     fn stands(&self, frame: &Frame, camera_from_object: &Pose) -> bool {
         if !self.rest.is_resting() {
             return false;
         }
         let camera = frame.camera();
         let region = projected_bounds(&self.model, camera, camera_from_object);
-        let is_in_view =
-            region.is_some_and(|region| region.clipped(camera.width(), camera.height()).is_some());
+        let share_on_image = |region: BoundingBox| {
+            region.clipped(camera.width(), camera.height()).map_or(0.0, |part| part.area() / region.area())
+        };
+        let is_in_view = region.map_or(0.0, share_on_image) >= 0.5;
         // By the points of the views: they are readings, the model's surface may lie elsewhere.
         let places = self.views.iter().flat_map(|view| view.facing(camera, camera_from_object));
         let seen = SurfaceView::of_places(places, camera, frame.depth(), self.config.surface_gate);
-        !is_in_view || (seen.tells() && seen.seen_share() > LEAST_STANDING)
+        !is_in_view || (seen.seen >= LEAST_CORNERS && seen.seen_share() > LEAST_STANDING)
     }
 
     /// A frame without points of an object at rest.
