@@ -33,7 +33,7 @@ pub(crate) struct Template {
     patch: Vec<f32>,
 }
 
-/// A mask between 0 and 1 below this says no: all pixels that a value lies between must say yes.
+/// A mask between 0 and 1 below this says no.
 const MASKED: f32 = 0.95;
 
 /// Sums over the window that stay the same through all iterations.
@@ -109,7 +109,7 @@ impl Template {
             let radius = radius as f32;
             for (y, row) in self.weights.chunks_exact_mut(self.stride).enumerate() {
                 for (x, weight) in row.iter_mut().take(side - 2).enumerate() {
-                    let shown = bilinear(mask, source(x as f32 - radius, y as f32 - radius)) >= MASKED;
+                    let shown = nearest(mask, source(x as f32 - radius, y as f32 - radius)) >= MASKED;
                     *weight = if shown { 1.0 } else { 0.0 };
                 }
             }
@@ -513,6 +513,14 @@ fn bilinear(image: &GrayImage, [u, v]: [f32; 2]) -> f32 {
         row[x] + fu * (row[(x + 1).min(row.len() - 1)] - row[x])
     });
     upper + fv * (lower - upper)
+}
+
+/// The value of the nearest pixel; 0 beyond the image.
+fn nearest(image: &GrayImage, [u, v]: [f32; 2]) -> f32 {
+    if u < -0.5 || v < -0.5 {
+        return 0.0;
+    }
+    image.at((u + 0.5) as usize, (v + 0.5) as usize)
 }
 
 /// Whether a point lies on the image. NaN does not.

@@ -78,15 +78,14 @@ impl SurfaceView {
 }
 
 /// Compares the model's surface at a pose with the readings (projective association), and adds what lies within `gate`
-/// metres as point-to-plane observations. Their noise is that of the reading and that of the model.
+/// metres as point-to-plane observations. `sigma`: standard deviation of a reading from the model by its depth.
 pub(super) fn observe_surface(
     model: &ObjectModel,
     camera: &PinholeCamera,
     depth: &DepthImage,
     camera_from_object: &Pose,
     gate: f64,
-    sigma_factor: f64,
-    model_sigma: f64,
+    sigma: impl Fn(f32) -> f64,
     observations: &mut Vec<PoseObservation>,
 ) -> SurfaceView {
     let mut view = SurfaceView::default();
@@ -94,12 +93,11 @@ pub(super) fn observe_surface(
     let stride = facing.div_ceil(MOST_READINGS).max(1);
     for (point, place) in model.facing(camera_from_object, LEAST_COSINE).step_by(stride) {
         if let Some(measured) = view.compare(place, camera, depth, gate) {
-            let noise = sigma_factor * f64::from(axial_noise(measured[2] as f32));
             observations.push(PoseObservation::Surface {
                 point: point.position,
                 normal: point.normal,
                 measured,
-                sigma: noise.hypot(model_sigma),
+                sigma: sigma(measured[2] as f32),
             });
         }
     }
@@ -125,7 +123,7 @@ mod tests {
             .collect();
         let depth = DepthImage::new(160, 120, data).unwrap();
         let mut observations = Vec::new();
-        let view = observe_surface(&model, &camera, &depth, &pose, 0.02, 1.0, 0.0, &mut observations);
+        let view = observe_surface(&model, &camera, &depth, &pose, 0.02, f64::from, &mut observations);
         assert!(view.tells() && observations.len() == view.seen);
         assert!((view.hidden_share() - 0.25).abs() < 0.04, "{view:?}");
         assert!((view.seen_share() - 0.5).abs() < 0.04, "{view:?}");

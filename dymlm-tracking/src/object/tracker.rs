@@ -386,14 +386,15 @@ impl ObjectTracker {
                 self.observe(frame, sighting, &pose, 1.0, &mut observations);
             }
             let (gate, factor) = (self.config.surface_gate, 2.0 * self.config.depth_sigma_factor);
+            // The noise of the reading, and the model's.
+            let sigma = |depth: f32| (factor * f64::from(axial_noise(depth))).hypot(self.config.model_sigma);
             surface = observe_surface(
                 &self.model,
                 frame.camera(),
                 frame.depth(),
                 &pose,
                 gate,
-                factor,
-                self.config.model_sigma,
+                sigma,
                 &mut observations,
             );
             if let Some(refined) = self.refiner.refine_with(frame.camera(), &pose, &observations, prior) {
