@@ -36,7 +36,7 @@
 //! let world_from_camera = Pose::identity();
 //! let config = ObjectTrackerConfig::default();
 //! let mut tracker = ObjectTracker::new(&view(0.0, 0.0)?, &world_from_camera, board, None, &at(0.0)?, &config)?;
-//! for (time, x) in [(0.1, 0.02), (0.2, 0.04), (0.3, 0.06)] {
+//! for (time, x) in [(0.1, 0.04), (0.2, 0.08), (0.3, 0.12)] {
 //!     let update = tracker.track(&view(time, x)?, &[], &world_from_camera)?;
 //!     assert_eq!(update.state, ObjectState::Tracking);
 //!     assert!(update.world_from_object.distance(&at(x)?) < 0.002);
