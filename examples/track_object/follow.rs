@@ -82,7 +82,9 @@ impl Follower {
         self.run.at_rest += usize::from(update.state == ObjectState::AtRest);
         self.world_from_object = update.world_from_object;
         let timestamp = frame.timestamp();
-        let found = (update.inliers > 0).then_some(update.world_from_object);
+        // What stands is where it stood, seen or not.
+        let is_known = update.inliers > 0 || update.state == ObjectState::AtRest;
+        let found = is_known.then_some(update.world_from_object);
         self.run.poses.extend(found.map(|pose| (timestamp, pose)));
         Ok(found)
     }
