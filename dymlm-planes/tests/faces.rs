@@ -5,13 +5,17 @@
 mod common;
 
 use common::{Cylinder, World, camera, dot, level, look_at, room, room_views, upright};
-use dymlm_core::Pose;
+use dymlm_core::{PinholeCamera, Pose};
 use dymlm_planes::{MapPlane, PlaneConfig, PlaneMap, PlaneMapper};
 
 fn map_of(world: &World, views: &[Pose]) -> PlaneMap {
+    map_with(&camera(), world, views)
+}
+
+fn map_with(camera: &PinholeCamera, world: &World, views: &[Pose]) -> PlaneMap {
     let mut mapper = PlaneMapper::new(PlaneConfig::default()).unwrap();
     for (k, view) in views.iter().enumerate() {
-        mapper.insert(&world.frame(camera(), view, k as u64), None, &[], view).unwrap();
+        mapper.insert(&world.frame(*camera, view, k as u64), None, &[], view).unwrap();
     }
     mapper.into_map()
 }
@@ -71,6 +75,22 @@ fn two_desks_of_the_same_height_stay_two_planes() {
     // Pushed together they are one.
     let together = map_of(&desks(0.0), &views);
     assert_eq!(planes_like(&together, [0.0, 0.0, 1.0], [0.0, 0.0, 0.75]).len(), 1);
+}
+
+/// Two screens side by side, 15 cm apart and 20 cm before a wall, seen at 80 degrees: in the image the gap is two pixels
+/// wide.
+#[test]
+fn twin_screens_seen_aslant_stay_two_planes() {
+    let screens = [-0.345, 0.345].map(|x| upright([x, 1.4, 0.9], 0.27, 0.165));
+    let wall = upright([0.0, 1.6, 1.0], 3.0, 1.0);
+    let world = World::of(&[screens[0], screens[1], wall]);
+    let views: Vec<Pose> =
+        (0..8).map(|k| look_at([-2.5 + 0.02 * f64::from(k), 0.5, 1.1], [0.0, 1.4, 0.9])).collect();
+    let fine = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+    let map = map_with(&fine, &world, &views);
+    let found = planes_like(&map, [0.0, -1.0, 0.0], [0.0, 1.4, 0.9]);
+    assert_eq!(found.len(), 2, "{:?}", found.iter().map(|plane| plane.centroid()).collect::<Vec<_>>());
+    assert!(found[0].centroid()[0] * found[1].centroid()[0] < 0.0);
 }
 
 #[test]

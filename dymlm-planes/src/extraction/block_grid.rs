@@ -16,12 +16,14 @@ pub(super) struct BlockGrid {
 
 /// Smallest side of a block, pixels: fewer than 16 points make no plane worth the name.
 const SMALLEST_SIDE: usize = 4;
+/// Largest side of a block, pixels: a bit each in a word.
+pub(super) const LARGEST_SIDE: usize = 64;
 
 impl BlockGrid {
     pub(super) fn new(camera: &PinholeCamera, config: &ExtractionConfig) -> Self {
         let (width, height) = (camera.width(), camera.height());
         let side = ((config.block_size * width) as f64 / 640.0).round() as usize;
-        let side = side.max(SMALLEST_SIDE);
+        let side = side.clamp(SMALLEST_SIDE, LARGEST_SIDE);
         Self { width, height, side, columns: width.div_ceil(side), rows: height.div_ceil(side) }
     }
 

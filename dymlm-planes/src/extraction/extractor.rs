@@ -4,6 +4,7 @@ use super::block_grid::{BlockGrid, Rays};
 use super::block_moments::sum_blocks;
 use super::cluster::{Clustering, fit_of_both};
 use super::growing::{Growing, Scene, Seed, sum_pixels};
+use super::meetings::{Meeting, find_meetings, keep_close};
 use super::tolerance::Tolerance;
 use super::{Extraction, ExtractionConfig, Segment};
 use crate::PlaneError;
@@ -17,6 +18,9 @@ const ROUGH: f64 = 2.0;
 const FINEST_ROUGHNESS: f64 = 2.25e-6;
 /// Standard deviation of the place that a pixel looks at, pixels of an image 640 wide (Nguyen 2012).
 const LATERAL_NOISE: f64 = 0.8;
+
+/// Planes meet when this many sides of a block of their pixels touch: a few stray ones do at every corner.
+const CONTACT_IN_SIDES: u32 = 2;
 
 /// Planes are grown from clusters of this share of the smallest support: at their rims they gain the rest.
 const SEED_SHARE: f64 = 0.3;
@@ -78,8 +82,8 @@ pub struct PlaneExtractor {
     is_wide: Vec<bool>,
     growing: Growing,
     sums: Vec<Moments>,
-    /// Labels that meet, smaller first.
-    meetings: Vec<[u16; 2]>,
+    /// Labels that meet.
+    meetings: Vec<Meeting>,
     /// Final label of each label.
     relabelled: Vec<u16>,
     extraction: Extraction,
@@ -362,7 +366,8 @@ impl PlaneExtractor {
                 self.sums[usize::from(label) - 1].add(&self.moments[block]);
                 for other in self.grid.neighbors(block).into_iter().flatten() {
                     if self.growing.is_core(other) && self.block_labels[other] != label {
-                        self.meetings.push(sorted([label, self.block_labels[other]]));
+                        let labels = [label, self.block_labels[other]];
+                        self.meetings.push(Meeting::new(labels, self.grid.side as u32));
                     }
                 }
                 continue;
@@ -372,12 +377,11 @@ impl PlaneExtractor {
                 continue;
             }
             sum_pixels(&self.depth, &self.grid, &self.rays, block, &self.extraction.labels, &mut self.sums);
-            for (i, &a) in meeting.iter().enumerate() {
-                self.meetings.extend(meeting[i + 1..].iter().map(|&b| sorted([a, b])));
+            if meeting.len() > 1 {
+                find_meetings(&self.grid, block, &self.extraction.labels, &mut self.meetings);
             }
         }
-        self.meetings.sort_unstable();
-        self.meetings.dedup();
+        keep_close(&mut self.meetings, CONTACT_IN_SIDES * self.grid.side as u32);
     }
 
     /// Merges planes that meet and agree, the flattest pair first. Labels that have gone point to where.
@@ -398,7 +402,7 @@ impl PlaneExtractor {
     fn flattest_pair(&self) -> Option<(u16, u16)> {
         let mut best: Option<(f64, u16, u16)> = None;
         for meeting in &self.meetings {
-            let [a, b] = sorted(meeting.map(|label| self.relabelled[usize::from(label)]));
+            let [a, b] = sorted(meeting.labels.map(|label| self.relabelled[usize::from(label)]));
             let [of_a, of_b] = [a, b].map(|label| &self.sums[usize::from(label) - 1]);
             if a == b || of_a.weight < 10.0 || of_b.weight < 10.0 {
                 continue;

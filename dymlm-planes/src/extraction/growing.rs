@@ -1,6 +1,7 @@
 use dymlm_core::axial_noise;
 
-use super::block_grid::{BlockGrid, Rays};
+use super::block_grid::{BlockGrid, LARGEST_SIDE, Rays};
+use super::reached::Reached;
 use super::tolerance::Tolerance;
 use crate::linear_algebra::dot;
 use crate::moments::{Fit, Moments};
@@ -27,6 +28,24 @@ pub(super) struct Seed {
 }
 
 impl Seed {
+    /// The part of the distance that all pixels of a row share.
+    #[inline]
+    pub(super) fn of_row(&self, ray_y: f64) -> f32 {
+        self.normal[1] * ray_y as f32 + self.normal[2]
+    }
+
+    /// Distance of a reading from the plane, metres.
+    #[inline]
+    pub(super) fn distance(&self, z: f32, ray_x: f64, of_row: f32) -> f32 {
+        (z * (self.normal[0] * ray_x as f32 + of_row) + self.d).abs()
+    }
+
+    /// Readings nearer than this join.
+    #[inline]
+    pub(super) fn limit(&self, z: f32) -> f32 {
+        self.limit_per_noise * axial_noise(z)
+    }
+
     pub(super) fn new(fit: &Fit, noise_mse: f64, growing_distance: f64) -> Self {
         let noise = axial_noise(fit.centroid[2] as f32);
         let limit = (growing_distance * fit.mse.sqrt()) as f32;
@@ -41,26 +60,44 @@ impl Seed {
     }
 }
 
-/// The planes that compete for one block: labels, in the order in which they came.
+/// The planes that compete for one block: labels, in the order in which they came, and the sides that each came in by.
 #[derive(Debug, Clone, Copy, Default)]
 struct Candidates {
     labels: [u16; MOST_CANDIDATES],
+    sides: [u8; MOST_CANDIDATES],
     count: u8,
     waiting: bool,
 }
+
+/// A plane has come in by all sides, or has reached all that it can.
+const ALL_SIDES: u8 = 0b1111;
 
 impl Candidates {
     fn labels(&self) -> &[u16] {
         &self.labels[..usize::from(self.count)]
     }
 
-    /// Whether the label is new here and there is room for it.
-    fn add(&mut self, label: u16) -> bool {
+    fn place_of(&self, label: u16) -> Option<usize> {
+        self.labels().iter().position(|&other| other == label)
+    }
+
+    /// Whether a plane has come in by these sides.
+    fn has(&self, label: u16, sides: u8) -> bool {
+        self.place_of(label).is_some_and(|place| self.sides[place] & sides == sides)
+    }
+
+    /// Lets a plane in. Whether that is new here and there is room for it.
+    fn add(&mut self, label: u16, sides: u8) -> bool {
+        if let Some(place) = self.place_of(label) {
+            let is_new = self.sides[place] & sides != sides;
+            self.sides[place] |= sides;
+            return is_new;
+        }
         let count = usize::from(self.count);
-        if count == MOST_CANDIDATES || self.labels[..count].contains(&label) {
+        if count == MOST_CANDIDATES {
             return false;
         }
-        self.labels[count] = label;
+        (self.labels[count], self.sides[count]) = (label, sides);
         self.count += 1;
         true
     }
@@ -153,16 +190,17 @@ impl Growing {
         self.next_queue.clear();
         for block in 0..grid.len() {
             if self.core[block] {
-                self.candidates[block].add(labels[block]);
+                self.candidates[block].add(labels[block], ALL_SIDES);
                 continue;
             }
-            for other in grid.neighbors(block).into_iter().flatten() {
+            for (side, other) in grid.neighbors(block).into_iter().enumerate() {
+                let Some(other) = other else { continue };
                 if self.core[other] && may_enter(scene, block, labels[other]) {
-                    self.candidates[block].add(labels[other]);
+                    self.candidates[block].add(labels[other], 1 << side);
                 }
             }
             if labels[block] != 0 {
-                self.candidates[block].add(labels[block]);
+                self.candidates[block].add(labels[block], ALL_SIDES);
             }
             if self.candidates[block].count > 0 {
                 self.candidates[block].waiting = true;
@@ -173,22 +211,23 @@ impl Growing {
 
     fn grow_into(&mut self, scene: &Scene<'_>, block: usize, pixel_labels: &mut [u16]) {
         self.candidates[block].waiting = false;
+        label_pixels(scene, block, &mut self.candidates[block], pixel_labels);
         let candidates = self.candidates[block];
-        label_pixels(scene, block, candidates.labels(), pixel_labels);
         for (side, other) in scene.grid.neighbors(block).into_iter().enumerate() {
             let Some(other) = other else { continue };
             if self.core[other] {
                 continue;
             }
+            let from = 1 << (side ^ 1);
             for &label in candidates.labels() {
-                if self.candidates[other].labels().contains(&label)
+                if self.candidates[other].has(label, from)
                     || !crosses(scene.grid, block, side, label, pixel_labels)
                     || !may_enter(scene, other, label)
                 {
                     continue;
                 }
                 let place = &mut self.candidates[other];
-                if place.add(label) && !place.waiting {
+                if place.add(label, from) && !place.waiting {
                     place.waiting = true;
                     self.next_queue.push(other as u32);
                 }
@@ -204,34 +243,49 @@ fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
     scene.tolerance.is_block_of(&scene.moments[block], fit.depth_mse, plane)
 }
 
-/// Gives each reading of a block to the nearest of some planes.
-fn label_pixels(scene: &Scene<'_>, block: usize, candidates: &[u16], pixel_labels: &mut [u16]) {
+/// Gives each reading of a block to the nearest of some planes, of those that have a way to it.
+fn label_pixels(scene: &Scene<'_>, block: usize, candidates: &mut Candidates, pixel_labels: &mut [u16]) {
+    let ways = find_ways(scene, block, candidates);
     let grid = scene.grid;
-    let columns = grid.pixel_columns(block);
+    let (columns, rows) = (grid.pixel_columns(block), grid.pixel_rows(block));
     let ray_x = &scene.rays.x[columns.clone()];
-    let mut nearest = [f32::INFINITY; 128];
-    let nearest = &mut nearest[..columns.len().min(128)];
-    for v in grid.pixel_rows(block) {
+    let mut nearest = [f32::INFINITY; LARGEST_SIDE];
+    let nearest = &mut nearest[..columns.len()];
+    for (row, v) in rows.enumerate() {
         let pixels = v * grid.width + columns.start..v * grid.width + columns.end;
-        let depths = &scene.depth[pixels.clone()];
-        let labels = &mut pixel_labels[pixels];
+        let labels = &mut pixel_labels[pixels.clone()];
         labels.fill(0);
         nearest.fill(f32::INFINITY);
-        for &candidate in candidates {
-            let seed = &scene.seeds[usize::from(candidate) - 1];
-            let [nx, ny, nz] = seed.normal;
-            let of_row = ny * scene.rays.y[v] as f32 + nz;
-            for (((label, nearest), &z), &a) in
-                labels.iter_mut().zip(nearest.iter_mut()).zip(depths).zip(ray_x)
+        for (&label, way) in candidates.labels().iter().zip(&ways) {
+            let seed = &scene.seeds[usize::from(label) - 1];
+            let depths = way.depths(&scene.depth[pixels.clone()], row);
+            let of_row = seed.of_row(scene.rays.y[v]);
+            for (((mine, nearest), &z), &a) in
+                labels.iter_mut().zip(nearest.iter_mut()).zip(&depths).zip(ray_x)
             {
-                let distance = (z * (nx * a as f32 + of_row) + seed.d).abs();
-                let joins =
-                    z > 0.0 && distance < seed.limit_per_noise * axial_noise(z) && distance < *nearest;
-                *label = if joins { candidate } else { *label };
+                let distance = seed.distance(z, a, of_row);
+                let joins = z > 0.0 && distance < seed.limit(z) && distance < *nearest;
+                *mine = if joins { label } else { *mine };
                 *nearest = if joins { distance } else { *nearest };
             }
         }
     }
+}
+
+/// Where each candidate can go in a block. One that reaches all that is near it need not come in by another side.
+fn find_ways(scene: &Scene<'_>, block: usize, candidates: &mut Candidates) -> [Reached; MOST_CANDIDATES] {
+    let mut ways: [Reached; MOST_CANDIDATES] = std::array::from_fn(|_| Reached::default());
+    let known = usize::from(candidates.count);
+    let places = candidates.labels[..known].iter().zip(&mut candidates.sides).zip(&mut ways);
+    for ((&label, sides), way) in places {
+        if *sides != ALL_SIDES {
+            way.spread(scene, block, &scene.seeds[usize::from(label) - 1], *sides);
+            if way.is_all_that_is_near() {
+                *sides = ALL_SIDES;
+            }
+        }
+    }
+    ways
 }
 
 /// Whether enough pixels along a side (0 left, 1 right, 2 above, 3 below) of a block have a label.

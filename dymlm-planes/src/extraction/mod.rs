@@ -6,6 +6,8 @@ mod cluster;
 mod config;
 mod extractor;
 mod growing;
+mod meetings;
+mod reached;
 mod segment;
 mod tolerance;
 

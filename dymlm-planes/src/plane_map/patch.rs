@@ -157,17 +157,24 @@ impl Patch {
         self.voxels.retain(is_wanted);
     }
 
-    /// Whether two patches have a voxel in common. O(n).
-    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+    /// Number of voxels that two patches have in common, counted up to `most`. O(n).
+    pub(crate) fn common_voxels(&self, other: &Self, most: usize) -> usize {
+        let mut common = 0;
         let (mut ours, mut theirs) = (self.voxels.iter().peekable(), other.voxels.iter().peekable());
         while let (Some(a), Some(b)) = (ours.peek(), theirs.peek()) {
             match a.key.cmp(&b.key) {
-                std::cmp::Ordering::Equal => return true,
+                std::cmp::Ordering::Equal => {
+                    common += 1;
+                    if common >= most {
+                        break;
+                    }
+                    ours.next()
+                }
                 std::cmp::Ordering::Less => ours.next(),
                 std::cmp::Ordering::Greater => theirs.next(),
             };
         }
-        false
+        common
     }
 
     /// Whether there is a voxel at a point or beside it.
@@ -233,8 +240,9 @@ mod tests {
             prop_assert!(sum.voxels().is_sorted_by_key(|voxel| voxel.key));
             sum.subtract(&b);
             prop_assert_eq!(&sum, &a);
-            let shared = a.voxels().iter().any(|v| b.voxels().iter().any(|w| w.key == v.key));
-            prop_assert_eq!(a.overlaps(&b), shared);
+            let shared = a.voxels().iter().filter(|v| b.voxels().iter().any(|w| w.key == v.key)).count();
+            prop_assert_eq!(a.common_voxels(&b, usize::MAX), shared);
+            prop_assert_eq!(a.common_voxels(&b, 2), shared.min(2));
         }
     }
 }

@@ -1,0 +1,155 @@
+use super::block_grid::LARGEST_SIDE;
+use super::growing::{Scene, Seed};
+
+/// Sides of a block by which a plane comes in: bits in the order of `BlockGrid::neighbors`.
+const LEFT: u8 = 0b0001;
+const RIGHT: u8 = 0b0010;
+const ABOVE: u8 = 0b0100;
+const BELOW: u8 = 0b1000;
+
+/// The pixels of a block that a growing plane has a way to, a bit a pixel: from the sides that it came in by, over pixels that
+/// are near it and touch, be it at a corner.
+///
+/// Planes grow a block at a time. Without this they would leap, within a block, over the gap between two screens that stand side
+/// by side, and far away and aslant a gap of 15 cm is 3 pixels wide.
+///
+/// O(rows of the block) for most shapes: whole rows are spread at once.
+#[derive(Debug)]
+pub(super) struct Reached {
+    rows: [u64; LARGEST_SIDE],
+    is_all: bool,
+}
+
+impl Default for Reached {
+    /// Everything.
+    fn default() -> Self {
+        Self { rows: [u64::MAX; LARGEST_SIDE], is_all: true }
+    }
+}
+
+impl Reached {
+    /// What the plane reaches from some sides of a block.
+    pub(super) fn spread(&mut self, scene: &Scene<'_>, block: usize, seed: &Seed, sides: u8) {
+        let mut near = [0_u64; LARGEST_SIDE];
+        let [width, height] = find_near(scene, block, seed, &mut near);
+        self.spread_over(&near[..height], width, sides);
+    }
+
+    /// Whether no pixel near the plane is left out.
+    pub(super) fn is_all_that_is_near(&self) -> bool {
+        self.is_all
+    }
+
+    /// The depths of a row of the block, 0 where there is no way.
+    pub(super) fn depths(&self, depths: &[f32], row: usize) -> [f32; LARGEST_SIDE] {
+        let mut chosen = [0.0; LARGEST_SIDE];
+        chosen[..depths.len()].copy_from_slice(depths);
+        let way = self.rows[row];
+        if way != u64::MAX {
+            for (k, z) in chosen[..depths.len()].iter_mut().enumerate() {
+                *z = if way >> k & 1 == 1 { *z } else { 0.0 };
+            }
+        }
+        chosen
+    }
+
+    fn spread_over(&mut self, near: &[u64], width: usize, sides: u8) {
+        let height = near.len();
+        let first = u64::from(sides & LEFT != 0);
+        let last = u64::from(sides & RIGHT != 0) << (width - 1);
+        let reached = &mut self.rows[..height];
+        for (row, reached) in reached.iter_mut().enumerate() {
+            let whole = (sides & ABOVE != 0 && row == 0) || (sides & BELOW != 0 && row + 1 == height);
+            *reached = near[row] & if whole { u64::MAX } else { first | last };
+        }
+        loop {
+            let mut grown = false;
+            for row in (0..height).chain((0..height).rev()) {
+                let around = &reached[row.saturating_sub(1)..(row + 2).min(height)];
+                let around = around.iter().fold(0, |all, row| all | row);
+                let with = reached[row] | near[row] & (around | around << 1 | around >> 1);
+                grown |= with != reached[row];
+                reached[row] = with;
+            }
+            if !grown {
+                break;
+            }
+        }
+        self.is_all = reached == near;
+    }
+}
+
+/// Marks the readings of a block that are near enough to a plane to join it; gives the block's width and height.
+fn find_near(scene: &Scene<'_>, block: usize, seed: &Seed, near: &mut [u64; LARGEST_SIDE]) -> [usize; 2] {
+    let (columns, rows) = (scene.grid.pixel_columns(block), scene.grid.pixel_rows(block));
+    let size = [columns.len(), rows.len()];
+    let ray_x = &scene.rays.x[columns.clone()];
+    for (near, v) in near.iter_mut().zip(rows) {
+        let row = v * scene.grid.width;
+        let depths = &scene.depth[row + columns.start..row + columns.end];
+        let of_row = seed.of_row(scene.rays.y[v]);
+        for (k, (&z, &a)) in depths.iter().zip(ray_x).enumerate() {
+            *near |= u64::from(z > 0.0 && seed.distance(z, a, of_row) < seed.limit(z)) << k;
+        }
+    }
+    size
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn reached_from(near: &[u64], width: usize, sides: u8) -> (Vec<u64>, bool) {
+        let mut reached = Reached::default();
+        reached.spread_over(near, width, sides);
+        (reached.rows[..near.len()].to_vec(), reached.is_all)
+    }
+
+    #[test]
+    fn a_gap_of_a_pixel_stops_it() {
+        let near = [0b1110_0111_u64; 8];
+        assert_eq!(reached_from(&near, 8, LEFT), (vec![0b0000_0111; 8], false));
+        assert_eq!(reached_from(&near, 8, RIGHT), (vec![0b1110_0000; 8], false));
+        assert_eq!(reached_from(&near, 8, LEFT | RIGHT), (near.to_vec(), true));
+        assert_eq!(reached_from(&near, 8, ABOVE), (near.to_vec(), true));
+    }
+
+    #[test]
+    fn it_goes_round_corners_and_through_holes() {
+        // A way that winds: in at the left of the last row, out at the top right.
+        let near = [0b1000, 0b0100, 0b0010, 0b1100, 0b0010, 0b0001_u64];
+        assert_eq!(reached_from(&near, 4, LEFT), (near.to_vec(), true));
+        assert_eq!(reached_from(&near, 4, BELOW), (near.to_vec(), true));
+    }
+
+    proptest! {
+        #[test]
+        fn it_is_what_a_flood_pixel_by_pixel_reaches(
+            near in prop::collection::vec(0_u64..1 << 9, 1..10),
+            sides in 0_u8..16,
+        ) {
+            let (width, height) = (9_i64, near.len() as i64);
+            let is_near = |u: i64, v: i64| {
+                (0..width).contains(&u) && (0..height).contains(&v) && near[v as usize] >> u & 1 == 1
+            };
+            let mut expected = vec![0_u64; near.len()];
+            let mut stack: Vec<(i64, i64)> = (0..height)
+                .flat_map(|v| (0..width).map(move |u| (u, v)))
+                .filter(|&(u, v)| {
+                    let entries = [(LEFT, u == 0), (RIGHT, u == width - 1), (ABOVE, v == 0), (BELOW, v == height - 1)];
+                    entries.iter().any(|&(side, at)| at && sides & side != 0)
+                })
+                .collect();
+            while let Some((u, v)) = stack.pop() {
+                if is_near(u, v) && expected[v as usize] >> u & 1 == 0 {
+                    expected[v as usize] |= 1 << u;
+                    stack.extend((-1..=1).flat_map(|dv| (-1..=1).map(move |du| (u + du, v + dv))));
+                }
+            }
+            let is_all = expected == near;
+            prop_assert_eq!(reached_from(&near, width as usize, sides), (expected, is_all));
+        }
+    }
+}
