@@ -4,27 +4,11 @@ use std::time::Instant;
 use dymlm::core::Point;
 use dymlm::tracking::{ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig};
 use dymlm_examples::AnyError;
-use dymlm_sim::{
-    CameraPath, CarriedKind, CarriedMotion, CarriedObject, CarriedThing, Sequence, SequenceConfig,
-};
+use dymlm_sim::{CameraPath, CarriedKind, CarriedObject, CarriedThing, Sequence, SequenceConfig};
 
 use crate::errors::{Errors, Quantiles, is_round};
 use crate::follow::seen;
 use crate::visibility::{IN_VIEW, visible_share};
-
-/// Ten things that a hand carries through the rendered office.
-const SEQUENCES: [(&str, CarriedKind, CarriedMotion); 10] = [
-    ("book tilted", CarriedKind::Book, CarriedMotion::RotationX),
-    ("book moved", CarriedKind::Book, CarriedMotion::Translation),
-    ("book covered", CarriedKind::Book, CarriedMotion::Occlusion),
-    ("keyboard tilted", CarriedKind::Keyboard, CarriedMotion::RotationX),
-    ("keyboard turned", CarriedKind::Keyboard, CarriedMotion::RotationZ),
-    ("bottle leant", CarriedKind::Bottle, CarriedMotion::RotationY),
-    ("bottle shaken", CarriedKind::Bottle, CarriedMotion::Fast),
-    ("cup moved", CarriedKind::Cup, CarriedMotion::Translation),
-    ("box turned", CarriedKind::Box, CarriedMotion::RotationZ),
-    ("box shaken", CarriedKind::Box, CarriedMotion::Fast),
-];
 
 /// Frames a second.
 const RATE: f64 = 30.0;
@@ -96,16 +80,19 @@ pub(crate) fn print_table(only: Option<&str>, has_depth: bool, handheld: bool) -
         "sequence         | distance cm: median  95 %   max | angle deg: median  95 % | covered frames | in view without a \
          right pose: frames  longest s | lost | rests | ms: median  95 %"
     );
-    let chosen = SEQUENCES.iter().filter(|(name, ..)| only.is_none_or(|only| name.contains(only)));
     let mut faults = Vec::new();
-    for &(name, kind, motion) in chosen {
+    for carried in CarriedObject::ten() {
+        let name = carried.to_string();
+        if only.is_some_and(|only| !name.contains(only)) {
+            continue;
+        }
         let mut config = SequenceConfig::default();
         config.people = 0;
         config.frame_rate = RATE;
         config.frames = FRAMES;
         config.path = if handheld { CameraPath::Handheld } else { CameraPath::Xyz };
-        config.carried = Some(CarriedObject::new(kind, motion));
-        let figures = follow(&Sequence::new(&config)?, kind, has_depth, &bounds)?;
+        config.carried = Some(carried);
+        let figures = follow(&Sequence::new(&config)?, carried.kind, has_depth, &bounds)?;
         println!("{name:<16} | {figures}");
         faults.extend(figures.faults(&bounds).into_iter().map(|fault| format!("{name}: {fault}")));
     }

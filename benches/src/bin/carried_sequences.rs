@@ -9,21 +9,9 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
-use dymlm_sim::{CameraPath, CarriedKind, CarriedMotion, CarriedObject, Sequence, SequenceConfig};
+use dymlm_sim::{CameraPath, CarriedObject, Sequence, SequenceConfig};
 
-/// Those of `track_object --ten-sequences`, at half their frame rate.
-const SEQUENCES: [(CarriedKind, CarriedMotion); 10] = [
-    (CarriedKind::Book, CarriedMotion::RotationX),
-    (CarriedKind::Book, CarriedMotion::Translation),
-    (CarriedKind::Book, CarriedMotion::Occlusion),
-    (CarriedKind::Keyboard, CarriedMotion::RotationX),
-    (CarriedKind::Keyboard, CarriedMotion::RotationZ),
-    (CarriedKind::Bottle, CarriedMotion::RotationY),
-    (CarriedKind::Bottle, CarriedMotion::Fast),
-    (CarriedKind::Cup, CarriedMotion::Translation),
-    (CarriedKind::Box, CarriedMotion::RotationZ),
-    (CarriedKind::Box, CarriedMotion::Fast),
-];
+/// Half the frame rate of `track_object --ten-sequences`.
 const RATE: f64 = 15.0;
 const FRAMES: usize = 120;
 
@@ -32,13 +20,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let create = |name: &str| File::create(folder.join(name)).map(BufWriter::new);
     let (mut images, mut targets) = (create("carried.images")?, create("carried.targets")?);
     let mut written = 0;
-    for (index, (kind, motion)) in SEQUENCES.into_iter().enumerate() {
+    for (index, carried) in CarriedObject::ten().into_iter().enumerate() {
         let mut config = SequenceConfig::default();
         config.people = 0;
         config.frame_rate = RATE;
         config.frames = FRAMES;
         config.path = CameraPath::Xyz;
-        config.carried = Some(CarriedObject::new(kind, motion));
+        config.carried = Some(carried);
         for frame in Sequence::new(&config)?.frames() {
             let Some(color) = frame.frame.color() else { continue };
             images.write_all(color.data().as_flattened())?;

@@ -1,4 +1,5 @@
 use std::f32::consts::TAU;
+use std::fmt;
 
 use parry3d::math::{Pose3, Rot3, Vec3};
 
@@ -56,6 +57,44 @@ impl CarriedObject {
     /// A thing and its motion.
     pub fn new(kind: CarriedKind, motion: CarriedMotion) -> Self {
         Self { kind, motion }
+    }
+
+    /// Ten of them for judging trackers: translation, turns about each axis, partial occlusion and fast motion.
+    pub fn ten() -> [Self; 10] {
+        [
+            Self::new(CarriedKind::Book, CarriedMotion::RotationX),
+            Self::new(CarriedKind::Book, CarriedMotion::Translation),
+            Self::new(CarriedKind::Book, CarriedMotion::Occlusion),
+            Self::new(CarriedKind::Keyboard, CarriedMotion::RotationX),
+            Self::new(CarriedKind::Keyboard, CarriedMotion::RotationZ),
+            Self::new(CarriedKind::Bottle, CarriedMotion::RotationY),
+            Self::new(CarriedKind::Bottle, CarriedMotion::Fast),
+            Self::new(CarriedKind::Cup, CarriedMotion::Translation),
+            Self::new(CarriedKind::Box, CarriedMotion::RotationZ),
+            Self::new(CarriedKind::Box, CarriedMotion::Fast),
+        ]
+    }
+}
+
+/// In two words: "book tilted".
+impl fmt::Display for CarriedObject {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let thing = match self.kind {
+            CarriedKind::Book => "book",
+            CarriedKind::Keyboard => "keyboard",
+            CarriedKind::Bottle => "bottle",
+            CarriedKind::Cup => "cup",
+            CarriedKind::Box => "box",
+        };
+        let motion = match self.motion {
+            CarriedMotion::Translation => "moved",
+            CarriedMotion::RotationX => "tilted",
+            CarriedMotion::RotationY => "leant",
+            CarriedMotion::RotationZ => "turned",
+            CarriedMotion::Fast => "shaken",
+            CarriedMotion::Occlusion => "covered",
+        };
+        write!(out, "{thing} {motion}")
     }
 }
 
