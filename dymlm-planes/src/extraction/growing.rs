@@ -251,17 +251,19 @@ fn label_pixels(scene: &Scene<'_>, block: usize, candidates: &mut Candidates, pi
     let ray_x = &scene.rays.x[columns.clone()];
     let mut nearest = [f32::INFINITY; LARGEST_SIDE];
     let nearest = &mut nearest[..columns.len()];
+    let mut chosen = [0.0; LARGEST_SIDE];
     for (row, v) in rows.enumerate() {
         let pixels = v * grid.width + columns.start..v * grid.width + columns.end;
-        let labels = &mut pixel_labels[pixels.clone()];
+        let depths = &scene.depth[pixels.clone()];
+        let labels = &mut pixel_labels[pixels];
         labels.fill(0);
         nearest.fill(f32::INFINITY);
         for (&label, way) in candidates.labels().iter().zip(&ways) {
             let seed = &scene.seeds[usize::from(label) - 1];
-            let depths = way.depths(&scene.depth[pixels.clone()], row);
+            let depths = way.as_ref().map_or(depths, |way| way.choose(depths, row, &mut chosen));
             let of_row = seed.of_row(scene.rays.y[v]);
             for (((mine, nearest), &z), &a) in
-                labels.iter_mut().zip(nearest.iter_mut()).zip(&depths).zip(ray_x)
+                labels.iter_mut().zip(nearest.iter_mut()).zip(depths).zip(ray_x)
             {
                 let distance = seed.distance(z, a, of_row);
                 let joins = z > 0.0 && distance < seed.limit(z) && distance < *nearest;
@@ -272,15 +274,20 @@ fn label_pixels(scene: &Scene<'_>, block: usize, candidates: &mut Candidates, pi
     }
 }
 
-/// Where each candidate can go in a block. One that reaches all that is near it need not come in by another side.
-fn find_ways(scene: &Scene<'_>, block: usize, candidates: &mut Candidates) -> [Reached; MOST_CANDIDATES] {
-    let mut ways: [Reached; MOST_CANDIDATES] = std::array::from_fn(|_| Reached::default());
+/// Where each candidate can go in a block; `None`: everywhere. One that reaches all that is near it need not come in by another
+/// side.
+fn find_ways(
+    scene: &Scene<'_>,
+    block: usize,
+    candidates: &mut Candidates,
+) -> [Option<Reached>; MOST_CANDIDATES] {
+    let mut ways = [const { None }; MOST_CANDIDATES];
     let known = usize::from(candidates.count);
     let places = candidates.labels[..known].iter().zip(&mut candidates.sides).zip(&mut ways);
     for ((&label, sides), way) in places {
         if *sides != ALL_SIDES {
-            way.spread(scene, block, &scene.seeds[usize::from(label) - 1], *sides);
-            if way.is_all_that_is_near() {
+            *way = Reached::from_sides(scene, block, &scene.seeds[usize::from(label) - 1], *sides);
+            if way.is_none() {
                 *sides = ALL_SIDES;
             }
         }

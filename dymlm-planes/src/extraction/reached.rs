@@ -17,65 +17,55 @@ const BELOW: u8 = 0b1000;
 #[derive(Debug)]
 pub(super) struct Reached {
     rows: [u64; LARGEST_SIDE],
-    is_all: bool,
-}
-
-impl Default for Reached {
-    /// Everything.
-    fn default() -> Self {
-        Self { rows: [u64::MAX; LARGEST_SIDE], is_all: true }
-    }
 }
 
 impl Reached {
-    /// What the plane reaches from some sides of a block.
-    pub(super) fn spread(&mut self, scene: &Scene<'_>, block: usize, seed: &Seed, sides: u8) {
-        let mut near = [0_u64; LARGEST_SIDE];
+    /// What the plane reaches from some sides of a block; `None` when no pixel near the plane is left out.
+    pub(super) fn from_sides(scene: &Scene<'_>, block: usize, seed: &Seed, sides: u8) -> Option<Self> {
+        let mut near = [0; LARGEST_SIDE];
         let [width, height] = find_near(scene, block, seed, &mut near);
-        self.spread_over(&near[..height], width, sides);
-    }
-
-    /// Whether no pixel near the plane is left out.
-    pub(super) fn is_all_that_is_near(&self) -> bool {
-        self.is_all
+        let rows = spread(&near[..height], width, sides);
+        (rows != near).then_some(Self { rows })
     }
 
     /// The depths of a row of the block, 0 where there is no way.
-    pub(super) fn depths(&self, depths: &[f32], row: usize) -> [f32; LARGEST_SIDE] {
-        let mut chosen = [0.0; LARGEST_SIDE];
-        chosen[..depths.len()].copy_from_slice(depths);
-        let way = self.rows[row];
-        if way != u64::MAX {
-            for (k, z) in chosen[..depths.len()].iter_mut().enumerate() {
-                *z = if way >> k & 1 == 1 { *z } else { 0.0 };
-            }
+    pub(super) fn choose<'a>(
+        &self,
+        depths: &[f32],
+        row: usize,
+        chosen: &'a mut [f32; LARGEST_SIDE],
+    ) -> &'a [f32] {
+        let chosen = &mut chosen[..depths.len()];
+        for (k, (chosen, &depth)) in chosen.iter_mut().zip(depths).enumerate() {
+            *chosen = if self.rows[row] >> k & 1 == 1 { depth } else { 0.0 };
         }
         chosen
     }
+}
 
-    fn spread_over(&mut self, near: &[u64], width: usize, sides: u8) {
-        let height = near.len();
-        let first = u64::from(sides & LEFT != 0);
-        let last = u64::from(sides & RIGHT != 0) << (width - 1);
-        let reached = &mut self.rows[..height];
-        for (row, reached) in reached.iter_mut().enumerate() {
-            let whole = (sides & ABOVE != 0 && row == 0) || (sides & BELOW != 0 && row + 1 == height);
-            *reached = near[row] & if whole { u64::MAX } else { first | last };
+/// The pixels near a plane that touch each other in a chain from some sides.
+fn spread(near: &[u64], width: usize, sides: u8) -> [u64; LARGEST_SIDE] {
+    let mut rows = [0; LARGEST_SIDE];
+    let height = near.len();
+    let first = u64::from(sides & LEFT != 0);
+    let last = u64::from(sides & RIGHT != 0) << (width - 1);
+    let reached = &mut rows[..height];
+    for (row, reached) in reached.iter_mut().enumerate() {
+        let whole = (sides & ABOVE != 0 && row == 0) || (sides & BELOW != 0 && row + 1 == height);
+        *reached = near[row] & if whole { u64::MAX } else { first | last };
+    }
+    loop {
+        let mut grown = false;
+        for row in (0..height).chain((0..height).rev()) {
+            let around = &reached[row.saturating_sub(1)..(row + 2).min(height)];
+            let around = around.iter().fold(0, |all, row| all | row);
+            let with = reached[row] | near[row] & (around | around << 1 | around >> 1);
+            grown |= with != reached[row];
+            reached[row] = with;
         }
-        loop {
-            let mut grown = false;
-            for row in (0..height).chain((0..height).rev()) {
-                let around = &reached[row.saturating_sub(1)..(row + 2).min(height)];
-                let around = around.iter().fold(0, |all, row| all | row);
-                let with = reached[row] | near[row] & (around | around << 1 | around >> 1);
-                grown |= with != reached[row];
-                reached[row] = with;
-            }
-            if !grown {
-                break;
-            }
+        if !grown {
+            return rows;
         }
-        self.is_all = reached == near;
     }
 }
 
@@ -102,9 +92,9 @@ mod tests {
     use super::*;
 
     fn reached_from(near: &[u64], width: usize, sides: u8) -> (Vec<u64>, bool) {
-        let mut reached = Reached::default();
-        reached.spread_over(near, width, sides);
-        (reached.rows[..near.len()].to_vec(), reached.is_all)
+        let reached = spread(near, width, sides)[..near.len()].to_vec();
+        let is_all = reached == near;
+        (reached, is_all)
     }
 
     #[test]
