@@ -1,3 +1,4 @@
+use dymlm_core::vector3::{cross, norm};
 use dymlm_core::{BoundingBox, Detection, Frame, PinholeCamera, Pose, axial_noise};
 use nalgebra::Vector6;
 
@@ -614,12 +615,12 @@ impl ObjectTracker {
             && (nearest > self.config.view_angle || has_few)
         {
             let sight = Sight { camera: frame.camera(), pyramid: &self.next, depth: frame.depth() };
-            let hiding = Hiding::of(&self.views, frame.camera(), fit);
-            let tells = fit.surface.tells();
-            if !tells && hiding.share() < LEAST_SHOWN {
+            // Where there is depth, that tells what stands before the object.
+            let hiding = (!fit.surface.tells()).then(|| Hiding::of(&self.views, frame.camera(), fit));
+            if hiding.as_ref().is_some_and(|hiding| hiding.share() < LEAST_SHOWN) {
                 return;
             }
-            let is_shown = |pixel| tells || hiding.is_shown(pixel);
+            let is_shown = |pixel| hiding.as_ref().is_none_or(|hiding| hiding.is_shown(pixel));
             let (margin, sigma) = (MARGIN, self.config.model_sigma);
             let view = View::take(sight, &self.model, pose, &mut self.corners, margin, sigma, is_shown);
             self.views.extend(view);
@@ -637,11 +638,13 @@ impl ObjectTracker {
         let share_on_image = |region: BoundingBox| {
             region.clipped(camera.width(), camera.height()).map_or(0.0, |part| part.area() / region.area())
         };
-        let is_in_view = region.map_or(0.0, share_on_image) >= 0.5;
+        if region.map_or(0.0, share_on_image) < 0.5 {
+            return true;
+        }
         // By the points of the views: they are readings, the model's surface may lie elsewhere.
         let places = self.views.iter().flat_map(|view| view.facing(camera, camera_from_object));
         let seen = SurfaceView::of_places(places, camera, frame.depth(), self.config.surface_gate);
-        !is_in_view || (seen.seen >= LEAST_CORNERS && seen.seen_share() > LEAST_STANDING)
+        seen.seen >= LEAST_CORNERS && seen.seen_share() > LEAST_STANDING
     }
 
     /// A frame without points of an object at rest.
@@ -703,17 +706,12 @@ fn placed(camera: &PinholeCamera, pose: &Pose, place: Place) -> Option<Pose> {
     let center = place.center.map(f64::from);
     let origin = camera.back_project(center, place.depth);
     let bearing = |p: [f64; 3]| {
-        let norm = p.iter().map(|x| x * x).sum::<f64>().sqrt();
-        p.map(|x| x / norm)
+        let distance = norm(p);
+        p.map(|x| x / distance)
     };
     // The shortest turn from the old ray to the new one.
-    let (from, to) = (bearing(pose.translation()), bearing(origin));
-    let axis = [
-        from[1] * to[2] - from[2] * to[1],
-        from[2] * to[0] - from[0] * to[2],
-        from[0] * to[1] - from[1] * to[0],
-    ];
-    let sine = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let axis = cross(bearing(pose.translation()), bearing(origin));
+    let sine = norm(axis);
     let angle = sine.clamp(0.0, 1.0).asin();
     let turn =
         crate::pose::rotation_about(if sine > 1e-12 { axis.map(|x| x / sine * angle) } else { [0.0; 3] });
