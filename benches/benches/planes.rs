@@ -4,7 +4,6 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a bench")]
 
 use std::hint::black_box;
-use std::path::PathBuf;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use dymlm_benches::{kinect, room_depth};
@@ -12,6 +11,7 @@ use dymlm_core::{Frame, Pose};
 use dymlm_io::{TumDataset, TumOptions};
 use dymlm_planes::{PlaneConfig, PlaneDetector, PlaneMap, PlaneMapper};
 use dymlm_sim::{Sequence, SequenceConfig};
+use dymlm_test_data::recording;
 
 /// Frames of one place, and where they were seen from.
 struct Input {
@@ -36,9 +36,7 @@ fn inputs() -> Vec<Input> {
 
 /// Every twentieth frame of the recording, if it is there.
 fn kitchen() -> Option<Input> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let data = std::env::var_os("DYMLM_DATA").map_or_else(beside, PathBuf::from);
-    let dataset = TumDataset::open(data.join("kitchen"), &TumOptions::default()).ok()?;
+    let dataset = TumDataset::open(recording("kitchen")?, &TumOptions::default()).ok()?;
     let indices = (0..dataset.frames().len()).step_by(20);
     let frames = indices.filter_map(|index| dataset.load(index).ok());
     Some(Input { name: "kitchen", frames: frames.map(|f| (f.frame, f.world_from_camera)).collect() })

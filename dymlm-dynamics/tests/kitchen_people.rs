@@ -3,9 +3,10 @@
 
 mod common;
 
-use common::{Coverage, data_folder, kitchen};
+use common::{Coverage, kitchen};
 use dymlm_core::Detection;
 use dymlm_dynamics::{DynamicsConfig, MaskMode, Preprocessor};
+use dymlm_test_data::recording;
 
 fn raw_boxes() -> DynamicsConfig {
     let mut config = DynamicsConfig::default();
@@ -38,7 +39,7 @@ struct Row {
 
 #[test]
 fn masks_cover_the_people() {
-    let Some(folder) = data_folder("kitchen_people") else { return };
+    let Some(folder) = recording("kitchen_people") else { return };
     let row = |name, min_score, config: DynamicsConfig, least_recall, least_precision| Row {
         name,
         min_score,

@@ -1,16 +1,14 @@
 //! The tracker as a plain SORT on sequences of the MOT Challenge 2015.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-mod common;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use common::data_folder;
 use dymlm_core::{BoundingBox, Detection};
 use dymlm_dynamics::{BoxSource, BoxTracker, TrackState, TrackerConfig};
 use dymlm_sim::{IdentifiedBox, TrackingScoreConfig, TrackingScorer};
+use dymlm_test_data::recording;
 
 /// Identities and boxes, frame by frame.
 type Tracks = BTreeMap<u32, Vec<(i64, BoundingBox)>>;
@@ -79,7 +77,7 @@ fn score(truth: &Tracks, tracks: &Tracks) -> Score {
 /// by motmetrics too, check the score above.
 #[test]
 fn tracks_at_least_as_well_as_sort() {
-    let Some(folder) = data_folder("mot") else { return };
+    let Some(folder) = recording("mot") else { return };
     for (name, frames, [mota, idf1], [example_mota, example_idf1]) in [
         ("TUD-Campus", 71, [0.626_741, 0.606_452], [0.526_462, 0.557_659]),
         ("TUD-Stadtmitte", 179, [0.717_128, 0.734_674], [0.564_014, 0.644_619]),

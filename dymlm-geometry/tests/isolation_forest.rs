@@ -1,10 +1,9 @@
 //! Isolation forests against scikit-learn's quality, against the definition of their score, and on degenerate rows.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-use std::path::PathBuf;
-
 use dymlm_core::Point;
 use dymlm_geometry::{IsolationForest, IsolationForestConfig, IsolationForestScratch, IsolationTrees};
+use dymlm_test_data::recording;
 use proptest::prelude::*;
 
 fn forest(trees: usize, sample_size: usize, seed: u64) -> IsolationForest {
@@ -56,13 +55,7 @@ fn synthetic_rows() -> (Vec<[f32; 4]>, Vec<bool>) {
 }
 
 fn recorded_rows<const D: usize>(name: &str) -> Option<(Vec<[f32; D]>, Vec<bool>)> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
-    let folder = std::env::var_os("DYMLM_DATA").map_or_else(|| PathBuf::from(beside), PathBuf::from);
-    let path = folder.join("outliers").join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("skipped: no {}", path.display());
-        return None;
-    };
+    let text = std::fs::read_to_string(recording(&format!("outliers/{name}"))?).unwrap();
     let rows = text.lines().skip(1).map(|line| {
         let numbers: Vec<f32> = line.split(',').map(|number| number.parse().unwrap()).collect();
         let (label, row) = numbers.split_last().unwrap();

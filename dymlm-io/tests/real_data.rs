@@ -3,27 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 
 use dymlm_io::{DetectionFile, FrameBuffers, PcdValues, TumDataset, TumOptions, read_pcd};
-
-fn data(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("DYMLM_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")),
-        PathBuf::from,
-    );
-    let path = root.join(name);
-    if path.exists() {
-        Some(path)
-    } else {
-        eprintln!("skipped: {} is not there", path.display());
-        None
-    }
-}
+use dymlm_test_data::recording;
 
 #[test]
 fn the_kitchen_with_people_has_200_frames() {
-    let Some(folder) = data("kitchen_people") else { return };
+    let Some(folder) = recording("kitchen_people") else { return };
     let tum = TumDataset::open(&folder, &TumOptions::default()).unwrap();
     assert_eq!(tum.frames().len(), 200);
     assert!(tum.faults().is_empty() && tum.gaps().is_empty());
@@ -50,7 +36,7 @@ fn the_kitchen_with_people_has_200_frames() {
 
 #[test]
 fn the_cabinet_is_posed_although_its_frames_are_far_apart() {
-    let Some(folder) = data("cabinet") else { return };
+    let Some(folder) = recording("cabinet") else { return };
     let tum = TumDataset::open(&folder, &TumOptions::default()).unwrap();
     assert_eq!(tum.frames().len(), 57);
     // At 1.5 Hz nothing may be interpolated, but every frame has a pose of its own.
@@ -61,7 +47,7 @@ fn the_cabinet_is_posed_although_its_frames_are_far_apart() {
 #[test]
 fn clouds_of_the_segmentation_database_have_labels() {
     for n in [0, 10, 20, 30, 40] {
-        let Some(path) = data(&format!("clouds/mosd/learn{n}.pcd")) else { return };
+        let Some(path) = recording(&format!("clouds/mosd/learn{n}.pcd")) else { return };
         let cloud = read_pcd(path).unwrap();
         assert_eq!((cloud.width(), cloud.height()), (640, 480));
         let PcdValues::U32(labels) = cloud.field("label").unwrap().values() else { panic!("labels are U32") };
@@ -90,7 +76,7 @@ fn clouds_of_the_tutorials_are_read() {
         ("min_cut_segmentation_tutorial", 9_311),
         ("region_growing_tutorial", 108_104),
     ] {
-        let Some(path) = data(&format!("clouds/tutorials/{name}.pcd")) else { return };
+        let Some(path) = recording(&format!("clouds/tutorials/{name}.pcd")) else { return };
         let cloud = read_pcd(path).unwrap();
         assert_eq!(cloud.cloud().len(), points, "{name}");
         assert!(cloud.finite().len() > points / 10, "{name}");

@@ -4,8 +4,9 @@
 
 mod common;
 
-use common::{Random, config, double, shared_data};
+use common::{Random, config, double};
 use dymlm_octree::{ColorMode, Octree, OctreeConfig, RayEnd, RayMode, UnknownCells};
+use dymlm_test_data::recording;
 
 /// The three scans of `insertScattered`.
 fn insert_scattered(map: &mut Octree) {
@@ -138,10 +139,7 @@ fn files_are_read_and_written_back_byte_by_byte() {
 /// A corridor recorded by the University of Freiburg. OctoMap says of it 532566 nodes, 428144 leaves.
 #[test]
 fn the_corridor_is_read_and_written_back() {
-    let Some(path) = shared_data("octomap/geb079.bt") else {
-        eprintln!("skipped: no octomap/geb079.bt");
-        return;
-    };
+    let Some(path) = recording("octomap/geb079.bt") else { return };
     let map = Octree::load_bt(&path, OctreeConfig::default()).unwrap();
     let counts = map.counts();
     assert_eq!((counts.nodes, counts.leaves, map.resolution()), (532_566, 428_144, 0.08));
@@ -161,10 +159,7 @@ fn tree_data(file: &[u8]) -> &[u8] {
 /// number of nodes, leaves, occupied leaves, and the FNV-1a hash of the file, by OctoMap 1.9.7.
 #[test]
 fn the_spherical_scan_gives_the_same_files() {
-    let Some(path) = shared_data("octomap/spherical_scan.graph") else {
-        eprintln!("skipped: no octomap/spherical_scan.graph");
-        return;
-    };
+    let Some(path) = recording("octomap/spherical_scan.graph") else { return };
     let bytes = std::fs::read(path).unwrap();
     let number = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
     let coordinate = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as f32;

@@ -5,10 +5,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use dymlm_core::{DepthImage, PinholeCamera};
 use dymlm_planes::{ExtractionConfig, PlaneExtractor};
+use dymlm_test_data::recording;
 
 /// How well labels of pixels agree with those by hand; 0 is no plane in both.
 #[derive(Debug)]
@@ -64,20 +65,6 @@ impl Agreement {
     }
 }
 
-fn data(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("DYMLM_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")),
-        PathBuf::from,
-    );
-    let path = root.join(name);
-    if path.exists() {
-        Some(path)
-    } else {
-        println!("skipped: {} is not there", path.display());
-        None
-    }
-}
-
 /// Tolerances for images without noise, quantised to less than a millimetre.
 fn exact() -> ExtractionConfig {
     let mut config = ExtractionConfig::default();
@@ -102,7 +89,7 @@ fn read_labels(path: &Path) -> Vec<u16> {
 
 #[test]
 fn labels_agree_with_those_by_hand() {
-    let Some(folder) = data("planes/icl_living_room") else { return };
+    let Some(folder) = recording("planes/icl_living_room") else { return };
     let text = fs::read_to_string(folder.join("camera.json")).unwrap();
     let camera: serde_json::Value = serde_json::from_str(&text).unwrap();
     let number = |key: &str| camera[key].as_f64().unwrap();

@@ -1,13 +1,14 @@
 //! The simulated detector beside a real one: YOLOX-Nano on a recording of people with exact masks.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use dymlm_core::{BoundingBox, Detection, Mask, PinholeCamera};
 use dymlm_sim::{
     DetectionRates, DetectorConfig, DetectorFigures, DetectorStatistics, ExactView, SensorConfig, Sequence,
     SequenceConfig, SimulatedFrame,
 };
+use dymlm_test_data::recording;
 
 /// What `DetectorStatistics` finds on the recording (YOLOX-Nano, score >= 0.25; 200 frames of 640x480 at 6 Hz with 202 views
 /// of two people), to be compared with where there is no data.
@@ -63,11 +64,7 @@ fn assert_near(what: &str, value: f64, expected: f64, tolerance: f64) {
 
 #[test]
 fn the_committed_figures_are_those_of_the_recording() {
-    let Some(folder) = data_folder() else {
-        eprintln!("skipped: no folder kitchen_people in DYMLM_DATA or ../shared/data");
-        return;
-    };
-    let folder = folder.join("kitchen_people");
+    let Some(folder) = recording("kitchen_people") else { return };
     let mut statistics = DetectorStatistics::new("person");
     for (name, detections) in frame_names(&folder).iter().zip(detections(&folder)) {
         let masks = person_masks(&folder, name);
@@ -282,12 +279,6 @@ fn misses_come_in_bursts_of_the_set_length() {
     let (short, long) = (mean(0.01), mean(1.0));
     assert_near("short bursts", short, 1.25, 0.15);
     assert!(long > 4.0 * short, "{long} against {short} frames");
-}
-
-fn data_folder() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("DYMLM_DATA").map_or(beside, PathBuf::from);
-    folder.join("kitchen_people").is_dir().then_some(folder)
 }
 
 /// File names of the frames without ending.

@@ -2,10 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use dymlm_core::{BoundingBox, DepthImage, Frame, Mask, PinholeCamera, Point, Pose};
 use dymlm_sim::{ReferenceCloud, ReferenceScore};
+use dymlm_test_data::recording;
 use proptest::prelude::*;
 
 /// A frame of one row whose pixels lie at the given depths.
@@ -91,11 +92,8 @@ fn nothing_is_scored_as_nothing() {
 /// 2.087 and 6.268 % here, pixel centres within half-open boxes 2.058 and 6.240 %.
 #[test]
 fn the_kitchen_gives_its_known_figures() {
-    let Some(data) = data_folder() else {
-        eprintln!("skipped: no folder kitchen_people in DYMLM_DATA or ../shared/data");
-        return;
-    };
-    let [clean, people] = ["kitchen", "kitchen_people"].map(|name| data.join(name));
+    let Some(people) = recording("kitchen_people") else { return };
+    let clean = people.with_file_name("kitchen");
     let camera = camera(&clean);
     let poses = poses(&clean);
     let names = frame_names(&people);
@@ -164,12 +162,6 @@ fn stitch(maps: &mut [Stitched; 4], masks: &[Mask; 4], frame: &Frame, world_from
         }
     }
     maps.iter_mut().zip(runs).filter(|(_, run)| run.1.1 > 0.0).for_each(|(map, run)| put(map, run));
-}
-
-fn data_folder() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("DYMLM_DATA").map_or(beside, PathBuf::from);
-    folder.join("kitchen_people").is_dir().then_some(folder)
 }
 
 fn camera(folder: &Path) -> PinholeCamera {

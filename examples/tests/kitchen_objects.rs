@@ -4,15 +4,13 @@
 //! truth is exact, are the objects columns of the example `evaluate`.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-mod common;
-
 use std::path::Path;
 
-use common::data;
 use dymlm::objects::MapObject;
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_examples::FrameSource;
 use dymlm_io::TumOptions;
+use dymlm_test_data::recording;
 
 /// A thing that was counted by eye in the colour images of `kitchen`. Its place was read off the map and checked by
 /// projecting it into images from several sides; the keyboard's and the near right chair's, which the map lacks, were estimated
@@ -74,7 +72,7 @@ const MOST_WRONG: usize = 4;
 #[test]
 fn each_thing_is_there_once() {
     for name in ["kitchen", "kitchen_people"] {
-        let Some(folder) = data(name) else { return };
+        let Some(folder) = recording(name) else { return };
         let objects = map(&folder);
         println!("{name}: {} objects", objects.len());
         let mut counted = vec![false; objects.len()];

@@ -5,17 +5,15 @@
 //! counterparts, whose truth is exact, are the quick rows of the example `evaluate`.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use common::data;
 use dymlm::core::Detection;
 use dymlm::planes::{MapPlane, PlaneMap};
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_examples::FrameSource;
 use dymlm_io::TumOptions;
+use dymlm_test_data::recording;
 
 /// A surface of the kitchen. Its place was read off the map of `kitchen` and checked by eye in the pictures; all else
 /// about it is judged.
@@ -81,7 +79,7 @@ const OFFSET: f64 = 0.05;
 #[test]
 fn surfaces_are_planes_and_people_are_none() {
     for name in ["kitchen_people", "kitchen"] {
-        let Some(folder) = data(name) else { return };
+        let Some(folder) = recording(name) else { return };
         let kitchen = Kitchen::map(&folder, |detections| detections);
         println!("{name}: {} planes, {} confirmed", kitchen.planes.len(), kitchen.planes.confirmed().count());
         let failed: Vec<&str> = SURFACES
@@ -101,7 +99,7 @@ fn surfaces_are_planes_and_people_are_none() {
 /// Without detections people do become planes: the check above can fail.
 #[test]
 fn undetected_people_are_noticed() {
-    let Some(folder) = data("kitchen_people") else { return };
+    let Some(folder) = recording("kitchen_people") else { return };
     let kitchen = Kitchen::map(&folder, |_| Vec::new());
     let on_people = kitchen.people_shares().filter(|&(_, share)| share > 0.5).count();
     println!("without detections {on_people} planes are mostly people");

@@ -6,19 +6,6 @@ use std::path::{Path, PathBuf};
 
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
 
-/// The folder of test data, if this machine has it; prints a line when it has not.
-pub(crate) fn data_folder(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("DYMLM_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
-    let folder = root.join(name);
-    if folder.is_dir() {
-        Some(folder)
-    } else {
-        println!("skipped: no test data at {}", folder.display());
-        None
-    }
-}
-
 /// One recorded frame and its truth.
 pub(crate) struct Recorded {
     pub(crate) frame: Frame,

@@ -187,13 +187,3 @@ pub(crate) fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 pub(crate) fn norm(v: [f32; 3]) -> f64 {
     f64::from(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
 }
-
-/// The folder of shared data, when there is one.
-pub(crate) fn shared_data(name: &str) -> Option<std::path::PathBuf> {
-    let root = std::env::var_os("DYMLM_DATA").map_or_else(
-        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
-        std::path::PathBuf::from,
-    );
-    let path = root.join(name);
-    path.exists().then_some(path)
-}
