@@ -46,6 +46,7 @@ impl Moments {
         sum
     }
 
+    #[cfg(test)]
     pub(crate) fn add_point(&mut self, [x, y, z]: [f64; 3], weight: f64) {
         self.add(&Self {
             weight,

@@ -7,7 +7,7 @@ use crate::moments::Moments;
 /// at all: it enters once a column, not once a pixel.
 #[derive(Debug, Clone, Copy)]
 struct ColumnSums<const N: usize> {
-    count: [f64; N],
+    count: [f32; N],
     z: [f64; N],
     bz: [f64; N],
     zz: [f64; N],
@@ -15,33 +15,32 @@ struct ColumnSums<const N: usize> {
     bbzz: [f64; N],
 }
 
-/// Sums up the points of every block in one pass over the depth (0 = no reading), in f64.
+/// Sums up the points of a row of blocks, in f64. `depths` are the rows of pixels that they lie in (0 = no reading).
 ///
-/// O(pixels), six multiplications a pixel, two or more columns at a time.
-pub(super) fn sum_blocks(depth: &[f32], grid: &BlockGrid, rays: &Rays, out: &mut Vec<Moments>) {
-    out.clear();
-    out.resize(grid.len(), Moments::default());
-    for (row, blocks) in out.chunks_exact_mut(grid.columns).enumerate() {
-        let pixel_rows = grid.pixel_rows(row * grid.columns);
-        let depths = &depth[pixel_rows.start * grid.width..pixel_rows.end * grid.width];
-        let ray_y = &rays.y[pixel_rows];
-        let paired = grid.width / 4 * 4;
-        for u in (0..paired).step_by(4) {
-            let sums = sum_columns::<4>(depths, grid.width, u, ray_y);
-            add_columns(&sums, u, grid.side, &rays.x, blocks);
+/// O(pixels), four multiplications a pixel, some columns at a time.
+pub(super) fn sum_blocks(depths: &[f32], grid: &BlockGrid, row: usize, rays: &Rays, out: &mut Vec<Moments>) {
+    let first = row * grid.columns;
+    let ray_y = &rays.y[grid.pixel_rows(first)];
+    out.extend((first..first + grid.columns).map(|block| {
+        let columns = grid.pixel_columns(block);
+        let mut moments = Moments::default();
+        let mut u = columns.start;
+        while u + 2 <= columns.end {
+            add_columns(&sum_columns::<2>(depths, grid.width, u, ray_y), &rays.x[u..], &mut moments);
+            u += 2;
         }
-        for u in paired..grid.width {
-            let sums = sum_columns::<1>(depths, grid.width, u, ray_y);
-            add_columns(&sums, u, grid.side, &rays.x, blocks);
+        for u in u..columns.end {
+            add_columns(&sum_columns::<1>(depths, grid.width, u, ray_y), &rays.x[u..], &mut moments);
         }
-    }
+        moments
+    }));
 }
 
 /// Sums of columns u..u + N over some rows of the image.
 #[inline]
 fn sum_columns<const N: usize>(depths: &[f32], width: usize, u: usize, ray_y: &[f64]) -> ColumnSums<N> {
     let zero = [0.0; N];
-    let mut sums = ColumnSums { count: zero, z: zero, bz: zero, zz: zero, bzz: zero, bbzz: zero };
+    let mut sums = ColumnSums { count: [0.0; N], z: zero, bz: zero, zz: zero, bzz: zero, bbzz: zero };
     for (row, &b) in depths.chunks_exact(width).zip(ray_y) {
         let Some(readings) = row[u..].first_chunk::<N>() else { continue };
         for (k, &reading) in readings.iter().enumerate() {
@@ -60,18 +59,11 @@ fn sum_columns<const N: usize>(depths: &[f32], width: usize, u: usize, ray_y: &[
 }
 
 #[inline]
-fn add_columns<const N: usize>(
-    sums: &ColumnSums<N>,
-    u: usize,
-    side: usize,
-    ray_x: &[f64],
-    blocks: &mut [Moments],
-) {
-    for k in 0..N {
-        let a = ray_x[u + k];
+fn add_columns<const N: usize>(sums: &ColumnSums<N>, ray_x: &[f64], moments: &mut Moments) {
+    for (k, a) in ray_x[..N].iter().enumerate() {
         let azz = a * sums.zz[k];
-        blocks[(u + k) / side].add(&Moments {
-            weight: sums.count[k],
+        moments.add(&Moments {
+            weight: f64::from(sums.count[k]),
             first: [a * sums.z[k], sums.bz[k], sums.z[k]],
             second: [a * azz, a * sums.bzz[k], azz, sums.bbzz[k], sums.bzz[k], sums.zz[k]],
         });

@@ -9,14 +9,28 @@ use crate::moments::{Fit, Moments};
 /// No block, no entry.
 const NONE: u32 = u32::MAX;
 
-/// A cluster of blocks that is waiting to grow.
+/// A cluster merges with one of every so many neighbours, and at least one, before its neighbours are listed again ...
+const NEIGHBORS_PER_MERGE: usize = 16;
+/// ... as long as it stays as flat as this times the flattest that waits.
+const TURN: f64 = 1.03;
+
+/// A cluster of blocks that is waiting to grow: the bits of its mean squared distance in single precision, which are in the
+/// order of the numbers since none is negative, then its number. Another distance now means that the entry is out of date.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Waiting {
-    /// Bits of the mean squared distance: never negative, so they are in the order of the numbers.
-    mse_bits: u64,
-    cluster: u32,
-    /// Number of blocks when it was put into the heap; another one now means that the entry is out of date.
-    blocks: u32,
+struct Waiting(u64);
+
+impl Waiting {
+    fn new(cluster: u32, mse: f64) -> Self {
+        Self(u64::from((mse as f32).to_bits()) << 32 | u64::from(cluster))
+    }
+
+    fn cluster(self) -> u32 {
+        self.0 as u32
+    }
+
+    fn mse(self) -> f64 {
+        f64::from(f32::from_bits((self.0 >> 32) as u32))
+    }
 }
 
 /// Agglomerative hierarchical clustering of blocks (Feng 2014, algorithm 1).
@@ -70,16 +84,34 @@ impl Clustering {
         self.begin(grid, moments, fits, edges);
         let mut visit = 0;
         while let Some(Reverse(waiting)) = self.heap.pop() {
-            let cluster = waiting.cluster;
+            let cluster = waiting.cluster();
             let index = cluster as usize;
-            if self.parent[index] != cluster || self.blocks[index] != waiting.blocks {
+            if self.parent[index] != cluster || waiting != Waiting::new(cluster, self.fits[index].mse) {
                 continue;
             }
             visit += 1;
             self.find_candidates(cluster, visit);
-            if let Some((other, fit)) = self.best_candidate(cluster, tolerance) {
-                self.merge(cluster, other, fit);
+            self.grow(cluster, tolerance);
+        }
+    }
+
+    /// Merges a cluster with the neighbour that leaves it flattest. A large one, which would soon be back, takes several of its
+    /// neighbours: to list a hundred for each merge takes most of the time on large planes, and their order hardly changes.
+    fn grow(&mut self, cluster: u32, tolerance: &Tolerance) {
+        let most = (self.candidates.len() / NEIGHBORS_PER_MERGE).max(1);
+        let mut grown = None;
+        for _ in 0..most {
+            let Some((position, fit)) = self.best_candidate(cluster, tolerance) else { break };
+            let other = self.candidates.swap_remove(position).cluster;
+            let into = self.merge(cluster, other, fit);
+            grown = Some((into, fit.mse));
+            let next = self.heap.peek().map_or(f64::INFINITY, |Reverse(next)| next.mse());
+            if into != cluster || fit.mse > TURN * next {
+                break;
             }
+        }
+        if let Some((cluster, mse)) = grown {
+            self.heap.push(Reverse(Waiting::new(cluster, mse)));
         }
     }
 
@@ -136,11 +168,10 @@ impl Clustering {
                 self.link(block + grid.columns, block);
             }
         }
-        for (block, fit) in fits.iter().enumerate() {
-            if let Some(fit) = fit {
-                self.push(block as u32, fit.mse);
-            }
-        }
+        let waiting = fits.iter().enumerate();
+        let waiting =
+            waiting.filter_map(|(block, fit)| Some(Reverse(Waiting::new(block as u32, fit.as_ref()?.mse))));
+        self.heap.extend(waiting);
     }
 
     fn link(&mut self, block: usize, neighbor: usize) {
@@ -152,11 +183,6 @@ impl Clustering {
             tail => self.next[tail as usize] = entry,
         }
         self.tails[block] = entry;
-    }
-
-    fn push(&mut self, cluster: u32, mse: f64) {
-        let blocks = self.blocks[cluster as usize];
-        self.heap.push(Reverse(Waiting { mse_bits: mse.to_bits(), cluster, blocks }));
     }
 
     /// Lists the neighbours of a cluster once each, with the flatness of the plane of both; entries that have become
@@ -190,7 +216,7 @@ impl Clustering {
     }
 
     /// The neighbour that leaves the plane of both flattest, of those that may merge.
-    fn best_candidate(&mut self, cluster: u32, tolerance: &Tolerance) -> Option<(u32, Fit)> {
+    fn best_candidate(&mut self, cluster: u32, tolerance: &Tolerance) -> Option<(usize, Fit)> {
         let own = self.moments[cluster as usize];
         let own_fit = self.fits[cluster as usize];
         loop {
@@ -208,13 +234,14 @@ impl Clustering {
             let agree = dot(own_fit.normal, self.fits[other].normal) >= tolerance.cos_merge_angle;
             let noise = [self.noise_mse(cluster as usize), self.noise_mse(other)];
             if agree && let Some(fit) = fit_of_both([&own, &self.moments[other]], noise, tolerance) {
-                return Some((best.cluster, fit));
+                return Some((position, fit));
             }
             self.candidates.swap_remove(position);
         }
     }
 
-    fn merge(&mut self, cluster: u32, other: u32, fit: Fit) {
+    /// Puts two clusters together, and gives the number that both have from now on.
+    fn merge(&mut self, cluster: u32, other: u32, fit: Fit) -> u32 {
         let (a, b) = (cluster as usize, other as usize);
         let (into, from) = if self.blocks[a] >= self.blocks[b] { (a, b) } else { (b, a) };
         self.parent[from] = into as u32;
@@ -229,7 +256,7 @@ impl Clustering {
         if self.tails[from] != NONE {
             self.tails[into] = self.tails[from];
         }
-        self.push(into as u32, fit.mse);
+        into as u32
     }
 }
 

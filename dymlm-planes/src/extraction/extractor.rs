@@ -139,8 +139,7 @@ impl PlaneExtractor {
         self.grid = BlockGrid::new(camera, &self.config);
         self.rays.set(camera);
 
-        self.choose_readings(depth, static_mask);
-        sum_blocks(&self.depth, &self.grid, &self.rays, &mut self.moments);
+        self.read(depth, static_mask);
         self.fit_blocks();
         self.drop_rough_blocks(camera);
         self.join_blocks();
@@ -166,15 +165,30 @@ impl PlaneExtractor {
         &self.config
     }
 
-    /// Copies the depth, with 0 where a reading is masked or out of range.
-    fn choose_readings(&mut self, depth: &DepthImage, static_mask: Option<&Mask>) {
-        let (near, far) = (self.config.min_depth as f32, self.config.max_depth as f32);
+    /// Chooses the readings and sums them up by blocks, a row of blocks at a time: chosen, they are still at hand.
+    fn read(&mut self, depth: &DepthImage, static_mask: Option<&Mask>) {
         self.depth.clear();
-        self.depth.extend(depth.data().iter().map(|&z| if z >= near && z <= far { z } else { 0.0 }));
+        self.moments.clear();
+        for row in 0..self.grid.rows {
+            let rows = self.grid.pixel_rows(row * self.grid.columns);
+            let pixels = rows.start * self.grid.width..rows.end * self.grid.width;
+            self.choose_readings(
+                &depth.data()[pixels.clone()],
+                static_mask.map(|mask| &mask.data()[pixels.clone()]),
+            );
+            sum_blocks(&self.depth[pixels], &self.grid, row, &self.rays, &mut self.moments);
+        }
+    }
+
+    /// Copies depths, with 0 where a reading is masked or out of range.
+    fn choose_readings(&mut self, depths: &[f32], static_mask: Option<&[bool]>) {
+        let (near, far) = (self.config.min_depth as f32, self.config.max_depth as f32);
+        let in_range = |z: f32| if z >= near && z <= far { z } else { 0.0 };
         if let Some(mask) = static_mask {
-            for (z, &chosen) in self.depth.iter_mut().zip(mask.data()) {
-                *z = if chosen { *z } else { 0.0 };
-            }
+            let chosen = depths.iter().zip(mask).map(|(&z, &chosen)| if chosen { in_range(z) } else { 0.0 });
+            self.depth.extend(chosen);
+        } else {
+            self.depth.extend(depths.iter().map(|&z| in_range(z)));
         }
     }
 

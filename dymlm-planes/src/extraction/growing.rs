@@ -1,7 +1,7 @@
 use dymlm_core::axial_noise;
 
-use super::block_grid::{BlockGrid, LARGEST_SIDE, Rays};
-use super::reached::Reached;
+use super::block_grid::{BlockGrid, Rays};
+use super::reached::{Reach, keep_reached};
 use super::tolerance::Tolerance;
 use crate::linear_algebra::dot;
 use crate::moments::{Fit, Moments};
@@ -30,20 +30,16 @@ pub(super) struct Seed {
 impl Seed {
     /// The part of the distance that all pixels of a row share.
     #[inline]
-    pub(super) fn of_row(&self, ray_y: f64) -> f32 {
+    fn of_row(&self, ray_y: f64) -> f32 {
         self.normal[1] * ray_y as f32 + self.normal[2]
     }
 
-    /// Distance of a reading from the plane, metres.
+    /// Distance of a reading from the plane, metres; infinity when it is too far off to join.
     #[inline]
-    pub(super) fn distance(&self, z: f32, ray_x: f64, of_row: f32) -> f32 {
-        (z * (self.normal[0] * ray_x as f32 + of_row) + self.d).abs()
-    }
-
-    /// Readings nearer than this join.
-    #[inline]
-    pub(super) fn limit(&self, z: f32) -> f32 {
-        self.limit_per_noise * axial_noise(z)
+    fn distance_if_near(&self, z: f32, ray_x: f32, of_row: f32) -> f32 {
+        let distance = (z * (self.normal[0] * ray_x + of_row) + self.d).abs();
+        let limit = if z > 0.0 { self.limit_per_noise * axial_noise(z) } else { 0.0 };
+        if distance < limit { distance } else { f32::INFINITY }
     }
 
     pub(super) fn new(fit: &Fit, noise_mse: f64, growing_distance: f64) -> Self {
@@ -119,7 +115,21 @@ pub(super) struct Growing {
     next_queue: Vec<u32>,
     /// Blocks and core blocks of each label.
     blocks: Vec<[u32; 2]>,
+    buffers: BlockBuffers,
 }
+
+/// What is known of each pixel of the block that is grown into, row by row.
+#[derive(Debug, Clone, Default)]
+struct BlockBuffers {
+    /// Distance from one plane; infinity where it may not go.
+    distances: Vec<f32>,
+    /// Distance from the nearest plane so far, and which that is.
+    nearest: Vec<f32>,
+    labels: Vec<u32>,
+}
+
+/// Pixels that are measured side by side.
+const OCTET: usize = 8;
 
 /// What growing reads.
 #[derive(Debug, Clone, Copy)]
@@ -211,7 +221,7 @@ impl Growing {
 
     fn grow_into(&mut self, scene: &Scene<'_>, block: usize, pixel_labels: &mut [u16]) {
         self.candidates[block].waiting = false;
-        label_pixels(scene, block, &mut self.candidates[block], pixel_labels);
+        label_pixels(scene, block, &mut self.candidates[block], &mut self.buffers, pixel_labels);
         let candidates = self.candidates[block];
         for (side, other) in scene.grid.neighbors(block).into_iter().enumerate() {
             let Some(other) = other else { continue };
@@ -243,56 +253,57 @@ fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
     scene.tolerance.is_block_of(&scene.moments[block], fit.depth_mse, plane)
 }
 
-/// Gives each reading of a block to the nearest of some planes, of those that have a way to it.
-fn label_pixels(scene: &Scene<'_>, block: usize, candidates: &mut Candidates, pixel_labels: &mut [u16]) {
-    let ways = find_ways(scene, block, candidates);
-    let grid = scene.grid;
-    let (columns, rows) = (grid.pixel_columns(block), grid.pixel_rows(block));
-    let ray_x = &scene.rays.x[columns.clone()];
-    let mut nearest = [f32::INFINITY; LARGEST_SIDE];
-    let nearest = &mut nearest[..columns.len()];
-    let mut chosen = [0.0; LARGEST_SIDE];
-    for (row, v) in rows.enumerate() {
-        let pixels = v * grid.width + columns.start..v * grid.width + columns.end;
-        let depths = &scene.depth[pixels.clone()];
-        let labels = &mut pixel_labels[pixels];
-        labels.fill(0);
-        nearest.fill(f32::INFINITY);
-        for (&label, way) in candidates.labels().iter().zip(&ways) {
-            let seed = &scene.seeds[usize::from(label) - 1];
-            let depths = way.as_ref().map_or(depths, |way| way.choose(depths, row, &mut chosen));
-            let of_row = seed.of_row(scene.rays.y[v]);
-            for (((mine, nearest), &z), &a) in
-                labels.iter_mut().zip(nearest.iter_mut()).zip(depths).zip(ray_x)
-            {
-                let distance = seed.distance(z, a, of_row);
-                let joins = z > 0.0 && distance < seed.limit(z) && distance < *nearest;
-                *mine = if joins { label } else { *mine };
-                *nearest = if joins { distance } else { *nearest };
-            }
+/// Gives each reading of a block to the nearest of some planes, of those that have a way to it. A plane that reaches all that is
+/// near it need not come in by another side.
+fn label_pixels(
+    scene: &Scene<'_>,
+    block: usize,
+    candidates: &mut Candidates,
+    buffers: &mut BlockBuffers,
+    pixel_labels: &mut [u16],
+) {
+    let (columns, rows) = (scene.grid.pixel_columns(block), scene.grid.pixel_rows(block));
+    let BlockBuffers { distances, nearest, labels } = buffers;
+    nearest.clear();
+    nearest.resize(scene.grid.area(block), f32::INFINITY);
+    labels.clear();
+    labels.resize(nearest.len(), 0);
+    for (place, &label) in candidates.labels[..usize::from(candidates.count)].iter().enumerate() {
+        let sides = &mut candidates.sides[place];
+        find_near(scene, block, &scene.seeds[usize::from(label) - 1], distances);
+        if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides) == Reach::All {
+            *sides = ALL_SIDES;
+        }
+        for ((mine, nearest), &distance) in labels.iter_mut().zip(nearest.iter_mut()).zip(distances.iter()) {
+            *mine = if distance < *nearest { u32::from(label) } else { *mine };
+            *nearest = nearest.min(distance);
+        }
+    }
+    for (v, own) in rows.zip(labels.chunks_exact(columns.len())) {
+        let row = v * scene.grid.width;
+        for (label, own) in pixel_labels[row + columns.start..row + columns.end].iter_mut().zip(own) {
+            *label = *own as u16;
         }
     }
 }
 
-/// Where each candidate can go in a block; `None`: everywhere. One that reaches all that is near it need not come in by another
-/// side.
-fn find_ways(
-    scene: &Scene<'_>,
-    block: usize,
-    candidates: &mut Candidates,
-) -> [Option<Reached>; MOST_CANDIDATES] {
-    let mut ways = [const { None }; MOST_CANDIDATES];
-    let known = usize::from(candidates.count);
-    let places = candidates.labels[..known].iter().zip(&mut candidates.sides).zip(&mut ways);
-    for ((&label, sides), way) in places {
-        if *sides != ALL_SIDES {
-            *way = Reached::from_sides(scene, block, &scene.seeds[usize::from(label) - 1], *sides);
-            if way.is_none() {
-                *sides = ALL_SIDES;
-            }
+/// Measures how far each reading of a block is from a plane, row by row; infinity where it is not near enough to join.
+fn find_near(scene: &Scene<'_>, block: usize, seed: &Seed, distances: &mut Vec<f32>) {
+    let columns = scene.grid.pixel_columns(block);
+    let (ray_x, last_ray_x) = scene.rays.x_single[columns.clone()].as_chunks::<OCTET>();
+    distances.clear();
+    for v in scene.grid.pixel_rows(block) {
+        let row = v * scene.grid.width;
+        let (depths, last_depths) = scene.depth[row + columns.start..row + columns.end].as_chunks::<OCTET>();
+        let of_row = seed.of_row(scene.rays.y[v]);
+        for (depths, ray_x) in depths.iter().zip(ray_x) {
+            distances.extend_from_slice(&std::array::from_fn::<_, OCTET, _>(|k| {
+                seed.distance_if_near(depths[k], ray_x[k], of_row)
+            }));
         }
+        let last = last_depths.iter().zip(last_ray_x);
+        distances.extend(last.map(|(&z, &a)| seed.distance_if_near(z, a, of_row)));
     }
-    ways
 }
 
 /// Whether enough pixels along a side (0 left, 1 right, 2 above, 3 below) of a block have a label.
@@ -323,14 +334,39 @@ pub(super) fn sum_pixels(
 ) {
     let columns = grid.pixel_columns(block);
     for v in grid.pixel_rows(block) {
-        let b = rays.y[v];
-        for u in columns.clone() {
-            let pixel = v * grid.width + u;
-            let label = usize::from(pixel_labels[pixel]);
-            if label > 0 {
-                let z = f64::from(depth[pixel]);
-                sums[label - 1].add_point([rays.x[u] * z, b * z, z], 1.0);
+        let row = v * grid.width;
+        let labels = &pixel_labels[row + columns.start..row + columns.end];
+        let mut u = columns.start;
+        for run in labels.chunk_by(|a, b| a == b) {
+            let end = u + run.len();
+            if run[0] > 0 {
+                sum_run(
+                    &depth[row + u..row + end],
+                    &rays.x[u..end],
+                    rays.y[v],
+                    &mut sums[usize::from(run[0]) - 1],
+                );
             }
+            u = end;
         }
     }
+}
+
+/// Adds the points of some pixels of a row at ray height `b`, which enters once.
+fn sum_run(depths: &[f32], ray_x: &[f64], b: f64, sums: &mut Moments) {
+    let [mut z, mut az, mut zz, mut azz, mut aazz] = [0.0; 5];
+    for (&reading, a) in depths.iter().zip(ray_x) {
+        let reading = f64::from(reading);
+        let (square, along) = (reading * reading, a * reading);
+        z += reading;
+        az += along;
+        zz += square;
+        azz += along * reading;
+        aazz += along * along;
+    }
+    sums.add(&Moments {
+        weight: depths.len() as f64,
+        first: [az, b * z, z],
+        second: [aazz, b * azz, azz, b * b * zz, b * zz, zz],
+    });
 }

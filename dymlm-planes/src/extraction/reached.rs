@@ -1,5 +1,4 @@
 use super::block_grid::LARGEST_SIDE;
-use super::growing::{Scene, Seed};
 
 /// Sides of a block by which a plane comes in: bits in the order of `BlockGrid::neighbors`.
 const LEFT: u8 = 0b0001;
@@ -7,40 +6,45 @@ const RIGHT: u8 = 0b0010;
 const ABOVE: u8 = 0b0100;
 const BELOW: u8 = 0b1000;
 
-/// The pixels of a block that a growing plane has a way to, a bit a pixel: from the sides that it came in by, over pixels that
-/// are near it and touch, be it at a corner.
+/// How much of what is near a plane in a block it has a way to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reach {
+    Part,
+    All,
+}
+
+/// Keeps those pixels of a block, `width` to a row, that a growing plane has a way to: from the sides that it came in by, over
+/// pixels that are near it (of finite distance) and touch, be it at a corner. The others' distances become infinite.
 ///
 /// Planes grow a block at a time. Without this they would leap, within a block, over the gap between two screens that stand side
 /// by side, and far away and aslant a gap of 15 cm is 3 pixels wide.
 ///
 /// O(rows of the block) for most shapes: whole rows are spread at once.
-#[derive(Debug)]
-pub(super) struct Reached {
-    rows: [u64; LARGEST_SIDE],
+pub(super) fn keep_reached(distances: &mut [f32], width: usize, sides: u8) -> Reach {
+    let mut near = [0; LARGEST_SIDE];
+    let height = distances.len() / width;
+    for (near, row) in near.iter_mut().zip(distances.chunks_exact(width)) {
+        *near = bits_of(row);
+    }
+    let reached = spread(&near[..height], width, sides);
+    if reached[..height] == near[..height] {
+        return Reach::All;
+    }
+    for (row, &reached) in distances.chunks_exact_mut(width).zip(&reached) {
+        for (k, distance) in row.iter_mut().enumerate() {
+            *distance = if reached >> k & 1 == 1 { *distance } else { f32::INFINITY };
+        }
+    }
+    Reach::Part
 }
 
-impl Reached {
-    /// What the plane reaches from some sides of a block; `None` when no pixel near the plane is left out.
-    pub(super) fn from_sides(scene: &Scene<'_>, block: usize, seed: &Seed, sides: u8) -> Option<Self> {
-        let mut near = [0; LARGEST_SIDE];
-        let [width, height] = find_near(scene, block, seed, &mut near);
-        let rows = spread(&near[..height], width, sides);
-        (rows != near).then_some(Self { rows })
-    }
-
-    /// The depths of a row of the block, 0 where there is no way.
-    pub(super) fn choose<'a>(
-        &self,
-        depths: &[f32],
-        row: usize,
-        chosen: &'a mut [f32; LARGEST_SIDE],
-    ) -> &'a [f32] {
-        let chosen = &mut chosen[..depths.len()];
-        for (k, (chosen, &depth)) in chosen.iter_mut().zip(depths).enumerate() {
-            *chosen = if self.rows[row] >> k & 1 == 1 { depth } else { 0.0 };
-        }
-        chosen
-    }
+/// A bit for each finite distance.
+fn bits_of(distances: &[f32]) -> u64 {
+    let eights = distances.chunks(8).enumerate();
+    eights.fold(0, |all, (place, eight)| {
+        let bits = eight.iter().enumerate().map(|(k, &d)| if d < f32::INFINITY { 1_u32 << k } else { 0 });
+        all | u64::from(bits.fold(0, |all, bit| all | bit)) << (8 * place)
+    })
 }
 
 /// The pixels near a plane that touch each other in a chain from some sides.
@@ -67,22 +71,6 @@ fn spread(near: &[u64], width: usize, sides: u8) -> [u64; LARGEST_SIDE] {
             return rows;
         }
     }
-}
-
-/// Marks the readings of a block that are near enough to a plane to join it; gives the block's width and height.
-fn find_near(scene: &Scene<'_>, block: usize, seed: &Seed, near: &mut [u64; LARGEST_SIDE]) -> [usize; 2] {
-    let (columns, rows) = (scene.grid.pixel_columns(block), scene.grid.pixel_rows(block));
-    let size = [columns.len(), rows.len()];
-    let ray_x = &scene.rays.x[columns.clone()];
-    for (near, v) in near.iter_mut().zip(rows) {
-        let row = v * scene.grid.width;
-        let depths = &scene.depth[row + columns.start..row + columns.end];
-        let of_row = seed.of_row(scene.rays.y[v]);
-        for (k, (&z, &a)) in depths.iter().zip(ray_x).enumerate() {
-            *near |= u64::from(z > 0.0 && seed.distance(z, a, of_row) < seed.limit(z)) << k;
-        }
-    }
-    size
 }
 
 #[cfg(test)]

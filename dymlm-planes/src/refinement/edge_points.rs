@@ -1,31 +1,35 @@
+use super::runs::Run;
+
 /// Calls `visit(u, v, label)` for pixels on the rim of a labelled region: next to another label, or to none, or to the end of
-/// the image; every `stride`-th row, and every `stride`-th column. Row by row.
+/// the image; every `stride`-th row, and every `stride`-th column. Row by row; `runs` are those of the labels.
 pub(super) fn visit_rims(
     labels: &[u16],
     width: usize,
+    runs: &[Run],
     stride: usize,
     mut visit: impl FnMut(usize, usize, u16),
 ) {
-    let mut row_above: &[u16] = &[];
-    for (v, row) in labels.chunks_exact(width).enumerate() {
-        let row_below = labels.get((v + 1) * width..(v + 2) * width).unwrap_or(&[]);
-        let ends_along_column =
-            |u: usize| row_above.get(u) != Some(&row[u]) || row_below.get(u) != Some(&row[u]);
-        if v % stride == 0 {
-            let ends_along_row = |u: usize| u == 0 || row[u - 1] != row[u] || row.get(u + 1) != Some(&row[u]);
-            for (u, &label) in row.iter().enumerate() {
-                if label != 0 && (ends_along_row(u) || (u % stride == 0 && ends_along_column(u))) {
-                    visit(u, v, label);
-                }
-            }
-        } else {
-            for u in (0..width).step_by(stride) {
-                if row[u] != 0 && ends_along_column(u) {
-                    visit(u, v, row[u]);
-                }
+    let height = labels.len() / width;
+    for run in runs {
+        let (v, first, last) = (run.v as usize, run.first as usize, run.end as usize - 1);
+        let row = v * width;
+        let ends_along_column = |u: usize| {
+            (v == 0 || labels[row - width + u] != run.label)
+                || (v + 1 == height || labels[row + width + u] != run.label)
+        };
+        let has_ends = v.is_multiple_of(stride);
+        if has_ends {
+            visit(first, v, run.label);
+        }
+        for u in (first.next_multiple_of(stride)..=last).step_by(stride) {
+            let is_end = has_ends && (u == first || u == last);
+            if !is_end && ends_along_column(u) {
+                visit(u, v, run.label);
             }
         }
-        row_above = row;
+        if has_ends && last > first {
+            visit(last, v, run.label);
+        }
     }
 }
 
@@ -43,6 +47,7 @@ pub(super) fn fill_around(labels: &[u16], width: usize, u: usize, v: usize) -> f
 
 #[cfg(test)]
 mod tests {
+    use super::super::runs::find_runs;
     use super::*;
 
     #[test]
@@ -53,8 +58,10 @@ mod tests {
             labels[v * 8 + 1..v * 8 + 7].fill(3);
         }
         labels[3 * 8 + 3] = 0;
+        let mut runs = Vec::new();
+        find_runs(&labels, 8, &mut runs);
         let mut rim = Vec::new();
-        visit_rims(&labels, 8, 1, |u, v, label| rim.push((u, v, label)));
+        visit_rims(&labels, 8, &runs, 1, |u, v, label| rim.push((u, v, label)));
         let mut expected = Vec::new();
         for v in 1..7 {
             for u in 1..7 {
@@ -67,7 +74,7 @@ mod tests {
         }
         assert_eq!(rim, expected);
         let mut sparse = Vec::new();
-        visit_rims(&labels, 8, 4, |u, v, _| sparse.push((u, v)));
+        visit_rims(&labels, 8, &runs, 4, |u, v, _| sparse.push((u, v)));
         assert_eq!(sparse, [(4, 1), (1, 4), (6, 4), (4, 6)]);
         assert_eq!(fill_around(&labels, 8, 1, 1), 8.0 / 25.0);
         assert_eq!(fill_around(&labels, 8, 5, 5), 15.0 / 25.0);

@@ -10,6 +10,8 @@ use crate::extraction::{Extraction, Segment};
 use crate::linear_algebra::dot;
 use crate::moments::Fit;
 
+/// While reweighting every second row is read: neighbouring readings share their errors, and the last fit reads all.
+const ROWS_WHILE_REWEIGHTING: u32 = 2;
 /// No plane is taken to be less noisy than this share of the sensor's model.
 const SMALLEST_NOISE_RATIO: f64 = 0.05;
 
@@ -94,10 +96,10 @@ impl PlaneRefiner {
         camera.check_size("the extraction", extraction.width(), extraction.height())?;
         self.begin(camera, extraction);
         for _ in 0..self.config.iterations {
-            self.sum_up(depth, Kernel::Tukey, self.config.tukey_width);
+            self.sum_up(depth, Kernel::Tukey, self.config.tukey_width, ROWS_WHILE_REWEIGHTING);
             self.refit();
         }
-        self.sum_up(depth, Kernel::Inlier, self.config.inlier_width);
+        self.sum_up(depth, Kernel::Inlier, self.config.inlier_width, 1);
         self.refit();
         self.collect_planes(extraction.segments());
         self.sample_patches(depth, extraction);
@@ -142,7 +144,8 @@ impl PlaneRefiner {
         }));
     }
 
-    fn sum_up(&mut self, depth: &DepthImage, kernel: Kernel, width: f64) {
+    /// Sums up the readings of every so many rows, weighed by the planes' present fits.
+    fn sum_up(&mut self, depth: &DepthImage, kernel: Kernel, width: f64, rows: u32) {
         self.trials.clear();
         self.trials.extend(
             self.fits
@@ -152,7 +155,7 @@ impl PlaneRefiner {
         );
         self.sums.clear();
         self.sums.resize(self.fits.len(), WeightedSums::default());
-        for run in &self.runs {
+        for run in self.runs.iter().filter(|run| run.v % rows == 0) {
             let index = usize::from(run.label) - 1;
             let (Some(trial), Some(sums)) = (self.trials.get(index), self.sums.get_mut(index)) else {
                 continue;
@@ -226,7 +229,7 @@ impl PlaneRefiner {
     fn find_edges(&mut self, depth: &DepthImage, extraction: &Extraction) {
         let (labels, width) = (extraction.labels(), extraction.width());
         let mut planes = std::mem::take(&mut self.planes);
-        visit_rims(labels, width, self.stride(width), |u, v, _| {
+        visit_rims(labels, width, &self.runs, self.stride(width), |u, v, _| {
             if let Some((place, point)) = self.inlier_at(depth, extraction, u, v)
                 && fill_around(labels, width, u, v) >= self.config.min_edge_fill
             {

@@ -62,74 +62,86 @@ impl Trial {
 
     /// Adds the readings of one run of pixels of a row at ray height `b`; `ray_x` are those of its columns.
     pub(super) fn add_run(&self, depths: &[f32], ray_x: &[f64], b: f64, sums: &mut WeightedSums) {
-        let mut lanes = [Lane::default(); 4];
-        let (pixels, rays) = (depths.chunks_exact(4), ray_x.chunks_exact(4));
-        let (last_pixels, last_rays) = (pixels.remainder(), rays.remainder());
-        for (pixels, rays) in pixels.zip(rays) {
-            for k in 0..4 {
-                lanes[k].add(self, pixels[k], rays[k], b as f32);
+        let mut weights = [0.0; STRETCH];
+        for (depths, ray_x) in depths.chunks(STRETCH).zip(ray_x.chunks(STRETCH)) {
+            let weights = &mut weights[..depths.len()];
+            self.weigh(depths, ray_x, b as f32, weights, sums);
+            sums.moments.add(&sum_row(weights, depths, ray_x, b));
+        }
+    }
+
+    /// Gives each reading its weight, and sums up all but the moments.
+    fn weigh(&self, depths: &[f32], ray_x: &[f64], b: f32, weights: &mut [f32], sums: &mut WeightedSums) {
+        let [nx, ny, nz] = self.normal;
+        let of_row = ny * b + nz;
+        let per_reach = 1.0 / self.reach;
+        let (mut readings, mut kernel_weight, mut squares) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut weigh = |lane: usize, z: f32, a: f64, weight: &mut f32| {
+            let per_noise = 1.0 / axial_noise(z);
+            let distance = (z * (nx * a as f32 + of_row) + self.d) * per_noise;
+            let part = distance * per_reach;
+            let inside = 1.0 - part * part;
+            let kernel = match self.kernel {
+                Kernel::Tukey => inside * inside,
+                Kernel::Inlier => 1.0,
+            };
+            let kernel = if inside >= 0.0 && z > 0.0 { kernel } else { 0.0 };
+            let precision = axial_noise(0.4) * per_noise;
+            readings[lane] += if kernel > 0.0 { 1.0 } else { 0.0 };
+            kernel_weight[lane] += kernel;
+            squares[lane] += kernel * distance * distance;
+            *weight = kernel * precision * precision;
+        };
+        let ((depths, last_depths), (rays, last_rays)) =
+            (depths.as_chunks::<LANES>(), ray_x.as_chunks::<LANES>());
+        let (weights, last_weights) = weights.as_chunks_mut::<LANES>();
+        for ((z, a), weight) in depths.iter().zip(rays).zip(weights) {
+            for k in 0..LANES {
+                weigh(k, z[k], a[k], &mut weight[k]);
             }
         }
-        for ((lane, &z), &a) in lanes.iter_mut().zip(last_pixels).zip(last_rays) {
-            lane.add(self, z, a, b as f32);
+        for ((&z, &a), weight) in last_depths.iter().zip(last_rays).zip(last_weights) {
+            weigh(0, z, a, weight);
         }
-        for lane in &lanes {
-            lane.flush(b, sums);
-        }
+        sums.readings += readings.iter().sum::<f32>() as usize;
+        sums.kernel_weight += f64::from(kernel_weight.iter().sum::<f32>());
+        sums.squares += f64::from(squares.iter().sum::<f32>());
     }
 }
 
-/// Sums over readings z at rays a of one row; its b enters at the end of the row.
-#[derive(Debug, Clone, Copy, Default)]
-struct Lane {
-    readings: f32,
-    kernel_weight: f32,
-    squares: f32,
-    w: f64,
-    wz: f64,
-    waz: f64,
-    wzz: f64,
-    wazz: f64,
-    waazz: f64,
-}
+/// Readings that are weighed, then summed: their weights stay at hand.
+const STRETCH: usize = 64;
+/// Readings that are weighed side by side.
+const LANES: usize = 4;
 
-impl Lane {
-    #[inline]
-    fn add(&mut self, trial: &Trial, z: f32, a: f64, b: f32) {
-        let noise = axial_noise(z);
-        let distance = trial.normalized_distance(z, a as f32, b);
-        let part = distance / trial.reach;
-        let inside = 1.0 - part * part;
-        let kernel = match trial.kernel {
-            Kernel::Tukey => inside * inside,
-            Kernel::Inlier => 1.0,
-        };
-        let kernel = if inside >= 0.0 && z > 0.0 { kernel } else { 0.0 };
-        let precision = axial_noise(0.4) / noise;
-        let w = f64::from(kernel * precision * precision);
-        let z = f64::from(z);
-        let wz = w * z;
-        let wzz = wz * z;
-        let wazz = wzz * a;
-        self.readings += if kernel > 0.0 { 1.0 } else { 0.0 };
-        self.kernel_weight += kernel;
-        self.squares += kernel * distance * distance;
-        self.w += w;
-        self.wz += wz;
-        self.waz += wz * a;
-        self.wzz += wzz;
-        self.wazz += wazz;
-        self.waazz += wazz * a;
+/// Sums over readings at rays a of one row at ray height b, which enters once.
+fn sum_row(weights: &[f32], depths: &[f32], ray_x: &[f64], b: f64) -> Moments {
+    let [mut w, mut wz, mut waz, mut wzz, mut wazz, mut waazz] = [[0.0; 2]; 6];
+    let mut add = |lane: usize, weight: f32, z: f32, a: f64| {
+        let (weight, z) = (f64::from(weight), f64::from(z));
+        let of_first = weight * z;
+        let of_second = of_first * z;
+        w[lane] += weight;
+        wz[lane] += of_first;
+        waz[lane] += of_first * a;
+        wzz[lane] += of_second;
+        wazz[lane] += of_second * a;
+        waazz[lane] += of_second * a * a;
+    };
+    let ((pairs, last), (depths, last_depth), (rays, last_ray)) =
+        (weights.as_chunks::<2>(), depths.as_chunks::<2>(), ray_x.as_chunks::<2>());
+    for ((weight, z), a) in pairs.iter().zip(depths).zip(rays) {
+        for k in 0..2 {
+            add(k, weight[k], z[k], a[k]);
+        }
     }
-
-    fn flush(&self, b: f64, sums: &mut WeightedSums) {
-        sums.readings += self.readings as usize;
-        sums.kernel_weight += f64::from(self.kernel_weight);
-        sums.squares += f64::from(self.squares);
-        sums.moments.add(&Moments {
-            weight: self.w,
-            first: [self.waz, b * self.wz, self.wz],
-            second: [self.waazz, b * self.wazz, self.wazz, b * b * self.wzz, b * self.wzz, self.wzz],
-        });
+    for ((&weight, &z), &a) in last.iter().zip(last_depth).zip(last_ray) {
+        add(0, weight, z, a);
+    }
+    let [w, wz, waz, wzz, wazz, waazz] = [w, wz, waz, wzz, wazz, waazz].map(|[a, b]| a + b);
+    Moments {
+        weight: w,
+        first: [waz, b * wz, wz],
+        second: [waazz, b * wazz, wazz, b * b * wzz, b * wzz, wzz],
     }
 }

@@ -13,14 +13,22 @@ pub(super) fn find_runs(labels: &[u16], width: usize, out: &mut Vec<Run>) {
     out.clear();
     for (v, row) in labels.chunks_exact(width).enumerate() {
         let mut first = 0;
-        for run in row.chunk_by(|a, b| a == b) {
-            let end = first + run.len();
-            if run[0] != 0 {
-                out.push(Run { label: run[0], v: v as u32, first: first as u32, end: end as u32 });
+        while let Some(&label) = row.get(first) {
+            let end = first + length_of_run(&row[first..], label);
+            if label != 0 {
+                out.push(Run { label, v: v as u32, first: first as u32, end: end as u32 });
             }
             first = end;
         }
     }
+}
+
+/// How many labels from the first on are the given one; compared many at a time.
+fn length_of_run(labels: &[u16], label: u16) -> usize {
+    const MANY: usize = 16;
+    let (chunks, _) = labels.as_chunks::<MANY>();
+    let whole = MANY * chunks.iter().take_while(|chunk| **chunk == [label; MANY]).count();
+    whole + labels[whole..].iter().take_while(|&&other| other == label).count()
 }
 
 #[cfg(test)]
