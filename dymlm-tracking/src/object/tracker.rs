@@ -1,53 +1,32 @@
-use dymlm_core::vector3::{cross, norm};
-use dymlm_core::{BoundingBox, Detection, Frame, PinholeCamera, Pose, axial_noise};
-use nalgebra::Vector6;
+mod fit;
+mod follow;
+mod learn;
+mod readings;
+mod search;
 
-use super::hiding::Hiding;
+use dymlm_core::{BoundingBox, Detection, Frame, Pose};
+
+use self::learn::MARGIN;
 use super::motion::Motion;
-use super::recovery::{Appearance, Place, Wanted};
+use super::recovery::Appearance;
 use super::state::{ObjectState, RestLimits, RestReport, RestWatch};
-use super::surface::{SurfaceView, observe_surface};
-use super::view::{Likeness, Sight, Sighting, View, projected_bounds};
+use super::surface::SurfaceView;
+use super::view::{Sight, Sighting, View, projected_bounds};
 use super::{ObjectModel, ObjectTrackerConfig};
 use crate::flow::Template;
-use crate::pose::{PosePrior, moved};
 use crate::{
-    CornerDetector, Error, FlowPoint, FlowStatus, ImagePyramid, KcfTracker, OpticalFlow, PoseObservation,
-    PoseRansac, PoseRefiner,
+    CornerDetector, Error, FlowPoint, ImagePyramid, KcfTracker, OpticalFlow, PoseObservation, PoseRansac,
+    PoseRefiner,
 };
 
-/// How far outside of the model's bounds a reading may lie to belong to the object, metres.
-const MARGIN: f64 = 0.006;
+pub(super) use self::fit::Fit;
+
 /// Corners needed at the start, and readings that say that it stands.
 const LEAST_CORNERS: usize = 6;
-/// Points that agree at least before what is seen becomes a view of its own.
-const LEAST_FOR_VIEW: usize = 12;
 /// The window tracker is asked where the object is only when its peak stands out so far.
 const LEAST_PEAK: f32 = 6.0;
-/// Points of a view, the strongest corners first, that are searched at a place at which a lost object may be.
-const POINTS_SEARCHED: usize = 30;
-/// Images are halved so often for a search: by 2, it reaches as far as four times 7 pixels.
-const HALVINGS_SEARCHED: usize = 2;
-/// Least share of a view's points that are found where, without depth, what is seen becomes a view of its own: else
-/// something stands before the object.
-const LEAST_SHOWN: f64 = 0.4;
 /// Least share of an object's surface in view that the depth shows if it stands.
 const LEAST_STANDING: f64 = 0.5;
-/// Least correlation of windows in halved images.
-const COARSE_CORRELATION: f32 = 0.6;
-/// Attitudes tried in a frame beside the last, the views among them, and the turn of the others, radians.
-const ATTITUDES_A_FRAME: usize = 2;
-const MOST_VIEWS_SEARCHED: usize = 8;
-const TURNED: f64 = 0.5;
-/// Views whose directions differ by less than this, radians, show the same; the older one is nearer to the truth. With
-/// depth, which corrects each view as it is taken, and without.
-const SAME_DIRECTION: [f64; 2] = [0.1, 0.7];
-/// Squared number of standard deviations from where its motion leads beyond which a pose is not the object's.
-const MOST_UNEXPECTED: f64 = 60.0;
-/// A pose less certain than these standard deviations, radians and metres, tells nothing.
-const TELLING: [f64; 2] = [0.15, 0.05];
-/// Without depth a view is taken only of a pose known to these standard deviations, radians and metres.
-const SURE: [f64; 2] = [0.03, 0.015];
 
 /// Follows a chosen object that is moved by hand, in six degrees of freedom.
 ///
@@ -124,32 +103,6 @@ pub struct ObjectUpdate {
     pub bounding_box: Option<BoundingBox>,
     /// Whether it came to rest in this frame, at a new place.
     pub came_to_rest: Option<RestReport>,
-}
-
-/// A pose that fits what is seen.
-#[derive(Debug, Clone)]
-pub(super) struct Fit {
-    pub(super) camera_from_object: Pose,
-    covariance: Option<[[f64; 6]; 6]>,
-    /// Points that agree.
-    pub(super) sightings: Vec<Sighting>,
-    share: f64,
-    surface: SurfaceView,
-    /// Whether it had to be searched, without regard to its motion.
-    is_found: bool,
-}
-
-impl Fit {
-    /// Its standard deviations, radians and metres.
-    fn sigmas(&self) -> Option<[f64; 2]> {
-        let c = self.covariance?;
-        Some([0, 3].map(|first| (first..first + 3).map(|i| c[i][i]).sum::<f64>().sqrt()))
-    }
-
-    /// Whether it is known to these standard deviations, radians and metres.
-    fn is_known(&self, [angle, place]: [f64; 2]) -> bool {
-        self.sigmas().is_some_and(|sigmas| sigmas[0] <= angle && sigmas[1] <= place)
-    }
 }
 
 impl ObjectTracker {
@@ -277,267 +230,6 @@ impl ObjectTracker {
         self.views.len()
     }
 
-    /// From the last frame: by the flow of its points, or by the motion alone.
-    fn follow(
-        &mut self,
-        frame: &Frame,
-        predicted: &Pose,
-        prior: Option<&PosePrior>,
-        window_center: Option<[f32; 2]>,
-    ) -> Option<Fit> {
-        if self.state == ObjectState::Lost {
-            return None;
-        }
-        let camera = frame.camera();
-        let guess = window_center.and_then(|center| {
-            placed(camera, predicted, Place { center, depth: predicted.translation()[2] })
-        });
-        for start in [Some(*predicted), guess].into_iter().flatten() {
-            if let Some(flowed) = self.flow_pose(frame, &start, prior)
-                && let Some(fit) = self.fit(frame, &flowed, prior)
-            {
-                return Some(fit);
-            }
-        }
-        let coarse = [Some(*predicted), guess];
-        coarse.into_iter().flatten().find_map(|pose| self.fit(frame, &pose, prior))
-    }
-
-    /// The pose that the flow of the last frame's points agrees on.
-    fn flow_pose(&mut self, frame: &Frame, start: &Pose, prior: Option<&PosePrior>) -> Option<Pose> {
-        let camera = frame.camera();
-        let Scratch { from, guesses, found, .. } = &mut self.scratch;
-        from.clear();
-        guesses.clear();
-        for track in &self.tracks {
-            from.push(track.pixel);
-            let expected = camera.project(start.transform_point(track.position));
-            guesses.push(expected.map_or(track.pixel, |pixel| pixel.map(|c| c as f32)));
-        }
-        self.flow.track_into(&self.last, &self.next, from, guesses, found);
-        let tracked = self.tracks.iter().zip(&self.scratch.found);
-        let tracked = tracked.filter(|(_, found)| found.status == FlowStatus::Tracked);
-        let sightings: Vec<Sighting> =
-            tracked.map(|(track, found)| Sighting { pixel: found.point, ..*track }).collect();
-        self.agree(frame, &sightings, prior)
-    }
-
-    /// The pose that points agree on: in space where there is depth, else in the image.
-    fn agree(&self, frame: &Frame, sightings: &[Sighting], prior: Option<&PosePrior>) -> Option<Pose> {
-        let camera = frame.camera();
-        let (mut in_object, mut in_camera) = (Vec::new(), Vec::new());
-        for sighting in sightings {
-            if let Some(reading) = reading_at(frame, sighting.pixel) {
-                in_object.push(sighting.position);
-                in_camera.push(camera.back_project(sighting.pixel.map(f64::from), reading));
-            }
-        }
-        let in_space =
-            (2 * in_object.len() >= sightings.len()).then(|| self.ransac.align(&in_object, &in_camera));
-        let consensus = in_space.flatten().or_else(|| {
-            let positions: Vec<_> = sightings.iter().map(|sighting| sighting.position).collect();
-            let pixels: Vec<_> = sightings.iter().map(|sighting| sighting.pixel.map(f64::from)).collect();
-            self.ransac.pnp(camera, &positions, &pixels)
-        })?;
-        // Readings are noisy, pixels are not: both together.
-        let mut observations = Vec::with_capacity(2 * sightings.len());
-        for sighting in sightings {
-            self.observe(frame, sighting, &consensus.pose, 4.0, &mut observations);
-        }
-        let refined = self.refiner.refine_with(camera, &consensus.pose, &observations, prior)?;
-        Some(refined.camera_from_body)
-    }
-
-    /// Adds a point's pixel and its depth, when that is near enough to be its own.
-    fn observe(
-        &self,
-        frame: &Frame,
-        sighting: &Sighting,
-        pose: &Pose,
-        sigma_factor: f64,
-        observations: &mut Vec<PoseObservation>,
-    ) {
-        let point = sighting.position;
-        let sigma = sighting.spread.hypot(sigma_factor * sighting.blur * self.config.pixel_sigma);
-        observations.push(PoseObservation::Pixel { point, pixel: sighting.pixel.map(f64::from), sigma });
-        if let Some(depth) = reading_at(frame, sighting.pixel) {
-            let expected = pose.transform_point(point)[2];
-            if (depth - expected).abs() < 2.0 * self.config.surface_gate {
-                let sigma = self.config.depth_sigma_factor * f64::from(axial_noise(depth as f32));
-                observations.push(PoseObservation::Depth { point, depth, sigma });
-            }
-        }
-    }
-
-    /// Finds points of stored views near a pose, and fits the pose to them and to the surface's readings. `None` when
-    /// too few agree or the depth says that the object is elsewhere.
-    fn fit(&mut self, frame: &Frame, coarse: &Pose, prior: Option<&PosePrior>) -> Option<Fit> {
-        let sightings = self.sight_views(frame, coarse);
-        if sightings.len() < self.config.min_inliers {
-            return None;
-        }
-        let mut pose = *coarse;
-        let mut covariance = None;
-        let mut surface = SurfaceView::default();
-        let mut observations = std::mem::take(&mut self.scratch.observations);
-        // Which reading belongs to which point of the surface depends on the pose: a second time with the better one.
-        for _ in 0..2 {
-            observations.clear();
-            for sighting in &sightings {
-                self.observe(frame, sighting, &pose, 1.0, &mut observations);
-            }
-            let (gate, factor) = (self.config.surface_gate, 2.0 * self.config.depth_sigma_factor);
-            // The noise of the reading, and the model's.
-            let sigma = |depth: f32| (factor * f64::from(axial_noise(depth))).hypot(self.config.model_sigma);
-            surface = observe_surface(
-                &self.model,
-                frame.camera(),
-                frame.depth(),
-                &pose,
-                gate,
-                sigma,
-                &mut observations,
-            );
-            if let Some(refined) = self.refiner.refine_with(frame.camera(), &pose, &observations, prior) {
-                pose = refined.camera_from_body;
-                covariance = refined.covariance;
-            }
-        }
-        self.scratch.observations = observations;
-
-        let found = sightings.len();
-        let agrees = |sighting: &Sighting| {
-            let seen = frame.camera().project(pose.transform_point(sighting.position));
-            let pixel = sighting.pixel.map(f64::from);
-            let sigma = sighting.spread.hypot(sighting.blur.min(1.0) * self.config.pixel_sigma);
-            seen.is_some_and(|[u, v]| (u - pixel[0]).hypot(v - pixel[1]) <= 4.0 * sigma)
-        };
-        let sightings: Vec<Sighting> = sightings.into_iter().filter(agrees).collect();
-        let share = sightings.len() as f64 / found as f64;
-        let places = sightings.iter().map(|sighting| pose.transform_point(sighting.position));
-        let seen = SurfaceView::of_places(places, frame.camera(), frame.depth(), self.config.surface_gate);
-        let is_absent = 2 * seen.seen < seen.hidden + seen.absent;
-        let enough = sightings.len() >= self.config.min_inliers && share >= self.config.min_inlier_share;
-        let is_possible = prior.is_none_or(|prior| prior.squared_distance(&pose) <= MOST_UNEXPECTED);
-        let fit = Fit {
-            camera_from_object: pose,
-            covariance,
-            sightings,
-            share,
-            surface,
-            is_found: prior.is_none(),
-        };
-        (enough && !is_absent && is_possible && fit.is_known(TELLING)).then_some(fit)
-    }
-
-    /// Looks for the points of the views that saw the object from most nearly the same side.
-    fn sight_views(&mut self, frame: &Frame, pose: &Pose) -> Vec<Sighting> {
-        let sight = Sight { camera: frame.camera(), pyramid: &self.next, depth: frame.depth() };
-        let mut sightings: Vec<Sighting> = Vec::with_capacity(self.config.max_points);
-        let mut tried = 0;
-        let has_depth = reading_near(frame, pose).is_some();
-        for index in views_by_angle(&self.views, pose, SAME_DIRECTION[usize::from(!has_depth)]) {
-            let Some(view) = self.views.get(index) else { continue };
-            for (i, point) in view.points.iter().enumerate() {
-                if tried >= 2 * self.config.max_points || sightings.len() >= self.config.max_points {
-                    return sightings;
-                }
-                if is_hidden(frame, pose, point.position, self.config.surface_gate) {
-                    continue;
-                }
-                tried += 1;
-                let found = view.sight([index, i], sight, pose, &mut self.template, self.config.likeness());
-                // Two views of one corner tell nothing more than one.
-                let is_new = |found: &Sighting| {
-                    sightings.iter().all(|other| {
-                        (other.pixel[0] - found.pixel[0]).abs().max((other.pixel[1] - found.pixel[1]).abs())
-                            > 2.0
-                    })
-                };
-                sightings.extend(found.filter(is_new));
-            }
-        }
-        sightings
-    }
-
-    /// Looks for an object that its last points did not lead to.
-    fn search(
-        &mut self,
-        frame: &Frame,
-        detections: &[Detection],
-        predicted: &Pose,
-        window_center: Option<[f32; 2]>,
-    ) -> Option<Fit> {
-        self.searches += 1;
-        let camera = frame.camera();
-        let color = frame.color()?;
-        let last_box = projected_bounds(&self.model, camera, predicted);
-        let window = window_center.map(|_| self.kcf.bounding_box());
-        let others: Vec<BoundingBox> = window.into_iter().chain(last_box).collect();
-        let wanted = Wanted {
-            model: &self.model,
-            label: self.label.as_deref(),
-            appearance: self.appearance.as_ref(),
-            camera_from_object: *predicted,
-        };
-        let places = wanted.places(camera, color, frame.depth(), detections, &others);
-        let attitudes = self.attitudes(predicted);
-        // The last one in each frame, the others in turn.
-        let others = attitudes.len().saturating_sub(1).max(1);
-        let turn = |i: usize| 1 + (ATTITUDES_A_FRAME * self.searches + i) % others;
-        let chosen: Vec<Pose> = std::iter::once(0)
-            .chain((0..ATTITUDES_A_FRAME).map(turn))
-            .filter_map(|i| attitudes.get(i).copied())
-            .collect();
-        for place in places {
-            for attitude in &chosen {
-                if let Some(start) = placed(camera, attitude, place)
-                    && let Some(coarse) = self.pose_near(frame, &start)
-                    && let Some(fit) = self.fit(frame, &coarse, None)
-                    && fit.sightings.len() >= 2 * self.config.min_inliers
-                {
-                    return Some(fit);
-                }
-            }
-        }
-        None
-    }
-
-    /// How a lost object may be turned, as poses at any place: as it was last, as the stored views show it, the nearest
-    /// first, and as it was turned by some more.
-    fn attitudes(&self, predicted: &Pose) -> Vec<Pose> {
-        let order = views_by_angle(&self.views, predicted, SAME_DIRECTION[0]);
-        let seen = order.iter().filter_map(|&i| self.views.get(i)).map(|view| view.camera_from_object);
-        let turned = [0, 1, 2].into_iter().flat_map(|axis| {
-            [-TURNED, TURNED].map(|angle| {
-                let mut turn = Vector6::zeros();
-                turn[axis] = angle;
-                moved(predicted, &turn)
-            })
-        });
-        std::iter::once(*predicted).chain(seen.take(MOST_VIEWS_SEARCHED)).chain(turned).collect()
-    }
-
-    /// The pose about a rough one at which the image shows points of the view that is nearest to it.
-    fn pose_near(&mut self, frame: &Frame, start: &Pose) -> Option<Pose> {
-        let index = *views_by_angle(&self.views, start, SAME_DIRECTION[0]).first()?;
-        let view = self.views.get(index)?;
-        let count = view.points.len().min(POINTS_SEARCHED);
-        let mut found = None;
-        // Coarse levels may tell nothing: they only prepare.
-        for halvings in (0..=HALVINGS_SEARCHED).rev() {
-            let min_correlation =
-                if halvings == 0 { self.config.min_correlation } else { COARSE_CORRELATION };
-            let like = Likeness { halvings, min_correlation, ..self.config.likeness() };
-            let sight = Sight { camera: frame.camera(), pyramid: &self.next, depth: frame.depth() };
-            let (pose, template) = (found.unwrap_or(*start), &mut self.template);
-            let sightings: Vec<Sighting> =
-                (0..count).filter_map(|i| view.sight([index, i], sight, &pose, template, like)).collect();
-            found = self.agree(frame, &sightings, None).or(found.filter(|_| halvings > 0));
-        }
-        found
-    }
-
     /// Takes over a frame's pose.
     fn accept(&mut self, frame: &Frame, world_from_camera: &Pose, fit: Fit) -> ObjectUpdate {
         let world_from_object = *world_from_camera * fit.camera_from_object;
@@ -579,51 +271,6 @@ impl ObjectTracker {
             confidence: fit.share * visible,
             bounding_box,
             came_to_rest,
-        }
-    }
-
-    /// Corrects the points of stored views by where they were seen.
-    fn correct_views(&mut self, frame: &Frame, fit: &Fit) {
-        let Some(covariance) = &fit.covariance else { return };
-        for sighting in &fit.sightings {
-            if let Some(view) = self.views.get_mut(sighting.source[0]) {
-                let pose = &fit.camera_from_object;
-                view.correct(sighting, frame.camera(), pose, covariance, self.config.pixel_sigma);
-            }
-        }
-    }
-
-    /// Keeps the window on the object, and stores what it looks like from a new side.
-    fn learn(&mut self, frame: &Frame, fit: &Fit, bounding_box: Option<BoundingBox>) {
-        if let Some(region) = bounding_box {
-            // Refused when it has nearly left the image: then there is nothing to learn.
-            if self.kcf.move_to(self.next.base(), region).is_ok() {
-                self.kcf.learn(self.next.base());
-            }
-        }
-        let pose = &fit.camera_from_object;
-        let nearest = self.views.iter().map(|view| view.angle_to(pose)).fold(f64::INFINITY, f64::min);
-        let is_sure =
-            fit.sightings.len() >= LEAST_FOR_VIEW && fit.share > 0.6 && fit.surface.hidden_share() < 0.4;
-        // Without depth nothing corrects a view's points later.
-        let is_known = fit.surface.tells() || fit.is_known(SURE);
-        let has_few =
-            fit.sightings.len() < self.config.max_points / 4 && nearest > 0.4 * self.config.view_angle;
-        if is_sure
-            && is_known
-            && self.views.len() < self.config.max_views
-            && (nearest > self.config.view_angle || has_few)
-        {
-            let sight = Sight { camera: frame.camera(), pyramid: &self.next, depth: frame.depth() };
-            // Where there is depth, that tells what stands before the object.
-            let hiding = (!fit.surface.tells()).then(|| Hiding::of(&self.views, frame.camera(), fit));
-            if hiding.as_ref().is_some_and(|hiding| hiding.share() < LEAST_SHOWN) {
-                return;
-            }
-            let is_shown = |pixel| hiding.as_ref().is_none_or(|hiding| hiding.is_shown(pixel));
-            let (margin, sigma) = (MARGIN, self.config.model_sigma);
-            let view = View::take(sight, &self.model, pose, &mut self.corners, margin, sigma, is_shown);
-            self.views.extend(view);
         }
     }
 
@@ -683,68 +330,4 @@ impl ObjectTracker {
             came_to_rest: None,
         }
     }
-
-    fn appearance_in(
-        &self,
-        frame: &Frame,
-        region: BoundingBox,
-        camera_from_object: &Pose,
-    ) -> Option<Appearance> {
-        let object_from_camera = camera_from_object.inverse();
-        let on_object = |u: usize, v: usize| {
-            let reading = frame.depth().at(u, v);
-            let place = frame.camera().back_project([u as f64, v as f64], reading.into());
-            reading > 0.0 && self.model.contains(object_from_camera.transform_point(place), MARGIN)
-        };
-        let color = frame.color()?;
-        Appearance::of(color, region, on_object).or_else(|| Appearance::of(color, region, |_, _| true))
-    }
-}
-
-/// A pose turned with the ray so that the object's origin appears at a place, showing the same side.
-fn placed(camera: &PinholeCamera, pose: &Pose, place: Place) -> Option<Pose> {
-    let center = place.center.map(f64::from);
-    let origin = camera.back_project(center, place.depth);
-    let bearing = |p: [f64; 3]| {
-        let distance = norm(p);
-        p.map(|x| x / distance)
-    };
-    // The shortest turn from the old ray to the new one.
-    let axis = cross(bearing(pose.translation()), bearing(origin));
-    let sine = norm(axis);
-    let angle = sine.clamp(0.0, 1.0).asin();
-    let turn =
-        crate::pose::rotation_about(if sine > 1e-12 { axis.map(|x| x / sine * angle) } else { [0.0; 3] });
-    Pose::new(origin, (turn * *pose).quaternion()).ok()
-}
-
-/// The reading at a pixel, if there is one.
-fn reading_at(frame: &Frame, pixel: [f32; 2]) -> Option<f64> {
-    let [u, v] = pixel.map(f32::round);
-    if u < 0.0 || v < 0.0 {
-        return None;
-    }
-    let reading = frame.depth().at(u as usize, v as usize);
-    (reading > 0.0).then(|| reading.into())
-}
-
-/// A reading at the object's origin.
-fn reading_near(frame: &Frame, pose: &Pose) -> Option<f64> {
-    let pixel = frame.camera().project(pose.translation())?;
-    reading_at(frame, pixel.map(|c| c as f32))
-}
-
-/// Whether something stands before a point at a pose.
-fn is_hidden(frame: &Frame, pose: &Pose, position: [f64; 3], gate: f64) -> bool {
-    let place = pose.transform_point(position);
-    let Some(pixel) = frame.camera().project(place) else { return true };
-    reading_at(frame, pixel.map(|c| c as f32)).is_some_and(|reading| place[2] - reading > 1.5 * gate)
-}
-
-/// Indices of the views, those nearest in direction first, in steps of `step` radians; older ones first within a step.
-fn views_by_angle(views: &[View], pose: &Pose, step: f64) -> Vec<usize> {
-    let mut order: Vec<(f64, usize)> =
-        views.iter().enumerate().map(|(i, view)| ((view.angle_to(pose) / step).floor(), i)).collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    order.into_iter().map(|(_, i)| i).collect()
 }
