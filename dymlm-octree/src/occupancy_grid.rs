@@ -3,6 +3,7 @@ use std::io::Write;
 use std::path::Path;
 
 use dymlm_core::Pose;
+use dymlm_core::vector3::{dot, norm};
 
 use crate::accessor::Accessor;
 use crate::ray_cast::Walk;
@@ -242,7 +243,7 @@ fn grid_axes(up: [f64; 3]) -> Option<[[f64; 3]; 3]> {
     // Scaled first: squares of large or small components would not be representable.
     let largest = up.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let up = up.map(|value| value / largest);
-    let length = dot(up, up).sqrt();
+    let length = norm(up);
     // Not for zero, infinity and NaN.
     if !length.is_finite() {
         return None;
@@ -260,10 +261,6 @@ fn grid_axes(up: [f64; 3]) -> Option<[[f64; 3]; 3]> {
 fn world_from_grid(axes: [[f64; 3]; 3]) -> Result<Pose, Error> {
     let rows = std::array::from_fn(|row| std::array::from_fn(|column| axes[column][row]));
     Ok(Pose::from_rotation_matrix(rows, [0.0; 3])?)
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
 use dymlm::core::Rgb;
+use dymlm::core::vector3::{any_across, cross, dot, unit};
 
 /// Draws points and squares as seen along a direction, without perspective, nearest in front.
 #[derive(Debug, Clone)]
@@ -23,8 +24,8 @@ impl Orthographic {
     /// A view along `forward`, with `down` (about) downward in the picture, onto these points. The lowest and highest
     /// half per cent of them on each side may fall outside: strays shall not shrink the picture.
     pub fn onto(forward: [f64; 3], down: [f64; 3], points: impl Iterator<Item = [f64; 3]>) -> Self {
-        let forward = normalized(forward);
-        let right = normalized(cross(down, forward));
+        let forward = unit(forward).unwrap_or([0.0, 0.0, 1.0]);
+        let right = unit(cross(down, forward)).unwrap_or_else(|| any_across(forward));
         let down = cross(forward, right);
         let (mut across, mut along): (Vec<f64>, Vec<f64>) =
             points.map(|point| (dot(right, point), dot(down, point))).unzip();
@@ -109,19 +110,6 @@ fn bulk(values: &mut [f64]) -> [f64; 2] {
     let (low, high) = (values[skipped], values[values.len() - 1 - skipped]);
     let margin = 0.02 * (high - low) + 0.05;
     [low - margin, high + margin]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn normalized(v: [f64; 3]) -> [f64; 3] {
-    let length = dot(v, v).sqrt().max(1e-12);
-    v.map(|c| c / length)
 }
 
 #[cfg(test)]

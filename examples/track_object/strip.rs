@@ -1,4 +1,5 @@
 use dymlm::ObjectMap;
+use dymlm::core::vector3::{cross, difference, unit};
 use dymlm::core::{Frame, PinholeCamera, Pose, Rgb};
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::{MapObject, ObjectShape, ObjectState};
@@ -133,20 +134,11 @@ fn raised(world_from_camera: &Pose, at: Option<[f64; 3]>) -> Pose {
     let eye = world_from_camera.translation();
     let raised: [f64; 3] = std::array::from_fn(|i| eye[i] - ABOVE * down[i] - BEHIND * forward[i]);
     let Some(at) = at else { return *world_from_camera };
-    let toward = unit(std::array::from_fn(|i| at[i] - raised[i]));
-    let right = unit(cross(down, toward));
+    let Some(toward) = unit(difference(at, raised)) else { return *world_from_camera };
+    let Some(right) = unit(cross(down, toward)) else { return *world_from_camera };
     let below = cross(toward, right);
     let rows = std::array::from_fn(|i| [right[i], below[i], toward[i]]);
     Pose::from_rotation_matrix(rows, raised).unwrap_or(*world_from_camera)
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn unit(a: [f64; 3]) -> [f64; 3] {
-    let norm = a.iter().map(|x| x * x).sum::<f64>().sqrt();
-    a.map(|x| x / norm)
 }
 
 fn dot(

@@ -20,7 +20,6 @@ mod surfaces;
 mod swept_volume;
 mod tracking_score;
 mod truth;
-mod vector;
 mod voxel_key;
 
 pub use cloud_score::{CloudScore, score_cloud};

@@ -1,4 +1,4 @@
-use crate::metrics::vector::{along, cross, difference, dot, normalized};
+use dymlm_core::vector3::{along, cross, difference, dot, unit};
 
 /// A piece of a plane divided into rectangular cells, whose coordinates run from 0 to the extents along two axes.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +27,7 @@ impl CellRaster {
     ) -> Option<Self> {
         let mut points = points.peekable();
         let origin = *points.peek()?;
-        let u = normalized(along(along_u, -dot(along_u, normal), normal))?;
+        let u = unit(along(along_u, -dot(along_u, normal), normal))?;
         let axes = [u, cross(normal, u)];
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for point in points {

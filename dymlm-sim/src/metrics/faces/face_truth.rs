@@ -6,8 +6,8 @@ use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
 use super::cell_raster::CellRaster;
 use super::flat_side::{FlatSide, SIDES, flat_sides, side_number};
 use super::true_face::{FaceCells, TrueFace, fill_pieces};
-use crate::metrics::vector::dot;
 use crate::scene::{Part, Scene, Shape};
+use dymlm_core::vector3::dot;
 
 /// The flat faces of a scene, and by how many frames each of their cells was seen.
 #[derive(Debug, Clone)]

@@ -10,8 +10,8 @@ use yaw::yaw_error_degrees;
 
 use super::Spread;
 use super::assignment::assign;
-use super::vector::{difference, dot};
 use crate::TrueObject;
+use dymlm_core::vector3::{difference, dot};
 
 /// An object of a map to be scored: what `objects.json` holds of it.
 ///

@@ -7,9 +7,9 @@ use parry3d::math::Pose3;
 use super::surface_samples::surface_samples;
 use super::true_object::{TrueObject, YawSymmetry, is_square};
 use crate::metrics::faces::{pose_of, to_pose};
-use crate::metrics::vector::{cross, difference, dot};
 use crate::metrics::voxel_key::{VoxelKey, VoxelMap};
 use crate::scene::{Motion, Part, Scene, Shape};
+use dymlm_core::vector3::{cross, difference, dot};
 
 /// The labelled things of a scene that stay, and what was seen of them.
 #[derive(Debug, Clone)]

@@ -12,8 +12,8 @@ use placed_plane::{CellView, OnFace, PlacedPlane};
 pub use report::{DuplicatePlane, FaceScore, FaceState, Facing, MergedPlane, PlaneMatch, PlaneScore};
 
 use super::Spread;
-use super::vector::{cross, dot};
 use crate::TrueFace;
+use dymlm_core::vector3::{cross, dot};
 
 /// Scores the finite planes of a map against the true faces.
 ///

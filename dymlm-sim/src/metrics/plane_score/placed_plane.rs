@@ -2,7 +2,7 @@ use dymlm_core::Plane;
 
 use super::{EstimatedPlane, PlaneScoreConfig};
 use crate::metrics::faces::{CellRaster, TrueFace, raster_over};
-use crate::metrics::vector::{along, dot};
+use dymlm_core::vector3::{along, dot};
 
 /// An estimated plane in cells, and the faces that it may stand for.
 #[derive(Debug)]
