@@ -32,6 +32,10 @@ pub struct AssociationConfig {
     /// Patches overlap, or no more than this is between them, metres, 0..=10. Default 0.04: less than between two screens
     /// or two cabinets side by side. What something nearer hides is bridged besides, where a frame shows that it is hidden.
     pub max_gap: f64,
+    /// Two planes of the map are one as well when no more than this is between them, metres, 0..=10, ... Default 0.8
+    pub max_hidden_gap: f64,
+    /// ... and this many key frames saw something nearer that hides it, 1..=1000. Default 3
+    pub min_hidden_sightings: u32,
     /// Whether the two sides of a sheet are one plane. Default: they are not.
     pub sides: Sides,
 }
@@ -44,6 +48,8 @@ impl Default for AssociationConfig {
             max_point_distance: 0.04,
             min_point_ratio: 0.5,
             max_gap: 0.04,
+            max_hidden_gap: 0.8,
+            min_hidden_sightings: 3,
             sides: Sides::Apart,
         }
     }
@@ -55,6 +61,9 @@ impl AssociationConfig {
         check_range("planes.map.association.max_distance", self.max_distance, 0.0..=10.0)?;
         check_range("planes.map.association.max_point_distance", self.max_point_distance, 0.0..=10.0)?;
         check_range("planes.map.association.min_point_ratio", self.min_point_ratio, 0.0..=1.0)?;
-        check_range("planes.map.association.max_gap", self.max_gap, 0.0..=10.0)
+        check_range("planes.map.association.max_gap", self.max_gap, 0.0..=10.0)?;
+        check_range("planes.map.association.max_hidden_gap", self.max_hidden_gap, 0.0..=10.0)?;
+        let least = f64::from(self.min_hidden_sightings);
+        check_range("planes.map.association.min_hidden_sightings", least, 1.0..=1000.0)
     }
 }
