@@ -13,7 +13,7 @@ const COARSEST_LEVEL: u32 = 12;
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
 /// Share of the places between that must be hidden, and that may be looked through (noise at the rims).
-const MIN_HIDDEN: f64 = 0.5;
+const MIN_HIDDEN: f64 = 1.0 / 3.0;
 const MAX_OPEN: f64 = 0.1;
 /// A reading this far before or behind a place is not of it, metres, and so many deviations of the noise.
 const MARGIN: f64 = 0.03;
