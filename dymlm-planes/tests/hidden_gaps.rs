@@ -197,9 +197,12 @@ fn taking_out_what_saw_it_hidden_parts_the_floor_again() {
     assert!(map.is_empty());
 }
 
-/// The key frames of the floor and of the desks with their planes.
-fn recordings() -> &'static [Vec<(Vec<DetectedPlane>, Frame, Pose)>; 2] {
-    static RECORDINGS: OnceLock<[Vec<(Vec<DetectedPlane>, Frame, Pose)>; 2]> = OnceLock::new();
+/// Key frames with their planes.
+type Recording = Vec<(Vec<DetectedPlane>, Frame, Pose)>;
+
+/// Those of the floor and of the desks.
+fn recordings() -> &'static [Recording; 2] {
+    static RECORDINGS: OnceLock<[Recording; 2]> = OnceLock::new();
     RECORDINGS.get_or_init(|| {
         let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
         let mut with_looks = near_then_far();
