@@ -111,6 +111,7 @@ fn a_gap_too_wide_or_seen_too_seldom_is_not_bridged() {
         }
         parts(mapper.map())
     };
+    assert_eq!(parts_with(&|config| config.map.association.max_hidden_gap = 0.0, &views), 2);
     assert_eq!(parts_with(&|config| config.map.association.max_hidden_gap = 0.2, &views), 2);
     assert_eq!(parts_with(&|config| config.map.association.min_hidden_sightings = 7, &views), 2);
     assert_eq!(parts_with(&|config| config.map.association.min_hidden_sightings = 6, &views), 1);

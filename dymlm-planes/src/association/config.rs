@@ -30,11 +30,13 @@ pub struct AssociationConfig {
     /// The paper's `R_Th`: more than this share of the edge points lies on the map plane, 0..=1. Default 0.5 (DESIGN 4.4).
     pub min_point_ratio: f64,
     /// Patches overlap, or no more than this is between them, metres, 0..=10. Default 0.04: less than between two screens
-    /// or two cabinets side by side. What something nearer hides is bridged besides, where a frame shows that it is hidden.
+    /// or two cabinets side by side.
     pub max_gap: f64,
-    /// Two planes of the map are one as well when no more than this is between them, metres, 0..=10, ... Default 0.8
+    /// Two planes of the map are one as well when something nearer hides what is between them and that is no wider than
+    /// this, metres, 0..=10. Default 0.8: what a person hides of a wall, or a table of the floor. 0 turns it off.
     pub max_hidden_gap: f64,
-    /// ... and this many key frames saw something nearer that hides it, 1..=1000. Default 3
+    /// This many key frames must have seen it hidden, and hardly any through it, 1..=1000. Default 3, as for
+    /// [`min_observations`](crate::PlaneMapConfig::min_observations); on rendered rooms 1 to 5 give the same maps.
     pub min_hidden_sightings: u32,
     /// Whether the two sides of a sheet are one plane. Default: they are not.
     pub sides: Sides,

@@ -43,7 +43,7 @@ pub(crate) struct Agreement {
 /// - offsets are compared at the detected patch; at the world's origin a small angle makes a large difference;
 /// - equation 3 counts |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind the plane count;
 /// - patches must overlap or nearly touch: two desks of one height are two planes. (Unless key frames showed that something
-///   nearer hides what joins them.)
+///   nearer hides what joins them; see [`Self::test_across_gap`].)
 #[derive(Debug, Clone)]
 pub(crate) struct Criterion {
     config: AssociationConfig,
@@ -69,7 +69,7 @@ impl Criterion {
         self.patches_adjoin(detected, mapped).then_some(Agreement { angle, distance, flipped })
     }
 
-    /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better: equations 1 and 2, and the
+    /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better: equations 1 and 2, the
     /// two together within what either alone may be off.
     pub(crate) fn test_across_gap(
         &self,

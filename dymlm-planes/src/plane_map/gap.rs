@@ -8,7 +8,6 @@ use crate::linear_algebra::foot_on;
 const FINEST_LEVEL: u32 = 2;
 /// ... larger ones are taken until no patch has more of them near the other.
 const MOST_CELLS: usize = 192;
-const COARSEST_LEVEL: u32 = 12;
 /// Ways across a gap that are looked along, and places on each.
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
@@ -19,7 +18,7 @@ const MAX_OPEN: f64 = 0.1;
 const MARGIN: f64 = 0.03;
 const MARGIN_SIGMAS: f64 = 3.0;
 
-/// What lies between two patches of one plane: the shortest ways from the one to the other, along their whole rims.
+/// What lies between two patches of one plane: the shortest ways from the one to the other, where they are nearest.
 #[derive(Debug, Clone)]
 pub(super) struct Gap {
     /// Places on the ways. World frame.
@@ -36,7 +35,7 @@ pub(super) enum GapSight {
 }
 
 impl Gap {
-    /// The gap between two patches, if it is no wider than `max_width` metres.
+    /// The gap between two patches, if it is no wider than `max_width` metres (to a cell of the patches).
     ///
     /// O(voxels of either within `max_width` of the other's box, sorted), and at most 192^2 pairs of cells.
     pub(super) fn between(
@@ -45,16 +44,14 @@ impl Gap {
         voxel_size: f64,
         max_width: f64,
     ) -> Option<Self> {
-        if a.bounds.distance(&b.bounds) > max_width {
-            return None;
+        let (reach, mut level) = ((max_width / voxel_size).ceil() as i32, FINEST_LEVEL);
+        let mut of_a = a.patch.coarse_cells_near(&b.bounds, reach, level);
+        let mut of_b = b.patch.coarse_cells_near(&a.bounds, reach, level);
+        while of_a.len().max(of_b.len()) > MOST_CELLS {
+            CoarseCell::double(&mut of_a);
+            CoarseCell::double(&mut of_b);
+            level += 1;
         }
-        let (mut of_a, mut of_b) = (Vec::new(), Vec::new());
-        let reach = (max_width / voxel_size).ceil() as i32;
-        let level = (FINEST_LEVEL..=COARSEST_LEVEL).find(|&level| {
-            a.patch.coarse_cells_near(&b.bounds, reach, level, &mut of_a);
-            b.patch.coarse_cells_near(&a.bounds, reach, level, &mut of_b);
-            of_a.len().max(of_b.len()) <= MOST_CELLS
-        })?;
         let places = shortest_ways(&of_a, &of_b, max_width / voxel_size, level)
             .flat_map(|[from, to]| {
                 let from = foot_on(&a.plane, from.map(|c| c * voxel_size));
@@ -68,28 +65,28 @@ impl Gap {
         (!places.is_empty()).then_some(Self { places })
     }
 
-    /// What a depth image shows of it; `None` when it tells nothing: it does not look there, or sees the plane go on.
+    /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings, or sees the plane
+    /// go on. O(places), at most 96.
     pub(super) fn look(
         &self,
         camera: &PinholeCamera,
         depth: &DepthImage,
         camera_from_world: &Pose,
     ) -> Option<GapSight> {
-        let (mut hidden, mut open, mut all) = (0.0, 0.0, 0.0);
+        let (mut hidden, mut open, mut all) = (0.0, 0.0, self.places.len() as f64);
         for place in &self.places {
             let place = camera_from_world.transform_point(*place);
-            all += 1.0;
             let Some(pixel) = camera.project(place).filter(|pixel| camera.sees(*pixel)) else { continue };
             let reading = f64::from(depth.at(pixel[0].round() as usize, pixel[1].round() as usize));
             let margin = MARGIN + MARGIN_SIGMAS * f64::from(axial_noise(place[2] as f32));
             if reading <= 0.0 {
                 continue;
-            }
-            if reading < place[2] - margin {
+            } else if reading < place[2] - margin {
                 hidden += 1.0;
             } else if reading > place[2] + margin {
                 open += 1.0;
             } else {
+                // The plane itself: one of the patches reaches here, or will.
                 all -= 1.0;
             }
         }

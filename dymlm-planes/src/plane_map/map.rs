@@ -19,10 +19,17 @@ use crate::refinement::DetectedPlane;
 /// planes of the map that have become one merge. The association is the paper's (equation 1 and (equation 2 or
 /// equation 3)) with the corrections of DESIGN 4.4; see [`AssociationConfig`](crate::AssociationConfig).
 ///
-/// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key frame out
-/// exactly: the planes are those that they would be if it had added nothing, and merges that it brought about are undone.
+/// Patches of one plane that do not adjoin are one surface where something nearer hides what joins them (a wall behind a
+/// person, a floor on both sides of a table), and two where one looks through between them (two desks of one height). Each key
+/// frame that touches one of the two is asked what it sees on the shortest ways between them; when enough saw them hidden and
+/// hardly any looked through, they merge. What has merged is not parted when a later key frame looks through after all.
 ///
-/// Cost of an insertion: O(planes in the map + voxels of the planes seen).
+/// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key frame out
+/// exactly: the planes are those that they would be if it had added nothing, and merges that it brought about, or that it was
+/// needed for as a witness of what is hidden, are undone.
+///
+/// Cost of an insertion: O(planes in the map + voxels of the planes seen and of those near them on the same plane); no key frame
+/// is looked at again.
 #[derive(Debug, Clone)]
 pub struct PlaneMap {
     config: PlaneMapConfig,
@@ -239,6 +246,11 @@ impl PlaneMap {
                 share.patch.retain(|voxel| !is_body(foot_on(plane, voxel.center(voxel_size))));
             }
         }
+        // What lay between them and others lies there no more.
+        for key_frame in self.key_frames.values_mut() {
+            key_frame.sights.retain(|pair, _| !pair.iter().any(|id| going.contains(&resolve(merged, *id))));
+        }
+        self.collect_gaps();
         let touched: Vec<u64> = going.iter().copied().chain(cut.iter().map(|(id, _)| *id)).collect();
         self.rebuild(&touched);
         Ok(going)
@@ -301,7 +313,11 @@ impl PlaneMap {
         let planes: usize =
             self.planes.iter().map(|plane| size_of::<MapPlane>() + plane.patch.memory_bytes()).sum();
         let shares = self.key_frames.values().flat_map(|key_frame| &key_frame.contributions);
-        planes + shares.map(|share| size_of::<Contribution>() + share.patch.memory_bytes()).sum::<usize>()
+        let sights: usize = self.key_frames.values().map(|key_frame| key_frame.sights.len()).sum();
+        let sights = sights * size_of::<([u64; 2], GapSight)>();
+        planes
+            + sights
+            + shares.map(|share| size_of::<Contribution>() + share.patch.memory_bytes()).sum::<usize>()
     }
 
     fn bring_to_world(
@@ -402,7 +418,7 @@ impl PlaneMap {
         let (into, from) = in_order(a, b);
         let (from, into) = (from.finite(), into.finite());
         let width = self.config.association.max_hidden_gap;
-        if from.bounds.distance(&into.bounds) > width {
+        if width <= 0.0 || from.bounds.distance(&into.bounds) > width {
             return None;
         }
         self.criterion.test_across_gap(&from, &into)?;

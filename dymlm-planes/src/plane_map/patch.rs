@@ -39,6 +39,15 @@ impl Bounds {
 pub(super) struct CoarseCell([i32; 3]);
 
 impl CoarseCell {
+    /// The cells of twice the size that hold some cells.
+    pub(super) fn double(cells: &mut Vec<Self>) {
+        for cell in cells.iter_mut() {
+            cell.0 = cell.0.map(|c| c >> 1);
+        }
+        cells.sort_unstable();
+        cells.dedup();
+    }
+
     /// Centre, in voxels.
     pub(super) fn center(self, level: u32) -> [f64; 3] {
         self.0.map(|c| (f64::from(c) + 0.5) * f64::from(1_u32 << level))
@@ -170,14 +179,8 @@ impl Patch {
 
     /// The cells of 2^level voxels a side that hold voxels within `reach` voxels of a box, each once, in a fixed order.
     /// O(n) and sorting what is found.
-    pub(super) fn coarse_cells_near(
-        &self,
-        bounds: &Bounds,
-        reach: i32,
-        level: u32,
-        cells: &mut Vec<CoarseCell>,
-    ) {
-        cells.clear();
+    pub(super) fn coarse_cells_near(&self, bounds: &Bounds, reach: i32, level: u32) -> Vec<CoarseCell> {
+        let mut cells: Vec<CoarseCell> = Vec::new();
         let min = bounds.min.map(|c| c.saturating_sub(reach));
         let max = bounds.max.map(|c| c.saturating_add(reach));
         let from = self.voxels.partition_point(|voxel| voxel.cell()[0] < min[0]);
@@ -192,6 +195,7 @@ impl Patch {
         }
         cells.sort_unstable();
         cells.dedup();
+        cells
     }
 
     /// Keeps the voxels that are wanted.
