@@ -81,7 +81,8 @@ impl Gap {
             let margin = MARGIN + MARGIN_SIGMAS * f64::from(axial_noise(place[2] as f32));
             if reading <= 0.0 {
                 continue;
-            } else if reading < place[2] - margin {
+            }
+            if reading < place[2] - margin {
                 hidden += 1.0;
             } else if reading > place[2] + margin {
                 open += 1.0;
