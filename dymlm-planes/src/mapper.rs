@@ -56,7 +56,7 @@ impl PlaneMapper {
         self.detector.refine(frame.camera(), frame.depth())?;
         let rejected = self.detector.filter(movers).to_vec();
 
-        let mut report = self.map.insert(self.detector.planes(), world_from_camera, frame.timestamp())?;
+        let mut report = self.map.insert_frame(self.detector.planes(), frame, world_from_camera)?;
         report.rejected = rejected;
         Ok(report)
     }

@@ -113,8 +113,8 @@ impl MapBuilder {
         self.mover_boxes.extend(self.preprocessor.movers().iter().map(|mover| mover.corrected_box));
         let rejected = self.plane_detector.filter(&self.mover_boxes).to_vec();
         clock.end(Stage::PlaneRefinement);
-        let (found, time) = (self.plane_detector.planes(), frame.timestamp());
-        let mut planes = self.map.planes.insert(found, world_from_camera, time)?;
+        let found = self.plane_detector.planes();
+        let mut planes = self.map.planes.insert_frame(found, frame, world_from_camera)?;
         planes.rejected = rejected;
         clock.end(Stage::PlaneMap);
 

@@ -24,52 +24,21 @@ struct Surface {
     normal: [f64; 3],
     /// Planes of it have their centroids this near to `point`, metres.
     reach: f64,
-    /// Least share of its mapped area that one plane must hold: a little less than what stands, which is 1 everywhere but
-    /// for the floor.
-    least_share: f64,
 }
+
+/// Least share of a surface's mapped area that one plane must hold: a little less than what stands, which is all of it.
+const LEAST_SHARE: f64 = 0.9;
 
 const UP: [f64; 3] = [0.0089, -0.9044, -0.4265];
 const SURFACES: [Surface; 7] = [
-    Surface { name: "table top", point: [-0.08, 0.01, 1.77], normal: UP, reach: 1.2, least_share: 0.9 },
-    // Its two parts, before the table and far behind it, are in no frame together, and the table stands between them: two
-    // desks of one height would look the same.
-    Surface { name: "floor", point: [-1.51, 0.67, 2.03], normal: UP, reach: 4.0, least_share: 0.6 },
-    Surface {
-        name: "counter",
-        point: [-0.99, -0.45, 2.96],
-        normal: [0.02, 0.45, -0.89],
-        reach: 1.2,
-        least_share: 0.9,
-    },
-    Surface {
-        name: "cabinet",
-        point: [-1.91, 0.0, 2.02],
-        normal: [0.995, 0.0, 0.1],
-        reach: 0.8,
-        least_share: 0.9,
-    },
-    Surface {
-        name: "far wall",
-        point: [0.19, -0.84, 3.39],
-        normal: [0.0, 0.46, -0.89],
-        reach: 1.5,
-        least_share: 0.9,
-    },
-    Surface {
-        name: "left wall",
-        point: [2.0, -0.47, 2.74],
-        normal: [-1.0, -0.01, 0.04],
-        reach: 1.0,
-        least_share: 0.9,
-    },
-    Surface {
-        name: "right wall",
-        point: [-2.53, -0.59, 1.93],
-        normal: [0.99, 0.04, 0.12],
-        reach: 1.0,
-        least_share: 0.9,
-    },
+    Surface { name: "table top", point: [-0.08, 0.01, 1.77], normal: UP, reach: 1.2 },
+    // Its two parts, before the table and far behind it, are in no frame together.
+    Surface { name: "floor", point: [-1.51, 0.67, 2.03], normal: UP, reach: 4.0 },
+    Surface { name: "counter", point: [-0.99, -0.45, 2.96], normal: [0.02, 0.45, -0.89], reach: 1.2 },
+    Surface { name: "cabinet", point: [-1.91, 0.0, 2.02], normal: [0.995, 0.0, 0.1], reach: 0.8 },
+    Surface { name: "far wall", point: [0.19, -0.84, 3.39], normal: [0.0, 0.46, -0.89], reach: 1.5 },
+    Surface { name: "left wall", point: [2.0, -0.47, 2.74], normal: [-1.0, -0.01, 0.04], reach: 1.0 },
+    Surface { name: "right wall", point: [-2.53, -0.59, 1.93], normal: [0.99, 0.04, 0.12], reach: 1.0 },
 ];
 
 /// Planes belong to a surface that they are parallel to within 10 degrees and lie on within 5 cm.
@@ -120,7 +89,7 @@ fn is_one(surface: &Surface, planes: &PlaneMap) -> bool {
         })
         .collect();
     println!("  {}: {}; the largest holds {:.0} %", surface.name, list.join(", "), 100.0 * share);
-    share >= surface.least_share
+    share >= LEAST_SHARE
 }
 
 /// How far before the surface a plane's centroid lies, metres.

@@ -30,8 +30,14 @@ pub struct AssociationConfig {
     /// The paper's `R_Th`: more than this share of the edge points lies on the map plane, 0..=1. Default 0.5 (DESIGN 4.4).
     pub min_point_ratio: f64,
     /// Patches overlap, or no more than this is between them, metres, 0..=10. Default 0.04: less than between two screens
-    /// or two cabinets side by side. What something nearer hides is bridged besides, where a frame shows that it is hidden.
+    /// or two cabinets side by side.
     pub max_gap: f64,
+    /// Two planes of the map are one as well when something nearer hides what is between them and that is no wider than
+    /// this, metres, 0..=10. Default 0.8: what a person hides of a wall, or a table of the floor. 0 turns it off.
+    pub max_hidden_gap: f64,
+    /// This many key frames must have seen it hidden, and hardly any through it, 1..=1000. Default 3, as for
+    /// [`min_observations`](crate::PlaneMapConfig::min_observations); on rendered rooms 1 to 5 give the same maps.
+    pub min_hidden_sightings: u32,
     /// Whether the two sides of a sheet are one plane. Default: they are not.
     pub sides: Sides,
 }
@@ -44,6 +50,8 @@ impl Default for AssociationConfig {
             max_point_distance: 0.04,
             min_point_ratio: 0.5,
             max_gap: 0.04,
+            max_hidden_gap: 0.8,
+            min_hidden_sightings: 3,
             sides: Sides::Apart,
         }
     }
@@ -55,6 +63,9 @@ impl AssociationConfig {
         check_range("planes.map.association.max_distance", self.max_distance, 0.0..=10.0)?;
         check_range("planes.map.association.max_point_distance", self.max_point_distance, 0.0..=10.0)?;
         check_range("planes.map.association.min_point_ratio", self.min_point_ratio, 0.0..=1.0)?;
-        check_range("planes.map.association.max_gap", self.max_gap, 0.0..=10.0)
+        check_range("planes.map.association.max_gap", self.max_gap, 0.0..=10.0)?;
+        check_range("planes.map.association.max_hidden_gap", self.max_hidden_gap, 0.0..=10.0)?;
+        let least = f64::from(self.min_hidden_sightings);
+        check_range("planes.map.association.min_hidden_sightings", least, 1.0..=1000.0)
     }
 }

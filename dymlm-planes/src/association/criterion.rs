@@ -20,6 +20,8 @@ pub(crate) struct FinitePlane<'a> {
 
 /// Inliers of a map plane that equation 3 looks at, at most.
 const MOST_POINTS: usize = 400;
+/// What the agreement of patches that do not adjoin may cost; see [`Criterion::cost`].
+const MAX_COST_ACROSS_GAP: f64 = 0.75;
 
 /// How well two planes agree.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,8 +42,8 @@ pub(crate) struct Agreement {
 ///   shows another face ([`Sides`]);
 /// - offsets are compared at the detected patch; at the world's origin a small angle makes a large difference;
 /// - equation 3 counts |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind the plane count;
-/// - patches must overlap or nearly touch: two desks of one height are two planes. (Unless a frame showed that something
-///   nearer hides what joins them.)
+/// - patches must overlap or nearly touch: two desks of one height are two planes. (Unless key frames showed that something
+///   nearer hides what joins them; see [`Self::test_across_gap`].)
 #[derive(Debug, Clone)]
 pub(crate) struct Criterion {
     config: AssociationConfig,
@@ -59,21 +61,25 @@ impl Criterion {
         if !self.are_within_reach(detected, mapped) {
             return None;
         }
-        self.test_apart(detected, mapped).filter(|_| self.patches_adjoin(detected, mapped))
+        let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
+        let distance = mapped.plane.signed_distance(detected.centroid).abs();
+        if !(self.offsets_agree(distance) || self.edge_points_agree(detected, &mapped.plane)) {
+            return None;
+        }
+        self.patches_adjoin(detected, mapped).then_some(Agreement { angle, distance, flipped })
     }
 
-    /// The same for patches that are known to be one surface, wherever they lie: equation 1 and (equation 2 or equation 3).
-    pub(crate) fn test_apart(
+    /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better: equations 1 and 2, the
+    /// two together within what either alone may be off.
+    pub(crate) fn test_across_gap(
         &self,
         detected: &FinitePlane<'_>,
         mapped: &FinitePlane<'_>,
     ) -> Option<Agreement> {
         let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
         let distance = mapped.plane.signed_distance(detected.centroid).abs();
-        if !(self.offsets_agree(distance) || self.edge_points_agree(detected, &mapped.plane)) {
-            return None;
-        }
-        Some(Agreement { angle, distance, flipped })
+        let agreement = Agreement { angle, distance, flipped };
+        (self.cost(&agreement) <= MAX_COST_ACROSS_GAP).then_some(agreement)
     }
 
     /// Whether the boxes around the patches are near enough for the patches to adjoin: spares most pairs the tests.

@@ -1,8 +1,10 @@
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use dymlm_core::Pose;
+use dymlm_core::{Frame, Pose};
 
 use super::fixed_moments::FixedMoments;
+use super::gap::{Gap, GapSight};
+use super::gap_record::{GapRecord, GapSights, pair_of, resolve_sights};
 use super::map_plane::{ShapeSettings, Sightings};
 use super::observation::Observation;
 use super::{MapPlane, Patch, PlaneMapConfig, PlaneMerge, PlaneReport};
@@ -17,10 +19,17 @@ use crate::refinement::DetectedPlane;
 /// planes of the map that have become one merge. The association is the paper's (equation 1 and (equation 2 or
 /// equation 3)) with the corrections of DESIGN 4.4; see [`AssociationConfig`](crate::AssociationConfig).
 ///
-/// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key frame out
-/// exactly: the planes are those that they would be if it had added nothing, and merges that it brought about are undone.
+/// Patches of one plane that do not adjoin are one surface where something nearer hides what joins them (a wall behind a
+/// person, a floor on both sides of a table), and two where one looks through between them (two desks of one height). Each key
+/// frame that touches one of the two is asked what it sees on the shortest ways between them; when enough saw them hidden and
+/// hardly any looked through, they merge. What has merged is not parted when a later key frame looks through after all.
 ///
-/// Cost of an insertion: O(planes in the map + voxels of the planes seen).
+/// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key frame out
+/// exactly: the planes are those that they would be if it had added nothing, and merges that it brought about, or that it was
+/// needed for as a witness of what is hidden, are undone.
+///
+/// Cost of an insertion: O(planes in the map + voxels of the planes seen and of those near them on the same plane); no key frame
+/// is looked at again.
 #[derive(Debug, Clone)]
 pub struct PlaneMap {
     config: PlaneMapConfig,
@@ -30,8 +39,8 @@ pub struct PlaneMap {
     key_frames: BTreeMap<u64, KeyFrame>,
     /// Where planes have gone that were merged into others.
     merged: BTreeMap<u64, u64>,
-    /// Planes that some key frame saw as one surface behind something, smaller id first.
-    continued: BTreeSet<[u64; 2]>,
+    /// What the key frames saw between planes, by the ids that these have now.
+    gaps: GapRecord,
     next_plane: u64,
     next_key_frame: u64,
 }
@@ -43,9 +52,16 @@ struct KeyFrame {
     world_from_camera: Pose,
     contributions: Vec<Contribution>,
     /// Merges that it brought about.
-    merges: Vec<PlaneMerge>,
-    /// Planes that it saw as one surface behind something, by their ids at that time.
-    continued: Vec<[u64; 2]>,
+    merges: Vec<Merge>,
+    /// What it saw between planes, by their ids at that time.
+    sights: GapSights,
+}
+
+#[derive(Debug, Clone)]
+struct Merge {
+    merge: PlaneMerge,
+    /// The key frames that saw the gap hidden, when the two planes do not adjoin.
+    witnesses: Option<Vec<u64>>,
 }
 
 #[derive(Debug, Clone)]
@@ -65,6 +81,23 @@ struct Pairing {
     agreement: Agreement,
 }
 
+/// Two planes of the map that are one.
+#[derive(Debug, Clone, Copy)]
+struct FoundMerge {
+    cost: f64,
+    merge: PlaneMerge,
+    tie: Tie,
+}
+
+/// Why they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Tie {
+    /// Their patches adjoin.
+    Contact,
+    /// Something nearer hides what joins them.
+    HiddenGap,
+}
+
 /// A plane is a body's when this share of its inliers is.
 const BODY_SHARE: f64 = 0.6;
 
@@ -82,13 +115,14 @@ impl PlaneMap {
             planes: Vec::new(),
             key_frames: BTreeMap::new(),
             merged: BTreeMap::new(),
-            continued: BTreeSet::new(),
+            gaps: GapRecord::default(),
             next_plane: 0,
             next_key_frame: 0,
         })
     }
 
-    /// Adds the planes of a key frame, given in its camera's frame.
+    /// Adds the planes of a key frame, given in its camera's frame. What lies between planes is not looked at; see
+    /// [`Self::insert_frame`].
     ///
     /// # Errors
     ///
@@ -100,13 +134,41 @@ impl PlaneMap {
         world_from_camera: &Pose,
         timestamp: f64,
     ) -> Result<PlaneReport, PlaneError> {
+        self.insert_seen(detected, None, world_from_camera, timestamp)
+    }
+
+    /// Adds the planes of a key frame, given in its camera's frame, and looks in its depth image at what lies between planes of
+    /// the map that may be one surface behind something: see
+    /// [`max_hidden_gap`](crate::AssociationConfig::max_hidden_gap).
+    ///
+    /// # Errors
+    ///
+    /// [`PlaneError::OutOfReach`] when a plane lies so far out that it cannot be summed exactly. The map stays as it was.
+    pub fn insert_frame(
+        &mut self,
+        detected: &[DetectedPlane],
+        frame: &Frame,
+        world_from_camera: &Pose,
+    ) -> Result<PlaneReport, PlaneError> {
+        self.insert_seen(detected, Some(frame), world_from_camera, frame.timestamp())
+    }
+
+    fn insert_seen(
+        &mut self,
+        detected: &[DetectedPlane],
+        frame: Option<&Frame>,
+        world_from_camera: &Pose,
+        timestamp: f64,
+    ) -> Result<PlaneReport, PlaneError> {
         if !timestamp.is_finite() {
             return Err(PlaneError::Timestamp(timestamp));
         }
         let observations = self.bring_to_world(detected, world_from_camera)?;
         let pairings = self.associate(&observations);
-        let continued = find_continued(&observations);
-        let mut report = self.fuse(observations, &pairings, &continued, world_from_camera, timestamp);
+        let mut report = self.fuse(observations, &pairings, world_from_camera, timestamp);
+        if let Some(frame) = frame {
+            self.look_between(&report, frame, world_from_camera);
+        }
         self.merge(&mut report);
         Ok(report)
     }
@@ -130,12 +192,14 @@ impl PlaneMap {
     /// [`PlaneError::UnknownKeyFrame`].
     pub fn remove(&mut self, key_frame: u64) -> Result<(), PlaneError> {
         let gone = self.key_frames.remove(&key_frame).ok_or(PlaneError::UnknownKeyFrame { key_frame })?;
-        if gone.merges.is_empty() {
+        let mut undone: Vec<PlaneMerge> = gone.merges.iter().map(|merge| merge.merge).collect();
+        undone.extend(self.take_unwitnessed(key_frame));
+        if undone.is_empty() {
             self.subtract(&gone);
         } else {
-            self.undo_merges(&gone);
+            self.undo_merges(&gone, &undone);
         }
-        self.collect_continued();
+        self.collect_gaps();
         Ok(())
     }
 
@@ -182,6 +246,11 @@ impl PlaneMap {
                 share.patch.retain(|voxel| !is_body(foot_on(plane, voxel.center(voxel_size))));
             }
         }
+        // What lay between them and others lies there no more.
+        for key_frame in self.key_frames.values_mut() {
+            key_frame.sights.retain(|pair, _| !pair.iter().any(|id| going.contains(&resolve(merged, *id))));
+        }
+        self.collect_gaps();
         let touched: Vec<u64> = going.iter().copied().chain(cut.iter().map(|(id, _)| *id)).collect();
         self.rebuild(&touched);
         Ok(going)
@@ -244,7 +313,11 @@ impl PlaneMap {
         let planes: usize =
             self.planes.iter().map(|plane| size_of::<MapPlane>() + plane.patch.memory_bytes()).sum();
         let shares = self.key_frames.values().flat_map(|key_frame| &key_frame.contributions);
-        planes + shares.map(|share| size_of::<Contribution>() + share.patch.memory_bytes()).sum::<usize>()
+        let sights: usize = self.key_frames.values().map(|key_frame| key_frame.sights.len()).sum();
+        let sights = sights * size_of::<([u64; 2], GapSight)>();
+        planes
+            + sights
+            + shares.map(|share| size_of::<Contribution>() + share.patch.memory_bytes()).sum::<usize>()
     }
 
     fn bring_to_world(
@@ -275,7 +348,6 @@ impl PlaneMap {
         &mut self,
         observations: Vec<Observation>,
         pairings: &[Option<Pairing>],
-        continued: &[[usize; 2]],
         world_from_camera: &Pose,
         timestamp: f64,
     ) -> PlaneReport {
@@ -311,21 +383,55 @@ impl PlaneMap {
                 plane.refit();
             }
         }
-        let continued: Vec<[u64; 2]> =
-            continued.iter().map(|pair| pair.map(|detected| report.associations[detected])).collect();
-        self.continued.extend(continued.iter().copied().map(sorted));
-        let (merges, world_from_camera) = (Vec::new(), *world_from_camera);
+        let (merges, sights, world_from_camera) = (Vec::new(), GapSights::new(), *world_from_camera);
         self.key_frames.insert(
             report.key_frame,
-            KeyFrame { timestamp, world_from_camera, contributions, merges, continued },
+            KeyFrame { timestamp, world_from_camera, contributions, merges, sights },
         );
         report
+    }
+
+    /// Looks at what lies between planes that this key frame has touched and planes of the map that are coplanar with them.
+    fn look_between(&mut self, report: &PlaneReport, frame: &Frame, world_from_camera: &Pose) {
+        let camera_from_world = world_from_camera.inverse();
+        let mut sights = GapSights::new();
+        for &id in report.created.iter().chain(&report.updated) {
+            let Some(a) = self.place(id).map(|place| &self.planes[place]) else { continue };
+            for b in self.planes.iter().filter(|b| b.id != id) {
+                let pair = pair_of(a.id, b.id);
+                if !sights.contains_key(&pair)
+                    && let Some(gap) = self.gap_between(a, b)
+                    && let Some(sight) = gap.look(frame.camera(), frame.depth(), &camera_from_world)
+                {
+                    sights.insert(pair, sight);
+                }
+            }
+        }
+        self.gaps.add(&sights);
+        if let Some(key_frame) = self.key_frames.get_mut(&report.key_frame) {
+            key_frame.sights = sights;
+        }
+    }
+
+    /// What lies between two planes of the map that may be one surface behind something.
+    fn gap_between(&self, a: &MapPlane, b: &MapPlane) -> Option<Gap> {
+        let (into, from) = in_order(a, b);
+        let (from, into) = (from.finite(), into.finite());
+        let width = self.config.association.max_hidden_gap;
+        if width <= 0.0 || from.bounds.distance(&into.bounds) > width {
+            return None;
+        }
+        self.criterion.test_across_gap(&from, &into)?;
+        Gap::between(&from, &into, self.config.voxel_size, width)
     }
 
     /// Merges planes that this key frame has touched with planes that they have become one with, best pair first.
     fn merge(&mut self, report: &mut PlaneReport) {
         let mut touched: Vec<u64> = report.created.iter().chain(&report.updated).copied().collect();
-        while let Some(merge) = self.best_merge(&touched) {
+        let mut merges = Vec::new();
+        while let Some(found) = self.best_merge(&touched) {
+            let merge = found.merge;
+            merges.push(Merge { merge, witnesses: self.witnesses(&found) });
             self.merged.insert(merge.from, merge.into);
             touched.retain(|&id| id != merge.from);
             if !touched.contains(&merge.into) {
@@ -335,49 +441,71 @@ impl PlaneMap {
                 let gone = self.planes.remove(place);
                 self.absorb(&gone, merge.into);
             }
-            self.collect_continued();
+            self.collect_gaps();
             report.merged.push(merge);
         }
         for id in &mut report.associations {
             *id = self.resolve(*id);
         }
         if let Some(key_frame) = self.key_frames.get_mut(&report.key_frame) {
-            key_frame.merges.clone_from(&report.merged);
+            key_frame.merges = merges;
         }
     }
 
-    fn best_merge(&self, touched: &[u64]) -> Option<PlaneMerge> {
-        let mut best: Option<(f64, PlaneMerge)> = None;
+    fn best_merge(&self, touched: &[u64]) -> Option<FoundMerge> {
+        let mut best: Option<FoundMerge> = None;
         for &id in touched {
             let Some(a) = self.place(id).map(|place| &self.planes[place]) else { continue };
             for b in self.planes.iter().filter(|b| b.id != id) {
-                let Some((cost, merge)) = self.test_merge(a, b) else { continue };
-                if best.is_none_or(|(least, other)| cost < least || (cost == least && merge < other)) {
-                    best = Some((cost, merge));
+                let Some(found) = self.test_merge(a, b) else { continue };
+                if best.is_none_or(|best| (found.cost, found.merge) < (best.cost, best.merge)) {
+                    best = Some(found);
                 }
             }
         }
-        best.map(|(_, merge)| merge)
+        best
     }
 
     /// Whether two planes of the map are one: the plane with fewer observations would go into the other.
-    fn test_merge(&self, a: &MapPlane, b: &MapPlane) -> Option<(f64, PlaneMerge)> {
-        let more =
-            (a.sightings.count, std::cmp::Reverse(a.id)) > (b.sightings.count, std::cmp::Reverse(b.id));
-        let (into, from) = if more { (a, b) } else { (b, a) };
-        let (from_plane, into_plane) = (from.finite(), into.finite());
-        let agreement = self.criterion.test(&from_plane, &into_plane).or_else(|| {
-            let are_continued = self.continued.contains(&sorted([a.id, b.id]));
-            are_continued.then(|| self.criterion.test_apart(&from_plane, &into_plane)).flatten()
-        })?;
-        Some((self.criterion.cost(&agreement), PlaneMerge { from: from.id, into: into.id }))
+    fn test_merge(&self, a: &MapPlane, b: &MapPlane) -> Option<FoundMerge> {
+        let (into, from) = in_order(a, b);
+        let merge = PlaneMerge { from: from.id, into: into.id };
+        let found =
+            |tie: Tie, agreement: &Agreement| FoundMerge { cost: self.criterion.cost(agreement), merge, tie };
+        let (from, into) = (from.finite(), into.finite());
+        if let Some(agreement) = self.criterion.test(&from, &into) {
+            return Some(found(Tie::Contact, &agreement));
+        }
+        let least = self.config.association.min_hidden_sightings;
+        let is_hidden = self.gaps.is_hidden(pair_of(merge.from, merge.into), least);
+        let agreement = is_hidden.then(|| self.criterion.test_across_gap(&from, &into)).flatten()?;
+        Some(found(Tie::HiddenGap, &agreement))
     }
 
-    /// The pairs of all key frames under the ids that the planes have now. O(pairs of all key frames), when ids or key frames
-    /// have gone.
-    fn collect_continued(&mut self) {
-        let pairs = self.key_frames.values().flat_map(|key_frame| &key_frame.continued);
-        self.continued = pairs.map(|pair| sorted(pair.map(|id| self.resolve(id)))).collect();
+    /// The key frames that saw the gap hidden that is between two planes; `None` when they adjoin.
+    fn witnesses(&self, found: &FoundMerge) -> Option<Vec<u64>> {
+        let pair = pair_of(found.merge.from, found.merge.into);
+        let saw = |key_frame: &KeyFrame| {
+            let sights = resolve_sights(&key_frame.sights, |id| self.resolve(id));
+            sights.get(&pair) == Some(&GapSight::Hidden)
+        };
+        (found.tie == Tie::HiddenGap).then(|| {
+            self.key_frames
+                .iter()
+                .filter(|(_, key_frame)| saw(key_frame))
+                .map(|(&number, _)| number)
+                .collect()
+        })
+    }
+
+    /// What all key frames saw between planes, by the ids that the planes have now. O(sights of all key frames), when ids or
+    /// key frames have gone.
+    fn collect_gaps(&mut self) {
+        let mut gaps = GapRecord::default();
+        for key_frame in self.key_frames.values() {
+            gaps.add(&resolve_sights(&key_frame.sights, |id| self.resolve(id)));
+        }
+        self.gaps = gaps;
     }
 
     fn absorb(&mut self, gone: &MapPlane, into: u64) {
@@ -409,17 +537,33 @@ impl PlaneMap {
         }
     }
 
-    /// Parts planes that a key frame made one, and makes all that it touched anew without it.
-    fn undo_merges(&mut self, gone: &KeyFrame) {
+    /// Takes those merges out of the key frames that have too few witnesses left without a key frame.
+    fn take_unwitnessed(&mut self, gone: u64) -> Vec<PlaneMerge> {
+        let least = self.config.association.min_hidden_sightings as usize;
+        let mut taken = Vec::new();
+        for key_frame in self.key_frames.values_mut() {
+            key_frame.merges.retain_mut(|merge| {
+                let Some(witnesses) = &mut merge.witnesses else { return true };
+                witnesses.retain(|&witness| witness != gone);
+                let holds = witnesses.len() >= least;
+                if !holds {
+                    taken.push(merge.merge);
+                }
+                holds
+            });
+        }
+        taken
+    }
+
+    /// Parts planes that a key frame made one, or that it was needed as a witness for, and makes all that it touched anew without it.
+    fn undo_merges(&mut self, gone: &KeyFrame, undone: &[PlaneMerge]) {
         let mut touched: Vec<u64> =
             gone.contributions.iter().map(|share| self.resolve(share.plane)).collect();
-        touched.extend(gone.merges.iter().map(|merge| self.resolve(merge.into)));
-        for merge in &gone.merges {
+        touched.extend(undone.iter().map(|merge| self.resolve(merge.into)));
+        for merge in undone {
             self.merged.remove(&merge.from);
         }
-        touched.extend(
-            gone.merges.iter().flat_map(|merge| [self.resolve(merge.from), self.resolve(merge.into)]),
-        );
+        touched.extend(undone.iter().flat_map(|merge| [self.resolve(merge.from), self.resolve(merge.into)]));
         touched.sort_unstable();
         touched.dedup();
         self.rebuild(&touched);
@@ -512,16 +656,8 @@ fn resolve(merged: &BTreeMap<u64, u64>, mut id: u64) -> u64 {
     id
 }
 
-/// Pairs of observations that are one surface behind something.
-fn find_continued(observations: &[Observation]) -> Vec<[usize; 2]> {
-    let mut pairs = Vec::new();
-    for (j, b) in observations.iter().enumerate() {
-        let continued = (0..j).filter(|&i| observations[i].continued_by.contains(&b.segment));
-        pairs.extend(continued.map(|i| [i, j]));
-    }
-    pairs
-}
-
-fn sorted([a, b]: [u64; 2]) -> [u64; 2] {
-    if a < b { [a, b] } else { [b, a] }
+/// The plane of two that the other would go into, and the other: that with more observations, the older of equals.
+fn in_order<'a>(a: &'a MapPlane, b: &'a MapPlane) -> (&'a MapPlane, &'a MapPlane) {
+    let rank = |plane: &MapPlane| (plane.sightings.count, std::cmp::Reverse(plane.id));
+    if rank(a) > rank(b) { (a, b) } else { (b, a) }
 }

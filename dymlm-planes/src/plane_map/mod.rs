@@ -2,6 +2,8 @@
 
 mod config;
 mod fixed_moments;
+mod gap;
+mod gap_record;
 mod map;
 mod map_plane;
 mod observation;

@@ -15,9 +15,6 @@ pub(super) struct Observation {
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
     bounds: Bounds,
-    /// Its segment, and those of the same frame that are the same surface.
-    pub(super) segment: usize,
-    pub(super) continued_by: Vec<usize>,
 }
 
 impl Observation {
@@ -47,8 +44,6 @@ impl Observation {
             moments,
             bounds: patch.bounds(voxel_size),
             patch,
-            segment: detected.segment,
-            continued_by: detected.continued_by.clone(),
         })
     }
 

@@ -34,6 +34,31 @@ impl Bounds {
     }
 }
 
+/// A cube of 2^level voxels a side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct CoarseCell([i32; 3]);
+
+impl CoarseCell {
+    /// The cells of twice the size that hold some cells.
+    pub(super) fn double(cells: &mut Vec<Self>) {
+        for cell in cells.iter_mut() {
+            cell.0 = cell.0.map(|c| c >> 1);
+        }
+        cells.sort_unstable();
+        cells.dedup();
+    }
+
+    /// Centre, in voxels.
+    pub(super) fn center(self, level: u32) -> [f64; 3] {
+        self.0.map(|c| (f64::from(c) + 0.5) * f64::from(1_u32 << level))
+    }
+
+    /// Square of the distance between two centres, in cells.
+    pub(super) fn square_distance(self, other: Self) -> i64 {
+        (0..3).map(|axis| i64::from(self.0[axis] - other.0[axis]).pow(2)).sum()
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PatchVoxel {
     key: u64,
@@ -150,6 +175,27 @@ impl Patch {
             })
             .collect();
         Self { voxels }
+    }
+
+    /// The cells of 2^level voxels a side that hold voxels within `reach` voxels of a box, each once, in a fixed order.
+    /// O(n) and sorting what is found.
+    pub(super) fn coarse_cells_near(&self, bounds: &Bounds, reach: i32, level: u32) -> Vec<CoarseCell> {
+        let mut cells: Vec<CoarseCell> = Vec::new();
+        let min = bounds.min.map(|c| c.saturating_sub(reach));
+        let max = bounds.max.map(|c| c.saturating_add(reach));
+        let from = self.voxels.partition_point(|voxel| voxel.cell()[0] < min[0]);
+        for voxel in self.voxels[from..].iter().map(|voxel| voxel.cell()).take_while(|cell| cell[0] <= max[0])
+        {
+            if (1..3).all(|axis| (min[axis]..=max[axis]).contains(&voxel[axis])) {
+                let cell = CoarseCell(voxel.map(|c| c >> level));
+                if cells.last() != Some(&cell) {
+                    cells.push(cell);
+                }
+            }
+        }
+        cells.sort_unstable();
+        cells.dedup();
+        cells
     }
 
     /// Keeps the voxels that are wanted.

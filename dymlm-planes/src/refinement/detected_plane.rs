@@ -28,8 +28,6 @@ pub struct DetectedPlane {
     pub samples: Vec<Point>,
     /// Points along the rim of the segment and of its holes, without outliers, set onto the plane: the paper's `B_c`.
     pub edge_points: Vec<Point>,
-    /// Segments of the same frame that are the same surface: something nearer hides what joins them.
-    pub continued_by: Vec<usize>,
     /// Index of the segment in the extraction.
     pub segment: usize,
     /// Sums over the inliers, weighted by 1 / sigma(z)^2; the weight of a reading at 0.4 m is 1.

@@ -4,7 +4,6 @@ mod config;
 mod covariance;
 mod detected_plane;
 mod edge_points;
-mod occlusion;
 mod refiner;
 mod reweighting;
 mod runs;

@@ -1,7 +1,6 @@
 use dymlm_core::{DepthImage, PinholeCamera, Point};
 
 use super::edge_points::{fill_around, visit_rims};
-use super::occlusion::link_continued;
 use super::reweighting::{Kernel, Trial, WeightedSums, finest_noise};
 use super::runs::{Run, find_runs};
 use super::{DetectedPlane, PlaneCovariance, RefinementConfig};
@@ -104,7 +103,6 @@ impl PlaneRefiner {
         self.collect_planes(extraction.segments());
         self.sample_patches(depth, extraction);
         self.find_edges(depth, extraction);
-        link_continued(&mut self.planes, camera, depth);
         Ok(&self.planes)
     }
 
@@ -203,7 +201,6 @@ impl PlaneRefiner {
                 area: 0.0,
                 samples,
                 edge_points,
-                continued_by: Vec::new(),
                 segment: index,
                 moments: sums.moments,
             });

@@ -1,0 +1,124 @@
+use dymlm_core::{DepthImage, PinholeCamera, Pose, axial_noise};
+
+use super::patch::CoarseCell;
+use crate::association::FinitePlane;
+use crate::linear_algebra::foot_on;
+
+/// Cells of 4 voxels a side are small enough to tell where two patches are nearest, ...
+const FINEST_LEVEL: u32 = 2;
+/// ... larger ones are taken until no patch has more of them near the other.
+const MOST_CELLS: usize = 192;
+/// Ways across a gap that are looked along, and places on each.
+const MOST_WAYS: usize = 8;
+const PLACES: usize = 12;
+/// Share of the places between that must be hidden, and that may be looked through (noise at the rims).
+const MIN_HIDDEN: f64 = 1.0 / 3.0;
+const MAX_OPEN: f64 = 0.1;
+/// A reading this far before or behind a place is not of it, metres, and so many deviations of the noise.
+const MARGIN: f64 = 0.03;
+const MARGIN_SIGMAS: f64 = 3.0;
+
+/// What lies between two patches of one plane: the shortest ways from the one to the other, where they are nearest.
+#[derive(Debug, Clone)]
+pub(super) struct Gap {
+    /// Places on the ways. World frame.
+    places: Vec<[f64; 3]>,
+}
+
+/// What a key frame sees between two patches of one plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum GapSight {
+    /// Something nearer hides what would join them.
+    Hidden,
+    /// One looks through between them.
+    Open,
+}
+
+impl Gap {
+    /// The gap between two patches, if it is no wider than `max_width` metres (to a cell of the patches).
+    ///
+    /// O(voxels of either within `max_width` of the other's box, sorted), and at most 192^2 pairs of cells.
+    pub(super) fn between(
+        a: &FinitePlane<'_>,
+        b: &FinitePlane<'_>,
+        voxel_size: f64,
+        max_width: f64,
+    ) -> Option<Self> {
+        let (reach, mut level) = ((max_width / voxel_size).ceil() as i32, FINEST_LEVEL);
+        let mut of_a = a.patch.coarse_cells_near(&b.bounds, reach, level);
+        let mut of_b = b.patch.coarse_cells_near(&a.bounds, reach, level);
+        while of_a.len().max(of_b.len()) > MOST_CELLS {
+            CoarseCell::double(&mut of_a);
+            CoarseCell::double(&mut of_b);
+            level += 1;
+        }
+        let places = shortest_ways(&of_a, &of_b, max_width / voxel_size, level)
+            .flat_map(|[from, to]| {
+                let from = foot_on(&a.plane, from.map(|c| c * voxel_size));
+                let to = foot_on(&b.plane, to.map(|c| c * voxel_size));
+                (1..=PLACES).map(move |k| {
+                    let part = k as f64 / (PLACES + 1) as f64;
+                    std::array::from_fn(|axis| from[axis] + part * (to[axis] - from[axis]))
+                })
+            })
+            .collect::<Vec<_>>();
+        (!places.is_empty()).then_some(Self { places })
+    }
+
+    /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings, or sees the plane
+    /// go on. O(places), at most 96.
+    pub(super) fn look(
+        &self,
+        camera: &PinholeCamera,
+        depth: &DepthImage,
+        camera_from_world: &Pose,
+    ) -> Option<GapSight> {
+        let (mut hidden, mut open, mut all) = (0.0, 0.0, self.places.len() as f64);
+        for place in &self.places {
+            let place = camera_from_world.transform_point(*place);
+            let Some(pixel) = camera.project(place).filter(|pixel| camera.sees(*pixel)) else { continue };
+            let reading = f64::from(depth.at(pixel[0].round() as usize, pixel[1].round() as usize));
+            let margin = MARGIN + MARGIN_SIGMAS * f64::from(axial_noise(place[2] as f32));
+            if reading <= 0.0 {
+                continue;
+            }
+            if reading < place[2] - margin {
+                hidden += 1.0;
+            } else if reading > place[2] + margin {
+                open += 1.0;
+            } else {
+                // The plane itself: one of the patches reaches here, or will.
+                all -= 1.0;
+            }
+        }
+        if open > MAX_OPEN * all {
+            Some(GapSight::Open)
+        } else {
+            (hidden > 0.0 && hidden >= MIN_HIDDEN * all).then_some(GapSight::Hidden)
+        }
+    }
+}
+
+/// From each cell of the one patch to the nearest of the other: the ways that are at most a cell longer than the shortest, some
+/// of them, spread over all. In voxels.
+fn shortest_ways(
+    of_a: &[CoarseCell],
+    of_b: &[CoarseCell],
+    max_length: f64,
+    level: u32,
+) -> impl Iterator<Item = [[f64; 3]; 2]> {
+    let side = f64::from(1_u32 << level);
+    let ways: Vec<(f64, [[f64; 3]; 2])> = of_a
+        .iter()
+        .filter_map(|a| {
+            let nearest = of_b.iter().min_by_key(|b| a.square_distance(**b))?;
+            let length = (a.square_distance(*nearest) as f64).sqrt() * side;
+            Some((length, [a.center(level), nearest.center(level)]))
+        })
+        .collect();
+    let least = ways.iter().map(|(length, _)| *length).fold(f64::INFINITY, f64::min);
+    let most = if least <= max_length { least + side } else { -1.0 };
+    let short: Vec<_> = ways.into_iter().filter(|(length, _)| *length <= most).collect();
+    let stride = short.len().div_ceil(MOST_WAYS).max(1);
+    short.into_iter().step_by(stride).map(|(_, way)| way)
+}
