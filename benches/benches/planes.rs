@@ -75,19 +75,16 @@ fn map(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-planes/map_insert");
     for input in &inputs() {
         let mut detector = PlaneDetector::new(&config).unwrap();
-        let detected: Vec<_> = input
-            .frames
-            .iter()
-            .map(|(frame, pose)| {
-                (detector.detect(frame.camera(), frame.depth(), None, &[]).unwrap().to_vec(), *pose)
-            })
-            .collect();
+        let mut detect =
+            |frame: &Frame| detector.detect(frame.camera(), frame.depth(), None, &[]).unwrap().to_vec();
+        let detected: Vec<_> =
+            input.frames.iter().map(|(frame, pose)| (detect(frame), frame, pose)).collect();
         group.throughput(Throughput::Elements(detected.len() as u64));
         group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
             bencher.iter(|| {
                 let mut map = PlaneMap::new(config.map.clone()).unwrap();
-                for (planes, pose) in &detected {
-                    map.insert(black_box(planes), pose, 0.0).unwrap();
+                for (planes, frame, pose) in &detected {
+                    map.insert_frame(black_box(planes), frame, pose).unwrap();
                 }
                 map
             });

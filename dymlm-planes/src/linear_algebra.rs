@@ -1,33 +1,14 @@
-//! Symmetric 3x3 matrices and 3-vectors: what fitting planes needs, and no more.
+//! Symmetric 3x3 matrices: what fitting planes needs, and no more.
 //!
 //! A covariance is fitted many thousand times a frame. Its smallest eigenvalue is the root of a cubic: Newton's method
 //! from 0 climbs to it without ever passing it, since all roots are real and none is negative; on flat data three steps
 //! do. The eigenvector is the longest cross product of two rows of A - lambda I.
 
 use dymlm_core::Plane;
+use dymlm_core::vector3::{cross, dot, norm};
 
 /// A symmetric matrix: xx, xy, xz, yy, yz, zz.
 pub(crate) type Symmetric3 = [f64; 6];
-
-#[inline]
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline]
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-#[inline]
-pub(crate) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline]
-pub(crate) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
 
 /// The vector at unit length; `None` when it has no direction.
 #[inline]
@@ -143,6 +124,8 @@ mod tests {
     use nalgebra::{Matrix3, SymmetricEigen, Vector3};
     use proptest::prelude::*;
 
+    use dymlm_core::vector3::difference;
+
     use super::*;
 
     fn dense(m: &Symmetric3) -> Matrix3<f64> {
@@ -199,7 +182,7 @@ mod tests {
         for normal in [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [0.6, 0.0, 0.8], [0.36, 0.48, -0.8]] {
             let [u, v] = plane_axes(normal);
             assert!(dot(u, v).abs() < 1e-12 && dot(u, normal).abs() < 1e-12);
-            assert!(norm(subtract(cross(u, v), normal)) < 1e-12);
+            assert!(norm(difference(cross(u, v), normal)) < 1e-12);
         }
     }
 }

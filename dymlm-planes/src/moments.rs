@@ -1,6 +1,7 @@
+use dymlm_core::vector3::{difference, dot, norm};
 use dymlm_core::{Plane, Pose};
 
-use crate::linear_algebra::{Symmetric3, dot, norm, normalized, quadratic_form, subtract};
+use crate::linear_algebra::{Symmetric3, normalized, quadratic_form};
 
 /// Sums over weighted points up to second order: all that a least-squares plane needs. They add up and can be taken
 /// apart, so a plane of two sets of points costs the same as one of two points.
@@ -88,7 +89,7 @@ impl Moments {
     /// Mean of squared distances from a given plane.
     #[inline]
     pub(crate) fn mse_about(&self, normal: [f64; 3], point: [f64; 3]) -> f64 {
-        let offset = dot(normal, subtract(self.centroid(), point));
+        let offset = dot(normal, difference(self.centroid(), point));
         quadratic_form(&self.covariance(), normal).max(0.0) + offset * offset
     }
 
@@ -196,7 +197,7 @@ mod tests {
         let fit = tilted_square().fit().unwrap();
         let length = 1.25_f64.sqrt();
         let expected = [0.5 / length, 0.0, -1.0 / length];
-        assert!(subtract(fit.normal, expected).iter().all(|difference| difference.abs() < 1e-9));
+        assert!(difference(fit.normal, expected).iter().all(|difference| difference.abs() < 1e-9));
         assert!(fit.mse < 1e-12 && (fit.centroid[2] - 2.0).abs() < 1e-12);
         assert!(fit.plane().unwrap().d() > 0.0);
     }
@@ -208,7 +209,7 @@ mod tests {
         let fit = moved.fit().unwrap();
         assert!(fit.mse < 1e-9, "{fit:?}");
         let expected = pose.transform_point([0.0, 0.0, 2.0]);
-        assert!(subtract(fit.centroid, expected).iter().all(|difference| difference.abs() < 1e-9));
+        assert!(difference(fit.centroid, expected).iter().all(|difference| difference.abs() < 1e-9));
     }
 
     #[test]

@@ -1,4 +1,6 @@
-use crate::linear_algebra::{dot, plane_axes, subtract};
+use dymlm_core::vector3::{difference, dot};
+
+use crate::linear_algebra::plane_axes;
 use crate::plane_map::Patch;
 
 /// A plane's coordinate frame: an origin on the plane and two axes in it.
@@ -16,7 +18,7 @@ impl PlaneFrame {
     /// Coordinates of a point's foot on the plane, metres.
     #[inline]
     pub(crate) fn to_plane(self, point: [f64; 3]) -> [f64; 2] {
-        let offset = subtract(point, self.origin);
+        let offset = difference(point, self.origin);
         self.axes.map(|axis| dot(axis, offset))
     }
 

@@ -1,7 +1,8 @@
 use dymlm_core::Plane;
+use dymlm_core::vector3::dot;
 
 use super::{AssociationConfig, Sides};
-use crate::linear_algebra::{dot, foot_on};
+use crate::linear_algebra::foot_on;
 use crate::plane_grid::{PlaneFrame, patches_adjoin};
 use crate::plane_map::{Bounds, Patch};
 

@@ -1,4 +1,4 @@
-use crate::linear_algebra::{cross, dot};
+use dymlm_core::vector3::{cross, dot};
 
 /// One connected piece of a plane's boundary: an outline and the holes in it. World frame, metres.
 ///

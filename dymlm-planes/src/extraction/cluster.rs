@@ -1,9 +1,11 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use dymlm_core::vector3::dot;
+
 use super::block_grid::BlockGrid;
 use super::tolerance::Tolerance;
-use crate::linear_algebra::dot;
+
 use crate::moments::{Fit, Moments};
 
 /// No block, no entry.

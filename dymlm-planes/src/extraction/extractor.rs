@@ -1,3 +1,4 @@
+use dymlm_core::vector3::dot;
 use dymlm_core::{DepthImage, Mask, PinholeCamera, axial_noise};
 
 use super::block_grid::{BlockGrid, Rays};
@@ -8,7 +9,7 @@ use super::meetings::{Meeting, find_meetings, keep_close};
 use super::tolerance::Tolerance;
 use super::{Extraction, ExtractionConfig, Segment};
 use crate::PlaneError;
-use crate::linear_algebra::dot;
+
 use crate::moments::{Fit, Moments};
 
 /// A block is rough from this many times the expected variance on: five standard deviations of the variance of 64

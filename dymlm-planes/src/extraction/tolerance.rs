@@ -1,5 +1,7 @@
+use dymlm_core::vector3::{dot, norm};
+
 use super::ExtractionConfig;
-use crate::linear_algebra::{dot, eigenvalues, norm};
+use crate::linear_algebra::eigenvalues;
 use crate::moments::{Fit, Moments};
 
 /// The physical tolerances of Feng 2014, as functions of the depth.

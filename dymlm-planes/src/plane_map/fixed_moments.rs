@@ -1,6 +1,7 @@
 use dymlm_core::Pose;
+use dymlm_core::vector3::dot;
 
-use crate::linear_algebra::{dot, eigenvector, smallest_eigenvalue};
+use crate::linear_algebra::{eigenvector, smallest_eigenvalue};
 use crate::moments::{Fit, Moments};
 
 /// Units of length a metre: 2^20, about a micrometre.

@@ -1,4 +1,6 @@
-use crate::linear_algebra::{dot, normalized};
+use dymlm_core::vector3::dot;
+
+use crate::linear_algebra::normalized;
 use crate::plane_map::{MapPlane, PlaneMap};
 
 /// What a plane is in a room, by its orientation and height.

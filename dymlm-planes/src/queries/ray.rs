@@ -1,4 +1,6 @@
-use crate::linear_algebra::{dot, normalized};
+use dymlm_core::vector3::dot;
+
+use crate::linear_algebra::normalized;
 use crate::plane_map::{MapPlane, PlaneMap};
 
 /// Where a ray meets a finite plane.

@@ -1,6 +1,7 @@
 use dymlm_core::Point;
+use dymlm_core::vector3::dot;
 
-use crate::linear_algebra::{dot, foot_on, normalized};
+use crate::linear_algebra::{foot_on, normalized};
 use crate::plane_map::{MapPlane, PlaneMap};
 
 /// Share of the points that may lie below a plane that carries them: noise, and what hangs over its rim.

@@ -1,4 +1,6 @@
-use crate::linear_algebra::{dot, plane_axes, quadratic_form};
+use dymlm_core::vector3::dot;
+
+use crate::linear_algebra::{plane_axes, quadratic_form};
 use crate::moments::Moments;
 
 /// How uncertain a plane is: three degrees of freedom, taken at the plane's centroid, where the tilt and the offset do not

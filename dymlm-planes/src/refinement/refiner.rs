@@ -1,3 +1,4 @@
+use dymlm_core::vector3::dot;
 use dymlm_core::{DepthImage, PinholeCamera, Point};
 
 use super::edge_points::{fill_around, visit_rims};
@@ -6,7 +7,7 @@ use super::runs::{Run, find_runs};
 use super::{DetectedPlane, PlaneCovariance, RefinementConfig};
 use crate::PlaneError;
 use crate::extraction::{Extraction, Segment};
-use crate::linear_algebra::dot;
+
 use crate::moments::Fit;
 
 /// While reweighting every second row is read: neighbouring readings share their errors, and the last fit reads all.

@@ -1,6 +1,7 @@
 use dymlm_core::axial_noise;
 
-use crate::linear_algebra::dot;
+use dymlm_core::vector3::dot;
+
 use crate::moments::{Fit, Moments};
 
 /// A plane, and how readings near it weigh.
