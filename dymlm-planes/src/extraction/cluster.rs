@@ -5,7 +5,6 @@ use dymlm_core::vector3::dot;
 
 use super::block_grid::BlockGrid;
 use super::tolerance::Tolerance;
-
 use crate::moments::{Fit, Moments};
 
 /// No block, no entry.

@@ -9,7 +9,6 @@ use super::meetings::{Meeting, find_meetings, keep_close};
 use super::tolerance::Tolerance;
 use super::{Extraction, ExtractionConfig, Segment};
 use crate::PlaneError;
-
 use crate::moments::{Fit, Moments};
 
 /// A block is rough from this many times the expected variance on: five standard deviations of the variance of 64

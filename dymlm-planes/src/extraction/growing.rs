@@ -4,7 +4,6 @@ use dymlm_core::vector3::dot;
 use super::block_grid::{BlockGrid, Rays};
 use super::reached::{Reach, keep_reached};
 use super::tolerance::Tolerance;
-
 use crate::moments::{Fit, Moments};
 
 /// Planes that compete for one block's pixels, at most.

@@ -15,7 +15,6 @@ use super::observation::Observation;
 use super::{MapPlane, Patch, PlaneMapConfig, PlaneMerge, PlaneReport};
 use crate::PlaneError;
 use crate::association::{Agreement, Criterion};
-
 use crate::refinement::DetectedPlane;
 
 /// The map of finite planes (paper III-B).

@@ -7,7 +7,6 @@ use super::runs::{Run, find_runs};
 use super::{DetectedPlane, PlaneCovariance, RefinementConfig};
 use crate::PlaneError;
 use crate::extraction::{Extraction, Segment};
-
 use crate::moments::Fit;
 
 /// While reweighting every second row is read: neighbouring readings share their errors, and the last fit reads all.
