@@ -62,12 +62,11 @@ impl Criterion {
         if !self.are_within_reach(detected, mapped) {
             return None;
         }
-        let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
-        let distance = mapped.plane.signed_distance(detected.centroid).abs();
-        if !(self.offsets_agree(distance) || self.edge_points_agree(detected, &mapped.plane)) {
+        let agreement = self.compare(detected, mapped)?;
+        if !(self.offsets_agree(agreement.distance) || self.edge_points_agree(detected, &mapped.plane)) {
             return None;
         }
-        self.patches_adjoin(detected, mapped).then_some(Agreement { angle, distance, flipped })
+        self.patches_adjoin(detected, mapped).then_some(agreement)
     }
 
     /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better: equations 1 and 2, the
@@ -77,10 +76,14 @@ impl Criterion {
         detected: &FinitePlane<'_>,
         mapped: &FinitePlane<'_>,
     ) -> Option<Agreement> {
+        self.compare(detected, mapped).filter(|agreement| self.cost(agreement) <= MAX_COST_ACROSS_GAP)
+    }
+
+    /// How well two planes agree whose normals do (equation 1), wherever their patches lie.
+    fn compare(&self, detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> Option<Agreement> {
         let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
         let distance = mapped.plane.signed_distance(detected.centroid).abs();
-        let agreement = Agreement { angle, distance, flipped };
-        (self.cost(&agreement) <= MAX_COST_ACROSS_GAP).then_some(agreement)
+        Some(Agreement { angle, distance, flipped })
     }
 
     /// Whether the boxes around the patches are near enough for the patches to adjoin: spares most pairs the tests.

@@ -1,5 +1,4 @@
 use dymlm_core::axial_noise;
-
 use dymlm_core::vector3::dot;
 
 use crate::moments::{Fit, Moments};
@@ -49,16 +48,16 @@ impl Trial {
         }
     }
 
-    /// Distance from the plane in units of the axial noise, for the reading z on the ray (a, b, 1).
+    /// Distance from the plane, metres, of the reading z on the ray (a, b, 1).
     #[inline]
-    pub(super) fn normalized_distance(&self, z: f32, a: f32, b: f32) -> f32 {
+    fn distance(&self, z: f32, a: f32, b: f32) -> f32 {
         let [nx, ny, nz] = self.normal;
-        (z * (nx * a + (ny * b + nz)) + self.d) / axial_noise(z)
+        z * (nx * a + (ny * b + nz)) + self.d
     }
 
     #[inline]
     pub(super) fn is_inlier(&self, z: f32, a: f32, b: f32) -> bool {
-        z > 0.0 && self.normalized_distance(z, a, b).abs() <= self.reach
+        z > 0.0 && (self.distance(z, a, b) / axial_noise(z)).abs() <= self.reach
     }
 
     /// Adds the readings of one run of pixels of a row at ray height `b`; `ray_x` are those of its columns.
@@ -73,13 +72,11 @@ impl Trial {
 
     /// Gives each reading its weight, and sums up all but the moments.
     fn weigh(&self, depths: &[f32], ray_x: &[f64], b: f32, weights: &mut [f32], sums: &mut WeightedSums) {
-        let [nx, ny, nz] = self.normal;
-        let of_row = ny * b + nz;
         let per_reach = 1.0 / self.reach;
         let (mut readings, mut kernel_weight, mut squares) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let mut weigh = |lane: usize, z: f32, a: f64, weight: &mut f32| {
             let per_noise = 1.0 / axial_noise(z);
-            let distance = (z * (nx * a as f32 + of_row) + self.d) * per_noise;
+            let distance = self.distance(z, a as f32, b) * per_noise;
             let part = distance * per_reach;
             let inside = 1.0 - part * part;
             let kernel = match self.kernel {

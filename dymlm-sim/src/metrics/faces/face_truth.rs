@@ -1,5 +1,6 @@
 use std::ops::RangeInclusive;
 
+use dymlm_core::vector3::dot;
 use dymlm_core::{Plane, Pose};
 use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
 
@@ -7,7 +8,6 @@ use super::cell_raster::CellRaster;
 use super::flat_side::{FlatSide, SIDES, flat_sides, side_number};
 use super::true_face::{FaceCells, TrueFace, fill_pieces};
 use crate::scene::{Part, Scene, Shape};
-use dymlm_core::vector3::dot;
 
 /// The flat faces of a scene, and by how many frames each of their cells was seen.
 #[derive(Debug, Clone)]

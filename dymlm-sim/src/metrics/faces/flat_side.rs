@@ -1,10 +1,10 @@
 use std::f64::consts::TAU;
 
 use dymlm_core::Pose;
+use dymlm_core::vector3::{along, cross, difference, dot};
 use parry3d::math::{Pose3, Vec3};
 
 use crate::scene::{Part, Shape};
-use dymlm_core::vector3::{along, cross, difference, dot};
 
 /// A flat side of a body: a side of a cuboid, a wall of a room, a cap of a cylinder.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 use dymlm_core::Plane;
+use dymlm_core::vector3::difference;
 
 use super::cell_raster::CellRaster;
-use dymlm_core::vector3::difference;
 
 /// A finite plane face of the true world: one flat side of things, as large as it is, and which part of it was seen.
 ///

@@ -3,6 +3,7 @@ mod report;
 mod yaw;
 
 pub use config::ObjectScoreConfig;
+use dymlm_core::vector3::{difference, dot};
 use dymlm_core::{ConfigError, Pose};
 use dymlm_geometry::OrientedBox;
 pub use report::{Demand, DuplicateObject, LabelVerdict, ObjectMatch, ObjectScore};
@@ -11,7 +12,6 @@ use yaw::yaw_error_degrees;
 use super::Spread;
 use super::assignment::assign;
 use crate::TrueObject;
-use dymlm_core::vector3::{difference, dot};
 
 /// An object of a map to be scored: what `objects.json` holds of it.
 ///

@@ -1,7 +1,7 @@
+use dymlm_core::vector3::{cross, dot};
 use dymlm_geometry::OrientedBox;
 
 use crate::YawSymmetry;
-use dymlm_core::vector3::{cross, dot};
 
 /// Angle about the true box's z axis between the two boxes, degrees, up to the symmetry; `None` for round things.
 pub(super) fn yaw_error_degrees(

@@ -1,5 +1,6 @@
 use std::f64::consts::PI;
 
+use dymlm_core::vector3::{cross, difference, dot};
 use dymlm_core::{Point, Pose};
 use dymlm_geometry::OrientedBox;
 use parry3d::math::Pose3;
@@ -9,7 +10,6 @@ use super::true_object::{TrueObject, YawSymmetry, is_square};
 use crate::metrics::faces::{pose_of, to_pose};
 use crate::metrics::voxel_key::{VoxelKey, VoxelMap};
 use crate::scene::{Motion, Part, Scene, Shape};
-use dymlm_core::vector3::{cross, difference, dot};
 
 /// The labelled things of a scene that stay, and what was seen of them.
 #[derive(Debug, Clone)]

@@ -7,13 +7,13 @@ mod report;
 use asked_faces::{AskedFace, asked_faces};
 pub use config::PlaneScoreConfig;
 use dymlm_core::ConfigError;
+use dymlm_core::vector3::{cross, dot};
 pub use estimated_plane::EstimatedPlane;
 use placed_plane::{CellView, OnFace, PlacedPlane};
 pub use report::{DuplicatePlane, FaceScore, FaceState, Facing, MergedPlane, PlaneMatch, PlaneScore};
 
 use super::Spread;
 use crate::TrueFace;
-use dymlm_core::vector3::{cross, dot};
 
 /// Scores the finite planes of a map against the true faces.
 ///

@@ -1,8 +1,8 @@
 use dymlm_core::Plane;
+use dymlm_core::vector3::{along, dot};
 
 use super::{EstimatedPlane, PlaneScoreConfig};
 use crate::metrics::faces::{CellRaster, TrueFace, raster_over};
-use dymlm_core::vector3::{along, dot};
 
 /// An estimated plane in cells, and the faces that it may stand for.
 #[derive(Debug)]
