@@ -4,10 +4,11 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use dymlm_benches::{SIZES, footprint, thing};
+use dymlm_core::symmetric_eigen3;
 use dymlm_geometry::{
     BoxFit, ConvexHullScratch, IsolationForest, IsolationForestConfig, IsolationForestScratch,
     IsolationTrees, MinimumAreaRectangleScratch, OrientedBoxScratch, PrincipalAxes, convex_hull_into,
-    fit_oriented_box_with, minimum_area_rectangle_with, symmetric_eigen3,
+    fit_oriented_box_with, minimum_area_rectangle_with,
 };
 
 fn name(n: usize) -> String {

@@ -1,5 +1,8 @@
 use crate::Error;
 
+/// The focal length for which lengths in pixels are given, that of a Kinect.
+const REFERENCE_FOCAL_LENGTH: f64 = 525.0;
+
 /// A pinhole camera without distortion: image size in pixels, focal lengths and principal point in pixels.
 ///
 /// A camera-frame point (x, y, z) appears at u = fx x / z + cx, v = fy y / z + cy. Focal lengths may be negative:
@@ -95,6 +98,25 @@ impl PinholeCamera {
         let [x, y, z] = point;
         let in_front = z > 0.0 && z.is_finite() && x.is_finite() && y.is_finite();
         in_front.then(|| [self.fx * x / z + self.cx, self.fy * y / z + self.cy])
+    }
+
+    /// How much finer than a Kinect's (f = 525 px at 640x480) the camera's pixels are: the geometric mean of its focal
+    /// lengths over 525. A length in pixels that was chosen for that camera is multiplied by it.
+    ///
+    /// ```
+    /// let camera = dymlm_core::PinholeCamera::new(1280, 960, 1050.0, 1050.0, 639.5, 479.5)?;
+    /// assert_eq!(camera.focal_scale(), 2.0);
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    #[inline]
+    pub fn focal_scale(&self) -> f64 {
+        (self.fx * self.fy).abs().sqrt() / REFERENCE_FOCAL_LENGTH
+    }
+
+    /// How much larger the image is than 640x480: the square root of the ratio of their pixel counts.
+    #[inline]
+    pub fn size_scale(&self) -> f64 {
+        ((self.width * self.height) as f64 / (640.0 * 480.0)).sqrt()
     }
 
     /// Checks that an image has this camera's size; `what` names it in the error, for example "the depth image".

@@ -36,6 +36,26 @@ pub fn along(a: Vector3, scale: f64, b: Vector3) -> Vector3 {
     [a[0] + scale * b[0], a[1] + scale * b[1], a[2] + scale * b[2]]
 }
 
+/// `s` a + `t` b.
+#[inline]
+pub fn combined(s: f64, a: Vector3, t: f64, b: Vector3) -> Vector3 {
+    [s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]]
+}
+
+/// The vector or its opposite: whose component of greatest magnitude, the first such, is positive.
+#[inline]
+pub fn with_positive_greatest(a: Vector3) -> Vector3 {
+    let [x, y, z] = a.map(f64::abs);
+    let greatest = if x >= y && x >= z {
+        a[0]
+    } else if y >= z {
+        a[1]
+    } else {
+        a[2]
+    };
+    if greatest < 0.0 { a.map(|x| -x) } else { a }
+}
+
 /// Length.
 #[inline]
 pub fn norm(a: Vector3) -> f64 {

@@ -14,8 +14,6 @@ mod oriented_box;
 mod parallel;
 mod principal_axes;
 mod statistical_outlier_removal;
-mod symmetric_eigen3;
-mod vector3;
 mod voxel_grid;
 
 pub use assignment::Assignment;
@@ -36,5 +34,4 @@ pub use principal_axes::PrincipalAxes;
 pub use statistical_outlier_removal::{
     StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,
 };
-pub use symmetric_eigen3::{SymmetricEigen3, symmetric_eigen3};
 pub use voxel_grid::{VoxelGrid, VoxelGridConfig, VoxelGridScratch};

@@ -1,8 +1,7 @@
-use dymlm_core::Point;
 use dymlm_core::vector3::Vector3;
+use dymlm_core::{Point, symmetric_eigen3};
 
 use crate::finite::is_finite;
-use crate::symmetric_eigen3::symmetric_eigen3;
 
 /// Deviations below so many roundings of the coordinates are none.
 const ROUNDINGS: f64 = 4.0;
@@ -10,7 +9,7 @@ const ROUNDINGS: f64 = 4.0;
 /// Principal component analysis of a cloud: its centroid, its covariance, and the directions in which it extends.
 ///
 /// The axes are ordered by descending variance and right-handed. Their signs are those of
-/// [`symmetric_eigen3`](crate::symmetric_eigen3()): of the first two, the component of greatest magnitude is
+/// [`symmetric_eigen3`](dymlm_core::symmetric_eigen3()): of the first two, the component of greatest magnitude is
 /// positive. Axes of equal variances are some basis of their space, the same on each call. Sums are taken in f64
 /// relative to a point of the cloud, so that its distance from the origin costs no digits. Points that are not
 /// finite are passed over. O(n), without allocation.

@@ -1,11 +1,10 @@
-use dymlm_core::vector3::{Vector3, any_across, cross, dot, norm};
+use dymlm_core::vector3::{Vector3, any_across, combined, cross, dot, norm, with_positive_greatest};
 use dymlm_core::{Point, Pose};
 
 use super::OrientedBox;
 use crate::finite::is_finite;
 use crate::minimum_area_rectangle::{MinimumAreaRectangleScratch, minimum_area_rectangle_with};
 use crate::principal_axes::PrincipalAxes;
-use crate::vector3::{combined, with_positive_greatest};
 
 /// How [`fit_oriented_box`] turns the box.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,5 +1,5 @@
+use dymlm_core::symmetric_eigen3;
 use dymlm_core::vector3::{difference, dot};
-use dymlm_geometry::symmetric_eigen3;
 
 use crate::CentroidCloud;
 use crate::statistics::{fisher_f_quantile, student_t_quantile};

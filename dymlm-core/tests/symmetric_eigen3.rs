@@ -1,7 +1,7 @@
 //! The 3x3 eigensolver against nalgebra's, against its own definition, and on matrices with equal eigenvalues.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm_geometry::{SymmetricEigen3, symmetric_eigen3};
+use dymlm_core::{SymmetricEigen3, symmetric_eigen3};
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 use proptest::prelude::*;
 

@@ -1,6 +1,4 @@
-use dymlm_core::vector3::{Vector3, any_across, cross, dot, norm};
-
-use crate::vector3::{combined, with_positive_greatest};
+use crate::vector3::{Vector3, any_across, combined, cross, dot, norm, with_positive_greatest};
 
 /// Eigenvalues and eigenvectors of a symmetric 3x3 matrix, as [`symmetric_eigen3`] finds them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +32,7 @@ pub struct SymmetricEigen3 {
 /// Golub, Van Loan: "Matrix Computations", 8.5.
 ///
 /// ```
-/// use dymlm_geometry::symmetric_eigen3;
+/// use dymlm_core::symmetric_eigen3;
 ///
 /// let eigen = symmetric_eigen3([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 5.0]]).expect("finite");
 /// for (value, expected) in eigen.values.into_iter().zip([5.0, 3.0, 1.0]) {

@@ -1,0 +1,49 @@
+use std::fmt;
+
+macro_rules! id {
+    ($(#[$documentation:meta])* $name:ident) => {
+        $(#[$documentation])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
+        pub struct $name(u64);
+
+        impl $name {
+            /// The id with this number.
+            #[inline]
+            #[must_use]
+            pub const fn new(number: u64) -> Self {
+                Self(number)
+            }
+
+            /// The id's number: unique within its map, never used again.
+            #[inline]
+            #[must_use]
+            pub const fn get(self) -> u64 {
+                self.0
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.fmt(formatter)
+            }
+        }
+    };
+}
+
+id! {
+    /// A plane of a plane map. After a merge the id of the absorbed plane still leads to what it became.
+    PlaneId
+}
+id! {
+    /// An object of an object map. After a merge the id of the absorbed object still leads to what it became.
+    ObjectId
+}
+id! {
+    /// A frame that a map builder has taken in. Ids ascend in the order of insertion.
+    FrameId
+}
+id! {
+    /// A tracked mover. Ids ascend in the order in which tracks begin.
+    TrackId
+}
