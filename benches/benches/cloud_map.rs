@@ -4,8 +4,8 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use dymlm_benches::{kinect, room_depth};
-use dymlm_core::{Frame, Pose};
-use dymlm_geometry::{CloudMap, CloudMapConfig, Selection};
+use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
+use dymlm_core::{Frame, Pose, SensorModel};
 
 /// A slow walk sideways.
 fn pose(step: u32) -> Pose {
@@ -18,7 +18,7 @@ fn insert(c: &mut Criterion) {
     let mut group = c.benchmark_group("cloud_map/insert");
     group.throughput(Throughput::Elements(frame.depth().data().len() as u64));
     for frames_before in [0, 100, 1000] {
-        let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+        let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
         (0..frames_before).for_each(|step| {
             map.insert(&frame, None, &pose(step)).unwrap();
         });
@@ -35,7 +35,7 @@ fn insert(c: &mut Criterion) {
 
 fn point_cloud(c: &mut Criterion) {
     let frame = Frame::new(0.0, kinect(), room_depth(), None).unwrap();
-    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
     (0..60).for_each(|step| {
         map.insert(&frame, None, &pose(step)).unwrap();
     });

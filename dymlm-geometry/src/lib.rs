@@ -1,9 +1,8 @@
-//! Algorithms on point clouds: exact DBSCAN, voxel grids, the weighted cloud map, outlier removal, principal axes,
+//! Algorithms on point clouds: exact DBSCAN, voxel grids, outlier removal, principal axes,
 //! convex hulls and minimum-area rectangles, oriented boxes and their overlap, isolation forests,
 //! optimal assignment.
 
 mod assignment;
-mod cloud_map;
 mod convex_hull;
 mod dbscan;
 mod finite;
@@ -17,10 +16,6 @@ mod statistical_outlier_removal;
 mod voxel_grid;
 
 pub use assignment::Assignment;
-pub use cloud_map::{
-    BodyMotion, CloudFrameReport, CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, EvidenceConfig,
-    Selection, Support, ThinningConfig, Verdict,
-};
 pub use convex_hull::{ConvexHullScratch, convex_hull, convex_hull_into};
 pub use dbscan::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 pub use isolation_forest::{IsolationForest, IsolationForestConfig, IsolationForestScratch, IsolationTrees};

@@ -3,10 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm_core::{DepthImage, Frame, PinholeCamera, Point, PointCloud, Pose};
+use dymlm_core::{Point, PointCloud};
 use dymlm_geometry::{
-    CloudMap, CloudMapConfig, Dbscan, DbscanConfig, Selection, StatisticalOutlierConfig,
-    StatisticalOutlierRemoval, VoxelGrid, VoxelGridConfig,
+    Dbscan, DbscanConfig, StatisticalOutlierConfig, StatisticalOutlierRemoval, VoxelGrid, VoxelGridConfig,
 };
 
 /// FNV-1a.
@@ -62,25 +61,6 @@ fn statistical_outlier_removal() {
     assert_eq!(checksum(report.inliers.iter().flat_map(|index| index.to_le_bytes())), OUTLIERS);
 }
 
-#[test]
-fn cloud_map() {
-    let camera = PinholeCamera::new(160, 120, 128.0, 128.0, 79.5, 59.5).unwrap();
-    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
-    let mut numbers = numbers();
-    for step in 0..6 {
-        let depth =
-            (0..160 * 120).map(|i| 2.0 + (i % 160) as f32 / 128.0 + numbers.next().unwrap() as f32 * 3e-5);
-        let depth = DepthImage::new(160, 120, depth.collect()).unwrap();
-        let frame = Frame::new(f64::from(step), camera, depth, None).unwrap();
-        let pose = Pose::new([f64::from(step) / 64.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-        map.insert(&frame, None, &pose).unwrap();
-    }
-    let cloud = map.point_cloud(Selection::Static);
-    assert!(cloud.len() > 1000);
-    assert_eq!(checksum(bytes_of(cloud.points())), CLOUD_MAP);
-}
-
 const DBSCAN: u64 = 785_505_067_816_263_314;
 const VOXEL_GRID: u64 = 4_366_979_335_492_723_052;
 const OUTLIERS: u64 = 17_109_755_038_464_632_074;
-const CLOUD_MAP: u64 = 9_295_513_384_647_466_988;

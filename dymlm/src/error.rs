@@ -13,7 +13,7 @@ pub enum Error {
     Dynamics(#[from] dymlm_dynamics::Error),
     /// Refused by the cloud: a camera out of its reach.
     #[error(transparent)]
-    Cloud(#[from] dymlm_geometry::CloudMapError),
+    Cloud(#[from] dymlm_cloud::Error),
     /// Refused by the octree: a camera outside its cells.
     #[error(transparent)]
     Octree(#[from] dymlm_octree::Error),

@@ -1,5 +1,5 @@
+use dymlm_cloud::CloudFrameReport;
 use dymlm_dynamics::Mover;
-use dymlm_geometry::CloudFrameReport;
 use dymlm_objects::ObjectReport;
 use dymlm_octree::InsertReport;
 use dymlm_planes::PlaneReport;

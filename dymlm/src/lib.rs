@@ -44,6 +44,7 @@ mod multi_level_map;
 mod stages;
 mod supporting_planes;
 
+pub use dymlm_cloud as cloud;
 pub use dymlm_core as core;
 pub use dymlm_dynamics as dynamics;
 pub use dymlm_geometry as geometry;
@@ -52,7 +53,7 @@ pub use dymlm_octree as octree;
 pub use dymlm_planes as planes;
 pub use dymlm_tracking as tracking;
 
-pub use dymlm_geometry::{CloudMap, Selection};
+pub use dymlm_cloud::{CloudMap, Selection};
 pub use dymlm_objects::ObjectMap;
 pub use dymlm_octree::Octree;
 pub use dymlm_planes::PlaneMap;

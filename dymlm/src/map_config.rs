@@ -1,5 +1,6 @@
+use dymlm_cloud::CloudMapConfig;
+use dymlm_core::SensorModel;
 use dymlm_dynamics::DynamicsConfig;
-use dymlm_geometry::CloudMapConfig;
 use dymlm_objects::ObjectConfig;
 use dymlm_octree::OctreeConfig;
 use dymlm_planes::PlaneConfig;
@@ -24,6 +25,8 @@ use crate::KeyFrameConfig;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct MapConfig {
+    /// The depth camera: noise and range of what all maps read.
+    pub sensor: SensorModel,
     /// Which frames are mapped.
     pub key_frames: KeyFrameConfig,
     /// Preprocessing: tracking, compensation, box correction, static mask.

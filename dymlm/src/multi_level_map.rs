@@ -1,5 +1,5 @@
+use dymlm_cloud::CloudMap;
 use dymlm_core::{Frame, Pose};
-use dymlm_geometry::CloudMap;
 use dymlm_objects::{ObjectMap, ObjectMapper};
 use dymlm_octree::Octree;
 use dymlm_planes::PlaneMap;
@@ -18,7 +18,7 @@ pub struct MultiLevelMap {
 impl MultiLevelMap {
     pub(crate) fn new(config: &MapConfig) -> Result<Self, Error> {
         Ok(Self {
-            cloud: CloudMap::new(config.cloud.clone())?,
+            cloud: CloudMap::new(config.cloud.clone(), config.sensor)?,
             octree: Octree::new(config.octree.clone())?,
             planes: PlaneMap::new(config.planes.map.clone())?,
             objects: ObjectMapper::new(config.objects.clone())?,

@@ -56,13 +56,12 @@ pub(crate) fn evaluate(
 /// All frames of the reference, whatever is left out of the map: what can be asked for does not depend on it.
 fn stitch(folder: &Path) -> Result<ReferenceCloud, AnyError> {
     let mut source = FrameSource::recorded(folder, None, &TumOptions::default())?;
-    let range = MapConfig::default().cloud;
+    let range = MapConfig::default().sensor;
     let mut reference = ReferenceCloud::new(0.02)?;
     let bar = progress_bar(source.len(), "reference");
     for index in 0..source.len() {
         let next = source.load(index)?;
-        let (near, far) = (range.min_depth as f32, range.max_depth as f32);
-        reference.add_frame(&next.frame, &next.world_from_camera, near, far);
+        reference.add_frame(&next.frame, &next.world_from_camera, range.min_depth, range.max_depth);
         source.recycle(next);
         bar.inc(1);
     }

@@ -1,8 +1,8 @@
-use dymlm_core::{DepthImage, PinholeCamera, Pose};
+use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
-use super::EvidenceConfig;
-use super::block_store::{BLOCK_CELLS, BlockKey, BlockStore, CellBits, split};
-use super::look_through::{LookThrough, LookedThrough};
+use crate::EvidenceConfig;
+use crate::block_store::{BLOCK_CELLS, BlockKey, BlockStore, CellBits, split};
+use crate::look_through::{LookThrough, LookedThrough};
 
 /// For and against each place being static: how many frames have read a surface there, and how many have looked
 /// through it, over all frames, whether before or after something was mapped there.
@@ -13,7 +13,7 @@ use super::look_through::{LookThrough, LookedThrough};
 /// This is the idea of Dynablox (Schmid 2023) and DUFOMap (Duberg 2024), movers betray themselves by having been in
 /// free space, with counts in place of their clocks.
 #[derive(Debug, Clone)]
-pub(super) struct Evidence {
+pub(crate) struct Evidence {
     /// A cell has 2^`cell_shift` voxels along its side.
     cell_shift: u32,
     look_through: LookThrough,
@@ -27,7 +27,7 @@ pub(super) struct Evidence {
 }
 
 #[derive(Debug, Clone, Default)]
-pub(super) struct EvidenceBlock {
+pub(crate) struct EvidenceBlock {
     /// Frames that look through all of the block; in addition to what the cells count.
     looked_through: u32,
     /// All cells, or none as long as no cell differs from the others.
@@ -48,7 +48,7 @@ pub struct Support {
 
 /// Whether a frame is put in or taken out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Direction {
+pub(crate) enum Direction {
     Insert,
     Remove,
 }
@@ -56,7 +56,7 @@ pub(super) enum Direction {
 impl Direction {
     /// +1 or -1 for wrapping counters.
     #[inline]
-    pub(super) fn unit(self) -> u32 {
+    pub(crate) fn unit(self) -> u32 {
         match self {
             Self::Insert => 1,
             Self::Remove => 1_u32.wrapping_neg(),
@@ -65,11 +65,11 @@ impl Direction {
 }
 
 impl Evidence {
-    pub(super) fn new(config: &EvidenceConfig, voxel_size: f64, depth_range: [f32; 2]) -> Self {
+    pub(crate) fn new(config: &EvidenceConfig, voxel_size: f64, sensor: SensorModel) -> Self {
         let cell_shift = (config.cell_size / voxel_size).log2().round().clamp(0.0, 10.0) as u32;
         Self {
             cell_shift,
-            look_through: LookThrough::new(config, voxel_size * f64::from(1_u32 << cell_shift), depth_range),
+            look_through: LookThrough::new(config, voxel_size * f64::from(1_u32 << cell_shift), sensor),
             blocks: BlockStore::default(),
             read_blocks: Vec::new(),
             last_read: None,
@@ -79,7 +79,7 @@ impl Evidence {
 
     /// Notes that the current frame has read a surface in `voxel`.
     #[inline]
-    pub(super) fn read(&mut self, voxel: [i32; 3]) {
+    pub(crate) fn read(&mut self, voxel: [i32; 3]) {
         let (block, index) = self.cell_of(voxel);
         let key = BlockKey::new(block);
         // Neighbouring readings mostly share a block.
@@ -98,7 +98,7 @@ impl Evidence {
     }
 
     /// Counts the frame whose readings have been noted: what it looks through, then what it has read.
-    pub(super) fn count_frame(
+    pub(crate) fn count_frame(
         &mut self,
         camera: &PinholeCamera,
         depth: &DepthImage,
@@ -113,18 +113,18 @@ impl Evidence {
 
     /// Block coordinates and index in its block of the cell that holds a voxel.
     #[inline]
-    pub(super) fn cell_of(&self, voxel: [i32; 3]) -> ([i32; 3], usize) {
+    pub(crate) fn cell_of(&self, voxel: [i32; 3]) -> ([i32; 3], usize) {
         split(voxel.map(|c| c >> self.cell_shift))
     }
 
     /// Frames that read the cell of a voxel.
-    pub(super) fn support_of(&self, voxel: [i32; 3]) -> u32 {
+    pub(crate) fn support_of(&self, voxel: [i32; 3]) -> u32 {
         let (block, index) = self.cell_of(voxel);
         self.blocks.get(BlockKey::new(block)).map_or(0, |block| block.at(index).support)
     }
 
     /// Whether more speaks against the cell of a voxel than for it.
-    pub(super) fn is_outvoted(&self, voxel: [i32; 3], looks_per_reading: f64) -> bool {
+    pub(crate) fn is_outvoted(&self, voxel: [i32; 3], looks_per_reading: f64) -> bool {
         let (block, index) = self.cell_of(voxel);
         let evidence =
             self.blocks.get(BlockKey::new(block)).map_or(Support::default(), |block| block.at(index));
@@ -132,7 +132,7 @@ impl Evidence {
     }
 
     /// Takes out what speaks for the cell of a voxel: what was read there is gone.
-    pub(super) fn clear_support(&mut self, voxel: [i32; 3]) {
+    pub(crate) fn clear_support(&mut self, voxel: [i32; 3]) {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot(BlockKey::new(block));
         let block = slot.and_then(|slot| self.blocks.blocks_mut().get_mut(slot));
@@ -143,7 +143,7 @@ impl Evidence {
 
     /// Raises what speaks for the cell of a voxel until `support` of it is left when all that speaks against it is
     /// weighed up.
-    pub(super) fn give_support(&mut self, voxel: [i32; 3], support: u32, looks_per_reading: f64) {
+    pub(crate) fn give_support(&mut self, voxel: [i32; 3], support: u32, looks_per_reading: f64) {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot_or_insert(BlockKey::new(block));
         if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
@@ -155,16 +155,16 @@ impl Evidence {
     }
 
     /// Whether the frame counted last has taken out more than was put in.
-    pub(super) fn is_overdrawn(&self) -> bool {
+    pub(crate) fn is_overdrawn(&self) -> bool {
         self.is_overdrawn
     }
 
-    pub(super) fn blocks(&self) -> &BlockStore<EvidenceBlock> {
+    pub(crate) fn blocks(&self) -> &BlockStore<EvidenceBlock> {
         &self.blocks
     }
 
     /// Adds another map's evidence.
-    pub(super) fn merge(&mut self, other: &Self) {
+    pub(crate) fn merge(&mut self, other: &Self) {
         for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks()) {
             let slot = self.blocks.slot_or_insert(*key);
             if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
@@ -178,7 +178,7 @@ impl Evidence {
         }
     }
 
-    pub(super) fn memory_bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         let cells: usize = self.blocks.blocks().iter().map(|block| block.cells.capacity()).sum();
         self.blocks.memory_bytes() + cells * size_of::<Support>()
     }
@@ -237,14 +237,14 @@ impl EvidenceBlock {
 
     /// The evidence of the cell with this index.
     #[inline]
-    pub(super) fn at(&self, index: usize) -> Support {
+    pub(crate) fn at(&self, index: usize) -> Support {
         let cell = self.cells.get(index).copied().unwrap_or_default();
         Support { looked_through: cell.looked_through.wrapping_add(self.looked_through), ..cell }
     }
 
     /// Whether a surface may have been read in it.
     #[inline]
-    pub(super) fn may_be_supported(&self) -> bool {
+    pub(crate) fn may_be_supported(&self) -> bool {
         !self.cells.is_empty()
     }
 }

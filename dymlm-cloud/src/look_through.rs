@@ -1,9 +1,9 @@
-use dymlm_core::{DepthImage, PinholeCamera, Pose};
+use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
-use super::EvidenceConfig;
-use super::block_store::{BLOCK_CELLS, BLOCK_SIDE, CellBits, cell_in_block};
-use super::depth_tiles::DepthTiles;
-use super::rounding::{ROUNDING_LIMIT, round_to_i32};
+use crate::EvidenceConfig;
+use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, CellBits, cell_in_block};
+use crate::depth_tiles::DepthTiles;
+use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 
 /// Tells which cells a frame looks through.
 ///
@@ -13,7 +13,7 @@ use super::rounding::{ROUNDING_LIMIT, round_to_i32};
 /// Cost a frame: one look at the image for each block of 8^3 cells in view, and one for each cell of the blocks that
 /// neither lie wholly before the readings nor wholly behind; independent of the number of frames before.
 #[derive(Debug, Clone)]
-pub(super) struct LookThrough {
+pub(crate) struct LookThrough {
     cell_size: f64,
     /// A cell at depth z is looked through by readings beyond `scale * z + margin`.
     scale: f32,
@@ -26,7 +26,7 @@ pub(super) struct LookThrough {
 
 /// What a frame looks through in a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum LookedThrough {
+pub(crate) enum LookedThrough {
     All,
     Cells(CellBits),
 }
@@ -65,12 +65,12 @@ enum BlockVerdict {
 }
 
 impl LookThrough {
-    pub(super) fn new(config: &EvidenceConfig, cell_size: f64, depth_range: [f32; 2]) -> Self {
+    pub(crate) fn new(config: &EvidenceConfig, cell_size: f64, sensor: SensorModel) -> Self {
         Self {
             cell_size,
             scale: 1.0 + config.margin_per_depth as f32,
             margin: config.margin as f32,
-            depth_range,
+            depth_range: [sensor.min_depth, sensor.max_depth],
             view: View::default(),
             tiles: DepthTiles::default(),
             samples: Box::default(),
@@ -78,7 +78,7 @@ impl LookThrough {
     }
 
     /// Makes a frame the current one.
-    pub(super) fn take_view(&mut self, camera: &PinholeCamera, depth: &DepthImage, world_from_camera: &Pose) {
+    pub(crate) fn take_view(&mut self, camera: &PinholeCamera, depth: &DepthImage, world_from_camera: &Pose) {
         let block_side = self.block_side();
         let [low, high] = blocks_around_view(camera, world_from_camera, self.depth_range[1], block_side);
         self.view = View {
@@ -95,7 +95,7 @@ impl LookThrough {
     }
 
     /// Calls `count` for each block in which the current frame, whose depth is given again, looks through something.
-    pub(super) fn for_each_block(
+    pub(crate) fn for_each_block(
         &mut self,
         depth: &DepthImage,
         mut count: impl FnMut([i32; 3], LookedThrough),

@@ -4,8 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use dymlm_core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, Point, Pose, Rgb, axial_noise};
-use dymlm_geometry::{CloudMap, CloudMapConfig, CloudMapError, CloudVoxel, Selection, Verdict};
+use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, Selection, Verdict};
+use dymlm_core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, Point, Pose, Rgb, SensorModel};
 use proptest::prelude::*;
 
 const WIDTH: usize = 48;
@@ -13,6 +13,11 @@ const HEIGHT: usize = 36;
 
 fn camera() -> PinholeCamera {
     PinholeCamera::new(WIDTH, HEIGHT, 40.0, 40.0, 23.5, 17.5).unwrap()
+}
+
+/// Noise of the sensor.
+fn sigma(z: f32) -> f32 {
+    SensorModel::kinect().sigma(z)
 }
 
 fn config(voxel_size: f64) -> CloudMapConfig {
@@ -64,12 +69,12 @@ fn naive(frames: &[(Frame, Pose)], voxel_size: f64) -> BTreeMap<[i64; 3], NaiveV
         for v in 0..HEIGHT {
             for u in 0..WIDTH {
                 let z = frame.depth().at(u, v);
-                if !(0.3..=4.0).contains(&z) {
+                if !(0.3..=4.5).contains(&z) {
                     continue;
                 }
                 let point = frame.camera().back_project([u as f64, v as f64], f64::from(z));
                 let point = world_from_camera.transform_point(point);
-                let weight = f64::from(axial_noise(0.4) / axial_noise(z)).powi(2);
+                let weight = f64::from(sigma(0.4) / sigma(z)).powi(2);
                 let voxel = map.entry(point.map(|c| (c / voxel_size).floor() as i64)).or_default();
                 voxel.weight += weight;
                 let color = frame.color().unwrap().at(u, v).unwrap();
@@ -87,7 +92,7 @@ fn naive(frames: &[(Frame, Pose)], voxel_size: f64) -> BTreeMap<[i64; 3], NaiveV
 fn agrees_with_the_naive_map() {
     // Voxels of 8 cm hold several readings each. A reading within rounding of a border may change sides: few do.
     let frames: Vec<(Frame, Pose)> = (0..4).map(|seed| (uneven(seed), pose(seed))).collect();
-    let mut map = CloudMap::new(config(0.08)).unwrap();
+    let mut map = CloudMap::new(config(0.08), SensorModel::kinect()).unwrap();
     for (frame, world_from_camera) in &frames {
         map.insert(frame, None, world_from_camera).unwrap();
     }
@@ -113,7 +118,7 @@ fn agrees_with_the_naive_map() {
 fn precision_does_not_fall_far_from_the_origin() {
     let wall = frame(0.0, |_, _| 2.0);
     let relative = |origin: [f64; 3]| -> Vec<[f64; 3]> {
-        let mut map = CloudMap::new(config(0.01)).unwrap();
+        let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
         map.insert(&wall, None, &Pose::new(origin, [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
         map.voxels().map(|v| std::array::from_fn(|axis| f64::from(v.position[axis]) - origin[axis])).collect()
     };
@@ -131,7 +136,7 @@ proptest! {
     #[test]
     fn the_order_of_frames_does_not_matter(order in Just((0..5).collect::<Vec<usize>>()).prop_shuffle()) {
         let build = |order: &[usize]| {
-            let mut map = CloudMap::new(config(0.02)).unwrap();
+            let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
             for &seed in order {
                 map.insert(&uneven(seed), None, &pose(seed)).unwrap();
             }
@@ -145,8 +150,8 @@ proptest! {
         let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
         mask.data_mut()[300..900].fill(false);
         let mask = masked.then_some(&mask);
-        let mut map = CloudMap::new(config(0.02)).unwrap();
-        let mut without = CloudMap::new(config(0.02)).unwrap();
+        let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+        let mut without = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
         for seed in 0..4 {
             map.insert(&uneven(seed), mask, &pose(seed)).unwrap();
             if seed != removed {
@@ -161,7 +166,7 @@ proptest! {
 
     #[test]
     fn two_maps_add_up(split in 0_usize..=4) {
-        let mut whole = CloudMap::new(config(0.02)).unwrap();
+        let mut whole = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
         let mut halves = [whole.clone(), whole.clone()];
         for seed in 0..4 {
             whole.insert(&uneven(seed), None, &pose(seed)).unwrap();
@@ -189,7 +194,7 @@ fn ghosts(cloud: &[Point]) -> usize {
 
 #[test]
 fn what_walks_by_unnoticed_is_removed_late() {
-    let mut map = CloudMap::new(config(0.02)).unwrap();
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
     for step in 0..8 {
         // Four columns on each frame: 12 cm at 1.2 m. Every place is taken once and free seven times.
         let frame = person_before_wall(f64::from(step), step as usize * 4 + 4..step as usize * 4 + 8);
@@ -205,7 +210,7 @@ fn what_walks_by_unnoticed_is_removed_late() {
 
 #[test]
 fn a_ghost_seen_last_is_removed_by_the_frames_before_it() {
-    let mut map = CloudMap::new(config(0.02)).unwrap();
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
     for step in 0..5 {
         map.insert(&person_before_wall(f64::from(step), 0..0), None, &Pose::identity()).unwrap();
     }
@@ -226,13 +231,13 @@ fn noisy_wall(seed: u32, depth: f32) -> Frame {
             (mixed >> 8) as f32 / (1 << 24) as f32 - 0.5
         };
         // The sum of four uniform numbers has deviation 1 / sqrt(3).
-        depth + axial_noise(depth) * 3_f32.sqrt() * (0..4).map(uniform).sum::<f32>()
+        depth + sigma(depth) * 3_f32.sqrt() * (0..4).map(uniform).sum::<f32>()
     })
 }
 
 #[test]
 fn a_far_noisy_surface_is_thinned() {
-    let mut map = CloudMap::new(config(0.01)).unwrap();
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
     for seed in 0..200 {
         map.insert(&noisy_wall(seed, 3.5), None, &Pose::identity()).unwrap();
     }
@@ -254,7 +259,7 @@ fn a_far_noisy_surface_is_thinned() {
 #[test]
 fn what_was_seen_from_near_is_left_as_it_is() {
     // At 0.5 m the deviation is 1.2 mm. The wall lies across a border of voxels, so that one layer is heavier.
-    let mut map = CloudMap::new(config(0.01)).unwrap();
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
     for seed in 0..10 {
         map.insert(&noisy_wall(seed, 0.5), None, &Pose::identity()).unwrap();
     }
@@ -267,14 +272,14 @@ fn thinning_can_be_turned_off() {
     let mut config = config(0.01);
     config.thinning.min_observations = 1;
     config.thinning.radius = 0.0;
-    let mut map = CloudMap::new(config).unwrap();
+    let mut map = CloudMap::new(config, SensorModel::kinect()).unwrap();
     map.insert(&noisy_wall(0, 3.5), None, &Pose::identity()).unwrap();
     assert_eq!(map.point_cloud(Selection::Static), map.point_cloud(Selection::All));
 }
 
 #[test]
 fn a_wrong_verdict_heals() {
-    let mut map = CloudMap::new(config(0.02)).unwrap();
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
     for step in 0..3 {
         map.insert(&person_before_wall(f64::from(step), 0..0), None, &Pose::identity()).unwrap();
     }
@@ -297,7 +302,7 @@ fn masked_pixels_are_not_mapped() {
     for row in mask.data_mut().chunks_exact_mut(WIDTH) {
         row[20..24].fill(false);
     }
-    let mut map = CloudMap::new(config(0.02)).unwrap();
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
     let report = map.insert(&person_before_wall(0.0, 20..24), Some(&mask), &Pose::identity()).unwrap();
     assert_eq!(report.readings, (WIDTH - 4) * HEIGHT);
     assert_eq!(report.voxels, report.new_voxels);
@@ -307,7 +312,7 @@ fn masked_pixels_are_not_mapped() {
 
 #[test]
 fn evidence_counts_frames_for_and_against() {
-    let mut map = CloudMap::new(config(0.02)).unwrap();
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
     map.insert(&person_before_wall(0.0, 10..40), None, &Pose::identity()).unwrap();
     map.insert(&person_before_wall(1.0, 10..40), None, &Pose::identity()).unwrap();
     for step in 2..9 {
@@ -325,7 +330,7 @@ fn evidence_counts_frames_for_and_against() {
 
 #[test]
 fn refused_input_changes_nothing() {
-    let mut map = CloudMap::new(config(0.02)).unwrap();
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
     map.insert(&uneven(0), None, &pose(0)).unwrap();
     let before = voxels(&map);
 
@@ -335,22 +340,22 @@ fn refused_input_changes_nothing() {
 
     for place in [1e9, -1e9, 1.7e5, f64::MAX] {
         let far = Pose::new([place, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-        assert!(matches!(map.insert(&uneven(1), None, &far), Err(CloudMapError::OutOfReach { .. })));
-        assert!(matches!(map.check_reach(&uneven(1), &far), Err(CloudMapError::OutOfReach { .. })));
+        assert!(matches!(map.insert(&uneven(1), None, &far), Err(Error::OutOfReach { .. })));
+        assert!(matches!(map.check_reach(&uneven(1), &far), Err(Error::OutOfReach { .. })));
     }
 
     // Never inserted; inserted from elsewhere; inserted without that mask.
-    assert!(matches!(map.remove(&uneven(1), None, &pose(1)), Err(CloudMapError::NotInserted { .. })));
-    assert!(matches!(map.remove(&uneven(0), None, &pose(1)), Err(CloudMapError::NotInserted { .. })));
+    assert!(matches!(map.remove(&uneven(1), None, &pose(1)), Err(Error::NotInserted { .. })));
+    assert!(matches!(map.remove(&uneven(0), None, &pose(1)), Err(Error::NotInserted { .. })));
     let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
     mask.data_mut()[..WIDTH].fill(false);
-    assert!(matches!(map.remove(&uneven(0), Some(&mask), &pose(0)), Err(CloudMapError::NotInserted { .. })));
+    assert!(matches!(map.remove(&uneven(0), Some(&mask), &pose(0)), Err(Error::NotInserted { .. })));
     // Without any reading in range: only the evidence can tell.
     let beyond = frame(0.0, |_, _| 5.0);
-    assert!(matches!(map.remove(&beyond, None, &pose(0)), Err(CloudMapError::NotInserted { .. })));
+    assert!(matches!(map.remove(&beyond, None, &pose(0)), Err(Error::NotInserted { .. })));
 
-    let other = CloudMap::new(config(0.03)).unwrap();
-    assert!(matches!(map.merge(&other), Err(CloudMapError::DifferentConfigs)));
+    let other = CloudMap::new(config(0.03), SensorModel::kinect()).unwrap();
+    assert!(matches!(map.merge(&other), Err(Error::DifferentConfigs)));
 
     assert_eq!(voxels(&map), before);
     assert_eq!(map.frames(), 1);
@@ -358,7 +363,7 @@ fn refused_input_changes_nothing() {
 
 #[test]
 fn degenerate_frames_give_empty_maps() {
-    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
     assert!(map.is_empty() && map.point_cloud(Selection::Static).is_empty());
     for depth in [0.0, f32::NAN, f32::INFINITY, -1.0, 0.1, 1e30] {
         map.insert(&frame(0.0, |_, _| depth), None, &Pose::identity()).unwrap();
@@ -373,7 +378,7 @@ fn degenerate_frames_give_empty_maps() {
 
 #[test]
 fn a_cloud_has_colours_when_every_frame_had() {
-    let mut map = CloudMap::new(config(0.05)).unwrap();
+    let mut map = CloudMap::new(config(0.05), SensorModel::kinect()).unwrap();
     map.insert(&uneven(0), None, &pose(0)).unwrap();
     let colors: Vec<Rgb> = map.point_cloud(Selection::All).colors().unwrap().to_vec();
     assert_eq!(colors.len(), map.len());
@@ -388,10 +393,8 @@ fn a_cloud_has_colours_when_every_frame_had() {
 #[test]
 fn configs_are_checked_field_by_field() {
     type Spoil = fn(&mut CloudMapConfig);
-    let broken: [(&str, Spoil); 10] = [
+    let broken: [(&str, Spoil); 8] = [
         ("cloud.voxel_size", |config| config.voxel_size = 0.0),
-        ("cloud.min_depth", |config| config.min_depth = f64::NAN),
-        ("cloud.max_depth", |config| config.max_depth = 0.2),
         ("cloud.evidence.cell_size", |config| config.evidence.cell_size = 2.0),
         ("cloud.evidence.margin", |config| config.evidence.margin = -0.1),
         ("cloud.evidence.margin_per_depth", |config| config.evidence.margin_per_depth = f64::INFINITY),
@@ -403,8 +406,8 @@ fn configs_are_checked_field_by_field() {
     for (field, spoil) in broken {
         let mut config = CloudMapConfig::default();
         spoil(&mut config);
-        match CloudMap::new(config) {
-            Err(CloudMapError::Config(error)) => assert_eq!(error.field, field),
+        match CloudMap::new(config, SensorModel::kinect()) {
+            Err(Error::Config(error)) => assert_eq!(error.field, field),
             other => panic!("{field}: {other:?}"),
         }
     }

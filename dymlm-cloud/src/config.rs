@@ -1,18 +1,14 @@
-use dymlm_core::{ConfigError, check_range};
+use dymlm_core::{ConfigError, SensorModel, check_range};
 
-/// Settings of a [`CloudMap`](super::CloudMap).
+/// Settings of a [`CloudMap`](crate::CloudMap).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct CloudMapConfig {
-    /// Side of a voxel, metres, 0.001..=1. Default 0.01: about the spacing of a Kinect's pixels at 4 m.
+    /// Side of a voxel, metres, 0.001..=1, and at least 1/8000 of the sensor's farthest depth. Default 0.01: about the
+    /// spacing of a Kinect's pixels at 4 m.
     pub voxel_size: f64,
-    /// Nearest depth that is mapped, metres, 0..=100. Default 0.3: below it structured light reads nothing.
-    pub min_depth: f64,
-    /// Farthest depth that is mapped, metres, 0.1..=100 and at most 8000 voxels. Default 4: there a Kinect's axial noise is 2.6 cm, and it
-    /// grows with the square.
-    pub max_depth: f64,
     /// Late ghost removal.
     pub evidence: EvidenceConfig,
     /// Thinning of noise on output.
@@ -21,13 +17,7 @@ pub struct CloudMapConfig {
 
 impl Default for CloudMapConfig {
     fn default() -> Self {
-        Self {
-            voxel_size: 0.01,
-            min_depth: 0.3,
-            max_depth: 4.0,
-            evidence: EvidenceConfig::default(),
-            thinning: ThinningConfig::default(),
-        }
+        Self { voxel_size: 0.01, evidence: EvidenceConfig::default(), thinning: ThinningConfig::default() }
     }
 }
 
@@ -81,11 +71,9 @@ impl Default for ThinningConfig {
 }
 
 impl CloudMapConfig {
-    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+    pub(crate) fn validate(&self, sensor: &SensorModel) -> Result<(), ConfigError> {
         check_range("cloud.voxel_size", self.voxel_size, 0.001..=1.0)?;
-        check_range("cloud.min_depth", self.min_depth, 0.0..=100.0)?;
-        let farthest = (8000.0 * self.voxel_size).min(100.0);
-        check_range("cloud.max_depth", self.max_depth, self.min_depth.max(0.1)..=farthest)?;
+        check_range("sensor.max_depth", sensor.max_depth.into(), 0.0..=8000.0 * self.voxel_size)?;
         check_range("cloud.evidence.cell_size", self.evidence.cell_size, 0.005..=0.5)?;
         check_range("cloud.evidence.margin", self.evidence.margin, 0.0..=1.0)?;
         check_range("cloud.evidence.margin_per_depth", self.evidence.margin_per_depth, 0.0..=1.0)?;

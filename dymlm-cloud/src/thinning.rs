@@ -1,8 +1,9 @@
-use super::block_store::{BLOCK_SIDE, BlockKey, BlockStore, Neighbor, cell_in_block};
-use super::verdict::{Verdict, Verdicts};
-use super::voxel::Voxel;
-use super::voxel_block::VoxelBlock;
-use super::{CloudMapConfig, ThinningConfig};
+use crate::block_store::{BLOCK_SIDE, BlockKey, BlockStore, Neighbor, cell_in_block};
+use crate::verdict::{Verdict, Verdicts};
+use crate::voxel::Voxel;
+use crate::voxel_block::VoxelBlock;
+use crate::weighting::Weighting;
+use crate::{CloudMapConfig, ThinningConfig};
 
 /// Farthest that a voxel looks for heavier ones, voxels.
 const MAX_RADIUS: i32 = 6;
@@ -21,8 +22,9 @@ const GHOST: f32 = 0.0;
 /// two surfaces stay two as long as they are further apart than that.
 ///
 /// O(voxels x ball), cut off at the first heavier voxel; the nearest are asked first.
-pub(super) struct Thinning<'a> {
+pub(crate) struct Thinning<'a> {
     config: &'a ThinningConfig,
+    weighting: &'a Weighting,
     blocks: &'a BlockStore<VoxelBlock>,
     /// For each slot the weights of the block's voxels, in its order; [`GHOST`] for ghosts.
     weights: Vec<Vec<f32>>,
@@ -38,19 +40,21 @@ struct Offset {
 }
 
 impl<'a> Thinning<'a> {
-    pub(super) fn of(
+    pub(crate) fn of(
         blocks: &'a BlockStore<VoxelBlock>,
         verdicts: &Verdicts<'_>,
         config: &'a CloudMapConfig,
+        weighting: &'a Weighting,
     ) -> Self {
         let weights = |(&key, block): (&BlockKey, &VoxelBlock)| {
             let weight = |(place, voxel): (usize, &Voxel)| {
-                if verdicts.is_ghost(key.cell(place)) { GHOST } else { voxel.total_weight() as f32 }
+                if verdicts.is_ghost(key.cell(place)) { GHOST } else { weighting.total(voxel) as f32 }
             };
             block.iter().map(weight).collect()
         };
         Self {
             config: &config.thinning,
+            weighting,
             blocks,
             weights: blocks.keys().iter().zip(blocks.blocks()).map(weights).collect(),
             ball: ball(),
@@ -59,7 +63,7 @@ impl<'a> Thinning<'a> {
     }
 
     /// The verdict on each voxel of the block at a slot, in its order.
-    pub(super) fn verdicts_of_block(&self, slot: usize) -> Vec<Verdict> {
+    pub(crate) fn verdicts_of_block(&self, slot: usize) -> Vec<Verdict> {
         let key = self.blocks.keys()[slot];
         let mut window = None;
         let verdict = |((place, voxel), &weight): ((usize, &Voxel), &f32)| {
@@ -82,7 +86,7 @@ impl<'a> Thinning<'a> {
 
     /// How far a voxel looks, voxels.
     fn radius_of(&self, voxel: &Voxel) -> f32 {
-        let deviations = self.config.radius * voxel.standard_deviation() / self.voxel_size;
+        let deviations = self.config.radius * self.weighting.standard_deviation(voxel) / self.voxel_size;
         (deviations as f32).min(MAX_RADIUS as f32)
     }
 
@@ -90,7 +94,7 @@ impl<'a> Thinning<'a> {
         let [x, y, z] = cell_in_block(place).map(|c| (c + MAX_RADIUS) as usize);
         let center = (z * WINDOW + y) * WINDOW + x;
         // Without a share nothing outweighs anything.
-        let limit = voxel.total_weight() as f32 / self.config.min_weight_share as f32;
+        let limit = self.weighting.total(voxel) as f32 / self.config.min_weight_share as f32;
         let within = self.ball.iter().take_while(|offset| offset.squared_distance <= radius * radius);
         within.map(|offset| window[center.wrapping_add_signed(offset.step)]).any(|weight| weight > limit)
     }

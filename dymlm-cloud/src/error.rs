@@ -1,9 +1,9 @@
 use dymlm_core::ConfigError;
 
-/// Why a cloud map refused a call. The map stays as it was.
+/// Why a [`CloudMap`](crate::CloudMap) refused a call. The map stays as it was.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum CloudMapError {
+pub enum Error {
     /// A field of the config outside its range.
     #[error(transparent)]
     Config(#[from] ConfigError),

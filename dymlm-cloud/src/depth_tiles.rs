@@ -1,11 +1,11 @@
 use dymlm_core::DepthImage;
 
 /// Side of a tile, pixels.
-pub(super) const TILE: usize = 16;
+pub(crate) const TILE: usize = 16;
 
 /// Nearest and farthest reading of each tile of 16x16 pixels: one look at a few tiles settles most blocks.
 #[derive(Debug, Clone, Default)]
-pub(super) struct DepthTiles {
+pub(crate) struct DepthTiles {
     columns: usize,
     rows: usize,
     tiles: Vec<DepthRange>,
@@ -13,11 +13,11 @@ pub(super) struct DepthTiles {
 
 /// The readings of a tile or of several.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct DepthRange {
+pub(crate) struct DepthRange {
     /// Nearest reading; 0 when a pixel has none.
-    pub(super) nearest: f32,
+    pub(crate) nearest: f32,
     /// Farthest reading; 0 when there is none at all.
-    pub(super) farthest: f32,
+    pub(crate) farthest: f32,
 }
 
 impl DepthRange {
@@ -31,7 +31,7 @@ impl DepthRange {
 
 impl DepthTiles {
     /// Reads one image.
-    pub(super) fn build(&mut self, depth: &DepthImage) {
+    pub(crate) fn build(&mut self, depth: &DepthImage) {
         self.columns = depth.width().div_ceil(TILE);
         self.rows = depth.height().div_ceil(TILE);
         self.tiles.clear();
@@ -47,7 +47,7 @@ impl DepthTiles {
 
     /// The readings of all tiles that touch the pixels [left, right] x [top, bottom]; `None` when there are no such
     /// pixels. Outside the image there is no reading.
-    pub(super) fn range(&self, [left, right]: [f32; 2], [top, bottom]: [f32; 2]) -> Option<DepthRange> {
+    pub(crate) fn range(&self, [left, right]: [f32; 2], [top, bottom]: [f32; 2]) -> Option<DepthRange> {
         let tile_of = |pixel: f32| ((pixel + 0.5) / TILE as f32).floor();
         let (first_column, last_column) = (tile_of(left), tile_of(right));
         let (first_row, last_row) = (tile_of(top), tile_of(bottom));

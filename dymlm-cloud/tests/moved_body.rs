@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Pose};
-use dymlm_geometry::{CloudMap, CloudMapConfig, CloudMapError, OrientedBox, Selection};
+use dymlm_cloud::{CloudMap, CloudMapConfig, Error, Selection};
+use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Pose, SensorModel};
+use dymlm_geometry::OrientedBox;
 
 /// A wall at 2 m, and before it a red square of 20 cm at 1.5 m, `x` metres to the right.
 fn frame(time: f64, x: Option<f64>) -> Frame {
@@ -35,7 +36,7 @@ fn red_points(map: &CloudMap, selection: Selection) -> Vec<[f32; 3]> {
 
 #[test]
 fn it_stands_at_its_new_place_and_nowhere_else() {
-    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
     let world = Pose::identity();
     // For long, so that the place it goes to has been looked through often.
     for i in 0..30 {
@@ -69,7 +70,7 @@ fn it_stands_at_its_new_place_and_nowhere_else() {
 
 #[test]
 fn what_is_no_part_of_it_stays_with_its_evidence() {
-    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
     for i in 0..5 {
         map.insert(&frame(f64::from(i), Some(0.0)), None, &Pose::identity()).unwrap();
     }
@@ -83,7 +84,7 @@ fn what_is_no_part_of_it_stays_with_its_evidence() {
 
 #[test]
 fn nothing_there_moves_nothing_and_far_is_off_the_lattice() {
-    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
     assert!(map.move_body(&region(0.0), &right(1.0), |_| true).from.is_empty());
     map.insert(&frame(0.0, Some(0.0)), None, &Pose::identity()).unwrap();
     let motion = map.move_body(&region(0.0), &right(1e12), |_| true);
@@ -94,14 +95,11 @@ fn nothing_there_moves_nothing_and_far_is_off_the_lattice() {
 
 #[test]
 fn frames_that_saw_it_before_cannot_be_taken_out() {
-    let mut map = CloudMap::new(CloudMapConfig::default()).unwrap();
+    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
     let first = frame(0.0, Some(0.0));
     map.insert(&first, None, &Pose::identity()).unwrap();
     map.move_body(&region(0.0), &right(0.4), |_| true);
     let voxels = map.len();
-    assert_eq!(
-        map.remove(&first, None, &Pose::identity()),
-        Err(CloudMapError::NotInserted { timestamp: 0.0 })
-    );
+    assert_eq!(map.remove(&first, None, &Pose::identity()), Err(Error::NotInserted { timestamp: 0.0 }));
     assert_eq!(map.len(), voxels);
 }

@@ -1,12 +1,12 @@
 /// Numbers up to this size are rounded rightly.
-pub(super) const ROUNDING_LIMIT: f32 = 4_194_303.0;
+pub(crate) const ROUNDING_LIMIT: f32 = 4_194_303.0;
 
 /// The nearest integer of a number within [`ROUNDING_LIMIT`], ties to even.
 ///
 /// Adding 1.5 * 2^23 leaves the integer in the low bits of the mantissa. Unlike a cast, which saturates and so goes
 /// number by number, this runs four at a time on any x86-64.
 #[inline]
-pub(super) fn round_to_i32(number: f32) -> i32 {
+pub(crate) fn round_to_i32(number: f32) -> i32 {
     const SHIFT: f32 = 12_582_912.0;
     (number + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i32
 }

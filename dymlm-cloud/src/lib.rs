@@ -1,25 +1,27 @@
-//! The dense cloud of the static world: weighted voxels, and the evidence that decides which of them stand still.
+//! The dense coloured cloud of the static world: weighted voxels, and the evidence that decides which of them stand still.
 //!
-//! Paper III-A, DESIGN 4.2. See [`CloudMap`].
+//! Paper III-A. See [`CloudMap`].
 
 mod block_store;
 mod body_motion;
+mod cloud_map;
 mod config;
 mod depth_tiles;
 mod error;
 mod evidence;
 mod fixed_point;
 mod look_through;
-mod map;
+mod parallel;
 mod rounding;
 mod thinning;
 mod verdict;
 mod voxel;
 mod voxel_block;
+mod weighting;
 
 pub use body_motion::BodyMotion;
+pub use cloud_map::{CloudFrameReport, CloudMap, CloudVoxel, Selection};
 pub use config::{CloudMapConfig, EvidenceConfig, ThinningConfig};
-pub use error::CloudMapError;
+pub use error::Error;
 pub use evidence::Support;
-pub use map::{CloudFrameReport, CloudMap, CloudVoxel, Selection};
 pub use verdict::Verdict;

@@ -2,10 +2,10 @@ use std::collections::BTreeSet;
 
 use dymlm_core::{Point, Pose};
 
-use super::CloudMap;
-use super::block_store::{BLOCK_SIDE, BlockKey, split};
-use super::voxel::{SUBVOXELS, Voxel};
-use crate::OrientedBox;
+use crate::CloudMap;
+use crate::block_store::{BLOCK_SIDE, BlockKey, split};
+use crate::voxel::{SUBVOXELS, Voxel};
+use dymlm_geometry::OrientedBox;
 
 /// What [`CloudMap::move_body`] has moved.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -33,7 +33,7 @@ impl CloudMap {
     /// evidence of frames from before, which looked through it, is outweighed; at the old place nothing is left.
     ///
     /// What was moved is known by where it is, no longer by the frames that saw it: frames from before that read it
-    /// cannot be [removed](Self::remove) any more ([`NotInserted`](crate::CloudMapError::NotInserted)). Voxels that
+    /// cannot be [removed](Self::remove) any more ([`NotInserted`](crate::Error::NotInserted)). Voxels that
     /// would leave the lattice are dropped. O(voxels of the region's blocks).
     pub fn move_body(
         &mut self,

@@ -1,18 +1,19 @@
-use dymlm_core::{Frame, Mask, Point, PointCloud, Pose, Rgb};
+use dymlm_core::{Frame, Mask, Point, PointCloud, Pose, Rgb, SensorModel};
 
-use super::block_store::{BlockKey, BlockStore, split};
-use super::evidence::{Direction, Evidence, Support};
-use super::fixed_point::{FixedPointFrame, PixelRow};
-use super::thinning::Thinning;
-use super::verdict::{Verdict, Verdicts};
-use super::voxel::{SUBVOXELS, Voxel};
-use super::voxel_block::VoxelBlock;
-use super::{CloudMapConfig, CloudMapError};
+use crate::block_store::{BlockKey, BlockStore, split};
+use crate::evidence::{Direction, Evidence, Support};
+use crate::fixed_point::{FixedPointFrame, PixelRow};
+use crate::thinning::Thinning;
+use crate::verdict::{Verdict, Verdicts};
+use crate::voxel::{SUBVOXELS, Voxel};
+use crate::voxel_block::VoxelBlock;
+use crate::weighting::Weighting;
+use crate::{CloudMapConfig, Error};
 
 /// The dense coloured cloud of the static world.
 ///
 /// Each voxel holds the weighted mean of position and colour of the readings in it, weight 1 / sigma(z)^2 with the
-/// axial noise of [`dymlm_core::axial_noise`]. Beside the voxels stands the evidence of all frames, which decides on
+/// noise of the [`SensorModel`]. Beside the voxels stands the evidence of all frames, which decides on
 /// output which voxels are static: **late ghost removal**. Each cell of some voxels counts the frames that read a
 /// surface in it and those that looked through it, before or after; a reading outweighs a few looks, and the cells
 /// around vote together ([`EvidenceConfig`](crate::EvidenceConfig)). So movers that no detector has seen vanish too,
@@ -25,13 +26,13 @@ use super::{CloudMapConfig, CloudMapError};
 /// Cost: O(pixels + blocks in view) a frame, independent of the frames before.
 ///
 /// ```
-/// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
-/// use dymlm_geometry::{CloudMap, CloudMapConfig, Selection};
+/// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
+/// use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
 ///
 /// let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5)?;
 /// let wall = Frame::new(0.0, camera, DepthImage::new(64, 48, vec![2.0; 64 * 48])?, None)?;
 ///
-/// let mut map = CloudMap::new(CloudMapConfig::default())?;
+/// let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect())?;
 /// // What a single frame has seen may be noise: two are needed.
 /// map.insert(&wall, None, &Pose::identity())?;
 /// map.insert(&wall, None, &Pose::identity())?;
@@ -41,10 +42,11 @@ use super::{CloudMapConfig, CloudMapError};
 /// ```
 #[derive(Debug, Clone)]
 pub struct CloudMap {
-    pub(super) config: CloudMapConfig,
-    pub(super) voxels: BlockStore<VoxelBlock>,
-    pub(super) voxel_count: usize,
-    pub(super) evidence: Evidence,
+    pub(crate) config: CloudMapConfig,
+    weighting: Weighting,
+    pub(crate) voxels: BlockStore<VoxelBlock>,
+    pub(crate) voxel_count: usize,
+    pub(crate) evidence: Evidence,
     frames: u32,
     uncolored_frames: u32,
     /// Number of the current frame for [`Voxel::stamp`].
@@ -86,7 +88,7 @@ pub struct CloudVoxel {
     pub position: Point,
     /// Weighted mean colour; frames without colours count as black.
     pub color: Rgb,
-    /// Sum of weights; one reading at 0.4 m weighs 1.
+    /// Sum of weights; one reading with the sensor's least noise weighs 1.
     pub weight: f64,
     /// Number of frames that read it.
     pub observations: u32,
@@ -110,13 +112,14 @@ impl CloudMap {
     ///
     /// # Errors
     ///
-    /// [`CloudMapError::Config`] names the field outside its range.
-    pub fn new(config: CloudMapConfig) -> Result<Self, CloudMapError> {
-        config.validate()?;
-        let depth_range = [config.min_depth as f32, config.max_depth as f32];
-        let evidence = Evidence::new(&config.evidence, config.voxel_size, depth_range);
+    /// [`Error::Config`] names the field of the config or of the sensor outside its range.
+    pub fn new(config: CloudMapConfig, sensor: SensorModel) -> Result<Self, Error> {
+        sensor.validate()?;
+        config.validate(&sensor)?;
+        let evidence = Evidence::new(&config.evidence, config.voxel_size, sensor);
         Ok(Self {
             config,
+            weighting: Weighting::new(sensor),
             voxels: BlockStore::default(),
             voxel_count: 0,
             evidence,
@@ -134,8 +137,8 @@ impl CloudMap {
     ///
     /// # Errors
     ///
-    /// [`CloudMapError::OutOfReach`].
-    pub fn check_reach(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), CloudMapError> {
+    /// [`Error::OutOfReach`].
+    pub fn check_reach(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), Error> {
         self.lattice_of(frame, None, world_from_camera).map(|_| ())
     }
 
@@ -143,13 +146,13 @@ impl CloudMap {
     ///
     /// # Errors
     ///
-    /// [`CloudMapError::Core`] for a mask of another size than the frame; [`CloudMapError::OutOfReach`].
+    /// [`Error::Core`] for a mask of another size than the frame; [`Error::OutOfReach`].
     pub fn insert(
         &mut self,
         frame: &Frame,
         static_mask: Option<&Mask>,
         world_from_camera: &Pose,
-    ) -> Result<CloudFrameReport, CloudMapError> {
+    ) -> Result<CloudFrameReport, Error> {
         let lattice = self.lattice_of(frame, static_mask, world_from_camera)?;
         let report = self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Insert);
         Ok(report)
@@ -159,20 +162,20 @@ impl CloudMap {
     ///
     /// # Errors
     ///
-    /// As [`CloudMap::insert`]; [`CloudMapError::NotInserted`] when a sum would go negative. (A frame that was never
+    /// As [`CloudMap::insert`]; [`Error::NotInserted`] when a sum would go negative. (A frame that was never
     /// inserted, but whose every reading other frames cover as well, cannot be told apart.)
     pub fn remove(
         &mut self,
         frame: &Frame,
         static_mask: Option<&Mask>,
         world_from_camera: &Pose,
-    ) -> Result<(), CloudMapError> {
+    ) -> Result<(), Error> {
         let lattice = self.lattice_of(frame, static_mask, world_from_camera)?;
         self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Remove);
         if self.is_overdrawn(frame) {
             self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Insert);
             self.drop_empty_voxels();
-            return Err(CloudMapError::NotInserted { timestamp: frame.timestamp() });
+            return Err(Error::NotInserted { timestamp: frame.timestamp() });
         }
         self.drop_empty_voxels();
         Ok(())
@@ -182,10 +185,10 @@ impl CloudMap {
     ///
     /// # Errors
     ///
-    /// [`CloudMapError::DifferentConfigs`].
-    pub fn merge(&mut self, other: &Self) -> Result<(), CloudMapError> {
-        if self.config != other.config {
-            return Err(CloudMapError::DifferentConfigs);
+    /// [`Error::DifferentConfigs`].
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        if self.config != other.config || self.weighting != other.weighting {
+            return Err(Error::DifferentConfigs);
         }
         for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks()) {
             let slot = self.voxels.slot_or_insert(*key);
@@ -208,7 +211,7 @@ impl CloudMap {
     /// The verdicts are made anew for the whole map at each call: some tenths of a second for a million voxels.
     pub fn voxels(&self) -> impl Iterator<Item = CloudVoxel> + '_ {
         let verdicts = Verdicts::of(&self.evidence, self.config.evidence.looks_per_reading);
-        let thinning = Thinning::of(&self.voxels, &verdicts, &self.config);
+        let thinning = Thinning::of(&self.voxels, &verdicts, &self.config, &self.weighting);
         let slots = self.voxels.sorted_slots();
         let blocks = crate::parallel::map(slots, |slot| {
             let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
@@ -218,7 +221,7 @@ impl CloudMap {
                     CloudVoxel {
                         position: voxel.mean_position(cell, self.config.voxel_size),
                         color: voxel.mean_color(),
-                        weight: voxel.total_weight(),
+                        weight: self.weighting.total(voxel),
                         observations: voxel.observations,
                         evidence: verdicts.evidence_of_voxel(cell),
                         verdict,
@@ -255,6 +258,11 @@ impl CloudMap {
         self.frames
     }
 
+    /// The sensor whose frames are inserted.
+    pub fn sensor(&self) -> &SensorModel {
+        self.weighting.sensor()
+    }
+
     /// The config.
     pub fn config(&self) -> &CloudMapConfig {
         &self.config
@@ -272,15 +280,14 @@ impl CloudMap {
         frame: &Frame,
         static_mask: Option<&Mask>,
         world_from_camera: &Pose,
-    ) -> Result<FixedPointFrame, CloudMapError> {
+    ) -> Result<FixedPointFrame, Error> {
         if let Some(mask) = static_mask {
             frame.camera().check_size("the static mask", mask.width(), mask.height())?;
         }
         let voxel_size = self.config.voxel_size;
-        let depth_range = [self.config.min_depth as f32, self.config.max_depth as f32];
         let limit = BlockKey::LIMIT.min(i32::MAX / SUBVOXELS) * SUBVOXELS;
-        FixedPointFrame::new(frame.camera(), world_from_camera, voxel_size, depth_range, limit).ok_or_else(
-            || CloudMapError::OutOfReach {
+        FixedPointFrame::new(frame.camera(), world_from_camera, voxel_size, self.weighting, limit).ok_or_else(
+            || Error::OutOfReach {
                 translation: world_from_camera.translation(),
                 voxel_size,
                 reach: f64::from(limit / SUBVOXELS) * voxel_size,

@@ -1,54 +1,55 @@
 use dymlm_core::{PinholeCamera, Pose};
 
-use super::rounding::{ROUNDING_LIMIT, round_to_i32};
-use super::voxel::{SUBVOXEL_BITS, SUBVOXELS, weight};
+use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
+use crate::voxel::{SUBVOXEL_BITS, SUBVOXELS};
+use crate::weighting::Weighting;
 
 /// One row of pixels as fixed-point world coordinates (1/256 voxel) and weights; weight 0 = not mapped.
 ///
 /// Coordinates relative to the camera are exact to a fraction of a unit in f32; the camera's own place is added as
 /// an integer, so that precision does not fall with the distance from the world's origin.
 #[derive(Debug, Clone, Default)]
-pub(super) struct PixelRow {
+pub(crate) struct PixelRow {
     x: Vec<i32>,
     y: Vec<i32>,
     z: Vec<i32>,
-    pub(super) weight: Vec<u32>,
+    pub(crate) weight: Vec<u32>,
 }
 
 impl PixelRow {
     /// The voxel of the reading in column `u`.
     #[inline]
-    pub(super) fn cell(&self, u: usize) -> [i32; 3] {
+    pub(crate) fn cell(&self, u: usize) -> [i32; 3] {
         [self.x[u], self.y[u], self.z[u]].map(|c| c >> SUBVOXEL_BITS)
     }
 
     /// Its place within the voxel, 1/256 voxel.
     #[inline]
-    pub(super) fn within_cell(&self, u: usize) -> [u64; 3] {
+    pub(crate) fn within_cell(&self, u: usize) -> [u64; 3] {
         [self.x[u], self.y[u], self.z[u]].map(|c| (c & (SUBVOXELS - 1)) as u64)
     }
 }
 
 /// Takes the pixels of one frame to the world's lattice, a row at a time.
 #[derive(Debug, Clone)]
-pub(super) struct FixedPointFrame {
+pub(crate) struct FixedPointFrame {
     /// Columns of the rotation, in units of 1/256 voxel a metre.
     columns: [[f32; 3]; 3],
     /// The camera's place, 1/256 voxel.
     origin: [i32; 3],
     inverse_fy: f64,
     cy: f64,
-    depth_range: [f32; 2],
+    weighting: Weighting,
 }
 
 impl FixedPointFrame {
     /// `None` when a mapped reading of this frame could lie `limit` units or more from the world's origin, or
     /// [`ROUNDING_LIMIT`] from the camera.
-    pub(super) fn new(
+    pub(crate) fn new(
         camera: &PinholeCamera,
         world_from_camera: &Pose,
         voxel_size: f64,
-        depth_range: [f32; 2],
+        weighting: Weighting,
         limit: i32,
     ) -> Option<Self> {
         let units_per_metre = f64::from(SUBVOXELS) / voxel_size;
@@ -57,7 +58,7 @@ impl FixedPointFrame {
             std::array::from_fn(|row| (rotation[row][column] * units_per_metre) as f32)
         });
         let origin = world_from_camera.translation().map(|t| (t * units_per_metre).round());
-        let reach = (ray_length(camera) * f64::from(depth_range[1]) * units_per_metre).ceil();
+        let reach = (ray_length(camera) * f64::from(weighting.sensor().max_depth) * units_per_metre).ceil();
         let inside = reach < f64::from(ROUNDING_LIMIT)
             && origin.iter().all(|place| place.abs() + reach < f64::from(limit));
         inside.then(|| Self {
@@ -65,13 +66,13 @@ impl FixedPointFrame {
             origin: origin.map(|place| place as i32),
             inverse_fy: 1.0 / camera.fy(),
             cy: camera.cy(),
-            depth_range,
+            weighting,
         })
     }
 
     /// Fills `row` with the pixels of row `v`. `ray_x` holds (u - cx) / fx of each column; pixels whose entry in
     /// `mask` is false, without a reading or out of range get weight 0.
-    pub(super) fn fill(
+    pub(crate) fn fill(
         &self,
         row: &mut PixelRow,
         v: usize,
@@ -93,9 +94,8 @@ impl FixedPointFrame {
                 *out = origin.wrapping_add(round_to_i32((slope * ray_x + base) * z));
             }
         }
-        let [near, far] = self.depth_range;
         for (out, &z) in row.weight.iter_mut().zip(depths) {
-            *out = if z > 0.0 && z >= near && z <= far { weight(z) } else { 0 };
+            *out = self.weighting.weight(z);
         }
         if let Some(mask) = mask {
             for (out, &chosen) in row.weight.iter_mut().zip(mask) {

@@ -1,5 +1,5 @@
-use super::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Neighbor, split};
-use super::evidence::{Evidence, EvidenceBlock, Support};
+use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Neighbor, split};
+use crate::evidence::{Evidence, EvidenceBlock, Support};
 
 /// What the evidence of all frames says of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,13 +24,13 @@ const PADDED: usize = BLOCK_SIDE + 2;
 /// A cell votes with `looks_per_reading * support - looked_through`, cut to 10 either way; cells in which nothing was
 /// ever read have no vote. A single cell errs: its centre may lie just beside the surface that it holds, or in the
 /// one spot of a mover's trace that no later frame looked through. Its neighbours of the same thing know better.
-pub(super) struct Verdicts<'a> {
+pub(crate) struct Verdicts<'a> {
     evidence: &'a Evidence,
     static_cells: BlockStore<CellBits>,
 }
 
 impl<'a> Verdicts<'a> {
-    pub(super) fn of(evidence: &'a Evidence, looks_per_reading: f64) -> Self {
+    pub(crate) fn of(evidence: &'a Evidence, looks_per_reading: f64) -> Self {
         let mut static_cells = BlockStore::default();
         let blocks = evidence.blocks();
         for (&key, block) in blocks.keys().iter().zip(blocks.blocks()) {
@@ -46,13 +46,13 @@ impl<'a> Verdicts<'a> {
     }
 
     #[inline]
-    pub(super) fn is_ghost(&self, voxel: [i32; 3]) -> bool {
+    pub(crate) fn is_ghost(&self, voxel: [i32; 3]) -> bool {
         let (block, index) = self.evidence.cell_of(voxel);
         let bits = self.static_cells.get(BlockKey::new(block));
         bits.is_none_or(|bits| bits[index / 64] >> (index % 64) & 1 == 0)
     }
 
-    pub(super) fn evidence_of_voxel(&self, voxel: [i32; 3]) -> Support {
+    pub(crate) fn evidence_of_voxel(&self, voxel: [i32; 3]) -> Support {
         let (block, index) = self.evidence.cell_of(voxel);
         self.evidence.blocks().get(BlockKey::new(block)).map_or(Support::default(), |block| block.at(index))
     }

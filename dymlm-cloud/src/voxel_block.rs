@@ -1,20 +1,20 @@
-use super::block_store::BLOCK_CELLS;
-use super::voxel::Voxel;
+use crate::block_store::BLOCK_CELLS;
+use crate::voxel::Voxel;
 
 /// The voxels of 8^3 places that are not empty.
 #[derive(Debug, Clone)]
-pub(super) struct VoxelBlock {
+pub(crate) struct VoxelBlock {
     /// For each place 1 + its index in `voxels`, or 0.
     index: [u16; BLOCK_CELLS],
-    pub(super) voxels: Vec<Voxel>,
+    pub(crate) voxels: Vec<Voxel>,
     /// Stamp of the last frame that touched the block.
-    pub(super) stamp: u32,
+    pub(crate) stamp: u32,
 }
 
 impl VoxelBlock {
     /// Index of the voxel at a place, made when there is none.
     #[inline]
-    pub(super) fn index_or_insert(&mut self, place: usize) -> u16 {
+    pub(crate) fn index_or_insert(&mut self, place: usize) -> u16 {
         if self.index[place] == 0 {
             if self.voxels.len() == self.voxels.capacity() {
                 // Small steps: a surface fills an eighth of its block, doubling would waste a quarter of the map.
@@ -28,17 +28,17 @@ impl VoxelBlock {
 
     /// The voxel at a place.
     #[inline]
-    pub(super) fn get(&self, place: usize) -> Option<&Voxel> {
+    pub(crate) fn get(&self, place: usize) -> Option<&Voxel> {
         usize::from(self.index[place]).checked_sub(1).and_then(|index| self.voxels.get(index))
     }
 
     /// The voxels by place.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &Voxel)> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, &Voxel)> {
         (0..BLOCK_CELLS).filter_map(|place| self.get(place).map(|voxel| (place, voxel)))
     }
 
     /// Drops the empty voxels; gives how many there were.
-    pub(super) fn drop_empty(&mut self) -> usize {
+    pub(crate) fn drop_empty(&mut self) -> usize {
         let before = self.voxels.len();
         if self.voxels.iter().any(Voxel::is_empty) {
             let mut kept = Vec::with_capacity(before);

@@ -2,34 +2,34 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 /// Cells along the side of a block.
-pub(super) const BLOCK_SIDE: usize = 8;
+pub(crate) const BLOCK_SIDE: usize = 8;
 /// Cells of a block.
-pub(super) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
+pub(crate) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
 
 /// A bit for each cell of a block.
-pub(super) type CellBits = [u64; BLOCK_CELLS / 64];
+pub(crate) type CellBits = [u64; BLOCK_CELLS / 64];
 
 /// The place of a block on its lattice: three coordinates of 21 bits in one word, z first, so that the order of
 /// keys is the order of z, then y, then x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct BlockKey(u64);
+pub(crate) struct BlockKey(u64);
 
 impl BlockKey {
     const BITS: u32 = 21;
     const BIAS: i32 = 1 << (Self::BITS - 1);
     /// Lattice coordinates c of cells with -LIMIT <= c < LIMIT have a key.
-    pub(super) const LIMIT: i32 = Self::BIAS * BLOCK_SIDE as i32;
+    pub(crate) const LIMIT: i32 = Self::BIAS * BLOCK_SIDE as i32;
 
     /// The block at block coordinates (cell coordinates / 8, rounded down).
     #[inline]
-    pub(super) fn new(block: [i32; 3]) -> Self {
+    pub(crate) fn new(block: [i32; 3]) -> Self {
         let [x, y, z] = block.map(|c| u64::from((c.wrapping_add(Self::BIAS)) as u32));
         Self(z << (2 * Self::BITS) | y << Self::BITS | x)
     }
 
     /// Block coordinates.
     #[inline]
-    pub(super) fn block(self) -> [i32; 3] {
+    pub(crate) fn block(self) -> [i32; 3] {
         let mask = (1 << Self::BITS) - 1;
         [self.0 & mask, self.0 >> Self::BITS & mask, self.0 >> (2 * Self::BITS)]
             .map(|c| c as i32 - Self::BIAS)
@@ -37,13 +37,13 @@ impl BlockKey {
 
     /// The cell with this index in the block.
     #[inline]
-    pub(super) fn cell(self, index: usize) -> [i32; 3] {
+    pub(crate) fn cell(self, index: usize) -> [i32; 3] {
         let (block, within) = (self.block(), cell_in_block(index));
         std::array::from_fn(|axis| block[axis] * BLOCK_SIDE as i32 + within[axis])
     }
 
     /// The block and the 26 around it.
-    pub(super) fn neighborhood(self) -> impl Iterator<Item = Neighbor> {
+    pub(crate) fn neighborhood(self) -> impl Iterator<Item = Neighbor> {
         let center = self.block();
         (0..27).map(move |neighbor| {
             let step = [neighbor % 3, neighbor / 3 % 3, neighbor / 9].map(|c| c - 1);
@@ -54,28 +54,28 @@ impl BlockKey {
 
 /// A block in the neighbourhood of another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Neighbor {
+pub(crate) struct Neighbor {
     /// -1, 0 or 1 along each axis: where the block lies.
-    pub(super) step: [i32; 3],
-    pub(super) key: BlockKey,
+    pub(crate) step: [i32; 3],
+    pub(crate) key: BlockKey,
 }
 
 /// Block coordinates of a cell, and the cell's index in its block.
 #[inline]
-pub(super) fn split(cell: [i32; 3]) -> ([i32; 3], usize) {
+pub(crate) fn split(cell: [i32; 3]) -> ([i32; 3], usize) {
     let [x, y, z] = cell.map(|c| (c & 7) as usize);
     (cell.map(|c| c >> 3), z << 6 | y << 3 | x)
 }
 
 /// Coordinates within its block of the cell with this index.
 #[inline]
-pub(super) fn cell_in_block(index: usize) -> [i32; 3] {
+pub(crate) fn cell_in_block(index: usize) -> [i32; 3] {
     [index & 7, index >> 3 & 7, index >> 6].map(|c| c as i32)
 }
 
 /// Blocks by their place, each at a slot that stays. O(1) expected a look-up.
 #[derive(Debug, Clone, Default)]
-pub(super) struct BlockStore<B> {
+pub(crate) struct BlockStore<B> {
     slots: HashMap<BlockKey, u32, BuildHasherDefault<KeyHasher>>,
     keys: Vec<BlockKey>,
     blocks: Vec<B>,
@@ -83,13 +83,13 @@ pub(super) struct BlockStore<B> {
 
 impl<B: Default> BlockStore<B> {
     #[inline]
-    pub(super) fn slot(&self, key: BlockKey) -> Option<usize> {
+    pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
         self.slots.get(&key).map(|&slot| slot as usize)
     }
 
     /// The slot of the block at `key`, made when there is none.
     #[inline]
-    pub(super) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
+    pub(crate) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
         let next = self.blocks.len();
         let slot = *self.slots.entry(key).or_insert(next as u32) as usize;
         if slot == next {
@@ -100,35 +100,35 @@ impl<B: Default> BlockStore<B> {
     }
 
     #[inline]
-    pub(super) fn get(&self, key: BlockKey) -> Option<&B> {
+    pub(crate) fn get(&self, key: BlockKey) -> Option<&B> {
         self.slot(key).and_then(|slot| self.blocks.get(slot))
     }
 
     #[inline]
-    pub(super) fn blocks(&self) -> &[B] {
+    pub(crate) fn blocks(&self) -> &[B] {
         &self.blocks
     }
 
     #[inline]
-    pub(super) fn blocks_mut(&mut self) -> &mut [B] {
+    pub(crate) fn blocks_mut(&mut self) -> &mut [B] {
         &mut self.blocks
     }
 
     /// Keys by slot.
     #[inline]
-    pub(super) fn keys(&self) -> &[BlockKey] {
+    pub(crate) fn keys(&self) -> &[BlockKey] {
         &self.keys
     }
 
     /// All slots in the order of their keys, which does not depend on the order of insertion.
-    pub(super) fn sorted_slots(&self) -> Vec<usize> {
+    pub(crate) fn sorted_slots(&self) -> Vec<usize> {
         let mut slots: Vec<usize> = (0..self.keys.len()).collect();
         slots.sort_unstable_by_key(|&slot| self.keys[slot]);
         slots
     }
 
     /// Bytes of the store itself, without what its blocks own.
-    pub(super) fn memory_bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         self.slots.capacity() * (size_of::<(BlockKey, u32)>() + 1)
             + self.keys.capacity() * size_of::<BlockKey>()
             + self.blocks.capacity() * size_of::<B>()
@@ -138,7 +138,7 @@ impl<B: Default> BlockStore<B> {
 /// Multiplies and folds: keys are distinct words already, an attacker does not choose them, and the standard
 /// hasher would cost more than the rest of the look-up.
 #[derive(Debug, Clone, Default)]
-pub(super) struct KeyHasher(u64);
+pub(crate) struct KeyHasher(u64);
 
 impl Hasher for KeyHasher {
     fn finish(&self) -> u64 {

@@ -1,21 +1,9 @@
-use dymlm_core::{Point, Rgb, axial_noise};
-
-use super::rounding::round_to_i32;
+use dymlm_core::{Point, Rgb};
 
 /// Bits of a coordinate that lie within its voxel: positions are summed in 1/256 of a voxel.
-pub(super) const SUBVOXEL_BITS: u32 = 8;
+pub(crate) const SUBVOXEL_BITS: u32 = 8;
 /// Parts of a voxel along an axis.
-pub(super) const SUBVOXELS: i32 = 1 << SUBVOXEL_BITS;
-
-/// The weight of a reading at the nearest depth; at 4 m it is 9, at 10 m 1.
-const UNIT_WEIGHT: f32 = 4096.0;
-
-/// The weight of a reading at depth `z`: 1 / sigma(z)^2 as an integer, relative to that at 0.4 m, at least 1.
-#[inline]
-pub(super) fn weight(z: f32) -> u32 {
-    let precision = axial_noise(0.4) / axial_noise(z);
-    round_to_i32(UNIT_WEIGHT * precision * precision).max(1) as u32
-}
+pub(crate) const SUBVOXELS: i32 = 1 << SUBVOXEL_BITS;
 
 /// What a voxel has seen, as integer sums: sums of integers do not depend on their order, and what was added can be
 /// taken out again without a trace. Arithmetic wraps, so a negated weight takes out.
@@ -23,7 +11,7 @@ pub(super) fn weight(z: f32) -> u32 {
 /// One cache line: adding a reading to a voxel costs little more than fetching it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(align(64))]
-pub(super) struct Voxel {
+pub(crate) struct Voxel {
     /// Sum of weights.
     weight: u64,
     /// Sums of weight times position within the voxel, 1/256 voxel.
@@ -31,15 +19,15 @@ pub(super) struct Voxel {
     /// Sums of weight times colour.
     color: [u64; 3],
     /// Frames that read the voxel.
-    pub(super) observations: u32,
+    pub(crate) observations: u32,
     /// The last frame that did, so that a frame counts once.
-    pub(super) stamp: u32,
+    pub(crate) stamp: u32,
 }
 
 impl Voxel {
     /// Adds a reading of `weight` at a position within the voxel.
     #[inline]
-    pub(super) fn add(&mut self, weight: u64, within: [u64; 3], color: Rgb) {
+    pub(crate) fn add(&mut self, weight: u64, within: [u64; 3], color: Rgb) {
         self.weight = self.weight.wrapping_add(weight);
         for axis in 0..3 {
             self.position[axis] = self.position[axis].wrapping_add(weight.wrapping_mul(within[axis]));
@@ -48,7 +36,7 @@ impl Voxel {
     }
 
     /// Adds another map's sums for the same voxel.
-    pub(super) fn merge(&mut self, other: &Self) {
+    pub(crate) fn merge(&mut self, other: &Self) {
         self.weight = self.weight.wrapping_add(other.weight);
         for axis in 0..3 {
             self.position[axis] = self.position[axis].wrapping_add(other.position[axis]);
@@ -58,17 +46,17 @@ impl Voxel {
     }
 
     /// The same readings at one place of a voxel, 1/256 voxel.
-    pub(super) fn placed(&self, within: [u64; 3]) -> Self {
+    pub(crate) fn placed(&self, within: [u64; 3]) -> Self {
         Self { position: within.map(|c| c.wrapping_mul(self.weight)), stamp: 0, ..*self }
     }
 
     /// Whether nothing is left of it.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.weight == 0 && self.observations == 0
     }
 
     /// Whether more was taken out than put in.
-    pub(super) fn is_overdrawn(&self) -> bool {
+    pub(crate) fn is_overdrawn(&self) -> bool {
         let negative = |sum: u64| sum > u64::MAX / 2;
         negative(self.weight)
             || self.position.into_iter().any(negative)
@@ -77,20 +65,13 @@ impl Voxel {
             || (self.weight == 0) != (self.observations == 0)
     }
 
-    /// Sum of weights, in units of one reading at 0.4 m or nearer.
-    pub(super) fn total_weight(&self) -> f64 {
-        self.weight as f64 / f64::from(UNIT_WEIGHT)
-    }
-
-    /// Standard deviation of one of its readings along the line of sight, metres, from their mean weight. Where
-    /// several readings of a frame fall into the voxel, that is near the camera, it comes out too small.
-    pub(super) fn standard_deviation(&self) -> f64 {
-        let weight_per_frame = self.total_weight() / f64::from(self.observations.max(1));
-        f64::from(axial_noise(0.4)) / weight_per_frame.max(1e-9).sqrt()
+    /// Sum of weights.
+    pub(crate) fn weight(&self) -> u64 {
+        self.weight
     }
 
     /// Weighted mean position, metres, of the voxel at lattice coordinates `cell`.
-    pub(super) fn mean_position(&self, cell: [i32; 3], voxel_size: f64) -> Point {
+    pub(crate) fn mean_position(&self, cell: [i32; 3], voxel_size: f64) -> Point {
         let weight = self.weight.max(1) as f64;
         std::array::from_fn(|axis| {
             let within = self.position[axis] as f64 / weight / f64::from(SUBVOXELS);
@@ -99,7 +80,7 @@ impl Voxel {
     }
 
     /// Weighted mean colour.
-    pub(super) fn mean_color(&self) -> Rgb {
+    pub(crate) fn mean_color(&self) -> Rgb {
         let weight = self.weight.max(1);
         self.color.map(|sum| (sum.wrapping_add(weight / 2) / weight) as u8)
     }
@@ -108,17 +89,6 @@ impl Voxel {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn weights_follow_the_inverse_variance() {
-        assert_eq!(weight(0.4), 4096);
-        assert_eq!(weight(0.1), 4096);
-        let expected = |z: f32| (axial_noise(0.4) / axial_noise(z)).powi(2) * 4096.0;
-        for z in [0.5, 1.0, 2.0, 3.0, 4.0] {
-            assert!((weight(z) as f32 - expected(z)).abs() <= 0.5);
-        }
-        assert_eq!(weight(100.0), 1);
-    }
 
     #[test]
     fn what_was_added_can_be_taken_out() {

@@ -1,0 +1,40 @@
+//! The same bits with and without the feature `parallel`: the gate runs these tests under both, and both must give the
+//! checksums written here. Inputs are made of integers, so that no library of elementary functions has a say.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
+use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
+
+const CLOUD_MAP: u64 = 9_295_513_384_647_466_988;
+
+/// FNV-1a.
+fn checksum(bytes: impl IntoIterator<Item = u8>) -> u64 {
+    bytes
+        .into_iter()
+        .fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+}
+
+/// Numbers of 0..1000 without a pattern.
+fn numbers() -> impl Iterator<Item = u32> {
+    (0_u32..).map(|n| (n.wrapping_mul(2_654_435_761) ^ (n >> 3).wrapping_mul(40_503)) >> 7).map(|n| n % 1000)
+}
+
+#[test]
+fn the_static_cloud_has_the_same_bits() {
+    let camera = PinholeCamera::new(160, 120, 128.0, 128.0, 79.5, 59.5).unwrap();
+    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
+    let mut numbers = numbers();
+    for step in 0..6 {
+        let depth =
+            (0..160 * 120).map(|i| 2.0 + (i % 160) as f32 / 128.0 + numbers.next().unwrap() as f32 * 3e-5);
+        let depth = DepthImage::new(160, 120, depth.collect()).unwrap();
+        let frame = Frame::new(f64::from(step), camera, depth, None).unwrap();
+        let pose = Pose::new([f64::from(step) / 64.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        map.insert(&frame, None, &pose).unwrap();
+    }
+    let cloud = map.point_cloud(Selection::Static);
+    assert!(cloud.len() > 1000);
+    let bytes = cloud.points().iter().flatten().flat_map(|c| c.to_le_bytes());
+    assert_eq!(checksum(bytes), CLOUD_MAP);
+}
