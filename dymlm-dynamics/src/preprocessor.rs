@@ -73,6 +73,16 @@ impl Preprocessor {
         })
     }
 
+    /// Asks whether a frame and its detections would be taken, and changes nothing.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::process`].
+    pub fn check(&self, frame: &Frame, detections: &[Detection]) -> Result<(), Error> {
+        check_instance_masks(frame, detections)?;
+        self.tracker.check_time(frame.timestamp()).map(|_| ())
+    }
+
     /// Preprocesses one frame.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-use dymlm_core::ConfigError;
+use dymlm_core::{ConfigError, FrameId};
 
 /// Why a frame or a config was refused. A refused frame changes nothing.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +28,13 @@ pub enum Error {
     UnknownObject {
         /// The id asked for.
         object: u64,
+    },
+    /// No detections of this frame are awaited: it was never inserted as pending, has them already, or was processed
+    /// without because they came too late.
+    #[error("frame {frame} awaits no detections")]
+    NotPending {
+        /// The frame named.
+        frame: FrameId,
     },
     /// Refused by the object map: a camera out of its reach.
     #[error(transparent)]

@@ -1,4 +1,5 @@
 use dymlm_cloud::CloudFrameReport;
+use dymlm_core::FrameId;
 use dymlm_dynamics::Mover;
 use dymlm_objects::ObjectReport;
 use dymlm_octree::InsertReport;
@@ -10,16 +11,55 @@ use crate::StageTimes;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct FrameReport {
+    /// The frame, by which it is named from now on.
+    pub id: FrameId,
     /// The frame's time, seconds.
     pub timestamp: f64,
-    /// Potential movers in the frame, detected or predicted, by ascending track id.
+    /// What became of the frame.
+    pub outcome: FrameOutcome,
+    /// Potential movers in the frame, detected or predicted, by ascending track id. None while the frame waits.
     pub movers: Vec<Mover>,
     /// Pixels that were masked as moving.
     pub masked_pixels: usize,
-    /// What came into the maps; `None` when the frame was no key frame.
-    pub update: Option<MapUpdate>,
     /// How long each step took.
     pub stages: StageTimes,
+    /// Reports of the other frames that this call has processed, in the order of time: they had waited for detections.
+    pub released: Vec<FrameReport>,
+}
+
+impl FrameReport {
+    /// The report of a frame that waits.
+    pub(crate) fn waiting(id: FrameId, timestamp: f64) -> Self {
+        Self {
+            id,
+            timestamp,
+            outcome: FrameOutcome::Waiting,
+            movers: Vec::new(),
+            masked_pixels: 0,
+            stages: StageTimes::default(),
+            released: Vec::new(),
+        }
+    }
+
+    /// What the frame has brought into the maps; `None` when it waits or is no key frame.
+    pub fn update(&self) -> Option<&MapUpdate> {
+        match &self.outcome {
+            FrameOutcome::Mapped(update) => Some(update),
+            FrameOutcome::Waiting | FrameOutcome::Tracked => None,
+        }
+    }
+}
+
+/// What became of a frame.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum FrameOutcome {
+    /// It waits for its detections, or stands behind a frame that does.
+    Waiting,
+    /// Movers were tracked in it; it is no key frame.
+    Tracked,
+    /// It is a key frame and was mapped.
+    Mapped(Box<MapUpdate>),
 }
 
 /// What a key frame has brought into the maps.

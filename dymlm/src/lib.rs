@@ -35,7 +35,9 @@
 //! ```
 
 mod carried_object;
+mod detections;
 mod error;
+mod frame_input;
 mod frame_report;
 mod key_frames;
 mod map_builder;
@@ -43,6 +45,7 @@ mod map_config;
 mod multi_level_map;
 mod stages;
 mod supporting_planes;
+mod waiting_frames;
 
 pub use dymlm_cloud as cloud;
 pub use dymlm_core as core;
@@ -59,8 +62,10 @@ pub use dymlm_octree::Octree;
 pub use dymlm_planes::PlaneMap;
 
 pub use carried_object::ObjectMove;
+pub use detections::Detections;
 pub use error::Error;
-pub use frame_report::{FrameReport, MapUpdate};
+pub use frame_input::FrameInput;
+pub use frame_report::{FrameOutcome, FrameReport, MapUpdate};
 pub use key_frames::KeyFrameConfig;
 pub use map_builder::MapBuilder;
 pub use map_config::MapConfig;

@@ -1,24 +1,33 @@
-use dymlm_core::{BoundingBox, Detection, Frame, Pose};
+use dymlm_core::{Detection, Frame, FrameId, Pose};
 use dymlm_dynamics::Preprocessor;
 use dymlm_geometry::OrientedBox;
-use dymlm_objects::ObjectView;
+use dymlm_objects::{ObjectView, SightedPoint};
 use dymlm_planes::PlaneDetector;
 
 use crate::key_frames::KeyFrames;
 use crate::stages::StageClock;
 use crate::supporting_planes::MappedPlanes;
-use crate::{Error, FrameReport, MapConfig, MapUpdate, MultiLevelMap, Stage};
+use crate::waiting_frames::{WaitingFrame, WaitingFrames};
+use crate::{
+    Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MapUpdate, MultiLevelMap, Stage,
+};
 
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
+///
+/// Frames come in the order of their time. Each is a [`FrameInput`]: images, what the detector says ([`Detections`]), and
+/// the pose. The cost of a frame does not grow with the number of frames before, but for the moment in which two map
+/// planes prove to be one (all key frames are looked through once).
 #[derive(Debug)]
 pub struct MapBuilder {
     config: MapConfig,
     preprocessor: Preprocessor,
     plane_detector: PlaneDetector,
-    /// The corrected boxes of the frame's movers.
-    mover_boxes: Vec<BoundingBox>,
     key_frames: KeyFrames,
-    /// Where a carried object is in the next frame, with a rim, in the world.
+    waiting: WaitingFrames,
+    next_id: u64,
+    /// Time of the last frame that was inserted, waiting or not.
+    newest: f64,
+    /// Where carried objects are in the next frame, with a rim, in the world.
     pub(crate) carried: Option<OrientedBox>,
     pub(crate) map: MultiLevelMap,
 }
@@ -30,109 +39,178 @@ impl MapBuilder {
     ///
     /// Names the field of the config that is outside its range.
     pub fn new(config: MapConfig) -> Result<Self, Error> {
+        config.validate()?;
         Ok(Self {
             preprocessor: Preprocessor::new(config.dynamics.clone())?,
             plane_detector: PlaneDetector::new(&config.planes)?,
-            mover_boxes: Vec::new(),
             key_frames: KeyFrames::new(config.key_frames)?,
+            waiting: WaitingFrames::default(),
+            next_id: 0,
+            newest: f64::NEG_INFINITY,
             carried: None,
             map: MultiLevelMap::new(&config)?,
             config,
         })
     }
 
-    /// Takes in one frame: `detections` in it (all labels; which of them may move is configuration) and the pose that
-    /// takes its camera coordinates to the world. Frames come in the order of their time.
+    /// Takes in one frame: what the detector says of it (all labels; which of them may move is configuration) and the pose
+    /// that takes its camera coordinates to the world.
     ///
-    /// The cost does not grow with the number of frames before, but for the moment in which two map planes prove to be one
-    /// (all key frames are looked through once).
+    /// A frame with [`Detections::Pending`] waits for [`detections_for`](Self::detections_for), and all that follow wait
+    /// behind it, for at most [`MapConfig::max_detection_delay`].
     ///
     /// # Errors
     ///
     /// [`Error::Dynamics`] when time runs backwards or an instance mask is of another size than the frame;
-    /// [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies outside what the maps can reach. The builder stays as
-    /// it was.
-    pub fn insert(
+    /// [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies outside what the maps can reach. The
+    /// builder stays as it was.
+    #[doc(alias = "integrate")]
+    pub fn insert<'a>(
         &mut self,
         frame: &Frame,
-        detections: &[Detection],
+        found: impl Into<Detections<'a>>,
         world_from_camera: &Pose,
     ) -> Result<FrameReport, Error> {
-        self.map.check_reach(frame, world_from_camera)?;
-        let mut clock = StageClock::start();
-
-        self.preprocessor.track(frame, detections, world_from_camera)?;
-        clock.end(Stage::Tracking);
-        self.preprocessor.find_foregrounds(frame, detections);
-        clock.end(Stage::Foreground);
-        self.preprocessor.compensate_misses();
-        clock.end(Stage::Compensation);
-        self.preprocessor.correct_boxes(frame);
-        clock.end(Stage::Correction);
-        self.preprocessor.mask_movers(frame, detections);
-        if let Some(body) = self.carried.take() {
-            self.preprocessor.mask_body(frame, &body.transformed(&world_from_camera.inverse()));
-        }
-        clock.end(Stage::Mask);
-
-        let update = if self.key_frames.choose(world_from_camera) {
-            Some(self.update_maps(frame, detections, world_from_camera, &mut clock)?)
-        } else {
-            None
-        };
-
-        let mask = self.preprocessor.static_mask();
-        Ok(FrameReport {
-            timestamp: frame.timestamp(),
-            movers: self.preprocessor.movers().to_vec(),
-            masked_pixels: mask.data().len() - mask.count(),
-            update,
-            stages: clock.finish(),
-        })
+        // Converted first: the two borrows may have lifetimes of their own.
+        let found: Detections<'_> = found.into();
+        self.insert_frame(&FrameInput::new(frame, found, world_from_camera))
     }
 
-    fn update_maps(
+    /// [`insert`](Self::insert) with all that a caller may know of a frame.
+    ///
+    /// # Errors
+    ///
+    /// As [`insert`](Self::insert).
+    pub fn insert_frame(&mut self, input: &FrameInput<'_>) -> Result<FrameReport, Error> {
+        self.check(input)?;
+        let id = FrameId::new(self.next_id);
+        self.next_id += 1;
+        self.newest = input.frame.timestamp();
+        self.waiting.give_up_before(self.newest - self.config.max_detection_delay);
+        let mut released = self.process_ready()?;
+        if self.waiting.must_wait(&input.found) {
+            self.waiting.push(id, input);
+            let mut report = FrameReport::waiting(id, input.frame.timestamp());
+            report.released = released;
+            return Ok(report);
+        }
+        let found = match input.found {
+            Detections::Found(found) => Some(found),
+            Detections::NotRun | Detections::Pending => None,
+        };
+        let mut report =
+            self.process(id, input.frame, found, &input.world_from_camera, input.sighted_points)?;
+        report.released.append(&mut released);
+        Ok(report)
+    }
+
+    /// Brings the detections of a frame that was inserted with [`Detections::Pending`], and processes it and those behind
+    /// it that need wait no longer. Its report is that of the frame, which waits still where an older one does.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotPending`] when the frame awaits no detections; [`Error::Dynamics`] when an instance mask is of another
+    /// size than the frame. The builder stays as it was.
+    pub fn detections_for(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
+        let waiting = self.waiting.pending(frame)?;
+        self.preprocessor.check(&waiting.frame, found)?;
+        let report = FrameReport::waiting(frame, waiting.frame.timestamp());
+        self.waiting.resolve(frame, found);
+        let mut released = self.process_ready()?;
+        let own = released.iter().position(|report| report.id == frame).map(|index| released.remove(index));
+        let mut report = own.unwrap_or(report);
+        report.released = released;
+        Ok(report)
+    }
+
+    /// Processes all frames that wait, those without detections as frames on which the detector did not run.
+    ///
+    /// # Errors
+    ///
+    /// None that a frame's insertion has not excluded.
+    pub fn process_waiting(&mut self) -> Result<Vec<FrameReport>, Error> {
+        self.waiting.give_up_before(f64::INFINITY);
+        self.process_ready()
+    }
+
+    fn process_ready(&mut self) -> Result<Vec<FrameReport>, Error> {
+        let mut reports = Vec::new();
+        while let Some(ready) = self.waiting.pop_ready() {
+            let WaitingFrame { id, frame, world_from_camera, sighted_points, .. } = &ready;
+            reports.push(self.process(*id, frame, ready.found(), world_from_camera, sighted_points)?);
+        }
+        Ok(reports)
+    }
+
+    /// Everything that can be refused is refused here, before anything changes.
+    fn check(&self, input: &FrameInput<'_>) -> Result<(), Error> {
+        let timestamp = input.frame.timestamp();
+        if timestamp < self.newest {
+            let previous = self.newest;
+            return Err(dymlm_dynamics::Error::TimeReversed { previous, timestamp }.into());
+        }
+        let found = if let Detections::Found(found) = input.found { found } else { &[] };
+        self.preprocessor.check(input.frame, found)?;
+        self.map.check_reach(input.frame, &input.world_from_camera)
+    }
+
+    /// The paper's figure 2, a step a line. `found`: `None` when the detector did not run.
+    fn process(
         &mut self,
+        id: FrameId,
         frame: &Frame,
-        detections: &[Detection],
+        found: Option<&[Detection]>,
         world_from_camera: &Pose,
-        clock: &mut StageClock,
-    ) -> Result<MapUpdate, Error> {
-        let mask = Some(self.preprocessor.static_mask());
+        sighted_points: &[SightedPoint],
+    ) -> Result<FrameReport, Error> {
+        let mut clock = StageClock::start();
+        let Self { config, preprocessor, plane_detector, key_frames, carried, map, .. } = self;
+        let carried = carried.take().map(|body| body.transformed(&world_from_camera.inverse()));
 
-        let cloud = self.map.cloud.insert(frame, mask, world_from_camera)?;
-        clock.end(Stage::Cloud);
-        let (camera, depth, color) = (frame.camera(), frame.depth(), frame.color());
-        let octree = self.map.octree.insert_depth(camera, depth, mask, color, world_from_camera)?;
-        clock.end(Stage::Octree);
+        clock.time(Stage::Dynamics, || {
+            preprocessor.process(frame, found.unwrap_or(&[]), world_from_camera)?;
+            carried.iter().for_each(|body| preprocessor.mask_body(frame, body));
+            Ok::<_, Error>(())
+        })?;
+        let movers = preprocessor.movers().to_vec();
+        let mask = preprocessor.static_mask();
+        let masked_pixels = mask.data().len() - mask.count();
 
-        self.plane_detector.extract(camera, depth, mask)?;
-        clock.end(Stage::PlaneExtraction);
-        self.plane_detector.refine(camera, depth)?;
-        self.mover_boxes.clear();
-        self.mover_boxes.extend(self.preprocessor.movers().iter().map(|mover| mover.corrected_box));
-        let rejected = self.plane_detector.filter(&self.mover_boxes).to_vec();
-        clock.end(Stage::PlaneRefinement);
-        let found = self.plane_detector.planes();
-        let mut planes = self.map.planes.insert_frame(found, frame, world_from_camera)?;
-        planes.rejected = rejected;
-        clock.end(Stage::PlaneMap);
-
-        let view = ObjectView::new(frame, detections, world_from_camera)
-            .with_static_mask(self.preprocessor.static_mask())?
-            .without_labels(&self.config.dynamics.mover_labels);
-        let supports = MappedPlanes(&self.map.planes);
-        self.map.objects.parameterize(&view, &supports)?;
-        clock.end(Stage::ObjectParameterization);
-        self.map.objects.associate(&view);
-        clock.end(Stage::ObjectAssociation);
-        self.map.objects.update(&view);
-        clock.end(Stage::ObjectUpdate);
-        self.map.objects.optimize(&view);
-        let objects = self.map.objects.take_report();
-        clock.end(Stage::ObjectOptimization);
-
-        Ok(MapUpdate { cloud, octree, planes, objects })
+        let outcome = if key_frames.choose(world_from_camera) {
+            let cloud =
+                clock.time(Stage::Cloud, || map.cloud.insert(frame, Some(mask), world_from_camera))?;
+            let octree = clock.time(Stage::Octree, || {
+                let (camera, depth, color) = (frame.camera(), frame.depth(), frame.color());
+                map.octree.insert_depth(camera, depth, Some(mask), color, world_from_camera)
+            })?;
+            let found_planes = clock.time(Stage::PlaneDetection, || {
+                let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
+                plane_detector.detect(frame.camera(), frame.depth(), Some(mask), &boxes).map(|_| ())
+            });
+            found_planes?;
+            let mut planes = clock.time(Stage::PlaneMap, || {
+                map.planes.insert_frame(plane_detector.planes(), frame, world_from_camera)
+            })?;
+            planes.rejected = plane_detector.rejected().to_vec();
+            let view = ObjectView::new(frame, found.unwrap_or(&[]), world_from_camera)
+                .with_static_mask(mask)?
+                .with_sighted_points(sighted_points)
+                .without_labels(&config.dynamics.mover_labels);
+            let objects =
+                clock.time(Stage::Objects, || map.objects.observe(&view, &MappedPlanes(&map.planes)))?;
+            FrameOutcome::Mapped(Box::new(MapUpdate { cloud, octree, planes, objects }))
+        } else {
+            FrameOutcome::Tracked
+        };
+        Ok(FrameReport {
+            id,
+            timestamp: frame.timestamp(),
+            outcome,
+            movers,
+            masked_pixels,
+            stages: clock.finish(),
+            released: Vec::new(),
+        })
     }
 
     /// The maps as they stand.
@@ -155,7 +233,8 @@ impl MapBuilder {
         &self.config
     }
 
-    /// Gives the maps away.
+    /// Gives the maps away. Frames that wait for detections are not in them: see
+    /// [`process_waiting`](Self::process_waiting).
     pub fn into_map(self) -> MultiLevelMap {
         self.map
     }

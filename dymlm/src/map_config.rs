@@ -1,5 +1,5 @@
 use dymlm_cloud::CloudMapConfig;
-use dymlm_core::SensorModel;
+use dymlm_core::{ConfigError, SensorModel, check_range};
 use dymlm_dynamics::DynamicsConfig;
 use dymlm_objects::ObjectConfig;
 use dymlm_octree::OctreeConfig;
@@ -20,13 +20,16 @@ use crate::KeyFrameConfig;
 /// let error = dymlm::MapBuilder::new(config).unwrap_err();
 /// assert_eq!(error.to_string(), "cloud.voxel_size = -1 is outside its range 0.001..=1");
 /// ```
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct MapConfig {
     /// The depth camera: noise and range of what all maps read.
     pub sensor: SensorModel,
+    /// How long a frame waits for its detections at the most, seconds between it and the newest frame, 0..=60. Default
+    /// 0.5: detectors that take longer are better told that they did not run. Memory holds the frames of that time.
+    pub max_detection_delay: f64,
     /// Which frames are mapped.
     pub key_frames: KeyFrameConfig,
     /// Preprocessing: tracking, compensation, box correction, static mask.
@@ -39,4 +42,26 @@ pub struct MapConfig {
     pub planes: PlaneConfig,
     /// Objects: parameterization, association, update.
     pub objects: ObjectConfig,
+}
+
+impl Default for MapConfig {
+    fn default() -> Self {
+        Self {
+            sensor: SensorModel::default(),
+            max_detection_delay: 0.5,
+            key_frames: KeyFrameConfig::default(),
+            dynamics: DynamicsConfig::default(),
+            cloud: CloudMapConfig::default(),
+            octree: OctreeConfig::default(),
+            planes: PlaneConfig::default(),
+            objects: ObjectConfig::default(),
+        }
+    }
+}
+
+impl MapConfig {
+    /// Checks the fields that belong to no part.
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("max_detection_delay", self.max_detection_delay, 0.0..=60.0)
+    }
 }

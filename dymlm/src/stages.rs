@@ -4,75 +4,37 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Stage {
-    /// Multi-object tracking of the detected boxes.
-    Tracking,
-    /// Foreground clustering in each box.
-    Foreground,
-    /// Missed-detection compensation.
-    Compensation,
-    /// Box correction.
-    Correction,
-    /// The static mask.
-    Mask,
-    /// The dense cloud and the evidence for late ghost removal.
+    /// Preprocessing: movers tracked, missed ones predicted, boxes corrected, the static mask.
+    Dynamics,
+    /// The dense cloud and the evidence of what is static.
     Cloud,
     /// The occupancy octree.
     Octree,
-    /// Planes found in the depth image.
-    PlaneExtraction,
-    /// Planes fitted again, robustly, and filtered.
-    PlaneRefinement,
+    /// Planes found in the depth image, fitted robustly and filtered.
+    PlaneDetection,
     /// Planes associated, fused and merged in their map.
     PlaneMap,
-    /// Boxes in space from the detections of objects.
-    ObjectParameterization,
-    /// Which detection is which object.
-    ObjectAssociation,
-    /// Objects take their observations in.
-    ObjectUpdate,
-    /// Duplicates merged, ghosts removed.
-    ObjectOptimization,
+    /// Objects fitted, associated, updated, merged and removed.
+    Objects,
 }
 
 /// Number of steps; private, so that more steps break nobody.
-const STAGES: usize = 14;
+const STAGES: usize = 6;
 
 impl Stage {
     /// All steps, in the order in which they run.
-    pub const ALL: &[Self] = &[
-        Self::Tracking,
-        Self::Foreground,
-        Self::Compensation,
-        Self::Correction,
-        Self::Mask,
-        Self::Cloud,
-        Self::Octree,
-        Self::PlaneExtraction,
-        Self::PlaneRefinement,
-        Self::PlaneMap,
-        Self::ObjectParameterization,
-        Self::ObjectAssociation,
-        Self::ObjectUpdate,
-        Self::ObjectOptimization,
-    ];
+    pub const ALL: &[Self] =
+        &[Self::Dynamics, Self::Cloud, Self::Octree, Self::PlaneDetection, Self::PlaneMap, Self::Objects];
 
     /// Name in reports, in lower case.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Tracking => "tracking",
-            Self::Foreground => "foreground",
-            Self::Compensation => "compensation",
-            Self::Correction => "correction",
-            Self::Mask => "mask",
+            Self::Dynamics => "dynamics",
             Self::Cloud => "cloud",
             Self::Octree => "octree",
-            Self::PlaneExtraction => "plane_extraction",
-            Self::PlaneRefinement => "plane_refinement",
+            Self::PlaneDetection => "plane_detection",
             Self::PlaneMap => "plane_map",
-            Self::ObjectParameterization => "object_parameterization",
-            Self::ObjectAssociation => "object_association",
-            Self::ObjectUpdate => "object_update",
-            Self::ObjectOptimization => "object_optimization",
+            Self::Objects => "objects",
         }
     }
 }
@@ -96,25 +58,24 @@ impl StageTimes {
     }
 }
 
-/// Times steps one after the other.
+/// Times the steps of one insertion.
 #[derive(Debug)]
 pub(crate) struct StageClock {
     start: Instant,
-    lap: Instant,
     times: StageTimes,
 }
 
 impl StageClock {
     pub(crate) fn start() -> Self {
-        let start = Instant::now();
-        Self { start, lap: start, times: StageTimes::default() }
+        Self { start: Instant::now(), times: StageTimes::default() }
     }
 
-    /// Ends a step.
-    pub(crate) fn end(&mut self, stage: Stage) {
-        let now = Instant::now();
-        self.times.times[stage as usize] = now - self.lap;
-        self.lap = now;
+    /// Runs one step and notes how long it took.
+    pub(crate) fn time<T>(&mut self, stage: Stage, step: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = step();
+        self.times.times[stage as usize] = start.elapsed();
+        result
     }
 
     pub(crate) fn finish(mut self) -> StageTimes {
@@ -138,8 +99,8 @@ mod tests {
     #[test]
     fn steps_add_up_to_no_more_than_the_whole() {
         let mut clock = StageClock::start();
-        clock.end(Stage::Mask);
-        clock.end(Stage::Octree);
+        clock.time(Stage::Dynamics, || std::hint::black_box(1));
+        clock.time(Stage::Octree, || std::hint::black_box(2));
         let times = clock.finish();
         let sum: Duration = Stage::ALL.iter().map(|&stage| times.of(stage)).sum();
         assert!(sum <= times.total());

@@ -4,7 +4,7 @@
 
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
 use dymlm::planes::RejectionCause;
-use dymlm::{Error, MapBuilder, MapConfig, MultiLevelMap, Selection, Stage};
+use dymlm::{Detections, Error, FrameOutcome, MapBuilder, MapConfig, MultiLevelMap, Selection, Stage};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig, score_cloud};
 
 /// A short walk, small enough for a test: a quarter of the pixels of a Kinect.
@@ -114,8 +114,8 @@ fn a_refused_frame_changes_nothing() {
     let report = builder.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
     let expected = undisturbed.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
     assert_eq!(
-        (report.movers, report.masked_pixels, report.update),
-        (expected.movers, expected.masked_pixels, expected.update)
+        (report.movers, report.masked_pixels, report.outcome),
+        (expected.movers, expected.masked_pixels, expected.outcome)
     );
     assert!(fingerprint(builder.map()) == fingerprint(undisturbed.map()));
 }
@@ -135,7 +135,7 @@ fn frames_that_are_no_key_frames_are_tracked_only() {
         let report = builder.insert(&frame, &[person], &world_from_camera).unwrap();
         assert_eq!(report.movers.len(), 1);
         assert_eq!(report.movers[0].track_id, builder.preprocessor().movers()[0].track_id);
-        mapped.push(report.update.is_some());
+        mapped.push(report.update().is_some());
     }
     assert_eq!(mapped, [true, false, false, true, false, false]);
     assert_eq!(builder.map().cloud().frames(), 2);
@@ -153,7 +153,7 @@ fn degenerate_frames_are_no_error() {
         let nowhere = BoundingBox::new(700.0, 700.0, 700.0, 900.0).unwrap();
         let detections = [everywhere, nowhere].map(|b| Detection::new("person", 1.0, b).unwrap());
         let report = builder.insert(&frame, &detections, &Pose::identity()).unwrap();
-        assert_eq!(report.update.unwrap().cloud.readings, 0);
+        assert_eq!(report.update().unwrap().cloud.readings, 0);
     }
     assert!(builder.map().cloud().is_empty());
 }
@@ -166,7 +166,8 @@ fn the_report_names_planes_that_did_not_reach_the_map() {
     let mut config = config();
     config.planes.filter.max_depth = 1.5;
     let mut builder = MapBuilder::new(config).unwrap();
-    let update = builder.insert(&wall, &[], &Pose::identity()).unwrap().update.unwrap();
+    let report = builder.insert(&wall, &[], &Pose::identity()).unwrap();
+    let update = report.update().unwrap();
     assert!(update.planes.created.is_empty() && builder.map().planes().is_empty());
     let causes: Vec<_> = update.planes.rejected.iter().map(|plane| plane.cause).collect();
     assert!(matches!(causes[..], [RejectionCause::Depth { .. }]), "{causes:?}");
@@ -184,4 +185,81 @@ fn the_report_times_each_step() {
         Stage::ALL.iter().map(|&stage| report.stages.of(stage)).sum::<std::time::Duration>()
             <= report.stages.total()
     );
+}
+
+#[test]
+fn frames_that_wait_for_their_detections_give_the_same_maps() {
+    let frames: Vec<SimulatedFrame> = sequence(12).frames().collect();
+    let mut at_once = MapBuilder::new(config()).unwrap();
+    insert_all(&mut at_once, &frames);
+
+    // The detector takes the time of three frames, and the second frame's result comes last of the first three.
+    let mut patient = config();
+    patient.max_detection_delay = 10.0;
+    let mut late = MapBuilder::new(patient).unwrap();
+    let mut ids = Vec::new();
+    let mut mapped = Vec::new();
+    let mut note = |report: dymlm::FrameReport| {
+        let reports = report.released.iter().chain([&report]);
+        let done = reports.filter(|report| report.outcome != FrameOutcome::Waiting);
+        let mut done: Vec<_> = done.map(|report| report.id).collect();
+        done.sort_unstable();
+        mapped.extend(done);
+    };
+    let answer_order = [0, 2, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+    for (index, frame) in frames.iter().enumerate() {
+        let report = late.insert(&frame.frame, Detections::Pending, &frame.world_from_camera).unwrap();
+        assert_eq!(report.outcome, FrameOutcome::Waiting);
+        ids.push(report.id);
+        note(report);
+        if index >= 3 {
+            let answered = answer_order[index - 3];
+            note(late.detections_for(ids[answered], &frames[answered].detections).unwrap());
+        }
+    }
+    for answered in &answer_order[9..] {
+        note(late.detections_for(ids[*answered], &frames[*answered].detections).unwrap());
+    }
+    assert_eq!(mapped, ids, "in the order of time");
+    assert!(fingerprint(late.map()) == fingerprint(at_once.map()));
+    assert!(matches!(late.detections_for(ids[0], &[]), Err(Error::NotPending { .. })));
+}
+
+#[test]
+fn a_frame_whose_detections_come_too_late_is_mapped_without() {
+    let frames: Vec<SimulatedFrame> = sequence(5).frames().collect();
+    let mut config = config();
+    config.max_detection_delay = 1.5 * (frames[1].frame.timestamp() - frames[0].frame.timestamp());
+    let (mut waited, mut not_run) =
+        (MapBuilder::new(config.clone()).unwrap(), MapBuilder::new(config).unwrap());
+    let mut first = None;
+    for (index, frame) in frames.iter().enumerate() {
+        let found = if index == 0 { Detections::Pending } else { Detections::from(&frame.detections) };
+        let report = waited.insert(&frame.frame, found, &frame.world_from_camera).unwrap();
+        assert_eq!(report.outcome == FrameOutcome::Waiting, index < 2, "{index}");
+        assert_eq!(report.released.len(), if index == 2 { 2 } else { 0 });
+        first.get_or_insert(report.id);
+
+        let found = if index == 0 { Detections::NotRun } else { Detections::from(&frame.detections) };
+        not_run.insert(&frame.frame, found, &frame.world_from_camera).unwrap();
+    }
+    assert!(matches!(waited.detections_for(first.unwrap(), &[]), Err(Error::NotPending { .. })));
+    assert!(fingerprint(waited.map()) == fingerprint(not_run.map()));
+}
+
+#[test]
+fn what_waits_is_refused_at_its_insertion_or_never() {
+    let frames: Vec<SimulatedFrame> = sequence(3).frames().collect();
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let newest = &frames[2];
+    let waiting = builder.insert(&newest.frame, Detections::Pending, &newest.world_from_camera).unwrap();
+    // Older than the frame that waits.
+    let early = &frames[0];
+    assert!(builder.insert(&early.frame, &early.detections, &early.world_from_camera).is_err());
+    // A mask of another size, when the detections come; the frame goes on waiting.
+    let person = Detection::new("person", 0.9, BoundingBox::new(10.0, 10.0, 90.0, 200.0).unwrap()).unwrap();
+    let person = person.with_mask(Mask::filled(2, 2, true).unwrap());
+    assert!(matches!(builder.detections_for(waiting.id, &[person]), Err(Error::Dynamics(_))));
+    assert_eq!(builder.process_waiting().unwrap().len(), 1);
+    assert_eq!(builder.map().cloud().frames(), 1);
 }

@@ -24,20 +24,12 @@ const SLIVER: f64 = 5000.0 / (640.0 * 480.0);
 
 /// The steps that are timed, by column.
 const STEPS: &[(&str, Stage)] = &[
-    ("speed.tracking", Stage::Tracking),
-    ("speed.foreground", Stage::Foreground),
-    ("speed.compensation", Stage::Compensation),
-    ("speed.correction", Stage::Correction),
-    ("speed.mask", Stage::Mask),
+    ("speed.dynamics", Stage::Dynamics),
     ("speed.cloud", Stage::Cloud),
     ("speed.octree", Stage::Octree),
-    ("speed.plane_extraction", Stage::PlaneExtraction),
-    ("speed.plane_refinement", Stage::PlaneRefinement),
+    ("speed.plane_detection", Stage::PlaneDetection),
     ("speed.plane_map", Stage::PlaneMap),
-    ("speed.object_parameterization", Stage::ObjectParameterization),
-    ("speed.object_association", Stage::ObjectAssociation),
-    ("speed.object_update", Stage::ObjectUpdate),
-    ("speed.object_optimization", Stage::ObjectOptimization),
+    ("speed.objects", Stage::Objects),
 ];
 
 impl Run {

@@ -65,7 +65,7 @@ impl RunReport {
         // Steps that only key frames take are timed over key frames.
         let milliseconds = |stage: Option<Stage>| {
             let key_frames_only = stage.is_some_and(|stage| stage >= Stage::Cloud);
-            let timed = reports.iter().filter(|report| !key_frames_only || report.update.is_some());
+            let timed = reports.iter().filter(|report| !key_frames_only || report.update().is_some());
             let time = |report: &FrameReport| {
                 stage.map_or(report.stages.total(), |stage| report.stages.of(stage)).as_secs_f64() * 1e3
             };
@@ -77,7 +77,7 @@ impl RunReport {
         Self {
             frames,
             frames_skipped: frames - reports.len(),
-            key_frames: reports.iter().filter(|report| report.update.is_some()).count(),
+            key_frames: reports.iter().filter(|report| report.update().is_some()).count(),
             stages,
             counts,
             peak_memory_bytes: peak_memory_bytes(),

@@ -129,11 +129,11 @@ impl Kitchen {
             let mut frame = source.load(index).unwrap();
             let detections = choose(std::mem::take(&mut frame.detections));
             let report = builder.insert(&frame.frame, &detections, &frame.world_from_camera).unwrap();
-            if let Some(update) = report.update {
+            if let Some(update) = report.update() {
                 let people = source.people(index).unwrap().map(|people| people.anybody().unwrap());
                 let shows_people = |pixel: usize| people.as_ref().is_some_and(|people| people.data()[pixel]);
                 let counts = count_pixels(&builder, shows_people);
-                sightings.extend(update.planes.associations.into_iter().zip(counts));
+                sightings.extend(update.planes.associations.iter().copied().zip(counts));
             }
             source.recycle(frame);
         }

@@ -160,8 +160,8 @@ impl BoxTracker {
         }
     }
 
-    /// Seconds since the last frame.
-    fn check_time(&self, timestamp: f64) -> Result<f64, Error> {
+    /// Seconds since the last frame, if a frame of this time would be taken.
+    pub(crate) fn check_time(&self, timestamp: f64) -> Result<f64, Error> {
         // NaN lies in no range.
         if !(-MAX_TIMESTAMP..=MAX_TIMESTAMP).contains(&timestamp) {
             return Err(Error::Timestamp(timestamp));

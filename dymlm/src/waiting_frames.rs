@@ -1,0 +1,101 @@
+use std::collections::VecDeque;
+
+use dymlm_core::{Detection, Frame, FrameId, Pose};
+use dymlm_objects::SightedPoint;
+
+use crate::{Detections, Error, FrameInput};
+
+/// Frames whose detector still runs, and all frames behind them: movers are tracked in the order of time.
+///
+/// They wait instead of being mapped and mended later. Waiting is exact: the maps are those that the detections would
+/// have made at once. It costs the detector's latency, which is short beside the time in which a map is used, and
+/// memory for the frames of that time.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct WaitingFrames {
+    queue: VecDeque<WaitingFrame>,
+}
+
+/// A frame that waits, with its own copy of all that was given with it.
+#[derive(Debug, Clone)]
+pub(crate) struct WaitingFrame {
+    pub(crate) id: FrameId,
+    pub(crate) frame: Frame,
+    pub(crate) world_from_camera: Pose,
+    pub(crate) sighted_points: Vec<SightedPoint>,
+    found: Found,
+}
+
+/// [`Detections`] that are owned.
+#[derive(Debug, Clone)]
+enum Found {
+    Found(Vec<Detection>),
+    NotRun,
+    Pending,
+}
+
+impl WaitingFrames {
+    /// Whether a frame that comes now has to wait.
+    pub(crate) fn must_wait(&self, found: &Detections<'_>) -> bool {
+        !self.queue.is_empty() || matches!(found, Detections::Pending)
+    }
+
+    /// Lets a frame wait.
+    pub(crate) fn push(&mut self, id: FrameId, input: &FrameInput<'_>) {
+        let found = match input.found {
+            Detections::Found(found) => Found::Found(found.to_vec()),
+            Detections::NotRun => Found::NotRun,
+            Detections::Pending => Found::Pending,
+        };
+        self.queue.push_back(WaitingFrame {
+            id,
+            frame: input.frame.clone(),
+            world_from_camera: input.world_from_camera,
+            sighted_points: input.sighted_points.to_vec(),
+            found,
+        });
+    }
+
+    /// The frame whose detections are awaited.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotPending`] when no detections of this frame are awaited (any more).
+    pub(crate) fn pending(&self, id: FrameId) -> Result<&WaitingFrame, Error> {
+        let waiting = self.queue.iter().find(|waiting| waiting.id == id);
+        waiting
+            .filter(|waiting| matches!(waiting.found, Found::Pending))
+            .ok_or(Error::NotPending { frame: id })
+    }
+
+    /// Brings the detections of a frame.
+    pub(crate) fn resolve(&mut self, id: FrameId, found: &[Detection]) {
+        if let Some(waiting) = self.queue.iter_mut().find(|waiting| waiting.id == id) {
+            waiting.found = Found::Found(found.to_vec());
+        }
+    }
+
+    /// Awaits no longer the detections of frames before `time`, seconds: their detector counts as not run.
+    pub(crate) fn give_up_before(&mut self, time: f64) {
+        for waiting in self.queue.iter_mut().take_while(|waiting| waiting.frame.timestamp() < time) {
+            if matches!(waiting.found, Found::Pending) {
+                waiting.found = Found::NotRun;
+            }
+        }
+    }
+
+    /// The next frame that waits for nothing any more.
+    pub(crate) fn pop_ready(&mut self) -> Option<WaitingFrame> {
+        let is_ready = self.queue.front().is_some_and(|waiting| !matches!(waiting.found, Found::Pending));
+        if is_ready { self.queue.pop_front() } else { None }
+    }
+}
+
+impl WaitingFrame {
+    /// What was found; `None` when the detector did not run.
+    pub(crate) fn found(&self) -> Option<&[Detection]> {
+        match &self.found {
+            Found::Found(found) => Some(found),
+            Found::NotRun | Found::Pending => None,
+        }
+    }
+}
