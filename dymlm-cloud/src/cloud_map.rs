@@ -340,9 +340,8 @@ impl CloudMap {
         let width = frame.camera().width();
         for (v, depths) in frame.depth().data().chunks_exact(width).enumerate() {
             let pixels = v * width..(v + 1) * width;
-            let mask = static_mask.and_then(|mask| mask.data().get(pixels.clone()));
             let colors = frame.color().and_then(|color| color.data().get(pixels)).unwrap_or(&[]);
-            lattice.fill(&mut self.row, v, &self.ray_x, depths, mask);
+            lattice.fill(&mut self.row, v, &self.ray_x, depths, static_mask);
             self.find_voxels_of_row(&mut report);
             self.add_row(colors, direction, &mut report);
         }

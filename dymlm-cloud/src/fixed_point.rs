@@ -1,4 +1,4 @@
-use dymlm_core::{PinholeCamera, Pose};
+use dymlm_core::{Mask, PinholeCamera, Pose};
 
 use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 use crate::voxel::{SUBVOXEL_BITS, SUBVOXELS};
@@ -70,15 +70,15 @@ impl FixedPointFrame {
         })
     }
 
-    /// Fills `row` with the pixels of row `v`. `ray_x` holds (u - cx) / fx of each column; pixels whose entry in
-    /// `mask` is false, without a reading or out of range get weight 0.
+    /// Fills `row` with the pixels of row `v`. `ray_x` holds (u - cx) / fx of each column; pixels that are
+    /// not static, without a reading or out of range get weight 0.
     pub(crate) fn fill(
         &self,
         row: &mut PixelRow,
         v: usize,
         ray_x: &[f32],
         depths: &[f32],
-        mask: Option<&[bool]>,
+        static_mask: Option<&Mask>,
     ) {
         let width = depths.len();
         for buffer in [&mut row.x, &mut row.y, &mut row.z] {
@@ -97,10 +97,8 @@ impl FixedPointFrame {
         for (out, &z) in row.weight.iter_mut().zip(depths) {
             *out = self.weighting.weight(z);
         }
-        if let Some(mask) = mask {
-            for (out, &chosen) in row.weight.iter_mut().zip(mask) {
-                *out *= u32::from(chosen);
-            }
+        if let Some(mask) = static_mask {
+            mask.overwrite_outside(v, &mut row.weight, 0);
         }
     }
 }

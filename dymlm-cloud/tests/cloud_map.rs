@@ -148,7 +148,7 @@ proptest! {
     #[test]
     fn a_frame_is_taken_out_without_a_trace(removed in 0_usize..4, masked in any::<bool>()) {
         let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
-        mask.data_mut()[300..900].fill(false);
+        (6..19).for_each(|v| mask.fill_row(v, 0..WIDTH, false));
         let mask = masked.then_some(&mask);
         let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
         let mut without = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
@@ -299,9 +299,7 @@ fn a_wrong_verdict_heals() {
 #[test]
 fn masked_pixels_are_not_mapped() {
     let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
-    for row in mask.data_mut().chunks_exact_mut(WIDTH) {
-        row[20..24].fill(false);
-    }
+    (0..HEIGHT).for_each(|v| mask.fill_row(v, 20..24, false));
     let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
     let report = map.insert(&person_before_wall(0.0, 20..24), Some(&mask), &Pose::identity()).unwrap();
     assert_eq!(report.readings, (WIDTH - 4) * HEIGHT);
@@ -348,7 +346,7 @@ fn refused_input_changes_nothing() {
     assert!(matches!(map.remove(&uneven(1), None, &pose(1)), Err(Error::NotInserted { .. })));
     assert!(matches!(map.remove(&uneven(0), None, &pose(1)), Err(Error::NotInserted { .. })));
     let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
-    mask.data_mut()[..WIDTH].fill(false);
+    mask.fill_row(0, 0..WIDTH, false);
     assert!(matches!(map.remove(&uneven(0), Some(&mask), &pose(0)), Err(Error::NotInserted { .. })));
     // Without any reading in range: only the evidence can tell.
     let beyond = frame(0.0, |_, _| 5.0);

@@ -40,6 +40,14 @@ pub enum Error {
         /// The image's height, pixels.
         actual_height: usize,
     },
+    /// Two masks that differ in size.
+    #[error("a mask of {}x{} pixels combined with one of {}x{}", other[0], other[1], size[0], size[1])]
+    MaskSize {
+        /// Width and height of the one that should change, pixels.
+        size: [usize; 2],
+        /// Width and height of the other, pixels.
+        other: [usize; 2],
+    },
     /// Clouds whose points and colours differ in number.
     #[error("{colors} colours for {points} points")]
     ColorCount {

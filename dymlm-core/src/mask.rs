@@ -1,33 +1,93 @@
-use crate::Error;
-use crate::pinhole_camera::check_buffer;
+use std::ops::Range;
 
-/// A choice of pixels, one `bool` a pixel, row by row from the top left. Its owner says what `true` means.
+use crate::pinhole_camera::{check_buffer, check_image_size};
+use crate::{BoundingBox, Error};
+
+/// A set of pixels of an image, one bit a pixel.
+///
+/// `true` always means that the pixel belongs to what the mask is named after: a *static* mask is true where the scene is
+/// static, an *instance* mask where the image shows the object, a mask of *movers* where it shows one.
+///
+/// Each row begins at a word of 64 bits, so that rows are slices of words ([`Self::row_words`]): pixel (u, v) is bit
+/// u % 64 of word u / 64 of row v. The bits behind a row's last pixel are 0.
+///
+/// ```
+/// use dymlm_core::Mask;
+///
+/// let mut is_static = Mask::filled(640, 480, true)?;
+/// is_static.fill_row(100, 200..300, false);
+/// assert!(is_static.at(199, 100) && !is_static.at(200, 100) && is_static.at(200, 101));
+/// assert_eq!(is_static.count(), 640 * 480 - 100);
+/// # Ok::<(), dymlm_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[doc(alias = "segmentation")]
+#[doc(alias = "bitmap")]
 pub struct Mask {
     width: usize,
     height: usize,
-    data: Vec<bool>,
+    /// `words_per_row` words a row.
+    words: Vec<u64>,
 }
 
+const WORD: usize = u64::BITS as usize;
+
 impl Mask {
-    /// Takes a buffer of `width * height` choices.
+    /// Takes one `bool` a pixel, row by row from the top left.
     ///
     /// # Errors
     ///
     /// [`Error::ImageSize`], [`Error::BufferLength`].
-    pub fn new(width: usize, height: usize, data: Vec<bool>) -> Result<Self, Error> {
-        check_buffer(width, height, data.len())?;
-        Ok(Self { width, height, data })
+    pub fn new(width: usize, height: usize, pixels: Vec<bool>) -> Result<Self, Error> {
+        check_buffer(width, height, pixels.len())?;
+        let words = pixels.chunks_exact(width).flat_map(|row| row.chunks(WORD).map(pack)).collect();
+        Ok(Self { width, height, words })
     }
 
-    /// A mask with the same choice at every pixel.
+    /// Asks `belongs(u, v)` for each pixel, row by row.
     ///
     /// # Errors
     ///
     /// [`Error::ImageSize`].
-    pub fn filled(width: usize, height: usize, choice: bool) -> Result<Self, Error> {
-        let pixels = crate::pinhole_camera::check_image_size(width, height)?;
-        Ok(Self { width, height, data: vec![choice; pixels] })
+    pub fn from_fn(
+        width: usize,
+        height: usize,
+        mut belongs: impl FnMut(usize, usize) -> bool,
+    ) -> Result<Self, Error> {
+        let mut mask = Self::filled(width, height, false)?;
+        for (v, row) in mask.words.chunks_exact_mut(width.div_ceil(WORD)).enumerate() {
+            for u in 0..width {
+                row[u / WORD] |= u64::from(belongs(u, v)) << (u % WORD);
+            }
+        }
+        Ok(mask)
+    }
+
+    /// A mask with the same value at every pixel.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ImageSize`].
+    pub fn filled(width: usize, height: usize, value: bool) -> Result<Self, Error> {
+        check_image_size(width, height)?;
+        let mut mask = Self { width, height, words: vec![0; height * width.div_ceil(WORD)] };
+        if value {
+            mask.fill(true);
+        }
+        Ok(mask)
+    }
+
+    /// Gives the mask another size and every pixel the same value; allocates only when it grows.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ImageSize`]; the mask stays as it was.
+    pub fn refill(&mut self, width: usize, height: usize, value: bool) -> Result<(), Error> {
+        check_image_size(width, height)?;
+        (self.width, self.height) = (width, height);
+        self.words.resize(height * self.words_per_row(), 0);
+        self.fill(value);
+        Ok(())
     }
 
     /// Width, pixels.
@@ -42,26 +102,258 @@ impl Mask {
         self.height
     }
 
-    /// All choices, row by row.
-    #[inline]
-    pub fn data(&self) -> &[bool] {
-        &self.data
-    }
-
-    /// All choices, to be changed in place.
-    #[inline]
-    pub fn data_mut(&mut self) -> &mut [bool] {
-        &mut self.data
-    }
-
-    /// The choice at pixel (u, v); `false` outside the image.
+    /// The value at pixel (u, v); `false` outside the image.
     #[inline]
     pub fn at(&self, u: usize, v: usize) -> bool {
-        u < self.width && self.data.get(v * self.width + u).copied().unwrap_or(false)
+        let word = self.words.get(v * self.words_per_row() + u / WORD);
+        u < self.width && word.is_some_and(|word| word >> (u % WORD) & 1 == 1)
     }
 
-    /// Number of chosen pixels.
+    /// Sets the value at pixel (u, v); nothing happens outside the image.
+    #[inline]
+    pub fn set(&mut self, u: usize, v: usize, value: bool) {
+        let index = v * self.words_per_row() + u / WORD;
+        if u < self.width
+            && let Some(word) = self.words.get_mut(index)
+        {
+            let bit = 1 << (u % WORD);
+            *word = if value { *word | bit } else { *word & !bit };
+        }
+    }
+
+    /// Sets all pixels.
+    pub fn fill(&mut self, value: bool) {
+        self.words.fill(if value { u64::MAX } else { 0 });
+        if value && !self.width.is_multiple_of(WORD) {
+            let words_per_row = self.words_per_row();
+            for last in self.words.iter_mut().skip(words_per_row - 1).step_by(words_per_row) {
+                *last = ones(0..self.width % WORD);
+            }
+        }
+    }
+
+    /// Sets some columns of row `v`; what lies outside the image is passed over.
+    pub fn fill_row(&mut self, v: usize, columns: Range<usize>, value: bool) {
+        let columns = columns.start..columns.end.min(self.width);
+        if v >= self.height || columns.is_empty() {
+            return;
+        }
+        let row = v * self.words_per_row();
+        for index in columns.start / WORD..columns.end.div_ceil(WORD) {
+            let start = columns.start.saturating_sub(index * WORD);
+            let bits = ones(start..(columns.end - index * WORD).min(WORD));
+            let word = &mut self.words[row + index];
+            *word = if value { *word | bits } else { *word & !bits };
+        }
+    }
+
+    /// Sets all pixels whose centres lie in a box.
+    pub fn fill_box(&mut self, bounding_box: &BoundingBox, value: bool) {
+        for v in bounding_box.rows(self.height) {
+            self.fill_row(v, bounding_box.columns(self.width), value);
+        }
+    }
+
+    /// Number of pixels that are `true`.
     pub fn count(&self) -> usize {
-        self.data.iter().filter(|&&choice| choice).count()
+        self.words.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// The words of row `v`, 64 pixels each, the leftmost in the lowest bit; an empty slice below the image.
+    #[inline]
+    pub fn row_words(&self, v: usize) -> &[u64] {
+        self.words.chunks_exact(self.words_per_row()).nth(v).unwrap_or(&[])
+    }
+
+    /// The values of row `v` from left to right; none below the image.
+    pub fn row(&self, v: usize) -> impl Iterator<Item = bool> + Clone + '_ {
+        let words = self.row_words(v);
+        let width = if words.is_empty() { 0 } else { self.width };
+        (0..width).map(move |u| words[u / WORD] >> (u % WORD) & 1 == 1)
+    }
+
+    /// The values of all pixels, row by row.
+    pub fn pixels(&self) -> impl Iterator<Item = bool> + Clone + '_ {
+        (0..self.height).flat_map(|v| self.row(v))
+    }
+
+    /// The columns of row `v` that are `true`, from left to right.
+    pub fn columns_of_row(&self, v: usize) -> impl Iterator<Item = usize> + Clone + '_ {
+        self.row_words(v).iter().enumerate().flat_map(|(index, &word)| {
+            let rest = std::iter::successors(Some(word), |rest| Some(rest & rest.wrapping_sub(1)));
+            let bits = rest.take_while(|&rest| rest != 0);
+            bits.map(move |rest| index * WORD + rest.trailing_zeros() as usize)
+        })
+    }
+
+    /// Overwrites the values of a row, one a pixel, wherever row `v` of the mask is `false`: what is masked out of a
+    /// depth image's row, for instance. Costs little where 64 pixels in a row are alike.
+    #[inline]
+    pub fn overwrite_outside<T: Copy>(&self, v: usize, row: &mut [T], value: T) {
+        for (values, &word) in row.chunks_mut(WORD).zip(self.row_words(v)) {
+            match word {
+                u64::MAX => {}
+                0 => values.fill(value),
+                _ => {
+                    for (bit, kept) in values.iter_mut().enumerate() {
+                        *kept = if word >> bit & 1 == 1 { *kept } else { value };
+                    }
+                }
+            }
+        }
+    }
+
+    /// The mask that is `true` where this one is not.
+    #[must_use]
+    pub fn inverted(&self) -> Self {
+        let mut inverted = Self { words: vec![0; self.words.len()], ..*self };
+        inverted.fill(true);
+        for (word, taken) in inverted.words.iter_mut().zip(&self.words) {
+            *word &= !taken;
+        }
+        inverted
+    }
+
+    /// Makes pixels `true` that another mask of the same size has so: the union.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::MaskSize`]; the mask stays as it was.
+    pub fn unite(&mut self, other: &Self) -> Result<(), Error> {
+        self.combine(other, |a, b| a | b)
+    }
+
+    /// Makes pixels `false` that another mask of the same size has `true`: the difference.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::MaskSize`]; the mask stays as it was.
+    pub fn subtract(&mut self, other: &Self) -> Result<(), Error> {
+        self.combine(other, |a, b| a & !b)
+    }
+
+    fn combine(&mut self, other: &Self, both: impl Fn(u64, u64) -> u64) -> Result<(), Error> {
+        if (self.width, self.height) != (other.width, other.height) {
+            let [size, other] = [self, other].map(|mask| [mask.width, mask.height]);
+            return Err(Error::MaskSize { size, other });
+        }
+        self.words.iter_mut().zip(&other.words).for_each(|(word, &other)| *word = both(*word, other));
+        Ok(())
+    }
+
+    #[inline]
+    fn words_per_row(&self) -> usize {
+        self.width.div_ceil(WORD)
+    }
+}
+
+/// At most 64 pixels as bits, the first in the lowest.
+fn pack(pixels: &[bool]) -> u64 {
+    pixels.iter().rev().fold(0, |word, &pixel| word << 1 | u64::from(pixel))
+}
+
+/// A word with ones at some bits.
+fn ones(bits: Range<usize>) -> u64 {
+    u64::MAX >> (WORD - bits.len()) << bits.start
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sizes below, at and above whole words.
+    const WIDTHS: [usize; 6] = [1, 63, 64, 65, 128, 130];
+
+    fn speckled(width: usize) -> Mask {
+        Mask::from_fn(width, 3, |u, v| (u * 7 + v * 3) % 5 < 2).unwrap()
+    }
+
+    #[test]
+    fn every_pixel_has_its_own_bit() {
+        for width in WIDTHS {
+            let pixels: Vec<bool> = (0..width * 3).map(|i| (i % width * 7 + i / width * 3) % 5 < 2).collect();
+            let mask = Mask::new(width, 3, pixels.clone()).unwrap();
+            assert_eq!(mask, speckled(width));
+            assert!(mask.pixels().eq(pixels.iter().copied()));
+            assert_eq!(mask.count(), pixels.iter().filter(|&&p| p).count());
+            let mut copy = Mask::filled(width, 3, false).unwrap();
+            for v in 0..3 {
+                mask.columns_of_row(v).for_each(|u| copy.set(u, v, true));
+            }
+            assert_eq!(copy, mask);
+            let mut copy = Mask::filled(width, 3, true).unwrap();
+            for (i, &pixel) in pixels.iter().enumerate() {
+                assert_eq!(mask.at(i % width, i / width), pixel);
+                copy.set(i % width, i / width, pixel);
+            }
+            assert_eq!(copy, mask);
+        }
+    }
+
+    #[test]
+    fn outside_the_image_nothing_belongs_and_nothing_is_set() {
+        for width in WIDTHS {
+            let mut mask = Mask::filled(width, 2, true).unwrap();
+            assert!(!mask.at(width, 0) && !mask.at(0, 2) && !mask.at(width.next_multiple_of(64), 0));
+            mask.set(width, 0, false);
+            mask.set(0, 2, false);
+            mask.fill_row(2, 0..width, false);
+            mask.fill_row(0, width..width + 9, false);
+            assert_eq!(mask.count(), 2 * width);
+            assert_eq!(mask, mask.inverted().inverted());
+            assert_eq!(mask.inverted().count(), 0);
+            assert_eq!(mask.row(2).count() + mask.columns_of_row(2).count() + mask.row_words(2).len(), 0);
+        }
+    }
+
+    #[test]
+    fn stretches_of_a_row_are_filled_to_the_pixel() {
+        for width in WIDTHS {
+            for (start, end) in
+                [(0, width), (1, width), (width / 2, width / 2 + 1), (3, 70), (64, 65), (5, 5)]
+            {
+                let mut mask = speckled(width);
+                for value in [true, false] {
+                    mask.fill_row(1, start..end, value);
+                    let expected = |u: usize, v: usize| match (start..end).contains(&u) && v == 1 {
+                        true => value,
+                        false => speckled(width).at(u, v),
+                    };
+                    assert_eq!(mask, Mask::from_fn(width, 3, expected).unwrap());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_row_keeps_its_values_inside_the_mask_alone() {
+        for width in WIDTHS {
+            let mask = speckled(width);
+            let mut row = vec![7; width];
+            mask.overwrite_outside(1, &mut row, 0);
+            assert!(row.iter().zip(mask.row(1)).all(|(&value, kept)| value == if kept { 7 } else { 0 }));
+        }
+    }
+
+    #[test]
+    fn sets_are_united_and_subtracted() {
+        let mut mask = speckled(70);
+        let before = mask.count();
+        let rest = mask.inverted();
+        mask.unite(&rest).unwrap();
+        assert_eq!(mask, Mask::filled(70, 3, true).unwrap());
+        mask.subtract(&rest).unwrap();
+        assert_eq!((mask.count(), &mask), (before, &speckled(70)));
+        let error = mask.unite(&speckled(71)).unwrap_err();
+        assert_eq!(error.to_string(), "a mask of 71x3 pixels combined with one of 70x3");
+    }
+
+    #[test]
+    fn a_mask_is_refilled_with_another_size() {
+        let mut mask = speckled(65);
+        mask.refill(70, 2, true).unwrap();
+        assert_eq!(mask, Mask::filled(70, 2, true).unwrap());
+        assert!(mask.refill(0, 2, true).is_err());
+        assert_eq!(mask.count(), 140);
     }
 }

@@ -260,7 +260,7 @@ fn a_given_mask_seeds_the_foreground() {
     let (meant, other) = (slab([200, 260], [100, 400], 2.0), slab([300, 360], [100, 400], 2.0));
     let mut instance = Mask::filled(WIDTH, HEIGHT, false).unwrap();
     for v in 110..390 {
-        instance.data_mut()[v * WIDTH + 205..v * WIDTH + 255].fill(true);
+        instance.fill_row(v, 205..255, true);
     }
     let detection = detect(boxed(190.0, 90.0, 370.0, 410.0)).with_mask(instance);
     let (_, mask) = run(bare, &[meant, other], &[detection]);
@@ -433,8 +433,8 @@ proptest! {
             prop_assert!(b[0] <= a[0] && b[1] <= a[1] && b[2] >= a[2] && b[3] >= a[3]);
         }
         let (_, box_mask) = run(|config| config.mask.mode = MaskMode::Box, &slabs, &detections);
-        for (silhouette, whole) in mask.data().iter().zip(box_mask.data()) {
-            prop_assert!(*silhouette || !*whole);
+        for (silhouette, whole) in mask.pixels().zip(box_mask.pixels()) {
+            prop_assert!(silhouette || !whole);
         }
     }
 }

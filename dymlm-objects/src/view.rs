@@ -69,8 +69,8 @@ impl<'a> ObjectView<'a> {
     }
 
     #[inline]
-    pub(crate) fn is_static(&self, pixel: usize) -> bool {
-        self.static_mask.is_none_or(|mask| mask.data().get(pixel).copied().unwrap_or(false))
+    pub(crate) fn is_static(&self, u: usize, v: usize) -> bool {
+        self.static_mask.is_none_or(|mask| mask.at(u, v))
     }
 
     pub(crate) fn is_mover(&self, detection: &Detection) -> bool {

@@ -54,12 +54,12 @@ fn masked_pixels_take_no_part() {
     let frame = common::room().frame(common::camera(), &common::room_views()[0], 1);
     let mut mask = Mask::filled(320, 240, true).unwrap();
     for v in 0..240 {
-        mask.data_mut()[v * 320..v * 320 + 160].fill(false);
+        mask.fill_row(v, 0..160, false);
     }
     let mut extractor = PlaneExtractor::new(PlaneConfig::default().extraction).unwrap();
     let extraction = extractor.extract(frame.camera(), frame.depth(), Some(&mask)).unwrap();
     assert!(!extraction.segments().is_empty());
-    assert!(extraction.labels().iter().zip(mask.data()).all(|(&label, &chosen)| chosen || label == 0));
+    assert!(extraction.labels().iter().zip(mask.pixels()).all(|(&label, chosen)| chosen || label == 0));
     let labelled = extraction.labels().iter().filter(|&&label| label > 0).count();
     let support: usize = extraction.segments().iter().map(|segment| segment.support).sum();
     assert_eq!(labelled, support);

@@ -70,8 +70,9 @@ fn the_committed_figures_are_those_of_the_recording() {
         let masks = person_masks(&folder, name);
         let views: Vec<ExactView> =
             masks.iter().enumerate().filter_map(|(id, mask)| ExactView::of_mask(id, mask)).collect();
-        let shown = masks[0].data().iter().zip(masks[1].data()).map(|(&a, &b)| a || b).collect();
-        statistics.add(&detections, &views, &Mask::new(640, 480, shown).unwrap());
+        let mut shown = masks[0].clone();
+        shown.unite(&masks[1]).unwrap();
+        statistics.add(&detections, &views, &shown);
     }
     let figures = statistics.figures().unwrap();
     let real = Recorded::of(&figures);

@@ -231,10 +231,7 @@ fn person_boxes(folder: &Path) -> Vec<Vec<(f64, BoundingBox)>> {
 fn box_mask(boxes: &[(f64, BoundingBox)], min_score: f64) -> Mask {
     let mut mask = Mask::filled(640, 480, false).unwrap();
     for (_, area) in boxes.iter().filter(|(score, _)| *score >= min_score) {
-        for v in area.rows(480) {
-            let columns = area.columns(640);
-            mask.data_mut()[v * 640 + columns.start..v * 640 + columns.end].fill(true);
-        }
+        mask.fill_box(area, true);
     }
     mask
 }

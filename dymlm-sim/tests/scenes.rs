@@ -55,8 +55,8 @@ fn shown(config: SequenceConfig) -> Shown {
         shown.with_both += usize::from(people > 1);
         let pixels = 160.0 * 120.0;
         shown.most_people = shown.most_people.max(frame.mover_mask.count() as f64 / pixels);
-        let depths = frame.true_depth.data().iter().zip(frame.mover_mask.data());
-        let near = depths.filter(|&(z, &mover)| !mover && (0.5..4.0).contains(z)).count();
+        let depths = frame.true_depth.data().iter().zip(frame.mover_mask.pixels());
+        let near = depths.filter(|&(z, mover)| !mover && (0.5..4.0).contains(z)).count();
         shown.least_room = shown.least_room.min(near as f64 / pixels);
     }
     shown

@@ -85,7 +85,7 @@ fn masks_and_depth_tell_the_people_from_the_room() {
         let (frame, room) = (with.frame(index).unwrap(), without.frame(index).unwrap());
         assert_eq!(room.mover_mask.count(), 0);
         let depths = frame.true_depth.data().iter().zip(room.true_depth.data());
-        for ((&with, &without), &mover) in depths.zip(frame.mover_mask.data()) {
+        for ((&with, &without), mover) in depths.zip(frame.mover_mask.pixels()) {
             assert!(if mover { with < without } else { with == without });
         }
     }
@@ -144,8 +144,8 @@ fn people_are_in_view_as_in_recordings() {
         in_view += 1;
         let touches = (0..120).any(|v| mask.at(0, v) || mask.at(159, v)) || (0..160).any(|u| mask.at(u, 119));
         cut_by_border += usize::from(touches);
-        let depths = frame.true_depth.data().iter().zip(mask.data());
-        distances.extend(depths.filter(|&(_, &mover)| mover).map(|(&z, _)| z));
+        let depths = frame.true_depth.data().iter().zip(mask.pixels());
+        distances.extend(depths.filter(|&(_, mover)| mover).map(|(&z, _)| z));
     }
     // The kitchen recording has people in 64 % of its frames.
     assert!((75..=125).contains(&in_view), "people in {in_view} of 150 frames");
@@ -209,10 +209,11 @@ fn the_shadow_falls_on_the_side_away_from_the_projector() {
         // Lost background beside people: to their left, to their right.
         let mut sides = [0, 0];
         for frame in (0..150).step_by(5).filter_map(|i| sequence.frame(i)) {
+            let is_mover = |pixel: usize| frame.mover_mask.at(pixel % 160, pixel / 160);
             for pixel in 4..160 * 120 - 4 {
-                let lost = frame.frame.depth().data()[pixel] == 0.0 && !frame.mover_mask.data()[pixel];
-                sides[0] += usize::from(lost && frame.mover_mask.data()[pixel + 2]);
-                sides[1] += usize::from(lost && frame.mover_mask.data()[pixel - 2]);
+                let lost = frame.frame.depth().data()[pixel] == 0.0 && !is_mover(pixel);
+                sides[0] += usize::from(lost && is_mover(pixel + 2));
+                sides[1] += usize::from(lost && is_mover(pixel - 2));
             }
         }
         sides

@@ -174,7 +174,7 @@ impl MapBuilder {
         })?;
         let movers = preprocessor.movers().to_vec();
         let mask = preprocessor.static_mask();
-        let masked_pixels = mask.data().len() - mask.count();
+        let masked_pixels = mask.width() * mask.height() - mask.count();
 
         let outcome = if key_frames.choose(world_from_camera) {
             let cloud =

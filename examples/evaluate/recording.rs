@@ -10,7 +10,6 @@ use dymlm_examples::{AnyError, FrameSource, progress_bar};
 use dymlm_io::TumOptions;
 use dymlm_sim::{MaskScore, ReferenceCloud};
 
-use crate::run::inverted;
 use crate::treatment::Treatment;
 
 /// One row of the table.
@@ -81,7 +80,7 @@ fn map_recording(row: Row, source: &mut FrameSource) -> Result<(MapBuilder, Mask
             detections.into_iter().filter(|d| d.score() >= row.min_score).collect();
         builder.insert(&next.frame, &detections, &next.world_from_camera)?;
         if let Some(people) = source.people(index)? {
-            let masked = inverted(builder.preprocessor().static_mask())?;
+            let masked = builder.preprocessor().static_mask().inverted();
             masks.add(&masked, &people.anybody()?, next.frame.depth())?;
         }
         source.recycle(next);

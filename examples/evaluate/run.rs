@@ -1,4 +1,4 @@
-use dymlm::core::{BoundingBox, Detection, Mask};
+use dymlm::core::{BoundingBox, Detection};
 use dymlm::dynamics::Mover;
 use dymlm::{FrameReport, MapBuilder, MultiLevelMap, Stage};
 use dymlm_examples::{AnyError, Milliseconds};
@@ -54,7 +54,7 @@ impl Run {
     pub(crate) fn insert(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
         let detections = self.treatment.detections(&frame.detections);
         let report = self.builder.insert(&frame.frame, &detections, &frame.estimated_world_from_camera)?;
-        let masked = inverted(self.builder.preprocessor().static_mask())?;
+        let masked = self.builder.preprocessor().static_mask().inverted();
         self.masks.add(&masked, &frame.mover_mask, frame.frame.depth())?;
         if self.treatment != Treatment::NoDetections {
             self.count_boxes(frame, &report)?;
@@ -64,7 +64,7 @@ impl Run {
     }
 
     fn count_boxes(&mut self, frame: &SimulatedFrame, report: &FrameReport) -> Result<(), AnyError> {
-        let pixels = frame.mover_mask.data().len() as f64;
+        let pixels = (frame.mover_mask.width() * frame.mover_mask.height()) as f64;
         let is_sliver = |thing: &&VisibleThing| (thing.pixels as f64) < SLIVER * pixels;
         let movers = frame.visible_things.iter().filter(|thing| thing.moves);
         let (slivers, whole): (Vec<&VisibleThing>, Vec<_>) = movers.partition(is_sliver);
@@ -103,9 +103,4 @@ impl Run {
         scores.set("speed.insert", insert.median_ms / 1e3);
         scores.set("speed.insert_p95", insert.p95_ms / 1e3);
     }
-}
-
-/// `true` where `mask` is not.
-pub(crate) fn inverted(mask: &Mask) -> Result<Mask, AnyError> {
-    Ok(Mask::new(mask.width(), mask.height(), mask.data().iter().map(|choice| !choice).collect())?)
 }

@@ -131,7 +131,10 @@ impl Kitchen {
             let report = builder.insert(&frame.frame, &detections, &frame.world_from_camera).unwrap();
             if let Some(update) = report.update() {
                 let people = source.people(index).unwrap().map(|people| people.anybody().unwrap());
-                let shows_people = |pixel: usize| people.as_ref().is_some_and(|people| people.data()[pixel]);
+                let width = frame.frame.camera().width();
+                let shows_people = |pixel: usize| {
+                    people.as_ref().is_some_and(|people| people.at(pixel % width, pixel / width))
+                };
                 let counts = count_pixels(&builder, shows_people);
                 sightings.extend(update.planes.associations.iter().copied().zip(counts));
             }

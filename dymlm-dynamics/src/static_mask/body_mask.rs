@@ -15,8 +15,8 @@ pub fn mask_body(frame: &Frame, camera_from_body: &OrientedBox, static_mask: &mu
             let reading = frame.depth().at(u, v);
             let is_body = reading > 0.0
                 && camera_from_body.contains(camera.back_project([u as f64, v as f64], reading.into()));
-            if is_body && let Some(pixel) = static_mask.data_mut().get_mut(v * width + u) {
-                *pixel = false;
+            if is_body {
+                static_mask.set(u, v, false);
             }
         }
     }

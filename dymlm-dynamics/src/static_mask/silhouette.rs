@@ -51,12 +51,14 @@ impl Silhouette {
 
     /// Makes the mover's pixels `false`.
     pub(super) fn remove_from(&self, is_static: &mut Mask) {
-        let width = is_static.width();
         for (row, v) in self.rows.clone().enumerate() {
             let pixels = &self.pixels[self.index(0, row)..][..self.columns.len()];
-            let choices = &mut is_static.data_mut()[v * width..][self.columns.clone()];
-            for (choice, &pixel) in choices.iter_mut().zip(pixels) {
-                *choice &= pixel != Pixel::Inside;
+            let mut first = self.columns.start;
+            for stretch in pixels.chunk_by(|a, b| a == b) {
+                if stretch.first() == Some(&Pixel::Inside) {
+                    is_static.fill_row(v, first..first + stretch.len(), false);
+                }
+                first += stretch.len();
             }
         }
     }

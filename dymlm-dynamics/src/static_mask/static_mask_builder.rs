@@ -74,28 +74,17 @@ impl StaticMaskBuilder {
         depth: &DepthImage,
         is_static: &mut Mask,
     ) {
-        if (is_static.width(), is_static.height()) == (depth.width(), depth.height()) {
-            is_static.data_mut().fill(true);
-        } else if let Ok(fresh) = Mask::filled(depth.width(), depth.height(), true) {
-            *is_static = fresh;
-        }
+        // A depth image's size is never refused.
+        let _ = is_static.refill(depth.width(), depth.height(), true);
         let dilation = scaled_pixels(self.config.dilation, depth.width());
         let shadow = scaled_pixels(self.config.shadow, depth.width()).max(dilation);
         for mover in movers {
             if self.config.mode == MaskMode::Box || mover.foreground.is_empty() {
-                remove_box(&mover.bounding_box, is_static);
+                is_static.fill_box(&mover.bounding_box, false);
             } else {
                 self.silhouette.trace(&mover, depth, dilation, shadow);
                 self.silhouette.remove_from(is_static);
             }
         }
-    }
-}
-
-fn remove_box(bounding_box: &BoundingBox, is_static: &mut Mask) {
-    let (width, height) = (is_static.width(), is_static.height());
-    let columns = bounding_box.columns(width);
-    for v in bounding_box.rows(height) {
-        is_static.data_mut()[v * width..][columns.clone()].fill(false);
     }
 }

@@ -82,7 +82,7 @@ pub(crate) struct Coverage {
 
 impl Coverage {
     pub(crate) fn add(&mut self, depth: &DepthImage, people: &Mask, is_static: &Mask) {
-        for ((&z, &person), &is_static) in depth.data().iter().zip(people.data()).zip(is_static.data()) {
+        for ((&z, person), is_static) in depth.data().iter().zip(people.pixels()).zip(is_static.pixels()) {
             if z > 0.0 {
                 self.people += usize::from(person);
                 self.masked += usize::from(!is_static);

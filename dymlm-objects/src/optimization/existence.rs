@@ -47,7 +47,7 @@ impl ExistenceJudge {
             let [u, v] = pixel.map(|c| c.round().max(0.0) as usize);
             let reading = view.frame.depth().at(u, v);
             let z = place[2] as f32;
-            if reading <= 0.0 || z > max_depth || !view.is_static(v * camera.width() + u) {
+            if reading <= 0.0 || z > max_depth || !view.is_static(u, v) {
                 continue;
             }
             let gap = GAP + 3.0 * axial_noise(z);

@@ -146,7 +146,7 @@ impl Surroundings<'_> {
                 return SideView::ImageBorder;
             }
             let pixel = (v * width + u) as usize;
-            if !self.view.is_static(pixel) {
+            if !self.view.is_static(u as usize, v as usize) {
                 return SideView::Mover;
             }
             let other = self.view.frame.depth().data()[pixel];

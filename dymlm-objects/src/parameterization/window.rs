@@ -96,13 +96,13 @@ impl Window {
                 let is_in_box = columns_in.contains(&u) && rows_in.contains(&v);
                 if is_in_box {
                     in_box += 1.0;
-                    if !view.is_static(pixel) {
+                    if !view.is_static(u, v) {
                         hidden += 1.0;
                         hidden_read += f32::from(u8::from(depths[pixel] > 0.0));
                         hidden_depth += depths[pixel];
                     }
                 }
-                if !used.contains(&depths[pixel]) || !view.is_static(pixel) || outside {
+                if !used.contains(&depths[pixel]) || !view.is_static(u, v) || outside {
                     continue;
                 }
                 let across = parabola((u as f32 - center_u) / half_width);
@@ -165,7 +165,7 @@ fn smoothed(view: &ObjectView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
     for row in around(v, height) {
         for column in around(u, width) {
             let other = depths[row * width + column];
-            if (other - z).abs() <= reach && view.is_static(row * width + column) {
+            if (other - z).abs() <= reach && view.is_static(column, row) {
                 sum_u += column as f32;
                 sum_v += row as f32;
                 sum_z += other;

@@ -104,10 +104,9 @@ pub(crate) fn find_cells(
             for v in 0..camera.height() {
                 let pixels = v * camera.width()..(v + 1) * camera.width();
                 let depths = &depth.data()[pixels.clone()];
-                let mask = static_mask.map(|mask| &mask.data()[pixels.clone()]);
                 scratch.row.back_project(camera, world_from_camera, v, depths);
                 scratch.row.find_indices(lattice);
-                scratch.row.drop_pixels(depths, mask);
+                scratch.row.drop_pixels(depths, v, static_mask);
                 let colors = color.map(|color| &color.data()[pixels.clone()]);
                 cells.add_row(&mut scratch.row, colors);
             }
@@ -250,14 +249,12 @@ impl Row {
     }
 
     /// Pixels without a depth, or outside the mask, are no readings.
-    fn drop_pixels(&mut self, depths: &[f32], mask: Option<&[bool]>) {
+    fn drop_pixels(&mut self, depths: &[f32], v: usize, mask: Option<&Mask>) {
         for (index, &depth) in self.indices[0].iter_mut().zip(depths) {
             *index = if depth > 0.0 { *index } else { NO_READING };
         }
         if let Some(mask) = mask {
-            for (index, &keep) in self.indices[0].iter_mut().zip(mask) {
-                *index = if keep { *index } else { NO_READING };
-            }
+            mask.overwrite_outside(v, &mut self.indices[0], NO_READING);
         }
     }
 

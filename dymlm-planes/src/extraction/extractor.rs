@@ -172,24 +172,20 @@ impl PlaneExtractor {
         for row in 0..self.grid.rows {
             let rows = self.grid.pixel_rows(row * self.grid.columns);
             let pixels = rows.start * self.grid.width..rows.end * self.grid.width;
-            self.choose_readings(
-                &depth.data()[pixels.clone()],
-                static_mask.map(|mask| &mask.data()[pixels.clone()]),
-            );
+            self.choose_readings(&depth.data()[pixels.clone()]);
+            if let Some(mask) = static_mask {
+                let chosen = self.depth[pixels.clone()].chunks_exact_mut(self.grid.width);
+                rows.zip(chosen).for_each(|(v, row)| mask.overwrite_outside(v, row, 0.0));
+            }
             sum_blocks(&self.depth[pixels], &self.grid, row, &self.rays, &mut self.moments);
         }
     }
 
-    /// Copies depths, with 0 where a reading is masked or out of range.
-    fn choose_readings(&mut self, depths: &[f32], static_mask: Option<&[bool]>) {
+    /// Copies depths, with 0 where a reading is out of range.
+    fn choose_readings(&mut self, depths: &[f32]) {
         let (near, far) = (self.config.min_depth as f32, self.config.max_depth as f32);
         let in_range = |z: f32| if z >= near && z <= far { z } else { 0.0 };
-        if let Some(mask) = static_mask {
-            let chosen = depths.iter().zip(mask).map(|(&z, &chosen)| if chosen { in_range(z) } else { 0.0 });
-            self.depth.extend(chosen);
-        } else {
-            self.depth.extend(depths.iter().map(|&z| in_range(z)));
-        }
+        self.depth.extend(depths.iter().map(|&z| in_range(z)));
     }
 
     fn fit_blocks(&mut self) {

@@ -166,9 +166,8 @@ impl ExactView {
     pub fn of_mask(id: usize, mask: &Mask) -> Option<Self> {
         let (mut x, mut y) = ([usize::MAX, 0], [usize::MAX, 0]);
         let mut pixels = 0;
-        for (v, row) in mask.data().chunks_exact(mask.width()).enumerate() {
-            let columns = row.iter().enumerate().filter(|&(_, &shows)| shows).map(|(u, _)| u);
-            for u in columns {
+        for v in 0..mask.height() {
+            for u in mask.columns_of_row(v) {
                 pixels += 1;
                 x = [x[0].min(u), x[1].max(u + 1)];
                 y = [y[0].min(v), y[1].max(v + 1)];
@@ -271,8 +270,8 @@ impl DetectorStatistics {
             .iter()
             .map(|d| (d.bounding_box().columns(shown.width()), d.bounding_box().rows(shown.height())))
             .collect();
-        for (v, row) in shown.data().chunks_exact(shown.width()).enumerate() {
-            for (u, _) in row.iter().enumerate().filter(|&(_, &shows)| shows) {
+        for v in 0..shown.height() {
+            for u in shown.columns_of_row(v) {
                 let covered = areas.iter().any(|(columns, rows)| columns.contains(&u) && rows.contains(&v));
                 self.pixels += 1;
                 self.pixels_outside += u64::from(!covered);

@@ -124,7 +124,7 @@ impl DynamicMapScorer {
         let range = self.config.min_depth as f32..=self.config.max_depth as f32;
         // Neighbouring pixels often share a voxel: each run of them is looked up once.
         let mut run = Run::default();
-        for (pixel, (&z, &mover)) in depth.data().iter().zip(movers.data()).enumerate() {
+        for (pixel, (&z, mover)) in depth.data().iter().zip(movers.pixels()).enumerate() {
             if !(z > 0.0 && range.contains(&z)) {
                 continue;
             }

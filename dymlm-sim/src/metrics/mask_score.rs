@@ -42,8 +42,8 @@ impl MaskScore {
                 return Err(Error::SizeMismatch { what, width, height, actual_width, actual_height });
             }
         }
-        let pixels = masked.data().iter().zip(movers.data()).zip(depth.data());
-        for ((&masked, &mover), _) in pixels.filter(|&(_, &z)| z > 0.0) {
+        let pixels = masked.pixels().zip(movers.pixels()).zip(depth.data());
+        for ((masked, mover), _) in pixels.filter(|&(_, &z)| z > 0.0) {
             self.mover_pixels += u64::from(mover);
             self.masked_pixels += u64::from(masked);
             self.masked_mover_pixels += u64::from(masked && mover);

@@ -116,8 +116,8 @@ impl Truth {
         let near_enough = self.config.min_depth..=self.config.max_depth;
         let mut faces = self.faces.view(scene_from_camera, least_cosine, near_enough, number);
         let pixels =
-            frame.true_depth.data().iter().zip(frame.frame.depth().data()).zip(frame.mover_mask.data());
-        for (pixel, (((&z, &reading), &mover), &part)) in pixels.zip(&frame.parts).enumerate() {
+            frame.true_depth.data().iter().zip(frame.frame.depth().data()).zip(frame.mover_mask.pixels());
+        for (pixel, (((&z, &reading), mover), &part)) in pixels.zip(&frame.parts).enumerate() {
             if mover || reading <= 0.0 {
                 continue;
             }

@@ -267,8 +267,9 @@ impl Sequence {
 
     fn mark_movers(&self, exact: &Rendering, parts: &[Part], mask: &mut Mask) {
         let moves: Vec<bool> = parts.iter().map(|part| self.scene.moves(part.instance)).collect();
-        for (mover, &part) in mask.data_mut().iter_mut().zip(&exact.part) {
-            *mover = moves.get(usize::from(part)).copied().unwrap_or(false);
+        for (pixel, &part) in exact.part.iter().enumerate() {
+            let moves = moves.get(usize::from(part)).copied().unwrap_or(false);
+            mask.set(pixel % exact.width, pixel / exact.width, moves);
         }
     }
 }
