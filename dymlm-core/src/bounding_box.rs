@@ -109,6 +109,22 @@ impl BoundingBox {
         (clipped.x_min < clipped.x_max && clipped.y_min < clipped.y_max).then_some(clipped)
     }
 
+    /// The box in an image that is every `stride`-th pixel of every `stride`-th row of this one's: it holds exactly those
+    /// pixels of it that this one holds.
+    ///
+    /// ```
+    /// use dymlm_core::BoundingBox;
+    ///
+    /// let half = BoundingBox::new(3.0, 0.0, 9.0, 8.0)?.subsampled(2);
+    /// assert_eq!(half.columns(640), 2..5, "the columns 4, 6 and 8");
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn subsampled(&self, stride: usize) -> Self {
+        let [x_min, y_min, x_max, y_max] = <[f32; 4]>::from(*self).map(|side| side / stride.max(1) as f32);
+        Self { x_min, y_min, x_max, y_max }
+    }
+
     /// Columns of an image of `width` pixels whose centres lie in the box.
     pub fn columns(&self, width: usize) -> Range<usize> {
         pixels_within(self.x_min, self.x_max, width)

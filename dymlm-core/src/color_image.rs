@@ -1,4 +1,4 @@
-use crate::pinhole_camera::check_buffer;
+use crate::pinhole_camera::{check_buffer, check_image_size, check_rows};
 use crate::{Error, Rgb};
 
 /// A colour image, 8 bits a channel, row by row from the top left.
@@ -7,6 +7,33 @@ pub struct ColorImage {
     width: usize,
     height: usize,
     data: Vec<Rgb>,
+}
+
+/// How a foreign buffer holds colours, 8 bits a channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+#[non_exhaustive]
+pub enum PixelFormat {
+    /// Red, green, blue.
+    Rgb8,
+    /// Blue, green, red: the order of `OpenCV`.
+    Bgr8,
+    /// Red, green, blue, and a fourth byte that is passed over.
+    Rgba8,
+    /// Blue, green, red, and a fourth byte that is passed over.
+    Bgra8,
+}
+
+impl PixelFormat {
+    /// Bytes of a pixel.
+    #[must_use]
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::Rgb8 | Self::Bgr8 => 3,
+            Self::Rgba8 | Self::Bgra8 => 4,
+        }
+    }
 }
 
 impl ColorImage {
@@ -18,6 +45,75 @@ impl ColorImage {
     pub fn new(width: usize, height: usize, data: Vec<Rgb>) -> Result<Self, Error> {
         check_buffer(width, height, data.len())?;
         Ok(Self { width, height, data })
+    }
+
+    /// Copies a foreign buffer. A row begins `row_stride` bytes after the one before; what lies behind its last pixel is
+    /// passed over.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ImageSize`]; [`Error::RowStride`] when the rows overlap or the buffer ends too early.
+    ///
+    /// ```
+    /// use dymlm_core::{ColorImage, PixelFormat};
+    ///
+    /// // Two rows of one pixel, blue first, padded to four bytes.
+    /// let bytes = [30, 20, 10, 0, 33, 22, 11, 0];
+    /// let image = ColorImage::from_bytes(1, 2, &bytes, PixelFormat::Bgr8, 4)?;
+    /// assert_eq!(image.data(), [[10, 20, 30], [11, 22, 33]]);
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    pub fn from_bytes(
+        width: usize,
+        height: usize,
+        bytes: &[u8],
+        format: PixelFormat,
+        row_stride: usize,
+    ) -> Result<Self, Error> {
+        let pixels = check_image_size(width, height)?;
+        check_rows([width * format.bytes(), height], row_stride, bytes.len())?;
+        let mut image = Self { width, height, data: vec![[0; 3]; pixels] };
+        image.refill_from_bytes(bytes, format, row_stride)?;
+        Ok(image)
+    }
+
+    /// [`Self::from_bytes`] into this image, of its size, without allocating.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::RowStride`]; the image stays as it was.
+    pub fn refill_from_bytes(
+        &mut self,
+        bytes: &[u8],
+        format: PixelFormat,
+        row_stride: usize,
+    ) -> Result<(), Error> {
+        check_rows([self.width * format.bytes(), self.height], row_stride, bytes.len())?;
+        for (row, bytes) in self.data.chunks_exact_mut(self.width).zip(bytes.chunks(row_stride)) {
+            for (out, pixel) in row.iter_mut().zip(bytes.chunks_exact(format.bytes())) {
+                *out = match (format, pixel) {
+                    (PixelFormat::Rgb8 | PixelFormat::Rgba8, &[red, green, blue, ..])
+                    | (PixelFormat::Bgr8 | PixelFormat::Bgra8, &[blue, green, red, ..]) => [red, green, blue],
+                    _ => *out,
+                };
+            }
+        }
+        Ok(())
+    }
+
+    /// A placeholder without pixels, to be filled at once.
+    pub(crate) fn nothing() -> Self {
+        Self { width: 0, height: 0, data: Vec::new() }
+    }
+
+    /// Makes this image every `stride`-th pixel of every `stride`-th row of another, as
+    /// [`DepthImage::subsample_from`](crate::DepthImage::subsample_from) does.
+    pub fn subsample_from(&mut self, image: &Self, stride: usize) {
+        let stride = stride.max(1);
+        (self.width, self.height) = (image.width.div_ceil(stride), image.height.div_ceil(stride));
+        self.data.clear();
+        let rows = image.data.chunks_exact(image.width).step_by(stride);
+        rows.for_each(|row| self.data.extend(row.iter().step_by(stride)));
     }
 
     /// Width, pixels.
@@ -47,5 +143,33 @@ impl ColorImage {
     /// Gives the buffer back, so that the next frame can be read into it.
     pub fn into_data(self) -> Vec<Rgb> {
         self.data
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_orders_of_channels_give_the_same_image() {
+        let expected = ColorImage::new(2, 1, vec![[1, 2, 3], [4, 5, 6]]).unwrap();
+        for (format, bytes) in [
+            (PixelFormat::Rgb8, vec![1, 2, 3, 4, 5, 6]),
+            (PixelFormat::Bgr8, vec![3, 2, 1, 6, 5, 4]),
+            (PixelFormat::Rgba8, vec![1, 2, 3, 9, 4, 5, 6, 9]),
+            (PixelFormat::Bgra8, vec![3, 2, 1, 9, 6, 5, 4, 9]),
+        ] {
+            let image = ColorImage::from_bytes(2, 1, &bytes, format, bytes.len()).unwrap();
+            assert_eq!(image, expected, "{format:?}");
+        }
+    }
+
+    #[test]
+    fn a_short_buffer_is_refused_with_the_length_it_needs() {
+        let error = ColorImage::from_bytes(2, 2, &[0; 13], PixelFormat::Rgb8, 8).unwrap_err();
+        assert_eq!(error, Error::RowStride { size: [6, 2], row_stride: 8, expected: 14, actual: 13 });
+        assert!(ColorImage::from_bytes(2, 2, &[0; 12], PixelFormat::Rgb8, 5).is_err(), "rows overlap");
+        assert!(ColorImage::from_bytes(0, 2, &[], PixelFormat::Rgb8, 0).is_err());
+        assert!(ColorImage::from_bytes(1, usize::MAX, &[], PixelFormat::Rgb8, usize::MAX).is_err());
     }
 }

@@ -1,10 +1,20 @@
 use crate::Error;
-use crate::pinhole_camera::check_buffer;
+use crate::pinhole_camera::{check_buffer, check_image_size, check_rows};
 
 /// A depth image in metres along the optical axis, row by row from the top left. 0 = no reading.
 ///
 /// Whatever is no reading (0, negative, NaN, infinite) is stored as 0, once, when the image is made: all later
 /// code asks `depth > 0.0`.
+///
+/// ```
+/// use dymlm_core::DepthImage;
+///
+/// // A driver's buffer: millimetres, rows of three values of which two are pixels.
+/// let mut depth = DepthImage::empty(2, 2)?;
+/// depth.refill_from_u16(&[1000, 2000, 0, 0, 4000, 0], 3, 1000.0)?;
+/// assert_eq!(depth.data(), [1.0, 2.0, 0.0, 4.0]);
+/// # Ok::<(), dymlm_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthImage {
     width: usize,
@@ -27,10 +37,18 @@ impl DepthImage {
     pub fn new(width: usize, height: usize, mut data: Vec<f32>) -> Result<Self, Error> {
         check_buffer(width, height, data.len())?;
         for depth in &mut data {
-            // NaN fails both comparisons.
-            *depth = if *depth > 0.0 && *depth < f32::INFINITY { *depth } else { 0.0 };
+            *depth = reading(*depth);
         }
         Ok(Self { width, height, data })
+    }
+
+    /// An image without any reading, to be filled.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ImageSize`].
+    pub fn empty(width: usize, height: usize) -> Result<Self, Error> {
+        Ok(Self { width, height, data: vec![0.0; check_image_size(width, height)?] })
     }
 
     /// Converts stored integers to metres: depth = value / `depth_scale`; 5000 for TUM PNGs, 1000 for millimetres.
@@ -40,11 +58,63 @@ impl DepthImage {
     /// [`Error::ImageSize`], [`Error::BufferLength`], [`Error::DepthScale`].
     pub fn from_u16(width: usize, height: usize, data: &[u16], depth_scale: f64) -> Result<Self, Error> {
         check_buffer(width, height, data.len())?;
+        let mut image = Self::empty(width, height)?;
+        image.refill_from_u16(data, width, depth_scale)?;
+        Ok(image)
+    }
+
+    /// Replaces the readings by a sensor's integers, without allocating: depth = value / `depth_scale`. A row of the
+    /// buffer begins `row_stride` values after the one before; what lies behind its last pixel is passed over.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::RowStride`] when the rows overlap or the buffer ends too early; [`Error::DepthScale`]. The image stays
+    /// as it was.
+    #[doc(alias = "16UC1")]
+    pub fn refill_from_u16(
+        &mut self,
+        data: &[u16],
+        row_stride: usize,
+        depth_scale: f64,
+    ) -> Result<(), Error> {
         if !(depth_scale.is_finite() && depth_scale > 0.0) {
             return Err(Error::DepthScale(depth_scale));
         }
         let metres = (1.0 / depth_scale) as f32;
-        Self::new(width, height, data.iter().map(|&value| f32::from(value) * metres).collect())
+        self.refill(data, row_stride, |value| reading(f32::from(value) * metres))
+    }
+
+    /// Replaces the readings by others in metres, without allocating; `row_stride` as in [`Self::refill_from_u16`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::RowStride`]. The image stays as it was.
+    #[doc(alias = "32FC1")]
+    pub fn refill_from_metres(&mut self, data: &[f32], row_stride: usize) -> Result<(), Error> {
+        self.refill(data, row_stride, reading)
+    }
+
+    fn refill<T: Copy>(
+        &mut self,
+        data: &[T],
+        row_stride: usize,
+        depth: impl Fn(T) -> f32,
+    ) -> Result<(), Error> {
+        check_rows([self.width, self.height], row_stride, data.len())?;
+        for (row, values) in self.data.chunks_exact_mut(self.width).zip(data.chunks(row_stride)) {
+            row.iter_mut().zip(values).for_each(|(out, &value)| *out = depth(value));
+        }
+        Ok(())
+    }
+
+    /// Makes this image every `stride`-th pixel of every `stride`-th row of another: pixel (i, j) is (i `stride`,
+    /// j `stride`) there. Allocates only when the image grows; a stride of 0 is taken for 1.
+    pub fn subsample_from(&mut self, image: &Self, stride: usize) {
+        let stride = stride.max(1);
+        (self.width, self.height) = (image.width.div_ceil(stride), image.height.div_ceil(stride));
+        self.data.clear();
+        let rows = image.data.chunks_exact(image.width).step_by(stride);
+        rows.for_each(|row| self.data.extend(row.iter().step_by(stride)));
     }
 
     /// Width, pixels.
@@ -83,6 +153,13 @@ impl DepthImage {
     }
 }
 
+/// A depth, or 0 for what is none.
+#[inline]
+fn reading(depth: f32) -> f32 {
+    // NaN fails both comparisons.
+    if depth > 0.0 && depth < f32::INFINITY { depth } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,6 +180,22 @@ mod tests {
         for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(DepthImage::from_u16(2, 1, &[0, 1], scale).is_err());
         }
+    }
+
+    #[test]
+    fn a_refused_buffer_leaves_the_readings_as_they_were() {
+        let mut depth = DepthImage::new(2, 2, vec![1.0; 4]).unwrap();
+        let before = depth.clone();
+        assert_eq!(
+            depth.refill_from_u16(&[7; 4], 3, 1000.0),
+            Err(Error::RowStride { size: [2, 2], row_stride: 3, expected: 5, actual: 4 })
+        );
+        assert!(depth.refill_from_u16(&[7; 4], 1, 1000.0).is_err(), "rows overlap");
+        assert!(depth.refill_from_u16(&[7; 4], 2, 0.0).is_err());
+        assert_eq!(depth, before);
+        // The last row needs no filling behind it.
+        depth.refill_from_metres(&[1.0, f32::NAN, 9.0, -1.0, 4.0], 3).unwrap();
+        assert_eq!(depth.data(), [1.0, 0.0, 0.0, 4.0]);
     }
 
     #[test]

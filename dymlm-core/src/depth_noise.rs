@@ -39,10 +39,10 @@ impl DepthNoise {
         Self { floor: 0.0012, growth: 0.0019, start: 0.4 }
     }
 
-    /// A stereo pair: z^2 sigma_d / (f b), and 1 mm of quantization.
+    /// A stereo pair: `z^2 sigma_d / (f b)`, and 1 mm of quantization.
     ///
     /// `focal_length` f in pixels of the image in which disparities are measured, `baseline` b in metres,
-    /// `disparity_sigma` sigma_d in pixels.
+    /// `disparity_sigma` (`sigma_d`) in pixels.
     #[must_use]
     pub fn stereo(focal_length: f64, baseline: f64, disparity_sigma: f64) -> Self {
         Self { floor: 0.001, growth: (disparity_sigma / (focal_length * baseline)) as f32, start: 0.0 }

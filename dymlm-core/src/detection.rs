@@ -38,6 +38,18 @@ impl Detection {
         self
     }
 
+    /// The detection in an image that is every `stride`-th pixel of every `stride`-th row of this one's: see
+    /// [`Frame::subsampled`](crate::Frame::subsampled).
+    #[must_use]
+    pub fn subsampled(&self, stride: usize) -> Self {
+        let mask = self.mask.as_ref().map(|mask| {
+            let mut smaller = mask.clone();
+            smaller.subsample_from(mask, stride);
+            smaller
+        });
+        Self { bounding_box: self.bounding_box.subsampled(stride), mask, label: self.label.clone(), ..*self }
+    }
+
     /// Class label.
     #[inline]
     pub fn label(&self) -> &str {

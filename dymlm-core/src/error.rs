@@ -26,6 +26,21 @@ pub enum Error {
         /// Given length.
         actual: usize,
     },
+    /// A foreign buffer whose rows overlap, or that ends before the last of them does.
+    #[error(
+        "a buffer of {actual} values for {} rows of {} values, {row_stride} apart: it needs {expected}, and rows must not overlap",
+        size[1], size[0]
+    )]
+    RowStride {
+        /// Values in a row (those of all channels), and rows.
+        size: [usize; 2],
+        /// Values from the beginning of a row to that of the next.
+        row_stride: usize,
+        /// Needed length.
+        expected: usize,
+        /// Given length.
+        actual: usize,
+    },
     /// Two images, or an image and its camera, that should have the same size.
     #[error("{what} has {actual_width}x{actual_height} pixels, the camera {width}x{height}")]
     SizeMismatch {

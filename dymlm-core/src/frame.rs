@@ -33,6 +33,46 @@ impl Frame {
         Ok(Self { timestamp, camera, depth, color })
     }
 
+    /// The frame with every `stride`-th pixel of every `stride`-th row, and the camera that sees just these: its pixel
+    /// (i, j) is (i `stride`, j `stride`) here. Work on it costs 1/`stride`^2. A stride of 0 is taken for 1.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Intrinsics`] when a focal length becomes less than 1e-3 pixels.
+    ///
+    /// ```
+    /// use dymlm_core::{DepthImage, Frame, PinholeCamera};
+    ///
+    /// let camera = PinholeCamera::new(1280, 720, 910.0, 910.0, 640.0, 360.0)?;
+    /// let frame = Frame::new(0.0, camera, DepthImage::new(1280, 720, vec![2.0; 1280 * 720])?, None)?;
+    /// let half = frame.subsampled(2)?;
+    /// assert_eq!((half.depth().width(), half.camera().fx()), (640, 455.0));
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    pub fn subsampled(&self, stride: usize) -> Result<Self, Error> {
+        let depth = DepthImage::empty(1, 1)?;
+        let mut frame = Self { timestamp: self.timestamp, camera: self.camera, depth, color: None };
+        self.subsample_into(stride, &mut frame)?;
+        Ok(frame)
+    }
+
+    /// [`Self::subsampled`] into a frame that is no longer needed: with one of the same size nothing is allocated.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::subsampled`]; `frame` stays as it was.
+    pub fn subsample_into(&self, stride: usize, frame: &mut Self) -> Result<(), Error> {
+        frame.camera = self.camera.subsampled(stride)?;
+        frame.timestamp = self.timestamp;
+        frame.depth.subsample_from(&self.depth, stride);
+        if let Some(color) = &self.color {
+            frame.color.get_or_insert_with(ColorImage::nothing).subsample_from(color, stride);
+        } else {
+            frame.color = None;
+        }
+        Ok(())
+    }
+
     /// Time of the exposure, seconds.
     #[inline]
     pub fn timestamp(&self) -> f64 {
@@ -66,6 +106,32 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_subsampled_frame_sees_the_same_points() {
+        let camera = PinholeCamera::new(7, 5, 4.0, 5.0, 3.1, 2.3).unwrap();
+        let depth = DepthImage::new(7, 5, (1..36).map(|i| i as f32 * 0.1).collect()).unwrap();
+        let color = ColorImage::new(7, 5, (0..35).map(|i| [i; 3]).collect()).unwrap();
+        let frame = Frame::new(3.0, camera, depth, Some(color)).unwrap();
+        assert_eq!(frame.subsampled(1).unwrap(), frame);
+        for stride in [2, 3, 7, 9] {
+            let smaller = frame.subsampled(stride).unwrap();
+            let [width, height] = [7_usize, 5].map(|size| size.div_ceil(stride));
+            assert_eq!((smaller.depth().width(), smaller.depth().height()), (width, height));
+            for (u, v) in (0..height).flat_map(|v| (0..width).map(move |u| (u, v))) {
+                let (whole_u, whole_v) = (u * stride, v * stride);
+                let z = frame.depth().at(whole_u, whole_v);
+                assert_eq!(smaller.depth().at(u, v), z);
+                assert_eq!(smaller.color().unwrap().at(u, v), frame.color().unwrap().at(whole_u, whole_v));
+                let point = smaller.camera().back_project([u as f64, v as f64], z.into());
+                let same = camera.back_project([whole_u as f64, whole_v as f64], z.into());
+                assert!(point.iter().zip(same).all(|(a, b)| (a - b).abs() < 1e-12));
+            }
+            let mut spare = frame.clone();
+            frame.subsample_into(stride, &mut spare).unwrap();
+            assert_eq!(spare, smaller);
+        }
+    }
 
     #[test]
     fn refuses_images_of_another_size() {

@@ -52,7 +52,7 @@ mod visibility;
 
 pub use axial_noise::axial_noise;
 pub use bounding_box::BoundingBox;
-pub use color_image::ColorImage;
+pub use color_image::{ColorImage, PixelFormat};
 pub use config_error::{ConfigError, check_range};
 pub use depth_image::DepthImage;
 pub use depth_noise::DepthNoise;

@@ -38,6 +38,7 @@ impl Mask {
     /// # Errors
     ///
     /// [`Error::ImageSize`], [`Error::BufferLength`].
+    #[expect(clippy::needless_pass_by_value, reason = "buffers are given as those of the other images are")]
     pub fn new(width: usize, height: usize, pixels: Vec<bool>) -> Result<Self, Error> {
         check_buffer(width, height, pixels.len())?;
         let words = pixels.chunks_exact(width).flat_map(|row| row.chunks(WORD).map(pack)).collect();
@@ -88,6 +89,21 @@ impl Mask {
         self.words.resize(height * self.words_per_row(), 0);
         self.fill(value);
         Ok(())
+    }
+
+    /// Makes this mask every `stride`-th pixel of every `stride`-th row of another, as
+    /// [`DepthImage::subsample_from`](crate::DepthImage::subsample_from) does.
+    pub fn subsample_from(&mut self, mask: &Self, stride: usize) {
+        let stride = stride.max(1);
+        (self.width, self.height) = (mask.width.div_ceil(stride), mask.height.div_ceil(stride));
+        self.words.clear();
+        self.words.resize(self.height * self.words_per_row(), 0);
+        for v in 0..self.height {
+            let row = v * self.words_per_row();
+            for u in mask.columns_of_row(v * stride).filter(|u| u.is_multiple_of(stride)) {
+                self.words[row + u / stride / WORD] |= 1 << (u / stride % WORD);
+            }
+        }
     }
 
     /// Width, pixels.
@@ -315,10 +331,9 @@ mod tests {
                 let mut mask = speckled(width);
                 for value in [true, false] {
                     mask.fill_row(1, start..end, value);
-                    let expected = |u: usize, v: usize| match (start..end).contains(&u) && v == 1 {
-                        true => value,
-                        false => speckled(width).at(u, v),
-                    };
+                    let before = speckled(width);
+                    let is_filled = |u: usize, v: usize| v == 1 && (start..end).contains(&u);
+                    let expected = |u, v| if is_filled(u, v) { value } else { before.at(u, v) };
                     assert_eq!(mask, Mask::from_fn(width, 3, expected).unwrap());
                 }
             }
@@ -346,6 +361,17 @@ mod tests {
         assert_eq!((mask.count(), &mask), (before, &speckled(70)));
         let error = mask.unite(&speckled(71)).unwrap_err();
         assert_eq!(error.to_string(), "a mask of 71x3 pixels combined with one of 70x3");
+    }
+
+    #[test]
+    fn every_other_pixel_of_a_mask_keeps_its_value() {
+        for width in WIDTHS {
+            let mask = speckled(width);
+            let mut third = Mask::filled(5, 5, true).unwrap();
+            third.subsample_from(&mask, 3);
+            let expected = Mask::from_fn(width.div_ceil(3), 1, |u, v| mask.at(u * 3, v * 3)).unwrap();
+            assert_eq!(third, expected);
+        }
     }
 
     #[test]

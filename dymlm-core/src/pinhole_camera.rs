@@ -10,6 +10,9 @@ const REFERENCE_FOCAL_LENGTH: f64 = 525.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "RawCamera"))]
+#[doc(alias = "intrinsics")]
+#[doc(alias = "CameraInfo")]
+#[doc(alias = "K")]
 pub struct PinholeCamera {
     width: usize,
     height: usize,
@@ -119,6 +122,27 @@ impl PinholeCamera {
         ((self.width * self.height) as f64 / (640.0 * 480.0)).sqrt()
     }
 
+    /// The camera of an image that is every `stride`-th pixel of every `stride`-th row of this one's: its pixel (i, j)
+    /// is (i `stride`, j `stride`) here, so that focal lengths and principal point are divided by the stride exactly.
+    /// A stride of 0 is taken for 1.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Intrinsics`] when a focal length becomes less than 1e-3 pixels.
+    ///
+    /// ```
+    /// let camera = dymlm_core::PinholeCamera::new(1280, 720, 910.0, 910.0, 641.0, 361.0)?;
+    /// let half = camera.subsampled(2)?;
+    /// assert_eq!((half.width(), half.height(), half.fx(), half.cx()), (640, 360, 455.0, 320.5));
+    /// assert_eq!(half.back_project([100.0, 50.0], 2.0), camera.back_project([200.0, 100.0], 2.0));
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    pub fn subsampled(&self, stride: usize) -> Result<Self, Error> {
+        let stride = stride.max(1);
+        let [fx, fy, cx, cy] = [self.fx, self.fy, self.cx, self.cy].map(|value| value / stride as f64);
+        Self::new(self.width.div_ceil(stride), self.height.div_ceil(stride), fx, fy, cx, cy)
+    }
+
     /// Checks that an image has this camera's size; `what` names it in the error, for example "the depth image".
     ///
     /// # Errors
@@ -160,6 +184,15 @@ pub(crate) fn check_image_size(width: usize, height: usize) -> Result<usize, Err
 pub fn check_buffer(width: usize, height: usize, actual: usize) -> Result<(), Error> {
     let expected = check_image_size(width, height)?;
     if actual == expected { Ok(()) } else { Err(Error::BufferLength { width, height, expected, actual }) }
+}
+
+/// Checks that a foreign buffer of `actual` values holds rows of `size[0]` values, each `row_stride` after the one before.
+pub(crate) fn check_rows(size: [usize; 2], row_stride: usize, actual: usize) -> Result<(), Error> {
+    let expected = (size[1] - 1).checked_mul(row_stride).and_then(|last| last.checked_add(size[0]));
+    match expected {
+        Some(expected) if row_stride >= size[0] && actual >= expected => Ok(()),
+        _ => Err(Error::RowStride { size, row_stride, expected: expected.unwrap_or(usize::MAX), actual }),
+    }
 }
 
 #[cfg(feature = "serde")]

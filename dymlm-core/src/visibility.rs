@@ -32,8 +32,7 @@ impl Visibility {
     #[inline]
     #[must_use]
     pub fn of_reading(reading: f64, depth: f64, tolerance: f64) -> Self {
-        // NaN is no reading either.
-        if !(reading > 0.0) {
+        if reading.is_nan() || reading <= 0.0 {
             Self::NoReading
         } else if reading < depth - tolerance {
             Self::Occluded
