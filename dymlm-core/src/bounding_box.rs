@@ -121,7 +121,12 @@ impl BoundingBox {
     /// ```
     #[must_use]
     pub fn subsampled(&self, stride: usize) -> Self {
-        let [x_min, y_min, x_max, y_max] = <[f32; 4]>::from(*self).map(|side| side / stride.max(1) as f32);
+        self.mapped(|sides| sides.map(|side| side / stride.max(1) as f32))
+    }
+
+    /// The box with other sides, made of these by a growing function of each.
+    pub(crate) fn mapped(&self, map: impl Fn([f32; 4]) -> [f32; 4]) -> Self {
+        let [x_min, y_min, x_max, y_max] = map((*self).into()).map(|side| side.clamp(f32::MIN, f32::MAX));
         Self { x_min, y_min, x_max, y_max }
     }
 

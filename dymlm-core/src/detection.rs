@@ -1,11 +1,18 @@
 use crate::{BoundingBox, Error, Mask};
 
 /// One object found in an image by a 2D detector.
+///
+/// With the feature `serde` it is written as a line of `detections.jsonl` has it: `{"label", "score", "bbox": [x_min, y_min,
+/// x_max, y_max], "mask"}`, the mask, if there is one, as COCO's run-lengths `{"size": [height, width], "counts"}`.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "RawDetection"))]
 pub struct Detection {
     label: String,
     score: f32,
+    #[cfg_attr(feature = "serde", serde(rename = "bbox"))]
     bounding_box: BoundingBox,
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     mask: Option<Mask>,
 }
 
@@ -75,9 +82,53 @@ impl Detection {
     }
 }
 
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct RawDetection {
+    label: String,
+    score: f32,
+    bbox: BoundingBox,
+    mask: Option<Mask>,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<RawDetection> for Detection {
+    type Error = Error;
+
+    fn try_from(RawDetection { label, score, bbox, mask }: RawDetection) -> Result<Self, Error> {
+        Ok(Self { mask, ..Self::new(label, score, bbox)? })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_subsampled_detection_has_the_box_and_the_mask_of_the_smaller_image() {
+        let mask = Mask::from_fn(9, 6, |u, v| (3..8).contains(&u) && v > 1).unwrap();
+        let cup = Detection::new("cup", 0.5, BoundingBox::new(3.0, 2.0, 8.0, 6.0).unwrap()).unwrap();
+        let half = cup.with_mask(mask).subsampled(2);
+        assert_eq!((half.label(), half.score()), ("cup", 0.5));
+        assert_eq!((half.bounding_box().columns(5), half.bounding_box().rows(3)), (2..4, 1..3));
+        assert_eq!(half.mask(), Some(&Mask::from_fn(5, 3, |u, v| (2..4).contains(&u) && v > 0).unwrap()));
+    }
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn a_line_of_a_file_gives_the_detection_back() {
+        let person = Detection::new("person", 0.75, BoundingBox::new(1.0, 0.0, 3.0, 2.0).unwrap()).unwrap();
+        let without = r#"{"label":"person","score":0.75,"bbox":[1.0,0.0,3.0,2.0]}"#;
+        assert_eq!(serde_json::to_string(&person).unwrap(), without);
+        assert_eq!(serde_json::from_str::<Detection>(without).unwrap(), person);
+        let person = person.with_mask(Mask::from_fn(4, 2, |u, _| u > 0).unwrap());
+        let written = serde_json::to_string(&person).unwrap();
+        assert!(written.ends_with(r#""mask":{"size":[2,4],"counts":"26"}}"#), "{written}");
+        assert_eq!(serde_json::from_str::<Detection>(&written).unwrap(), person);
+        for refused in [without.replace("0.75", "1.5"), without.replace("3.0", "0.5")] {
+            assert!(serde_json::from_str::<Detection>(&refused).is_err());
+        }
+    }
 
     #[test]
     fn refuses_scores_that_are_no_confidence() {

@@ -63,6 +63,16 @@ pub enum Error {
         /// Width and height of the other, pixels.
         other: [usize; 2],
     },
+    /// Run-lengths that do not add up to their image.
+    #[error("run-lengths that add up to {sum}, an image of {width}x{height} pixels has {}", width * height)]
+    RunLengths {
+        /// Width, pixels.
+        width: usize,
+        /// Height, pixels.
+        height: usize,
+        /// Their sum.
+        sum: u64,
+    },
     /// Clouds whose points and colours differ in number.
     #[error("{colors} colours for {points} points")]
     ColorCount {

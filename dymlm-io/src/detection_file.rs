@@ -2,7 +2,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use dymlm_core::{BoundingBox, Detection};
+use dymlm_core::Detection;
 use serde::{Deserialize, Serialize};
 
 use crate::text_lines::{content_lines, number};
@@ -14,8 +14,11 @@ use crate::{Error, write_atomically};
 /// {"timestamp": 0.166667, "detections": [{"label": "person", "score": 0.91, "bbox": [210.0, 8.0, 380.0, 480.0]}]}
 /// ```
 ///
-/// Boxes are `[x_min, y_min, x_max, y_max]` in pixels of the colour image; further keys are passed over, and so are
-/// blank lines and lines that begin with `#`.
+/// Boxes are `[x_min, y_min, x_max, y_max]` in pixels of the colour image. A detection may have an instance mask of the
+/// image's size as COCO's run-lengths, `"mask": {"size": [height, width], "counts": ...}`, the counts compressed to a text
+/// or a list of numbers. Further keys are passed over, and so are blank lines and lines that begin with `#`.
+///
+/// A line with an empty list says that the detector looked and found nothing; a frame without a line was not looked at.
 ///
 /// A bad line spoils its own frame alone: [`Self::at`] gives the error for the frame that the line was for, which shows
 /// in its timestamp or, when even that cannot be read, in its neighbours'.
@@ -127,11 +130,12 @@ impl DetectionFile {
     fn add(&mut self, line: usize, content: Result<&str, String>) {
         let text = content.as_ref().copied().ok();
         let parsed = content.and_then(|content| {
-            let raw: RawFrame<'_> = serde_json::from_str(content).map_err(|error| json_reason(&error))?;
-            Ok((raw.timestamp, raw.detections.into_iter().map(RawDetection::check).collect()))
+            serde_json::from_str::<ReadFrame>(content).map_err(|error| json_reason(&error))
         });
         match parsed {
-            Ok((timestamp, detections)) => self.frames.push(DetectedFrame { timestamp, line, detections }),
+            Ok(ReadFrame { timestamp, detections }) => {
+                self.frames.push(DetectedFrame { timestamp, line, detections: Ok(detections) });
+            }
             Err(reason) => match text.and_then(find_timestamp) {
                 Some(timestamp) => {
                     self.frames.push(DetectedFrame { timestamp, line, detections: Err(reason) });
@@ -175,7 +179,7 @@ impl DetectionFile {
     }
 }
 
-/// Writes one line of a `detections.jsonl`; instance masks are left out.
+/// Writes one line of a `detections.jsonl`.
 ///
 /// # Errors
 ///
@@ -185,8 +189,7 @@ pub fn encode_detections(out: &mut dyn Write, timestamp: f64, detections: &[Dete
         let error = dymlm_core::Error::Timestamp(timestamp);
         return Err(io::Error::new(io::ErrorKind::InvalidInput, error));
     }
-    let detections = detections.iter().map(RawDetection::from).collect();
-    serde_json::to_writer(&mut *out, &RawFrame { timestamp, detections })?;
+    serde_json::to_writer(&mut *out, &WrittenFrame { timestamp, detections })?;
     out.write_all(b"\n")
 }
 
@@ -206,37 +209,16 @@ pub fn write_detections<'a>(
     })
 }
 
-#[derive(Serialize, Deserialize)]
-struct RawFrame<'a> {
+#[derive(Deserialize)]
+struct ReadFrame {
     timestamp: f64,
-    #[serde(borrow)]
-    detections: Vec<RawDetection<'a>>,
+    detections: Vec<Detection>,
 }
 
-#[derive(Serialize, Deserialize)]
-struct RawDetection<'a> {
-    #[serde(borrow)]
-    label: std::borrow::Cow<'a, str>,
-    score: f32,
-    bbox: [f32; 4],
-}
-
-impl RawDetection<'_> {
-    fn check(self) -> Result<Detection, String> {
-        BoundingBox::try_from(self.bbox)
-            .and_then(|bounding_box| Detection::new(self.label, self.score, bounding_box))
-            .map_err(|error| error.to_string())
-    }
-}
-
-impl<'a> From<&'a Detection> for RawDetection<'a> {
-    fn from(detection: &'a Detection) -> Self {
-        Self {
-            label: detection.label().into(),
-            score: detection.score(),
-            bbox: detection.bounding_box().into(),
-        }
-    }
+#[derive(Serialize)]
+struct WrittenFrame<'a> {
+    timestamp: f64,
+    detections: &'a [Detection],
 }
 
 /// What is wrong with a line, without the parser's own count of lines.

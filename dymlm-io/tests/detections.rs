@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use dymlm_core::{BoundingBox, Detection};
+use dymlm_core::{BoundingBox, Detection, Mask};
 use dymlm_io::{DetectionFile, Error, YoloFolder, encode_detections, read_class_names, write_detections};
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -130,6 +130,24 @@ fn writes_a_file() {
         "{\"timestamp\":0.166667,\"detections\":[{\"label\":\"dining table\",\"score\":0.25,\
          \"bbox\":[-1.5,0.0,3.0,4.0]}]}\n{\"timestamp\":0.5,\"detections\":[]}\n"
     );
+}
+
+/// The mask is that of `pycocotools.mask.encode` in tests of dymlm-core: (u u + 3 v) % 5 < 2, 7x5 pixels.
+#[test]
+fn masks_are_read_and_written_as_cocos_run_lengths() {
+    let line = "{\"timestamp\":0.5,\"detections\":[{\"label\":\"cup\",\"score\":0.5,\"bbox\":[0.0,0.0,7.0,5.0],\
+                \"mask\":{\"size\":[5,7],\"counts\":\"0110100010N010O11OO0001000O\"}}]}\n";
+    let found = open(line).at(0.5).unwrap().unwrap().to_vec();
+    let expected = Mask::from_fn(7, 5, |u, v| (u * u + 3 * v) % 5 < 2).unwrap();
+    assert_eq!(found[0].mask(), Some(&expected));
+    let mut written = Vec::new();
+    encode_detections(&mut written, 0.5, &found).unwrap();
+    assert_eq!(String::from_utf8(written).unwrap(), line);
+
+    let list = line.replace("\"0110100010N010O11OO0001000O\"", &format!("{:?}", expected.run_lengths()));
+    assert_eq!(open(list).at(0.5).unwrap().unwrap(), found);
+    let short = open(line.replace("[5,7]", "[5,8]"));
+    assert!(short.at(0.5).unwrap_err().to_string().contains("line 1: run-lengths that add up to 35"));
 }
 
 #[test]

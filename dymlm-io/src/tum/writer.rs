@@ -69,7 +69,7 @@ impl TumWriter {
         Ok(writer)
     }
 
-    /// Writes a frame's images and keeps its detections (without instance masks) and pose for the lists. Depth is
+    /// Writes a frame's images and keeps its detections and pose for the lists. Depth is
     /// stored in steps of 0.2 mm up to 13.1 m.
     ///
     /// # Errors
