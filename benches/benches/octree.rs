@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use dymlm_benches::{SEED, kinect, room_depth};
-use dymlm_core::{PointCloud, Pose};
+use dymlm_core::{Frame, PointCloud, Pose, SensorModel};
 use dymlm_octree::{Octree, OctreeConfig, UnknownCells};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -33,13 +33,15 @@ fn mapped_room(resolution: f64) -> Octree {
 
 /// The steady state: the map and its buffers exist, the frame has been seen before.
 fn insertion(c: &mut Criterion) {
-    let (camera, depth, points) = (kinect(), room_depth(), room_points());
+    let points = room_points();
+    let Ok(frame) = Frame::new(0.0, kinect(), room_depth(), None) else { unreachable!("images of one size") };
+    let sensor = SensorModel { min_depth: 0.0, max_depth: 100.0, ..SensorModel::kinect() };
     let mut group = c.benchmark_group("octree/insert_depth");
     group.throughput(Throughput::Elements(points.len() as u64));
     for resolution in [0.05, 0.02] {
         let mut map = mapped_room(resolution);
         group.bench_function(BenchmarkId::from_parameter(resolution), |b| {
-            b.iter(|| map.insert_depth(&camera, &depth, None, None, &Pose::identity()));
+            b.iter(|| map.insert_depth(&frame, &sensor, None, &Pose::identity()));
         });
     }
     group.finish();

@@ -23,6 +23,8 @@ struct Moved {
     cell: [i32; 3],
     to: [f64; 3],
     voxel: Voxel,
+    /// Weight of its readings without colour.
+    uncolored: u64,
     /// Frames that read its cell of the evidence.
     support: u32,
 }
@@ -44,9 +46,9 @@ impl CloudMap {
         let mut motion = BodyMotion::default();
         let moved = self.take_body(region, new_from_old, is_body, &mut motion.from);
         self.forget_support(region, &moved);
-        for Moved { to, voxel, support, .. } in moved {
-            motion.to.push(to.map(|c| c as f32));
-            self.put_voxel(to, &voxel, support);
+        for body in moved {
+            motion.to.push(body.to.map(|c| c as f32));
+            self.put_voxel(&body);
         }
         motion
     }
@@ -95,13 +97,12 @@ impl CloudMap {
                 })
                 .collect();
             for (place, point) in inside {
-                let index = block.index_or_insert(place);
-                let voxel = std::mem::take(&mut block.voxels[usize::from(index)]);
+                let (voxel, uncolored) = block.take(place);
                 let cell = key.cell(place);
                 let support = self.evidence.support_of(cell);
                 from.push(point);
                 let to = new_from_old.transform_point(point.map(f64::from));
-                moved.push(Moved { cell, to, voxel, support });
+                moved.push(Moved { cell, to, voxel, uncolored, support });
             }
             self.voxel_count -= block.drop_empty();
         }
@@ -124,7 +125,7 @@ impl CloudMap {
         }
     }
 
-    fn put_voxel(&mut self, to: [f64; 3], voxel: &Voxel, support: u32) {
+    fn put_voxel(&mut self, &Moved { to, ref voxel, uncolored, support, .. }: &Moved) {
         let side = self.config.voxel_size / f64::from(SUBVOXELS);
         let limit = f64::from(BlockKey::LIMIT.min(i32::MAX / SUBVOXELS));
         if !to.iter().all(|c| (c / self.config.voxel_size).abs() < limit - 1.0) {
@@ -137,8 +138,7 @@ impl CloudMap {
         let slot = self.voxels.slot_or_insert(BlockKey::new(block));
         if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
             let count = block.voxels.len();
-            let index = block.index_or_insert(place);
-            block.voxels[usize::from(index)].merge(&voxel.placed(within));
+            block.merge(place, &voxel.placed(within), uncolored);
             self.voxel_count += block.voxels.len() - count;
         }
         self.evidence.give_support(cell, support, self.config.evidence.looks_per_reading);

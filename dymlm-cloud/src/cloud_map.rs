@@ -1,11 +1,11 @@
-use dymlm_core::{Frame, Mask, Point, PointCloud, Pose, Rgb, SensorModel};
+use dymlm_core::{Frame, Mask, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
 use crate::block_store::{BlockKey, BlockStore, split};
 use crate::evidence::{Direction, Evidence, Support};
 use crate::fixed_point::{FixedPointFrame, PixelRow};
 use crate::thinning::Thinning;
 use crate::verdict::{Verdict, Verdicts};
-use crate::voxel::{SUBVOXELS, Voxel};
+use crate::voxel::SUBVOXELS;
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
 use crate::{CloudMapConfig, Error};
@@ -48,7 +48,6 @@ pub struct CloudMap {
     pub(crate) voxel_count: usize,
     pub(crate) evidence: Evidence,
     frames: u32,
-    uncolored_frames: u32,
     /// Number of the current frame for [`Voxel::stamp`].
     stamp: u32,
     row: PixelRow,
@@ -86,8 +85,8 @@ pub struct CloudFrameReport {
 pub struct CloudVoxel {
     /// Weighted mean position, metres, world.
     pub position: Point,
-    /// Weighted mean colour; frames without colours count as black.
-    pub color: Rgb,
+    /// Weighted mean colour of the readings that had one.
+    pub color: Option<Rgb>,
     /// Sum of weights; one reading with the sensor's least noise weighs 1.
     pub weight: f64,
     /// Number of frames that read it.
@@ -124,7 +123,6 @@ impl CloudMap {
             voxel_count: 0,
             evidence,
             frames: 0,
-            uncolored_frames: 0,
             stamp: 0,
             row: PixelRow::default(),
             ray_x: Vec::new(),
@@ -172,7 +170,7 @@ impl CloudMap {
     ) -> Result<(), Error> {
         let lattice = self.lattice_of(frame, static_mask, world_from_camera)?;
         self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Remove);
-        if self.is_overdrawn(frame) {
+        if self.is_overdrawn() {
             self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Insert);
             self.drop_empty_voxels();
             return Err(Error::NotInserted { timestamp: frame.timestamp() });
@@ -193,16 +191,14 @@ impl CloudMap {
         for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks()) {
             let slot = self.voxels.slot_or_insert(*key);
             let Some(block) = self.voxels.blocks_mut().get_mut(slot) else { continue };
+            let count = block.voxels.len();
             for (place, voxel) in theirs.iter() {
-                let count = block.voxels.len();
-                let index = block.index_or_insert(place);
-                block.voxels[usize::from(index)].merge(voxel);
-                self.voxel_count += block.voxels.len() - count;
+                block.merge(place, voxel, theirs.index(place).map_or(0, |index| theirs.uncolored(index)));
             }
+            self.voxel_count += block.voxels.len() - count;
         }
         self.evidence.merge(&other.evidence);
         self.frames = self.frames.wrapping_add(other.frames);
-        self.uncolored_frames = self.uncolored_frames.wrapping_add(other.uncolored_frames);
         Ok(())
     }
 
@@ -220,7 +216,7 @@ impl CloudMap {
                     let cell = key.cell(place);
                     CloudVoxel {
                         position: voxel.mean_position(cell, self.config.voxel_size),
-                        color: voxel.mean_color(),
+                        color: block.index(place).and_then(|index| block.mean_color(index)),
                         weight: self.weighting.total(voxel),
                         observations: voxel.observations,
                         evidence: verdicts.evidence_of_voxel(cell),
@@ -232,14 +228,16 @@ impl CloudMap {
         blocks.into_iter().flatten()
     }
 
-    /// The cloud in the order of [`CloudMap::voxels`], with colours when every frame had them.
+    /// The cloud in the order of [`CloudMap::voxels`]. It has colours when any frame had; what was read without is black.
     pub fn point_cloud(&self, selection: Selection) -> PointCloud {
         let chosen = |voxel: &CloudVoxel| selection == Selection::All || voxel.verdict == Verdict::Static;
         let (points, colors) =
             self.voxels().filter(chosen).map(|voxel| (voxel.position, voxel.color)).unzip();
-        if self.uncolored_frames > 0 {
+        let (points, colors): (Vec<Point>, Vec<Option<Rgb>>) = (points, colors);
+        if colors.iter().all(Option::is_none) {
             return PointCloud::new(points);
         }
+        let colors = colors.into_iter().map(Option::unwrap_or_default).collect();
         PointCloud::with_colors(points, colors).unwrap_or_default()
     }
 
@@ -270,8 +268,8 @@ impl CloudMap {
 
     /// Bytes that the map holds, about.
     pub fn memory_bytes(&self) -> usize {
-        let voxels: usize = self.voxels.blocks().iter().map(|block| block.voxels.capacity()).sum();
-        self.voxels.memory_bytes() + voxels * size_of::<Voxel>() + self.evidence.memory_bytes()
+        let voxels: usize = self.voxels.blocks().iter().map(VoxelBlock::memory_bytes).sum();
+        self.voxels.memory_bytes() + voxels + self.evidence.memory_bytes()
     }
 
     /// Checks what can be wrong with a frame, before anything changes.
@@ -303,17 +301,14 @@ impl CloudMap {
         lattice: &FixedPointFrame,
         direction: Direction,
     ) -> CloudFrameReport {
-        self.begin_frame(frame, direction);
+        self.begin_frame(frame.camera(), direction);
         let report = self.add_readings(frame, static_mask, lattice, direction);
         self.evidence.count_frame(frame.camera(), frame.depth(), world_from_camera, direction);
         report
     }
 
-    fn begin_frame(&mut self, frame: &Frame, direction: Direction) {
+    fn begin_frame(&mut self, camera: &PinholeCamera, direction: Direction) {
         self.frames = self.frames.wrapping_add(direction.unit());
-        if frame.color().is_none() {
-            self.uncolored_frames = self.uncolored_frames.wrapping_add(direction.unit());
-        }
         self.touched.clear();
         self.stamp = self.stamp.wrapping_add(1);
         if self.stamp == 0 {
@@ -324,7 +319,6 @@ impl CloudMap {
             }
             self.stamp = 1;
         }
-        let camera = frame.camera();
         self.ray_x.clear();
         self.ray_x.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));
     }
@@ -340,7 +334,7 @@ impl CloudMap {
         let width = frame.camera().width();
         for (v, depths) in frame.depth().data().chunks_exact(width).enumerate() {
             let pixels = v * width..(v + 1) * width;
-            let colors = frame.color().and_then(|color| color.data().get(pixels)).unwrap_or(&[]);
+            let colors = frame.color().and_then(|color| color.data().get(pixels));
             lattice.fill(&mut self.row, v, &self.ray_x, depths, static_mask);
             self.find_voxels_of_row(&mut report);
             self.add_row(colors, direction, &mut report);
@@ -378,16 +372,21 @@ impl CloudMap {
         report.readings += self.targets.len();
     }
 
-    fn add_row(&mut self, colors: &[Rgb], direction: Direction, report: &mut CloudFrameReport) {
+    fn add_row(&mut self, colors: Option<&[Rgb]>, direction: Direction, report: &mut CloudFrameReport) {
         let sign = match direction {
             Direction::Insert => 1_u64,
             Direction::Remove => 1_u64.wrapping_neg(),
         };
         for target in &self.targets {
             let u = target.column as usize;
-            let voxel = &mut self.voxels.blocks_mut()[target.slot as usize].voxels[usize::from(target.index)];
             let weight = u64::from(self.row.weight[u]).wrapping_mul(sign);
-            voxel.add(weight, self.row.within_cell(u), colors.get(u).copied().unwrap_or_default());
+            let color = colors.and_then(|colors| colors.get(u)).copied();
+            let block = &mut self.voxels.blocks_mut()[target.slot as usize];
+            if color.is_none() {
+                block.add_uncolored(target.index, weight);
+            }
+            let voxel = &mut block.voxels[usize::from(target.index)];
+            voxel.add(weight, self.row.within_cell(u), color.unwrap_or_default());
             if voxel.stamp != self.stamp {
                 voxel.stamp = self.stamp;
                 voxel.observations = voxel.observations.wrapping_add(direction.unit());
@@ -398,13 +397,14 @@ impl CloudMap {
     }
 
     /// Whether the frame that was just taken out had not been in the map.
-    fn is_overdrawn(&self, frame: &Frame) -> bool {
+    fn is_overdrawn(&self) -> bool {
         self.frames > u32::MAX / 2
             || self.evidence.is_overdrawn()
-            || (frame.color().is_none() && self.uncolored_frames > u32::MAX / 2)
-            || self.touched.iter().filter_map(|&slot| self.voxels.blocks().get(slot)).any(|block| {
-                block.voxels.iter().any(|voxel| voxel.stamp == self.stamp && voxel.is_overdrawn())
-            })
+            || self
+                .touched
+                .iter()
+                .filter_map(|&slot| self.voxels.blocks().get(slot))
+                .any(|block| block.is_overdrawn(self.stamp))
     }
 
     /// Drops the voxels that the last removal has emptied.

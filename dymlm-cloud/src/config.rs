@@ -28,13 +28,9 @@ impl Default for CloudMapConfig {
 #[non_exhaustive]
 pub struct EvidenceConfig {
     /// Side of an evidence cell, metres, 0.005..=0.5; rounded to the nearest power of two of voxels, at least one.
-    /// Default 0.04; the margin below should exceed its half diagonal.
+    /// Default 0.04. A reading looks through a cell when it lies beyond it by more than the
+    /// [tolerance](SensorModel::tolerance) of a place known to half the cell's diagonal.
     pub cell_size: f64,
-    /// A reading looks through a cell when it lies beyond it by more than this, metres, 0..=1. Default 0.06
-    /// (DESIGN 4.2): the cell's half diagonal and a Kinect's noise in the middle of its range.
-    pub margin: f64,
-    /// ... plus this share of the depth, 0..=1. Default 0.02 (DESIGN 4.2).
-    pub margin_per_depth: f64,
     /// How many frames that look through a place one frame that reads it outweighs, 0.1..=100. Default 2.5: at the rim
     /// of a thing every other look passes by it. On a kitchen with two people 2 loses 0.3 % more of the room, 3
     /// leaves twice as much of the people.
@@ -43,7 +39,7 @@ pub struct EvidenceConfig {
 
 impl Default for EvidenceConfig {
     fn default() -> Self {
-        Self { cell_size: 0.04, margin: 0.06, margin_per_depth: 0.02, looks_per_reading: 2.5 }
+        Self { cell_size: 0.04, looks_per_reading: 2.5 }
     }
 }
 
@@ -75,8 +71,6 @@ impl CloudMapConfig {
         check_range("cloud.voxel_size", self.voxel_size, 0.001..=1.0)?;
         check_range("sensor.max_depth", sensor.max_depth.into(), 0.0..=8000.0 * self.voxel_size)?;
         check_range("cloud.evidence.cell_size", self.evidence.cell_size, 0.005..=0.5)?;
-        check_range("cloud.evidence.margin", self.evidence.margin, 0.0..=1.0)?;
-        check_range("cloud.evidence.margin_per_depth", self.evidence.margin_per_depth, 0.0..=1.0)?;
         check_range("cloud.evidence.looks_per_reading", self.evidence.looks_per_reading, 0.1..=100.0)?;
         let thinning = &self.thinning;
         check_range("cloud.thinning.min_observations", f64::from(thinning.min_observations), 1.0..=1e6)?;

@@ -69,7 +69,7 @@ impl Evidence {
         let cell_shift = (config.cell_size / voxel_size).log2().round().clamp(0.0, 10.0) as u32;
         Self {
             cell_shift,
-            look_through: LookThrough::new(config, voxel_size * f64::from(1_u32 << cell_shift), sensor),
+            look_through: LookThrough::new(voxel_size * f64::from(1_u32 << cell_shift), sensor),
             blocks: BlockStore::default(),
             read_blocks: Vec::new(),
             last_read: None,

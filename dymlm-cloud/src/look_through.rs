@@ -1,24 +1,22 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
-use crate::EvidenceConfig;
 use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, CellBits, cell_in_block};
 use crate::depth_tiles::DepthTiles;
 use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 
 /// Tells which cells a frame looks through.
 ///
-/// A frame looks through a cell when the reading at the cell's centre lies beyond it by more than the margin, whatever
-/// it is a reading of: also somebody who walks behind a place shows that the place is free.
+/// A frame looks through a cell when the reading at the cell's centre lies beyond it by more than the sensor's tolerance
+/// ([`Visibility::Absent`](dymlm_core::Visibility::Absent)), whatever it is a reading of: also somebody who walks behind a place shows that the place is free.
 ///
 /// Cost a frame: one look at the image for each block of 8^3 cells in view, and one for each cell of the blocks that
 /// neither lie wholly before the readings nor wholly behind; independent of the number of frames before.
 #[derive(Debug, Clone)]
 pub(crate) struct LookThrough {
     cell_size: f64,
-    /// A cell at depth z is looked through by readings beyond `scale * z + margin`.
-    scale: f32,
-    margin: f32,
-    depth_range: [f32; 2],
+    sensor: SensorModel,
+    /// How well a cell's centre tells where a surface in it is, metres: half the cell's diagonal.
+    place_sigma: f64,
     view: View,
     tiles: DepthTiles,
     samples: Box<CellSamples>,
@@ -65,12 +63,11 @@ enum BlockVerdict {
 }
 
 impl LookThrough {
-    pub(crate) fn new(config: &EvidenceConfig, cell_size: f64, sensor: SensorModel) -> Self {
+    pub(crate) fn new(cell_size: f64, sensor: SensorModel) -> Self {
         Self {
             cell_size,
-            scale: 1.0 + config.margin_per_depth as f32,
-            margin: config.margin as f32,
-            depth_range: [sensor.min_depth, sensor.max_depth],
+            sensor,
+            place_sigma: 0.75_f64.sqrt() * cell_size,
             view: View::default(),
             tiles: DepthTiles::default(),
             samples: Box::default(),
@@ -80,7 +77,7 @@ impl LookThrough {
     /// Makes a frame the current one.
     pub(crate) fn take_view(&mut self, camera: &PinholeCamera, depth: &DepthImage, world_from_camera: &Pose) {
         let block_side = self.block_side();
-        let [low, high] = blocks_around_view(camera, world_from_camera, self.depth_range[1], block_side);
+        let [low, high] = blocks_around_view(camera, world_from_camera, self.sensor.max_depth, block_side);
         self.view = View {
             fx: camera.fx() as f32,
             fy: camera.fy() as f32,
@@ -125,12 +122,22 @@ impl LookThrough {
         self.cell_size * BLOCK_SIDE as f64
     }
 
+    /// Radius of the ball around a block.
+    fn block_radius(&self) -> f32 {
+        (self.block_side() * 0.75_f64.sqrt()) as f32
+    }
+
+    /// How far beyond a cell at depth `z` a reading must lie to have looked through it.
+    fn tolerance(&self, z: f32) -> f32 {
+        self.sensor.tolerance(z, self.place_sigma) as f32
+    }
+
     /// Compares the block's ball as a whole with the readings around it.
     fn judge_block(&self, [x, y, z]: [f32; 3]) -> BlockVerdict {
-        let radius = (self.block_side() * 0.75_f64.sqrt()) as f32;
+        let radius = self.block_radius();
         let View { fx, fy, cx, cy, .. } = self.view;
         let (nearest, farthest) = (z - radius, z + radius);
-        let [min_depth, max_depth] = self.depth_range;
+        let SensorModel { min_depth, max_depth, .. } = self.sensor;
         if farthest < min_depth || nearest > max_depth {
             return BlockVerdict::Nothing;
         }
@@ -146,9 +153,9 @@ impl LookThrough {
         let Some(range) = self.tiles.range(span(fx, cx, x), span(fy, cy, y)) else {
             return BlockVerdict::Nothing;
         };
-        if range.farthest <= self.scale * nearest + self.margin {
+        if range.farthest <= nearest + self.tolerance(nearest) {
             BlockVerdict::Nothing
-        } else if farthest <= max_depth && range.nearest > self.scale * farthest + self.margin {
+        } else if farthest <= max_depth && range.nearest > farthest + self.tolerance(farthest) {
             BlockVerdict::All
         } else {
             BlockVerdict::Mixed
@@ -173,14 +180,19 @@ impl LookThrough {
     /// Projects all cells of the block at `center` (camera frame).
     fn project_cells(&mut self, center: [f32; 3]) {
         let View { fx, fy, cx, cy, .. } = self.view;
-        let [near, far] = self.depth_range;
+        let SensorModel { min_depth, max_depth, .. } = self.sensor;
+        // The tolerance is convex in the depth, and over a block next to straight.
+        let radius = self.block_radius();
+        let (before, behind) = (self.tolerance(center[2] - radius), self.tolerance(center[2] + radius));
+        let (slope, middle) = (0.5 * (behind - before) / radius, 0.5 * (before + behind));
         let samples = &mut *self.samples;
         let [offset_x, offset_y, offset_z] = &samples.offsets;
         for index in 0..BLOCK_CELLS {
             let z = center[2] + offset_z[index];
             // A cell before or behind the mapped range is never looked through.
-            let in_range = z >= near && z <= far;
-            samples.far_enough[index] = if in_range { self.scale * z + self.margin } else { f32::INFINITY };
+            let in_range = z >= min_depth && z <= max_depth;
+            let far_enough = z + middle + slope * offset_z[index];
+            samples.far_enough[index] = if in_range { far_enough } else { f32::INFINITY };
             let inverse = 1.0 / z.max(1e-3);
             let u = fx * (center[0] + offset_x[index]) * inverse + cx;
             let v = fy * (center[1] + offset_y[index]) * inverse + cy;

@@ -79,10 +79,10 @@ impl Voxel {
         })
     }
 
-    /// Weighted mean colour.
-    pub(crate) fn mean_color(&self) -> Rgb {
-        let weight = self.weight.max(1);
-        self.color.map(|sum| (sum.wrapping_add(weight / 2) / weight) as u8)
+    /// Weighted mean colour of the readings but for the weight `uncolored` of those without; `None` when there are none.
+    pub(crate) fn mean_color(&self, uncolored: u64) -> Option<Rgb> {
+        let weight = self.weight.wrapping_sub(uncolored);
+        (weight > 0).then(|| self.color.map(|sum| (sum.wrapping_add(weight / 2) / weight) as u8))
     }
 }
 

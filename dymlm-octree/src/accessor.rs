@@ -1,5 +1,5 @@
 use crate::lattice::{Key, Lattice};
-use crate::sensor_model::SensorModel;
+use crate::occupancy_model::OccupancyModel;
 use crate::storage::{Place, Tree};
 use crate::{CellState, Octree};
 
@@ -18,7 +18,7 @@ use crate::{CellState, Octree};
 #[derive(Debug, Clone)]
 pub struct Accessor<'a> {
     pub(crate) lattice: Lattice,
-    pub(crate) model: SensorModel,
+    pub(crate) model: OccupancyModel,
     tree: &'a Tree,
     /// The 8^3 block last looked at (key >> 3), and where it is kept.
     block: Key,

@@ -14,20 +14,6 @@ pub enum RayMode {
     PerPoint,
 }
 
-/// Whether leaves carry a colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[non_exhaustive]
-pub enum ColorMode {
-    /// No colours; files have the id `OcTree`.
-    #[default]
-    Off,
-    /// A colour per leaf; `.ot` files have the id `ColorOcTree`. Colours given with a scan are averaged within each
-    /// cell, and the average is blended half and half with the colour the cell had (`averageNodeColor` in OctoMap).
-    PerLeaf,
-}
-
 /// Settings of an [`Octree`](crate::Octree). The defaults are OctoMap's, with the range limit of an indoor depth
 /// camera.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,12 +37,12 @@ pub struct OctreeConfig {
     pub p_clamp_min: f64,
     /// Highest probability a cell can reach, `0.5..=0.999999`. Default 0.971, log-odds 3.5 (`OctoMap`).
     pub p_clamp_max: f64,
-    /// A cell is occupied from this probability on, `p_clamp_min..=p_clamp_max`. Default 0.5 (`OctoMap`).
-    pub p_occupied: f64,
     /// What rays a scan is turned into. Default one for each distinct cell.
     pub rays: RayMode,
-    /// Whether leaves carry a colour. Default off.
-    pub color: ColorMode,
+    /// Whether leaves carry a colour; then `.ot` files have the id `ColorOcTree`. The colours given with a scan are
+    /// averaged within each cell, and the average is blended half and half with the colour the cell had
+    /// (`averageNodeColor` in `OctoMap`). Default off.
+    pub color: bool,
 }
 
 impl Default for OctreeConfig {
@@ -68,9 +54,8 @@ impl Default for OctreeConfig {
             p_miss: 0.4,
             p_clamp_min: 0.1192,
             p_clamp_max: 0.971,
-            p_occupied: 0.5,
             rays: RayMode::default(),
-            color: ColorMode::default(),
+            color: false,
         }
     }
 }
@@ -83,8 +68,7 @@ impl OctreeConfig {
         check_range("octree.p_hit", self.p_hit, 0.5..=0.999_999)?;
         check_range("octree.p_miss", self.p_miss, 1e-6..=0.5)?;
         check_range("octree.p_clamp_min", self.p_clamp_min, 1e-6..=0.5)?;
-        check_range("octree.p_clamp_max", self.p_clamp_max, 0.5..=0.999_999)?;
-        check_range("octree.p_occupied", self.p_occupied, self.p_clamp_min..=self.p_clamp_max)
+        check_range("octree.p_clamp_max", self.p_clamp_max, 0.5..=0.999_999)
     }
 }
 
@@ -103,7 +87,7 @@ mod tests {
     #[test]
     fn json_keeps_everything() {
         let mut config = OctreeConfig { max_range: f64::INFINITY, ..OctreeConfig::default() };
-        (config.rays, config.color) = (RayMode::PerPoint, ColorMode::PerLeaf);
+        (config.rays, config.color) = (RayMode::PerPoint, true);
         let json = serde_json::to_string(&config).unwrap();
         assert!(json.contains(r#""rays":"per_point","color":"per_leaf""#), "{json}");
         assert_eq!(serde_json::from_str::<OctreeConfig>(&json).unwrap(), config);
@@ -120,7 +104,7 @@ mod tests {
         assert_eq!(config.validate().unwrap_err().field, "octree.resolution");
         let config = OctreeConfig { max_range: f64::NAN, ..OctreeConfig::default() };
         assert_eq!(config.validate().unwrap_err().field, "octree.max_range");
-        let config = OctreeConfig { p_occupied: 0.99, ..OctreeConfig::default() };
-        assert_eq!(config.validate().unwrap_err().field, "octree.p_occupied");
+        let config = OctreeConfig { p_clamp_max: 0.2, ..OctreeConfig::default() };
+        assert_eq!(config.validate().unwrap_err().field, "octree.p_clamp_max");
     }
 }

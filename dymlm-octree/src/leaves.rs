@@ -1,7 +1,7 @@
 use dymlm_core::Rgb;
 
 use crate::lattice::{DEPTH, Key, Lattice};
-use crate::sensor_model::probability;
+use crate::occupancy_model::probability;
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
 use crate::{CellState, Octree};
 

@@ -24,16 +24,16 @@ mod lattice;
 mod leaves;
 mod nearest_obstacle;
 mod occupancy_grid;
+mod occupancy_model;
 mod octree;
 mod plain_conversion;
 mod ray_cast;
-mod sensor_model;
 mod storage;
 
 pub use accessor::Accessor;
 pub use body_motion::OctreeMotion;
 pub use cell_state::CellState;
-pub use config::{ColorMode, OctreeConfig, RayMode};
+pub use config::{OctreeConfig, RayMode};
 pub use error::Error;
 pub use insertion::InsertReport;
 pub use leaves::{Leaf, Leaves};

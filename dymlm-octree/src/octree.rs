@@ -2,9 +2,9 @@ use dymlm_core::{PointCloud, Rgb};
 
 use crate::insertion::ScanScratch;
 use crate::lattice::{DEPTH, Lattice};
-use crate::sensor_model::{SensorModel, probability};
+use crate::occupancy_model::{OccupancyModel, probability};
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree};
-use crate::{CellState, ColorMode, Error, OctreeConfig};
+use crate::{CellState, Error, OctreeConfig};
 
 /// A probabilistic occupancy octree with OctoMap's model (Hornung, Wurm, Bennewitz, Stachniss, Burgard: "`OctoMap`: an
 /// efficient probabilistic 3D mapping framework based on octrees", Autonomous Robots 34, 2013).
@@ -32,7 +32,7 @@ use crate::{CellState, ColorMode, Error, OctreeConfig};
 pub struct Octree {
     config: OctreeConfig,
     pub(crate) lattice: Lattice,
-    pub(crate) model: SensorModel,
+    pub(crate) model: OccupancyModel,
     pub(crate) tree: Tree,
     pub(crate) scratch: ScanScratch,
 }
@@ -68,15 +68,15 @@ impl Octree {
         config.validate()?;
         Ok(Self {
             lattice: Lattice::new(config.resolution),
-            model: SensorModel::new(&config),
-            tree: Tree::new(config.color == ColorMode::PerLeaf),
+            model: OccupancyModel::new(&config),
+            tree: Tree::new(config.color),
             scratch: ScanScratch::default(),
             config,
         })
     }
 
     /// The paper's plain conversion: every cell that holds points of a cloud of static points is hit once, and is
-    /// occupied: where one hit does not reach `p_occupied`, it gets just that. Nothing is free. With [`ColorMode::PerLeaf`] a leaf has the mean colour of its points.
+    /// occupied. Nothing is free. With [`OctreeConfig::color`] a leaf has the mean colour of its points.
     ///
     /// Points that are not finite or outside the map are skipped.
     ///
@@ -231,7 +231,7 @@ impl Octree {
     pub(crate) fn from_parts(config: OctreeConfig, tree: Tree) -> Self {
         Self {
             lattice: Lattice::new(config.resolution),
-            model: SensorModel::new(&config),
+            model: OccupancyModel::new(&config),
             tree,
             scratch: ScanScratch::default(),
             config,

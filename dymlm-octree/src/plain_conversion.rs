@@ -10,8 +10,7 @@ impl Octree {
             cloud.points().iter().filter_map(|&point| self.lattice.key_f32(point)).collect();
         keys.sort_unstable();
         keys.dedup();
-        // One hit alone may not reach the threshold.
-        let occupied = self.model.clamped(self.model.hit.max(self.model.occupied));
+        let occupied = self.model.clamped(self.model.hit);
         for &key in &keys {
             self.tree.change_cell(key, |_| Some(occupied));
         }

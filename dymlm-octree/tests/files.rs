@@ -7,13 +7,13 @@ mod common;
 use std::process::Command;
 
 use common::{Random, config, double, leaves_of};
-use dymlm_octree::{CellState, ColorMode, Error, Octree, OctreeConfig};
+use dymlm_octree::{CellState, Error, Octree, OctreeConfig};
 use proptest::prelude::*;
 
 fn sample(colored: bool) -> Octree {
     let mut config = config(0.25, 4.0);
     if colored {
-        config.color = ColorMode::PerLeaf;
+        config.color = true;
     }
     let mut map = Octree::new(config).unwrap();
     let mut random = Random(31);

@@ -5,9 +5,9 @@
 mod common;
 
 use common::{Naive, Random, config, double, leaves_of};
-use dymlm_core::{ColorImage, DepthImage, Mask, PinholeCamera, PointCloud, Pose};
+use dymlm_core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, PointCloud, Pose, SensorModel};
 use dymlm_octree::CellState::{self, Free, Occupied, Unknown};
-use dymlm_octree::{ColorMode, Error, Octree, OctreeConfig, RayMode};
+use dymlm_octree::{Error, Octree, OctreeConfig, RayMode};
 use proptest::prelude::*;
 
 type Scan = ([f32; 3], Vec<[f32; 3]>);
@@ -151,17 +151,11 @@ fn a_refused_scan_changes_nothing() {
         assert!(matches!(map.insert_scan(origin, &[[0.0; 3]]), Err(Error::Origin { .. })));
     }
     assert!(matches!(map.insert_scan_colored([0.0; 3], &[[0.0; 3]], &[]), Err(Error::Core(_))));
-    let camera = PinholeCamera::new(2, 2, 1.0, 1.0, 0.5, 0.5).unwrap();
-    let depth = DepthImage::new(2, 2, vec![1.0; 4]).unwrap();
-    let small = DepthImage::new(1, 2, vec![1.0; 2]).unwrap();
+    let (frame, pose) = test_frame();
     let mask = Mask::filled(2, 1, true).unwrap();
-    let color = ColorImage::new(1, 1, vec![[0; 3]]).unwrap();
-    let pose = Pose::identity();
-    assert!(map.insert_depth(&camera, &small, None, None, &pose).is_err());
-    assert!(map.insert_depth(&camera, &depth, Some(&mask), None, &pose).is_err());
-    assert!(map.insert_depth(&camera, &depth, None, Some(&color), &pose).is_err());
+    assert!(map.insert_depth(&frame, &SENSOR, Some(&mask), &pose).is_err());
     let far = Pose::new([1e7, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-    assert!(map.insert_depth(&camera, &depth, None, None, &far).is_err());
+    assert!(map.insert_depth(&frame, &SENSOR, None, &far).is_err());
     assert_eq!(leaves_of(&map), before);
 }
 
@@ -179,7 +173,9 @@ fn scans_at_the_border_of_the_map_are_harmless() {
     assert_eq!((report.cut_rays, report.hit_cells), (1, 0));
 }
 
-fn test_frame() -> (PinholeCamera, DepthImage, Pose) {
+const SENSOR: SensorModel = SensorModel::kinect();
+
+fn test_frame() -> (Frame, Pose) {
     let camera = PinholeCamera::new(32, 24, 26.0, 26.0, 15.5, 11.5).unwrap();
     let mut random = Random(5);
     let data = (0..32 * 24)
@@ -190,24 +186,26 @@ fn test_frame() -> (PinholeCamera, DepthImage, Pose) {
         })
         .collect();
     let pose = Pose::new([0.3, -0.2, 1.1], [0.5, -0.5, 0.5, 0.5]).unwrap();
-    (camera, DepthImage::new(32, 24, data).unwrap(), pose)
+    let depth = DepthImage::new(32, 24, data).unwrap();
+    let image = ColorImage::new(32, 24, (0..32 * 24).map(|i| [(i % 251) as u8, 7, 9]).collect()).unwrap();
+    (Frame::new(0.0, camera, depth, Some(image)).unwrap(), pose)
 }
 
 /// A depth frame means one ray for each pixel with a reading: checked against the naive map, pixel by pixel.
 #[test]
 fn a_depth_frame_is_the_scan_of_its_static_pixels() {
-    let (camera, depth, pose) = test_frame();
+    let (frame, pose) = test_frame();
     let mask = Mask::new(32, 24, (0..32 * 24).map(|i| i % 32 < 20).collect()).unwrap();
     for mask in [None, Some(&mask)] {
         for max_range in [f64::INFINITY, 2.2] {
             let mut map = Octree::new(config(0.1, max_range)).unwrap();
-            let report = map.insert_depth(&camera, &depth, mask, None, &pose).unwrap();
+            let report = map.insert_depth(&frame, &SENSOR, mask, &pose).unwrap();
             let mut points = Vec::new();
             for v in 0..24 {
                 for u in 0..32 {
-                    let z = depth.at(u, v);
+                    let z = frame.depth().at(u, v);
                     if z > 0.0 && mask.is_none_or(|mask| mask.at(u, v)) {
-                        let point = camera.back_project([u as f64, v as f64], z.into());
+                        let point = frame.camera().back_project([u as f64, v as f64], z.into());
                         points.push(pose.transform_point(point).map(|value| value as f32));
                     }
                 }
@@ -222,10 +220,10 @@ fn a_depth_frame_is_the_scan_of_its_static_pixels() {
 
 #[test]
 fn masked_pixels_say_nothing_of_the_space_before_them() {
-    let (camera, depth, pose) = test_frame();
+    let (frame, pose) = test_frame();
     let mut map = Octree::new(config(0.1, 5.0)).unwrap();
     let nothing = Mask::filled(32, 24, false).unwrap();
-    let report = map.insert_depth(&camera, &depth, Some(&nothing), None, &pose).unwrap();
+    let report = map.insert_depth(&frame, &SENSOR, Some(&nothing), &pose).unwrap();
     assert_eq!(report.readings, 0);
     assert!(map.is_empty());
 }
@@ -255,19 +253,19 @@ fn buffers_are_clean_between_scans() {
 
 #[test]
 fn memory_stands_still_when_nothing_new_is_seen() {
-    let (camera, depth, pose) = test_frame();
+    let (frame, pose) = test_frame();
     let mut map = Octree::new(config(0.02, 5.0)).unwrap();
-    map.insert_depth(&camera, &depth, None, None, &pose).unwrap();
+    map.insert_depth(&frame, &SENSOR, None, &pose).unwrap();
     let first = map.memory_bytes();
     for _ in 0..30 {
-        map.insert_depth(&camera, &depth, None, None, &pose).unwrap();
+        map.insert_depth(&frame, &SENSOR, None, &pose).unwrap();
     }
     assert_eq!(map.memory_bytes(), first);
 }
 
 fn colored(resolution: f64) -> OctreeConfig {
     let mut config = config(resolution, 5.0);
-    config.color = ColorMode::PerLeaf;
+    config.color = true;
     config
 }
 
@@ -291,21 +289,21 @@ fn a_cell_has_the_mean_colour_of_its_points_and_blends_it_with_the_next_scans() 
 
 #[test]
 fn depth_frames_carry_their_colours() {
-    let (camera, depth, pose) = test_frame();
-    let image = ColorImage::new(32, 24, (0..32 * 24).map(|i| [(i % 251) as u8, 7, 9]).collect()).unwrap();
+    let (frame, pose) = test_frame();
     let mask = Mask::new(32, 24, (0..32 * 24).map(|i| i % 3 != 0).collect()).unwrap();
     let mut map = Octree::new(colored(0.02)).unwrap();
-    let report = map.insert_depth(&camera, &depth, Some(&mask), Some(&image), &pose).unwrap();
+    let report = map.insert_depth(&frame, &SENSOR, Some(&mask), &pose).unwrap();
     let colors = map.leaves().filter(|leaf| leaf.color.is_some()).count();
     assert_eq!(colors, report.hit_cells);
     // Pixel (4, 3) alone in its cell has its own colour.
     let (u, v) = (4, 3);
-    assert!(mask.at(u, v) && depth.at(u, v) > 0.0);
-    let point = pose.transform_point(camera.back_project([u as f64, v as f64], depth.at(u, v).into()));
+    assert!(mask.at(u, v) && frame.depth().at(u, v) > 0.0);
+    let point = pose
+        .transform_point(frame.camera().back_project([u as f64, v as f64], frame.depth().at(u, v).into()));
     assert_eq!(map.color(point), Some([(v * 32 + u) as u8, 7, 9]));
     // Without a mode for colours they are ignored.
     let mut plain = Octree::new(config(0.02, 5.0)).unwrap();
-    plain.insert_depth(&camera, &depth, Some(&mask), Some(&image), &pose).unwrap();
+    plain.insert_depth(&frame, &SENSOR, Some(&mask), &pose).unwrap();
     assert_eq!(leaves_of(&plain), leaves_of(&map));
     assert!(plain.leaves().all(|leaf| leaf.color.is_none()));
 }
@@ -352,12 +350,36 @@ fn readings_one_cell_outside_are_counted() {
 }
 
 #[test]
-fn converted_points_are_occupied_whatever_the_threshold() {
-    for (p_occupied, p_clamp_max) in [(0.5, 0.971), (0.9, 0.971), (0.971, 0.971), (0.5, 0.6)] {
+fn converted_points_are_occupied_whatever_the_bounds() {
+    for p_clamp_max in [0.971, 0.5, 0.6] {
         let mut config = OctreeConfig::default();
-        (config.p_occupied, config.p_clamp_max) = (p_occupied, p_clamp_max);
+        config.p_clamp_max = p_clamp_max;
         let map = Octree::from_cloud(&PointCloud::new(vec![[1.0; 3]]), config).unwrap();
-        assert_eq!(map.state([1.0; 3]), Occupied, "{p_occupied}");
+        assert_eq!(map.state([1.0; 3]), Occupied, "{p_clamp_max}");
         assert!(map.probability([1.0; 3]).unwrap() < p_clamp_max + 1e-6);
+    }
+}
+
+/// Readings of 0.2 m, of 2 m and of 4 m in three parts of an image, for a sensor that is good for 0.3 to 3 m.
+#[test]
+fn readings_beyond_the_sensors_range_free_cells_up_to_its_end_and_nearer_ones_say_nothing() {
+    let camera = PinholeCamera::new(30, 8, 26.0, 26.0, 14.5, 3.5).unwrap();
+    let depth = (0..240).map(|i| [0.2, 2.0, 4.0][i % 30 / 10]).collect();
+    let frame = Frame::new(0.0, camera, DepthImage::new(30, 8, depth).unwrap(), None).unwrap();
+    let sensor = SensorModel { max_depth: 3.0, ..SENSOR };
+    for rays in [RayMode::PerCell, RayMode::PerPoint] {
+        let mut config = config(0.05, f64::INFINITY);
+        config.rays = rays;
+        let mut map = Octree::new(config).unwrap();
+        let report = map.insert_depth(&frame, &sensor, None, &Pose::identity()).unwrap();
+        assert_eq!(report.readings, 160);
+        let state_at = |u: f64, z: f64| map.state(frame.camera().back_project([u, 3.0], z));
+        assert_eq!(
+            [state_at(15.0, 1.9), state_at(15.0, 2.0), state_at(15.0, 2.2)],
+            [Free, Occupied, Unknown]
+        );
+        assert_eq!([state_at(25.0, 2.8), state_at(25.0, 3.1), state_at(25.0, 4.0)], [Free, Unknown, Unknown]);
+        assert_eq!(state_at(5.0, 0.2), Unknown);
+        assert!(map.leaves().all(|leaf| leaf.center[2] < 3.1));
     }
 }

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Random, config, double};
-use dymlm_octree::{ColorMode, Octree, OctreeConfig, RayEnd, RayMode, UnknownCells};
+use dymlm_octree::{Octree, OctreeConfig, RayEnd, RayMode, UnknownCells};
 use dymlm_test_data::recording;
 
 /// The three scans of `insertScattered`.
@@ -16,7 +16,7 @@ fn insert_scattered(map: &mut Octree) {
         let mut points: Vec<_> = (0..12).map(|_| random.point(2.0)).collect();
         points.push(points[0]);
         points.push([points[1][0] + 0.0625, points[1][1], points[1][2]]);
-        if map.config().color == ColorMode::Off {
+        if !map.config().color {
             map.insert_scan(double(origin), &points).unwrap();
         } else {
             // In the generator, too, only the first twelve have colours.
@@ -108,11 +108,11 @@ fn rays_end_in_the_same_cells() {
 #[test]
 fn colours_are_averaged_as_octomap_does() {
     let mut config = config(0.2, f64::INFINITY);
-    config.color = ColorMode::PerLeaf;
+    config.color = true;
     let mut map = Octree::new(config).unwrap();
     insert_scattered(&mut map);
     let theirs = Octree::read_ot(&include_bytes!("data/colored.ot")[..], OctreeConfig::default()).unwrap();
-    assert_eq!(theirs.config().color, ColorMode::PerLeaf);
+    assert!(theirs.config().color);
     let colored: Vec<_> = theirs.leaves().filter(|leaf| leaf.color.is_some()).collect();
     assert!(colored.len() > 30, "{} coloured leaves", colored.len());
     for leaf in colored {

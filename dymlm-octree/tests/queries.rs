@@ -6,7 +6,7 @@ mod common;
 
 use common::{Key, Random, config, double, leaves_of};
 use dymlm_core::PointCloud;
-use dymlm_octree::{CellState, ColorMode, Error, Octree, OctreeConfig, RayEnd, UnknownCells};
+use dymlm_octree::{CellState, Error, Octree, OctreeConfig, RayEnd, UnknownCells};
 use proptest::prelude::*;
 
 /// A map of some scans, clamped in parts, at 0.25 m (whose multiples are exact).
@@ -302,7 +302,7 @@ fn merged_maps_add_their_evidence() {
 fn merged_maps_blend_their_colours() {
     let colored = |points: &[[f32; 3]], color| {
         let mut config = config(0.25, 5.0);
-        config.color = ColorMode::PerLeaf;
+        config.color = true;
         let mut map = Octree::new(config).unwrap();
         map.insert_scan_colored([0.1; 3], points, &vec![color; points.len()]).unwrap();
         map
@@ -345,7 +345,7 @@ fn values_are_clamped_when_set() {
 fn merged_colors_do_not_depend_on_the_size_of_leaves() {
     let colored = |points: &[[f32; 3]], color| {
         let mut config = config(0.25, 4.0);
-        config.color = ColorMode::PerLeaf;
+        config.color = true;
         let cloud = PointCloud::with_colors(points.to_vec(), vec![color; points.len()]).unwrap();
         Octree::from_cloud(&cloud, config).unwrap()
     };

@@ -180,8 +180,7 @@ impl MapBuilder {
             let cloud =
                 clock.time(Stage::Cloud, || map.cloud.insert(frame, Some(mask), world_from_camera))?;
             let octree = clock.time(Stage::Octree, || {
-                let (camera, depth, color) = (frame.camera(), frame.depth(), frame.color());
-                map.octree.insert_depth(camera, depth, Some(mask), color, world_from_camera)
+                map.octree.insert_depth(frame, &config.sensor, Some(mask), world_from_camera)
             })?;
             let found_planes = clock.time(Stage::PlaneDetection, || {
                 let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();

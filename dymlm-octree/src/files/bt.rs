@@ -4,9 +4,9 @@ use std::path::Path;
 use super::header::Header;
 use super::{load, read_error, save};
 use crate::lattice::{DEPTH, Key};
-use crate::sensor_model::SensorModel;
+use crate::occupancy_model::OccupancyModel;
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
-use crate::{ColorMode, Error, Octree, OctreeConfig};
+use crate::{Error, Octree, OctreeConfig};
 
 const FIRST_LINE: &str = "# Octomap OcTree binary file";
 
@@ -63,11 +63,11 @@ impl Octree {
     pub fn read_bt(mut reader: impl BufRead, mut config: OctreeConfig) -> Result<Self, Error> {
         let header = Header::read(&mut reader, FIRST_LINE)?;
         config.resolution = header.resolution;
-        config.color = ColorMode::Off;
+        config.color = false;
         config.validate()?;
         let mut tree = Tree::new(false);
         if header.size > 0 {
-            let nodes = read_nodes(&mut reader, &SensorModel::new(&config), &mut tree)?;
+            let nodes = read_nodes(&mut reader, &OccupancyModel::new(&config), &mut tree)?;
             if nodes != header.size {
                 let promised = header.size;
                 return Err(Error::Malformed(format!("{nodes} nodes, but its header says {promised}")));
@@ -102,7 +102,7 @@ impl Octree {
 fn write_children(
     tree: &Tree,
     subtree: Subtree,
-    model: &SensorModel,
+    model: &OccupancyModel,
     writer: &mut impl Write,
 ) -> Result<(), Error> {
     let children: [Subtree; 8] = std::array::from_fn(|i| tree.child(subtree, i as u8));
@@ -123,7 +123,7 @@ fn write_children(
 }
 
 /// Reads a whole tree into leaves, and counts its nodes.
-fn read_nodes(reader: &mut impl BufRead, model: &SensorModel, tree: &mut Tree) -> Result<u64, Error> {
+fn read_nodes(reader: &mut impl BufRead, model: &OccupancyModel, tree: &mut Tree) -> Result<u64, Error> {
     let mut nodes = 1;
     // Inner nodes to come, the next one last: depth and lower corner. At most 7 a level and one.
     let mut stack: Vec<(u8, Key)> = vec![(0, [0; 3])];

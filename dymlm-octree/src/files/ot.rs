@@ -7,7 +7,7 @@ use super::header::Header;
 use super::{load, read_error, save};
 use crate::lattice::{DEPTH, Key};
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
-use crate::{ColorMode, Error, Octree, OctreeConfig};
+use crate::{Error, Octree, OctreeConfig};
 
 const FIRST_LINE: &str = "# Octomap OcTree file";
 
@@ -52,7 +52,7 @@ impl Octree {
         let header = Header::read(&mut reader, FIRST_LINE)?;
         let colored = header.id == "ColorOcTree";
         config.resolution = header.resolution;
-        config.color = if colored { ColorMode::PerLeaf } else { ColorMode::Off };
+        config.color = colored;
         config.validate()?;
         let mut tree = Tree::new(colored);
         if header.size > 0 {

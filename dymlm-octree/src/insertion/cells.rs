@@ -1,8 +1,8 @@
-use dymlm_core::{ColorImage, DepthImage, Mask, PinholeCamera, Point, Pose, Rgb};
+use dymlm_core::{ColorImage, Frame, Mask, PinholeCamera, Point, Pose, Rgb, SensorModel};
 
-use super::ScanScratch;
 use super::cell_colors::CellColors;
 use super::ray::RayOrigin;
+use super::scan_scratch::{RayEnds, ScanScratch};
 use crate::lattice::{Key, Lattice, OUTSIDE};
 use crate::{InsertReport, OctreeConfig, RayMode};
 
@@ -14,8 +14,8 @@ pub(crate) enum Readings<'a> {
     },
     /// All images of the camera's size.
     Depth {
-        camera: &'a PinholeCamera,
-        depth: &'a DepthImage,
+        frame: &'a Frame,
+        sensor: &'a SensorModel,
         static_mask: Option<&'a Mask>,
         color: Option<&'a ColorImage>,
         world_from_camera: &'a Pose,
@@ -54,8 +54,10 @@ pub(crate) struct Row {
     world: [Vec<f32>; 3],
     /// Their cells; x is [`NO_READING`] where there is none.
     indices: [Vec<u32>; 3],
-    /// Not 0 where the cell differs from the one before.
+    /// Not 0 where the cell differs from the one before, or `is_cut` does.
     changes: Vec<u32>,
+    /// 1 where the reading lies beyond the sensor's range and the point was drawn in to its end, else 0.
+    is_cut: Vec<u32>,
 }
 
 /// What a row holds.
@@ -68,7 +70,7 @@ struct RowSummary {
 /// Points of a cloud that are looked at together.
 const STRETCH: usize = 512;
 
-/// Finds the cells of readings: fills `keys` (and `ends`) of the scratch, and sums up colours. Returns the box around
+/// Finds the cells of readings: fills `hits` and `cut` of the scratch, and sums up colours. Returns the box around
 /// the cells and the origin.
 pub(crate) fn find_cells(
     readings: &Readings<'_>,
@@ -78,14 +80,14 @@ pub(crate) fn find_cells(
     scratch: &mut ScanScratch,
     report: &mut InsertReport,
 ) -> Bounds {
-    scratch.keys.clear();
-    scratch.ends.clear();
+    scratch.hits.clear();
+    scratch.cut.clear();
     let mut cells = CellList {
         origin,
         lattice,
         config,
-        keys: &mut scratch.keys,
-        ends: &mut scratch.ends,
+        hits: &mut scratch.hits,
+        cut: &mut scratch.cut,
         colors: &mut scratch.colors,
         bounds: Bounds { min: origin.key, max: origin.key },
         report,
@@ -99,14 +101,15 @@ pub(crate) fn find_cells(
                 cells.add_row(&mut scratch.row, colors.map(|colors| &colors[stretch]));
             }
         }
-        Readings::Depth { camera, depth, static_mask, color, world_from_camera } => {
+        Readings::Depth { frame, sensor, static_mask, color, world_from_camera } => {
+            let camera = frame.camera();
             scratch.row.prepare(camera, world_from_camera);
             for v in 0..camera.height() {
                 let pixels = v * camera.width()..(v + 1) * camera.width();
-                let depths = &depth.data()[pixels.clone()];
-                scratch.row.back_project(camera, world_from_camera, v, depths);
+                let depths = &frame.depth().data()[pixels.clone()];
+                scratch.row.back_project(camera, sensor, world_from_camera, v, depths);
                 scratch.row.find_indices(lattice);
-                scratch.row.drop_pixels(depths, v, static_mask);
+                scratch.row.drop_pixels(sensor, depths, v, static_mask);
                 let colors = color.map(|color| &color.data()[pixels.clone()]);
                 cells.add_row(&mut scratch.row, colors);
             }
@@ -120,8 +123,8 @@ struct CellList<'a> {
     origin: &'a RayOrigin,
     lattice: &'a Lattice,
     config: &'a OctreeConfig,
-    keys: &'a mut Vec<Key>,
-    ends: &'a mut Vec<Point>,
+    hits: &'a mut RayEnds,
+    cut: &'a mut RayEnds,
     colors: &'a mut CellColors,
     bounds: Bounds,
     report: &'a mut InsertReport,
@@ -136,7 +139,7 @@ impl CellList<'_> {
         } else {
             let count = row.world[0].len();
             for i in (0..count).filter(|&i| row.indices[0][i] != NO_READING) {
-                self.add(row.cell(i), row.point(i), colors.map(|colors| colors[i]));
+                self.add(row.cell(i), row.point(i), row.is_cut[i] != 0, colors.map(|colors| colors[i]));
             }
         }
     }
@@ -145,31 +148,33 @@ impl CellList<'_> {
     fn add_changes(&mut self, row: &Row) {
         for (i, &change) in row.changes.iter().enumerate() {
             if change != 0 && row.indices[0][i] != NO_READING {
-                self.add_key(row.cell(i).map(|index| index as u16));
+                self.add_key(row.cell(i).map(|index| index as u16), row.is_cut[i] != 0);
             }
         }
     }
 
-    fn add(&mut self, cell: [u32; 3], point: Point, color: Option<Rgb>) {
+    fn add(&mut self, cell: [u32; 3], point: Point, is_cut: bool, color: Option<Rgb>) {
         if cell.iter().any(|&index| index >= OUTSIDE) {
             self.skip(point);
             return;
         }
         let key = cell.map(|index| index as u16);
-        if let Some(color) = color {
+        if let Some(color) = color.filter(|_| !is_cut) {
             self.add_color(key, point, color);
         }
+        let ends = if is_cut { &mut *self.cut } else { &mut *self.hits };
         if self.config.rays == RayMode::PerPoint {
-            self.ends.push(point);
-        } else if self.keys.last() == Some(&key) {
+            ends.points.push(point);
+        } else if ends.keys.last() == Some(&key) {
             return;
         }
-        self.add_key(key);
+        self.add_key(key, is_cut);
     }
 
     #[inline]
-    fn add_key(&mut self, key: Key) {
-        self.keys.push(key);
+    fn add_key(&mut self, key: Key, is_cut: bool) {
+        let ends = if is_cut { &mut *self.cut } else { &mut *self.hits };
+        ends.keys.push(key);
         for ((min, max), index) in self.bounds.min.iter_mut().zip(&mut self.bounds.max).zip(key) {
             *min = index.min(*min);
             *max = index.max(*max);
@@ -208,6 +213,8 @@ impl Row {
         self.world.iter_mut().for_each(|world| world.resize(count, 0.0));
         self.indices.iter_mut().for_each(|indices| indices.resize(count, 0));
         self.changes.resize(count, 0);
+        self.is_cut.clear();
+        self.is_cut.resize(count, 0);
     }
 
     fn copy_points(&mut self, points: &[Point]) {
@@ -230,14 +237,25 @@ impl Row {
     }
 
     /// Row v of a depth image: (ray of the column + what the row adds) * depth + camera centre.
-    fn back_project(&mut self, camera: &PinholeCamera, world_from_camera: &Pose, v: usize, depths: &[f32]) {
+    fn back_project(
+        &mut self,
+        camera: &PinholeCamera,
+        sensor: &SensorModel,
+        world_from_camera: &Pose,
+        v: usize,
+        depths: &[f32],
+    ) {
+        let farthest = sensor.max_depth;
+        for (is_cut, &depth) in self.is_cut.iter_mut().zip(depths) {
+            *is_cut = u32::from(depth > farthest);
+        }
         let rotation = world_from_camera.rotation_matrix();
         let translation = world_from_camera.translation();
         let ray_y = (v as f64 - camera.cy()) / camera.fy();
         for axis in 0..3 {
             let (row, center) = ((ray_y * rotation[axis][1]) as f32, translation[axis] as f32);
             for ((world, &ray), &depth) in self.world[axis].iter_mut().zip(&self.rays[axis]).zip(depths) {
-                *world = (ray + row) * depth + center;
+                *world = (ray + row) * if depth > farthest { farthest } else { depth } + center;
             }
         }
     }
@@ -248,10 +266,14 @@ impl Row {
         }
     }
 
-    /// Pixels without a depth, or outside the mask, are no readings.
-    fn drop_pixels(&mut self, depths: &[f32], v: usize, mask: Option<&Mask>) {
+    /// Pixels without a depth, too near or outside the mask are no readings.
+    fn drop_pixels(&mut self, sensor: &SensorModel, depths: &[f32], v: usize, mask: Option<&Mask>) {
         for (index, &depth) in self.indices[0].iter_mut().zip(depths) {
-            *index = if depth > 0.0 { *index } else { NO_READING };
+            *index = if depth > 0.0 && depth >= sensor.min_depth && depth < f32::INFINITY {
+                *index
+            } else {
+                NO_READING
+            };
         }
         if let Some(mask) = mask {
             mask.overwrite_outside(v, &mut self.indices[0], NO_READING);
@@ -275,6 +297,9 @@ impl Row {
                 *change = if axis == 0 { difference } else { *change | difference };
             }
         }
+        for (change, pair) in self.changes.iter_mut().skip(1).zip(self.is_cut.windows(2)) {
+            *change |= pair[0] ^ pair[1];
+        }
         if let Some(first) = self.changes.first_mut() {
             *first = 1;
         }
@@ -282,6 +307,6 @@ impl Row {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        size_of::<f32>() * (3 * self.rays[0].capacity() + 7 * self.changes.capacity())
+        size_of::<f32>() * (3 * self.rays[0].capacity() + 8 * self.changes.capacity())
     }
 }

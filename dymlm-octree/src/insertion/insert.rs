@@ -1,17 +1,17 @@
-use dymlm_core::{ColorImage, DepthImage, Mask, PinholeCamera, Point, Pose, Rgb};
+use dymlm_core::{Frame, Mask, Point, Pose, Rgb, SensorModel};
 
 use super::ScanScratch;
 use super::cells::{Readings, find_cells};
 use super::marks::Marks;
 use super::ray::RayOrigin;
 use super::sparse_marks::pack;
-use crate::{ColorMode, Error, Octree, RayMode};
+use crate::{Error, Octree, RayMode};
 
 /// What became of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct InsertReport {
-    /// Readings given: points, or pixels with a depth and in the mask.
+    /// Readings given: points, or pixels in the mask with a depth that is not too near.
     pub readings: usize,
     /// Readings skipped because a coordinate is NaN or infinite.
     pub not_finite: usize,
@@ -19,7 +19,7 @@ pub struct InsertReport {
     pub outside: usize,
     /// Rays followed.
     pub rays: usize,
-    /// Of these, rays cut at the maximum range; they hit nothing.
+    /// Of these, rays cut at the maximum range or the sensor's farthest depth; they hit nothing.
     pub cut_rays: usize,
     /// Cells hit, each counted once.
     pub hit_cells: usize,
@@ -62,7 +62,7 @@ impl Octree {
         Ok(self.insert(&origin, &Readings::Points { points, colors: None }))
     }
 
-    /// [`Self::insert_scan`] with a colour for each point. Without [`ColorMode::PerLeaf`] the colours are ignored.
+    /// [`Self::insert_scan`] with a colour for each point. Without [`OctreeConfig::color`](crate::OctreeConfig::color) the colours are ignored.
     ///
     /// # Errors
     ///
@@ -77,38 +77,34 @@ impl Octree {
         if points.len() != colors.len() {
             return Err(dymlm_core::Error::ColorCount { points: points.len(), colors: colors.len() }.into());
         }
-        let colors = Some(colors).filter(|_| self.config().color == ColorMode::PerLeaf);
+        let colors = Some(colors).filter(|_| self.config().color);
         Ok(self.insert(&origin, &Readings::Points { points, colors }))
     }
 
-    /// Inserts a depth frame: exactly [`Self::insert_scan`] of its back-projected readings.
+    /// Inserts a depth frame: exactly [`Self::insert_scan`] of its back-projected readings within the sensor's range,
+    /// while those beyond [`max_depth`](SensorModel::max_depth) are cut there: their rays free cells and hit nothing.
     ///
-    /// A reading is a pixel with a depth that is `true` in `static_mask` (all are without one); any other pixel says
-    /// nothing, neither of its surface nor of the space before it. Back-projection is in single precision: within
-    /// 1e-5 m of exact in a room.
+    /// A reading is a pixel with a depth of at least [`min_depth`](SensorModel::min_depth) that is `true` in `static_mask`
+    /// (all are without one); any other pixel says nothing, neither of its surface nor of the space before it.
+    /// Back-projection is in single precision: within 1e-5 m of exact in a room.
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] when an image is of another size than the camera; [`Error::Origin`].
+    /// [`Error::Core`] when the mask is of another size than the frame; [`Error::Origin`].
+    #[doc(alias = "insertPointCloud")]
     pub fn insert_depth(
         &mut self,
-        camera: &PinholeCamera,
-        depth: &DepthImage,
+        frame: &Frame,
+        sensor: &SensorModel,
         static_mask: Option<&Mask>,
-        color: Option<&ColorImage>,
         world_from_camera: &Pose,
     ) -> Result<InsertReport, Error> {
         if let Some(mask) = static_mask {
-            camera.check_size("the static mask", mask.width(), mask.height())?;
+            frame.camera().check_size("the static mask", mask.width(), mask.height())?;
         }
-        if let Some(color) = color {
-            camera.check_size("the colour image", color.width(), color.height())?;
-        }
-        camera.check_size("the depth image", depth.width(), depth.height())?;
         let origin = self.ray_origin(world_from_camera.translation())?;
-        let color = color.filter(|_| self.config().color == ColorMode::PerLeaf);
-
-        let readings = Readings::Depth { camera, depth, static_mask, color, world_from_camera };
+        let color = frame.color().filter(|_| self.config().color);
+        let readings = Readings::Depth { frame, sensor, static_mask, color, world_from_camera };
         Ok(self.insert(&origin, &readings))
     }
 
@@ -162,8 +158,8 @@ impl Octree {
     ) {
         let per_cell = self.config().rays == RayMode::PerCell;
         let range = self.config().max_range;
-        for (i, &key) in scratch.keys.iter().enumerate() {
-            let end = if per_cell { self.lattice.center_f32(key) } else { scratch.ends[i] };
+        for (i, &key) in scratch.hits.keys.iter().enumerate() {
+            let end = if per_cell { self.lattice.center_f32(key) } else { scratch.hits.points[i] };
             if origin.distance(end) <= range {
                 if marks.hit(key) {
                     report.hit_cells += 1;
@@ -172,19 +168,33 @@ impl Octree {
                 }
                 origin.pass_to(end, key, marks);
                 report.rays += 1;
-            } else {
-                if per_cell && !scratch.far.insert(pack(key)) {
-                    continue;
-                }
-                let end = origin.cut(end, range);
-                if let Some(key) = self.lattice.key_f32(end) {
-                    origin.pass_to(end, key, marks);
-                    report.rays += 1;
-                    report.cut_rays += 1;
-                }
+            } else if !per_cell || scratch.far.insert(pack(key)) {
+                self.mark_cut_ray(origin, origin.cut(end, range), marks, report);
+            }
+        }
+        for (i, &key) in scratch.cut.keys.iter().enumerate() {
+            let end = if per_cell { self.lattice.center_f32(key) } else { scratch.cut.points[i] };
+            if !per_cell || scratch.far.insert(pack(key)) {
+                let end = if origin.distance(end) <= range { end } else { origin.cut(end, range) };
+                self.mark_cut_ray(origin, end, marks, report);
             }
         }
         scratch.far.clear();
+    }
+
+    /// Marks what a ray passes that hits nothing.
+    fn mark_cut_ray<M: Marks>(
+        &self,
+        origin: &RayOrigin,
+        end: Point,
+        marks: &mut M,
+        report: &mut InsertReport,
+    ) {
+        if let Some(key) = self.lattice.key_f32(end) {
+            origin.pass_to(end, key, marks);
+            report.rays += 1;
+            report.cut_rays += 1;
+        }
     }
 
     fn apply_marks<M: Marks>(&mut self, marks: &mut M, report: &mut InsertReport) {

@@ -12,10 +12,10 @@ use crate::lattice::Key;
 /// Buffers of an insertion, kept so that a frame allocates nothing. Empty between calls.
 #[derive(Debug, Default)]
 pub(crate) struct ScanScratch {
-    /// Cells of the readings; without those equal to the one before when a cell has one ray.
-    pub(crate) keys: Vec<Key>,
-    /// Where the rays end, beside `keys`; only used when every reading has its own ray.
-    pub(crate) ends: Vec<Point>,
+    /// Where the rays to surfaces end.
+    pub(crate) hits: RayEnds,
+    /// Where the rays end that pass on beyond the sensor's range.
+    pub(crate) cut: RayEnds,
     pub(crate) window: WindowMarks,
     pub(crate) sparse: SparseMarks,
     /// Cells beyond the range that already have their ray.
@@ -24,13 +24,33 @@ pub(crate) struct ScanScratch {
     pub(crate) row: Row,
 }
 
+/// Ends of rays.
+#[derive(Debug, Default)]
+pub(crate) struct RayEnds {
+    /// Their cells; without those equal to the one before when a cell has one ray.
+    pub(crate) keys: Vec<Key>,
+    /// The ends themselves, beside `keys`; only used when every reading has its own ray.
+    pub(crate) points: Vec<Point>,
+}
+
+impl RayEnds {
+    pub(crate) fn clear(&mut self) {
+        self.keys.clear();
+        self.points.clear();
+    }
+
+    fn memory_bytes(&self) -> usize {
+        self.keys.capacity() * size_of::<Key>() + self.points.capacity() * size_of::<Point>()
+    }
+}
+
 impl ScanScratch {
     pub(crate) fn memory_bytes(&self) -> usize {
         self.window.memory_bytes()
             + self.sparse.memory_bytes()
             + self.far.capacity() * 8
-            + self.keys.capacity() * size_of::<Key>()
-            + self.ends.capacity() * size_of::<Point>()
+            + self.hits.memory_bytes()
+            + self.cut.memory_bytes()
             + self.row.memory_bytes()
     }
 }

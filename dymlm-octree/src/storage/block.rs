@@ -1,5 +1,5 @@
 use super::{Bits, ENTRIES};
-use crate::sensor_model::SensorModel;
+use crate::occupancy_model::OccupancyModel;
 
 /// 8 x 8 x 8 cells.
 #[derive(Debug, Clone)]
@@ -21,12 +21,12 @@ impl Block {
     }
 
     /// Adds one observation to each chosen cell. `max` is left to [`Self::refresh`].
-    pub(crate) fn observe(&mut self, misses: &Bits, hits: &Bits, model: &SensorModel) {
+    pub(crate) fn observe(&mut self, misses: &Bits, hits: &Bits, model: &OccupancyModel) {
         self.add(misses, model.miss, model);
         self.add(hits, model.hit, model);
     }
 
-    fn add(&mut self, cells: &Bits, update: f32, model: &SensorModel) {
+    fn add(&mut self, cells: &Bits, update: f32, model: &OccupancyModel) {
         for ((&word, known), values) in
             cells.iter().zip(&mut self.known).zip(self.log_odds.chunks_exact_mut(64))
         {

@@ -3,7 +3,7 @@ use dymlm_core::Rgb;
 use super::branch::Entry;
 use super::{Bits, Block, Branch, ENTRIES, NO_COLOR, ROOT_LEVEL, entry_of, for_each_bit, mean_color};
 use crate::lattice::{DEPTH, Key};
-use crate::sensor_model::SensorModel;
+use crate::occupancy_model::OccupancyModel;
 
 /// The arenas. Nodes are named by their index; freed ones are used again.
 #[derive(Debug, Clone)]
@@ -159,7 +159,7 @@ impl Tree {
 impl Tree {
     /// Gives each chosen cell of the block that begins at `corner` one observation. To be followed by
     /// [`Self::settle`] once all blocks are done.
-    pub(crate) fn observe(&mut self, corner: Key, misses: &Bits, hits: &Bits, model: &SensorModel) {
+    pub(crate) fn observe(&mut self, corner: Key, misses: &Bits, hits: &Bits, model: &OccupancyModel) {
         let missed = misses.iter().any(|&word| word != 0);
         let hit = hits.iter().any(|&word| word != 0);
         let unmoved = |log_odds: f32| {
@@ -369,12 +369,12 @@ impl Tree {
     }
 
     /// Adds another map's log-odds cell by cell, as independent evidence.
-    pub(crate) fn merge(&mut self, other: &Self, model: &SensorModel) {
+    pub(crate) fn merge(&mut self, other: &Self, model: &OccupancyModel) {
         self.merge_node(0, other, 0, ROOT_LEVEL, model);
         self.settle_all();
     }
 
-    fn merge_node(&mut self, node: u32, other: &Self, other_node: u32, level: u8, model: &SensorModel) {
+    fn merge_node(&mut self, node: u32, other: &Self, other_node: u32, level: u8, model: &OccupancyModel) {
         if level == 0 {
             let theirs = &other.blocks[other_node as usize];
             let ours = &mut self.blocks[node as usize];
@@ -413,7 +413,7 @@ impl Tree {
     }
 
     /// Adds the same log-odds to all cells below an entry.
-    fn add_to_entry(&mut self, node: u32, level: u8, entry: usize, update: f32, model: &SensorModel) {
+    fn add_to_entry(&mut self, node: u32, level: u8, entry: usize, update: f32, model: &OccupancyModel) {
         match self.branches[node as usize].entry(entry) {
             Entry::Unknown => {
                 self.branches[node as usize].set(entry, Entry::Leaf(model.clamped(update)));

@@ -1,13 +1,16 @@
 use crate::{CellState, OctreeConfig};
 
-/// The probabilities of an [`OctreeConfig`] as log-odds, in single precision as OctoMap keeps them.
+/// A cell is occupied from probability 0.5 on: OctoMap's threshold, which its server for ROS does not let one set either.
+const OCCUPIED: f32 = 0.0;
+
+/// What one hit and one miss say of a cell, and how sure a cell can become: the probabilities of an [`OctreeConfig`] as
+/// log-odds, in single precision as OctoMap keeps them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SensorModel {
+pub(crate) struct OccupancyModel {
     pub(crate) hit: f32,
     pub(crate) miss: f32,
     pub(crate) min: f32,
     pub(crate) max: f32,
-    pub(crate) occupied: f32,
 }
 
 /// log(p / (1 - p)).
@@ -20,14 +23,13 @@ pub(crate) fn probability(log_odds: f32) -> f64 {
     1.0 - 1.0 / (1.0 + f64::from(log_odds).exp())
 }
 
-impl SensorModel {
+impl OccupancyModel {
     pub(crate) fn new(config: &OctreeConfig) -> Self {
         Self {
             hit: log_odds(config.p_hit),
             miss: log_odds(config.p_miss),
             min: log_odds(config.p_clamp_min),
             max: log_odds(config.p_clamp_max),
-            occupied: log_odds(config.p_occupied),
         }
     }
 
@@ -54,7 +56,7 @@ impl SensorModel {
 
     #[inline]
     pub(crate) fn is_occupied(&self, log_odds: f32) -> bool {
-        log_odds >= self.occupied
+        log_odds >= OCCUPIED
     }
 
     #[inline]
@@ -79,17 +81,17 @@ mod tests {
     /// The values of OctoMap 1.9.7, printed by `getProbHitLog()` and its like with nine digits.
     #[test]
     fn log_odds_are_octomaps() {
-        let model = SensorModel::new(&OctreeConfig::default());
+        let model = OccupancyModel::new(&OctreeConfig::default());
         assert_eq!(model.hit, 0.847_297_85);
         assert_eq!(model.miss, -0.405_465_1);
         assert_eq!(model.min, -2.000_028);
         assert_eq!(model.max, 3.511_030_7);
-        assert_eq!(model.occupied, 0.0);
+        assert_eq!(OCCUPIED, 0.0);
     }
 
     #[test]
     fn values_beyond_the_bounds_stay() {
-        let model = SensorModel::new(&OctreeConfig::default());
+        let model = OccupancyModel::new(&OctreeConfig::default());
         assert_eq!(model.updated(9.0, model.hit), 9.0);
         assert_eq!(model.updated(-9.0, model.miss), -9.0);
         assert_eq!(model.updated(9.0, model.miss), model.max);
