@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand};
 use dymlm_examples::{AnyError, FrameSource, depth_colors, named_sequence, named_sequences, progress_bar};
 use dymlm_io::{TumOptions, TumWriter, write_png};
-use dymlm_sim::{Activity, DetectorFigures, DetectorStatistics, Sequence, SequenceType, SimulatedFrame};
+use dymlm_metrics::{DetectorFigures, DetectorStatistics};
+use dymlm_sim::{Activity, Sequence, SequenceType, SimulatedFrame};
 
 /// Draws, exports and describes the synthetic sequences.
 #[derive(Parser)]
@@ -118,7 +119,7 @@ fn simulated_detector() -> Result<DetectorFigures, AnyError> {
         let sequence = Sequence::new(&kind.config())?;
         let bar = progress_bar(sequence.len(), kind.name());
         for frame in sequence.frames() {
-            statistics.add_simulated(&frame);
+            statistics.add(&frame.detections, &frame.mover_views(), &frame.mover_mask);
             bar.inc(1);
         }
         bar.finish_and_clear();

@@ -11,7 +11,7 @@ use dymlm_core::{Frame, Pose};
 use dymlm_io::{TumDataset, TumOptions};
 use dymlm_planes::{PlaneConfig, PlaneDetector, PlaneMap, PlaneMapper};
 use dymlm_sim::{Sequence, SequenceConfig};
-use dymlm_test_data::recording;
+use dymlm_test_support::recording;
 
 /// Frames of one place, and where they were seen from.
 struct Input {

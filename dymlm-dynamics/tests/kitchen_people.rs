@@ -6,7 +6,7 @@ mod common;
 use common::{Coverage, kitchen};
 use dymlm_core::Detection;
 use dymlm_dynamics::{DynamicsConfig, MaskMode, Preprocessor};
-use dymlm_test_data::recording;
+use dymlm_test_support::recording;
 
 fn raw_boxes() -> DynamicsConfig {
     let mut config = DynamicsConfig::default();

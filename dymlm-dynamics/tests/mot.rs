@@ -7,8 +7,8 @@ use std::path::Path;
 
 use dymlm_core::{BoundingBox, Detection};
 use dymlm_dynamics::{BoxSource, BoxTracker, TrackState, TrackerConfig};
-use dymlm_sim::{IdentifiedBox, TrackingScoreConfig, TrackingScorer};
-use dymlm_test_data::recording;
+use dymlm_metrics::{IdentifiedBox, TrackingScorer};
+use dymlm_test_support::recording;
 
 /// Identities and boxes, frame by frame.
 type Tracks = BTreeMap<u32, Vec<(i64, BoundingBox)>>;
@@ -60,7 +60,7 @@ struct Score {
 
 /// CLEAR MOT and IDF1 at an overlap of 0.5.
 fn score(truth: &Tracks, tracks: &Tracks) -> Score {
-    let mut scorer = TrackingScorer::new(&TrackingScoreConfig::default()).unwrap();
+    let mut scorer = TrackingScorer::new();
     let boxes = |tracks: &Tracks, frame: &u32| -> Vec<IdentifiedBox> {
         let boxes = tracks.get(frame).map_or(&[][..], Vec::as_slice);
         boxes.iter().map(|&(id, bounding_box)| IdentifiedBox { id: id as u64, bounding_box }).collect()

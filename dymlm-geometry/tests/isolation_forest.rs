@@ -3,7 +3,7 @@
 
 use dymlm_core::Point;
 use dymlm_geometry::{IsolationForest, IsolationForestConfig, IsolationForestScratch, IsolationTrees};
-use dymlm_test_data::recording;
+use dymlm_test_support::recording;
 use proptest::prelude::*;
 
 fn forest(trees: usize, sample_size: usize, seed: u64) -> IsolationForest {

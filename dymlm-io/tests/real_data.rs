@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use dymlm_io::{DetectionFile, FrameBuffers, PcdValues, TumDataset, TumOptions, read_pcd};
-use dymlm_test_data::recording;
+use dymlm_test_support::recording;
 
 #[test]
 fn the_kitchen_with_people_has_200_frames() {

@@ -16,15 +16,13 @@ use std::error::Error;
 use std::time::Duration;
 
 use dymlm_dynamics::{DynamicsConfig, Preprocessor};
+use dymlm_metrics::{EstimatedObject, ObjectScore, TrueObject, score_objects};
 use dymlm_objects::Switch::{Off, On};
 use dymlm_objects::{
     CentroidTest, MapObject, ObjectConfig, ObjectMapper, ObjectState, ObjectView, SupportPlane, Switch,
 };
 use dymlm_planes::{PlaneConfig, PlaneMap, PlaneMapper};
-use dymlm_sim::{
-    EstimatedObject, FrameScratch, ObjectScore, ObjectScoreConfig, Sequence, SequenceConfig, SequenceType,
-    TrueObject, Truth, TruthConfig, score_objects,
-};
+use dymlm_sim::{FrameScratch, Sequence, SequenceConfig, SequenceType, Truth, TruthConfig};
 use rustix::time::{ClockId, clock_gettime};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -183,7 +181,7 @@ fn map_objects(sequence: &Sequence, variants: &[Variant]) -> Result<Vec<Run>, Bo
         let all = mapper.map().all_objects().iter();
         let doubted = all.filter(|object| object.state() == ObjectState::Tentative).cloned().collect();
         let estimates: Vec<EstimatedObject> = objects.iter().map(estimate).collect();
-        let score = score_objects(&estimates, &truth, &ObjectScoreConfig::default())?;
+        let score = score_objects(&estimates, &truth);
         Ok(Run { objects, doubted, truth: truth.clone(), score, milliseconds })
     };
     mappers.into_iter().zip(times).map(run).collect()

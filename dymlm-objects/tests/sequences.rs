@@ -3,12 +3,10 @@
 
 use dymlm_core::PinholeCamera;
 use dymlm_dynamics::{DynamicsConfig, Preprocessor};
+use dymlm_metrics::{EstimatedObject, ObjectScore, score_objects};
 use dymlm_objects::{MapObject, ObjectConfig, ObjectMapper, ObjectView, SupportPlane};
 use dymlm_planes::{PlaneConfig, PlaneMapper};
-use dymlm_sim::{
-    EstimatedObject, ObjectScore, ObjectScoreConfig, Sequence, SequenceType, Truth, TruthConfig,
-    score_objects,
-};
+use dymlm_sim::{Sequence, SequenceType, Truth, TruthConfig};
 
 fn score(kind: SequenceType, frames: usize) -> ObjectScore {
     let mut config = kind.config();
@@ -45,7 +43,7 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
         dimensions: object.oriented_box().lengths(),
     };
     let estimates: Vec<EstimatedObject> = mapper.map().objects().map(estimate).collect();
-    let score = score_objects(&estimates, &truth.objects(), &ObjectScoreConfig::default()).unwrap();
+    let score = score_objects(&estimates, &truth.objects());
     println!(
         "{}: recall {:?}, precision {:?}, IoU {:?}, centre {:?}, label {:?}",
         kind.name(),

@@ -6,7 +6,7 @@ mod common;
 
 use common::{Random, config, double};
 use dymlm_octree::{Octree, OctreeConfig, RayEnd, RayMode, UnknownCells};
-use dymlm_test_data::recording;
+use dymlm_test_support::recording;
 
 /// The three scans of `insertScattered`.
 fn insert_scattered(map: &mut Octree) {

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use dymlm_core::{DepthImage, PinholeCamera};
 use dymlm_planes::{ExtractionConfig, PlaneExtractor};
-use dymlm_test_data::recording;
+use dymlm_test_support::recording;
 
 /// How well labels of pixels agree with those by hand; 0 is no plane in both.
 #[derive(Debug)]

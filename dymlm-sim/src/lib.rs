@@ -1,19 +1,18 @@
-//! Synthetic RGB-D scenes with exact truth, sensor and detector noise, and metrics for maps.
+//! Synthetic RGB-D scenes with exact truth, and the noise of sensor, detector and poses.
 //!
-//! A [`Sequence`] shows a [`Room`] in which people walk or sit ([`Activity`]): depth and colour as a Kinect would give
+//! A [`Sequence`] shows a [`Room`] in which people walk or sit ([`Activity`]): depth and colour as a depth camera would give
 //! them ([`SensorConfig`]), the boxes of a 2D detector with its failures ([`DetectorConfig`]), and beside them what no
 //! recording has: exact poses, exact depth, exact masks of the people. [`SequenceType`] names the eight usual ones,
-//! [`SequenceConfig::random_room`] gives as many others as there are seeds. [`Truth`] gathers the exact surfaces
-//! and the volume that people swept, and [`score_cloud`] tells how far a map is from it;
-//! its flat faces and labelled objects are what [`score_planes`] and [`score_objects`] score by. For recordings without
-//! exact truth there is [`ReferenceCloud`], and for masks [`MaskScore`].
+//! [`SequenceConfig::random_room`] gives as many others as there are seeds. [`Truth`] gathers the exact surfaces, the
+//! volume that people swept, flat faces and labelled objects, which the scores of the crate `dymlm-metrics` ask for.
 //!
 //! Every frame is a function of the config and its index alone: the same bits in any order, on any number of
 //! threads, with the feature `parallel` on or off.
 //!
 //! ```
 //! use dymlm_core::{PinholeCamera, PointCloud};
-//! use dymlm_sim::{Sequence, SequenceConfig, Truth, TruthConfig, score_cloud};
+//! use dymlm_metrics::score_cloud;
+//! use dymlm_sim::{Sequence, SequenceConfig, Truth, TruthConfig};
 //!
 //! let mut config = SequenceConfig::default();
 //! config.camera = Some(PinholeCamera::new(80, 60, 65.0, 65.0, 39.5, 29.5)?);
@@ -41,28 +40,19 @@
 //! ```
 
 mod detector;
-mod metrics;
 mod noise;
 mod render;
 mod scene;
 mod sensor;
 mod sequence;
+mod to_pose;
+mod truth;
 
 pub use detector::{DetectionRates, DetectorConfig};
-pub use metrics::{CloudScore, MaskScore, ReferenceCloud, ReferenceScore, Truth, TruthConfig, score_cloud};
-pub use metrics::{
-    Demand, DuplicateObject, DuplicatePlane, EstimatedObject, EstimatedPlane, FaceScore, FaceState, Facing,
-    LabelVerdict, MergedPlane, ObjectMatch, ObjectScore, ObjectScoreConfig, PlaneMatch, PlaneScore,
-    PlaneScoreConfig, Spread, TrueFace, TrueObject, YawSymmetry, score_objects, score_planes,
-};
-pub use metrics::{DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures};
-pub use metrics::{DynamicMapScore, DynamicMapScoreConfig, DynamicMapScorer};
-pub use metrics::{FreeSpaceScore, Occupancy, OccupancyScore, OccupancyScoreConfig, OccupancyScorer};
-pub use metrics::{IdentifiedBox, TrackingScore, TrackingScoreConfig, TrackingScoreError, TrackingScorer};
-pub use metrics::{OccupiedCell, OccupiedCellScore, SurfaceScore};
 pub use scene::{Activity, CarriedKind, CarriedMotion, CarriedObject, Room};
 pub use sensor::SensorConfig;
 pub use sequence::{
     CameraPath, CarriedThing, FrameScratch, PoseErrorConfig, Sequence, SequenceConfig, SequenceType,
     SimulatedFrame, VisibleThing,
 };
+pub use truth::{Truth, TruthConfig};

@@ -4,7 +4,8 @@
 use std::sync::LazyLock;
 
 use dymlm_core::{PinholeCamera, Point, PointCloud, Pose};
-use dymlm_sim::{CloudScore, Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig, score_cloud};
+use dymlm_metrics::{CloudScore, SpaceTruth, score_cloud};
+use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig};
 
 struct Recorded {
     frames: Vec<SimulatedFrame>,
@@ -134,6 +135,6 @@ fn truth_refuses_what_is_no_config() {
     config.max_depth = 0.2;
     assert_eq!(Truth::new(&sequence, &config).unwrap_err().field, "truth.min_depth");
     config = TruthConfig::default();
-    config.swept_margin = f64::NAN;
-    assert_eq!(Truth::new(&sequence, &config).unwrap_err().field, "truth.swept_margin");
+    config.max_incidence_deg = f64::NAN;
+    assert_eq!(Truth::new(&sequence, &config).unwrap_err().field, "truth.max_incidence_deg");
 }

@@ -4,11 +4,9 @@
 use std::path::Path;
 
 use dymlm_core::{BoundingBox, Detection, Mask, PinholeCamera};
-use dymlm_sim::{
-    DetectionRates, DetectorConfig, DetectorFigures, DetectorStatistics, ExactView, SensorConfig, Sequence,
-    SequenceConfig, SimulatedFrame,
-};
-use dymlm_test_data::recording;
+use dymlm_metrics::{DetectorFigures, DetectorStatistics, ExactView};
+use dymlm_sim::{DetectionRates, DetectorConfig, SensorConfig, Sequence, SequenceConfig, SimulatedFrame};
+use dymlm_test_support::recording;
 
 /// What `DetectorStatistics` finds on the recording (YOLOX-Nano, score >= 0.25; 200 frames of 640x480 at 6 Hz with 202 views
 /// of two people), to be compared with where there is no data.
@@ -101,7 +99,7 @@ fn the_defaults_are_like_the_recording() {
         config.frames = 200;
         config.frame_rate = 6.0;
         for frame in Sequence::new(&config).unwrap().frames() {
-            statistics.add_simulated(&frame);
+            statistics.add(&frame.detections, &frame.mover_views(), &frame.mover_mask);
         }
     }
     let figures = statistics.figures().unwrap();
@@ -160,7 +158,7 @@ fn with_camera(width: usize, height: usize) -> SequenceConfig {
 
 fn people(frames: impl Iterator<Item = SimulatedFrame>) -> DetectorFigures {
     let mut statistics = DetectorStatistics::new("person");
-    frames.for_each(|frame| statistics.add_simulated(&frame));
+    frames.for_each(|frame| statistics.add(&frame.detections, &frame.mover_views(), &frame.mover_mask));
     statistics.figures().unwrap()
 }
 

@@ -4,9 +4,8 @@
 use std::sync::LazyLock;
 
 use dymlm_core::{DepthImage, Error, Frame, Mask, PinholeCamera, Point, Pose};
-use dymlm_sim::{
-    DynamicMapScore, DynamicMapScoreConfig, DynamicMapScorer, Sequence, SequenceConfig, SimulatedFrame,
-};
+use dymlm_metrics::{DynamicMapScore, DynamicMapScorer};
+use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
 struct Recorded {
     frames: Vec<SimulatedFrame>,
@@ -21,18 +20,14 @@ static RECORDED: LazyLock<Recorded> = LazyLock::new(|| {
     config.frame_rate = 1.0;
     config.camera = Some(PinholeCamera::new(120, 90, 98.0, 98.0, 59.5, 44.5).unwrap());
     let frames: Vec<SimulatedFrame> = Sequence::new(&config).unwrap().frames().collect();
-    let scorer = scorer(&frames, Pose::identity(), DynamicMapScoreConfig::default());
+    let scorer = scorer(&frames, Pose::identity());
     let [statics, dynamics] =
         [false, true].map(|movers| frames.iter().flat_map(|frame| readings(frame, movers)).collect());
     Recorded { frames, scorer, statics, dynamics }
 });
 
-fn scorer(
-    frames: &[SimulatedFrame],
-    moved_from_world: Pose,
-    config: DynamicMapScoreConfig,
-) -> DynamicMapScorer {
-    let mut scorer = DynamicMapScorer::new(&config).unwrap();
+fn scorer(frames: &[SimulatedFrame], moved_from_world: Pose) -> DynamicMapScorer {
+    let mut scorer = DynamicMapScorer::new(0.5..=4.0);
     for frame in frames {
         let pose = moved_from_world * frame.world_from_camera;
         scorer.add_frame(&frame.frame, &frame.mover_mask, &pose).unwrap();
@@ -104,17 +99,10 @@ fn agrees_with_asking_for_each_reading() {
         .map(|movers| frames.iter().flat_map(|frame| readings(frame, movers)).collect::<Vec<_>>());
     let mut map: Vec<Point> = statics.iter().copied().filter(|p| p[0] < 0.2).step_by(3).collect();
     map.extend(&dynamics[..dynamics.len() / 2]);
-    for (voxel_size, allowed) in [(0.002, 0.003), (0.02, 0.02)] {
-        let mut config = DynamicMapScoreConfig::default();
-        config.voxel_size = voxel_size;
-        let [sa, da, ..] = accuracies(scorer(frames, Pose::identity(), config).score(&map));
-        let expected = [share_kept(&statics, &map, 0.05), 1.0 - share_kept(&dynamics, &map, 0.05)];
-        assert!((0.2..0.8).contains(&expected[0]) && (0.05..0.95).contains(&expected[1]), "{expected:?}");
-        assert!(
-            (sa - expected[0]).abs() < allowed && (da - expected[1]).abs() < allowed,
-            "{sa} {da} {expected:?}"
-        );
-    }
+    let [sa, da, ..] = accuracies(scorer(frames, Pose::identity()).score(&map));
+    let expected = [share_kept(&statics, &map, 0.05), 1.0 - share_kept(&dynamics, &map, 0.05)];
+    assert!((0.2..0.8).contains(&expected[0]) && (0.05..0.95).contains(&expected[1]), "{expected:?}");
+    assert!((sa - expected[0]).abs() < 0.02 && (da - expected[1]).abs() < 0.02, "{sa} {da} {expected:?}");
 }
 
 /// Three static readings and two dynamic ones whose voxels are known.
@@ -123,7 +111,7 @@ fn few() -> DynamicMapScorer {
     let depth = DepthImage::new(5, 1, vec![2.0, 2.0, 2.0, 1.0, 1.0]).unwrap();
     let frame = Frame::new(0.0, camera, depth, None).unwrap();
     let movers = Mask::new(5, 1, vec![false, false, false, true, true]).unwrap();
-    let mut scorer = DynamicMapScorer::new(&DynamicMapScoreConfig::default()).unwrap();
+    let mut scorer = DynamicMapScorer::new(0.5..=4.0);
     scorer.add_frame(&frame, &movers, &Pose::identity()).unwrap();
     scorer
 }
@@ -151,14 +139,14 @@ fn neither_order_nor_repetition_nor_what_is_none_matters() {
 
     let mut frames = RECORDED.frames.clone();
     frames.reverse();
-    let reversed = scorer(&frames, Pose::identity(), DynamicMapScoreConfig::default());
+    let reversed = scorer(&frames, Pose::identity());
     assert_eq!(reversed.score(&map), expected);
 }
 
 #[test]
 fn a_moved_world_scores_alike() {
     let moved_from_world = Pose::new([3.0, -7.0, 1.0], [0.1, 0.5, -0.3, 0.806_225_774_829_855]).unwrap();
-    let moved = scorer(&RECORDED.frames, moved_from_world, DynamicMapScoreConfig::default());
+    let moved = scorer(&RECORDED.frames, moved_from_world);
     let map: Vec<Point> = RECORDED.statics.iter().copied().filter(|p| p[0] < 0.5).collect();
     let moved_map: Vec<Point> = map
         .iter()
@@ -179,7 +167,7 @@ fn a_shifted_map_keeps_nothing_but_what_it_slides_along() {
 
 #[test]
 fn without_movers_there_is_no_dynamic_accuracy() {
-    let empty = DynamicMapScorer::new(&DynamicMapScoreConfig::default()).unwrap();
+    let empty = DynamicMapScorer::new(0.5..=4.0);
     let score = empty.score(&[[0.0; 3]]);
     assert_eq!((score.static_accuracy, score.dynamic_accuracy), (None, None));
 
@@ -201,13 +189,4 @@ fn refused_frames_change_nothing() {
     let error = scorer.add_frame(&frame.frame, &small, &Pose::identity()).unwrap_err();
     assert!(matches!(error, Error::SizeMismatch { actual_width: 3, width: 120, .. }), "{error}");
     assert_eq!(scorer.score(&[]), before);
-
-    let refused = |change: fn(&mut DynamicMapScoreConfig)| {
-        let mut config = DynamicMapScoreConfig::default();
-        change(&mut config);
-        DynamicMapScorer::new(&config).unwrap_err().field
-    };
-    assert_eq!(refused(|c| c.tolerance = 0.0), "dynamic_map_score.tolerance");
-    assert_eq!(refused(|c| c.min_depth = 4.5), "dynamic_map_score.min_depth");
-    assert_eq!(refused(|c| c.voxel_size = f64::NAN), "dynamic_map_score.voxel_size");
 }

@@ -4,11 +4,12 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
-use dymlm_core::{PinholeCamera, Point, Pose};
-use dymlm_sim::{
-    FreeSpaceScore, Occupancy, OccupancyScore, OccupancyScoreConfig, OccupancyScorer, OccupiedCell,
-    OccupiedCellScore, Sequence, SequenceConfig, SimulatedFrame, SurfaceScore, Truth, TruthConfig,
+use dymlm_core::{Error, Mask, PinholeCamera, Point, Pose};
+use dymlm_metrics::{
+    FreeSpaceScore, Occupancy, OccupancyScore, OccupancyScorer, OccupiedCell, OccupiedCellScore, SpaceTruth,
+    SurfaceScore,
 };
+use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig};
 
 const RESOLUTION: f64 = 0.05;
 
@@ -52,6 +53,10 @@ fn center(key: [i32; 3]) -> [f64; 3] {
     key.map(|k| (f64::from(k) + 0.5) * RESOLUTION)
 }
 
+fn observe(scorer: &mut OccupancyScorer, frame: &SimulatedFrame) {
+    scorer.observe(&frame.frame, &frame.true_depth, &frame.mover_mask, &frame.world_from_camera).unwrap();
+}
+
 fn record(world_from_scene: Pose) -> (Vec<SimulatedFrame>, Truth, OccupancyScorer) {
     let mut config = SequenceConfig::default();
     config.frames = 16;
@@ -60,11 +65,11 @@ fn record(world_from_scene: Pose) -> (Vec<SimulatedFrame>, Truth, OccupancyScore
     config.world_from_scene = world_from_scene;
     let sequence = Sequence::new(&config).unwrap();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
-    let mut scorer = OccupancyScorer::new(&OccupancyScoreConfig::default()).unwrap();
+    let mut scorer = OccupancyScorer::new(0.5..=4.0);
     let frames: Vec<SimulatedFrame> = sequence.frames().collect();
     for frame in &frames {
         truth.observe(frame);
-        scorer.observe(frame);
+        observe(&mut scorer, frame);
     }
     (frames, truth, scorer)
 }
@@ -402,30 +407,31 @@ fn a_turned_world_scores_alike() {
 fn nothing_seen_is_nothing_scored() {
     let sequence = Sequence::new(&SequenceConfig::default()).unwrap();
     let truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
-    let scorer = OccupancyScorer::new(&OccupancyScoreConfig::default()).unwrap();
+    let scorer = OccupancyScorer::new(0.5..=4.0);
     let score = scorer.score(&truth, RESOLUTION, &[], |_| Occupancy::Unknown).unwrap();
     assert_eq!((score.free_space, score.surface, score.cells), (None, None, None));
     let error = scorer.score(&truth, f64::NAN, &[], |_| Occupancy::Free).unwrap_err();
     assert_eq!(error.field, "resolution");
-    let mut config = OccupancyScoreConfig::default();
-    config.rays_per_frame = 0;
-    assert_eq!(OccupancyScorer::new(&config).unwrap_err().field, "occupancy_score.rays_per_frame");
-    config = OccupancyScoreConfig::default();
-    config.min_depth = 5.0;
-    assert_eq!(OccupancyScorer::new(&config).unwrap_err().field, "occupancy_score.min_depth");
 }
 
 #[test]
 fn space_that_too_few_frames_saw_through_is_not_asked_for() {
-    let count = |min_views: u32| {
-        let mut config = OccupancyScoreConfig::default();
-        config.min_views = min_views;
-        let mut scorer = OccupancyScorer::new(&config).unwrap();
-        RECORDED.frames.iter().for_each(|frame| scorer.observe(frame));
+    let mut scorer = OccupancyScorer::new(0.5..=4.0);
+    let mut asked = |frame: usize| {
+        observe(&mut scorer, &RECORDED.frames[frame]);
         let score = scorer.score(&RECORDED.truth, RESOLUTION, &[], |_| Occupancy::Free).unwrap();
         score.free_space.map_or(0, |score| score.points)
     };
-    let counts = [1, 3, 10, 17].map(count);
-    assert!(counts[0] > counts[1] && counts[1] > counts[2] && counts[2] > 0, "{counts:?}");
-    assert_eq!((counts[1], counts[3]), (RECORDED.asked.len(), 0));
+    assert_eq!([asked(0), asked(1)], [0, 0]);
+    assert!(asked(2) > 0);
+}
+
+#[test]
+fn a_frame_whose_images_differ_in_size_is_refused() {
+    let mut scorer = OccupancyScorer::new(0.5..=4.0);
+    let frame = &RECORDED.frames[0];
+    let small = Mask::filled(3, 3, false).unwrap();
+    let error =
+        scorer.observe(&frame.frame, &frame.true_depth, &small, &frame.world_from_camera).unwrap_err();
+    assert!(matches!(error, Error::SizeMismatch { actual_width: 3, width: 160, .. }), "{error}");
 }

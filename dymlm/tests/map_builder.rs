@@ -5,7 +5,8 @@
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
 use dymlm::planes::RejectionCause;
 use dymlm::{Detections, Error, FrameOutcome, MapBuilder, MapConfig, MultiLevelMap, Selection, Stage};
-use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig, score_cloud};
+use dymlm_metrics::score_cloud;
+use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig};
 
 /// A short walk, small enough for a test: a quarter of the pixels of a Kinect.
 fn sequence(frames: usize) -> Sequence {

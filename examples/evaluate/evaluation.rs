@@ -121,8 +121,8 @@ fn evaluate_subject(
             standard.score_cloud(&cloud, &mut scores);
             if stage == Stage::After {
                 standard.score_octree(run.map().octree(), &mut scores)?;
-                standard.score_planes(run.map().planes(), &mut scores)?;
-                standard.score_objects(run.map().objects(), &mut scores)?;
+                standard.score_planes(run.map().planes(), &mut scores);
+                standard.score_objects(run.map().objects(), &mut scores);
                 run.score(&mut scores);
             }
             if comparing {

@@ -8,7 +8,7 @@ use dymlm::core::{Detection, PointCloud};
 use dymlm::{MapBuilder, MapConfig, Selection};
 use dymlm_examples::{AnyError, FrameSource, progress_bar};
 use dymlm_io::TumOptions;
-use dymlm_sim::{MaskScore, ReferenceCloud};
+use dymlm_metrics::{MaskScore, ReferenceCloud};
 
 use crate::treatment::Treatment;
 

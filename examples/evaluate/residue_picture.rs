@@ -3,6 +3,7 @@ use std::path::Path;
 use dymlm::core::{Point, PointCloud, Rgb};
 use dymlm_examples::{AnyError, Orthographic};
 use dymlm_io::write_png;
+use dymlm_metrics::SpaceTruth;
 use dymlm_sim::{Sequence, Truth};
 
 /// A cloud from above, what people left in it in red.

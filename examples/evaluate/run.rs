@@ -2,9 +2,8 @@ use dymlm::core::{BoundingBox, Detection};
 use dymlm::dynamics::Mover;
 use dymlm::{FrameReport, MapBuilder, MultiLevelMap, Stage};
 use dymlm_examples::{AnyError, Milliseconds};
-use dymlm_sim::{
-    IdentifiedBox, MaskScore, SimulatedFrame, TrackingScoreConfig, TrackingScorer, VisibleThing,
-};
+use dymlm_metrics::{IdentifiedBox, MaskScore, TrackingScorer};
+use dymlm_sim::{SimulatedFrame, VisibleThing};
 
 use crate::columns::Scores;
 use crate::treatment::Treatment;
@@ -38,7 +37,7 @@ impl Run {
             treatment,
             builder: MapBuilder::new(treatment.config())?,
             masks: MaskScore::default(),
-            boxes: TrackingScorer::new(&TrackingScoreConfig::default())?,
+            boxes: TrackingScorer::new(),
             reports: Vec::new(),
         })
     }

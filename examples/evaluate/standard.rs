@@ -2,11 +2,11 @@ use dymlm::core::{Point, PointCloud};
 use dymlm::octree::CellState;
 use dymlm::{ObjectMap, Octree, PlaneMap};
 use dymlm_examples::{AnyError, plane_records};
-use dymlm_sim::{
-    DynamicMapScoreConfig, DynamicMapScorer, EstimatedObject, EstimatedPlane, ObjectScoreConfig, Occupancy,
-    OccupancyScoreConfig, OccupancyScorer, OccupiedCell, PlaneScoreConfig, Sequence, SimulatedFrame, Truth,
-    TruthConfig, score_cloud, score_objects, score_planes,
+use dymlm_metrics::{
+    DynamicMapScorer, EstimatedObject, EstimatedPlane, Occupancy, OccupancyScorer, OccupiedCell, score_cloud,
+    score_objects, score_planes,
 };
+use dymlm_sim::{Sequence, SimulatedFrame, Truth, TruthConfig};
 
 use crate::columns::Scores;
 
@@ -21,16 +21,17 @@ impl Standard {
     pub(crate) fn new(sequence: &Sequence) -> Result<Self, AnyError> {
         Ok(Self {
             truth: Truth::new(sequence, &TruthConfig::default())?,
-            dynamic_map: DynamicMapScorer::new(&DynamicMapScoreConfig::default())?,
-            occupancy: OccupancyScorer::new(&OccupancyScoreConfig::default())?,
+            dynamic_map: DynamicMapScorer::new(0.5..=4.0),
+            occupancy: OccupancyScorer::new(0.5..=4.0),
         })
     }
 
     /// Takes note of what a frame shows.
     pub(crate) fn observe(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
         self.truth.observe(frame);
-        self.occupancy.observe(frame);
-        Ok(self.dynamic_map.add_frame(&frame.frame, &frame.mover_mask, &frame.world_from_camera)?)
+        let (movers, pose) = (&frame.mover_mask, &frame.world_from_camera);
+        self.occupancy.observe(&frame.frame, &frame.true_depth, movers, pose)?;
+        Ok(self.dynamic_map.add_frame(&frame.frame, movers, pose)?)
     }
 
     pub(crate) fn truth(&self) -> &Truth {
@@ -52,12 +53,12 @@ impl Standard {
         scores.set("cloud.harmonic_accuracy", score.harmonic_accuracy);
     }
 
-    pub(crate) fn score_planes(&self, planes: &PlaneMap, scores: &mut Scores) -> Result<(), AnyError> {
+    pub(crate) fn score_planes(&self, planes: &PlaneMap, scores: &mut Scores) {
         let estimates: Vec<EstimatedPlane> = plane_records(planes)
             .into_iter()
             .map(|plane| EstimatedPlane { normal: plane.normal, d: plane.d, boundary: plane.boundary })
             .collect();
-        let score = score_planes(&estimates, &self.truth.faces(), &PlaneScoreConfig::default())?;
+        let score = score_planes(&estimates, &self.truth.faces());
         scores.set("planes.faces", score.faces.len() as f64);
         scores.set("planes.recall", score.recall());
         scores.set("planes.precision", score.precision());
@@ -66,10 +67,9 @@ impl Standard {
         scores.set("planes.angle", score.angle_degrees.map(|angle| angle.median.to_radians()));
         scores.set("planes.offset", score.offset.map(|offset| offset.median));
         scores.set("planes.boundary_iou", score.mean_boundary_iou());
-        Ok(())
     }
 
-    pub(crate) fn score_objects(&self, objects: &ObjectMap, scores: &mut Scores) -> Result<(), AnyError> {
+    pub(crate) fn score_objects(&self, objects: &ObjectMap, scores: &mut Scores) {
         let estimates: Vec<EstimatedObject> = objects
             .objects()
             .map(|object| EstimatedObject {
@@ -78,7 +78,7 @@ impl Standard {
                 dimensions: object.oriented_box().lengths(),
             })
             .collect();
-        let score = score_objects(&estimates, &self.truth.objects(), &ObjectScoreConfig::default())?;
+        let score = score_objects(&estimates, &self.truth.objects());
         scores.set("objects.objects", score.asked as f64);
         scores.set("objects.recall", score.recall());
         scores.set("objects.precision", score.precision());
@@ -87,7 +87,6 @@ impl Standard {
         scores.set("objects.center", score.center_error.map(|error| error.median));
         scores.set("objects.yaw", score.yaw_error_degrees.map(|error| error.median.to_radians()));
         scores.set("objects.labels", score.label_accuracy());
-        Ok(())
     }
 
     pub(crate) fn score_octree(&self, octree: &Octree, scores: &mut Scores) -> Result<(), AnyError> {

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use dymlm::core::Mask;
-use dymlm_sim::ExactView;
+use dymlm_metrics::ExactView;
 
 use crate::AnyError;
 

@@ -10,7 +10,7 @@ use dymlm::objects::MapObject;
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_examples::FrameSource;
 use dymlm_io::TumOptions;
-use dymlm_test_data::recording;
+use dymlm_test_support::recording;
 
 /// A thing that was counted by eye in the colour images of `kitchen`. Its place was read off the map and checked by
 /// projecting it into images from several sides; the keyboard's and the near right chair's, which the map lacks, were estimated

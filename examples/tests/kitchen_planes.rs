@@ -13,7 +13,7 @@ use dymlm::planes::{MapPlane, PlaneMap};
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_examples::FrameSource;
 use dymlm_io::TumOptions;
-use dymlm_test_data::recording;
+use dymlm_test_support::recording;
 
 /// A surface of the kitchen. Its place was read off the map of `kitchen` and checked by eye in the pictures; all else
 /// about it is judged.

@@ -1,6 +1,7 @@
 use std::mem::take;
 
 use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, Error, Frame, Mask, PinholeCamera, Pose};
+use dymlm_metrics::ExactView;
 use parry3d::math::Pose3;
 
 use super::pose_error::PoseError;
@@ -9,6 +10,7 @@ use crate::detector::{Detector, Visible, visible_things};
 use crate::render::{Rendering, render};
 use crate::scene::{Part, Room, Scene};
 use crate::sensor::Sensor;
+use crate::to_pose::to_pose;
 
 /// A synthetic recording: frames by index, each a function of the config and the index alone.
 ///
@@ -89,6 +91,14 @@ pub struct VisibleThing {
     pub bounding_box: BoundingBox,
     /// Number of pixels that show it.
     pub pixels: usize,
+}
+
+impl SimulatedFrame {
+    /// The movers in view, as a detector is to find them.
+    pub fn mover_views(&self) -> Vec<ExactView> {
+        let movers = self.visible_things.iter().filter(|thing| thing.moves);
+        movers.map(|thing| ExactView::new(thing.id, thing.bounding_box, thing.pixels)).collect()
+    }
 }
 
 impl Sequence {
@@ -272,10 +282,4 @@ impl Sequence {
             mask.set(pixel % exact.width, pixel / exact.width, moves);
         }
     }
-}
-
-/// A pose of the renderer in the common vocabulary. (Its rotations are unit quaternions, so none is refused.)
-fn to_pose(pose: &Pose3) -> Pose {
-    let translation = pose.translation.to_array().map(f64::from);
-    Pose::new(translation, pose.rotation.to_array().map(f64::from)).unwrap_or_default()
 }

@@ -1,0 +1,13 @@
+use dymlm_geometry::Assignment;
+
+/// Pairs rows with columns so that the sum of the pairs' weights is greatest; only pairs of positive weight are made.
+/// Answers (row, column), by ascending row.
+pub(crate) fn assign(
+    rows: usize,
+    columns: usize,
+    weight: impl Fn(usize, usize) -> i64,
+) -> Vec<(usize, usize)> {
+    let mut assignment = Assignment::default();
+    let partners = assignment.solve(rows, columns, weight).iter().enumerate();
+    partners.filter_map(|(row, column)| Some((row, (*column)?))).collect()
+}

@@ -1,0 +1,68 @@
+use dymlm_core::{Point, PointCloud};
+
+use crate::SpaceTruth;
+use crate::nearest::share_within;
+
+/// How far a cloud is from the truth. With d(p) the distance of a point p of the cloud to the nearest static surface,
+/// and n the number of finite points:
+///
+/// - residue = #{p: d(p) > 6 cm, p in the volume swept by movers} / n,
+/// - stray = #{p: d(p) > 6 cm, p outside that volume} / n,
+/// - completeness = #{s: some p within 5 cm of s} / #{s} over the visible surface points s of the truth,
+/// - median and 95 % quantile of d over the n points (the smallest d that is not exceeded by that share).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct CloudScore {
+    /// Share of the points further than 6 cm from every static surface and within the volume swept by movers, 0..=1.
+    pub residue: f64,
+    /// Share of the points further than 6 cm from every static surface and outside the volume swept by movers, 0..=1.
+    pub stray: f64,
+    /// Share of the visible surface points with a point of the cloud within 5 cm, 0..=1; 1 when none is visible.
+    pub completeness: f64,
+    /// Median distance of the points to the nearest static surface, metres.
+    pub median_distance: f64,
+    /// 95 % quantile of the same distance, metres.
+    pub p95_distance: f64,
+    /// Number of points scored: the finite ones.
+    pub points: usize,
+    /// Number of visible surface points asked for.
+    pub visible_points: usize,
+}
+
+/// Distance beyond which a point belongs to no static surface, metres.
+pub(crate) const OFF_SURFACE: f32 = 0.06;
+/// Distance within which a surface point is mapped, metres.
+const MAPPED: f32 = 0.05;
+
+/// Scores a cloud in the world frame against the truth; `None` when it has no finite point.
+///
+/// O(n log n) in the number of points; a million takes about a second.
+pub fn score_cloud(cloud: &PointCloud, truth: &impl SpaceTruth) -> Option<CloudScore> {
+    let points: Vec<Point> =
+        cloud.points().iter().copied().filter(|point| point.iter().all(|c| c.is_finite())).collect();
+    let mut distances: Vec<f32> = points.iter().map(|&point| truth.surface_distance(point)).collect();
+
+    let off_surface = || points.iter().zip(&distances).filter(|&(_, &distance)| distance > OFF_SURFACE);
+    let off_surface_count = off_surface().count();
+    let residue = off_surface().filter(|&(&point, _)| truth.swept_by_movers(point)).count();
+    let share = |count: usize| count as f64 / points.len() as f64;
+    let (residue, stray) = (share(residue), share(off_surface_count - residue));
+
+    let visible = truth.visible_points();
+    let (median, p95) = (quantile(&mut distances, 50)?, quantile(&mut distances, 95)?);
+    Some(CloudScore {
+        residue,
+        stray,
+        completeness: share_within(&visible, &points, MAPPED).unwrap_or(1.0),
+        median_distance: median.into(),
+        p95_distance: p95.into(),
+        points: points.len(),
+        visible_points: visible.len(),
+    })
+}
+
+/// The smallest value not exceeded by `percent` of the values; reorders them. `None` when there are none.
+fn quantile(values: &mut [f32], percent: usize) -> Option<f32> {
+    let rank = (values.len() * percent).div_ceil(100).max(1) - 1;
+    (rank < values.len()).then(|| *values.select_nth_unstable_by(rank, f32::total_cmp).1)
+}

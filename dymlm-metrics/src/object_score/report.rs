@@ -1,0 +1,96 @@
+use crate::Spread;
+
+/// How a map's objects compare with the true ones; see [`score_objects`](crate::score_objects) for the formulas.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ObjectScore {
+    /// Number of estimates scored.
+    pub estimates: usize,
+    /// Number of true objects asked for.
+    pub asked: usize,
+    /// Estimates that stand for an object, by ascending index.
+    pub matches: Vec<ObjectMatch>,
+    /// Ids of the objects asked for without a match, ascending.
+    pub missed: Vec<usize>,
+    /// Indices of the estimates that stand for no object, ascending, duplicates among them.
+    pub unmatched: Vec<usize>,
+    /// Estimates without a match where an object is that has one, by ascending index.
+    pub duplicates: Vec<DuplicateObject>,
+    /// Mean intersection over union of the matches; `None` without a match.
+    pub mean_iou: Option<f64>,
+    /// Distances between the centres of the matches, metres; `None` without a match.
+    pub center_error: Option<Spread>,
+    /// Yaw errors of the matches that have one, degrees; `None` without such a match.
+    pub yaw_error_degrees: Option<Spread>,
+}
+
+/// An estimate that stands for an object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ObjectMatch {
+    /// Index of the estimate.
+    pub estimate: usize,
+    /// Id of the true object.
+    pub object: usize,
+    /// Whether the object was asked for: others are visible in too few frames, and their match is neither a hit nor
+    /// an error.
+    pub demand: Demand,
+    /// Intersection over union of the boxes' volumes.
+    pub iou: f64,
+    /// Distance between the centres, metres.
+    pub center_error: f64,
+    /// Angle about the vertical between the boxes, up to the object's symmetry, degrees; `None` for a round object.
+    pub yaw_error_degrees: Option<f64>,
+    /// Whether the labels are the same.
+    pub label: LabelVerdict,
+}
+
+/// Whether a map is asked for an object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Demand {
+    /// Visible in enough frames.
+    Asked,
+    /// Visible in too few.
+    Optional,
+}
+
+/// Whether an estimate has its object's label.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LabelVerdict {
+    /// It has.
+    Right,
+    /// It has another.
+    Wrong,
+}
+
+/// An estimate of an object that has a better one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct DuplicateObject {
+    /// Index of the estimate.
+    pub estimate: usize,
+    /// Index of the estimate that matches the object.
+    pub of: usize,
+}
+
+impl ObjectScore {
+    /// Share of the objects asked for that have a match; `None` when none is asked for.
+    pub fn recall(&self) -> Option<f64> {
+        share(self.asked - self.missed.len(), self.asked)
+    }
+
+    /// Share of the estimates that have a match; `None` without estimates.
+    pub fn precision(&self) -> Option<f64> {
+        share(self.matches.len(), self.estimates)
+    }
+
+    /// Share of the matches with the right label; `None` without a match.
+    pub fn label_accuracy(&self) -> Option<f64> {
+        let right = self.matches.iter().filter(|found| found.label == LabelVerdict::Right).count();
+        share(right, self.matches.len())
+    }
+}
+
+fn share(part: usize, whole: usize) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}

@@ -1,0 +1,111 @@
+use super::criteria::{MIN_AREA, MIN_WIDTH, SEEN_SHARE};
+use crate::TrueFace;
+
+/// A face and its reliefs, as a map is asked for them.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct AskedFace {
+    /// Id of the face that the others lie on.
+    pub(super) id: usize,
+    /// Indices of the face itself and of its large reliefs.
+    pub(super) wanted: Vec<usize>,
+    /// Indices of its small reliefs, which a map may show or leave out.
+    pub(super) optional: Vec<usize>,
+    /// Visible area of what is wanted, square metres.
+    pub(super) visible_area: f64,
+}
+
+/// The faces that are large enough to be asked for, by ascending id.
+pub(super) fn asked_faces(faces: &[TrueFace]) -> Vec<AskedFace> {
+    let mut ids: Vec<usize> = faces.iter().map(|face| face.relief).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let asked = ids.into_iter().filter_map(|id| {
+        let members = (0..faces.len()).filter(|&index| faces[index].relief == id);
+        let (wanted, optional): (Vec<usize>, Vec<usize>) =
+            members.partition(|&member| faces[member].id == id || faces[member].visible_area >= MIN_AREA);
+        let visible_area: f64 = wanted.iter().map(|&member| faces[member].visible_area).sum();
+        let wide_area = || wanted.iter().map(|&member| wide_area(&faces[member], MIN_WIDTH)).sum::<f64>();
+        // The cheap bound first.
+        let large = visible_area >= MIN_AREA && wide_area() >= MIN_AREA;
+        (large && visible_area > 0.0).then_some(AskedFace { id, wanted, optional, visible_area })
+    });
+    asked.collect()
+}
+
+/// Area of the seen cells that lie in a square of side `width`, three quarters of which are seen; by sums over the
+/// rectangles from the first corner, O(cells x cells of a square).
+fn wide_area(face: &TrueFace, width: f64) -> f64 {
+    let raster = &face.cells.raster;
+    let (columns, rows) = (raster.columns(), raster.rows());
+    let [across, up] = raster.cell().map(|cell| (width / cell).round().max(1.0) as usize);
+    if across * up == 1 {
+        return face.visible_area;
+    }
+    let seen = &face.cells.seen;
+    // Squares may stick out: cells outside the raster are unseen.
+    let sums = sums_from_corner(seen, columns, rows);
+    let sum_to = |column: usize, row: usize| sums[row.min(rows) * (columns + 1) + column.min(columns)];
+    let enough = (SEEN_SHARE * (across * up) as f64).ceil() as u32;
+    let mut wide = vec![false; seen.len()];
+    for row in 0..rows {
+        for column in 0..columns {
+            let (end_row, end_column) = (row + up, column + across);
+            let count = sum_to(end_column, end_row) + sum_to(column, row)
+                - sum_to(end_column, row)
+                - sum_to(column, end_row);
+            if count >= enough {
+                for row in row..end_row.min(rows) {
+                    wide[row * columns + column..row * columns + end_column.min(columns)].fill(true);
+                }
+            }
+        }
+    }
+    let counts = wide.iter().zip(seen).map(|(&wide, &seen)| wide && seen);
+    face.cells.area_of(&counts.collect::<Vec<bool>>())
+}
+
+/// Number of marked cells before each corner of cells, along both axes.
+fn sums_from_corner(marked: &[bool], columns: usize, rows: usize) -> Vec<u32> {
+    let mut sums = vec![0; (columns + 1) * (rows + 1)];
+    for row in 0..rows {
+        let mut in_row = 0;
+        for column in 0..columns {
+            in_row += u32::from(marked[row * columns + column]);
+            sums[(row + 1) * (columns + 1) + column + 1] = sums[row * (columns + 1) + column + 1] + in_row;
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::Plane;
+
+    use super::*;
+
+    fn rectangle(length: f64, width: f64) -> TrueFace {
+        let outline = vec![[0.0; 3], [length, 0.0, 0.0], [length, width, 0.0], [0.0, width, 0.0]];
+        TrueFace::new(0, Plane::new([0.0, 0.0, 1.0], 0.0).unwrap(), vec![outline], 0.02).unwrap()
+    }
+
+    #[test]
+    fn strips_are_not_asked_for() {
+        let is_asked = |face: TrueFace| !asked_faces(&[face]).is_empty();
+        assert!(
+            is_asked(rectangle(0.4, 0.2)) && is_asked(rectangle(1.0, 0.1)) && !is_asked(rectangle(0.38, 0.2))
+        );
+        assert!(!is_asked(rectangle(3.0, 0.06)));
+    }
+
+    #[test]
+    fn wide_area_is_what_squares_cover() {
+        assert!((wide_area(&rectangle(0.4, 0.2), 0.1) - 0.08).abs() < 1e-9);
+        // A strip of 4 cm along a square of 40 cm: as far as squares of 10 cm that are seen by three quarters reach.
+        let mut face = rectangle(1.0, 0.4);
+        for (cell, seen) in face.cells.seen.iter_mut().enumerate() {
+            *seen = cell % 50 < 20 || cell / 50 < 2;
+        }
+        let wide = wide_area(&face, 0.1);
+        assert!((0.16..0.1625).contains(&wide), "{wide}");
+    }
+}

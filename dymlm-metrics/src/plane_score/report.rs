@@ -1,0 +1,137 @@
+use crate::Spread;
+
+/// How a map's planes compare with the true faces; see [`score_planes`](crate::score_planes) for the formulas.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct PlaneScore {
+    /// Number of planes scored.
+    pub planes: usize,
+    /// Planes that stand for a face, by ascending index.
+    pub matches: Vec<PlaneMatch>,
+    /// Indices of the planes that stand for no face, ascending.
+    pub unmatched: Vec<usize>,
+    /// The faces asked for, each with its reliefs, by ascending id.
+    pub faces: Vec<FaceScore>,
+    /// Planes that stand for a face for which an earlier plane stands already, by ascending index.
+    pub duplicates: Vec<DuplicatePlane>,
+    /// Planes that cover substantial parts of several faces asked for, by ascending index.
+    pub wrongly_merged: Vec<MergedPlane>,
+    /// Visible area of the faces asked for, square metres.
+    pub visible_area: f64,
+    /// Share of the visible area of the faces asked for that planes cover, 0..=1; `None` when none is asked for.
+    pub area_recall: Option<f64>,
+    /// Share of the planes' area that lies on faces, what lies on parts of them without a reading left out, 0..=1; `None`
+    /// without planes.
+    pub area_precision: Option<f64>,
+    /// Angles between matched planes and their faces, up to sign, degrees; `None` without a match.
+    pub angle_degrees: Option<Spread>,
+    /// Offsets of matched planes from their faces, metres; `None` without a match.
+    pub offset: Option<Spread>,
+}
+
+/// A plane that stands for a face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct PlaneMatch {
+    /// Index of the plane.
+    pub plane: usize,
+    /// Id of the face that holds most of it.
+    pub face: usize,
+    /// Id of the face that `face` lies on, or `face` itself.
+    pub relief: usize,
+    /// Share of the plane's area that lies on the face and its reliefs, above 0.5.
+    pub share: f64,
+    /// Share of the plane's area that lies on `face` itself.
+    pub face_share: f64,
+    /// Angle between the normals, up to sign, degrees.
+    pub angle_degrees: f64,
+    /// Mean over the plane's area on the face and its reliefs of its signed distance from them, metres: positive where
+    /// the plane lies before the face. For a single face this is the distance at the centroid of that area.
+    pub offset: f64,
+    /// Which way the plane's normal points.
+    pub facing: Facing,
+}
+
+/// Which way a plane's normal points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Facing {
+    /// Outwards, as the face's does.
+    Outwards,
+    /// Into the thing whose face it is.
+    Inwards,
+}
+
+/// A face asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct FaceScore {
+    /// Its id.
+    pub face: usize,
+    /// Visible area, with that of its reliefs of at least 0.08 m2, square metres.
+    pub visible_area: f64,
+    /// Share of that area that the planes matching it cover, 0..=1.
+    pub coverage: f64,
+    /// Intersection over union of what is seen and what the planes matching it cover; unseen parts within the outline
+    /// count neither way. 0 when no plane matches it.
+    pub boundary_iou: f64,
+    /// Whether it was found.
+    pub state: FaceState,
+}
+
+/// Whether a face was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FaceState {
+    /// A plane matches it, and all that do cover enough of it.
+    Found,
+    /// The others.
+    Missed,
+}
+
+/// A plane for a face that has one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct DuplicatePlane {
+    /// Index of the plane.
+    pub plane: usize,
+    /// Index of the first plane for the same face.
+    pub of: usize,
+}
+
+/// One plane for several faces.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MergedPlane {
+    /// Index of the plane.
+    pub plane: usize,
+    /// Ids of the faces, ascending.
+    pub faces: Vec<usize>,
+}
+
+impl PlaneScore {
+    /// Share of the faces asked for that were found; `None` when none is asked for.
+    pub fn recall(&self) -> Option<f64> {
+        let found = self.faces.iter().filter(|face| face.state == FaceState::Found).count();
+        share(found, self.faces.len())
+    }
+
+    /// Share of the planes that stand for a face; `None` without planes.
+    pub fn precision(&self) -> Option<f64> {
+        share(self.matches.len(), self.planes)
+    }
+
+    /// Matched planes whose normal points into the thing.
+    pub fn sign_errors(&self) -> usize {
+        self.matches.iter().filter(|found| found.facing == Facing::Inwards).count()
+    }
+
+    /// Mean boundary `IoU` of the faces that were found; `None` when none was.
+    pub fn mean_boundary_iou(&self) -> Option<f64> {
+        let found = || self.faces.iter().filter(|face| face.state == FaceState::Found);
+        let sum: f64 = found().map(|face| face.boundary_iou).sum();
+        (found().count() > 0).then(|| sum / found().count() as f64)
+    }
+}
+
+fn share(part: usize, whole: usize) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}

@@ -1,0 +1,115 @@
+//! The flat faces of the true world.
+
+mod cell_raster;
+mod rings;
+
+pub use cell_raster::CellRaster;
+use dymlm_core::Plane;
+use dymlm_core::vector3::difference;
+use rings::rings_around;
+
+/// A finite plane face of the true world: one flat side of things, as large as it is, and which part of it was seen.
+///
+/// For a recording whose faces were measured by hand, make them with [`new`](Self::new); who knows which parts of a face
+/// were seen, with [`from_cells`](Self::from_cells). `dymlm_sim::Truth` has those of its sequences.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct TrueFace {
+    /// Tells faces apart.
+    pub id: usize,
+    /// The face that this one is no more than 3 cm in front of (or behind), within its outline: a keyboard's and a
+    /// paper's face on a desk, drawers before a cabinet. Its own `id` for all others. Such faces are asked
+    /// for together, since a depth camera can hardly tell them apart.
+    pub relief: usize,
+    /// COCO label of the thing whose face it is.
+    pub label: Option<String>,
+    /// The face in the world; the normal points outwards, to where it can be seen from.
+    pub plane: Plane,
+    /// Polygons in the world, counterclockwise about the normal, one a flat piece that the face is made of; the pieces
+    /// touch or overlap. Discs are polygons of 48 corners.
+    pub outline: Vec<Vec<[f64; 3]>>,
+    /// Area within the outline, square metres, seen or not; to a cell of the raster.
+    pub area: f64,
+    /// Area that was seen, square metres: by enough frames, within range, not too steeply.
+    pub visible_area: f64,
+    pub(crate) cells: FaceCells,
+}
+
+/// A face divided into cells; the three lists have an entry a cell of the raster, row by row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceCells {
+    /// The cells.
+    pub raster: CellRaster,
+    /// Whether the middle lies within the outline.
+    pub inside: Vec<bool>,
+    /// Whether it was seen well enough to be asked for; only cells inside are.
+    pub seen: Vec<bool>,
+    /// Whether there is any reading of it, at whatever angle and distance; only cells inside have one.
+    pub read: Vec<bool>,
+}
+
+impl TrueFace {
+    /// A face that was seen as a whole, from polygons on a plane and in cells of about `cell` metres. `None` when the
+    /// polygons enclose no cell.
+    ///
+    /// ```
+    /// use dymlm_core::Plane;
+    /// use dymlm_metrics::TrueFace;
+    ///
+    /// let outline = vec![[0.0, 0.0, 0.7], [1.2, 0.0, 0.7], [1.2, 0.6, 0.7], [0.0, 0.6, 0.7]];
+    /// let table = TrueFace::new(0, Plane::new([0.0, 0.0, 1.0], -0.7)?, vec![outline], 0.02).ok_or("no area")?;
+    /// assert!((table.visible_area - 0.72).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn new(id: usize, plane: Plane, outline: Vec<Vec<[f64; 3]>>, cell: f64) -> Option<Self> {
+        let raster = raster_over(&outline, plane.normal(), cell)?;
+        let inside = raster.fill_any(&outline);
+        let face = Self::from_cells(
+            id,
+            plane,
+            outline,
+            FaceCells { seen: inside.clone(), read: inside.clone(), inside, raster },
+        );
+        (face.area > 0.0).then_some(face)
+    }
+
+    /// A face of which it is known which cells were seen; no relief of another, and without a label.
+    pub fn from_cells(id: usize, plane: Plane, outline: Vec<Vec<[f64; 3]>>, cells: FaceCells) -> Self {
+        let (area, visible_area) = (cells.area_of(&cells.inside), cells.area_of(&cells.seen));
+        Self { id, relief: id, label: None, plane, outline, area, visible_area, cells }
+    }
+
+    /// The cells, and which of them were seen.
+    pub fn cells(&self) -> &FaceCells {
+        &self.cells
+    }
+
+    /// The seen part as polygons in the world: outer rings counterclockwise about the normal, holes clockwise, along the
+    /// sides of the cells.
+    pub fn visible_boundary(&self) -> Vec<Vec<[f64; 3]>> {
+        rings_around(&self.cells.raster, &self.cells.seen)
+    }
+}
+
+impl FaceCells {
+    /// Area of the marked cells, square metres.
+    pub(crate) fn area_of(&self, marked: &[bool]) -> f64 {
+        marked.iter().filter(|&&marked| marked).count() as f64 * self.raster.cell_area()
+    }
+}
+
+/// A raster over polygons on a plane, along the longest side of the first.
+pub(crate) fn raster_over(rings: &[Vec<[f64; 3]>], normal: [f64; 3], cell: f64) -> Option<CellRaster> {
+    let finite = || rings.iter().flatten().copied().filter(|point| point.iter().all(|c| c.is_finite()));
+    let longest = rings.iter().find_map(|ring| longest_side(ring))?;
+    CellRaster::around(finite(), normal, longest, cell)
+}
+
+fn longest_side(ring: &[[f64; 3]]) -> Option<[f64; 3]> {
+    let next = ring.iter().cycle().skip(1);
+    let sides = ring.iter().zip(next).map(|(&from, &to)| difference(to, from));
+    let squared = |side: &[f64; 3]| side.iter().map(|c| c * c).sum::<f64>();
+    sides
+        .filter(|side| squared(side).is_finite() && squared(side) > 0.0)
+        .max_by(|a, b| squared(a).total_cmp(&squared(b)))
+}

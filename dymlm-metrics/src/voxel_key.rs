@@ -1,0 +1,81 @@
+//! Points of a lattice as keys of hash tables.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use dymlm_core::Point;
+
+/// Largest lattice coordinate: three of them and their signs fit one integer.
+const LIMIT: i32 = (1 << 20) - 1;
+
+/// A voxel of the lattice whose voxel (0, 0, 0) reaches from the origin to `voxel_size` along each axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct VoxelKey(u64);
+
+impl VoxelKey {
+    /// The voxel that holds a point; `None` when the point is not finite. Points more than 2^20 voxels from the
+    /// origin fall to the outermost voxels.
+    #[inline]
+    pub fn of(point: Point, voxels_per_metre: f32) -> Option<Self> {
+        let [x, y, z] = point.map(|c| c * voxels_per_metre);
+        // A NaN coordinate makes the sum NaN, an infinite one leaves it infinite or NaN.
+        if !(point[0] + point[1] + point[2]).is_finite() && point.iter().any(|c| !c.is_finite()) {
+            return None;
+        }
+        Some(Self::pack([x, y, z].map(|c| c.floor() as i32)))
+    }
+
+    #[inline]
+    fn pack(cell: [i32; 3]) -> Self {
+        let [x, y, z] = cell.map(|c| (c.clamp(-LIMIT, LIMIT) + LIMIT) as u64);
+        Self(x << 42 | y << 21 | z)
+    }
+}
+
+/// A map from voxels, hashed by one multiplication: its keys are points of space, not an adversary's choice.
+pub type VoxelMap<T> = HashMap<VoxelKey, T, BuildHasherDefault<VoxelHasher>>;
+
+/// The hash of a [`VoxelMap`].
+#[derive(Debug, Clone, Default)]
+pub struct VoxelHasher(u64);
+
+impl Hasher for VoxelHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u64(byte.into());
+        }
+    }
+
+    #[inline]
+    fn write_u64(&mut self, value: u64) {
+        let mixed = (self.0 ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        // The table uses the upper and the lower bits.
+        self.0 = mixed ^ (mixed >> 32);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn voxels_are_half_open_cubes_from_the_origin() {
+        let key = |x: f32| VoxelKey::of([x, -0.5, 2.5], 1.0).unwrap();
+        assert_eq!(key(0.0), key(0.999));
+        assert_ne!(key(0.0), key(-0.001));
+        assert!(key(-1.5) < key(-0.5) && key(0.5) < key(1.0));
+    }
+
+    #[test]
+    fn odd_points_do_no_harm() {
+        assert_eq!(VoxelKey::of([f32::NAN, 0.0, 0.0], 50.0), None);
+        assert_eq!(VoxelKey::of([0.0, f32::INFINITY, f32::NEG_INFINITY], 50.0), None);
+        let far = |x: f32| VoxelKey::of([x, x, -x], 50.0).unwrap();
+        assert_eq!(far(f32::MAX), far(1e9));
+        assert!(far(f32::MAX) > far(1e3));
+    }
+}

@@ -1,0 +1,12 @@
+//! What is true of a sequence, gathered from its scene and its frames.
+
+mod cell_grid;
+mod face_truth;
+mod flat_side;
+mod object_truth;
+mod sequence_truth;
+mod surface_samples;
+mod surfaces;
+mod swept_volume;
+
+pub use sequence_truth::{Truth, TruthConfig};
