@@ -5,7 +5,7 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use dymlm_benches::{SIZES, kinect, room_depth};
 use dymlm_core::{Frame, PointCloud, Pose};
-use dymlm_metrics::{ReferenceCloud, score_cloud};
+use dymlm_metrics::{ReferenceCloud, SpaceTruth, score_cloud};
 use dymlm_sim::{DetectorConfig, FrameScratch, SensorConfig, Sequence, SequenceConfig, Truth, TruthConfig};
 
 /// Frames of 640x480: as configured by default, without sensor noise and detector failures, and the first into buffers

@@ -14,7 +14,7 @@ pub(crate) struct Panel {
 }
 
 const RED: Rgb = [230, 0, 30];
-/// As [`dymlm_sim::score_cloud`] has it: further from all static surfaces than this is residue or stray, metres.
+/// As [`dymlm_metrics::score_cloud`] has it: further from all static surfaces than this is residue or stray, metres.
 const OFF_SURFACE: f32 = 0.06;
 /// Side of the squares that points are drawn as, metres: residue is made large enough to be seen when it is little.
 const POINT: f64 = 0.01;
