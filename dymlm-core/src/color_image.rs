@@ -110,10 +110,16 @@ impl ColorImage {
     /// [`DepthImage::subsample_from`](crate::DepthImage::subsample_from) does.
     pub fn subsample_from(&mut self, image: &Self, stride: usize) {
         let stride = stride.max(1);
-        (self.width, self.height) = (image.width.div_ceil(stride), image.height.div_ceil(stride));
-        self.data.clear();
         let rows = image.data.chunks_exact(image.width).step_by(stride);
-        rows.for_each(|row| self.data.extend(row.iter().step_by(stride)));
+        let pixels = rows.flat_map(|row| row.iter().step_by(stride).copied());
+        self.replace(image.width.div_ceil(stride), image.height.div_ceil(stride), pixels);
+    }
+
+    /// Gives the image another size and content; as many pixels must come. Allocates only when it grows.
+    pub(crate) fn replace(&mut self, width: usize, height: usize, pixels: impl Iterator<Item = Rgb>) {
+        (self.width, self.height) = (width, height);
+        self.data.clear();
+        self.data.extend(pixels);
     }
 
     /// Width, pixels.

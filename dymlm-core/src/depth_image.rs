@@ -111,10 +111,16 @@ impl DepthImage {
     /// j `stride`) there. Allocates only when the image grows; a stride of 0 is taken for 1.
     pub fn subsample_from(&mut self, image: &Self, stride: usize) {
         let stride = stride.max(1);
-        (self.width, self.height) = (image.width.div_ceil(stride), image.height.div_ceil(stride));
-        self.data.clear();
         let rows = image.data.chunks_exact(image.width).step_by(stride);
-        rows.for_each(|row| self.data.extend(row.iter().step_by(stride)));
+        let pixels = rows.flat_map(|row| row.iter().step_by(stride).copied());
+        self.replace(image.width.div_ceil(stride), image.height.div_ceil(stride), pixels);
+    }
+
+    /// Gives the image another size and content; as many pixels must come. Allocates only when it grows.
+    pub(crate) fn replace(&mut self, width: usize, height: usize, pixels: impl Iterator<Item = f32>) {
+        (self.width, self.height) = (width, height);
+        self.data.clear();
+        self.data.extend(pixels);
     }
 
     /// Width, pixels.
@@ -133,6 +139,10 @@ impl DepthImage {
     #[inline]
     pub fn data(&self) -> &[f32] {
         &self.data
+    }
+
+    pub(crate) fn data_mut(&mut self) -> &mut [f32] {
+        &mut self.data
     }
 
     /// One row of depths, or an empty slice below the image.
