@@ -3,7 +3,7 @@
 #![allow(clippy::expect_used, reason = "constants")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use dymlm_core::BoundingBox;
+use dymlm_core::{BoundingBox, SensorModel};
 use dymlm_sim::{
     CameraPath, CarriedKind, CarriedMotion, CarriedObject, Sequence, SequenceConfig, SimulatedFrame,
 };
@@ -85,6 +85,7 @@ fn object(criterion: &mut Criterion) {
         model,
         Some(thing.label),
         &thing.world_from_object,
+        SensorModel::kinect(),
         &ObjectTrackerConfig::default(),
     )
     .expect("the box is in view");

@@ -12,7 +12,7 @@
 //! and f64 as IEEE 754 says.
 //!
 //! ```
-//! use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Pose};
+//! use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Pose, SensorModel};
 //! use dymlm_tracking::{ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig};
 //!
 //! // A speckled board of 40 x 30 cm, a metre before the camera, moved to the right.
@@ -34,8 +34,10 @@
 //!
 //! let board = ObjectModel::cuboid([0.4, 0.3, 0.02])?;
 //! let world_from_camera = Pose::identity();
-//! let config = ObjectTrackerConfig::default();
-//! let mut tracker = ObjectTracker::new(&view(0.0, 0.0)?, &world_from_camera, board, None, &at(0.0)?, &config)?;
+//! let (sensor, config) = (SensorModel::kinect(), ObjectTrackerConfig::default());
+//! let first = view(0.0, 0.0)?;
+//! let mut tracker =
+//!     ObjectTracker::new(&first, &world_from_camera, board, None, &at(0.0)?, sensor, &config)?;
 //! for (time, x) in [(0.1, 0.04), (0.2, 0.08), (0.3, 0.12)] {
 //!     let update = tracker.track(&view(time, x)?, &[], &world_from_camera)?;
 //!     assert_eq!(update.state, ObjectState::Tracking);
@@ -48,6 +50,7 @@ mod flow;
 mod gray_image;
 mod kcf;
 mod object;
+mod parabola;
 mod pose;
 
 pub use error::Error;
@@ -61,6 +64,6 @@ pub use object::{
     ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate, RestReport, SurfacePoint,
 };
 pub use pose::{
-    PoseConsensus, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, RefinedPose, RefinerConfig,
-    RobustKernel, p3p, rigid_alignment,
+    PoseConsensus, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, RefinedPose, RobustKernel, p3p,
+    rigid_alignment,
 };

@@ -73,7 +73,6 @@ fn affine_light_is_followed_only_when_asked_for() {
     let error = |lighting: Lighting| {
         let mut config = FlowConfig::default();
         config.lighting = lighting;
-        config.max_residual = 1.0;
         config.max_forward_backward = None;
         let found = OpticalFlow::new(&config).unwrap().track(&before, &after, &grid());
         median(

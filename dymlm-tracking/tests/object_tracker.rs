@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-use dymlm_core::{DepthImage, Detection, Frame, Pose};
+use dymlm_core::{DepthImage, Detection, Frame, Pose, SensorModel};
 use dymlm_sim::{
     CameraPath, CarriedKind, CarriedMotion, CarriedObject, CarriedThing, Sequence, SequenceConfig,
     SimulatedFrame,
@@ -36,6 +36,7 @@ fn start(frame: &SimulatedFrame) -> ObjectTracker {
         model(&thing),
         Some(thing.label),
         pose,
+        SensorModel::kinect(),
         &config,
     )
     .unwrap()
@@ -72,6 +73,7 @@ fn follow(sequence: &Sequence, has_depth: bool) -> Outcome {
         model(&thing),
         Some(thing.label),
         &thing.world_from_object,
+        SensorModel::kinect(),
         &config,
     )
     .unwrap();
@@ -195,21 +197,25 @@ fn what_cannot_be_followed_is_refused() {
     let thing = frame.carried.unwrap();
     let config = ObjectTrackerConfig::default();
     let try_at = |pose: &Pose, config: &ObjectTrackerConfig| {
-        ObjectTracker::new(&frame.frame, &frame.world_from_camera, model(&thing), None, pose, config)
-            .map(|_| ())
+        ObjectTracker::new(
+            &frame.frame,
+            &frame.world_from_camera,
+            model(&thing),
+            None,
+            pose,
+            SensorModel::kinect(),
+            config,
+        )
+        .map(|_| ())
     };
     let behind = Pose::new([0.0, -9.0, 1.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
     assert!(matches!(try_at(&behind, &config), Err(Error::NotSeen { .. })));
     let beside = Pose::new([9.0, 3.0, 1.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
     assert!(matches!(try_at(&beside, &config), Err(Error::TargetSize { .. })));
     let mut wrong = ObjectTrackerConfig::default();
-    wrong.view_angle = f64::NAN;
-    assert!(
-        try_at(&thing.world_from_object, &wrong).unwrap_err().to_string().starts_with("view_angle = NaN")
-    );
-    let mut wrong = ObjectTrackerConfig::default();
-    wrong.flow.window_radius = 99;
-    assert!(try_at(&thing.world_from_object, &wrong).is_err());
+    wrong.rest_angle = f64::NAN;
+    let refused = try_at(&thing.world_from_object, &wrong).unwrap_err().to_string();
+    assert!(refused.starts_with("tracking.rest_angle = NaN"), "{refused}");
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use dymlm_core::{PinholeCamera, Pose};
 use dymlm_tracking::{
-    PoseObservation, PoseRansac, PoseRefiner, RansacConfig, RefinerConfig, RobustKernel, p3p, rigid_alignment,
+    PoseObservation, PoseRansac, PoseRefiner, RansacConfig, RobustKernel, p3p, rigid_alignment,
 };
 use proptest::prelude::*;
 
@@ -151,9 +151,7 @@ fn noisy_view(truth: &Pose, sigma: f64, seed: usize) -> Vec<PoseObservation> {
 #[test]
 fn the_covariance_is_that_of_repeated_measurements() {
     let truth = Pose::new([0.1, -0.05, 1.2], [0.1, 0.2, 0.3, 0.927_361_85]).unwrap();
-    let mut config = RefinerConfig::default();
-    config.kernel = RobustKernel::None;
-    let refiner = PoseRefiner::new(&config).unwrap();
+    let refiner = PoseRefiner::new(RobustKernel::None).unwrap();
     let (mut squares, mut predicted) = (0.0, 0.0);
     for seed in 0..200 {
         let found = refiner.refine(&camera(), &truth, &noisy_view(&truth, 0.5, seed)).unwrap();
@@ -176,9 +174,7 @@ fn a_robust_kernel_ignores_what_least_squares_follows() {
         }
     }
     let error = |kernel: RobustKernel| {
-        let mut config = RefinerConfig::default();
-        config.kernel = kernel;
-        let found = PoseRefiner::new(&config).unwrap().refine(&camera(), &start, &seen).unwrap();
+        let found = PoseRefiner::new(kernel).unwrap().refine(&camera(), &start, &seen).unwrap();
         found.camera_from_body.distance(&truth)
     };
     let [least_squares, huber, tukey] =
@@ -193,7 +189,7 @@ fn a_robust_kernel_ignores_what_least_squares_follows() {
 fn depth_and_surfaces_fix_what_pixels_leave_open() {
     // The truth is (0, 0, 1.5), not turned.
     let start = Pose::new([0.0, 0.0, 1.6], [0.03, 0.02, 0.0, 0.9993]).unwrap();
-    let refiner = PoseRefiner::new(&RefinerConfig::default()).unwrap();
+    let refiner = PoseRefiner::new(RobustKernel::default()).unwrap();
     // A plane facing the camera, seen as a surface only: it fixes a distance and two angles, no more.
     let surface: Vec<_> = (0..100)
         .map(|i| {
@@ -220,7 +216,7 @@ fn depth_and_surfaces_fix_what_pixels_leave_open() {
 #[test]
 fn unusable_observations_count_for_nothing() {
     let truth = Pose::new([0.1, -0.05, 1.2], [0.0, 0.0, 0.0, 1.0]).unwrap();
-    let refiner = PoseRefiner::new(&RefinerConfig::default()).unwrap();
+    let refiner = PoseRefiner::new(RobustKernel::default()).unwrap();
     let clean = noisy_view(&truth, 0.3, 1);
     let mut dirty = clean.clone();
     dirty.push(PoseObservation::Pixel { point: [f64::NAN; 3], pixel: [1.0; 2], sigma: 1.0 });
@@ -234,9 +230,8 @@ fn unusable_observations_count_for_nothing() {
 #[test]
 fn configs_are_checked() {
     let mut ransac = RansacConfig::default();
-    ransac.min_inliers = 2;
-    assert!(PoseRansac::new(&ransac).unwrap_err().to_string().contains("ransac.min_inliers = 2"));
-    let mut refiner = RefinerConfig::default();
-    refiner.kernel = RobustKernel::Tukey(f64::NAN);
-    assert!(PoseRefiner::new(&refiner).unwrap_err().to_string().contains("refiner.kernel"));
+    ransac.max_pixels = 0.0;
+    assert!(PoseRansac::new(&ransac).unwrap_err().to_string().contains("ransac.max_pixels = 0"));
+    let refused = PoseRefiner::new(RobustKernel::Tukey(f64::NAN)).unwrap_err().to_string();
+    assert!(refused.starts_with("kernel = NaN"), "{refused}");
 }

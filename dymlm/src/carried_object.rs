@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, Point, Pose};
+use dymlm_core::{Frame, Point, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{MapObject, ShapeKind};
 use dymlm_tracking::{
@@ -55,7 +55,8 @@ impl MapBuilder {
         let world_from_object = object.oriented_box().world_from_box();
         let model = model_of(object)?;
         let label = Some(object.label());
-        Ok(ObjectTracker::new(frame, world_from_camera, model, label, &world_from_object, config)?)
+        let sensor = SensorModel::default();
+        Ok(ObjectTracker::new(frame, world_from_camera, model, label, &world_from_object, sensor, config)?)
     }
 
     /// Tells the maps what the tracker of an object has found in a frame; call it before [`insert`](Self::insert)ing that

@@ -1,7 +1,7 @@
 use std::fmt;
 use std::time::Instant;
 
-use dymlm::core::Point;
+use dymlm::core::{Point, SensorModel};
 use dymlm::tracking::{ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig};
 use dymlm_examples::AnyError;
 use dymlm_sim::{CameraPath, CarriedKind, CarriedObject, CarriedThing, Sequence, SequenceConfig};
@@ -137,6 +137,7 @@ fn follow(
         model(&thing, kind)?,
         Some(thing.label),
         &thing.world_from_object,
+        SensorModel::kinect(),
         &ObjectTrackerConfig::default(),
     )?;
     let mut figures = Figures::default();

@@ -23,18 +23,9 @@ pub struct FlowConfig {
     pub window_radius: usize,
     /// Levels above the image itself, 0..=15, default 3: motions of up to about 2^3 window radii are found.
     pub halvings: usize,
-    /// Most iterations a level, 1..=100, default 30 (`OpenCV`).
-    pub iterations: usize,
-    /// A step shorter than this ends the iteration, pixels of the level, 1e-6..=1, default 0.01 (`OpenCV`).
-    pub epsilon: f32,
-    /// Least eigenvalue of the mean gradient matrix, squared grey levels a squared pixel (levels of 0..=1), 0..=1,
-    /// default 1e-6: below, a window has no texture to follow.
-    pub min_eigenvalue: f32,
     /// How far a point tracked forth and back may end from its start, pixels; 0..=100, default 0.7. `None` = the way back
     /// is not tried, which saves half of the time.
     pub max_forward_backward: Option<f32>,
-    /// Largest root mean square difference of the two windows, grey levels of 0..=1; 0..=1, default 0.15.
-    pub max_residual: f32,
     /// How light may change. Default [`Lighting::Constant`].
     pub lighting: Lighting,
 }
@@ -44,11 +35,7 @@ impl Default for FlowConfig {
         Self {
             window_radius: 10,
             halvings: 3,
-            iterations: 30,
-            epsilon: 0.01,
-            min_eigenvalue: 1e-6,
             max_forward_backward: Some(0.7),
-            max_residual: 0.15,
             lighting: Lighting::default(),
         }
     }
@@ -58,12 +45,6 @@ impl FlowConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("flow.window_radius", self.window_radius as f64, 1.0..=15.0)?;
         check_range("flow.halvings", self.halvings as f64, 0.0..=15.0)?;
-        check_range("flow.iterations", self.iterations as f64, 1.0..=100.0)?;
-        check_range("flow.epsilon", self.epsilon.into(), 1e-6..=1.0)?;
-        check_range("flow.min_eigenvalue", self.min_eigenvalue.into(), 0.0..=1.0)?;
-        if let Some(most) = self.max_forward_backward {
-            check_range("flow.max_forward_backward", most.into(), 0.0..=100.0)?;
-        }
-        check_range("flow.max_residual", self.max_residual.into(), 0.0..=1.0)
+        check_range("flow.max_forward_backward", self.max_forward_backward.unwrap_or(0.0).into(), 0.0..=100.0)
     }
 }

@@ -1,6 +1,12 @@
 use dymlm_core::{BoundingBox, ConfigError, Mask, check_range};
 
+use crate::parabola::vertex;
 use crate::{Error, GrayImage};
+
+/// Gradients are summed over a window of 2 radius + 1 pixels a side.
+const WINDOW_RADIUS: usize = 2;
+/// Least strength of a corner, squared grey levels a squared pixel (levels of 0..=1): below, corners are noise.
+const LEAST_STRENGTH: f32 = 1e-5;
 
 /// Settings of [`CornerDetector`].
 #[derive(Debug, Clone, PartialEq)]
@@ -10,30 +16,20 @@ use crate::{Error, GrayImage};
 pub struct CornerConfig {
     /// Most corners found at once, 1..=100000, default 200.
     pub max_corners: usize,
-    /// Least strength as a share of the strongest corner's, 0..=1, default 0.01 (`OpenCV`).
-    pub quality: f32,
-    /// Least strength, squared grey levels a squared pixel (levels of 0..=1), 0..=1, default 1e-5: below, corners are
-    /// noise.
-    pub min_strength: f32,
     /// Least distance between corners, pixels, 1..=1000, default 7.
     pub min_distance: f32,
-    /// Gradients are summed over a window of 2 radius + 1 pixels a side; 1..=15, default 2.
-    pub window_radius: usize,
 }
 
 impl Default for CornerConfig {
     fn default() -> Self {
-        Self { max_corners: 200, quality: 0.01, min_strength: 1e-5, min_distance: 7.0, window_radius: 2 }
+        Self { max_corners: 200, min_distance: 7.0 }
     }
 }
 
 impl CornerConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("corners.max_corners", self.max_corners as f64, 1.0..=1e5)?;
-        check_range("corners.quality", self.quality.into(), 0.0..=1.0)?;
-        check_range("corners.min_strength", self.min_strength.into(), 0.0..=1.0)?;
-        check_range("corners.min_distance", self.min_distance.into(), 1.0..=1000.0)?;
-        check_range("corners.window_radius", self.window_radius as f64, 1.0..=15.0)
+        check_range("corners.min_distance", self.min_distance.into(), 1.0..=1000.0)
     }
 }
 
@@ -156,7 +152,7 @@ impl CornerDetector {
     /// The smaller eigenvalue of the products' mean over the window.
     fn measure_strength(&mut self, Region { size, .. }: Region) {
         let [width, height] = size;
-        let radius = self.config.window_radius;
+        let radius = WINDOW_RADIUS;
         let norm = 1.0 / ((2 * radius + 1) * (2 * radius + 1)) as f32;
         self.strength.resize(width * height, 0.0);
         self.strength.fill(0.0);
@@ -186,8 +182,9 @@ impl CornerDetector {
     fn find_maxima(&mut self, Region { first, size }: Region, allowed: impl Fn(usize, usize) -> bool) {
         self.candidates.clear();
         let [width, height] = size;
+        // Below a hundredth of the strongest they are its echoes (as in OpenCV).
         let strongest = self.strength.iter().copied().fold(0.0, f32::max);
-        let least = (self.config.quality * strongest).max(self.config.min_strength);
+        let least = (0.01 * strongest).max(LEAST_STRENGTH);
         for y in 1..height - 1 {
             for x in 1..width - 1 {
                 let at = |dx: usize, dy: usize| self.strength[(y + dy - 1) * width + x + dx - 1];
@@ -227,10 +224,4 @@ impl CornerDetector {
             }
         }
     }
-}
-
-/// Where a parabola through three neighbours is highest, -0.5..=0.5.
-fn vertex(left: f32, middle: f32, right: f32) -> f32 {
-    let curvature = 2.0 * middle - left - right;
-    if curvature > 0.0 { (0.5 * (right - left) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
 }

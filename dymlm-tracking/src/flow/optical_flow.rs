@@ -2,6 +2,14 @@ use super::template::{AlignmentLimits, Template, is_within};
 use super::{FlowConfig, ImagePyramid};
 use crate::{Error, GrayImage};
 
+/// When a window's alignment ends (`OpenCV`'s defaults): steps, and the pixels of a step that is no more than noise.
+const ITERATIONS: usize = 30;
+const EPSILON: f32 = 0.01;
+/// Least eigenvalue of the mean gradient matrix, squared grey levels a squared pixel (levels of 0..=1).
+const LEAST_TEXTURE: f32 = 1e-6;
+/// Largest root mean square difference of two windows that show the same, grey levels of 0..=1.
+const MOST_RESIDUAL: f32 = 0.15;
+
 /// Follows points from one image to the next by pyramidal Lucas-Kanade.
 ///
 /// Bouguet: "Pyramidal Implementation of the Lucas Kanade Feature Tracker", Intel 2000. A point's window is aligned on
@@ -114,7 +122,7 @@ impl OpticalFlow {
         if forth.status != FlowStatus::Tracked {
             return forth;
         }
-        if forth.residual > self.config.max_residual {
+        if forth.residual > MOST_RESIDUAL {
             forth.status = FlowStatus::Dissimilar;
             return forth;
         }
@@ -142,11 +150,8 @@ impl OpticalFlow {
         if !from.first().is_some_and(|image| is_within(image, point)) {
             return failed(guess, FlowStatus::OutOfImage);
         }
-        let limits = AlignmentLimits {
-            iterations: self.config.iterations,
-            epsilon: self.config.epsilon,
-            lighting: self.config.lighting,
-        };
+        let limits =
+            AlignmentLimits { iterations: ITERATIONS, epsilon: EPSILON, lighting: self.config.lighting };
         let mut result = failed(guess, FlowStatus::OutOfImage);
         let levels = from.iter().zip(to).enumerate().take(self.config.halvings + 1).rev();
         for (level, (source, target)) in levels {
@@ -154,7 +159,7 @@ impl OpticalFlow {
             // A coarse level may fail where a fine one does not: it only prepares.
             let is_last = level == 0;
             self.template.take(source, point.map(|c| c * scale), self.config.window_radius);
-            if self.template.min_eigenvalue() < self.config.min_eigenvalue {
+            if self.template.min_eigenvalue() < LEAST_TEXTURE {
                 if is_last {
                     return failed(result.point, FlowStatus::NoTexture);
                 }

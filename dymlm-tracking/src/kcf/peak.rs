@@ -1,5 +1,7 @@
 use rustfft::num_complex::Complex;
 
+use crate::parabola::vertex;
+
 /// The highest value of a response to a target, and how far it stands out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Peak {
@@ -30,12 +32,6 @@ impl Peak {
         let shift = [cyclic(x, width) + fraction[0], cyclic(y, height) + fraction[1]];
         Self { shift, value, sidelobe_ratio: sidelobe_ratio(response, size, [x, y], radius, value) }
     }
-}
-
-/// Where a parabola through three neighbours is highest, -0.5..=0.5.
-fn vertex(left: f32, middle: f32, right: f32) -> f32 {
-    let curvature = 2.0 * middle - left - right;
-    if curvature > 0.0 { (0.5 * (right - left) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
 }
 
 /// Entries beyond the middle are shifts the other way.

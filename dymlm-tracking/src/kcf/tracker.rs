@@ -2,7 +2,7 @@ use dymlm_core::BoundingBox;
 use rustfft::num_complex::Complex;
 
 use super::channels::Channels;
-use super::config::KcfConfig;
+use super::config::{KcfConfig, Published};
 use super::correlation::KernelCorrelation;
 use super::fourier::{Fourier, fast_length};
 use super::peak::Peak;
@@ -11,6 +11,15 @@ use crate::{Error, GrayImage};
 
 /// Least side of a target's part on the image, pixels.
 const LEAST_SIDE: f32 = 6.0;
+/// Weight lambda of the regularization (Henriques 2015).
+const REGULARIZATION: f32 = 1e-4;
+/// Ratio between the scales that are tried (its published multi-scale variant).
+const SCALE_STEP: f32 = 1.05;
+/// Factor on the response at another scale than the last one: the size changes only when that clearly fits better.
+const SCALE_WEIGHT: f32 = 0.98;
+/// Least peak-to-sidelobe ratio at which a view is learned: below it the target is probably occluded, and what occludes
+/// it must not be learned.
+const LEAST_LEARNING_RATIO: f32 = 5.0;
 
 /// Follows a window of the image by a kernelized correlation filter.
 ///
@@ -44,6 +53,7 @@ const LEAST_SIDE: f32 = 6.0;
 #[derive(Debug, Clone)]
 pub struct KcfTracker {
     config: KcfConfig,
+    published: Published,
     /// Centre of the target in coordinates of its box (half a pixel to the lower right of pixel coordinates).
     center: [f32; 2],
     /// Size of the target at scale 1, pixels.
@@ -110,23 +120,25 @@ impl KcfTracker {
         check_target(image, target)?;
         let size = [target.width(), target.height()];
         let cells = template_cells(size, config);
-        let cell = config.cell();
+        let published = config.features.published();
+        let cell = published.cell;
         let count = cells[0] * cells[1];
         let mut fourier = Fourier::new(cells);
         let channels = Channels::new(config.features, cells, cell);
         let spectra = channels.planes() * count;
         // Of the template, the target is the part 1 / padding wide and high.
-        let sigma = (count as f32).sqrt() / config.padding * config.output_sigma;
+        let sigma = (count as f32).sqrt() / config.padding * published.output_sigma;
         let zeros = |length: usize| vec![Complex::default(); length];
         let mut tracker = Self {
             config: config.clone(),
+            published,
             center: target.center(),
             size,
             first_box: target,
             scale: 1.0,
             cells,
             peak_radius: (3.0 * sigma).ceil() as usize,
-            correlation: KernelCorrelation::new(count, channels.count(), config.kernel_sigma),
+            correlation: KernelCorrelation::new(count, channels.count(), published.kernel_sigma),
             wanted: wanted_response(cells, sigma, &mut fourier),
             fourier,
             channels,
@@ -146,7 +158,7 @@ impl KcfTracker {
     /// Finds the target in the next image, and learns how it looks there if it is clearly seen.
     pub fn update(&mut self, image: &GrayImage) -> KcfUpdate {
         let mut update = self.locate(image);
-        if update.peak_to_sidelobe >= self.config.min_learning_ratio {
+        if update.peak_to_sidelobe >= LEAST_LEARNING_RATIO {
             self.learn(image);
             update.learning = Learning::Learned;
         }
@@ -161,20 +173,15 @@ impl KcfTracker {
             self.shift_by(&found, self.scale, image);
             found = self.detect(image, self.scale);
         }
-        let mut best = (found, self.scale, 0.0_f32);
-        for step in 1..=self.config.scales {
-            let factor = self.config.scale_step.powi(step as i32);
-            for scale in
-                [self.scale / factor, self.scale * factor].map(|scale| self.allowed_scale(scale, image))
-            {
-                let weight = self.config.scale_weight.powi(step as i32);
-                let peak = self.detect(image, scale);
-                if weight * peak.value > best.0.value * self.config.scale_weight.powf(best.2) {
-                    best = (peak, scale, step as f32);
-                }
+        let (mut peak, mut scale) = (found, self.scale);
+        for other in [self.scale / SCALE_STEP, self.scale * SCALE_STEP] {
+            let other = self.allowed_scale(other, image);
+            let other_peak = self.detect(image, other);
+            let weight = if scale == self.scale { SCALE_WEIGHT } else { 1.0 };
+            if weight * other_peak.value > peak.value {
+                (peak, scale) = (other_peak, other);
             }
         }
-        let (peak, scale, _) = best;
         self.shift_by(&peak, scale, image);
         self.scale = scale;
         KcfUpdate {
@@ -188,7 +195,7 @@ impl KcfTracker {
 
     /// Learns how the target looks in an image, where it is now.
     pub fn learn(&mut self, image: &GrayImage) {
-        self.learn_at_rate(image, self.config.learning_rate);
+        self.learn_at_rate(image, self.published.learning_rate);
     }
 
     /// Says where the target is, when somebody knows better; what was learned stays. The box keeps the first one's
@@ -245,7 +252,7 @@ impl KcfTracker {
         let view = &self.scratch.view;
         self.correlation.correlate(view, view, &mut self.fourier, kernel);
         for (value, wanted) in kernel.iter_mut().zip(&self.wanted) {
-            *value = wanted / (*value + self.config.regularization);
+            *value = wanted / (*value + REGULARIZATION);
         }
         blend(&mut self.coefficients, kernel, rate);
         blend(&mut self.appearance, view, rate);
@@ -254,7 +261,7 @@ impl KcfTracker {
     /// Spectra of the window of the given scale, into `scratch.view`.
     fn observe(&mut self, image: &GrayImage, scale: f32) {
         let extent = self.window_extent(scale);
-        let size = self.cells.map(|count| count * self.config.cell());
+        let size = self.cells.map(|count| count * self.published.cell);
         // From coordinates of boxes to those of pixels' centres.
         let center = self.center.map(|c| c - 0.5);
         let Scratch { sampler, template, view, .. } = &mut self.scratch;
@@ -290,7 +297,7 @@ fn check_target(image: &GrayImage, target: BoundingBox) -> Result<(), Error> {
 /// Cells of the template: the longer side as configured, the other in proportion, both fast to transform.
 fn template_cells(size: [f32; 2], config: &KcfConfig) -> [usize; 2] {
     let longer = size[0].max(size[1]);
-    let cell = config.cell() as f32;
+    let cell = config.features.published().cell as f32;
     size.map(|side| {
         let cells = (side / longer * config.template_size as f32 / cell).round() as usize;
         fast_length(cells.max(6))

@@ -1,15 +1,26 @@
 //! A chosen object that is moved by hand: where it is, in six degrees of freedom.
 
+mod appearance;
 mod config;
-mod hiding;
+mod cut_out;
+mod fit;
+mod likely_places;
 mod model;
 mod motion;
-mod recovery;
+mod occlusion;
+mod pixel_lengths;
+mod point_flow;
+mod pose_fitter;
+mod rest_watch;
+mod scene;
+mod search;
 mod silhouette;
 mod state;
 mod surface;
+mod surface_point;
 mod tracker;
 mod view;
+mod view_store;
 
 pub use config::ObjectTrackerConfig;
 pub use model::{ObjectModel, SurfacePoint};

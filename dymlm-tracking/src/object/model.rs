@@ -1,5 +1,5 @@
-use dymlm_core::{Point, Pose};
-use nalgebra::{Matrix3, Vector3};
+use dymlm_core::vector3::{along, difference, dot, unit};
+use dymlm_core::{BoundingBox, PinholeCamera, Point, Pose, symmetric_eigen3};
 
 use crate::Error;
 
@@ -102,16 +102,16 @@ impl ObjectModel {
         let half = lengths.map(|l| 0.5 * l);
         let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
         let surface = (0..ELLIPSOID_POINTS)
-            .map(|i| {
+            .filter_map(|i| {
                 let z = 1.0 - 2.0 * (i as f64 + 0.5) / ELLIPSOID_POINTS as f64;
                 let radius = (1.0 - z * z).sqrt();
                 let (sin, cos) = (golden * i as f64).sin_cos();
-                let unit = [radius * cos, radius * sin, z];
-                let normal = Vector3::from_fn(|axis, _| unit[axis] / half[axis]).normalize();
-                SurfacePoint {
-                    position: std::array::from_fn(|axis| unit[axis] * half[axis]),
-                    normal: normal.into(),
-                }
+                let on_sphere = [radius * cos, radius * sin, z];
+                let normal = unit(std::array::from_fn(|axis| on_sphere[axis] / half[axis]))?;
+                Some(SurfacePoint {
+                    position: std::array::from_fn(|axis| on_sphere[axis] * half[axis]),
+                    normal,
+                })
             })
             .collect();
         Ok(Self { surface, low: half.map(|h| -h), high: half })
@@ -144,6 +144,22 @@ impl ObjectModel {
         })
     }
 
+    /// The smallest box around its projected corners, pixels; `None` when one of them lies behind the camera.
+    pub(super) fn bounds_in_image(
+        &self,
+        camera: &PinholeCamera,
+        camera_from_object: &Pose,
+    ) -> Option<BoundingBox> {
+        let mut sides = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for corner in self.corners() {
+            let [u, v] = camera.project(camera_from_object.transform_point(corner))?;
+            sides = [sides[0].min(u), sides[1].min(v), sides[2].max(u), sides[3].max(v)];
+        }
+        // Half a pixel and more, so that pixels at the rim belong to it.
+        let [x_min, y_min, x_max, y_max] = sides.map(|side| side as f32);
+        BoundingBox::new(x_min, y_min, x_max + 1.0, y_max + 1.0).ok()
+    }
+
     /// Whether a point of the object frame lies in its bounds, `margin` metres wider.
     pub(super) fn contains(&self, point: [f64; 3], margin: f64) -> bool {
         (0..3).all(|i| (self.low[i] - margin..=self.high[i] + margin).contains(&point[i]))
@@ -159,9 +175,8 @@ impl ObjectModel {
         let eye = camera_from_object.inverse().translation();
         let pose = *camera_from_object;
         self.surface.iter().filter_map(move |point| {
-            let to_eye = Vector3::from(eye) - Vector3::from(point.position);
-            let cosine = to_eye.dot(&Vector3::from(point.normal)) / to_eye.norm();
-            (cosine > least_cosine).then(|| (point, pose.transform_point(point.position)))
+            let to_eye = unit(difference(eye, point.position))?;
+            (dot(to_eye, point.normal) > least_cosine).then(|| (point, pose.transform_point(point.position)))
         })
     }
 }
@@ -198,22 +213,27 @@ fn thinned(points: &[Point], low: Point, cell: f32) -> Vec<[f64; 3]> {
 
 /// The direction of least spread among the nearest points, away from `middle`.
 fn normal_at(points: &[[f64; 3]], at: [f64; 3], middle: [f64; 3]) -> [f64; 3] {
-    let apart = |p: &[f64; 3]| (Vector3::from(*p) - Vector3::from(at)).norm_squared();
+    let apart = |p: &[f64; 3]| {
+        let d = difference(*p, at);
+        dot(d, d)
+    };
     let mut near: Vec<(f64, usize)> = points.iter().enumerate().map(|(i, p)| (apart(p), i)).collect();
     let count = NEIGHBOURS.min(near.len());
     near.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     near.truncate(count);
     near.sort_by_key(|&(_, i)| i);
-    let mean = near.iter().map(|&(_, i)| Vector3::from(points[i])).sum::<Vector3<f64>>() / count as f64;
-    let mut spread = Matrix3::zeros();
+    let mean = near.iter().fold([0.0; 3], |sum, &(_, i)| along(sum, 1.0 / count as f64, points[i]));
+    let mut spread = [[0.0; 3]; 3];
     for &(_, i) in &near {
-        let d = Vector3::from(points[i]) - mean;
-        spread += d * d.transpose();
+        let d = difference(points[i], mean);
+        for (row, x) in spread.iter_mut().zip(d) {
+            *row = along(*row, x, d);
+        }
     }
-    let eigen = spread.symmetric_eigen();
-    let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-    let outwards = Vector3::from(at) - Vector3::from(middle);
-    (normal * if normal.dot(&outwards) < 0.0 { -1.0 } else { 1.0 }).into()
+    let outwards = difference(at, middle);
+    // Points of a cloud are finite, and so is their spread.
+    let normal = symmetric_eigen3(spread).map_or(outwards, |eigen| eigen.vectors[2]);
+    if dot(normal, outwards) < 0.0 { normal.map(|x| -x) } else { normal }
 }
 
 #[cfg(test)]
@@ -234,7 +254,7 @@ mod tests {
         let model = ObjectModel::from_points(&points).unwrap();
         assert!(model.surface().len() > 500);
         for point in model.surface() {
-            let cosine = Vector3::from(point.position).normalize().dot(&Vector3::from(point.normal));
+            let cosine = dot(unit(point.position).unwrap(), point.normal);
             assert!(cosine > 0.97, "{cosine}");
         }
     }

@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use dymlm_core::{PinholeCamera, Pose};
 
-use super::ObjectModel;
+use super::model::ObjectModel;
 use crate::GrayImage;
 
 /// Which pixels of a part of the image show a model at a pose: 1 where they do, else 0. A rim of one pixel, in which

@@ -1,115 +1,107 @@
-use dymlm_core::{DepthImage, PinholeCamera, Pose, axial_noise};
+use dymlm_core::{Pose, Visibility};
 
-use super::ObjectModel;
+use super::model::ObjectModel;
+use super::scene::Scene;
 use crate::PoseObservation;
 
 /// Readings used at most; more tell nothing new.
 const MOST_READINGS: usize = 250;
 /// Points seen more obliquely than this cosine lie on the silhouette, where readings err.
 const LEAST_COSINE: f64 = 0.25;
+/// Readings of one surface err alike: as observations of its pose they count as if their noise were this much larger.
+const LIKE_READINGS: f64 = 4.0;
+/// Fewer readings tell nothing about a surface.
+const ENOUGH: usize = 20;
 
-/// What the depth image says about the model's surface at a pose.
+/// What a depth image says about places of the object's surface: how many are present, occluded and absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct SurfaceView {
-    /// Points whose reading lies near them.
-    pub(super) seen: usize,
-    /// Points behind something nearer.
-    pub(super) hidden: usize,
-    /// Points that the camera looks through.
-    pub(super) absent: usize,
+pub(super) struct SurfaceReadings {
+    pub(super) present: usize,
+    occluded: usize,
+    absent: usize,
 }
 
-impl SurfaceView {
-    /// Of places in the camera's frame that face it.
-    pub(super) fn of_places(
-        places: impl Iterator<Item = [f64; 3]>,
-        camera: &PinholeCamera,
-        depth: &DepthImage,
-        gate: f64,
-    ) -> Self {
-        let mut view = Self::default();
+impl SurfaceReadings {
+    /// Of places in the camera's frame that face it, known to `sigma` metres.
+    pub(super) fn of_places(places: impl Iterator<Item = [f64; 3]>, scene: Scene<'_>, sigma: f64) -> Self {
+        let mut readings = Self::default();
         for place in places {
-            view.compare(place, camera, depth, gate);
+            readings.count(scene.look_at(place, sigma).visibility);
         }
-        view
+        readings
     }
 
-    /// Compares a place with the reading there; gives the reading's, when it is the same.
-    fn compare(
-        &mut self,
-        place: [f64; 3],
-        camera: &PinholeCamera,
-        depth: &DepthImage,
-        gate: f64,
-    ) -> Option<[f64; 3]> {
-        let pixel = camera.project(place).filter(|&pixel| camera.sees(pixel))?;
-        let [u, v] = pixel.map(|c| c.round().max(0.0));
-        let reading = depth.at(u as usize, v as usize);
-        if reading <= 0.0 {
-            return None;
+    fn count(&mut self, visibility: Visibility) {
+        match visibility {
+            Visibility::Present => self.present += 1,
+            Visibility::Occluded => self.occluded += 1,
+            Visibility::Absent => self.absent += 1,
+            Visibility::OutOfView | Visibility::NoReading => {}
         }
-        let reach = gate + 3.0 * f64::from(axial_noise(reading));
-        let beyond = f64::from(reading) - place[2];
-        if beyond < -reach {
-            self.hidden += 1;
-        } else if beyond > reach {
-            self.absent += 1;
-        } else {
-            self.seen += 1;
-            return Some(camera.back_project([u, v], reading.into()));
-        }
-        None
     }
 
-    /// Share of the points with a reading that something nearer hides.
-    pub(super) fn hidden_share(&self) -> f64 {
-        self.hidden as f64 / (self.seen + self.hidden + self.absent).max(1) as f64
+    fn total(&self) -> usize {
+        self.present + self.occluded + self.absent
     }
 
-    /// Share of the points with a reading that are there.
-    pub(super) fn seen_share(&self) -> f64 {
-        self.seen as f64 / (self.seen + self.hidden + self.absent).max(1) as f64
+    /// Share of the places with a reading that something nearer hides; 0 without readings.
+    pub(super) fn occluded_share(&self) -> f64 {
+        self.occluded as f64 / self.total().max(1) as f64
     }
 
-    /// Whether there is enough depth to tell anything.
-    pub(super) fn tells(&self) -> bool {
-        self.seen + self.hidden + self.absent >= 20
+    /// Share of the places with a reading at which that is of the object; 0 without readings.
+    pub(super) fn present_share(&self) -> f64 {
+        self.present as f64 / self.total().max(1) as f64
+    }
+
+    /// Whether there are enough readings to judge by.
+    pub(super) fn has_enough(&self) -> bool {
+        self.total() >= ENOUGH
+    }
+
+    /// Whether fewer than half of the places with a reading are there.
+    pub(super) fn is_mostly_elsewhere(&self) -> bool {
+        2 * self.present < self.occluded + self.absent
     }
 }
 
-/// Compares the model's surface at a pose with the readings (projective association), and adds what lies within `gate`
-/// metres as point-to-plane observations. `sigma`: standard deviation of a reading from the model by its depth.
+/// Compares the model's surface at a pose with the readings (projective association), and adds those of it as
+/// point-to-plane observations. `model_sigma`: standard deviation of the model's surface from the object's, metres.
 pub(super) fn observe_surface(
     model: &ObjectModel,
-    camera: &PinholeCamera,
-    depth: &DepthImage,
+    scene: Scene<'_>,
     camera_from_object: &Pose,
-    gate: f64,
-    sigma: impl Fn(f32) -> f64,
+    model_sigma: f64,
     observations: &mut Vec<PoseObservation>,
-) -> SurfaceView {
-    let mut view = SurfaceView::default();
+) -> SurfaceReadings {
+    let mut readings = SurfaceReadings::default();
     let facing = model.facing(camera_from_object, LEAST_COSINE).count();
     let stride = facing.div_ceil(MOST_READINGS).max(1);
     for (point, place) in model.facing(camera_from_object, LEAST_COSINE).step_by(stride) {
-        if let Some(measured) = view.compare(place, camera, depth, gate) {
+        let seen = scene.look_at(place, model_sigma);
+        readings.count(seen.visibility);
+        if seen.visibility == Visibility::Present {
+            let depth = f64::from(seen.reading);
             observations.push(PoseObservation::Surface {
                 point: point.position,
                 normal: point.normal,
-                measured,
-                sigma: sigma(measured[2] as f32),
+                measured: scene.camera.back_project(seen.pixel.map(|c| c as f64), depth),
+                sigma: (LIKE_READINGS * scene.sigma(depth)).hypot(model_sigma),
             });
         }
     }
-    view
+    readings
 }
 
 #[cfg(test)]
 mod tests {
+    use dymlm_core::{DepthImage, PinholeCamera, SensorModel};
+
     use super::*;
+    use crate::ImagePyramid;
 
     #[test]
-    fn tells_seen_from_hidden_from_absent() {
+    fn places_are_present_occluded_or_absent() {
         let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
         let model = ObjectModel::cuboid([0.4, 0.4, 0.1]).unwrap();
         let pose = Pose::new([0.0, 0.0, 1.05], [0.0, 0.0, 0.0, 1.0]).unwrap();
@@ -122,10 +114,16 @@ mod tests {
             })
             .collect();
         let depth = DepthImage::new(160, 120, data).unwrap();
+        let scene = Scene {
+            camera: &camera,
+            pyramid: &ImagePyramid::empty(0),
+            depth: &depth,
+            sensor: &SensorModel::kinect(),
+        };
         let mut observations = Vec::new();
-        let view = observe_surface(&model, &camera, &depth, &pose, 0.02, f64::from, &mut observations);
-        assert!(view.tells() && observations.len() == view.seen);
-        assert!((view.hidden_share() - 0.25).abs() < 0.04, "{view:?}");
-        assert!((view.seen_share() - 0.5).abs() < 0.04, "{view:?}");
+        let readings = observe_surface(&model, scene, &pose, 0.008, &mut observations);
+        assert!(readings.has_enough() && observations.len() == readings.present);
+        assert!((readings.occluded_share() - 0.25).abs() < 0.04, "{readings:?}");
+        assert!((readings.present_share() - 0.5).abs() < 0.04, "{readings:?}");
     }
 }

@@ -1,32 +1,32 @@
-mod fit;
-mod follow;
-mod learn;
-mod readings;
-mod search;
+use dymlm_core::{BoundingBox, ColorImage, Detection, Frame, Pose, SensorModel};
 
-use dymlm_core::{BoundingBox, Detection, Frame, Pose};
-
-use self::learn::MARGIN;
+use super::appearance::Appearance;
+use super::config::ObjectTrackerConfig;
+use super::fit::Fit;
+use super::likely_places::Place;
+use super::model::ObjectModel;
 use super::motion::Motion;
-use super::recovery::Appearance;
-use super::state::{ObjectState, RestLimits, RestReport, RestWatch};
-use super::surface::SurfaceView;
-use super::view::{Sight, Sighting, View, projected_bounds};
-use super::{ObjectModel, ObjectTrackerConfig};
-use crate::flow::Template;
-use crate::{
-    CornerDetector, Error, FlowPoint, ImagePyramid, KcfTracker, OpticalFlow, PoseObservation, PoseRansac,
-    PoseRefiner,
-};
+use super::pixel_lengths::PixelLengths;
+use super::point_flow::PointFlow;
+use super::pose_fitter::PoseFitter;
+use super::rest_watch::{RestLimits, RestWatch};
+use super::scene::Scene;
+use super::search::{Clues, Search, placed};
+use super::state::{ObjectState, RestReport};
+use super::surface::SurfaceReadings;
+use super::view::{MARGIN, PointMatch};
+use super::view_store::{LEAST_CORNERS, ViewStore};
+use crate::pose::PosePrior;
+use crate::{Error, ImagePyramid, KcfConfig, KcfTracker};
 
-pub(super) use self::fit::Fit;
-
-/// Corners needed at the start, and readings that say that it stands.
-const LEAST_CORNERS: usize = 6;
 /// The window tracker is asked where the object is only when its peak stands out so far.
 const LEAST_PEAK: f32 = 6.0;
-/// Least share of an object's surface in view that the depth shows if it stands.
+/// Least share of an object's points in view at which the depth shows it, if it stands.
 const LEAST_STANDING: f64 = 0.5;
+/// Share of the visible surface behind something nearer from which on the object counts as occluded.
+const OCCLUDED_SHARE: f64 = 0.5;
+/// Frames of this time err alike, seconds.
+const LIKE_TIME: f64 = 0.3;
 
 /// Follows a chosen object that is moved by hand, in six degrees of freedom.
 ///
@@ -46,40 +46,23 @@ const LEAST_STANDING: f64 = 0.5;
 #[derive(Debug, Clone)]
 pub struct ObjectTracker {
     config: ObjectTrackerConfig,
+    sensor: SensorModel,
     model: ObjectModel,
-    label: Option<String>,
-    appearance: Option<Appearance>,
     kcf: KcfTracker,
-    flow: OpticalFlow,
-    corners: CornerDetector,
-    ransac: PoseRansac,
-    refiner: PoseRefiner,
-    views: Vec<View>,
+    flow: PointFlow,
+    views: ViewStore,
+    fitter: PoseFitter,
+    search: Search,
     /// Points of the last frame that agreed on its pose.
-    tracks: Vec<Sighting>,
+    tracks: Vec<PointMatch>,
     motion: Motion,
     rest: RestWatch,
     state: ObjectState,
     /// Time of the last frame, and of the last one with a pose.
     time: f64,
     seen: f64,
-    /// Frames since then.
-    misses: usize,
-    /// Counts the frames of a search, so that it goes through all views.
-    searches: usize,
     last: ImagePyramid,
     next: ImagePyramid,
-    template: Template,
-    scratch: Scratch,
-}
-
-/// Working memory.
-#[derive(Debug, Clone, Default)]
-struct Scratch {
-    from: Vec<[f32; 2]>,
-    guesses: Vec<[f32; 2]>,
-    found: Vec<FlowPoint>,
-    observations: Vec<PoseObservation>,
 }
 
 /// What a frame told about the object.
@@ -107,71 +90,59 @@ pub struct ObjectUpdate {
 
 impl ObjectTracker {
     /// Chooses an object that stands at `world_from_object` and is in view. `label`: the detector's name for it, for
-    /// finding it again.
+    /// finding it again. Its lengths in pixels are those of the frame's camera.
     ///
     /// # Errors
     ///
-    /// [`Error::Config`]; [`Error::NoColor`]; [`Error::TargetSize`] when too little of the object is on the image;
-    /// [`Error::NotSeen`] when fewer than six corners are found on it.
+    /// [`Error::Config`], of the sensor too; [`Error::NoColor`]; [`Error::TargetSize`] when too little of the object is
+    /// on the image; [`Error::NotSeen`] when fewer than six corners are found on it.
     pub fn new(
         frame: &Frame,
         world_from_camera: &Pose,
         model: ObjectModel,
         label: Option<&str>,
         world_from_object: &Pose,
+        sensor: SensorModel,
         config: &ObjectTrackerConfig,
     ) -> Result<Self, Error> {
         config.validate()?;
+        sensor.validate()?;
         let color = frame.color().ok_or(Error::NoColor)?;
+        let (camera, time) = (frame.camera(), frame.timestamp());
         let camera_from_object = world_from_camera.inverse() * *world_from_object;
-        let mut next = ImagePyramid::empty(config.flow.halvings);
+        let lengths = PixelLengths::of(camera);
+        let mut next = ImagePyramid::empty(lengths.halvings);
         next.build_from_color(color);
-        let sight = Sight { camera: frame.camera(), pyramid: &next, depth: frame.depth() };
-        let mut corners = CornerDetector::new(&config.corners)?;
-        let not_seen = |found| Error::NotSeen { found, least: LEAST_CORNERS };
-        let region = projected_bounds(&model, frame.camera(), &camera_from_object).ok_or(not_seen(0))?;
-        let kcf = KcfTracker::new(next.base(), region, &config.kcf)?;
-        let view =
-            View::take(sight, &model, &camera_from_object, &mut corners, MARGIN, config.model_sigma, |_| {
-                true
-            })
-            .ok_or(not_seen(0))?;
-        if view.points.len() < LEAST_CORNERS {
-            return Err(not_seen(view.points.len()));
-        }
-        let mut tracker = Self {
+        let not_seen = Error::NotSeen { found: 0, least: LEAST_CORNERS };
+        let region = model.bounds_in_image(camera, &camera_from_object).ok_or(not_seen)?;
+        // Wider than for what walks: a hand moves fast.
+        let kcf = KcfConfig { padding: 2.5, template_size: 96, ..KcfConfig::default() };
+        let kcf = KcfTracker::new(next.base(), region, &kcf)?;
+        let scene = Scene { camera, pyramid: &next, depth: frame.depth(), sensor: &sensor };
+        let (points, sigma) = (config.max_points, config.model_sigma);
+        let mut views = ViewStore::new(scene, &model, &camera_from_object, points, sigma)?;
+        let mut fitter = PoseFitter::new(lengths.consensus, sigma)?;
+        let appearance = appearance_in(scene, color, &model, region, &camera_from_object);
+        let fit = fitter.fit(scene, &model, &mut views, &camera_from_object, None);
+        let accelerations = [config.angular_acceleration, config.acceleration];
+        Ok(Self {
             config: config.clone(),
-            label: label.map(str::to_owned),
-            appearance: None,
-            kcf,
-            flow: OpticalFlow::new(&config.flow)?,
-            corners,
-            ransac: PoseRansac::new(&config.ransac)?,
-            refiner: PoseRefiner::new(&config.refiner)?,
-            tracks: Vec::new(),
-            views: vec![view],
-            motion: Motion::at_rest(
-                *world_from_object,
-                frame.timestamp(),
-                [config.angular_acceleration, config.acceleration],
-            ),
-            rest: RestWatch::new(*world_from_object, frame.timestamp()),
-            state: ObjectState::AtRest,
-            time: frame.timestamp(),
-            seen: frame.timestamp(),
-            misses: 0,
-            searches: 0,
-            last: ImagePyramid::empty(config.flow.halvings),
-            next,
-            template: Template::default(),
-            scratch: Scratch::default(),
+            sensor,
             model,
-        };
-        tracker.appearance = tracker.appearance_in(frame, region, &camera_from_object);
-        if let Some(fit) = tracker.fit(frame, &camera_from_object, None) {
-            tracker.tracks = fit.sightings;
-        }
-        Ok(tracker)
+            kcf,
+            flow: PointFlow::new(&lengths)?,
+            views,
+            fitter,
+            search: Search::new(label, appearance),
+            tracks: fit.map_or_else(Vec::new, |fit| fit.matches),
+            motion: Motion::at_rest(*world_from_object, time, accelerations),
+            rest: RestWatch::new(*world_from_object, time),
+            state: ObjectState::AtRest,
+            time,
+            seen: time,
+            last: ImagePyramid::empty(lengths.halvings),
+            next,
+        })
     }
 
     /// Follows the object into the next frame. `detections` are looked at only when it has to be found again; they may
@@ -196,20 +167,21 @@ impl ObjectTracker {
 
         let camera_from_world = world_from_camera.inverse();
         let predicted = camera_from_world * self.motion.predict(self.time);
-        let window = self.kcf.locate(self.next.base());
-        let is_window_good = window.peak_to_sidelobe >= LEAST_PEAK;
-        let window_center = is_window_good.then(|| window.bounding_box.center().map(|c| c - 0.5));
-
         let prior = self.motion.prior(self.time, world_from_camera);
-        let mut fit = self.follow(frame, &predicted, prior.as_ref(), window_center);
-        if fit.is_none() {
-            let standing = camera_from_world * *self.motion.last();
-            if self.stands(frame, &standing) {
-                return Ok(self.stand(frame, world_from_camera, &standing));
-            }
-            fit = self.search(frame, detections, &predicted, window_center);
+        let window = self.kcf.locate(self.next.base());
+        let window = (window.peak_to_sidelobe >= LEAST_PEAK).then_some(window.bounding_box);
+
+        if let Some(fit) = self.follow(frame, &predicted, prior.as_ref(), window) {
+            return Ok(self.accept(frame, world_from_camera, fit));
         }
-        Ok(match fit {
+        let standing = camera_from_world * *self.motion.last();
+        if self.stands(frame, &standing) {
+            return Ok(self.stand(frame, world_from_camera, &standing));
+        }
+        let scene =
+            Scene { camera: frame.camera(), pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
+        let clues = Clues { color, detections, predicted, window };
+        Ok(match self.search.find(scene, &self.model, &mut self.views, &mut self.fitter, &clues) {
             Some(fit) => self.accept(frame, world_from_camera, fit),
             None => self.miss(frame, world_from_camera, &predicted),
         })
@@ -221,6 +193,7 @@ impl ObjectTracker {
     }
 
     /// Its last known pose.
+    #[doc(alias = "T_wo")]
     pub fn world_from_object(&self) -> &Pose {
         self.motion.last()
     }
@@ -230,16 +203,45 @@ impl ObjectTracker {
         self.views.len()
     }
 
+    /// From the last frame: by the flow of its points, or by the motion alone; from where the motion leads, or from where
+    /// the window tracker sees it.
+    fn follow(
+        &mut self,
+        frame: &Frame,
+        predicted: &Pose,
+        prior: Option<&PosePrior>,
+        window: Option<BoundingBox>,
+    ) -> Option<Fit> {
+        if self.state == ObjectState::Lost {
+            return None;
+        }
+        let camera = frame.camera();
+        let scene = Scene { camera, pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
+        let in_window = window.and_then(|window| {
+            let center = window.center().map(|c| c - 0.5);
+            placed(camera, predicted, Place { center, depth: predicted.translation()[2] })
+        });
+        let starts = [Some(*predicted), in_window];
+        let (model, views, fitter) = (&self.model, &mut self.views, &mut self.fitter);
+        for start in starts.into_iter().flatten() {
+            let matches = self.flow.follow(&self.last, scene, &self.tracks, &start);
+            if let Some(flowed) = fitter.agree(scene, &matches, prior)
+                && let Some(fit) = fitter.fit(scene, model, views, &flowed, prior)
+            {
+                return Some(fit);
+            }
+        }
+        starts.into_iter().flatten().find_map(|start| fitter.fit(scene, model, views, &start, prior))
+    }
+
     /// Takes over a frame's pose.
     fn accept(&mut self, frame: &Frame, world_from_camera: &Pose, fit: Fit) -> ObjectUpdate {
         let world_from_object = *world_from_camera * fit.camera_from_object;
-        let was_missing = self.misses > 0;
-        if fit.is_found {
-            self.motion.restart(&world_from_object, fit.covariance.as_ref(), self.time, world_from_camera);
-        } else {
-            self.motion.observe(&world_from_object, fit.covariance.as_ref(), self.time, world_from_camera);
-        }
-        (self.seen, self.searches, self.misses) = (self.time, 0, 0);
+        let was_missing = self.tracks.is_empty() && self.state != ObjectState::AtRest;
+        let take = if fit.is_found { Motion::restart } else { Motion::observe };
+        take(&mut self.motion, &world_from_object, fit.covariance.as_ref(), self.time, world_from_camera);
+        let elapsed = self.time - std::mem::replace(&mut self.seen, self.time);
+        self.search.end();
         // What is less well known wavers more.
         let [angle, distance] = fit.sigmas().unwrap_or_default();
         let limits = RestLimits {
@@ -248,27 +250,33 @@ impl ObjectTracker {
             angle: self.config.rest_angle.hypot(angle),
         };
         let came_to_rest = self.rest.observe(&world_from_object, self.time, limits);
-        let is_hidden = fit.surface.tells() && fit.surface.hidden_share() > self.config.occluded_share;
+        let occluded_share = if fit.surface.has_enough() { fit.surface.occluded_share() } else { 0.0 };
+        let is_occluded = occluded_share > OCCLUDED_SHARE;
         self.state = match () {
             () if was_missing => ObjectState::Recovered,
-            () if is_hidden => ObjectState::Occluded,
+            () if is_occluded => ObjectState::Occluded,
             () if self.rest.is_resting() => ObjectState::AtRest,
             () => ObjectState::Tracking,
         };
-        let bounding_box = projected_bounds(&self.model, frame.camera(), &fit.camera_from_object);
-        self.correct_views(frame, &fit);
-        if !is_hidden {
-            self.learn(frame, &fit, bounding_box);
+        let bounding_box = self.model.bounds_in_image(frame.camera(), &fit.camera_from_object);
+        let scene =
+            Scene { camera: frame.camera(), pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
+        self.views.correct(scene, &fit, (LIKE_TIME / elapsed.max(1e-3)).sqrt().max(1.0));
+        if !is_occluded {
+            // Refused when it has nearly left the image: then there is nothing to learn.
+            if bounding_box.is_some_and(|region| self.kcf.move_to(self.next.base(), region).is_ok()) {
+                self.kcf.learn(self.next.base());
+            }
+            self.views.learn(scene, &self.model, &fit);
         }
-        let visible = if fit.surface.tells() { 1.0 - fit.surface.hidden_share() } else { 1.0 };
-        self.tracks = fit.sightings;
+        self.tracks = fit.matches;
         ObjectUpdate {
             state: self.state,
             world_from_object,
             camera_from_object: fit.camera_from_object,
             covariance: fit.covariance,
             inliers: self.tracks.len(),
-            confidence: fit.share * visible,
+            confidence: fit.share * (1.0 - occluded_share),
             bounding_box,
             came_to_rest,
         }
@@ -281,7 +289,7 @@ impl ObjectTracker {
             return false;
         }
         let camera = frame.camera();
-        let region = projected_bounds(&self.model, camera, camera_from_object);
+        let region = self.model.bounds_in_image(camera, camera_from_object);
         let share_on_image = |region: BoundingBox| {
             region.clipped(camera.width(), camera.height()).map_or(0.0, |part| part.area() / region.area())
         };
@@ -289,9 +297,10 @@ impl ObjectTracker {
             return true;
         }
         // By the points of the views: they are readings, the model's surface may lie elsewhere.
-        let places = self.views.iter().flat_map(|view| view.facing(camera, camera_from_object));
-        let seen = SurfaceView::of_places(places, camera, frame.depth(), self.config.surface_gate);
-        seen.seen >= LEAST_CORNERS && seen.seen_share() > LEAST_STANDING
+        let scene = Scene { camera, pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
+        let places = self.views.facing(scene, camera_from_object);
+        let readings = SurfaceReadings::of_places(places, scene, self.config.model_sigma);
+        readings.present >= LEAST_CORNERS && readings.present_share() > LEAST_STANDING
     }
 
     /// A frame without points of an object at rest.
@@ -305,7 +314,6 @@ impl ObjectTracker {
 
     /// A frame without a pose.
     fn miss(&mut self, frame: &Frame, world_from_camera: &Pose, predicted: &Pose) -> ObjectUpdate {
-        self.misses += 1;
         self.tracks.clear();
         self.rest.unseen(self.time);
         let is_lost = self.time - self.seen > self.config.lost_after;
@@ -326,8 +334,25 @@ impl ObjectTracker {
             covariance: None,
             inliers: 0,
             confidence: 0.0,
-            bounding_box: projected_bounds(&self.model, frame.camera(), camera_from_object),
+            bounding_box: self.model.bounds_in_image(frame.camera(), camera_from_object),
             came_to_rest: None,
         }
     }
+}
+
+/// The colours of the pixels in a region that are on the object.
+fn appearance_in(
+    scene: Scene<'_>,
+    color: &ColorImage,
+    model: &ObjectModel,
+    region: BoundingBox,
+    camera_from_object: &Pose,
+) -> Option<Appearance> {
+    let object_from_camera = camera_from_object.inverse();
+    let on_object = |u: usize, v: usize| {
+        let reading = scene.depth.at(u, v);
+        let place = scene.camera.back_project([u as f64, v as f64], reading.into());
+        reading > 0.0 && model.contains(object_from_camera.transform_point(place), MARGIN)
+    };
+    Appearance::of(color, region, on_object).or_else(|| Appearance::of(color, region, |_, _| true))
 }

@@ -11,6 +11,6 @@ pub use observation::PoseObservation;
 pub use p3p::p3p;
 pub use ransac::{PoseConsensus, PoseRansac, RansacConfig};
 pub(crate) use refine::{PosePrior, pixel_motion};
-pub use refine::{PoseRefiner, RefinedPose, RefinerConfig, RobustKernel};
+pub use refine::{PoseRefiner, RefinedPose, RobustKernel};
 pub use rigid_alignment::rigid_alignment;
 pub(crate) use step::{moved, rotation_about, step_between};

@@ -1,7 +1,17 @@
 use dymlm_core::{ConfigError, PinholeCamera, Pose, SplitMix64, check_range};
 
-use super::{PoseObservation, PoseRefiner, RefinerConfig, RobustKernel, p3p, rigid_alignment};
+use super::observation::PoseObservation;
+use super::p3p::p3p;
+use super::refine::{PoseRefiner, RobustKernel};
+use super::rigid_alignment::rigid_alignment;
 use crate::Error;
+
+/// Most samples tried: enough to find one without outliers among pairs of which 28 % are right.
+const MOST_SAMPLES: usize = 300;
+/// Probability with which at least one sample is free of outliers when the search stops early.
+const CONFIDENCE: f64 = 0.999;
+/// Least number of pairs that agree: three always do, and a fourth may by chance.
+const LEAST_INLIERS: usize = 5;
 
 /// Settings of [`PoseRansac`].
 #[derive(Debug, Clone, PartialEq)]
@@ -9,40 +19,24 @@ use crate::Error;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct RansacConfig {
-    /// Most samples tried, 1..=100000, default 300.
-    pub iterations: usize,
-    /// Probability with which one sample at least is free of outliers when it stops early, 0.5..=0.999999, default 0.999.
-    pub confidence: f64,
     /// Farthest that an inlier may lie from its partner in space, metres, 1e-6..=100, default 0.02.
     pub max_distance: f64,
     /// Farthest that an inlier may lie from its pixel, pixels, 0.01..=1000, default 2.
     pub max_pixels: f64,
-    /// Least number of inliers, 3..=100000, default 5.
-    pub min_inliers: usize,
     /// Seed of the samples. Default 7.
     pub seed: u64,
 }
 
 impl Default for RansacConfig {
     fn default() -> Self {
-        Self {
-            iterations: 300,
-            confidence: 0.999,
-            max_distance: 0.02,
-            max_pixels: 2.0,
-            min_inliers: 5,
-            seed: 7,
-        }
+        Self { max_distance: 0.02, max_pixels: 2.0, seed: 7 }
     }
 }
 
 impl RansacConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
-        check_range("ransac.iterations", self.iterations as f64, 1.0..=1e5)?;
-        check_range("ransac.confidence", self.confidence, 0.5..=0.999_999)?;
         check_range("ransac.max_distance", self.max_distance, 1e-6..=100.0)?;
-        check_range("ransac.max_pixels", self.max_pixels, 0.01..=1000.0)?;
-        check_range("ransac.min_inliers", self.min_inliers as f64, 3.0..=1e5)
+        check_range("ransac.max_pixels", self.max_pixels, 0.01..=1000.0)
     }
 }
 
@@ -91,8 +85,7 @@ impl PoseRansac {
     /// [`Error::Config`].
     pub fn new(config: &RansacConfig) -> Result<Self, Error> {
         config.validate()?;
-        let refiner = RefinerConfig { kernel: RobustKernel::Huber(1.345), ..RefinerConfig::default() };
-        Ok(Self { config: config.clone(), refiner: PoseRefiner::new(&refiner)? })
+        Ok(Self { config: config.clone(), refiner: PoseRefiner::new(RobustKernel::Huber(1.345))? })
     }
 
     /// The motion `a_from_b` between points in space, by Umeyama's fit to samples of three pairs. `None` when too few
@@ -147,13 +140,13 @@ impl PoseRansac {
         error: impl Fn(&Pose, usize) -> f64,
         fit: impl Fn(&Pose, &[usize]) -> Pose,
     ) -> Option<PoseConsensus> {
-        if count < self.config.min_inliers {
+        if count < LEAST_INLIERS {
             return None;
         }
         let mut rng = SplitMix64::new(self.config.seed);
         let mut best: Option<(f64, Pose)> = None;
         let mut poses = Vec::with_capacity(4);
-        let (mut samples, mut needed) = (0, self.config.iterations);
+        let (mut samples, mut needed) = (0, MOST_SAMPLES);
         while samples < needed {
             samples += 1;
             poses.clear();
@@ -176,7 +169,7 @@ impl PoseRansac {
             }
         }
         let inliers = inliers_of(&pose, count, &error);
-        (inliers.len() >= self.config.min_inliers).then_some(PoseConsensus { pose, inliers, samples })
+        (inliers.len() >= LEAST_INLIERS).then_some(PoseConsensus { pose, inliers, samples })
     }
 
     fn samples_needed(&self, inlier_share: f64) -> usize {
@@ -185,7 +178,7 @@ impl PoseRansac {
             return 1;
         }
         // Not of 1 - all_good: without inliers that is zero, and the quotient minus infinity.
-        let needed = (1.0 - self.config.confidence).ln() / (-all_good).ln_1p();
+        let needed = (1.0 - CONFIDENCE).ln() / (-all_good).ln_1p();
         if needed > 0.0 { needed.ceil() as usize } else { usize::MAX }
     }
 }

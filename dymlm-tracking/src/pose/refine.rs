@@ -1,7 +1,7 @@
-use dymlm_core::{ConfigError, PinholeCamera, Pose, check_range};
+use dymlm_core::{PinholeCamera, Pose, check_range};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::PoseObservation;
+use super::observation::PoseObservation;
 use super::step::{moved, step_between};
 use crate::Error;
 
@@ -56,7 +56,7 @@ impl RobustKernel {
         }
     }
 
-    fn scale(self) -> f64 {
+    fn limit(self) -> f64 {
         match self {
             Self::None => 1.0,
             Self::Huber(k) | Self::Tukey(k) => k,
@@ -64,31 +64,15 @@ impl RobustKernel {
     }
 }
 
-/// Settings of [`PoseRefiner`].
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
-#[non_exhaustive]
-pub struct RefinerConfig {
-    /// Most steps, 1..=1000, default 20.
-    pub iterations: usize,
-    /// A step that moves less (metres and radians) ends it, 0..=1, default 1e-6.
-    pub epsilon: f64,
-    /// How residuals count; its limit 0.1..=1000. Default [`RobustKernel::Tukey`] of 4.685.
-    pub kernel: RobustKernel,
-}
+/// Most steps of a refinement: from where flow leads, three to six are made.
+const MOST_STEPS: usize = 20;
+/// A step that moves less, metres and radians, is the last.
+const EPSILON: f64 = 1e-6;
 
-impl Default for RefinerConfig {
+impl Default for RobustKernel {
+    /// Tukey's, at 95 % efficiency on normal noise.
     fn default() -> Self {
-        Self { iterations: 20, epsilon: 1e-6, kernel: RobustKernel::Tukey(4.685) }
-    }
-}
-
-impl RefinerConfig {
-    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
-        check_range("refiner.iterations", self.iterations as f64, 1.0..=1000.0)?;
-        check_range("refiner.epsilon", self.epsilon, 0.0..=1.0)?;
-        check_range("refiner.kernel", self.kernel.scale(), 0.1..=1000.0)
+        Self::Tukey(4.685)
     }
 }
 
@@ -99,7 +83,7 @@ impl RefinerConfig {
 ///
 /// ```
 /// use dymlm_core::{PinholeCamera, Pose};
-/// use dymlm_tracking::{PoseObservation, PoseRefiner, RefinerConfig};
+/// use dymlm_tracking::{PoseObservation, PoseRefiner, RobustKernel};
 ///
 /// let camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?;
 /// let truth = Pose::new([0.1, 0.0, 1.2], [0.0, 0.0, 0.0, 1.0])?;
@@ -111,7 +95,7 @@ impl RefinerConfig {
 ///         Some(PoseObservation::Pixel { point, pixel, sigma: 0.5 })
 ///     })
 ///     .collect();
-/// let refiner = PoseRefiner::new(&RefinerConfig::default())?;
+/// let refiner = PoseRefiner::new(RobustKernel::default())?;
 /// let start = Pose::new([0.1, 0.005, 1.21], [0.01, 0.0, 0.0, 1.0])?;
 /// let found = refiner.refine(&camera, &start, &seen).ok_or("four points")?;
 /// assert!(found.camera_from_body.distance(&truth) < 1e-6);
@@ -119,7 +103,7 @@ impl RefinerConfig {
 /// ```
 #[derive(Debug, Clone)]
 pub struct PoseRefiner {
-    config: RefinerConfig,
+    kernel: RobustKernel,
 }
 
 /// A pose and how well it is known.
@@ -168,14 +152,14 @@ struct Normal {
 }
 
 impl PoseRefiner {
-    /// Checks the settings.
+    /// A refiner in which residuals count as `kernel` says; its limit is 0.1..=1000.
     ///
     /// # Errors
     ///
     /// [`Error::Config`].
-    pub fn new(config: &RefinerConfig) -> Result<Self, Error> {
-        config.validate()?;
-        Ok(Self { config: config.clone() })
+    pub fn new(kernel: RobustKernel) -> Result<Self, Error> {
+        check_range("kernel", kernel.limit(), 0.1..=1000.0)?;
+        Ok(Self { kernel })
     }
 
     /// The best pose near `start`, a `camera_from_body`; `None` when there are fewer than three usable observations.
@@ -203,7 +187,7 @@ impl PoseRefiner {
         }
         let mut damping = 1e-4;
         let mut iterations = 0;
-        while iterations < self.config.iterations {
+        while iterations < MOST_STEPS {
             iterations += 1;
             let Some(step) = solve(&normal, damping) else { break };
             let next = moved(&pose, &step);
@@ -211,7 +195,7 @@ impl PoseRefiner {
             if tried.used >= normal.used && tried.cost <= normal.cost {
                 (pose, normal) = (next, tried);
                 damping = (0.2 * damping).max(1e-9);
-                if step.amax() < self.config.epsilon {
+                if step.amax() < EPSILON {
                     break;
                 }
             } else {
@@ -249,8 +233,8 @@ impl PoseRefiner {
         for observation in observations.iter().filter(|observation| observation.is_usable()) {
             let Some(rows) = residuals(camera, pose, observation) else { continue };
             let size = rows.iter().flatten().map(|row| row.residual * row.residual).sum::<f64>().sqrt();
-            let weight = self.config.kernel.weight(size);
-            normal.cost += self.config.kernel.cost(size);
+            let weight = self.kernel.weight(size);
+            normal.cost += self.kernel.cost(size);
             normal.used += 1;
             normal.inliers += usize::from(size <= 3.0);
             for row in rows.iter().flatten() {

@@ -1,48 +1,13 @@
-use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, PinholeCamera, Pose};
+use dymlm_core::{BoundingBox, ColorImage, Detection, Pose};
 
-use super::ObjectModel;
-use super::view::projected_bounds;
+use super::appearance::Appearance;
+use super::model::ObjectModel;
+use super::scene::Scene;
 
-/// Bins a channel of a colour histogram.
-const BINS: usize = 4;
 /// Places tried in one frame.
 const MOST_PLACES: usize = 2;
 /// Least likeness of colours, Bhattacharyya coefficient.
 const LEAST_LIKENESS: f64 = 0.55;
-
-/// How the object is coloured: a histogram of 4x4x4 colours.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Appearance {
-    share: Vec<f64>,
-}
-
-impl Appearance {
-    /// Of the pixels in a box that `chosen` says belong to the object; `None` when there are none.
-    pub(super) fn of(
-        color: &ColorImage,
-        region: BoundingBox,
-        chosen: impl Fn(usize, usize) -> bool,
-    ) -> Option<Self> {
-        let mut share = vec![0.0; BINS * BINS * BINS];
-        let mut count = 0.0;
-        for v in region.rows(color.height()) {
-            for u in region.columns(color.width()).filter(|&u| chosen(u, v)) {
-                let bin = color.at(u, v)?.iter().fold(0, |bin, &c| bin * BINS + usize::from(c) * BINS / 256);
-                share[bin] += 1.0;
-                count += 1.0;
-            }
-        }
-        for s in &mut share {
-            *s /= count;
-        }
-        (count > 0.0).then_some(Self { share })
-    }
-
-    /// Bhattacharyya coefficient, 0..=1.
-    pub(super) fn likeness(&self, other: &Self) -> f64 {
-        self.share.iter().zip(&other.share).map(|(a, b)| (a * b).sqrt()).sum()
-    }
-}
 
 /// Where a lost object may be: the middle of a box in the image, and how far away.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,9 +31,8 @@ impl Wanted<'_> {
     /// `others`.
     pub(super) fn places(
         &self,
-        camera: &PinholeCamera,
+        scene: Scene<'_>,
         color: &ColorImage,
-        depth: &DepthImage,
         detections: &[Detection],
         others: &[BoundingBox],
     ) -> Vec<Place> {
@@ -80,28 +44,24 @@ impl Wanted<'_> {
         boxes.sort_by(|a, b| b.0.total_cmp(&a.0));
         let detected = boxes
             .iter()
-            .filter_map(|&(_, region)| self.place(camera, depth, region))
-            .filter(|(region, place)| self.has_size(camera, *region, place.depth))
+            .filter_map(|&(_, region)| self.place(scene, region))
+            .filter(|(region, place)| self.has_size(scene, *region, place.depth))
             .filter(|(region, _)| self.has_color(color, *region))
             .map(|(_, place)| place);
-        let others = others.iter().filter_map(|&region| Some(self.place(camera, depth, region)?.1));
+        let others = others.iter().filter_map(|&region| Some(self.place(scene, region)?.1));
         detected.chain(others).take(MOST_PLACES).collect()
     }
 
     /// The box's part on the image, and the place that its middle shows.
-    fn place(
-        &self,
-        camera: &PinholeCamera,
-        depth: &DepthImage,
-        region: BoundingBox,
-    ) -> Option<(BoundingBox, Place)> {
+    fn place(&self, scene: Scene<'_>, region: BoundingBox) -> Option<(BoundingBox, Place)> {
+        let camera = scene.camera;
         let region = region.clipped(camera.width(), camera.height())?;
-        let expected = projected_bounds(self.model, camera, &self.camera_from_object)?;
+        let expected = self.model.bounds_in_image(camera, &self.camera_from_object)?;
         let [width, height] = [region.width(), region.height()].map(|side| 0.25 * side);
         let [u, v] = region.center();
         let middle = BoundingBox::new(u - width, v - height, u + width, v + height).ok()?;
         let last = self.camera_from_object.translation()[2];
-        let depth = match median_depth(depth, middle) {
+        let depth = match median_depth(scene, middle) {
             // The surface lies before the origin as it did when last seen.
             Some(surface) => surface + 0.5 * self.model.reach(),
             None => last * f64::from((expected.area() / region.area().max(1.0)).sqrt()),
@@ -111,7 +71,8 @@ impl Wanted<'_> {
     }
 
     /// Whether a box is as large as some side of the object would be at that depth.
-    fn has_size(&self, camera: &PinholeCamera, region: BoundingBox, depth: f64) -> bool {
+    fn has_size(&self, scene: Scene<'_>, region: BoundingBox, depth: f64) -> bool {
+        let camera = scene.camera;
         let metres = |pixels: f32, focal: f64| f64::from(pixels) * depth / focal.abs();
         let diagonal = metres(region.width(), camera.fx()).hypot(metres(region.height(), camera.fy()));
         let longest = 2.0 * self.model.reach();
@@ -130,13 +91,14 @@ impl Wanted<'_> {
     }
 }
 
-fn median_depth(depth: &DepthImage, region: BoundingBox) -> Option<f64> {
+fn median_depth(scene: Scene<'_>, region: BoundingBox) -> Option<f64> {
+    let depth = scene.depth;
     let columns = region.columns(depth.width());
     let mut readings: Vec<f32> = region
         .rows(depth.height())
         .flat_map(|v| depth.row(v).get(columns.clone()).unwrap_or(&[]))
         .copied()
-        .filter(|&reading| reading > 0.0)
+        .filter(|&reading| scene.sensor.is_used(reading))
         .collect();
     if readings.is_empty() {
         return None;

@@ -1,0 +1,128 @@
+use dymlm_core::vector3::{cross, norm, unit};
+use dymlm_core::{BoundingBox, ColorImage, Detection, PinholeCamera, Pose};
+use nalgebra::Vector6;
+
+use super::appearance::Appearance;
+use super::fit::Fit;
+use super::likely_places::{Place, Wanted};
+use super::model::ObjectModel;
+use super::pose_fitter::{LEAST_INLIERS, PoseFitter};
+use super::scene::Scene;
+use super::view_store::ViewStore;
+use crate::pose::{moved, rotation_about};
+
+/// Images are halved so often for a search: by 2, it reaches four times as far.
+const HALVINGS_SEARCHED: usize = 2;
+/// Attitudes tried in a frame beside the last, the views among them, and the turn of the others, radians.
+const ATTITUDES_A_FRAME: usize = 2;
+const MOST_VIEWS_SEARCHED: usize = 8;
+const TURNED: f64 = 0.5;
+
+/// Finds an object again that its last points do not lead to.
+#[derive(Debug, Clone)]
+pub(super) struct Search {
+    label: Option<String>,
+    appearance: Option<Appearance>,
+    /// Counts the frames of a search, so that it goes through all attitudes.
+    frames: usize,
+}
+
+/// Where a search begins.
+pub(super) struct Clues<'a> {
+    pub(super) color: &'a ColorImage,
+    pub(super) detections: &'a [Detection],
+    /// The last pose, or where it may have gone since.
+    pub(super) predicted: Pose,
+    /// Where the window tracker sees it.
+    pub(super) window: Option<BoundingBox>,
+}
+
+impl Search {
+    pub(super) fn new(label: Option<&str>, appearance: Option<Appearance>) -> Self {
+        Self { label: label.map(str::to_owned), appearance, frames: 0 }
+    }
+
+    /// The object is found: the next search begins anew.
+    pub(super) fn end(&mut self) {
+        self.frames = 0;
+    }
+
+    /// Tries some attitudes at the likeliest places.
+    pub(super) fn find(
+        &mut self,
+        scene: Scene<'_>,
+        model: &ObjectModel,
+        views: &mut ViewStore,
+        fitter: &mut PoseFitter,
+        clues: &Clues<'_>,
+    ) -> Option<Fit> {
+        self.frames += 1;
+        let last_box = model.bounds_in_image(scene.camera, &clues.predicted);
+        let others: Vec<BoundingBox> = clues.window.into_iter().chain(last_box).collect();
+        let wanted = Wanted {
+            model,
+            label: self.label.as_deref(),
+            appearance: self.appearance.as_ref(),
+            camera_from_object: clues.predicted,
+        };
+        let attitudes = attitudes(views, &clues.predicted);
+        // The last one in each frame, the others in turn.
+        let rest = attitudes.len().saturating_sub(1).max(1);
+        let turn = |i: usize| 1 + (ATTITUDES_A_FRAME * self.frames + i) % rest;
+        let chosen: Vec<Pose> = std::iter::once(0)
+            .chain((0..ATTITUDES_A_FRAME).map(turn))
+            .filter_map(|i| attitudes.get(i).copied())
+            .collect();
+        for place in wanted.places(scene, clues.color, clues.detections, &others) {
+            for attitude in &chosen {
+                if let Some(start) = placed(scene.camera, attitude, place)
+                    && let Some(coarse) = pose_near(scene, views, fitter, &start)
+                    && let Some(fit) = fitter.fit(scene, model, views, &coarse, None)
+                    && fit.matches.len() >= 2 * LEAST_INLIERS
+                {
+                    return Some(fit);
+                }
+            }
+        }
+        None
+    }
+}
+
+/// How a lost object may be turned, as poses at any place: as it was last, as the stored views show it, the nearest
+/// first, and as it was turned by some more.
+fn attitudes(views: &ViewStore, predicted: &Pose) -> Vec<Pose> {
+    let turned = [0, 1, 2].into_iter().flat_map(|axis| {
+        [-TURNED, TURNED].map(|angle| {
+            let mut turn = Vector6::zeros();
+            turn[axis] = angle;
+            moved(predicted, &turn)
+        })
+    });
+    std::iter::once(*predicted)
+        .chain(views.poses(predicted).take(MOST_VIEWS_SEARCHED))
+        .chain(turned)
+        .collect()
+}
+
+/// The pose about a rough one at which the image shows points of the view that is nearest to it, from coarse to fine.
+fn pose_near(scene: Scene<'_>, views: &mut ViewStore, fitter: &mut PoseFitter, start: &Pose) -> Option<Pose> {
+    let mut found = None;
+    // Coarse levels may tell nothing: they only prepare.
+    for halvings in (0..=HALVINGS_SEARCHED).rev() {
+        let matches = views.find_coarsely(scene, start, &found.unwrap_or(*start), halvings);
+        found = fitter.agree(scene, &matches, None).or(found.filter(|_| halvings > 0));
+    }
+    found
+}
+
+/// A pose turned with the ray so that the object's origin appears at a place, showing the same side.
+pub(super) fn placed(camera: &PinholeCamera, pose: &Pose, place: Place) -> Option<Pose> {
+    let origin = camera.back_project(place.center.map(f64::from), place.depth);
+    // The shortest turn from the old ray to the new one.
+    let axis = cross(unit(pose.translation())?, unit(origin)?);
+    let turn = unit(axis).map_or_else(Pose::identity, |direction| {
+        let angle = norm(axis).clamp(0.0, 1.0).asin();
+        rotation_about(direction.map(|x| x * angle))
+    });
+    Pose::new(origin, (turn * *pose).quaternion()).ok()
+}

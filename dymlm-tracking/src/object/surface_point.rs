@@ -1,0 +1,106 @@
+use dymlm_core::{PinholeCamera, Pose, symmetric_eigen3};
+use nalgebra::{Matrix3, Vector3};
+
+use super::model::ObjectModel;
+use super::pixel_lengths::PixelLengths;
+use super::scene::Scene;
+
+/// Readings for a point's plane: a grid of this many steps to each side.
+const PLANE_STEPS: isize = 2;
+/// Fewer readings of the 25 near the middle one give no plane: the pixel lies at an edge.
+const LEAST_READINGS: usize = 13;
+/// Standard deviation with which neighbouring readings of one oblique surface lie about the middle one, as a share of
+/// their distance: surfaces at 45 degrees over the grid's four pixels.
+const SLOPE: f64 = 0.01;
+
+/// A place on the object's surface that a pixel shows, with its unit normal, in the camera's frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SurfacePlace {
+    pub(super) place: [f64; 3],
+    pub(super) normal: [f64; 3],
+    /// Standard deviation along the ray, metres.
+    pub(super) sigma: f64,
+}
+
+/// Finds what place of the object a pixel shows: by the readings about it, or, where there are none, on the model.
+pub(super) struct SurfaceFinder<'a> {
+    scene: Scene<'a>,
+    plane_step: isize,
+    model_sigma: f64,
+    /// The model's points that face the camera, and their pixels.
+    facing: Vec<(SurfacePlace, [f64; 2])>,
+    /// Squared distance on the image beyond which a model point is not the surface at a pixel.
+    most_apart: f64,
+}
+
+impl<'a> SurfaceFinder<'a> {
+    pub(super) fn new(
+        scene: Scene<'a>,
+        model: &ObjectModel,
+        camera_from_object: &Pose,
+        lengths: &PixelLengths,
+        model_sigma: f64,
+    ) -> Self {
+        let facing = model.facing(camera_from_object, 0.15).filter_map(|(point, place)| {
+            let normal = camera_from_object.rotate(point.normal);
+            Some((SurfacePlace { place, normal, sigma: model_sigma }, scene.camera.project(place)?))
+        });
+        let most_apart = f64::from(2.0 * lengths.point_distance).powi(2);
+        let plane_step = lengths.plane_step;
+        Self { scene, plane_step, model_sigma, facing: facing.collect(), most_apart }
+    }
+
+    pub(super) fn at(&self, pixel: [f64; 2]) -> Option<SurfacePlace> {
+        match self.scene.reading_at(pixel.map(|c| c as f32)) {
+            Some(reading) => self.on_readings(pixel, reading),
+            None => self.on_model(pixel),
+        }
+    }
+
+    /// The plane through the readings about a pixel is less noisy than its own reading. `None` at edges.
+    fn on_readings(&self, pixel: [f64; 2], middle: f64) -> Option<SurfacePlace> {
+        let offsets = -PLANE_STEPS..=PLANE_STEPS;
+        let grid = offsets.clone().flat_map(|dv| offsets.clone().map(move |du| [du, dv]));
+        let near = self.scene.sensor.tolerance(middle as f32, SLOPE * middle);
+        let readings: Vec<Vector3<f64>> = grid
+            .filter_map(|offset| {
+                let place = [0, 1].map(|i| pixel[i].round() + (self.plane_step * offset[i]) as f64);
+                let reading = self.scene.reading_at(place.map(|c| c as f32))?;
+                let is_near = (reading - middle).abs() < near;
+                is_near.then(|| Vector3::from(self.scene.camera.back_project(place, reading)))
+            })
+            .collect();
+        if readings.len() < LEAST_READINGS {
+            return None;
+        }
+        let mean = readings.iter().sum::<Vector3<f64>>() / readings.len() as f64;
+        let spread: Matrix3<f64> = readings.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
+        let normal = Vector3::from(symmetric_eigen3(spread.into())?.vectors[2]);
+        let normal = if normal.dot(&mean) > 0.0 { -normal } else { normal };
+        let place = meet_plane(self.scene.camera, pixel, mean.into(), normal.into())?;
+        let is_near = (place[2] - middle).abs() < near;
+        is_near.then(|| SurfacePlace { place, normal: normal.into(), sigma: self.scene.sigma(place[2]) })
+    }
+
+    /// Where the ray meets the surface about the nearest point of the model.
+    fn on_model(&self, pixel: [f64; 2]) -> Option<SurfacePlace> {
+        let apart = |seen: [f64; 2]| (seen[0] - pixel[0]).powi(2) + (seen[1] - pixel[1]).powi(2);
+        let (nearest, seen) = self.facing.iter().min_by(|(_, a), (_, b)| apart(*a).total_cmp(&apart(*b)))?;
+        let place = meet_plane(self.scene.camera, pixel, nearest.place, nearest.normal)?;
+        let found = SurfacePlace { place, normal: nearest.normal, sigma: self.model_sigma };
+        (apart(*seen) <= self.most_apart).then_some(found)
+    }
+}
+
+/// Where a pixel's ray meets the plane through `place`.
+fn meet_plane(
+    camera: &PinholeCamera,
+    pixel: [f64; 2],
+    place: [f64; 3],
+    normal: [f64; 3],
+) -> Option<[f64; 3]> {
+    let ray = Vector3::from(camera.back_project(pixel, 1.0));
+    let normal = Vector3::from(normal);
+    let depth = normal.dot(&Vector3::from(place)) / normal.dot(&ray);
+    (depth.is_finite() && depth > 0.0).then(|| (ray * depth).into())
+}

@@ -1,0 +1,182 @@
+use dymlm_core::Pose;
+
+use super::fit::Fit;
+use super::model::ObjectModel;
+use super::occlusion::PointOcclusion;
+use super::pixel_lengths::PixelLengths;
+use super::scene::Scene;
+use super::view::{PointMatch, View};
+use crate::flow::Template;
+use crate::{CornerConfig, CornerDetector, Error};
+
+/// Corners needed at the start.
+pub(super) const LEAST_CORNERS: usize = 6;
+/// Corners that a view has at most.
+const MOST_CORNERS: usize = 80;
+/// Views kept: all sides of an object, some 15 degrees apart. Each holds a cut-out of an image.
+const MOST_VIEWS: usize = 48;
+/// A view is added when the object has turned by this much from all stored ones, radians (15 degrees).
+const VIEW_ANGLE: f64 = 0.26;
+/// Views whose directions differ by less than this, radians, show the same; the older one is nearer to the truth. With
+/// depth, which corrects each view as it is taken, and without.
+const SAME_DIRECTION: [f64; 2] = [0.1, 0.7];
+/// Points that agree at least before what is seen becomes a view of its own.
+const LEAST_FOR_VIEW: usize = 12;
+/// Points of a view, the strongest corners first, that are searched at a place at which a lost object may be.
+const POINTS_SEARCHED: usize = 30;
+/// Without depth a view is taken only of a pose known to these standard deviations, radians and metres.
+const SURE: [f64; 2] = [0.03, 0.015];
+/// Least share of a view's points that are found where, without depth, what is seen becomes a view of its own: else
+/// something stands before the object.
+const LEAST_SHOWN: f64 = 0.4;
+
+/// What the object looks like from all sides that were seen.
+#[derive(Debug, Clone)]
+pub(super) struct ViewStore {
+    views: Vec<View>,
+    corners: CornerDetector,
+    template: Template,
+    lengths: PixelLengths,
+    max_points: usize,
+    model_sigma: f64,
+}
+
+impl ViewStore {
+    /// Takes the first view of an object whose pose is known.
+    pub(super) fn new(
+        scene: Scene<'_>,
+        model: &ObjectModel,
+        camera_from_object: &Pose,
+        max_points: usize,
+        model_sigma: f64,
+    ) -> Result<Self, Error> {
+        let lengths = PixelLengths::of(scene.camera);
+        let corners = CornerConfig { max_corners: MOST_CORNERS, min_distance: lengths.corner_distance };
+        let mut corners = CornerDetector::new(&corners)?;
+        let view =
+            View::take(scene, model, camera_from_object, &mut corners, &lengths, model_sigma, |_| true);
+        let found = view.as_ref().map_or(0, View::len);
+        let Some(view) = view.filter(|_| found >= LEAST_CORNERS) else {
+            return Err(Error::NotSeen { found, least: LEAST_CORNERS });
+        };
+        let (views, template) = (vec![view], Template::default());
+        Ok(Self { views, corners, template, lengths, max_points, model_sigma })
+    }
+
+    /// Number of views.
+    pub(super) fn len(&self) -> usize {
+        self.views.len()
+    }
+
+    /// Finds points near a pose: those of the views that saw the object from most nearly the same side first.
+    pub(super) fn find_points(&mut self, scene: Scene<'_>, pose: &Pose) -> Vec<PointMatch> {
+        let mut matches: Vec<PointMatch> = Vec::with_capacity(self.max_points);
+        let mut tried = 0;
+        let step = SAME_DIRECTION[usize::from(!scene.has_depth_at(pose.translation()))];
+        for index in self.by_angle(pose, step) {
+            let Some(view) = self.views.get(index) else { continue };
+            for (i, position) in view.positions().enumerate() {
+                if tried >= 2 * self.max_points || matches.len() >= self.max_points {
+                    return matches;
+                }
+                if scene.is_occluded(pose.transform_point(position), self.model_sigma) {
+                    continue;
+                }
+                tried += 1;
+                let found = view.find([index, i], scene, pose, &mut self.template, &self.lengths, 0);
+                // Two views of one corner tell nothing more than one.
+                let is_new = |found: &PointMatch| {
+                    let apart = |other: &PointMatch| {
+                        [0, 1]
+                            .map(|i| (other.pixel[i] - found.pixel[i]).abs())
+                            .into_iter()
+                            .fold(0.0, f32::max)
+                    };
+                    matches.iter().all(|other| apart(other) > self.lengths.point_distance)
+                };
+                matches.extend(found.filter(is_new));
+            }
+        }
+        matches
+    }
+
+    /// Finds points of the view nearest in direction to `side` about a pose, in an image halved some times, which reaches
+    /// further.
+    pub(super) fn find_coarsely(
+        &mut self,
+        scene: Scene<'_>,
+        side: &Pose,
+        pose: &Pose,
+        halvings: usize,
+    ) -> Vec<PointMatch> {
+        let nearest = self.by_angle(side, SAME_DIRECTION[0]).first().copied();
+        let Some((index, view)) = nearest.and_then(|index| Some((index, self.views.get(index)?))) else {
+            return Vec::new();
+        };
+        (0..view.len().min(POINTS_SEARCHED))
+            .filter_map(|i| view.find([index, i], scene, pose, &mut self.template, &self.lengths, halvings))
+            .collect()
+    }
+
+    /// The poses at which the object was seen, that of the nearest side first.
+    pub(super) fn poses(&self, pose: &Pose) -> impl Iterator<Item = Pose> {
+        let order = self.by_angle(pose, SAME_DIRECTION[0]);
+        order.into_iter().filter_map(|index| Some(self.views.get(index)?.camera_from_object))
+    }
+
+    /// All points that face the camera at a pose, in the camera's frame.
+    pub(super) fn facing<'a>(
+        &'a self,
+        scene: Scene<'a>,
+        pose: &'a Pose,
+    ) -> impl Iterator<Item = [f64; 3]> + 'a {
+        self.views.iter().flat_map(move |view| view.facing(scene, pose))
+    }
+
+    /// Corrects the points by where they were seen ([`View::correct`]).
+    pub(super) fn correct(&mut self, scene: Scene<'_>, fit: &Fit, repeated: f64) {
+        let Some(covariance) = &fit.covariance else { return };
+        for found in &fit.matches {
+            if let Some(view) = self.views.get_mut(found.source[0]) {
+                view.correct(found, scene, &fit.camera_from_object, covariance, repeated);
+            }
+        }
+    }
+
+    /// Stores what the object looks like from a new side, if the pose is sure.
+    pub(super) fn learn(&mut self, scene: Scene<'_>, model: &ObjectModel, fit: &Fit) {
+        let pose = &fit.camera_from_object;
+        let nearest = self.views.iter().map(|view| view.angle_to(pose)).fold(f64::INFINITY, f64::min);
+        let is_sure =
+            fit.matches.len() >= LEAST_FOR_VIEW && fit.share > 0.6 && fit.surface.occluded_share() < 0.4;
+        let has_few = fit.matches.len() < self.max_points / 4 && nearest > 0.4 * VIEW_ANGLE;
+        if !is_sure || self.views.len() >= MOST_VIEWS || !(nearest > VIEW_ANGLE || has_few) {
+            return;
+        }
+        // Where there is depth, that tells what stands before the object, and corrects the view's points.
+        let occlusion = if fit.surface.has_enough() {
+            None
+        } else {
+            let occlusion = PointOcclusion::of(&self.views, scene, fit, 1.5 * self.lengths.point_distance);
+            if !fit.is_known(SURE) || occlusion.shown_share() < LEAST_SHOWN {
+                return;
+            }
+            Some(occlusion)
+        };
+        let is_shown = |pixel| occlusion.as_ref().is_none_or(|occlusion| occlusion.is_shown(pixel));
+        let (corners, lengths, sigma) = (&mut self.corners, &self.lengths, self.model_sigma);
+        self.views.extend(View::take(scene, model, pose, corners, lengths, sigma, is_shown));
+    }
+
+    /// Indices of the views, those nearest in direction first, in steps of `step` radians; older ones first within a step.
+    fn by_angle(&self, pose: &Pose, step: f64) -> Vec<usize> {
+        let mut order: Vec<(f64, usize)> = self
+            .views
+            .iter()
+            .enumerate()
+            .map(|(i, view)| ((view.angle_to(pose) / step).floor(), i))
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order.into_iter().map(|(_, i)| i).collect()
+    }
+}
