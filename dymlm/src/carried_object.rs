@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, Point, Pose, SensorModel};
+use dymlm_core::{Frame, Point, Pose};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{MapObject, ShapeKind};
 use dymlm_tracking::{
@@ -55,7 +55,7 @@ impl MapBuilder {
         let world_from_object = object.oriented_box().world_from_box();
         let model = model_of(object)?;
         let label = Some(object.label());
-        let sensor = SensorModel::default();
+        let sensor = self.config().sensor;
         Ok(ObjectTracker::new(frame, world_from_camera, model, label, &world_from_object, sensor, config)?)
     }
 
