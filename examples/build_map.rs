@@ -8,14 +8,13 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use dymlm::core::PointCloud;
-use dymlm::{FrameReport, MapBuilder, MapConfig, MultiLevelMap, Selection};
+use dymlm::{FrameReport, MapBuilder, MapConfig, Selection};
 use dymlm_examples::{
-    AnyError, Counts, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up, named_sequence,
-    object_records, objects_from_above, objects_from_camera, octree_pictures, plane_cloud, plane_pictures,
-    plane_records, planes_from_camera, progress_bar, up_of_planes,
+    AnyError, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up, named_sequence,
+    objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
+    progress_bar, up_of_planes,
 };
-use dymlm_io::{MapFolderWriter, TumOptions, encode_objects, encode_planes, encode_ply};
+use dymlm_io::{MapFolderWriter, TumOptions};
 use dymlm_sim::SequenceConfig;
 
 /// Builds the maps of the static world from a recorded RGB-D sequence with people walking through it. Without
@@ -62,7 +61,7 @@ fn main() -> Result<(), AnyError> {
     }
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
-    let counts = Counts::of(builder.map(), cloud.len());
+    let counts = builder.map().counts();
     let report = RunReport::new(source.len(), &reports, counts, builder.config().clone());
     let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
     let up = up_of_planes(builder.map().planes(), up);
@@ -78,7 +77,7 @@ fn main() -> Result<(), AnyError> {
         pictures.push(planes_from_camera(builder.map().planes(), &middle.frame, &middle.world_from_camera));
     }
 
-    write_maps(&mut folder, builder.map(), &cloud)?;
+    builder.map().write_files(&mut folder)?;
     write_pictures(&mut folder, &pictures)?;
     folder.file("report.json", |out| -> Result<(), AnyError> {
         serde_json::to_writer_pretty(&mut *out, &report)?;
@@ -93,7 +92,7 @@ fn main() -> Result<(), AnyError> {
 fn read_config(arguments: &Arguments) -> Result<MapConfig, AnyError> {
     let Some(path) = &arguments.config else { return Ok(MapConfig::default()) };
     let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()).into())
+    MapConfig::from_toml(&text).map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
 fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
@@ -136,16 +135,6 @@ fn insert_all(builder: &mut MapBuilder, source: &mut FrameSource) -> Vec<FrameRe
 #[allow(clippy::print_stderr, reason = "warnings of a program for the terminal")]
 fn eprintln_warning(text: &str) {
     eprintln!("warning: {text}");
-}
-
-fn write_maps(folder: &mut MapFolderWriter, map: &MultiLevelMap, cloud: &PointCloud) -> Result<(), AnyError> {
-    folder.file("cloud.ply", |out| encode_ply(out, cloud))?;
-    folder.file("octree.bt", |out| map.octree().write_bt(out))?;
-    folder.file("octree.ot", |out| map.octree().write_ot(out))?;
-    folder.file("planes.json", |out| encode_planes(out, &plane_records(map.planes())))?;
-    folder.file("objects.json", |out| encode_objects(out, &object_records(map.objects())))?;
-    folder.file("planes.ply", |out| encode_ply(out, &plane_cloud(map.planes())))?;
-    Ok(())
 }
 
 fn write_pictures(folder: &mut MapFolderWriter, pictures: &[Picture]) -> Result<(), AnyError> {

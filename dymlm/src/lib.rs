@@ -34,14 +34,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+/// The README's code runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;
+
 mod carried_object;
 mod detections;
 mod error;
+#[cfg(feature = "io")]
+pub mod files;
 mod frame_input;
 mod frame_report;
 mod key_frames;
 mod map_builder;
 mod map_config;
+mod map_counts;
 mod multi_level_map;
 mod stages;
 mod supporting_planes;
@@ -69,5 +77,6 @@ pub use frame_report::{FrameOutcome, FrameReport, MapUpdate};
 pub use key_frames::KeyFrameConfig;
 pub use map_builder::MapBuilder;
 pub use map_config::MapConfig;
+pub use map_counts::MapCounts;
 pub use multi_level_map::MultiLevelMap;
 pub use stages::{Stage, StageTimes};

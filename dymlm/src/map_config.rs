@@ -60,6 +60,22 @@ impl Default for MapConfig {
 }
 
 impl MapConfig {
+    /// For recordings that are mapped after the fact: the defaults. All frames, cloud voxels of 1 cm.
+    #[must_use]
+    pub fn offline() -> Self {
+        Self::default()
+    }
+
+    /// For a robot that maps while it drives: a key frame every 5 cm or 3 degrees, cloud voxels of 2 cm; half of the
+    /// processor time of each key frame, and nothing but tracking between them.
+    #[must_use]
+    pub fn robot() -> Self {
+        let mut config = Self::default();
+        config.key_frames = KeyFrameConfig { min_translation: 0.05, min_rotation: 3_f64.to_radians() };
+        config.cloud.voxel_size = 0.02;
+        config
+    }
+
     /// Checks the fields that belong to no part.
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("max_detection_delay", self.max_detection_delay, 0.0..=60.0)

@@ -1,7 +1,8 @@
 use dymlm::core::{Point, PointCloud};
+use dymlm::files::plane_records;
 use dymlm::octree::CellState;
 use dymlm::{ObjectMap, Octree, PlaneMap};
-use dymlm_examples::{AnyError, plane_records};
+use dymlm_examples::AnyError;
 use dymlm_metrics::{
     DynamicMapScorer, EstimatedObject, EstimatedPlane, Occupancy, OccupancyScorer, OccupiedCell, score_cloud,
     score_objects, score_planes,

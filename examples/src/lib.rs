@@ -3,11 +3,9 @@
 mod frame_source;
 mod named_sequences;
 mod object_pictures;
-mod object_records;
 mod orthographic;
 mod people_masks;
 mod pictures;
-mod plane_records;
 mod progress;
 mod run_report;
 mod statistics;
@@ -15,17 +13,15 @@ mod statistics;
 pub use frame_source::{FrameSource, SourceFrame, every};
 pub use named_sequences::{NamedSequence, SequenceSet, named_sequence, named_sequences};
 pub use object_pictures::{draw_object, objects_from_above, objects_from_camera};
-pub use object_records::object_records;
 pub use orthographic::Orthographic;
 pub use people_masks::PeopleMasks;
 use pictures::any_level_direction;
 pub use pictures::{
     Picture, cloud_pictures, depth_colors, octree_pictures, plane_pictures, planes_from_camera,
 };
-pub use plane_records::{plane_cloud, plane_color, plane_records, up_of_planes};
 pub use progress::progress_bar;
-pub use run_report::{Counts, RunReport, peak_memory_bytes};
-pub use statistics::{Milliseconds, mean_up};
+pub use run_report::{RunReport, peak_memory_bytes};
+pub use statistics::{Milliseconds, mean_up, up_of_planes};
 
 /// Any error of an example: it is printed and ends the program.
 pub type AnyError = Box<dyn std::error::Error + Send + Sync>;

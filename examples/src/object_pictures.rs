@@ -1,9 +1,10 @@
 use dymlm::ObjectMap;
 use dymlm::core::{Frame, PinholeCamera, PointCloud, Pose, Rgb};
+use dymlm::files::id_color;
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::{DualQuadric, ObjectShape, ShapeKind};
 
-use crate::{Orthographic, Picture, plane_color};
+use crate::{Orthographic, Picture};
 
 /// Pairs of corners that share an edge, corners counted by the bits of their signs.
 const EDGES: [(usize, usize); 12] =
@@ -18,7 +19,7 @@ pub fn objects_from_camera(objects: &ObjectMap, frame: &Frame, world_from_camera
     let pixels = frame.color().map_or_else(|| vec![[128; 3]; width * height], |color| color.data().to_vec());
     let mut picture = Picture { name: "objects_camera.png", width, height, pixels };
     for object in objects.objects() {
-        draw_object(&mut picture, &object.shape(), camera, world_from_camera, plane_color(object.id()));
+        draw_object(&mut picture, &object.shape(), camera, world_from_camera, id_color(object.id()));
     }
     picture
 }
@@ -73,7 +74,7 @@ pub fn objects_from_above(objects: &ObjectMap, cloud: &PointCloud, up: [f64; 3])
             view.draw(
                 std::array::from_fn(|axis| point[axis] + 10.0 * up[axis]),
                 0.015,
-                plane_color(object.id()),
+                id_color(object.id()),
             );
         }
     }

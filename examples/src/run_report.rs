@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use dymlm::{FrameReport, MapConfig, MultiLevelMap, Stage};
+use dymlm::{FrameReport, MapConfig, MapCounts, Stage};
 use serde::Serialize;
 
 use crate::Milliseconds;
@@ -17,51 +17,16 @@ pub struct RunReport {
     /// Times of the whole insertion ("insert") and of each of its steps.
     pub stages: BTreeMap<&'static str, Milliseconds>,
     /// What is in the maps.
-    pub counts: Counts,
+    pub counts: MapCounts,
     /// Most memory the process held, where the system tells.
     pub peak_memory_bytes: Option<u64>,
     /// The config.
     pub config: MapConfig,
 }
 
-/// What is in the maps.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
-pub struct Counts {
-    /// Points of the static cloud, as written.
-    pub cloud_points: usize,
-    /// Voxels of the cloud before late ghost removal.
-    pub cloud_voxels: usize,
-    /// Nodes of the pruned octree.
-    pub octree_nodes: usize,
-    /// Leaves of the pruned octree.
-    pub octree_leaves: usize,
-    /// Occupied leaves.
-    pub octree_occupied_leaves: usize,
-    /// Confirmed planes.
-    pub planes: usize,
-    /// Objects that are believed in.
-    pub objects: usize,
-}
-
-impl Counts {
-    /// Counts a map from which a static cloud of `cloud_points` was taken.
-    pub fn of(map: &MultiLevelMap, cloud_points: usize) -> Self {
-        let octree = map.octree().counts();
-        Self {
-            cloud_points,
-            cloud_voxels: map.cloud().len(),
-            octree_nodes: octree.nodes,
-            octree_leaves: octree.leaves,
-            octree_occupied_leaves: octree.occupied_leaves,
-            planes: map.planes().confirmed().count(),
-            objects: map.objects().objects().count(),
-        }
-    }
-}
-
 impl RunReport {
     /// Sums a run up from the reports of its frames.
-    pub fn new(frames: usize, reports: &[FrameReport], counts: Counts, config: MapConfig) -> Self {
+    pub fn new(frames: usize, reports: &[FrameReport], counts: MapCounts, config: MapConfig) -> Self {
         // Steps that only key frames take are timed over key frames.
         let milliseconds = |stage: Option<Stage>| {
             let key_frames_only = stage.is_some_and(|stage| stage >= Stage::Cloud);

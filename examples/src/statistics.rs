@@ -1,3 +1,4 @@
+use dymlm::PlaneMap;
 use dymlm::core::Pose;
 use serde::Serialize;
 
@@ -34,6 +35,15 @@ pub fn mean_up(poses: impl Iterator<Item = Pose>) -> [f64; 3] {
     }
     let length = sum.iter().map(|c| c * c).sum::<f64>().sqrt();
     if length > 1e-9 { sum.map(|c| c / length) } else { [0.0, 0.0, 1.0] }
+}
+
+/// Up as the largest level plane has it (floor, table), given about where up is; that itself when there is none
+/// within 45 degrees of it.
+pub fn up_of_planes(planes: &PlaneMap, about: [f64; 3]) -> [f64; 3] {
+    let cosine = |normal: [f64; 3]| (0..3).map(|axis| normal[axis] * about[axis]).sum::<f64>();
+    let level = planes.confirmed().filter(|plane| cosine(plane.plane().normal()) > 0.5_f64.sqrt());
+    let largest = level.max_by(|a, b| a.area().total_cmp(&b.area()));
+    largest.map_or(about, |plane| plane.plane().normal())
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use dymlm::dynamics::MaskMode;
 fn its_config_file_is_accepted() {
     let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md")).unwrap();
     let block = readme.split("```toml").nth(1).unwrap().split("```").next().unwrap();
-    let config: MapConfig = toml::from_str(block).unwrap();
+    let config = MapConfig::from_toml(block).unwrap();
     assert_eq!(config.cloud.voxel_size, 0.02);
     assert_eq!(config.dynamics.mask.mode, MaskMode::Box);
 }

@@ -1,9 +1,10 @@
 use dymlm::ObjectMap;
 use dymlm::core::vector3::{cross, difference, unit};
 use dymlm::core::{Frame, PinholeCamera, Pose, Rgb};
+use dymlm::files::id_color;
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::{MapObject, ObjectShape, ObjectState};
-use dymlm_examples::{Picture, draw_object, plane_color};
+use dymlm_examples::{Picture, draw_object};
 
 /// One moment: the object map on the left, what the camera saw on the right (the paper's figure of object tracking).
 pub(crate) struct Panel {
@@ -57,7 +58,7 @@ impl Panel {
             if (0..3).map(|i| (center[i] - eye[i]).powi(2)).sum::<f64>() > FAR * FAR {
                 continue;
             }
-            let color = plane_color(object.id());
+            let color = id_color(object.id());
             let at_place = chosen.filter(|(id, _)| *id == object.id()).map(|(_, body)| body);
             let shape = ObjectShape::new(object.shape().kind(), at_place.unwrap_or(object.oriented_box()));
             // The points stay where the map has them until the object comes to rest.

@@ -1,7 +1,6 @@
-use dymlm::PlaneMap;
-use dymlm::core::{PointCloud, Rgb};
-use dymlm::planes::MapPlane;
+use dymlm_core::{PointCloud, Rgb};
 use dymlm_io::PlaneRecord;
+use dymlm_planes::{MapPlane, PlaneMap};
 
 /// The confirmed planes of a map as `planes.json` holds them.
 pub fn plane_records(planes: &PlaneMap) -> Vec<PlaneRecord> {
@@ -29,22 +28,13 @@ pub fn plane_cloud(planes: &PlaneMap) -> PointCloud {
     let mut colors = Vec::new();
     for plane in planes.confirmed() {
         points.extend(plane.inlier_points());
-        colors.resize(points.len(), plane_color(plane.id()));
+        colors.resize(points.len(), id_color(plane.id()));
     }
     PointCloud::with_colors(points, colors).unwrap_or_default()
 }
 
-/// Up as the largest level plane has it (floor, table), given about where up is; that itself when there is none
-/// within 45 degrees of it.
-pub fn up_of_planes(planes: &PlaneMap, about: [f64; 3]) -> [f64; 3] {
-    let cosine = |normal: [f64; 3]| (0..3).map(|axis| normal[axis] * about[axis]).sum::<f64>();
-    let level = planes.confirmed().filter(|plane| cosine(plane.plane().normal()) > 0.5_f64.sqrt());
-    let largest = level.max_by(|a, b| a.area().total_cmp(&b.area()));
-    largest.map_or(about, |plane| plane.plane().normal())
-}
-
-/// A colour that neighbouring ids do not share: hues a golden ratio of the circle apart.
-pub fn plane_color(id: u64) -> Rgb {
+/// A colour for an id of a plane or object that neighbouring ids do not share: hues a golden ratio of the circle apart.
+pub fn id_color(id: u64) -> Rgb {
     let hue = (id as f64 * 0.618_033_988_75).fract() * 6.0;
     let value = if id.is_multiple_of(2) { 230.0 } else { 175.0 };
     let channel = |shift: f64| {

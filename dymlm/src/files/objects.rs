@@ -1,6 +1,5 @@
-use dymlm::ObjectMap;
-use dymlm::objects::{MapObject, ShapeKind};
 use dymlm_io::{ObjectRecord, ShapeRecord};
+use dymlm_objects::{MapObject, ObjectMap, ShapeKind};
 
 /// The objects of a map that are believed in, as `objects.json` holds them.
 pub fn object_records(objects: &ObjectMap) -> Vec<ObjectRecord> {
