@@ -1,4 +1,4 @@
-use crate::{BoundingBox, ColorImage, DepthImage, Distortion, Error, Mask, PinholeCamera};
+use crate::{BoundingBox, ColorImage, DepthImage, Detection, Distortion, Error, Mask, PinholeCamera};
 
 /// Makes the images of a lens with distortion those of a pinhole camera: depth by the nearest pixel, colour bilinearly.
 ///
@@ -153,6 +153,18 @@ impl Rectifier {
             bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
         }
         BoundingBox::try_from(bounds.map(|side| side as f32)).ok()
+    }
+
+    /// A detection in the raw image as one in the rectified image; `None` when the lens shows nothing there, or its mask is
+    /// of another size than the raw image.
+    #[must_use]
+    pub fn rectify_detection(&self, raw: &Detection) -> Option<Detection> {
+        let bounding_box = self.rectify_box(&raw.bounding_box())?;
+        let rectified = Detection::new(raw.label(), raw.score(), bounding_box).ok()?;
+        let Some(raw_mask) = raw.mask() else { return Some(rectified) };
+        let mut mask = raw_mask.clone();
+        self.rectify_mask(raw_mask, &mut mask).ok()?;
+        Some(rectified.with_mask(mask))
     }
 }
 

@@ -23,6 +23,7 @@ mod ply;
 mod text_lines;
 mod trajectory;
 mod tum;
+mod uncovered_time;
 mod write_atomically;
 mod yolo_folder;
 
@@ -36,7 +37,8 @@ pub use map_records::{
 };
 pub use pcd::{PcdCloud, PcdEncoding, PcdField, PcdValues, decode_pcd, encode_pcd, read_pcd, write_pcd};
 pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
-pub use trajectory::{StampedPose, Trajectory, TrajectoryGap, UncoveredTime};
-pub use tum::{FrameBuffers, PosedFrame, TumDataset, TumFrame, TumOptions, TumWriter};
+pub use trajectory::{StampedPose, Trajectory, TrajectoryGap};
+pub use tum::{FrameBuffers, PosedFrame, TumCamera, TumDataset, TumFrame, TumOptions, TumWriter};
+pub use uncovered_time::UncoveredTime;
 pub use write_atomically::write_atomically;
 pub use yolo_folder::{YoloFolder, read_class_names};

@@ -1,28 +1,76 @@
 use std::fs;
 use std::path::Path;
 
-use dymlm_core::PinholeCamera;
+use dymlm_core::{Distortion, PinholeCamera, Pose};
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use super::tum_camera::TumCamera;
 use crate::Error;
 
-/// What `camera.json` holds beside the camera; other keys are passed over.
-#[derive(serde::Deserialize)]
-struct DepthUnits {
-    depth_scale: f64,
+const CAMERA: &str = "camera.json";
+
+/// The cameras of a dataset.
+#[derive(Debug)]
+pub(super) struct CameraFile {
+    /// Of the colour images, and of the depth images unless there is a depth camera.
+    pub(super) camera: PinholeCamera,
+    pub(super) depth_scale: f64,
+    pub(super) distortion: Option<Distortion>,
+    pub(super) depth_camera: Option<DepthCamera>,
 }
 
-/// Reads the camera and the stored depth units in a metre.
-pub(super) fn read_camera(path: &Path) -> Result<(PinholeCamera, f64), Error> {
+/// A camera of depth images that are not registered to the colour images.
+#[derive(Debug)]
+pub(super) struct DepthCamera {
+    pub(super) camera: PinholeCamera,
+    pub(super) color_from_depth: Pose,
+    pub(super) distortion: Option<Distortion>,
+}
+
+/// What `camera.json` holds beside the camera; other keys are passed over.
+#[derive(Deserialize)]
+struct BesideCamera {
+    depth_scale: f64,
+    distortion: Option<Distortion>,
+    depth_camera: Option<serde_json::Value>,
+}
+
+/// What `depth_camera` holds beside the camera.
+#[derive(Deserialize)]
+struct BesideDepthCamera {
+    color_from_depth: Pose,
+    distortion: Option<Distortion>,
+}
+
+/// The cameras that the options name, or the folder's `camera.json`, or else the folder's own name.
+pub(super) fn read_camera(folder: &Path, named: Option<TumCamera>) -> Result<CameraFile, Error> {
+    let path = folder.join(CAMERA);
+    let named = named.or_else(|| if path.exists() { None } else { TumCamera::named_in(folder) });
+    let Some(named) = named else { return read_file(&path) };
+    let camera = named.camera().map_err(|error| Error::malformed(folder, error.to_string()))?;
+    Ok(CameraFile { camera, depth_scale: TumCamera::DEPTH_SCALE, distortion: None, depth_camera: None })
+}
+
+fn read_file(path: &Path) -> Result<CameraFile, Error> {
     let bytes = fs::read(path).map_err(Error::io(path))?;
     // Read twice: in one structure with the camera flattened into it, errors would lose their line.
     let camera = parse(path, &bytes)?;
-    let DepthUnits { depth_scale } = parse(path, &bytes)?;
+    let BesideCamera { depth_scale, distortion, depth_camera } = parse(path, &bytes)?;
     if !(depth_scale.is_finite() && depth_scale > 0.0) {
         let error = dymlm_core::Error::DepthScale(depth_scale);
         return Err(Error::malformed(path, error.to_string()));
     }
-    Ok((camera, depth_scale))
+    let depth_camera = depth_camera.map(depth_camera_of).transpose();
+    let depth_camera =
+        depth_camera.map_err(|error| Error::malformed(path, format!("depth_camera: {error}")))?;
+    Ok(CameraFile { camera, depth_scale, distortion, depth_camera })
+}
+
+fn depth_camera_of(value: serde_json::Value) -> Result<DepthCamera, serde_json::Error> {
+    let camera = PinholeCamera::deserialize(&value)?;
+    let BesideDepthCamera { color_from_depth, distortion } = serde_json::from_value(value)?;
+    Ok(DepthCamera { camera, color_from_depth, distortion })
 }
 
 fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T, Error> {

@@ -1,18 +1,23 @@
 use std::path::{Path, PathBuf};
 
-use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Pose, Rgb};
+use dymlm_core::{Frame, PinholeCamera, Rectifier};
 
 use super::camera_file::read_camera;
+use super::frame::{Listing, PosedFrame, TumFrame};
+use super::image_reader::{FrameBuffers, ImageReader};
 use super::lists::{Lists, read_lists};
 use super::options::TumOptions;
-use crate::image_file::{DecodeBuffers, decode_color, decode_depth};
 use crate::trajectory::TrajectoryFile;
-use crate::{Error, Trajectory, TrajectoryGap, UncoveredTime};
+use crate::{Error, Trajectory, TrajectoryGap};
 
 /// A TUM RGB-D dataset: lists of images, a trajectory and a camera, opened; the images are read one frame at a time.
 ///
 /// Its folder holds
-/// - `camera.json`: {width, height, fx, fy, cx, cy, `depth_scale`}; depth in metres = stored value / `depth_scale`;
+/// - `camera.json`: {width, height, fx, fy, cx, cy, `depth_scale`}; depth in metres = stored value / `depth_scale`. For a
+///   lens with distortion also `distortion`: {`model`: "`brown_conrady`" or "`equidistant`", `coefficients`: in `OpenCV`'s
+///   order}; frames are rectified then. For depth images not registered to the colour images also `depth_camera`: {width,
+///   height, fx, fy, cx, cy, `color_from_depth`: {translation, quaternion}, and perhaps its own `distortion`}; they are
+///   registered then. Without `camera.json` a folder whose name says freiburg1, 2 or 3 has that [`TumCamera`](crate::TumCamera);
 /// - `associations.txt`: a line `timestamp rgb-file timestamp depth-file` a frame, or depth first: which column is
 ///   which shows in the names; or, when there is none, `rgb.txt` and `depth.txt`, lines `timestamp filename`, which
 ///   are then paired one to one by the nearest time (colour may be missing altogether: no `rgb.txt`);
@@ -43,8 +48,7 @@ use crate::{Error, Trajectory, TrajectoryGap, UncoveredTime};
 #[derive(Debug)]
 pub struct TumDataset {
     folder: PathBuf,
-    camera: PinholeCamera,
-    depth_scale: f64,
+    images: ImageReader,
     frames: Vec<TumFrame>,
     trajectory_path: PathBuf,
     trajectory: TrajectoryFile,
@@ -53,73 +57,19 @@ pub struct TumDataset {
     unpaired_depth_images: usize,
 }
 
-/// One frame of a dataset, not loaded yet.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct TumFrame {
-    /// Time of the depth image, seconds: the frame's time.
-    pub timestamp: f64,
-    /// Time of the colour image, seconds: the time that detections bear.
-    pub color_timestamp: Option<f64>,
-    /// The depth image.
-    pub depth: PathBuf,
-    /// The colour image.
-    pub color: Option<PathBuf>,
-    /// The pose at the frame's time, or why there is none.
-    pub world_from_camera: Result<Pose, UncoveredTime>,
-    pub(super) depth_listing: Listing,
-    pub(super) color_listing: Listing,
-}
-
-/// Where an image is listed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Listing {
-    pub(super) list: &'static str,
-    pub(super) line: usize,
-}
-
-/// A loaded frame and where it was seen from.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PosedFrame {
-    /// The frame.
-    pub frame: Frame,
-    /// Takes camera coordinates to the world.
-    pub world_from_camera: Pose,
-}
-
-/// Buffers that frames are loaded through, so that loading a sequence allocates next to nothing per frame.
-#[derive(Debug, Clone, Default)]
-pub struct FrameBuffers {
-    decode: DecodeBuffers,
-    depth: Vec<f32>,
-    color: Vec<Rgb>,
-}
-
-impl FrameBuffers {
-    /// Takes a frame's image buffers back, for the next frame.
-    pub fn recycle(&mut self, frame: Frame) {
-        let (depth, color) = frame.into_images();
-        self.depth = depth.into_data();
-        if let Some(color) = color {
-            self.color = color.into_data();
-        }
-    }
-}
-
 const GROUND_TRUTH: &str = "groundtruth.txt";
-const CAMERA: &str = "camera.json";
 
 impl TumDataset {
     /// Opens a dataset: reads its lists, its trajectory and its camera, no image.
     ///
     /// # Errors
     ///
-    /// Only what makes the whole dataset unusable: options out of range, no readable `camera.json`, no list of depth
+    /// Only what makes the whole dataset unusable: options out of range, no readable `camera.json` nor another camera, no list of depth
     /// images, no readable trajectory, no usable frame at all.
     pub fn open(folder: impl AsRef<Path>, options: &TumOptions) -> Result<Self, Error> {
         options.validate()?;
         let folder = folder.as_ref();
-        let (camera, depth_scale) = read_camera(&folder.join(CAMERA))?;
+        let images = ImageReader::new(&read_camera(folder, options.camera)?);
         let Lists { mut frames, mut faults, unpaired_depth_images } = read_lists(folder, options)?;
         let trajectory_path = options.trajectory.clone().unwrap_or_else(|| folder.join(GROUND_TRUTH));
         let trajectory = read_trajectory(&trajectory_path, &mut faults)?;
@@ -132,8 +82,7 @@ impl TumDataset {
         }
         Ok(Self {
             folder: folder.to_path_buf(),
-            camera,
-            depth_scale,
+            images,
             frames,
             trajectory_path,
             trajectory,
@@ -143,14 +92,21 @@ impl TumDataset {
         })
     }
 
-    /// The camera.
+    /// The camera of the frames.
+    #[doc(alias = "intrinsics")]
     pub fn camera(&self) -> &PinholeCamera {
-        &self.camera
+        self.images.camera()
+    }
+
+    /// What takes places in the stored colour images to places in the frames, for a camera with distortion: detections
+    /// in stored images go through [`Rectifier::rectify_detection`].
+    pub fn rectifier(&self) -> Option<&Rectifier> {
+        self.images.rectifier()
     }
 
     /// Stored depth units in a metre.
     pub fn depth_scale(&self) -> f64 {
-        self.depth_scale
+        self.images.depth_scale()
     }
 
     /// The frames, in time order; with [`TumOptions::every`] applied.
@@ -202,30 +158,18 @@ impl TumDataset {
             fault,
         })?;
         let depth = self
-            .load_depth(&frame.depth, buffers)
+            .images
+            .depth(&frame.depth, buffers)
             .map_err(|fault| self.listed(frame.depth_listing, fault))?;
         let color = match &frame.color {
             Some(color) => Some(
-                self.load_color(color, buffers).map_err(|fault| self.listed(frame.color_listing, fault))?,
+                self.images.color(color, buffers).map_err(|fault| self.listed(frame.color_listing, fault))?,
             ),
             None => None,
         };
-        let frame = Frame::new(frame.timestamp, self.camera, depth, color)
+        let frame = Frame::new(frame.timestamp, *self.camera(), depth, color)
             .map_err(|error| Error::malformed(&frame.depth, error.to_string()))?;
         Ok(PosedFrame { frame, world_from_camera })
-    }
-
-    fn load_depth(&self, path: &Path, buffers: &mut FrameBuffers) -> Result<DepthImage, Error> {
-        let depth = std::mem::take(&mut buffers.depth);
-        let (width, height, depth) =
-            decode_depth(path, self.depth_scale, Some(&self.camera), &mut buffers.decode, depth)?;
-        DepthImage::new(width, height, depth).map_err(|error| Error::malformed(path, error.to_string()))
-    }
-
-    fn load_color(&self, path: &Path, buffers: &mut FrameBuffers) -> Result<ColorImage, Error> {
-        let color = std::mem::take(&mut buffers.color);
-        let (width, height, color) = decode_color(path, Some(&self.camera), &mut buffers.decode, color)?;
-        ColorImage::new(width, height, color).map_err(|error| Error::malformed(path, error.to_string()))
     }
 
     fn listed(&self, listing: Listing, fault: Error) -> Error {

@@ -2,7 +2,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::association::associate;
-use super::dataset::{Listing, TumFrame};
+use super::frame::{Listing, TumFrame};
 use super::list_file::{List, ListedFile, ListedPair, read_files, read_pairs};
 use super::options::TumOptions;
 use crate::{Error, UncoveredTime};

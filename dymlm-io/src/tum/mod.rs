@@ -3,11 +3,17 @@
 mod association;
 mod camera_file;
 mod dataset;
+mod frame;
+mod image_reader;
 mod list_file;
 mod lists;
 mod options;
+mod tum_camera;
 mod writer;
 
-pub use dataset::{FrameBuffers, PosedFrame, TumDataset, TumFrame};
+pub use dataset::TumDataset;
+pub use frame::{PosedFrame, TumFrame};
+pub use image_reader::FrameBuffers;
 pub use options::TumOptions;
+pub use tum_camera::TumCamera;
 pub use writer::TumWriter;

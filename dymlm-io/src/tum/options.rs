@@ -2,12 +2,17 @@ use std::path::PathBuf;
 
 use dymlm_core::{ConfigError, check_range};
 
+use super::tum_camera::TumCamera;
+
 /// How a TUM dataset is opened.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct TumOptions {
     /// The trajectory to use instead of the dataset's `groundtruth.txt`, in the same format. Default: none.
     pub trajectory: Option<PathBuf>,
+    /// The camera to use instead of what the dataset says. Default: none, that is the folder's `camera.json` or, when there
+    /// is none, the camera that the folder's name speaks of.
+    pub camera: Option<TumCamera>,
     /// Largest distance in time between a colour image and its depth image when there is no `associations.txt`,
     /// seconds, 0..=10. Default 0.02, as the benchmark's own `associate.py`.
     pub max_association_gap: f64,
@@ -21,7 +26,13 @@ pub struct TumOptions {
 
 impl Default for TumOptions {
     fn default() -> Self {
-        Self { trajectory: None, max_association_gap: 0.02, max_interpolation_gap: 0.2, every: 1 }
+        Self {
+            trajectory: None,
+            camera: None,
+            max_association_gap: 0.02,
+            max_interpolation_gap: 0.2,
+            every: 1,
+        }
     }
 }
 

@@ -1,0 +1,39 @@
+use std::path::PathBuf;
+
+use dymlm_core::{Frame, Pose};
+
+use crate::UncoveredTime;
+
+/// One frame of a dataset, not loaded yet.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct TumFrame {
+    /// Time of the depth image, seconds: the frame's time.
+    pub timestamp: f64,
+    /// Time of the colour image, seconds: the time that detections bear.
+    pub color_timestamp: Option<f64>,
+    /// The depth image.
+    pub depth: PathBuf,
+    /// The colour image.
+    pub color: Option<PathBuf>,
+    /// The pose at the frame's time, or why there is none.
+    pub world_from_camera: Result<Pose, UncoveredTime>,
+    pub(super) depth_listing: Listing,
+    pub(super) color_listing: Listing,
+}
+
+/// Where an image is listed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Listing {
+    pub(super) list: &'static str,
+    pub(super) line: usize,
+}
+
+/// A loaded frame and where it was seen from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PosedFrame {
+    /// The frame.
+    pub frame: Frame,
+    /// Takes camera coordinates to the world.
+    pub world_from_camera: Pose,
+}

@@ -1,0 +1,119 @@
+use std::path::Path;
+
+use dymlm_core::{
+    ColorImage, DepthImage, DepthRegistration, Distortion, Frame, PinholeCamera, Rectifier, Rgb,
+};
+
+use super::camera_file::CameraFile;
+use crate::Error;
+use crate::image_file::{DecodeBuffers, decode_color, decode_depth};
+
+/// Reads the images of a dataset, and makes them those of one pinhole camera.
+#[derive(Debug)]
+pub(super) struct ImageReader {
+    camera: PinholeCamera,
+    depth_scale: f64,
+    rectifier: Option<Rectifier>,
+    depth_camera: PinholeCamera,
+    depth_rectifier: Option<Rectifier>,
+    registration: Option<DepthRegistration>,
+}
+
+/// Buffers that frames are loaded through, so that loading a sequence allocates next to nothing per frame.
+#[derive(Debug, Clone, Default)]
+pub struct FrameBuffers {
+    decode: DecodeBuffers,
+    depth: Vec<f32>,
+    color: Vec<Rgb>,
+    /// For images that are rectified or registered: what they are made into.
+    spare_depth: Option<DepthImage>,
+    spare_color: Option<ColorImage>,
+}
+
+impl FrameBuffers {
+    /// Takes a frame's image buffers back, for the next frame.
+    pub fn recycle(&mut self, frame: Frame) {
+        let (depth, color) = frame.into_images();
+        self.depth = depth.into_data();
+        if let Some(color) = color {
+            self.color = color.into_data();
+        }
+    }
+}
+
+impl ImageReader {
+    pub(super) fn new(cameras: &CameraFile) -> Self {
+        let camera = cameras.camera;
+        let rectifier = |camera: &PinholeCamera, lens: Option<&Distortion>| {
+            lens.map(|lens| Rectifier::new(camera, lens, camera))
+        };
+        let color = rectifier(&camera, cameras.distortion.as_ref());
+        let (depth_camera, depth_rectifier, registration) = match &cameras.depth_camera {
+            Some(depth) => (
+                depth.camera,
+                rectifier(&depth.camera, depth.distortion.as_ref()),
+                Some(DepthRegistration::new(&depth.camera, &camera, &depth.color_from_depth)),
+            ),
+            // Registered to colour images with distortion, depth images have it too.
+            None => (camera, color.clone(), None),
+        };
+        Self {
+            camera,
+            depth_scale: cameras.depth_scale,
+            rectifier: color,
+            depth_camera,
+            depth_rectifier,
+            registration,
+        }
+    }
+
+    pub(super) fn camera(&self) -> &PinholeCamera {
+        &self.camera
+    }
+
+    pub(super) fn rectifier(&self) -> Option<&Rectifier> {
+        self.rectifier.as_ref()
+    }
+
+    pub(super) fn depth_scale(&self) -> f64 {
+        self.depth_scale
+    }
+
+    pub(super) fn depth(&self, path: &Path, buffers: &mut FrameBuffers) -> Result<DepthImage, Error> {
+        let malformed = |error: dymlm_core::Error| Error::malformed(path, error.to_string());
+        let depth = std::mem::take(&mut buffers.depth);
+        let (width, height, depth) =
+            decode_depth(path, self.depth_scale, Some(&self.depth_camera), &mut buffers.decode, depth)?;
+        let mut depth = DepthImage::new(width, height, depth).map_err(malformed)?;
+        if let Some(rectifier) = &self.depth_rectifier {
+            let mut rectified = spare_depth(buffers).map_err(malformed)?;
+            rectifier.rectify_depth(&depth, &mut rectified).map_err(malformed)?;
+            buffers.spare_depth = Some(std::mem::replace(&mut depth, rectified));
+        }
+        if let Some(registration) = &self.registration {
+            let mut registered = spare_depth(buffers).map_err(malformed)?;
+            registration.register(&depth, &mut registered).map_err(malformed)?;
+            buffers.spare_depth = Some(std::mem::replace(&mut depth, registered));
+        }
+        Ok(depth)
+    }
+
+    pub(super) fn color(&self, path: &Path, buffers: &mut FrameBuffers) -> Result<ColorImage, Error> {
+        let malformed = |error: dymlm_core::Error| Error::malformed(path, error.to_string());
+        let color = std::mem::take(&mut buffers.color);
+        let (width, height, color) = decode_color(path, Some(&self.camera), &mut buffers.decode, color)?;
+        let mut color = ColorImage::new(width, height, color).map_err(malformed)?;
+        if let Some(rectifier) = &self.rectifier {
+            let spare = buffers.spare_color.take();
+            let mut rectified =
+                spare.map_or_else(|| ColorImage::new(1, 1, vec![[0; 3]]), Ok).map_err(malformed)?;
+            rectifier.rectify_color(&color, &mut rectified).map_err(malformed)?;
+            buffers.spare_color = Some(std::mem::replace(&mut color, rectified));
+        }
+        Ok(color)
+    }
+}
+
+fn spare_depth(buffers: &mut FrameBuffers) -> Result<DepthImage, dymlm_core::Error> {
+    buffers.spare_depth.take().map_or_else(|| DepthImage::empty(1, 1), Ok)
+}
