@@ -9,6 +9,7 @@ use dymlm_geometry::OrientedBox;
 
 /// What [`CloudMap::move_body`] has moved.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BodyMotion {
     /// Where its points were, metres, world.
@@ -57,7 +58,7 @@ impl CloudMap {
     /// static: much like the [static](crate::Selection::Static) map there, without the neighbours' votes and without
     /// thinning, but for the cost of the box alone. In the order of [`Self::voxels`]. O(voxels of the box's blocks).
     pub fn static_points_in(&self, region: &OrientedBox) -> Vec<Point> {
-        let least = self.config.thinning.min_observations;
+        let least = self.config.min_observations;
         let mut points = Vec::new();
         for key in self.blocks_about(region) {
             let Some(block) = self.voxels.get(key) else { continue };
@@ -66,7 +67,7 @@ impl CloudMap {
                 let point = voxel.mean_position(cell, self.config.voxel_size);
                 if voxel.observations >= least
                     && region.contains(point.map(f64::from))
-                    && !self.evidence.is_outvoted(cell, self.config.evidence.looks_per_reading)
+                    && !self.evidence.is_outvoted(cell, self.config.looks_per_reading)
                 {
                     points.push(point);
                 }
@@ -111,7 +112,7 @@ impl CloudMap {
 
     /// Takes out what speaks for cells of the evidence in which nothing is left.
     fn forget_support(&mut self, region: &OrientedBox, moved: &[Moved]) {
-        let around = region.with_rim(2.0 * self.config.evidence.cell_size);
+        let around = region.with_rim(2.0 * self.evidence.cell_size());
         let mut left = BTreeSet::new();
         for key in self.blocks_about(&around.unwrap_or(*region)) {
             if let Some(block) = self.voxels.get(key) {
@@ -141,7 +142,7 @@ impl CloudMap {
             block.merge(place, &voxel.placed(within), uncolored);
             self.voxel_count += block.voxels.len() - count;
         }
-        self.evidence.give_support(cell, support, self.config.evidence.looks_per_reading);
+        self.evidence.give_support(cell, support, self.config.looks_per_reading);
     }
 
     /// Keys of the blocks that a box may share voxels with, in their order.

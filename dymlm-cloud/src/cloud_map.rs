@@ -15,10 +15,10 @@ use crate::{CloudMapConfig, Error};
 /// Each voxel holds the weighted mean of position and colour of the readings in it, weight 1 / sigma(z)^2 with the
 /// noise of the [`SensorModel`]. Beside the voxels stands the evidence of all frames, which decides on
 /// output which voxels are static: **late ghost removal**. Each cell of some voxels counts the frames that read a
-/// surface in it and those that looked through it, before or after; a reading outweighs a few looks, and the cells
-/// around vote together ([`EvidenceConfig`](crate::EvidenceConfig)). So movers that no detector has seen vanish too,
+/// surface in it and those that looked through it, before or after; a reading outweighs
+/// [a few looks](CloudMapConfig::looks_per_reading), and the cells around vote together. So movers that no detector has seen vanish too,
 /// and a wrong verdict heals with later frames. Then **thinning** leaves out the noise around far surfaces and what a
-/// single frame has seen ([`ThinningConfig`](crate::ThinningConfig)).
+/// single frame has seen ([`thinning_radius`](CloudMapConfig::thinning_radius), [`min_observations`](CloudMapConfig::min_observations)).
 ///
 /// Everything is summed in integers. So the map does not depend on the order of frames, [`CloudMap::remove`] takes a
 /// frame out exactly, and two maps [`merge`](CloudMap::merge) to what one map of all frames would be.
@@ -69,6 +69,7 @@ struct Target {
 
 /// What a frame has done to the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct CloudFrameReport {
     /// Static readings in range.
@@ -81,6 +82,7 @@ pub struct CloudFrameReport {
 
 /// One voxel of the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct CloudVoxel {
     /// Weighted mean position, metres, world.
@@ -99,6 +101,8 @@ pub struct CloudVoxel {
 
 /// Which voxels of a map are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Selection {
     /// All that were read.
     All,
@@ -115,7 +119,7 @@ impl CloudMap {
     pub fn new(config: CloudMapConfig, sensor: SensorModel) -> Result<Self, Error> {
         sensor.validate()?;
         config.validate(&sensor)?;
-        let evidence = Evidence::new(&config.evidence, config.voxel_size, sensor);
+        let evidence = Evidence::new(config.voxel_size, sensor);
         Ok(Self {
             config,
             weighting: Weighting::new(sensor),
@@ -206,7 +210,7 @@ impl CloudMap {
     ///
     /// The verdicts are made anew for the whole map at each call: some tenths of a second for a million voxels.
     pub fn voxels(&self) -> impl Iterator<Item = CloudVoxel> + '_ {
-        let verdicts = Verdicts::of(&self.evidence, self.config.evidence.looks_per_reading);
+        let verdicts = Verdicts::of(&self.evidence, self.config.looks_per_reading);
         let thinning = Thinning::of(&self.voxels, &verdicts, &self.config, &self.weighting);
         let slots = self.voxels.sorted_slots();
         let blocks = crate::parallel::map(slots, |slot| {

@@ -1,8 +1,11 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
-use crate::EvidenceConfig;
 use crate::block_store::{BLOCK_CELLS, BlockKey, BlockStore, CellBits, split};
 use crate::look_through::{LookThrough, LookedThrough};
+
+/// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are missed by the one
+/// reading at their centre, larger ones hold both a surface and the free space before it.
+const CELL_SIZE: f64 = 0.04;
 
 /// For and against each place being static: how many frames have read a surface there, and how many have looked
 /// through it, over all frames, whether before or after something was mapped there.
@@ -39,6 +42,7 @@ pub(crate) struct EvidenceBlock {
 
 /// How many frames speak for and against a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Support {
     /// Frames that read a surface there.
     pub support: u32,
@@ -65,8 +69,8 @@ impl Direction {
 }
 
 impl Evidence {
-    pub(crate) fn new(config: &EvidenceConfig, voxel_size: f64, sensor: SensorModel) -> Self {
-        let cell_shift = (config.cell_size / voxel_size).log2().round().clamp(0.0, 10.0) as u32;
+    pub(crate) fn new(voxel_size: f64, sensor: SensorModel) -> Self {
+        let cell_shift = (CELL_SIZE / voxel_size).log2().round().clamp(0.0, 10.0) as u32;
         Self {
             cell_shift,
             look_through: LookThrough::new(voxel_size * f64::from(1_u32 << cell_shift), sensor),
@@ -75,6 +79,11 @@ impl Evidence {
             last_read: None,
             is_overdrawn: false,
         }
+    }
+
+    /// Side of a cell, metres.
+    pub(crate) fn cell_size(&self) -> f64 {
+        self.look_through.cell_size()
     }
 
     /// Notes that the current frame has read a surface in `voxel`.

@@ -21,7 +21,11 @@ mod weighting;
 
 pub use body_motion::BodyMotion;
 pub use cloud_map::{CloudFrameReport, CloudMap, CloudVoxel, Selection};
-pub use config::{CloudMapConfig, EvidenceConfig, ThinningConfig};
+pub use config::CloudMapConfig;
 pub use error::Error;
 pub use evidence::Support;
 pub use verdict::Verdict;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

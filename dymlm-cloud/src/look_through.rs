@@ -118,6 +118,11 @@ impl LookThrough {
         }
     }
 
+    /// Side of a cell, metres.
+    pub(crate) fn cell_size(&self) -> f64 {
+        self.cell_size
+    }
+
     fn block_side(&self) -> f64 {
         self.cell_size * BLOCK_SIDE as f64
     }
@@ -185,6 +190,7 @@ impl LookThrough {
         let radius = self.block_radius();
         let (before, behind) = (self.tolerance(center[2] - radius), self.tolerance(center[2] + radius));
         let (slope, middle) = (0.5 * (behind - before) / radius, 0.5 * (before + behind));
+        let limit = ROUNDING_LIMIT as f32;
         let samples = &mut *self.samples;
         let [offset_x, offset_y, offset_z] = &samples.offsets;
         for index in 0..BLOCK_CELLS {
@@ -196,8 +202,8 @@ impl LookThrough {
             let inverse = 1.0 / z.max(1e-3);
             let u = fx * (center[0] + offset_x[index]) * inverse + cx;
             let v = fy * (center[1] + offset_y[index]) * inverse + cy;
-            samples.column[index] = round_to_i32(u.clamp(-ROUNDING_LIMIT, ROUNDING_LIMIT));
-            samples.row[index] = round_to_i32(v.clamp(-ROUNDING_LIMIT, ROUNDING_LIMIT));
+            samples.column[index] = round_to_i32(u.clamp(-limit, limit));
+            samples.row[index] = round_to_i32(v.clamp(-limit, limit));
         }
     }
 }

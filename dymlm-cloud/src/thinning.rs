@@ -1,36 +1,38 @@
+use crate::CloudMapConfig;
 use crate::block_store::{BLOCK_SIDE, BlockKey, BlockStore, Neighbor, cell_in_block};
 use crate::verdict::{Verdict, Verdicts};
 use crate::voxel::Voxel;
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
-use crate::{CloudMapConfig, ThinningConfig};
 
 /// Farthest that a voxel looks for heavier ones, voxels.
 const MAX_RADIUS: i32 = 6;
 /// Cells along the side of a block with what lies around it within that radius.
 const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
 
-/// Weight of a ghost, which outweighs nothing. That of any other voxel is greater: those without a reading are dropped.
-const GHOST: f32 = 0.0;
+/// A voxel with less than this share of the weight of one within its radius is noise: what is 1.4 standard deviations off
+/// a surface has that share of readings. Less leaves a thicker shell of noise, more tears holes where two surfaces meet.
+const MIN_WEIGHT_SHARE: f32 = 0.4;
 
 /// Tells which voxels are but the noise of a surface beside them.
 ///
 /// Readings of a surface scatter along the line of sight by sigma(z), at 4 m over many voxels: the true surface is
 /// where most weight lies, and a shell of light voxels surrounds it. A voxel is noise when another static voxel within
-/// `radius` standard deviations has more than 1 / `min_weight_share` times its weight. The deviation is that of the
+/// [`thinning_radius`](CloudMapConfig::thinning_radius) standard deviations has more than 1 / [`MIN_WEIGHT_SHARE`] times its
+/// weight. The deviation is that of the
 /// voxel's own readings: what was seen from near is exact, reaches not even the next voxel, and is left alone, and
 /// two surfaces stay two as long as they are further apart than that.
 ///
 /// O(voxels x ball), cut off at the first heavier voxel; the nearest are asked first.
 pub(crate) struct Thinning<'a> {
-    config: &'a ThinningConfig,
+    config: &'a CloudMapConfig,
     weighting: &'a Weighting,
     blocks: &'a BlockStore<VoxelBlock>,
-    /// For each slot the weights of the block's voxels, in its order; [`GHOST`] for ghosts.
+    /// For each slot the weights of the block's voxels, in its order; 0 for ghosts, which outweigh nothing. That of any
+    /// other voxel is greater: those without a reading are dropped.
     weights: Vec<Vec<f32>>,
     /// Offsets in a window by ascending distance, each with its square in voxels.
     ball: Vec<Offset>,
-    voxel_size: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -48,17 +50,16 @@ impl<'a> Thinning<'a> {
     ) -> Self {
         let weights = |(&key, block): (&BlockKey, &VoxelBlock)| {
             let weight = |(place, voxel): (usize, &Voxel)| {
-                if verdicts.is_ghost(key.cell(place)) { GHOST } else { weighting.total(voxel) as f32 }
+                if verdicts.is_ghost(key.cell(place)) { 0.0 } else { weighting.total(voxel) as f32 }
             };
             block.iter().map(weight).collect()
         };
         Self {
-            config: &config.thinning,
+            config,
             weighting,
             blocks,
             weights: blocks.keys().iter().zip(blocks.blocks()).map(weights).collect(),
             ball: ball(),
-            voxel_size: config.voxel_size,
         }
     }
 
@@ -67,7 +68,7 @@ impl<'a> Thinning<'a> {
         let key = self.blocks.keys()[slot];
         let mut window = None;
         let verdict = |((place, voxel), &weight): ((usize, &Voxel), &f32)| {
-            if weight == GHOST {
+            if weight == 0.0 {
                 return Verdict::Ghost;
             }
             if voxel.observations < self.config.min_observations {
@@ -86,15 +87,15 @@ impl<'a> Thinning<'a> {
 
     /// How far a voxel looks, voxels.
     fn radius_of(&self, voxel: &Voxel) -> f32 {
-        let deviations = self.config.radius * self.weighting.standard_deviation(voxel) / self.voxel_size;
+        let deviations =
+            self.config.thinning_radius * self.weighting.standard_deviation(voxel) / self.config.voxel_size;
         (deviations as f32).min(MAX_RADIUS as f32)
     }
 
     fn is_outweighed(&self, window: &[f32], place: usize, voxel: &Voxel, radius: f32) -> bool {
         let [x, y, z] = cell_in_block(place).map(|c| (c + MAX_RADIUS) as usize);
         let center = (z * WINDOW + y) * WINDOW + x;
-        // Without a share nothing outweighs anything.
-        let limit = self.weighting.total(voxel) as f32 / self.config.min_weight_share as f32;
+        let limit = self.weighting.total(voxel) as f32 / MIN_WEIGHT_SHARE;
         let within = self.ball.iter().take_while(|offset| offset.squared_distance <= radius * radius);
         within.map(|offset| window[center.wrapping_add_signed(offset.step)]).any(|weight| weight > limit)
     }

@@ -3,6 +3,8 @@ use crate::evidence::{Evidence, EvidenceBlock, Support};
 
 /// What the evidence of all frames says of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Verdict {
     /// It belongs to the static world.
     Static,

@@ -26,6 +26,12 @@ fn config(voxel_size: f64) -> CloudMapConfig {
     config
 }
 
+#[test]
+fn maps_go_between_threads() {
+    fn is_shared<T: Send + Sync + Clone>() {}
+    is_shared::<CloudMap>();
+}
+
 /// A frame whose depth is `depth(u, v)`, with a colour that depends on the pixel.
 fn frame(timestamp: f64, depth: impl Fn(usize, usize) -> f32) -> Frame {
     let pixels = || (0..HEIGHT).flat_map(|v| (0..WIDTH).map(move |u| (u, v)));
@@ -271,8 +277,8 @@ fn what_was_seen_from_near_is_left_as_it_is() {
 #[test]
 fn thinning_can_be_turned_off() {
     let mut config = config(0.01);
-    config.thinning.min_observations = 1;
-    config.thinning.radius = 0.0;
+    config.min_observations = 1;
+    config.thinning_radius = 0.0;
     let mut map = CloudMap::new(config, SensorModel::kinect()).unwrap();
     map.insert(&noisy_wall(0, 3.5), None, &Pose::identity()).unwrap();
     assert_eq!(map.point_cloud(Selection::Static), map.point_cloud(Selection::All));
@@ -415,13 +421,11 @@ fn a_cloud_without_a_coloured_frame_has_no_colours() {
 #[test]
 fn configs_are_checked_field_by_field() {
     type Spoil = fn(&mut CloudMapConfig);
-    let broken: [(&str, Spoil); 6] = [
+    let broken: [(&str, Spoil); 4] = [
         ("cloud.voxel_size", |config| config.voxel_size = 0.0),
-        ("cloud.evidence.cell_size", |config| config.evidence.cell_size = 2.0),
-        ("cloud.evidence.looks_per_reading", |config| config.evidence.looks_per_reading = 0.0),
-        ("cloud.thinning.min_observations", |config| config.thinning.min_observations = 0),
-        ("cloud.thinning.radius", |config| config.thinning.radius = -1.0),
-        ("cloud.thinning.min_weight_share", |config| config.thinning.min_weight_share = 1.5),
+        ("cloud.looks_per_reading", |config| config.looks_per_reading = 0.0),
+        ("cloud.min_observations", |config| config.min_observations = 0),
+        ("cloud.thinning_radius", |config| config.thinning_radius = -1.0),
     ];
     for (field, spoil) in broken {
         let mut config = CloudMapConfig::default();

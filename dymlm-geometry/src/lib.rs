@@ -30,3 +30,7 @@ pub use statistical_outlier_removal::{
     StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,
 };
 pub use voxel_grid::{VoxelGrid, VoxelGridConfig, VoxelGridScratch};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

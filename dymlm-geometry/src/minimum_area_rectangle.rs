@@ -2,6 +2,7 @@ use crate::convex_hull::{ConvexHullScratch, convex_hull_into};
 
 /// A rectangle in the plane, turned in any way.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct OrientedRectangle {
     /// Where its diagonals meet.

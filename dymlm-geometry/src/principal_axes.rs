@@ -26,6 +26,7 @@ const ROUNDINGS: f64 = 4.0;
 /// assert!((line.axes[0][1] / line.axes[0][0] - 2.0).abs() < 1e-12);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PrincipalAxes {
     /// Mean of the points, metres.

@@ -60,6 +60,7 @@ pub struct StatisticalOutlierRemoval {
 
 /// What [`StatisticalOutlierRemoval`] found.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct StatisticalOutlierReport {
     /// Indices of the points to keep, ascending; for [`PointCloud::select`](dymlm_core::PointCloud::select).

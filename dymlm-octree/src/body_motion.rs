@@ -7,6 +7,7 @@ use crate::lattice::Key;
 
 /// What [`Octree::move_body`] has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct OctreeMotion {
     /// Smallest cells that are free now where the body stood.

@@ -89,7 +89,7 @@ mod tests {
         let mut config = OctreeConfig { max_range: f64::INFINITY, ..OctreeConfig::default() };
         (config.rays, config.color) = (RayMode::PerPoint, true);
         let json = serde_json::to_string(&config).unwrap();
-        assert!(json.contains(r#""rays":"per_point","color":"per_leaf""#), "{json}");
+        assert!(json.contains(r#""rays":"per_point","color":true"#), "{json}");
         assert_eq!(serde_json::from_str::<OctreeConfig>(&json).unwrap(), config);
         config.max_range = 2.5;
         let json = serde_json::to_string(&config).unwrap();

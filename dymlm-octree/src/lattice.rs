@@ -46,15 +46,16 @@ impl Lattice {
     #[inline]
     pub(crate) fn indices(&self, coordinates: &[f32], indices: &mut [u32]) {
         // Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, and leaves it in the low bits.
-        const MAGIC: f64 = 6_755_399_441_055_744.0;
+        const MAGIC: u64 = 3 << 51;
+        let magic = MAGIC as f64;
         for (index, &coordinate) in indices.iter_mut().zip(coordinates) {
             let scaled = self.factor * f64::from(coordinate);
             // NaN fails the first comparison.
             let low = if scaled > -1e6 { scaled } else { -1e6 };
             let scaled = if low < 1e6 { low } else { 1e6 };
-            let nearest = (scaled + MAGIC) - MAGIC;
+            let nearest = (scaled + magic) - magic;
             let floor = nearest - if nearest > scaled { 1.0 } else { 0.0 };
-            *index = ((floor + MAGIC).to_bits() as u32).wrapping_add(CENTER as u32);
+            *index = ((floor + magic).to_bits() as u32).wrapping_add(CENTER as u32);
         }
     }
 

@@ -7,6 +7,7 @@ use crate::{CellState, Octree};
 
 /// A leaf of the octree: a cube that is equal throughout.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Leaf {
     /// Indices along x, y, z of its first (lowest) smallest cell, 32768 at the world's origin.

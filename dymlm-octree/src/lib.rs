@@ -41,3 +41,7 @@ pub use nearest_obstacle::NearestObstacle;
 pub use occupancy_grid::OccupancyGrid;
 pub use octree::{Extent, Octree, OctreeCounts};
 pub use ray_cast::{RayEnd, RayHit, UnknownCells};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -7,6 +7,7 @@ use crate::storage::{Kind, Subtree, child_corner};
 
 /// The occupied leaf nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct NearestObstacle {
     /// Distance from the point to the leaf's nearest face, metres; 0 inside it.

@@ -39,6 +39,7 @@ pub struct Octree {
 
 /// Size of an octree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct OctreeCounts {
     /// Nodes of the pruned octree, leaves included: what OctoMap calls its size.
@@ -51,6 +52,7 @@ pub struct OctreeCounts {
 
 /// A box in the world, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Extent {
     /// Lower corner.
     pub min: [f64; 3],

@@ -3,6 +3,8 @@ use crate::{Accessor, CellState, Octree};
 
 /// What a ray does at cells never observed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum UnknownCells {
     /// It passes, as through free cells.
     Pass,
@@ -12,6 +14,8 @@ pub enum UnknownCells {
 
 /// Why a ray ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum RayEnd {
     /// It met an occupied cell.
     Occupied,
@@ -25,6 +29,7 @@ pub enum RayEnd {
 
 /// Where a ray ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RayHit {
     /// Why it ended.

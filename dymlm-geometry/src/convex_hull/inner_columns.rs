@@ -1,7 +1,7 @@
 const COLUMNS: usize = 128;
 
 /// Adding this to a number between -2^51 and 2^51 leaves its nearest integer in the lowest bits.
-const ROUNDER: f64 = 6_755_399_441_055_744.0;
+const ROUNDER: u64 = 3 << 51;
 
 /// Distance from the hull within which nothing is surely inside, as a share of the extent. All is computed about a point
 /// of the hull, so rounding is some 1e-15 of the extent in x. It costs that times the slope in y, which is at most one
@@ -92,8 +92,9 @@ impl InnerColumns {
     #[inline]
     #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
     pub(super) fn contain(&self, point: &[f64; 2]) -> bool {
+        let rounder = ROUNDER as f64;
         let [x, y] = [point[0] - self.origin[0], point[1] - self.origin[1]];
-        let column = (x * self.per_x + ROUNDER).to_bits().wrapping_sub(ROUNDER.to_bits());
+        let column = (x * self.per_x + rounder).to_bits().wrapping_sub(rounder.to_bits());
         let own = &self.columns[(column as usize).min(COLUMNS)];
         (y > own.low.y_at(x)) & (y < own.high.y_at(x))
     }

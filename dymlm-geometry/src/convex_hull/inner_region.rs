@@ -1,6 +1,6 @@
 use super::inner_columns::InnerColumns;
 use super::inner_ellipse::InnerEllipse;
-use super::usable;
+use super::usable::usable;
 
 /// Tells points that lie surely within a hull from those that may be outside: by an ellipse, which is quick, then by
 /// columns, which are tight.
@@ -10,9 +10,8 @@ pub(super) struct InnerRegion {
     columns: InnerColumns,
 }
 
-/// Share of the fours of points that may not be in the ellipse: what a processor cannot foresee costs it more than the
-/// columns do.
-const MOST_MISSED: f64 = 0.25;
+/// One in so many fours of points may miss the ellipse: what a processor cannot foresee costs it more than the columns do.
+const MISSED_OF: usize = 4;
 
 impl InnerRegion {
     /// Takes the region from a hull, counter-clockwise from its leftmost point.
@@ -33,7 +32,7 @@ impl InnerRegion {
             self.add_outside_columns(four, outer);
             missed += 1;
         }
-        if f64::from(missed) > MOST_MISSED * fours.len() as f64 {
+        if MISSED_OF * missed > fours.len() {
             self.ellipse = None;
         }
     }

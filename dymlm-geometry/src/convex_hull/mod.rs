@@ -7,14 +7,13 @@ mod inner_region;
 mod left_to_right;
 mod orientation;
 mod outline;
+mod usable;
 
 use graham_scan::graham_scan;
 use inner_region::InnerRegion;
 use left_to_right::LeftToRight;
 use outline::Outline;
-
-/// Points with a coordinate greater than this are passed over: the exact orientation test would overflow.
-const FARTHEST: f64 = 1e120;
+use usable::usable;
 
 /// From so many points on, most are worth being recognized as inner ones first.
 const FEW: usize = 512;
@@ -104,12 +103,4 @@ impl ConvexHullScratch {
     pub fn new() -> Self {
         Self::default()
     }
-}
-
-/// The point, with 0 for -0, unless it is to be passed over.
-#[inline]
-fn usable(point: &[f64; 2]) -> Option<[f64; 2]> {
-    // NaN fails the comparison.
-    let near = point[0].abs() <= FARTHEST && point[1].abs() <= FARTHEST;
-    near.then(|| [point[0] + 0.0, point[1] + 0.0])
 }

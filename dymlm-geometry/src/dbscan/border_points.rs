@@ -1,6 +1,6 @@
 use dymlm_core::Point;
 
-use super::NO_CLUSTER;
+use super::clusters::NO_CLUSTER;
 use super::grid::Grid;
 use super::touching_blocks::RowOffset;
 use crate::parallel::{for_each, task_size};

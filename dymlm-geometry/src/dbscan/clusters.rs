@@ -1,7 +1,11 @@
+/// Greater than the number of any cluster and the index of any point.
+pub(super) const NO_CLUSTER: u32 = u32::MAX;
+
 /// The clusters of a cloud: for each point the number of its cluster, or none.
 ///
 /// Clusters are numbered from 0 in the order of their first core points in the cloud.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Clusters {
     pub(super) labels: Vec<Option<u32>>,
     pub(super) sizes: Vec<usize>,

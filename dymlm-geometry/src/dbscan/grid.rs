@@ -2,6 +2,7 @@ use std::ops::Range;
 
 use dymlm_core::Point;
 
+use super::rows::{Row, Rows};
 use super::run::Run;
 use super::touching_blocks::{RowOffset, TouchingBlocks};
 use crate::lattice::{CellSort, CubicLattice};
@@ -16,10 +17,7 @@ use crate::parallel::{for_each, task_size};
 #[derive(Debug, Default)]
 pub(super) struct Grid {
     sort: CellSort,
-    /// The rows, ascending by x, then y, and one more at the end that closes the last.
-    rows: Vec<Row>,
-    /// z index of each block.
-    block_z: Vec<i32>,
+    rows: Rows,
     touching: Vec<TouchingBlocks>,
     /// First cell of each block, and the number of cells at the end.
     block_start: Vec<u32>,
@@ -37,13 +35,6 @@ pub(super) struct Grid {
     octants: Vec<u8>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Row {
-    pub(super) x: i32,
-    pub(super) y: i32,
-    first_block: u32,
-}
-
 impl Grid {
     /// Sorts a cloud into cells.
     pub(super) fn build(&mut self, eps: f32, points: &[Point]) {
@@ -58,19 +49,9 @@ impl Grid {
     }
 
     fn find_rows(&mut self, blocks: CubicLattice, points: &[Point]) {
-        self.rows.clear();
-        self.block_z.clear();
-        for block in 0..self.sort.cell_count() {
-            let Some(point) = self.sort.runs_of_cell(block).next().map(|run| points[run.start]) else {
-                continue;
-            };
-            let [x, y, z] = point.map(|x| blocks.index(x));
-            if self.rows.last().is_none_or(|row| (row.x, row.y) != (x, y)) {
-                self.rows.push(Row { x, y, first_block: block as u32 });
-            }
-            self.block_z.push(z);
-        }
-        self.rows.push(Row { x: i32::MAX, y: i32::MAX, first_block: self.block_z.len() as u32 });
+        let first_point = |block| self.sort.runs_of_cell(block).next().map(|run| points[run.start]);
+        let firsts = (0..self.sort.cell_count()).filter_map(first_point);
+        self.rows.fill(firsts.map(|point| point.map(|x| blocks.index(x))));
     }
 
     /// Sorts the points of each block by octant, and copies them.
@@ -80,9 +61,10 @@ impl Grid {
         self.cell_start.clear();
         self.resize_slots(points.len());
         let mut start = 0;
-        for row in 0..self.rows().len() {
-            for block in self.blocks_of_row(row) {
-                let index = [self.rows[row].x, self.rows[row].y, self.block_z[block]];
+        for row in 0..self.rows.all().len() {
+            let Row { x, y, .. } = self.rows.all()[row];
+            for block in self.rows.blocks_of_row(row) {
+                let index = [x, y, self.rows.z_of_block(block)];
                 // Beyond the counted blocks this is no centre; but there all points of a block are equal.
                 let center = index.map(|index| f64::from(index) * 2.0 * side + side);
                 start = self.split_block(block, center, start, points);
@@ -126,30 +108,12 @@ impl Grid {
     }
 
     fn find_touching_blocks(&mut self) {
-        let mut touching = std::mem::take(&mut self.touching);
-        touching.clear();
-        touching.resize(self.block_count(), TouchingBlocks::default());
-        let share = task_size(touching.len());
-        for_each(touching.chunks_mut(share).enumerate(), |(task, found)| {
-            TouchingBlocks::find(self, task * share, found);
+        self.touching.clear();
+        self.touching.resize(self.block_count(), TouchingBlocks::default());
+        let share = task_size(self.touching.len());
+        for_each(self.touching.chunks_mut(share).enumerate(), |(task, found)| {
+            TouchingBlocks::find(&self.rows, task * share, found);
         });
-        self.touching = touching;
-    }
-
-    /// The rows, ascending, without the closing one.
-    #[inline]
-    pub(super) fn rows(&self) -> &[Row] {
-        self.rows.split_last().map_or(&[], |(_, rows)| rows)
-    }
-
-    /// The row that holds a block.
-    pub(super) fn row_of_block(&self, block: usize) -> usize {
-        self.rows().partition_point(|row| row.first_block as usize <= block).saturating_sub(1)
-    }
-
-    #[inline]
-    pub(super) fn blocks_of_row(&self, row: usize) -> Range<usize> {
-        self.rows[row].first_block as usize..self.rows[row + 1].first_block as usize
     }
 
     #[inline]
@@ -159,7 +123,7 @@ impl Grid {
 
     #[inline]
     pub(super) fn z_of_block(&self, block: usize) -> i32 {
-        self.block_z[block]
+        self.rows.z_of_block(block)
     }
 
     /// The blocks of a neighbouring row that touch a block.

@@ -6,6 +6,7 @@ mod config;
 mod connected_cells;
 mod core_points;
 mod grid;
+mod rows;
 mod run;
 mod touching_blocks;
 mod union_find;
@@ -16,6 +17,7 @@ pub use config::DbscanConfig;
 use dymlm_core::{ConfigError, Point};
 
 use border_points::BorderPoints;
+use clusters::NO_CLUSTER;
 use connected_cells::ConnectedCells;
 use core_points::count_neighbors;
 use grid::Grid;
@@ -86,9 +88,6 @@ struct Numbering {
     /// The number of each cell's cluster.
     label_of_cell: Vec<u32>,
 }
-
-/// Greater than the number of any cluster and the index of any point.
-const NO_CLUSTER: u32 = u32::MAX;
 
 impl DbscanScratch {
     /// Empty working memory.

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::grid::{Grid, Row};
+use super::rows::{Row, Rows};
 
 /// The blocks that touch a block, itself among them: up to three of each of nine rows.
 #[derive(Debug, Clone, Copy, Default)]
@@ -54,8 +54,8 @@ impl TouchingBlocks {
     }
 
     /// Finds the touching blocks of successive blocks, from `first_block` on.
-    pub(super) fn find(grid: &Grid, first_block: usize, found: &mut [Self]) {
-        let mut walk = Walk::new(grid);
+    pub(super) fn find(rows: &Rows, first_block: usize, found: &mut [Self]) {
+        let mut walk = Walk::new(rows);
         for (block, found) in (first_block..).zip(found) {
             walk.go_to(block);
             *found = walk.touching_blocks();
@@ -63,10 +63,10 @@ impl TouchingBlocks {
     }
 }
 
-/// A walk along the blocks of a grid: three cursors into the rows, one for each x, and nine into the blocks
+/// A walk along blocks: three cursors into the rows, one for each x, and nine into the blocks
 /// of the neighbouring rows. They only move forward, so that the whole walk takes O(blocks).
 struct Walk<'a> {
-    grid: &'a Grid,
+    rows: &'a Rows,
     z: i32,
     /// The row after the present one, and the block it begins with.
     next_row: usize,
@@ -78,9 +78,9 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    fn new(grid: &'a Grid) -> Self {
+    fn new(rows: &'a Rows) -> Self {
         Self {
-            grid,
+            rows,
             z: 0,
             next_row: usize::MAX,
             next_row_start: 0,
@@ -95,24 +95,24 @@ impl<'a> Walk<'a> {
             let row = if self.next_row == usize::MAX { self.enter(block) } else { self.next_row };
             self.go_to_row(row);
         }
-        self.z = self.grid.z_of_block(block);
+        self.z = self.rows.z_of_block(block);
     }
 
     /// Sets the cursors by bisection.
     fn enter(&mut self, block: usize) -> usize {
-        let row = self.grid.row_of_block(block);
-        let Row { x, y, .. } = self.grid.rows()[row];
+        let row = self.rows.row_of_block(block);
+        let Row { x, y, .. } = self.rows.all()[row];
         for (dx, cursor) in (-1..).zip(&mut self.row_cursors) {
-            *cursor = self.grid.rows().partition_point(|row| (row.x, row.y) < (x + dx, y - 1));
+            *cursor = self.rows.all().partition_point(|row| (row.x, row.y) < (x + dx, y - 1));
         }
         row
     }
 
     fn go_to_row(&mut self, row: usize) {
-        let rows = self.grid.rows();
+        let rows = self.rows.all();
         let here = rows[row];
         self.next_row = row + 1;
-        self.next_row_start = self.grid.blocks_of_row(row).end;
+        self.next_row_start = self.rows.blocks_of_row(row).end;
         self.rest = std::array::from_fn(|_| 0..0);
         for (dx, cursor) in (-1..).zip(&mut self.row_cursors) {
             let before = (here.x + dx, here.y - 1);
@@ -122,7 +122,7 @@ impl<'a> Walk<'a> {
                     break;
                 }
                 let offset = RowOffset { x: dx, y: row.y - here.y };
-                self.rest[offset.place()] = self.grid.blocks_of_row(neighbor);
+                self.rest[offset.place()] = self.rows.blocks_of_row(neighbor);
             }
         }
     }
@@ -131,10 +131,10 @@ impl<'a> Walk<'a> {
     fn touching_blocks(&mut self) -> TouchingBlocks {
         let mut touching = TouchingBlocks::default();
         for (place, rest) in self.rest.iter_mut().enumerate() {
-            while rest.start < rest.end && self.grid.z_of_block(rest.start) < self.z - 1 {
+            while rest.start < rest.end && self.rows.z_of_block(rest.start) < self.z - 1 {
                 rest.start += 1;
             }
-            let touches = |block: &usize| *block < rest.end && self.grid.z_of_block(*block) <= self.z + 1;
+            let touches = |block: &usize| *block < rest.end && self.rows.z_of_block(*block) <= self.z + 1;
             let count = (rest.start..rest.start + 3).take_while(touches).count();
             touching.first[place] = rest.start as u32;
             touching.counts |= (count as u32) << (2 * place);

@@ -1,7 +1,22 @@
+use super::config::IsolationForestConfig;
 use super::path_length::mean_path_length;
 use super::trees::{IsolationTrees, Node, height_limit};
-use super::{IsolationForestConfig, IsolationForestScratch};
 use dymlm_core::SplitMix64;
+
+/// Working memory of [`IsolationForest::fit_into`](crate::IsolationForest::fit_into); kept between calls, it saves all allocation.
+#[derive(Debug, Clone, Default)]
+pub struct IsolationForestScratch<const D: usize> {
+    /// Rows to draw from.
+    finite: Vec<u32>,
+    sample: Vec<[f32; D]>,
+}
+
+impl<const D: usize> IsolationForestScratch<D> {
+    /// Empty working memory.
+    pub fn new() -> Self {
+        Self { finite: Vec::new(), sample: Vec::new() }
+    }
+}
 
 /// Grows all trees.
 pub(super) fn grow<const D: usize>(

@@ -6,6 +6,7 @@ mod path_length;
 mod trees;
 
 pub use config::IsolationForestConfig;
+pub use grow::IsolationForestScratch;
 pub use trees::IsolationTrees;
 
 use dymlm_core::ConfigError;
@@ -45,21 +46,6 @@ use grow::grow;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IsolationForest {
     config: IsolationForestConfig,
-}
-
-/// Working memory of [`IsolationForest::fit_into`]; kept between calls, it saves all allocation.
-#[derive(Debug, Clone, Default)]
-pub struct IsolationForestScratch<const D: usize> {
-    /// Rows to draw from.
-    finite: Vec<u32>,
-    sample: Vec<[f32; D]>,
-}
-
-impl<const D: usize> IsolationForestScratch<D> {
-    /// Empty working memory.
-    pub fn new() -> Self {
-        Self { finite: Vec::new(), sample: Vec::new() }
-    }
 }
 
 impl IsolationForest {

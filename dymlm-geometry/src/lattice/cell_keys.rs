@@ -8,7 +8,7 @@ use crate::finite::is_finite;
 pub(super) const TOGETHER: usize = 4;
 
 /// The integers from 2^52 to 2^53 are all the f64 there, and their low 52 bits count them.
-const INTEGERS_FROM: f64 = (1_u64 << 52) as f64;
+pub(super) const INTEGERS_FROM: u64 = 1 << 52;
 
 /// Numbers the cells of an extent along z, then y, then x: ascending keys are ascending x, then y, then z.
 ///
@@ -37,7 +37,7 @@ impl CellKeys {
             std::array::from_fn(|axis| lattice.counted_index(bounds.max[axis]) - base[axis] + 1.0);
         // Factors are below 2^28, so that rounding of the product cannot hide that it is too large.
         let count = cells[0] * cells[1] * cells[2];
-        (count < INTEGERS_FROM).then(|| {
+        (count < INTEGERS_FROM as f64).then(|| {
             let stride = [cells[1] * cells[2], cells[2], 1.0];
             Self {
                 lattice,
@@ -77,7 +77,7 @@ impl CellKeys {
         });
         std::array::from_fn(|i| {
             let key = parts[3 * i] + parts[3 * i + 1] + parts[3 * i + 2];
-            (key + INTEGERS_FROM).to_bits() & ((1 << 52) - 1)
+            (key + INTEGERS_FROM as f64).to_bits() & (INTEGERS_FROM - 1)
         })
     }
 }

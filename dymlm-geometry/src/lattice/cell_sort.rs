@@ -4,6 +4,7 @@ use dymlm_core::Point;
 
 use super::CubicLattice;
 use super::bounds::Bounds;
+use super::cell_keys::INTEGERS_FROM;
 use super::radix_sort::RadixSort;
 use crate::finite::is_finite;
 
@@ -158,8 +159,7 @@ impl Extent {
     fn key(&self, lattice: CubicLattice, point: &Point) -> u32 {
         let [x, y, z] = std::array::from_fn(|axis| {
             // The low bits of 2^52 + i are i: a conversion without the checks of `as`.
-            const INTEGER: f64 = (1_u64 << 52) as f64;
-            (lattice.counted_index(point[axis]) - self.base[axis] + INTEGER).to_bits() as u32
+            (lattice.counted_index(point[axis]) - self.base[axis] + INTEGERS_FROM as f64).to_bits() as u32
         });
         // The products stay below the number of cells, for points within the extent.
         x.wrapping_mul(self.cells[0]).wrapping_add(y).wrapping_mul(self.cells[1]).wrapping_add(z)

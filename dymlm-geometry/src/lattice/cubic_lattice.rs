@@ -1,12 +1,12 @@
 /// Cells up to this distance from the origin are counted; beyond, coordinates are ranked.
-const COUNTED: f64 = (1_u32 << 26) as f64;
+const COUNTED: i32 = 1 << 26;
 
 /// Bits of 32.0, less than any coordinate beyond the counted cells (see [`CubicLattice::MIN_SIDE`]).
 const RANKS_FROM: i32 = 0x4200_0000;
 
 /// Adding and subtracting this rounds an f64 below 2^51 to an integer, without a call and in vector
 /// registers.
-const ROUNDING: f64 = 6_755_399_441_055_744.0;
+const ROUNDING: u64 = 3 << 51;
 
 /// A lattice of cubic cells anchored at the origin: cell i of an axis covers [i, i + 1) sides.
 ///
@@ -34,7 +34,7 @@ impl CubicLattice {
         if self.counts(x) {
             self.counted_index(x) as i32
         } else {
-            let rank = (x.abs().to_bits() as i32 - RANKS_FROM) + COUNTED as i32;
+            let rank = (x.abs().to_bits() as i32 - RANKS_FROM) + COUNTED;
             if x > 0.0 { rank } else { -rank }
         }
     }
@@ -42,14 +42,14 @@ impl CubicLattice {
     /// Whether a coordinate lies within the counted cells.
     #[inline]
     pub(crate) fn counts(self, x: f32) -> bool {
-        (f64::from(x) * self.cells_per_metre).abs() < COUNTED
+        (f64::from(x) * self.cells_per_metre).abs() < f64::from(COUNTED)
     }
 
     /// Index of the cell of a coordinate within the counted cells, as an integral f64.
     #[inline]
     pub(crate) fn counted_index(self, x: f32) -> f64 {
         let cells = f64::from(x) * self.cells_per_metre;
-        let nearest = (cells + ROUNDING) - ROUNDING;
+        let nearest = (cells + ROUNDING as f64) - ROUNDING as f64;
         nearest - if nearest > cells { 1.0 } else { 0.0 }
     }
 }
@@ -77,7 +77,7 @@ mod tests {
         for side in [5e-7, 1e-3, 0.05, 3.7, 1e6] {
             let lattice = CubicLattice::new(side);
             // Both sides of the border between counted and ranked cells, and the ends of f32.
-            let border = (COUNTED * side) as f32;
+            let border = (f64::from(COUNTED) * side) as f32;
             let around =
                 |x: f32| (-40..40).map(move |step| f32::from_bits((x.to_bits() as i32 + step) as u32));
             let far: Vec<f32> = around(border).chain(around(border * 1e4)).chain([f32::MAX]).collect();

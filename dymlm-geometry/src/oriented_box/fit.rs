@@ -8,6 +8,8 @@ use crate::principal_axes::PrincipalAxes;
 
 /// How [`fit_oriented_box`] turns the box.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum BoxFit {
     /// Along the [`PrincipalAxes`], by descending variance: the paper's eq. 6. Robust, but turned by uneven sampling,

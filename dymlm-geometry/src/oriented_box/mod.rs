@@ -5,7 +5,6 @@ mod polyhedron;
 pub use fit::{BoxFit, OrientedBoxScratch, fit_oriented_box, fit_oriented_box_with};
 
 use dymlm_core::Pose;
-use overlap::intersection_volume;
 
 /// A box in space: where its own frame stands, and how long it is along that frame's axes. Its frame's origin is its
 /// centre.
@@ -154,24 +153,6 @@ impl OrientedBox {
     /// [`OrientedBoxError`] when a length becomes negative, not finite or above [`MAX_LENGTH`](Self::MAX_LENGTH).
     pub fn with_rim(&self, rim: f64) -> Result<Self, OrientedBoxError> {
         Self::new(self.world_from_box, self.lengths.map(|length| length + 2.0 * rim))
-    }
-
-    /// Volume that two boxes share, cubic metres, exact to rounding: some 1e-15 of the larger box's volume.
-    ///
-    /// One box is clipped by the six half spaces of the other, face by face (Sutherland and Hodgman, "Reentrant polygon
-    /// clipping", 1974), each clip closing the surface with a new face; the volume follows from the divergence
-    /// theorem. Neighbouring faces share their vertices, so that the surface stays closed however rounding decides where
-    /// the boxes share planes.
-    ///
-    /// Constant time, two to three microseconds where the boxes cross, and no allocation.
-    pub fn intersection_volume(&self, other: &Self) -> f64 {
-        intersection_volume(self, other)
-    }
-
-    /// Intersection over union of the volumes, 0..=1; 0 when both boxes are flat.
-    pub fn iou(&self, other: &Self) -> f64 {
-        let shared = self.intersection_volume(other);
-        if shared > 0.0 { (shared / (self.volume() + other.volume() - shared)).min(1.0) } else { 0.0 }
     }
 }
 

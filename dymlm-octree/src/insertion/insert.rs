@@ -9,6 +9,7 @@ use crate::{Error, Octree, RayMode};
 
 /// What became of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct InsertReport {
     /// Readings given: points, or pixels in the mask with a depth that is not too near.

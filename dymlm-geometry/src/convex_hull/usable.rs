@@ -1,0 +1,10 @@
+/// Points with a coordinate greater than this are passed over: the exact orientation test would overflow.
+const FARTHEST: f64 = 1e120;
+
+/// The point, with 0 for -0, unless it is to be passed over.
+#[inline]
+pub(super) fn usable(point: &[f64; 2]) -> Option<[f64; 2]> {
+    // NaN fails the comparison.
+    let near = point[0].abs() <= FARTHEST && point[1].abs() <= FARTHEST;
+    near.then(|| [point[0] + 0.0, point[1] + 0.0])
+}
