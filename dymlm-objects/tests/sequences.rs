@@ -1,7 +1,7 @@
 //! Two simulated sequences, short and small, from the detector's boxes to scored objects.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-use dymlm_core::PinholeCamera;
+use dymlm_core::{PinholeCamera, SensorModel};
 use dymlm_dynamics::{DynamicsConfig, Preprocessor};
 use dymlm_metrics::{EstimatedObject, ObjectScore, score_objects};
 use dymlm_objects::{MapObject, ObjectConfig, ObjectMapper, ObjectView, SupportPlane};
@@ -16,7 +16,7 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
     let dynamics = DynamicsConfig::default();
     let movers = dynamics.mover_labels.clone();
     let mut preprocessor = Preprocessor::new(dynamics).unwrap();
-    let mut planes = PlaneMapper::new(PlaneConfig::default()).unwrap();
+    let mut planes = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect()).unwrap();
     let mut mapper = ObjectMapper::new(ObjectConfig::default()).unwrap();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
     for simulated in sequence.frames() {
@@ -25,13 +25,8 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
         let mask = preprocessor.process(&simulated.frame, &simulated.detections, &pose).unwrap().static_mask;
         planes.insert(&simulated.frame, Some(mask), &[], &pose).unwrap();
         let near = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
-            for own in planes.map().planes() {
-                let (plane, distance) = (own.plane(), own.plane().signed_distance(point));
-                let foot = [0, 1, 2].map(|axis| point[axis] - distance * plane.normal()[axis]);
-                if distance.abs() <= reach && own.holds(foot) {
-                    found.push(SupportPlane::new(own.id(), plane));
-                }
-            }
+            let near = planes.map().supports_near(point, reach);
+            found.extend(near.map(|plane| SupportPlane::new(plane.id().get(), plane.plane())));
         };
         let view = ObjectView::new(&simulated.frame, &simulated.detections, &pose);
         let view = view.with_static_mask(mask).unwrap().without_labels(&movers);
