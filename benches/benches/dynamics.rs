@@ -1,15 +1,11 @@
-//! Preprocessing of a 640x480 frame with two people in it: each step, and all of them.
+//! Preprocessing of a 640x480 frame with two people in it, and tracking of a crowd alone.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use dymlm_benches::{kinect, room_depth};
-use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, Pose};
-use dymlm_dynamics::{
-    BoxCorrector, BoxTracker, CorrectionConfig, DynamicsConfig, Foreground, ForegroundConfig,
-    ForegroundFinder, ForegroundSearch, MaskConfig, MaskRegion, Preprocessor, StaticMaskBuilder,
-    TrackerConfig,
-};
+use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Pose, SensorModel};
+use dymlm_dynamics::{BoxTracker, DynamicsConfig, Preprocessor, TrackerConfig};
 
 /// Columns at which the two people stand, and how far away.
 const PEOPLE: [(usize, f32); 2] = [(120, 1.5), (380, 2.2)];
@@ -53,11 +49,11 @@ fn detections() -> [Detection; 2] {
 
 #[allow(clippy::unwrap_used, reason = "constants")]
 fn preprocess(criterion: &mut Criterion) {
-    let mut preprocessor = Preprocessor::new(DynamicsConfig::default()).unwrap();
+    let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect()).unwrap();
     let (frame, detections) = (frame(0.0), detections());
     criterion.bench_function("dymlm-dynamics/preprocess/two_people", |bencher| {
         bencher.iter(|| {
-            let result = preprocessor.process(black_box(&frame), &detections, &Pose::identity());
+            let result = preprocessor.process(black_box(&frame), Some(&detections), &Pose::identity(), &[]);
             result.map(|result| result.movers.len())
         });
     });
@@ -77,28 +73,5 @@ fn track(criterion: &mut Criterion) {
     });
 }
 
-#[allow(clippy::unwrap_used, reason = "constants")]
-fn steps(criterion: &mut Criterion) {
-    let depth = people_in_a_room();
-    let bounding_box = boxes()[0];
-    let mut finder = ForegroundFinder::new(ForegroundConfig::default()).unwrap();
-    let mut foreground = Foreground::new();
-    criterion.bench_function("dymlm-dynamics/foreground/one_person", |bencher| {
-        let search = ForegroundSearch::new(bounding_box);
-        bencher.iter(|| finder.find(&kinect(), black_box(&depth), &search, &mut foreground));
-    });
-    let mut corrector = BoxCorrector::new(CorrectionConfig::default()).unwrap();
-    criterion.bench_function("dymlm-dynamics/correct/one_person", |bencher| {
-        bencher.iter(|| corrector.correct(black_box(&depth), &bounding_box, &foreground));
-    });
-    let mut builder = StaticMaskBuilder::new(MaskConfig::default()).unwrap();
-    let mut mask = Mask::filled(depth.width(), depth.height(), true).unwrap();
-    let bounding_box = corrector.correct(&depth, &bounding_box, &foreground);
-    criterion.bench_function("dymlm-dynamics/mask/one_person", |bencher| {
-        let region = MaskRegion { bounding_box, foreground: &foreground, instance_mask: None };
-        bencher.iter(|| builder.build([region], black_box(&depth), &mut mask));
-    });
-}
-
-criterion_group!(benches, preprocess, track, steps);
+criterion_group!(benches, preprocess, track);
 criterion_main!(benches);

@@ -169,3 +169,50 @@ fn reading(depth: f32) -> f32 {
     // NaN fails both comparisons.
     if depth > 0.0 && depth < f32::INFINITY { depth } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refuses_a_buffer_of_another_length() {
+        assert_eq!(
+            DepthImage::new(3, 2, vec![0.0; 5]),
+            Err(Error::BufferLength { width: 3, height: 2, expected: 6, actual: 5 })
+        );
+        assert!(DepthImage::new(0, 0, Vec::new()).is_err());
+    }
+
+    #[test]
+    fn scales_integers() {
+        let depth = DepthImage::from_u16(2, 1, &[0, 10_000], 5000.0).unwrap();
+        assert_eq!(depth.data(), [0.0, 2.0]);
+        for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(DepthImage::from_u16(2, 1, &[0, 1], scale).is_err());
+        }
+    }
+
+    #[test]
+    fn a_refused_buffer_leaves_the_readings_as_they_were() {
+        let mut depth = DepthImage::new(2, 2, vec![1.0; 4]).unwrap();
+        let before = depth.clone();
+        assert_eq!(
+            depth.refill_from_u16(&[7; 4], 3, 1000.0),
+            Err(Error::RowStride { size: [2, 2], row_stride: 3, expected: 5, actual: 4 })
+        );
+        assert!(depth.refill_from_u16(&[7; 4], 1, 1000.0).is_err(), "rows overlap");
+        assert!(depth.refill_from_u16(&[7; 4], 2, 0.0).is_err());
+        assert_eq!(depth, before);
+        // The last row needs no filling behind it.
+        depth.refill_from_metres(&[1.0, f32::NAN, 9.0, -1.0, 4.0], 3).unwrap();
+        assert_eq!(depth.data(), [1.0, 0.0, 0.0, 4.0]);
+    }
+
+    #[test]
+    fn outside_there_is_no_reading() {
+        let depth = DepthImage::new(2, 2, vec![1.0; 4]).unwrap();
+        assert_eq!([depth.at(1, 1), depth.at(2, 0), depth.at(0, 2)], [1.0, 0.0, 0.0]);
+        assert_eq!(depth.row(1).len(), 2);
+        assert!(depth.row(2).is_empty());
+    }
+}

@@ -99,3 +99,42 @@ impl TryFrom<RawDetection> for Detection {
         Ok(Self { mask, ..Self::new(label, score, bbox)? })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_subsampled_detection_has_the_box_and_the_mask_of_the_smaller_image() {
+        let mask = Mask::from_fn(9, 6, |u, v| (3..8).contains(&u) && v > 1).unwrap();
+        let cup = Detection::new("cup", 0.5, BoundingBox::new(3.0, 2.0, 8.0, 6.0).unwrap()).unwrap();
+        let half = cup.with_mask(mask).subsampled(2);
+        assert_eq!((half.label(), half.score()), ("cup", 0.5));
+        assert_eq!((half.bounding_box().columns(5), half.bounding_box().rows(3)), (2..4, 1..3));
+        assert_eq!(half.mask(), Some(&Mask::from_fn(5, 3, |u, v| (2..4).contains(&u) && v > 0).unwrap()));
+    }
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn a_line_of_a_file_gives_the_detection_back() {
+        let person = Detection::new("person", 0.75, BoundingBox::new(1.0, 0.0, 3.0, 2.0).unwrap()).unwrap();
+        let without = r#"{"label":"person","score":0.75,"bbox":[1.0,0.0,3.0,2.0]}"#;
+        assert_eq!(serde_json::to_string(&person).unwrap(), without);
+        assert_eq!(serde_json::from_str::<Detection>(without).unwrap(), person);
+        let person = person.with_mask(Mask::from_fn(4, 2, |u, _| u > 0).unwrap());
+        let written = serde_json::to_string(&person).unwrap();
+        assert!(written.ends_with(r#""mask":{"size":[2,4],"counts":"26"}}"#), "{written}");
+        assert_eq!(serde_json::from_str::<Detection>(&written).unwrap(), person);
+        for refused in [without.replace("0.75", "1.5"), without.replace("3.0", "0.5")] {
+            assert!(serde_json::from_str::<Detection>(&refused).is_err());
+        }
+    }
+
+    #[test]
+    fn refuses_scores_that_are_no_confidence() {
+        let bounding_box = BoundingBox::new(0.0, 0.0, 1.0, 1.0).unwrap();
+        for score in [-0.1, 1.1, f32::NAN] {
+            assert!(matches!(Detection::new("cup", score, bounding_box), Err(Error::Score(_))));
+        }
+    }
+}

@@ -102,3 +102,44 @@ impl Frame {
         (self.depth, self.color)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_subsampled_frame_sees_the_same_points() {
+        let camera = PinholeCamera::new(7, 5, 4.0, 5.0, 3.1, 2.3).unwrap();
+        let depth = DepthImage::new(7, 5, (1..36).map(|i| i as f32 * 0.1).collect()).unwrap();
+        let color = ColorImage::new(7, 5, (0..35).map(|i| [i; 3]).collect()).unwrap();
+        let frame = Frame::new(3.0, camera, depth, Some(color)).unwrap();
+        assert_eq!(frame.subsampled(1).unwrap(), frame);
+        for stride in [2, 3, 7, 9] {
+            let smaller = frame.subsampled(stride).unwrap();
+            let [width, height] = [7_usize, 5].map(|size| size.div_ceil(stride));
+            assert_eq!((smaller.depth().width(), smaller.depth().height()), (width, height));
+            for (u, v) in (0..height).flat_map(|v| (0..width).map(move |u| (u, v))) {
+                let (whole_u, whole_v) = (u * stride, v * stride);
+                let z = frame.depth().at(whole_u, whole_v);
+                assert_eq!(smaller.depth().at(u, v), z);
+                assert_eq!(smaller.color().unwrap().at(u, v), frame.color().unwrap().at(whole_u, whole_v));
+                let point = smaller.camera().back_project([u as f64, v as f64], z.into());
+                let same = camera.back_project([whole_u as f64, whole_v as f64], z.into());
+                assert!(point.iter().zip(same).all(|(a, b)| (a - b).abs() < 1e-12));
+            }
+            let mut spare = frame.clone();
+            frame.subsample_into(stride, &mut spare).unwrap();
+            assert_eq!(spare, smaller);
+        }
+    }
+
+    #[test]
+    fn refuses_images_of_another_size() {
+        let camera = PinholeCamera::new(2, 2, 1.0, 1.0, 0.5, 0.5).unwrap();
+        let depth = DepthImage::new(2, 2, vec![1.0; 4]).unwrap();
+        let color = ColorImage::new(1, 2, vec![[0; 3]; 2]).unwrap();
+        let error = Frame::new(0.0, camera, depth.clone(), Some(color)).unwrap_err();
+        assert_eq!(error.to_string(), "the colour image has 1x2 pixels, the camera 2x2");
+        assert!(Frame::new(f64::NAN, camera, depth, None).is_err());
+    }
+}

@@ -104,3 +104,45 @@ impl Mask {
         Ok(mask)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Waves, as a network's smooth logits.
+    fn logits() -> Vec<f32> {
+        let score = |u: f64, v: f64| (u * 0.21 + 0.3).sin() + (v * 0.17 - 0.2).cos() - 0.2;
+        (0..160 * 160).map(|i| score(f64::from(i % 160), f64::from(i / 160)) as f32).collect()
+    }
+
+    /// Counts of `cv2.resize(logits[bars cut off], (width, height), INTER_LINEAR) > 0` of `OpenCV` 5.0.0; some ten pixels lie
+    /// within its rounding of 0.
+    #[test]
+    fn masks_are_those_of_opencv() {
+        for (image, expected) in [([640, 480], 124_176), ([480, 640], 129_617), ([1280, 720], 426_638)] {
+            let letterbox = Letterbox::centered(image, [160, 160]).unwrap();
+            let mask = Mask::from_letterbox(&letterbox, &logits(), 0.0, None).unwrap();
+            assert!(mask.count().abs_diff(expected) <= 10, "{} instead of {expected}", mask.count());
+            if image == [640, 480] {
+                let rows = [0, 100, 239, 479].map(|v| mask.columns_of_row(v).count());
+                assert_eq!(rows, [0, 389, 450, 274]);
+                let area = BoundingBox::new(100.0, 50.0, 300.0, 400.0).unwrap();
+                let cut = Mask::from_letterbox(&letterbox, &logits(), 0.0, Some(&area)).unwrap();
+                assert!(cut.count().abs_diff(36_481) <= 1);
+            }
+        }
+    }
+
+    #[test]
+    fn scores_of_another_count_are_refused() {
+        let letterbox = Letterbox::centered([64, 48], [16, 16]).unwrap();
+        assert!(Mask::from_letterbox(&letterbox, &[0.0; 255], 0.0, None).is_err());
+        assert!(Letterbox::centered([64, 0], [16, 16]).is_err());
+    }
+
+    #[test]
+    fn a_line_of_pixels_still_has_a_mask() {
+        let letterbox = Letterbox::centered([1000, 1], [16, 16]).unwrap();
+        assert_eq!(Mask::from_letterbox(&letterbox, &[1.0; 256], 0.0, None).unwrap().count(), 1000);
+    }
+}

@@ -272,3 +272,114 @@ fn pack(pixels: &[bool]) -> u64 {
 fn ones(bits: Range<usize>) -> u64 {
     u64::MAX >> (WORD - bits.len()) << bits.start
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sizes below, at and above whole words.
+    const WIDTHS: [usize; 6] = [1, 63, 64, 65, 128, 130];
+
+    fn speckled(width: usize) -> Mask {
+        Mask::from_fn(width, 3, |u, v| (u * 7 + v * 3) % 5 < 2).unwrap()
+    }
+
+    #[test]
+    fn every_pixel_has_its_own_bit() {
+        for width in WIDTHS {
+            let pixels: Vec<bool> = (0..width * 3).map(|i| (i % width * 7 + i / width * 3) % 5 < 2).collect();
+            let mask = Mask::new(width, 3, pixels.clone()).unwrap();
+            assert_eq!(mask, speckled(width));
+            assert!(mask.pixels().eq(pixels.iter().copied()));
+            assert_eq!(mask.count(), pixels.iter().filter(|&&p| p).count());
+            let mut copy = Mask::filled(width, 3, false).unwrap();
+            for v in 0..3 {
+                mask.columns_of_row(v).for_each(|u| copy.set(u, v, true));
+            }
+            assert_eq!(copy, mask);
+            let mut copy = Mask::filled(width, 3, true).unwrap();
+            for (i, &pixel) in pixels.iter().enumerate() {
+                assert_eq!(mask.at(i % width, i / width), pixel);
+                copy.set(i % width, i / width, pixel);
+            }
+            assert_eq!(copy, mask);
+        }
+    }
+
+    #[test]
+    fn outside_the_image_nothing_belongs_and_nothing_is_set() {
+        for width in WIDTHS {
+            let mut mask = Mask::filled(width, 2, true).unwrap();
+            assert!(!mask.at(width, 0) && !mask.at(0, 2) && !mask.at(width.next_multiple_of(64), 0));
+            mask.set(width, 0, false);
+            mask.set(0, 2, false);
+            mask.fill_row(2, 0..width, false);
+            mask.fill_row(0, width..width + 9, false);
+            assert_eq!(mask.count(), 2 * width);
+            assert_eq!(mask, mask.inverted().inverted());
+            assert_eq!(mask.inverted().count(), 0);
+            assert_eq!(mask.row(2).count() + mask.columns_of_row(2).count() + mask.row_words(2).len(), 0);
+        }
+    }
+
+    #[test]
+    fn stretches_of_a_row_are_filled_to_the_pixel() {
+        for width in WIDTHS {
+            for (start, end) in
+                [(0, width), (1, width), (width / 2, width / 2 + 1), (3, 70), (64, 65), (5, 5)]
+            {
+                let mut mask = speckled(width);
+                for value in [true, false] {
+                    mask.fill_row(1, start..end, value);
+                    let before = speckled(width);
+                    let is_filled = |u: usize, v: usize| v == 1 && (start..end).contains(&u);
+                    let expected = |u, v| if is_filled(u, v) { value } else { before.at(u, v) };
+                    assert_eq!(mask, Mask::from_fn(width, 3, expected).unwrap());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_row_keeps_its_values_inside_the_mask_alone() {
+        for width in WIDTHS {
+            let mask = speckled(width);
+            let mut row = vec![7; width];
+            mask.overwrite_outside(1, &mut row, 0);
+            assert!(row.iter().zip(mask.row(1)).all(|(&value, kept)| value == if kept { 7 } else { 0 }));
+        }
+    }
+
+    #[test]
+    fn sets_are_united_and_subtracted() {
+        let mut mask = speckled(70);
+        let before = mask.count();
+        let rest = mask.inverted();
+        mask.unite(&rest).unwrap();
+        assert_eq!(mask, Mask::filled(70, 3, true).unwrap());
+        mask.subtract(&rest).unwrap();
+        assert_eq!((mask.count(), &mask), (before, &speckled(70)));
+        let error = mask.unite(&speckled(71)).unwrap_err();
+        assert_eq!(error.to_string(), "a mask of 71x3 pixels combined with one of 70x3");
+    }
+
+    #[test]
+    fn every_other_pixel_of_a_mask_keeps_its_value() {
+        for width in WIDTHS {
+            let mask = speckled(width);
+            let mut third = Mask::filled(5, 5, true).unwrap();
+            third.subsample_from(&mask, 3);
+            let expected = Mask::from_fn(width.div_ceil(3), 1, |u, v| mask.at(u * 3, v * 3)).unwrap();
+            assert_eq!(third, expected);
+        }
+    }
+
+    #[test]
+    fn a_mask_is_refilled_with_another_size() {
+        let mut mask = speckled(65);
+        mask.refill(70, 2, true).unwrap();
+        assert_eq!(mask, Mask::filled(70, 2, true).unwrap());
+        assert!(mask.refill(0, 2, true).is_err());
+        assert_eq!(mask.count(), 140);
+    }
+}

@@ -1,38 +1,12 @@
-use dymlm_core::{BoundingBox, ConfigError, DepthImage, check_range};
+use dymlm_core::{BoundingBox, DepthImage, Frame};
 
-use crate::image_scale::scaled_pixels;
-use crate::{Error, Foreground};
+use crate::Foreground;
 
-/// Settings of [`BoxCorrector`].
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
-#[non_exhaustive]
-pub struct CorrectionConfig {
-    /// Furthest that a side moves, in pixels of an image 640 wide (other images: in proportion); 0..=640, default 50
-    /// (the paper's); 0 = boxes stay as they are.
-    pub max_extension: f32,
-    /// Pixels of a line that must continue the foreground for a side to move past it, in pixels of an image 640 wide;
-    /// 1..=640, default 3: more than a stray reading, less than a wrist at 3 m.
-    pub min_pixels: f32,
-    /// Widest gap without depth that is bridged, in pixels of an image 640 wide; 0..=64, default 6: the shadow rim of
-    /// a structured-light sensor.
-    pub max_gap: f32,
-}
-
-impl Default for CorrectionConfig {
-    fn default() -> Self {
-        Self { max_extension: 50.0, min_pixels: 3.0, max_gap: 6.0 }
-    }
-}
-
-impl CorrectionConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        check_range("correction.max_extension", self.max_extension.into(), 0.0..=640.0)?;
-        check_range("correction.min_pixels", self.min_pixels.into(), 1.0..=640.0)?;
-        check_range("correction.max_gap", self.max_gap.into(), 0.0..=64.0)
-    }
-}
+/// Pixels of a line that must continue the foreground for a side to move past it, in an image of 640x480: more than a stray
+/// reading, less than a wrist at 3 m.
+const MIN_PIXELS: f64 = 3.0;
+/// Widest gap without depth that is bridged, in the same pixels: the shadow rim of a structured-light sensor.
+const MAX_GAP: f64 = 6.0;
 
 /// Corrects boxes that cut a mover short: paper section III-A.
 ///
@@ -41,32 +15,10 @@ impl CorrectionConfig {
 /// see arms that stick out; then all sides may use what is left of their allowance.
 ///
 /// Costs O(perimeter times extension).
-///
-/// ```
-/// use dymlm_core::{BoundingBox, DepthImage, PinholeCamera};
-/// use dymlm_dynamics::*;
-///
-/// // Somebody at 2 m, before a wall at 3 m, in a box that is too narrow.
-/// let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5)?;
-/// let person = |u: usize| (60..100).contains(&u);
-/// let depth = (0..160 * 120).map(|i| if person(i % 160) { 2.0 } else { 3.0 }).collect();
-/// let depth = DepthImage::new(160, 120, depth)?;
-/// let detected = BoundingBox::new(65.5, 0.0, 110.0, 120.0)?;
-///
-/// let mut foreground = Foreground::new();
-/// ForegroundFinder::new(ForegroundConfig::default())?.find(
-///     &camera,
-///     &depth,
-///     &ForegroundSearch::new(detected),
-///     &mut foreground,
-/// );
-/// let corrected = BoxCorrector::new(CorrectionConfig::default())?.correct(&depth, &detected, &foreground);
-/// assert_eq!(corrected, BoundingBox::new(60.0, 0.0, 110.0, 120.0)?);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug, Clone)]
-pub struct BoxCorrector {
-    config: CorrectionConfig,
+pub(crate) struct BoxCorrector {
+    /// Furthest that a side moves, pixels of an image of 640x480.
+    max_extension: f64,
     wave: Vec<Front>,
     next: Vec<Front>,
 }
@@ -98,25 +50,21 @@ enum Side {
 }
 
 impl BoxCorrector {
-    /// Makes a corrector.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Config`].
-    pub fn new(config: CorrectionConfig) -> Result<Self, Error> {
-        config.validate()?;
-        Ok(Self { config, wave: Vec::new(), next: Vec::new() })
+    /// Makes a corrector whose sides move by `max_extension` pixels of an image of 640x480 at most.
+    pub(crate) fn new(max_extension: f32) -> Self {
+        Self { max_extension: max_extension.into(), wave: Vec::new(), next: Vec::new() }
     }
 
     /// The corrected box. Sides that do not move keep their fractions of a pixel, and their parts outside the image;
     /// without a foreground, or without a pixel in the image, the box stays as it is.
-    pub fn correct(
+    pub(crate) fn correct(
         &mut self,
-        depth: &DepthImage,
+        frame: &Frame,
         bounding_box: &BoundingBox,
         foreground: &Foreground,
     ) -> BoundingBox {
-        let allowance = scaled_pixels(self.config.max_extension, depth.width());
+        let (depth, scale) = (frame.depth(), frame.camera().size_scale());
+        let allowance = (self.max_extension * scale).round() as usize;
         let columns = bounding_box.columns(depth.width());
         let rows = bounding_box.rows(depth.height());
         if foreground.is_empty() || allowance == 0 || columns.is_empty() || rows.is_empty() {
@@ -131,7 +79,7 @@ impl BoxCorrector {
         };
         let mut window = start.with_parts(foreground, limit);
         for side in [Side::Left, Side::Right, Side::Top, Side::Bottom, Side::Left, Side::Right] {
-            self.extend(side, depth, foreground, limit, &mut window);
+            self.extend(side, depth, scale, foreground, limit, &mut window);
         }
         widened(bounding_box, start, window)
     }
@@ -141,12 +89,13 @@ impl BoxCorrector {
         &mut self,
         side: Side,
         depth: &DepthImage,
+        scale: f64,
         foreground: &Foreground,
         limit: Window,
         window: &mut Window,
     ) {
-        let min_pixels = scaled_pixels(self.config.min_pixels, depth.width()).max(1);
-        let max_gap = scaled_pixels(self.config.max_gap, depth.width());
+        let min_pixels = (MIN_PIXELS * scale).round().max(1.0) as usize;
+        let max_gap = (MAX_GAP * scale).round() as usize;
         self.start_wave(side, depth, foreground, window, max_gap);
         let mut current = *window;
         while let Some(line) = current.step_outward(side, limit) {

@@ -1,51 +1,57 @@
-use crate::{CompensationConfig, CorrectionConfig, ForegroundConfig, MaskConfig, TrackerConfig};
+use dymlm_core::{ConfigError, check_range};
 
-/// Settings of [`Preprocessor`](crate::Preprocessor), one part a step.
+use crate::{MaskConfig, TrackerConfig};
+
+/// Settings of [`Preprocessor`](crate::Preprocessor).
 ///
 /// The default does all that can be done. Plain systems are settings too: every box a detector gives, as it is, is
-/// `tracker.max_coast = 0`, `correction.max_extension = 0` and `mask.mode = MaskMode::Box`.
+/// `tracker.max_coast = 0`, `max_extension = 0` and `mask.mode = MaskMode::Box`.
 ///
 /// ```
+/// use dymlm_core::SensorModel;
 /// use dymlm_dynamics::{DynamicsConfig, MaskMode, Preprocessor};
 ///
 /// let mut raw_boxes = DynamicsConfig::default();
 /// raw_boxes.tracker.max_coast = 0.0;
-/// raw_boxes.correction.max_extension = 0.0;
+/// raw_boxes.max_extension = 0.0;
 /// raw_boxes.mask.mode = MaskMode::Box;
-/// assert!(Preprocessor::new(raw_boxes).is_ok());
+/// assert!(Preprocessor::new(raw_boxes, SensorModel::kinect()).is_ok());
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct DynamicsConfig {
-    /// Labels of potential movers; default: person and the animals of COCO. Detections of all others are passed over.
+    /// Classes of COCO that are potential movers beside person and the animals, which always are; default none. A name that
+    /// is no class of COCO is refused.
     pub mover_labels: Vec<String>,
+    /// Potential movers among a detector's own classes, of any name; default none.
+    pub own_mover_labels: Vec<String>,
     /// Tracking of boxes.
     pub tracker: TrackerConfig,
-    /// Foreground of a box.
-    pub foreground: ForegroundConfig,
-    /// Compensation of missed detections.
-    pub compensation: CompensationConfig,
-    /// Correction of boxes.
-    pub correction: CorrectionConfig,
+    /// Furthest that the side of a box that cuts its mover short moves outward, in pixels of an image of 640x480 (other
+    /// images: in proportion); 0..=640, default 50 (the paper's); 0 = boxes stay as they are. Parts of movers are looked for
+    /// as far around their boxes.
+    pub max_extension: f32,
     /// The static mask.
     pub mask: MaskConfig,
 }
 
-/// Person and the animals among the classes of COCO.
-const COCO_MOVERS: [&str; 11] =
-    ["person", "bird", "cat", "dog", "horse", "sheep", "cow", "elephant", "bear", "zebra", "giraffe"];
-
 impl Default for DynamicsConfig {
     fn default() -> Self {
         Self {
-            mover_labels: COCO_MOVERS.map(String::from).to_vec(),
+            mover_labels: Vec::new(),
+            own_mover_labels: Vec::new(),
             tracker: TrackerConfig::default(),
-            foreground: ForegroundConfig::default(),
-            compensation: CompensationConfig::default(),
-            correction: CorrectionConfig::default(),
+            max_extension: 50.0,
             mask: MaskConfig::default(),
         }
+    }
+}
+
+impl DynamicsConfig {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("dynamics.max_extension", self.max_extension.into(), 0.0..=640.0)?;
+        self.mask.validate()
     }
 }

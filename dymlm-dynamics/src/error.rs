@@ -32,6 +32,17 @@ pub enum Error {
         /// The mask's height, pixels.
         actual_height: usize,
     },
+    /// A mover label that is no class of COCO, misspelt perhaps.
+    #[error(
+        "dynamics.mover_labels: \"{label}\" is no class of COCO; is \"{nearest}\" meant? A detector's own classes go into \
+         dynamics.own_mover_labels"
+    )]
+    UnknownLabel {
+        /// The label.
+        label: String,
+        /// The class of COCO that is spelt most alike.
+        nearest: &'static str,
+    },
     /// A value that the vocabulary refuses.
     #[error(transparent)]
     Core(#[from] dymlm_core::Error),

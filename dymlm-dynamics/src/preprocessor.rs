@@ -1,19 +1,20 @@
-use dymlm_core::{Detection, Frame, Mask, Pose};
+use dymlm_core::{Detection, Frame, Mask, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
+use crate::miss_compensation::is_still_there;
+use crate::mover_labels::mover_labels;
 use crate::{
     BoxCorrector, BoxSource, BoxTracker, DynamicsConfig, Error, Foreground, ForegroundFinder,
-    ForegroundSearch, MaskRegion, MissCompensator, Mover, StaticMaskBuilder, View, mask_body,
+    ForegroundSearch, MaskRegion, Mover, StaticMaskBuilder, View, mask_body,
 };
 
 /// All of paper section III-A up to the point cloud: from a frame and its detections to the movers' corrected boxes
 /// and the mask of static pixels.
 ///
-/// [`Self::process`] runs the steps in order; each is also public, in the same order, so that a caller can time them.
 /// Buffers are kept: after the first frames nothing large is allocated.
 ///
 /// ```
-/// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose};
+/// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
 /// use dymlm_dynamics::{DynamicsConfig, Preprocessor};
 ///
 /// // Somebody at 2 m, before a wall at 3 m; the detector's box is too narrow.
@@ -23,18 +24,18 @@ use crate::{
 /// let frame = Frame::new(0.0, camera, DepthImage::new(160, 120, depth)?, None)?;
 /// let detection = Detection::new("person", 0.8, BoundingBox::new(65.0, 0.0, 110.0, 120.0)?)?;
 ///
-/// let mut preprocessor = Preprocessor::new(DynamicsConfig::default())?;
-/// let result = preprocessor.process(&frame, &[detection], &Pose::identity())?;
+/// let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect())?;
+/// let result = preprocessor.process(&frame, Some(&[detection]), &Pose::identity(), &[])?;
 /// assert_eq!(result.movers[0].corrected_box, BoundingBox::new(60.0, 0.0, 110.0, 120.0)?);
 /// assert!(!result.static_mask.at(61, 60) && result.static_mask.at(106, 60));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
 pub struct Preprocessor {
+    sensor: SensorModel,
     mover_labels: Vec<String>,
     tracker: BoxTracker,
     finder: ForegroundFinder,
-    compensator: MissCompensator,
     corrector: BoxCorrector,
     mask_builder: StaticMaskBuilder,
     movers: Vec<Mover>,
@@ -58,15 +59,17 @@ impl Preprocessor {
     ///
     /// # Errors
     ///
-    /// [`Error::Config`].
-    pub fn new(config: DynamicsConfig) -> Result<Self, Error> {
+    /// [`Error::Config`] names the field outside its range; [`Error::UnknownLabel`].
+    pub fn new(config: DynamicsConfig, sensor: SensorModel) -> Result<Self, Error> {
+        sensor.validate()?;
+        config.validate()?;
         Ok(Self {
-            mover_labels: config.mover_labels,
+            sensor,
+            mover_labels: mover_labels(&config)?,
             tracker: BoxTracker::new(config.tracker)?,
-            finder: ForegroundFinder::new(config.foreground)?,
-            compensator: MissCompensator::new(config.compensation)?,
-            corrector: BoxCorrector::new(config.correction)?,
-            mask_builder: StaticMaskBuilder::new(config.mask)?,
+            finder: ForegroundFinder::new(&sensor, config.max_extension)?,
+            corrector: BoxCorrector::new(config.max_extension),
+            mask_builder: StaticMaskBuilder::new(config.mask),
             movers: Vec::new(),
             foregrounds: Vec::new(),
             static_mask: Mask::filled(1, 1, true)?,
@@ -83,42 +86,50 @@ impl Preprocessor {
         self.tracker.check_time(frame.timestamp()).map(|_| ())
     }
 
-    /// Preprocesses one frame.
+    /// Preprocesses one frame. `carried` are bodies that move and whose place in the world is known by other means, such as
+    /// a tracked object in somebody's hands: readings in them are masked too.
     ///
-    /// # Errors
-    ///
-    /// As [`Self::track`]; the preprocessor stays as it was.
-    pub fn process(
-        &mut self,
-        frame: &Frame,
-        detections: &[Detection],
-        world_from_camera: &Pose,
-    ) -> Result<Preprocessed<'_>, Error> {
-        self.track(frame, detections, world_from_camera)?;
-        self.find_foregrounds(frame, detections);
-        self.compensate_misses();
-        self.correct_boxes(frame);
-        self.mask_movers(frame, detections);
-        Ok(Preprocessed { movers: &self.movers, static_mask: &self.static_mask })
-    }
-
-    /// Step 1: tracks the boxes of potential movers. All of them become movers: detected ones, confirmed or not, and
-    /// predicted ones.
+    /// `detections` is `None` when the detector did not run on this frame, which says nothing about who is in it: tracks
+    /// are predicted, and none counts as missed. An empty slice means that the detector found nobody.
     ///
     /// # Errors
     ///
     /// [`Error::InstanceMaskSize`], [`Error::Timestamp`], [`Error::TimeReversed`]; nothing has changed.
-    pub fn track(
+    pub fn process(
         &mut self,
         frame: &Frame,
-        detections: &[Detection],
+        detections: Option<&[Detection]>,
+        world_from_camera: &Pose,
+        carried: &[OrientedBox],
+    ) -> Result<Preprocessed<'_>, Error> {
+        let found = detections.unwrap_or(&[]);
+        self.check(frame, found)?;
+        self.track(frame, detections, world_from_camera)?;
+        self.find_foregrounds(frame, found);
+        self.compensate_misses();
+        self.correct_boxes(frame);
+        self.mask_movers(frame, found);
+        for body in carried {
+            mask_body(frame, &body.transformed(&world_from_camera.inverse()), &mut self.static_mask);
+        }
+        Ok(Preprocessed { movers: &self.movers, static_mask: &self.static_mask })
+    }
+
+    /// Tracks the boxes of potential movers. All of them become movers: detected ones, confirmed or not, and predicted ones.
+    fn track(
+        &mut self,
+        frame: &Frame,
+        detections: Option<&[Detection]>,
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
-        check_instance_masks(frame, detections)?;
         let view = View { camera: *frame.camera(), world_from_camera: *world_from_camera };
-        let boxes = self.tracker.update_where(frame.timestamp(), detections, Some(&view), |detection| {
-            self.mover_labels.iter().any(|label| label == detection.label())
-        })?;
+        let is_mover = |detection: &Detection| self.mover_labels.iter().any(|own| own == detection.label());
+        let boxes = match detections {
+            Some(detections) => {
+                self.tracker.update_where(frame.timestamp(), detections, Some(&view), is_mover)?
+            }
+            None => self.tracker.predict(frame.timestamp(), Some(&view))?,
+        };
         self.movers.clear();
         self.movers.extend(boxes.iter().map(|tracked| Mover {
             track_id: tracked.track_id,
@@ -133,27 +144,27 @@ impl Preprocessor {
         Ok(())
     }
 
-    /// Step 2: finds the foreground in each mover's box.
-    pub fn find_foregrounds(&mut self, frame: &Frame, detections: &[Detection]) {
-        while self.foregrounds.len() < self.movers.len() {
-            self.foregrounds.push(Foreground::new());
-        }
+    /// Finds the foreground in each mover's box.
+    fn find_foregrounds(&mut self, frame: &Frame, detections: &[Detection]) {
+        self.foregrounds.resize_with(self.movers.len().max(self.foregrounds.len()), Foreground::default);
         for (mover, foreground) in self.movers.iter().zip(&mut self.foregrounds) {
-            let mut search = ForegroundSearch::new(mover.bounding_box);
-            search.instance_mask = instance_mask(mover, detections);
-            search.expected_depth = mover.depth;
-            self.finder.find(frame.camera(), frame.depth(), &search, foreground);
+            let search = ForegroundSearch {
+                bounding_box: mover.bounding_box,
+                instance_mask: instance_mask(mover, detections),
+                expected_depth: mover.depth,
+            };
+            self.finder.find(frame, &search, foreground);
         }
     }
 
-    /// Step 3: drops predicted movers whose box does not hold them, and remembers the depth of all others.
-    pub fn compensate_misses(&mut self) {
+    /// Drops predicted movers whose box does not hold them, and remembers the depth of all others.
+    fn compensate_misses(&mut self) {
         let mut kept = 0;
         for index in 0..self.movers.len() {
             let Some(foreground) = self.foregrounds.get(index) else { break };
             let mover = &mut self.movers[index];
             if let BoxSource::Predicted { missed_for } = mover.source
-                && !self.compensator.is_still_there(foreground, mover.depth, missed_for)
+                && !is_still_there(foreground, mover.depth, missed_for, &self.sensor)
             {
                 continue;
             }
@@ -169,31 +180,31 @@ impl Preprocessor {
         self.movers.truncate(kept);
     }
 
-    /// Step 4: widens boxes that cut their mover short.
-    pub fn correct_boxes(&mut self, frame: &Frame) {
+    /// Widens boxes that cut their mover short.
+    fn correct_boxes(&mut self, frame: &Frame) {
         for (mover, foreground) in self.movers.iter_mut().zip(&self.foregrounds) {
-            mover.corrected_box = self.corrector.correct(frame.depth(), &mover.bounding_box, foreground);
+            mover.corrected_box = self.corrector.correct(frame, &mover.bounding_box, foreground);
         }
     }
 
-    /// Step 5: builds the mask of static pixels.
-    pub fn mask_movers(&mut self, frame: &Frame, detections: &[Detection]) {
+    /// Builds the mask of static pixels.
+    fn mask_movers(&mut self, frame: &Frame, detections: &[Detection]) {
         let regions = self.movers.iter().zip(&self.foregrounds).map(|(mover, foreground)| MaskRegion {
             bounding_box: mover.corrected_box,
             foreground,
             instance_mask: instance_mask(mover, detections),
         });
-        self.mask_builder.build(regions, frame.depth(), &mut self.static_mask);
-    }
-
-    /// After step 5: masks a body that moves and whose place is known by other means, given in the camera's frame.
-    pub fn mask_body(&mut self, frame: &Frame, camera_from_body: &OrientedBox) {
-        mask_body(frame, camera_from_body, &mut self.static_mask);
+        self.mask_builder.build(regions, frame, &mut self.static_mask);
     }
 
     /// The movers of the last frame, by ascending track id.
     pub fn movers(&self) -> &[Mover] {
         &self.movers
+    }
+
+    /// The labels of potential movers, all of them.
+    pub fn mover_labels(&self) -> &[String] {
+        &self.mover_labels
     }
 
     /// The mask of the last frame: `true` = static. A single pixel before the first frame.

@@ -4,14 +4,14 @@
 mod common;
 
 use common::{Coverage, kitchen};
-use dymlm_core::Detection;
+use dymlm_core::{Detection, SensorModel};
 use dymlm_dynamics::{DynamicsConfig, MaskMode, Preprocessor};
 use dymlm_test_support::recording;
 
 fn raw_boxes() -> DynamicsConfig {
     let mut config = DynamicsConfig::default();
     config.tracker.max_coast = 0.0;
-    config.correction.max_extension = 0.0;
+    config.max_extension = 0.0;
     config.mask.mode = MaskMode::Box;
     config
 }
@@ -45,7 +45,7 @@ fn masks_cover_the_people() {
         min_score,
         least_recall,
         least_precision,
-        preprocessor: Preprocessor::new(config).unwrap(),
+        preprocessor: Preprocessor::new(config, SensorModel::kinect()).unwrap(),
         coverage: Coverage::default(),
     };
     let mut rows = Vec::new();
@@ -65,8 +65,10 @@ fn masks_cover_the_people() {
         for row in &mut rows {
             let detections: Vec<Detection> =
                 recorded.detections.iter().filter(|d| d.score() >= row.min_score).cloned().collect();
-            let result =
-                row.preprocessor.process(&recorded.frame, &detections, &recorded.world_from_camera).unwrap();
+            let result = row
+                .preprocessor
+                .process(&recorded.frame, Some(&detections), &recorded.world_from_camera, &[])
+                .unwrap();
             row.coverage.add(recorded.frame.depth(), &recorded.people, result.static_mask);
         }
     }

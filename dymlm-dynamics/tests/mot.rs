@@ -29,7 +29,7 @@ fn read(file: &Path) -> Tracks {
 /// tracks for a second instead of a frame.
 fn sort() -> TrackerConfig {
     let mut config = TrackerConfig::default();
-    config.min_hits = 3;
+    config.confirm_after = 2.0 / 30.0;
     config.max_coast = 0.0;
     config
 }

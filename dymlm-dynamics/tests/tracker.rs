@@ -71,10 +71,7 @@ fn scores_decide_what_a_detection_may_do() {
     assert_eq!(ids(tracker.update(0.2, &at(0.15), None).unwrap()), [0], "a weak one goes on with it");
     assert_eq!(tracker.boxes()[0].source, BoxSource::Detected { detection: 0 });
     tracker.update(0.3, &at(0.05), None).unwrap();
-    assert!(
-        matches!(tracker.boxes()[0].source, BoxSource::Predicted { .. }),
-        "below low_score it is ignored"
-    );
+    assert!(matches!(tracker.boxes()[0].source, BoxSource::Predicted { .. }), "below 0.1 it is ignored");
 }
 
 #[test]
@@ -197,7 +194,7 @@ fn settings_are_checked() {
     let mut config = TrackerConfig::default();
     config.min_iou = 1.5;
     let error = BoxTracker::new(config).unwrap_err();
-    assert_eq!(error.to_string(), "tracker.min_iou = 1.5 is outside its range 0..=1");
+    assert_eq!(error.to_string(), "dynamics.tracker.min_iou = 1.5 is outside its range 0..=1");
 }
 
 /// Boxes at whole pixels, so that moving all of them rounds nothing.

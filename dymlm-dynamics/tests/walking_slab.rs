@@ -2,7 +2,7 @@
 //! floor; the detector misses, and cuts it short.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
+use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose, SensorModel};
 use dymlm_dynamics::{BoxSource, DynamicsConfig, Error, MaskMode, Mover, Preprocessor};
 use proptest::prelude::*;
 
@@ -65,7 +65,7 @@ fn frame(timestamp: f64, slabs: &[Slab]) -> Frame {
 fn preprocessor(change: impl Fn(&mut DynamicsConfig)) -> Preprocessor {
     let mut config = DynamicsConfig::default();
     change(&mut config);
-    Preprocessor::new(config).unwrap()
+    Preprocessor::new(config, SensorModel::kinect()).unwrap()
 }
 
 /// Silhouettes without a rim, so that the mask is exact.
@@ -77,7 +77,7 @@ fn bare(config: &mut DynamicsConfig) {
 /// One frame through a new preprocessor.
 fn run(change: impl Fn(&mut DynamicsConfig), slabs: &[Slab], detections: &[Detection]) -> (Vec<Mover>, Mask) {
     let mut preprocessor = preprocessor(change);
-    let result = preprocessor.process(&frame(0.0, slabs), detections, &Pose::identity()).unwrap();
+    let result = preprocessor.process(&frame(0.0, slabs), Some(detections), &Pose::identity(), &[]).unwrap();
     (result.movers.to_vec(), result.static_mask.clone())
 }
 
@@ -138,13 +138,10 @@ fn sides_move_by_no_more_than_allowed_and_never_inward() {
     let (movers, _) = run(|_| {}, &wide, &[detect(boxed(200.0, 150.0, 300.0, 300.0))]);
     assert_eq!(movers[0].corrected_box, boxed(150.0, 100.0, 350.0, 350.0));
     let (movers, _) =
-        run(|config| config.correction.max_extension = 7.0, &wide, &[detect(boxed(3.0, 2.0, 300.0, 479.5))]);
+        run(|config| config.max_extension = 7.0, &wide, &[detect(boxed(3.0, 2.0, 300.0, 479.5))]);
     assert_eq!(movers[0].corrected_box, boxed(0.0, 0.0, 307.0, 479.5));
-    let (movers, _) = run(
-        |config| config.correction.max_extension = 0.0,
-        &wide,
-        &[detect(boxed(200.0, 150.0, 300.0, 300.0))],
-    );
+    let (movers, _) =
+        run(|config| config.max_extension = 0.0, &wide, &[detect(boxed(200.0, 150.0, 300.0, 300.0))]);
     assert_eq!(movers[0].corrected_box, movers[0].bounding_box);
     let loose = boxed(150.0, 20.0, 350.0, 470.0);
     let (movers, _) = run(|_| {}, &person(200, 2.0), &[detect(loose)]);
@@ -158,7 +155,7 @@ fn the_limit_scales_with_the_image() {
     let frame = Frame::new(0.0, camera, depth, None).unwrap();
     let mut preprocessor = preprocessor(|_| {});
     let result = preprocessor
-        .process(&frame, &[detect(boxed(100.0, 100.0, 150.0, 150.0))], &Pose::identity())
+        .process(&frame, Some(&[detect(boxed(100.0, 100.0, 150.0, 150.0))]), &Pose::identity(), &[])
         .unwrap();
     assert_eq!(result.movers[0].corrected_box, boxed(75.0, 75.0, 175.0, 175.0));
 }
@@ -192,12 +189,12 @@ fn legs_seen_through_a_chair_below_the_box_are_found() {
     let (movers, mask) = run(bare, &scene, &[detect(cut)]);
     assert_eq!(movers[0].corrected_box, person_box(200));
     assert_masks(&mask, |u, v| is_in(&walker, u, v) && !is_in(&slats, u, v));
-    // Without a margin they are not looked for.
-    let without_margin = |config: &mut DynamicsConfig| {
+    // Boxes that stay as they are look for nothing around them.
+    let uncorrected = |config: &mut DynamicsConfig| {
         bare(config);
-        config.foreground.margin = 0.0;
+        config.max_extension = 0.0;
     };
-    let (movers, mask) = run(without_margin, &scene, &[detect(cut)]);
+    let (movers, mask) = run(uncorrected, &scene, &[detect(cut)]);
     assert_eq!(movers[0].corrected_box, cut);
     assert_masks(&mask, |u, v| v < 375 && is_in(&walker, u, v) && !is_in(&slats, u, v));
 }
@@ -207,7 +204,7 @@ fn parts_outside_the_box_do_not_take_it_past_its_limit() {
     let (body, foot) = (slab([200, 280], [60, 300], 2.0), slab([290, 320], [250, 300], 2.1));
     let narrow = |config: &mut DynamicsConfig| {
         bare(config);
-        config.correction.max_extension = 20.0;
+        config.max_extension = 20.0;
     };
     let (movers, mask) = run(narrow, &[body, foot], &[detect(boxed(200.0, 60.0, 280.0, 300.0))]);
     assert_eq!(movers[0].corrected_box, boxed(200.0, 60.0, 300.0, 300.0));
@@ -281,7 +278,7 @@ fn missed_detections_are_bridged() {
             let detections = [detect(person_box(200 + 6 * step))];
             let detections = if missed { &[][..] } else { &detections[..] };
             let result = preprocessor
-                .process(&frame(step as f64 / 10.0, &walker), detections, &Pose::identity())
+                .process(&frame(step as f64 / 10.0, &walker), Some(detections), &Pose::identity(), &[])
                 .unwrap();
             if missed && max_coast == 0.0 {
                 assert!(result.movers.is_empty());
@@ -303,12 +300,13 @@ fn nobody_is_nobody() {
         preprocessor
             .process(
                 &frame(f64::from(step) / 10.0, &person(200, 2.0)),
-                &[detect(person_box(200))],
+                Some(&[detect(person_box(200))]),
                 &Pose::identity(),
+                &[],
             )
             .unwrap();
     }
-    let result = preprocessor.process(&frame(0.4, &[]), &[], &Pose::identity()).unwrap();
+    let result = preprocessor.process(&frame(0.4, &[]), Some(&[]), &Pose::identity(), &[]).unwrap();
     assert!(result.movers.is_empty());
     assert_eq!(result.static_mask.count(), WIDTH * HEIGHT);
 }
@@ -333,7 +331,7 @@ fn only_labels_of_movers_are_movers() {
     assert_eq!(movers[0].source, BoxSource::Detected { detection: 1 });
     let chairs = |config: &mut DynamicsConfig| config.mover_labels = vec!["chair".into()];
     let (movers, _) = run(chairs, &person(200, 2.0), &[chair, dog]);
-    assert_eq!((movers.len(), &*movers[0].label), (1, "chair"));
+    assert_eq!((movers.len(), &*movers[0].label, &*movers[1].label), (2, "chair", "dog"));
 }
 
 #[test]
@@ -365,8 +363,9 @@ fn tiny_images_are_images() {
         let depth = DepthImage::new(width, height, vec![2.0; width * height]).unwrap();
         let frame = Frame::new(0.0, camera, depth, None).unwrap();
         let mut preprocessor = preprocessor(|_| {});
-        let result =
-            preprocessor.process(&frame, &[detect(boxed(0.0, 0.0, 99.0, 99.0))], &Pose::identity()).unwrap();
+        let result = preprocessor
+            .process(&frame, Some(&[detect(boxed(0.0, 0.0, 99.0, 99.0))]), &Pose::identity(), &[])
+            .unwrap();
         assert_eq!(result.static_mask.count(), 0);
     }
 }
@@ -375,33 +374,59 @@ fn tiny_images_are_images() {
 fn refused_frames_change_nothing() {
     let mut preprocessor = preprocessor(|_| {});
     let walker = person(200, 2.0);
-    preprocessor.process(&frame(1.0, &walker), &[detect(person_box(200))], &Pose::identity()).unwrap();
+    preprocessor
+        .process(&frame(1.0, &walker), Some(&[detect(person_box(200))]), &Pose::identity(), &[])
+        .unwrap();
     let before = format!("{preprocessor:?}");
     let small = detect(person_box(200)).with_mask(Mask::filled(2, 2, true).unwrap());
     assert_eq!(
-        preprocessor.process(&frame(1.1, &walker), &[small], &Pose::identity()).unwrap_err(),
+        preprocessor.process(&frame(1.1, &walker), Some(&[small]), &Pose::identity(), &[]).unwrap_err(),
         Error::InstanceMaskSize { detection: 0, width: 640, height: 480, actual_width: 2, actual_height: 2 }
     );
-    assert!(preprocessor.process(&frame(0.9, &walker), &[], &Pose::identity()).is_err());
+    assert!(preprocessor.process(&frame(0.9, &walker), Some(&[]), &Pose::identity(), &[]).is_err());
     assert_eq!(format!("{preprocessor:?}"), before);
 }
 
 #[test]
 fn settings_are_checked() {
-    let change: [fn(&mut DynamicsConfig); 7] = [
-        |config| config.foreground.margin = f32::NAN,
-        |config| config.tracker.max_coast = -1.0,
-        |config| config.foreground.eps = f32::NAN,
-        |config| config.foreground.stride = 0,
-        |config| config.compensation.depth_tolerance = f32::INFINITY,
-        |config| config.correction.max_extension = 1e9,
-        |config| config.mask.dilation = -1.0,
+    let changes: [(&str, fn(&mut DynamicsConfig)); 8] = [
+        ("dynamics.max_extension", |config| config.max_extension = f32::NAN),
+        ("dynamics.mask.dilation", |config| config.mask.dilation = -1.0),
+        ("dynamics.mask.shadow", |config| config.mask.shadow = 65.0),
+        ("dynamics.tracker.high_score", |config| config.tracker.high_score = 1.1),
+        ("dynamics.tracker.min_score", |config| config.tracker.min_score = -0.1),
+        ("dynamics.tracker.confirm_after", |config| config.tracker.confirm_after = f64::INFINITY),
+        ("dynamics.tracker.max_coast", |config| config.tracker.max_coast = -1.0),
+        ("dynamics.tracker.max_age", |config| config.tracker.max_age = 1e9),
     ];
-    for change in change {
+    for (path, change) in changes {
         let mut config = DynamicsConfig::default();
         change(&mut config);
-        assert!(matches!(Preprocessor::new(config), Err(Error::Config(_))));
+        match Preprocessor::new(config, SensorModel::kinect()) {
+            Err(Error::Config(error)) => assert_eq!(error.field, path),
+            other => panic!("{path}: {other:?}"),
+        }
     }
+}
+
+#[test]
+fn a_mover_label_adds_to_the_usual_ones_and_must_be_known() {
+    let labels = |change: fn(&mut DynamicsConfig)| {
+        let mut config = DynamicsConfig::default();
+        change(&mut config);
+        Preprocessor::new(config, SensorModel::kinect()).map(|made| made.mover_labels().to_vec())
+    };
+    let added = labels(|config| config.mover_labels = vec!["car".into()]).unwrap();
+    assert!(added.contains(&"person".to_owned()) && added.contains(&"car".to_owned()));
+    let own = labels(|config| config.own_mover_labels = vec!["forklift".into()]).unwrap();
+    assert!(own.contains(&"person".to_owned()) && own.contains(&"forklift".to_owned()));
+    let misspelt = labels(|config| config.mover_labels = vec!["bycicle".into()]).unwrap_err();
+    assert_eq!(misspelt, Error::UnknownLabel { label: "bycicle".into(), nearest: "bicycle" });
+    assert!(
+        misspelt
+            .to_string()
+            .starts_with("dynamics.mover_labels: \"bycicle\" is no class of COCO; is \"bicycle\"")
+    );
 }
 
 proptest! {
@@ -437,4 +462,27 @@ proptest! {
             prop_assert!(silhouette || !whole);
         }
     }
+}
+
+/// 110 degrees of view: a pixel is three times as wide as a Kinect's.
+#[test]
+fn a_wide_angle_camera_sees_the_same_person() {
+    let (width, height, focal) = (640, 480, 185.0_f32);
+    let camera = PinholeCamera::new(width, height, focal.into(), focal.into(), 319.5, 239.5).unwrap();
+    // A cylinder of 25 cm before a wall at 3 m, its axis at 2 m.
+    let surface = |u: f32| {
+        let across = (u - 319.5) / focal;
+        let (a, b, c) = (1.0 + across * across, -4.0, 4.0 - 0.0625);
+        let discriminant: f32 = b * b - 4.0 * a * c;
+        if discriminant < 0.0 { 3.0 } else { (-b - discriminant.sqrt()) / (2.0 * a) }
+    };
+    let pixel = |i: usize| if (150..330).contains(&(i / width)) { surface((i % width) as f32) } else { 3.0 };
+    let depth = DepthImage::new(width, height, (0..width * height).map(pixel).collect()).unwrap();
+    let person = |i: usize| depth.data()[i] < 3.0;
+    let frame = Frame::new(0.0, camera, depth.clone(), None).unwrap();
+    let mut preprocessor = preprocessor(bare);
+    let detection = detect(boxed(290.0, 145.0, 349.0, 335.0));
+    let result = preprocessor.process(&frame, Some(&[detection]), &Pose::identity(), &[]).unwrap();
+    assert!((result.movers[0].depth.unwrap() - 1.77).abs() < 0.05, "{:?}", result.movers[0].depth);
+    assert_masks(result.static_mask, |u, v| person(v * width + u));
 }

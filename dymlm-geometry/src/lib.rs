@@ -1,6 +1,6 @@
 //! Algorithms on point clouds: exact DBSCAN, voxel grids, outlier removal, principal axes,
 //! convex hulls and minimum-area rectangles, oriented boxes and their overlap, isolation forests,
-//! optimal assignment.
+//! optimal assignment, segmentation of the thing in a box.
 
 mod assignment;
 mod convex_hull;
@@ -12,6 +12,7 @@ mod minimum_area_rectangle;
 mod oriented_box;
 mod parallel;
 mod principal_axes;
+mod segmentation;
 mod statistical_outlier_removal;
 mod voxel_grid;
 
@@ -26,6 +27,9 @@ pub use oriented_box::{
     BoxFit, OrientedBox, OrientedBoxError, OrientedBoxScratch, fit_oriented_box, fit_oriented_box_with,
 };
 pub use principal_axes::PrincipalAxes;
+pub use segmentation::{
+    BoxCluster, BoxSegmenter, BoxView, GridSample, NO_SAMPLE, SampleGrid, SegmentationConfig,
+};
 pub use statistical_outlier_removal::{
     StatisticalOutlierConfig, StatisticalOutlierRemoval, StatisticalOutlierReport,
 };

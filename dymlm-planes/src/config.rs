@@ -1,5 +1,7 @@
-use crate::detector::PlaneDetectorConfig;
+use crate::extraction::ExtractionConfig;
+use crate::filter::FilterConfig;
 use crate::plane_map::PlaneMapConfig;
+use crate::refinement::RefinementConfig;
 
 /// Settings of the whole plane step, from the depth image to the map.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -7,8 +9,12 @@ use crate::plane_map::PlaneMapConfig;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct PlaneConfig {
-    /// Planes of a single frame.
-    pub detector: PlaneDetectorConfig,
+    /// Extraction from the depth image.
+    pub extraction: ExtractionConfig,
+    /// The robust refit.
+    pub refinement: RefinementConfig,
+    /// Which planes reach the map.
+    pub filter: FilterConfig,
     /// The map: association, fusion, merging.
     pub map: PlaneMapConfig,
 }

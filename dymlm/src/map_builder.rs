@@ -41,8 +41,8 @@ impl MapBuilder {
     pub fn new(config: MapConfig) -> Result<Self, Error> {
         config.validate()?;
         Ok(Self {
-            preprocessor: Preprocessor::new(config.dynamics.clone())?,
-            plane_detector: PlaneDetector::new(&config.planes.detector, &config.sensor)?,
+            preprocessor: Preprocessor::new(config.dynamics.clone(), config.sensor)?,
+            plane_detector: PlaneDetector::new(&config.planes)?,
             key_frames: KeyFrames::new(config.key_frames)?,
             waiting: WaitingFrames::default(),
             next_id: 0,
@@ -165,12 +165,10 @@ impl MapBuilder {
     ) -> Result<FrameReport, Error> {
         let mut clock = StageClock::start();
         let Self { config, preprocessor, plane_detector, key_frames, carried, map, .. } = self;
-        let carried = carried.take().map(|body| body.transformed(&world_from_camera.inverse()));
+        let carried = carried.take();
 
         clock.time(Stage::Dynamics, || {
-            preprocessor.process(frame, found.unwrap_or(&[]), world_from_camera)?;
-            carried.iter().for_each(|body| preprocessor.mask_body(frame, body));
-            Ok::<_, Error>(())
+            preprocessor.process(frame, found, world_from_camera, carried.as_slice()).map(|_| ())
         })?;
         let movers = preprocessor.movers().to_vec();
         let mask = preprocessor.static_mask();
@@ -184,17 +182,17 @@ impl MapBuilder {
             })?;
             let found_planes = clock.time(Stage::PlaneDetection, || {
                 let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
-                plane_detector.detect(frame, Some(mask), &boxes).map(|_| ())
+                plane_detector.detect(frame.camera(), frame.depth(), Some(mask), &boxes).map(|_| ())
             });
             found_planes?;
             let mut planes = clock.time(Stage::PlaneMap, || {
-                map.planes.insert(plane_detector.planes(), frame, world_from_camera)
+                map.planes.insert_frame(plane_detector.planes(), frame, world_from_camera)
             })?;
             planes.rejected = plane_detector.rejected().to_vec();
             let view = ObjectView::new(frame, found.unwrap_or(&[]), world_from_camera)
                 .with_static_mask(mask)?
                 .with_sighted_points(sighted_points)
-                .without_labels(&config.dynamics.mover_labels);
+                .without_labels(preprocessor.mover_labels());
             let objects =
                 clock.time(Stage::Objects, || map.objects.observe(&view, &MappedPlanes(&map.planes)))?;
             FrameOutcome::Mapped(Box::new(MapUpdate { cloud, octree, planes, objects }))

@@ -42,7 +42,7 @@ impl Treatment {
             config.dynamics.mask.mode = MaskMode::Box;
         }
         if matches!(self, Self::RawBoxes | Self::Compensation) {
-            config.dynamics.correction.max_extension = 0.0;
+            config.dynamics.max_extension = 0.0;
         }
         if self == Self::RawBoxes {
             config.dynamics.tracker.max_coast = 0.0;

@@ -1,61 +1,97 @@
 use std::ops::Range;
 
+use dymlm_core::SensorModel;
+use dymlm_geometry::SampleGrid;
+
 /// The foreground of a box: depths of the mover's surface on a grid of cells, each `stride` pixels a side.
 ///
-/// The buffer is the caller's to keep: filled again for each box, it allocates only to grow.
+/// A buffer to keep: filled again for each box, it allocates only to grow.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Foreground {
-    pub(super) stride: usize,
-    pub(super) first_column: usize,
-    pub(super) first_row: usize,
-    pub(super) columns: usize,
-    pub(super) rows: usize,
+pub(crate) struct Foreground {
+    stride: usize,
+    /// Column and row of the first cell's first pixel.
+    first: [usize; 2],
+    columns: usize,
+    rows: usize,
     /// Depth of each cell; 0 = not of the foreground.
-    pub(super) depths: Vec<f32>,
-    pub(super) count: usize,
+    depths: Vec<f32>,
+    count: usize,
     /// Those in the box, of how many.
-    pub(super) box_count: usize,
-    pub(super) box_cells: usize,
+    box_count: usize,
+    box_cells: usize,
+    /// Least depth of its surface, the median, and the greatest, metres.
     pub(super) near: f32,
     pub(super) median: f32,
     pub(super) far: f32,
-    pub(super) max_step: f32,
+    /// Greatest change of depth from a pixel to the next one on its surface, as a share of the depth.
+    max_step: f32,
 }
 
+/// How far the depth of a surface changes from a pixel to the next, in units of their distance on a surface that faces the
+/// camera: a standard deviation. Lower values part a person's flanks from the body, higher ones join people and furniture.
+const SLOPE_SIGMA: f64 = 3.0;
+
 impl Foreground {
-    /// No foreground, to be filled by [`ForegroundFinder::find`](crate::ForegroundFinder::find).
-    pub fn new() -> Self {
-        Self::default()
+    /// Makes it the empty foreground on a grid.
+    pub(super) fn clear(&mut self, grid: &SampleGrid) {
+        (self.stride, self.first) = (grid.stride, grid.first);
+        (self.columns, self.rows) = (grid.columns, grid.rows);
+        self.depths.clear();
+        self.depths.resize(grid.columns * grid.rows, 0.0);
+        (self.count, self.box_count, self.box_cells) = (0, 0, grid.box_cells);
+    }
+
+    /// Adds a cell.
+    pub(super) fn add(&mut self, column: usize, row: usize, z: f32, is_in_box: bool) {
+        self.depths[row * self.columns + column] = z;
+        self.count += 1;
+        self.box_count += usize::from(is_in_box);
+        (self.near, self.far) = (self.near.min(z), self.far.max(z));
+    }
+
+    /// Sets by how much neighbouring pixels may differ in depth: by the noise at the foreground's depth, and by how much a
+    /// surface recedes from one pixel to the next; `pitch` is their distance at a depth of 1 m, metres.
+    pub(super) fn set_step(&mut self, sensor: &SensorModel, pitch: f64) {
+        let z = self.median;
+        self.max_step = if self.is_empty() {
+            0.0
+        } else {
+            sensor.tolerance(z, SLOPE_SIGMA * pitch * f64::from(z)) as f32 / z
+        };
     }
 
     /// Whether nothing was found.
     #[inline]
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.count == 0
     }
 
     /// Median depth, metres; `None` when there is no foreground.
     #[inline]
-    pub fn depth(&self) -> Option<f32> {
+    pub(crate) fn depth(&self) -> Option<f32> {
         (!self.is_empty()).then_some(self.median)
     }
 
     /// Share of the box's cells that are foreground, 0..=1.
-    pub fn fill(&self) -> f32 {
+    pub(crate) fn fill(&self) -> f32 {
         if self.box_cells == 0 { 0.0 } else { self.box_count as f32 / self.box_cells as f32 }
     }
 
     /// Whether a pixel of depth `z` > 0 lies on the foreground's surface: a cell around it holds about that depth.
     #[inline]
-    pub fn holds(&self, u: usize, v: usize, z: f32) -> bool {
+    pub(crate) fn holds(&self, u: usize, v: usize, z: f32) -> bool {
         if self.is_empty() {
             return false;
         }
+        let [first_column, first_row] = self.first;
         // One cell is added on each side, so that subtraction cannot go below zero.
-        let (column, row) = (u / self.stride + 1, v / self.stride + 1);
-        let columns = Self::neighbours(column, self.first_column, self.columns);
-        let rows = Self::neighbours(row, self.first_row, self.rows);
-        rows.into_iter().any(|row| {
+        let (Some(u), Some(v)) =
+            ((u + self.stride).checked_sub(first_column), (v + self.stride).checked_sub(first_row))
+        else {
+            return false;
+        };
+        let columns = around(u / self.stride, self.columns);
+        around(v / self.stride, self.rows).any(|row| {
             let cells = self.depths.get(row * self.columns + columns.start..row * self.columns + columns.end);
             cells.unwrap_or(&[]).iter().any(|&depth| self.continues(depth, z))
         })
@@ -68,11 +104,11 @@ impl Foreground {
         for (row, depths) in self.depths.chunks_exact(self.columns.max(1)).enumerate() {
             let Some(first) = depths.iter().position(|&depth| depth > 0.0) else { continue };
             let last = depths.iter().rposition(|&depth| depth > 0.0).unwrap_or(first);
-            let pixel = |cell: usize| cell * self.stride + self.stride / 2;
-            bounds.left = bounds.left.min(pixel(self.first_column + first));
-            bounds.right = bounds.right.max(pixel(self.first_column + last));
-            bounds.top = bounds.top.min(pixel(self.first_row + row));
-            bounds.bottom = bounds.bottom.max(pixel(self.first_row + row));
+            let pixel = |cell: usize, first: usize| first + cell * self.stride + self.stride / 2;
+            bounds.left = bounds.left.min(pixel(first, self.first[0]));
+            bounds.right = bounds.right.max(pixel(last, self.first[0]));
+            bounds.top = bounds.top.min(pixel(row, self.first[1]));
+            bounds.bottom = bounds.bottom.max(pixel(row, self.first[1]));
             any = true;
         }
         any.then_some(bounds)
@@ -80,24 +116,26 @@ impl Foreground {
 
     /// The cells near which the foreground's surface runs.
     pub(crate) fn patches(&self) -> impl Iterator<Item = Patch> + '_ {
-        let rows = self.first_row.saturating_sub(1)..=self.first_row + self.rows;
-        rows.flat_map(move |row| {
-            let columns = self.first_column.saturating_sub(1)..=self.first_column + self.columns;
-            columns.map(move |column| self.patch(column, row))
-        })
-        .filter(|patch| patch.count > 0)
+        let rows = 0..self.rows + 2;
+        rows.flat_map(move |row| (0..self.columns + 2).map(move |column| self.patch(column, row)))
+            .filter(|patch| patch.count > 0)
     }
 
+    /// A cell, counted from 1.
     fn patch(&self, column: usize, row: usize) -> Patch {
+        let pixels = |cell: usize, first: usize| {
+            let end = first + cell * self.stride;
+            end.saturating_sub(self.stride)..end
+        };
         let mut patch = Patch {
-            columns: column * self.stride..(column + 1) * self.stride,
-            rows: row * self.stride..(row + 1) * self.stride,
+            columns: pixels(column, self.first[0]),
+            rows: pixels(row, self.first[1]),
             depths: [0.0; 9],
             count: 0,
             max_step: self.max_step,
         };
-        let near = Self::neighbours(column + 1, self.first_column, self.columns);
-        for row in Self::neighbours(row + 1, self.first_row, self.rows) {
+        let near = around(column, self.columns);
+        for row in around(row, self.rows) {
             for &depth in &self.depths[row * self.columns..][near.clone()] {
                 if depth > 0.0 {
                     patch.depths[patch.count] = depth;
@@ -110,23 +148,22 @@ impl Foreground {
 
     /// Whether two readings can be neighbours on one surface. A depth of 0 is none.
     #[inline]
-    pub fn continues(&self, a: f32, b: f32) -> bool {
+    pub(crate) fn continues(&self, a: f32, b: f32) -> bool {
         continues(a, b, self.max_step)
     }
 
     /// Whether a depth lies within reach of the foreground.
     #[inline]
-    pub fn reaches(&self, z: f32) -> bool {
+    pub(crate) fn reaches(&self, z: f32) -> bool {
         (self.near..=self.far).contains(&z)
     }
+}
 
-    /// The cells around cell `index` (counted from 1) of a grid that begins at `first` and has `count` cells.
-    #[inline]
-    fn neighbours(index: usize, first: usize, count: usize) -> Range<usize> {
-        let end = (index + 1).saturating_sub(first).min(count);
-        let start = index.saturating_sub(first + 2).min(end);
-        start..end
-    }
+/// The cells around a cell, which is counted from 1, of a row of `count`.
+#[inline]
+fn around(cell: usize, count: usize) -> Range<usize> {
+    let end = (cell + 1).min(count);
+    cell.saturating_sub(2).min(end)..end
 }
 
 /// Outermost sampled pixels of a foreground, inclusive.

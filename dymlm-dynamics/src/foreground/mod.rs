@@ -2,9 +2,7 @@
 
 #[expect(clippy::module_inception, reason = "the type of this name")]
 mod foreground;
-mod foreground_config;
 mod foreground_finder;
 
-pub use foreground::Foreground;
-pub use foreground_config::ForegroundConfig;
-pub use foreground_finder::{ForegroundFinder, ForegroundSearch};
+pub(crate) use foreground::Foreground;
+pub(crate) use foreground_finder::{ForegroundFinder, ForegroundSearch};

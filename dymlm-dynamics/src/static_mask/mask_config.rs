@@ -13,7 +13,7 @@ pub enum MaskMode {
     Silhouette,
 }
 
-/// Settings of [`StaticMaskBuilder`](crate::StaticMaskBuilder).
+/// Settings of the static mask.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -21,7 +21,7 @@ pub enum MaskMode {
 pub struct MaskConfig {
     /// What of a box is masked; default [`MaskMode::Silhouette`].
     pub mode: MaskMode,
-    /// Width of the rim masked around a silhouette, in pixels of an image 640 wide (other images: in proportion);
+    /// Width of the rim masked around a silhouette, in pixels of an image of 640x480 (other images: in proportion);
     /// 0..=64, default 3: depth edges lie one to three pixels off colour edges on a Kinect.
     pub dilation: f32,
     /// Width of the rim where it has no depth, in the same pixels; 0..=64, default 8: the shadow at the side of a
@@ -36,8 +36,8 @@ impl Default for MaskConfig {
 }
 
 impl MaskConfig {
-    pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        check_range("mask.dilation", self.dilation.into(), 0.0..=64.0)?;
-        check_range("mask.shadow", self.shadow.into(), 0.0..=64.0)
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("dynamics.mask.dilation", self.dilation.into(), 0.0..=64.0)?;
+        check_range("dynamics.mask.shadow", self.shadow.into(), 0.0..=64.0)
     }
 }

@@ -5,6 +5,6 @@ mod mask_config;
 mod silhouette;
 mod static_mask_builder;
 
-pub use body_mask::mask_body;
+pub(crate) use body_mask::mask_body;
 pub use mask_config::{MaskConfig, MaskMode};
-pub use static_mask_builder::{MaskRegion, StaticMaskBuilder};
+pub(crate) use static_mask_builder::{MaskRegion, StaticMaskBuilder};

@@ -12,6 +12,8 @@ use crate::Error;
 
 /// Largest timestamp that can be in seconds; epoch times in milliseconds are above it.
 const MAX_TIMESTAMP: f64 = 1e11;
+/// Detections of a lower score are ignored (`ByteTrack`).
+const LOW_SCORE: f32 = 0.1;
 /// Rounding of timestamps, seconds: three frames at 6 Hz are half a second.
 const TIME_SLACK: f64 = 1e-3;
 
@@ -54,6 +56,8 @@ pub struct BoxTracker {
     tracks: Vec<Track>,
     next_id: u64,
     last_timestamp: Option<f64>,
+    /// Time of the last frame that the detector looked at.
+    last_look: f64,
     last_view: Option<View>,
     boxes: Vec<TrackedBox>,
     scratch: Scratch,
@@ -65,8 +69,10 @@ struct Track {
     label: Arc<str>,
     filter: BoxKalman,
     score: f32,
-    hits: u32,
+    first_seen: f64,
     last_seen: f64,
+    /// Frames since then that the detector looked at.
+    misses: u32,
     depth: Option<f32>,
     /// Box and detection in the present frame.
     matched: Option<(usize, BoundingBox)>,
@@ -96,6 +102,7 @@ impl BoxTracker {
             tracks: Vec::new(),
             next_id: 0,
             last_timestamp: None,
+            last_look: f64::NEG_INFINITY,
             last_view: None,
             boxes: Vec::new(),
             scratch: Scratch::default(),
@@ -133,15 +140,35 @@ impl BoxTracker {
         wanted: impl Fn(&Detection) -> bool,
     ) -> Result<&[TrackedBox], Error> {
         let elapsed = self.check_time(timestamp)?;
-        self.predict(elapsed, view);
+        self.move_on(elapsed, view);
+        self.last_look = timestamp;
         self.choose_candidates(detections, wanted);
         self.associate(timestamp, detections);
         self.start_tracks(timestamp, detections);
+        for track in self.tracks.iter_mut().filter(|track| track.matched.is_none()) {
+            track.misses = track.misses.saturating_add(1);
+        }
+        Ok(self.finish(timestamp, view))
+    }
+
+    /// A frame on which the detector did not run, which says nothing about who is in it: the boxes of all tracks that were
+    /// in view or coasting when it last ran, as their motion puts them now.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::update`].
+    pub fn predict(&mut self, timestamp: f64, view: Option<&View>) -> Result<&[TrackedBox], Error> {
+        let elapsed = self.check_time(timestamp)?;
+        self.move_on(elapsed, view);
+        Ok(self.finish(timestamp, view))
+    }
+
+    fn finish(&mut self, timestamp: f64, view: Option<&View>) -> &[TrackedBox] {
         self.forget_lost(timestamp);
         self.collect_boxes(timestamp);
         self.last_timestamp = Some(timestamp);
         self.last_view = view.copied();
-        Ok(&self.boxes)
+        &self.boxes
     }
 
     /// The boxes that the last frame gave.
@@ -174,7 +201,7 @@ impl BoxTracker {
     }
 
     /// Carries all tracks over into the present image and time.
-    fn predict(&mut self, elapsed: f64, view: Option<&View>) {
+    fn move_on(&mut self, elapsed: f64, view: Option<&View>) {
         for track in &mut self.tracks {
             if let (Some(before), Some(now)) = (&self.last_view, view) {
                 track.depth = ego_motion::compensate(&mut track.filter, track.depth, before, now);
@@ -190,7 +217,7 @@ impl BoxTracker {
         let candidates = &mut self.scratch.candidates;
         candidates.clear();
         candidates.extend(detections.iter().enumerate().filter_map(|(index, detection)| {
-            let usable = detection.score() >= self.config.low_score && detection.bounding_box().area() > 0.0;
+            let usable = detection.score() >= LOW_SCORE && detection.bounding_box().area() > 0.0;
             (usable && wanted(detection)).then_some(index)
         }));
         candidates.sort_by(|&a, &b| canonical_order(&detections[a], &detections[b]));
@@ -203,7 +230,7 @@ impl BoxTracker {
             let strong = of_label.partition_point(|&i| detections[i].score() >= self.config.high_score);
             let (strong, weak) = of_label.split_at(strong);
             self.pair(timestamp, detections, strong, self.config.min_iou);
-            self.pair(timestamp, detections, weak, self.config.min_iou_low_score);
+            self.pair(timestamp, detections, weak, self.config.min_iou);
         }
         self.scratch.candidates = candidates;
     }
@@ -248,8 +275,9 @@ impl BoxTracker {
                 label: known_label(&self.tracks, detection.label()),
                 filter: BoxKalman::new(&detection.bounding_box()),
                 score: detection.score(),
-                hits: 1,
+                first_seen: timestamp,
                 last_seen: timestamp,
+                misses: 0,
                 depth: None,
                 matched: Some((candidate, detection.bounding_box())),
             });
@@ -264,38 +292,40 @@ impl BoxTracker {
     }
 
     fn collect_boxes(&mut self, timestamp: f64) {
-        self.boxes.clear();
-        for track in &self.tracks {
-            let state = if track.hits >= self.config.min_hits {
-                TrackState::Confirmed
-            } else {
-                TrackState::Tentative
-            };
-            let missed_for = timestamp - track.last_seen;
-            let filtered_box = track.filter.bounding_box();
-            let (source, bounding_box) = match (track.matched, filtered_box) {
-                (Some((detection, bounding_box)), _) => (BoxSource::Detected { detection }, bounding_box),
-                (None, Some(predicted)) if state == TrackState::Confirmed && self.coasts(missed_for) => {
-                    (BoxSource::Predicted { missed_for }, predicted)
-                }
-                _ => continue,
-            };
-            self.boxes.push(TrackedBox {
-                track_id: track.id,
-                label: Arc::clone(&track.label),
-                score: track.score,
-                bounding_box,
-                filtered_box: filtered_box.unwrap_or(bounding_box),
-                source,
-                state,
-                expected_depth: track.depth,
-            });
-        }
+        let mut boxes = std::mem::take(&mut self.boxes);
+        boxes.clear();
+        boxes.extend(self.tracks.iter().filter_map(|track| self.box_of(track, timestamp)));
+        self.boxes = boxes;
     }
 
-    /// Whether a track last detected so long ago is still to be output.
-    fn coasts(&self, missed_for: f64) -> bool {
-        self.config.max_coast > 0.0 && missed_for <= self.config.max_coast + TIME_SLACK
+    /// The box of a track that is in view or coasts.
+    fn box_of(&self, track: &Track, timestamp: f64) -> Option<TrackedBox> {
+        let age = track.last_seen - track.first_seen;
+        let is_confirmed = age >= self.config.confirm_after - TIME_SLACK;
+        let filtered_box = track.filter.bounding_box();
+        let (source, bounding_box) = match track.matched {
+            Some((detection, bounding_box)) => (BoxSource::Detected { detection }, bounding_box),
+            None if track.misses == 0 || (is_confirmed && self.coasts(track)) => {
+                (BoxSource::Predicted { missed_for: timestamp - track.last_seen }, filtered_box?)
+            }
+            None => return None,
+        };
+        Some(TrackedBox {
+            track_id: track.id,
+            label: Arc::clone(&track.label),
+            score: track.score,
+            bounding_box,
+            filtered_box: filtered_box.unwrap_or(bounding_box),
+            source,
+            state: if is_confirmed { TrackState::Confirmed } else { TrackState::Tentative },
+            expected_depth: track.depth,
+        })
+    }
+
+    /// Whether a track that the detector missed is still to be output.
+    fn coasts(&self, track: &Track) -> bool {
+        let missed_for = self.last_look - track.last_seen;
+        self.config.max_coast > 0.0 && (track.misses <= 1 || missed_for <= self.config.max_coast + TIME_SLACK)
     }
 }
 
@@ -303,8 +333,8 @@ impl Track {
     fn take(&mut self, timestamp: f64, index: usize, detection: &Detection) {
         self.filter.update(&detection.bounding_box());
         self.score = detection.score();
-        self.hits = self.hits.saturating_add(1);
         self.last_seen = timestamp;
+        self.misses = 0;
         self.matched = Some((index, detection.bounding_box()));
     }
 }

@@ -8,7 +8,7 @@ use dymlm_core::{ConfigError, check_range};
 /// | --- | --- |
 /// | >= `high_score` | is associated first, with every track |
 /// | >= `min_score` | is associated second, with the tracks left over; output in any case, starting a track when none takes it |
-/// | >= `low_score` | is associated second; output only when a track takes it |
+/// | >= 0.1 | is associated second; output only when a track takes it |
 /// | below | is ignored |
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -20,18 +20,13 @@ pub struct TrackerConfig {
     /// Detections at or above this score start a track; 0..=1, default 0.25, the score at which common detectors
     /// cut off.
     pub min_score: f32,
-    /// Detections below this score are ignored; 0..=`min_score`, default 0.1 (`ByteTrack`).
-    pub low_score: f32,
     /// Least intersection over union of a track's predicted box with a detection; 0..=1, default 0.3 (SORT).
     pub min_iou: f32,
-    /// The same in the second association; 0..=1, default 0.3. (`ByteTrack` asks for 0.5 at 30 Hz; at the lower
-    /// frame rates of key frames true pairs overlap less.)
-    pub min_iou_low_score: f32,
-    /// Detections that confirm a track; 1..=1000, default 2. (SORT takes 3, at 30 Hz; there an unconfirmed track is
-    /// not output at all, here it only may not coast.)
-    pub min_hits: u32,
+    /// Time from a track's first detection to the one that confirms it, seconds; 0..=10, default 0.03: the second at up to 30
+    /// Hz. (SORT: the third at 30 Hz, 0.06; there an unconfirmed track is not output at all, here it only may not coast.)
+    pub confirm_after: f64,
     /// How long a confirmed track without a detection is output with its predicted box, seconds; 0..=60, default
-    /// 0.5; 0 = never.
+    /// 0.5; 0 = never. Else it is output for one missed detection at least, however slow the detector is.
     pub max_coast: f64,
     /// How long a track without a detection is remembered, seconds; 0..=600, default 1 (`ByteTrack`'s 30 frames).
     /// Never less than `max_coast`.
@@ -43,10 +38,8 @@ impl Default for TrackerConfig {
         Self {
             high_score: 0.5,
             min_score: 0.25,
-            low_score: 0.1,
             min_iou: 0.3,
-            min_iou_low_score: 0.3,
-            min_hits: 2,
+            confirm_after: 0.03,
             max_coast: 0.5,
             max_age: 1.0,
         }
@@ -55,26 +48,11 @@ impl Default for TrackerConfig {
 
 impl TrackerConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        check_range("tracker.high_score", self.high_score.into(), 0.0..=1.0)?;
-        check_range("tracker.min_score", self.min_score.into(), 0.0..=1.0)?;
-        check_range("tracker.low_score", self.low_score.into(), 0.0..=self.min_score.into())?;
-        check_range("tracker.min_iou", self.min_iou.into(), 0.0..=1.0)?;
-        check_range("tracker.min_iou_low_score", self.min_iou_low_score.into(), 0.0..=1.0)?;
-        check_range("tracker.min_hits", self.min_hits.into(), 1.0..=1000.0)?;
-        check_range("tracker.max_coast", self.max_coast, 0.0..=60.0)?;
-        check_range("tracker.max_age", self.max_age, 0.0..=600.0)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_low_score_is_at_most_the_least_one() {
-        let config = TrackerConfig { min_score: 0.25, low_score: 0.25, ..TrackerConfig::default() };
-        assert!(config.validate().is_ok());
-        let config = TrackerConfig { min_score: 0.25, low_score: 0.3, ..TrackerConfig::default() };
-        assert_eq!(config.validate().unwrap_err().field, "tracker.low_score");
+        check_range("dynamics.tracker.high_score", self.high_score.into(), 0.0..=1.0)?;
+        check_range("dynamics.tracker.min_score", self.min_score.into(), 0.0..=1.0)?;
+        check_range("dynamics.tracker.min_iou", self.min_iou.into(), 0.0..=1.0)?;
+        check_range("dynamics.tracker.confirm_after", self.confirm_after, 0.0..=10.0)?;
+        check_range("dynamics.tracker.max_coast", self.max_coast, 0.0..=60.0)?;
+        check_range("dynamics.tracker.max_age", self.max_age, 0.0..=600.0)
     }
 }

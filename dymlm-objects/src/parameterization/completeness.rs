@@ -1,11 +1,11 @@
 use std::ops::RangeInclusive;
 
 use dymlm_core::axial_noise;
+use dymlm_geometry::{GridSample as Sample, NO_SAMPLE as NONE, SampleGrid as Window};
 
 use super::ParameterizationConfig;
 use super::ground::Ground;
 use super::object_cluster::ObjectCluster;
-use super::window::{NONE, Sample, Window};
 use crate::ObjectView;
 
 /// What ends an object's view on one side of the image.

@@ -1,4 +1,5 @@
-use dymlm_core::{ConfigError, check_range};
+use dymlm_core::{ConfigError, SensorModel, check_range};
+use dymlm_geometry::SegmentationConfig;
 
 use super::BoxFitterConfig;
 use crate::Switch;
@@ -25,12 +26,6 @@ pub struct ParameterizationConfig {
     /// How far around the box is looked, as a share of its longer side, 0..=1. Default 0.15; at least 6 pixels. What a
     /// cluster does outside tells things from their background.
     pub margin: f32,
-    /// Radius of DBSCAN in the image, in distances between samples, 1..=10. Default 2.5.
-    pub eps_samples: f32,
-    /// Radius of DBSCAN in depth besides what noise and slope ask for, metres, 0..=1. Default 0.02.
-    pub eps_depth: f32,
-    /// Neighbours that make a core point of DBSCAN, itself counted; 1..=1000. Default 5.
-    pub min_points: usize,
     /// Labels of what people sit or lie on: when a mover hides much of it, the rest is at the mover's depth. What else is hidden
     /// may be anywhere behind. Default: bed, bench, bicycle, chair, couch, motorcycle, toilet.
     pub seats: Vec<String>,
@@ -65,9 +60,6 @@ impl Default for ParameterizationConfig {
             min_samples: 12,
             min_fill: 0.04,
             margin: 0.15,
-            eps_samples: 2.5,
-            eps_depth: 0.02,
-            min_points: 5,
             seats: SEATS.map(String::from).to_vec(),
             support: Switch::On,
             plane_tolerance: 0.006,
@@ -81,6 +73,19 @@ impl Default for ParameterizationConfig {
 }
 
 impl ParameterizationConfig {
+    /// How the thing in a box is found.
+    pub(super) fn segmentation(&self) -> SegmentationConfig {
+        let mut config = SegmentationConfig::default();
+        config.max_samples = self.max_samples;
+        config.margin_share = self.margin;
+        config
+    }
+
+    /// The sensor, with this config's range.
+    pub(super) fn sensor(&self) -> SensorModel {
+        SensorModel { min_depth: self.min_depth, max_depth: self.max_depth, ..SensorModel::kinect() }
+    }
+
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("objects.parameterization.min_score", self.min_score.into(), 0.0..=1.0)?;
         check_range("objects.parameterization.max_depth", self.max_depth.into(), 0.0..=1000.0)?;
@@ -90,9 +95,6 @@ impl ParameterizationConfig {
         check_range("objects.parameterization.min_samples", self.min_samples as f64, 4.0..=1e5)?;
         check_range("objects.parameterization.min_fill", self.min_fill.into(), 0.0..=1.0)?;
         check_range("objects.parameterization.margin", self.margin.into(), 0.0..=1.0)?;
-        check_range("objects.parameterization.eps_samples", self.eps_samples.into(), 1.0..=10.0)?;
-        check_range("objects.parameterization.eps_depth", self.eps_depth.into(), 0.0..=1.0)?;
-        check_range("objects.parameterization.min_points", self.min_points as f64, 1.0..=1000.0)?;
         check_range("objects.parameterization.plane_tolerance", self.plane_tolerance, 0.0..=0.2)?;
         check_range("objects.parameterization.plane_sigmas", self.plane_sigmas, 0.0..=10.0)?;
         let right_angle = std::f64::consts::FRAC_PI_2;

@@ -1,6 +1,6 @@
 use dymlm_core::{Plane, Rgb};
+use dymlm_geometry::SampleGrid as Window;
 
-use super::window::Window;
 use crate::{ObjectView, SupportPlane};
 
 /// Finds what lies so flat on a plane that depth does not tell both apart: magazines, sheets, a phone.

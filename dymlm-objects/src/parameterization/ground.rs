@@ -2,10 +2,10 @@ use std::ops::RangeInclusive;
 
 use dymlm_core::vector3::{along, dot, unit};
 use dymlm_core::{Plane, Pose, axial_noise};
+use dymlm_geometry::{GridSample as Sample, SampleGrid as Window};
 
 use super::ParameterizationConfig;
 use super::flat_thing::LyingPlane;
-use super::window::{Sample, Window};
 use crate::{SupportPlane, SupportingPlanes};
 
 /// The planes that things in a window may stand on.

@@ -9,7 +9,6 @@ mod ground;
 mod object_cluster;
 mod observation;
 mod parameterizer;
-mod window;
 
 pub use box_fitter::{BoxAxes, BoxFit, BoxFitter, BoxFitterConfig};
 pub use completeness::{Completeness, SideView};

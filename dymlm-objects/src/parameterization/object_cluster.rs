@@ -1,42 +1,22 @@
-use dymlm_core::{BoundingBox, ConfigError, Point, axial_noise};
-use dymlm_geometry::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
+use dymlm_core::{BoundingBox, ConfigError};
+use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, NO_SAMPLE, SampleGrid, SegmentationConfig};
 
-use super::ParameterizationConfig;
-use super::window::{NONE, Window};
 use crate::SizePrior;
 
-/// Finds the samples of a window that are the object.
+/// Finds the samples of a box that are the object.
 ///
-/// DBSCAN runs in the coordinates (column, row, depth), each divided by its own radius: what the image parts is parted,
-/// and depths count by their noise. The cluster is chosen by its size, each sample weighted by how central it lies, by
-/// how little of it goes on outside the box, as background does, and by how well it fills the box from side to side.
-/// Clusters at about the same depth that end within the window are parts of the object: legs below a seat.
+/// The cluster is chosen by its size, each sample weighted by how central it lies, by how little of it goes on outside the
+/// box, as background does, and by how well it fills the box from side to side. Clusters at about the same depth that end
+/// within the margin are parts of the object: legs below a seat.
 #[derive(Debug)]
 pub(super) struct ObjectCluster {
-    dbscan: Dbscan,
-    scratch: DbscanScratch,
-    clusters: Clusters,
-    points: Vec<Point>,
-    /// The sample of each point.
-    sample_of: Vec<u32>,
-    stats: Vec<ClusterStats>,
+    segmenter: BoxSegmenter,
     /// Whether each cluster is a part of the object.
     is_part: Vec<bool>,
-    depths: Vec<f32>,
     /// Samples of the object, ascending.
     pub(super) members: Vec<u32>,
     /// Whether each sample is one.
     pub(super) is_member: Vec<bool>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct ClusterStats {
-    inside: f32,
-    outside: f32,
-    centrality: f32,
-    depth: f32,
-    low: [u32; 2],
-    high: [u32; 2],
 }
 
 /// What is known of an object before it is found.
@@ -56,8 +36,8 @@ pub(super) struct ClusterSearch<'a> {
 }
 
 impl ClusterSearch<'_> {
-    /// What sits so far from a mover that hides much of the box: a seat is at its depth; what nobody sits on is not, but what
-    /// is left of the mover is.
+    /// Factor for a cluster so far, in depth, from a mover that hides much of the box: a seat is at its depth; what nobody
+    /// sits on is not, but what is left of the mover is.
     fn mover_factor(&self, apart: f32) -> f32 {
         match (self.is_seat, apart.abs() <= if self.is_seat { SEAT_REACH } else { MOVER_REACH }) {
             (true, true) | (false, false) => 1.0,
@@ -84,10 +64,28 @@ impl ClusterSearch<'_> {
         let excess = (wide.hypot(high) / usual).ln().max(0.0) / deviation;
         (-0.5 * excess * excess).exp()
     }
-}
 
-const NOTHING: ClusterStats =
-    ClusterStats { inside: 0.0, outside: 0.0, centrality: 0.0, depth: 0.0, low: [u32::MAX; 2], high: [0; 2] };
+    /// How likely a cluster is the object, beside its size.
+    fn factor(&self, grid: &SampleGrid, cluster: &BoxCluster) -> f32 {
+        let mover = grid.masked_depth.filter(|_| grid.masked_share >= HIDDEN);
+        let beside_mover = mover.map_or(1.0, |mover| self.mover_factor(cluster.depth - mover));
+        let share = cluster.outside_share() / OUTSIDE_SCALE;
+        let containment = 1.0 / (1.0 + share * share);
+        let span = cluster.bounds(grid).map_or(0.0, |own| own.iou(&self.bounding_box) as f32);
+        let size = self.prior.map_or(1.0, |prior| self.size_factor(prior, cluster.depth));
+        containment * (0.1 + span) * size * beside_mover
+    }
+
+    /// Whether a cluster is a part of the object whose main cluster is `main`.
+    fn is_part(&self, grid: &SampleGrid, main: &BoxCluster, cluster: &BoxCluster) -> bool {
+        let of_another =
+            || cluster.bounds(grid).is_some_and(|own| self.others.iter().any(|other| own.iou(other) > 0.3));
+        cluster.inside > 0
+            && is_contained(cluster)
+            && (cluster.depth - main.depth).abs() <= self.reach
+            && !of_another()
+    }
+}
 
 /// Share of a box hidden by movers from which on they tell where the thing is.
 const HIDDEN: f32 = 0.2;
@@ -101,163 +99,64 @@ const OUTSIDE_SCALE: f32 = 0.12;
 /// Largest share of a cluster outside the box for it to be a part, or to be taken with what lies outside.
 const CONTAINED: f32 = 0.2;
 
+fn is_contained(cluster: &BoxCluster) -> bool {
+    cluster.outside_share() <= CONTAINED
+}
+
 impl ObjectCluster {
-    pub(super) fn new(config: &ParameterizationConfig) -> Result<Self, ConfigError> {
-        let mut dbscan = DbscanConfig::default();
-        dbscan.eps = 1.0;
-        dbscan.min_points = config.min_points;
+    pub(super) fn new(config: SegmentationConfig) -> Result<Self, ConfigError> {
         Ok(Self {
-            dbscan: Dbscan::new(dbscan)?,
-            scratch: DbscanScratch::new(),
-            clusters: Clusters::new(),
-            points: Vec::new(),
-            sample_of: Vec::new(),
-            stats: Vec::new(),
+            segmenter: BoxSegmenter::new(config)?,
             is_part: Vec::new(),
-            depths: Vec::new(),
             members: Vec::new(),
             is_member: Vec::new(),
         })
     }
 
+    /// Samples a box and its surroundings.
+    pub(super) fn sample(&self, view: &BoxView<'_>, grid: &mut SampleGrid) {
+        self.segmenter.sample(view, grid);
+    }
+
     /// Finds the object among the samples that are no ground.
-    pub(super) fn find(
-        &mut self,
-        window: &Window,
-        is_ground: &[bool],
-        search: &ClusterSearch<'_>,
-        config: &ParameterizationConfig,
-    ) {
+    pub(super) fn find(&mut self, grid: &SampleGrid, is_ground: &[bool], search: &ClusterSearch<'_>) {
         self.members.clear();
         self.is_member.clear();
-        self.is_member.resize(window.samples.len(), false);
-        self.lay(window, is_ground, search.focal_length, config);
-        self.dbscan.cluster_into(&self.points, &mut self.scratch, &mut self.clusters);
-        self.describe(window);
-        if let Some(chosen) = self.choose(window, search) {
-            self.keep(window, chosen, search);
-        }
-    }
-
-    fn lay(
-        &mut self,
-        window: &Window,
-        is_ground: &[bool],
-        focal_length: f32,
-        config: &ParameterizationConfig,
-    ) {
-        self.points.clear();
-        self.sample_of.clear();
-        self.depths.clear();
-        let free = || window.samples.iter().zip(is_ground).enumerate().filter(|(_, (_, ground))| !**ground);
-        self.depths.extend(
-            free().filter(|(_, (sample, _))| sample.is_in_box).map(|(_, (sample, _))| sample.point[2]),
+        self.is_member.resize(grid.samples.len(), false);
+        self.segmenter.cluster(grid, |sample| is_ground.get(sample) == Some(&false));
+        let chosen = self.segmenter.best(
+            grid,
+            |sample| 0.05 + sample.centrality,
+            |cluster| search.factor(grid, cluster),
         );
-        let middle = self.depths.len() / 2;
-        if self.depths.is_empty() {
-            return;
-        }
-        let z = *self.depths.select_nth_unstable_by(middle, f32::total_cmp).1;
-        let slope = 2.0 * window.stride as f32 * z / focal_length;
-        let eps_depth = (config.eps_depth + 2.0 * axial_noise(z) + slope).max(1e-6);
-        for (index, (sample, _)) in free() {
-            let [column, row] = [sample.column, sample.row].map(|cell| cell as f32 / config.eps_samples);
-            self.points.push([column, row, sample.point[2] / eps_depth]);
-            self.sample_of.push(index as u32);
+        if let Some(chosen) = chosen {
+            self.keep(grid, chosen, search);
         }
     }
 
-    fn describe(&mut self, window: &Window) {
-        self.stats.clear();
-        self.stats.resize(self.clusters.count(), NOTHING);
-        for (&sample, label) in self.sample_of.iter().zip(self.clusters.labels()) {
-            let Some(stats) = label.and_then(|label| self.stats.get_mut(label as usize)) else { continue };
-            let sample = &window.samples[sample as usize];
-            if sample.is_in_box {
-                stats.inside += 1.0;
-                stats.depth += sample.point[2];
-                stats.centrality += 0.05 + sample.centrality;
-                let cell = [sample.column, sample.row];
-                for ((low, high), cell) in stats.low.iter_mut().zip(&mut stats.high).zip(cell) {
-                    *low = cell.min(*low);
-                    *high = cell.max(*high);
-                }
-            } else {
-                stats.outside += 1.0;
-            }
-        }
-        for stats in &mut self.stats {
-            stats.depth /= stats.inside.max(1.0);
-        }
-    }
-
-    fn choose(&self, window: &Window, search: &ClusterSearch<'_>) -> Option<usize> {
-        let score = |stats: &ClusterStats| {
-            let mover = window.mover_depth.filter(|_| window.hidden_share >= HIDDEN);
-            let beside_mover = mover.map_or(1.0, |mover| search.mover_factor(stats.depth - mover));
-            let share = stats.outside / (stats.inside + stats.outside).max(1.0) / OUTSIDE_SCALE;
-            let containment = 1.0 / (1.0 + share * share);
-            let span = bounds(window, stats).map_or(0.0, |own| own.iou(&search.bounding_box) as f32);
-            let size = search.prior.map_or(1.0, |prior| search.size_factor(prior, stats.depth));
-            stats.centrality * containment * (0.1 + span) * size * beside_mover
-        };
-        let scored = self.stats.iter().map(score).enumerate();
-        let best = scored.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
-        (best.1 > 0.0).then_some(best.0)
-    }
-
-    fn keep(&mut self, window: &Window, chosen: usize, search: &ClusterSearch<'_>) {
-        let ClusterSearch { others, reach, .. } = *search;
-        let main = self.stats[chosen];
-        let is_part = |index: usize, stats: &ClusterStats| {
-            let contained = stats.outside <= CONTAINED * (stats.inside + stats.outside);
-            let of_another =
-                || bounds(window, stats).is_some_and(|own| others.iter().any(|other| own.iou(other) > 0.3));
-            index == chosen || (contained && (stats.depth - main.depth).abs() <= reach && !of_another())
-        };
+    fn keep(&mut self, grid: &SampleGrid, chosen: usize, search: &ClusterSearch<'_>) {
+        let clusters = self.segmenter.clusters();
+        let Some(main) = clusters.get(chosen) else { return };
+        let is_part = |index, cluster| index == chosen || search.is_part(grid, main, cluster);
         self.is_part.clear();
-        self.is_part.extend(self.stats.iter().enumerate().map(|(index, stats)| is_part(index, stats)));
-        for (&index, label) in self.sample_of.iter().zip(self.clusters.labels()) {
-            let Some(label) = label.map(|label| label as usize) else { continue };
-            let stats = self.stats[label];
-            let contained = stats.outside <= CONTAINED * (stats.inside + stats.outside);
-            let sample = &window.samples[index as usize];
-            if self.is_part[label] && (sample.is_in_box || (contained && sample.is_beside_box)) {
-                self.members.push(index);
-                self.is_member[index as usize] = true;
+        self.is_part.extend(clusters.iter().enumerate().map(|(index, cluster)| is_part(index, cluster)));
+        for (index, cluster) in self.segmenter.members().filter(|&(_, cluster)| self.is_part[cluster]) {
+            let sample = &grid.samples[index];
+            if sample.is_in_box || (sample.is_beside_box && is_contained(&clusters[cluster])) {
+                self.members.push(index as u32);
+                self.is_member[index] = true;
             }
         }
     }
 
     /// How well the object fills the detector's box from side to side: intersection over union of the box around its samples.
-    pub(super) fn fill(&self, window: &Window, bounding_box: &BoundingBox) -> f64 {
-        let mut stats = NOTHING;
-        for sample in self.members.iter().filter_map(|&index| window.samples.get(index as usize)) {
-            stats.inside += 1.0;
-            let cell = [sample.column, sample.row];
-            for ((low, high), cell) in stats.low.iter_mut().zip(&mut stats.high).zip(cell) {
-                *low = cell.min(*low);
-                *high = cell.max(*high);
-            }
-        }
-        bounds(window, &stats).map_or(0.0, |own| own.iou(bounding_box))
+    pub(super) fn fill(&self, grid: &SampleGrid, bounding_box: &BoundingBox) -> f64 {
+        let members = self.members.iter().filter_map(|&index| grid.samples.get(index as usize));
+        grid.bounds(members).map_or(0.0, |own| own.iou(bounding_box))
     }
 
     /// Whether the sample of a cell is of the object.
     pub(super) fn holds(&self, sample: u32) -> bool {
-        sample != NONE && self.is_member.get(sample as usize).copied().unwrap_or(false)
+        sample != NO_SAMPLE && self.is_member.get(sample as usize).copied().unwrap_or(false)
     }
-}
-
-/// The box around a cluster's samples within the detection's, pixels.
-fn bounds(window: &Window, stats: &ClusterStats) -> Option<BoundingBox> {
-    if stats.inside == 0.0 {
-        return None;
-    }
-    let half = 0.5 * window.stride as f32;
-    let [low, high] =
-        [stats.low, stats.high].map(|[column, row]| window.pixel(column as usize, row as usize));
-    let [left, top] = low.map(|c| c as f32 - half);
-    let [right, bottom] = high.map(|c| c as f32 + half);
-    BoundingBox::new(left, top, right, bottom).ok()
 }

@@ -1,11 +1,11 @@
 use dymlm_core::{BoundingBox, ConfigError, Detection, Point, Pose};
+use dymlm_geometry::{BoxView, GridSample as Sample, SampleGrid as Window};
 
 use super::box_fitter::BoxFitter;
 use super::completeness::Surroundings;
 use super::flat_thing::FlatThing;
 use super::ground::Ground;
 use super::object_cluster::{ClusterSearch, ObjectCluster};
-use super::window::{Sample, Window};
 use super::{Completeness, ObjectObservation, ParameterizationConfig, Relief, SideView};
 use crate::{NoPlanes, ObjectView, SizePrior, SizePriors, SupportPlane, SupportingPlanes};
 
@@ -55,7 +55,7 @@ impl Parameterizer {
         Ok(Self {
             window: Window::default(),
             ground: Ground::default(),
-            cluster: ObjectCluster::new(&config)?,
+            cluster: ObjectCluster::new(config.segmentation())?,
             flat: FlatThing::default(),
             fitter: BoxFitter::new(config.fitter)?,
             others: Vec::new(),
@@ -92,7 +92,10 @@ impl Parameterizer {
         priors: &SizePriors,
     ) -> Option<ObjectObservation> {
         let prior = priors.of(detection.label());
-        self.window.fill(view, index, &self.config);
+        let box_view = BoxView::new(view.frame, &self.config.sensor(), detection.bounding_box())
+            .with_static_mask(view.static_mask)
+            .with_instance_mask(detection.mask());
+        self.cluster.sample(&box_view, &mut self.window);
         let vertical = vertical.filter(|_| self.config.support.is_on());
         let planes = if self.config.support.is_on() { planes } else { &NoPlanes };
         let highest = prior.map_or(USUAL_REACH, |prior| prior.height.max);
@@ -128,7 +131,7 @@ impl Parameterizer {
 
     /// What stands out from the ground in depth.
     fn find_raised(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Finding {
-        self.cluster.find(&self.window, self.ground.is_ground(), search, &self.config);
+        self.cluster.find(&self.window, self.ground.is_ground(), search);
         let completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
         let support = support(
             &self.ground,
@@ -153,7 +156,7 @@ impl Parameterizer {
         if !self.flat.mark(view, &self.window, &lying.plane, is_ground, prior.height.typical) {
             return None;
         }
-        self.cluster.find(&self.window, self.flat.is_other(), search, &self.config);
+        self.cluster.find(&self.window, self.flat.is_other(), search);
         let completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
         Some(Finding { completeness, support: Some(lying.support), lies: Some(prior.height.min) })
     }

@@ -3,6 +3,7 @@
 mod block_grid;
 mod block_moments;
 mod cluster;
+mod config;
 mod extractor;
 mod growing;
 mod meetings;
@@ -10,5 +11,6 @@ mod reached;
 mod segment;
 mod tolerance;
 
-pub(super) use extractor::PlaneExtractor;
-pub(super) use segment::{Extraction, Segment};
+pub use config::ExtractionConfig;
+pub use extractor::PlaneExtractor;
+pub use segment::{Extraction, Segment};

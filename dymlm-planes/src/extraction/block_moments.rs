@@ -1,5 +1,4 @@
-use super::super::rays::Rays;
-use super::block_grid::BlockGrid;
+use super::block_grid::{BlockGrid, Rays};
 use crate::moments::Moments;
 
 /// Sums over the readings of one block's columns, for some columns side by side.
