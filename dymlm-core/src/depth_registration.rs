@@ -30,6 +30,11 @@ pub struct DepthRegistration {
     color_camera: PinholeCamera,
     rotation: [[f64; 3]; 3],
     translation: [f64; 3],
+    /// What each column and each row adds to a pixel's ray, in the colour camera's frame.
+    columns: Vec<[f64; 3]>,
+    rows: Vec<[f64; 3]>,
+    /// How much a ray changes from a pixel to the next, along u and v.
+    ray_steps: [f64; 2],
 }
 
 /// By how much a reading covers more than its pixel does. On a slope the pixels that are neighbours in the depth image
@@ -37,16 +42,31 @@ pub struct DepthRegistration {
 /// behind it. (Test: `a_slope_has_no_holes`.)
 const COVERAGE: f64 = 1.25;
 
+/// Depth below which no camera sees a surface, metres: a reading at the colour camera's very centre would cover its whole
+/// image.
+const NEAREST: f64 = 0.01;
+
 impl DepthRegistration {
     /// From the images of one camera to those of another, `color_from_depth` taking points of the first's frame to the
     /// second's.
     #[must_use]
     pub fn new(depth_camera: &PinholeCamera, color_camera: &PinholeCamera, color_from_depth: &Pose) -> Self {
+        let rotation = color_from_depth.rotation_matrix();
+        let [across, down] = [0, 1].map(|axis| rotation.map(|row| row[axis]));
+        let forward = rotation.map(|row| row[2]);
+        let column = |u: usize| across.map(|c| c * (u as f64 - depth_camera.cx()) / depth_camera.fx());
+        let row = |v: usize| {
+            let y = (v as f64 - depth_camera.cy()) / depth_camera.fy();
+            std::array::from_fn(|axis| down[axis] * y + forward[axis])
+        };
         Self {
             depth_camera: *depth_camera,
             color_camera: *color_camera,
-            rotation: color_from_depth.rotation_matrix(),
+            rotation,
             translation: color_from_depth.translation(),
+            columns: (0..depth_camera.width()).map(column).collect(),
+            rows: (0..depth_camera.height()).map(row).collect(),
+            ray_steps: [1.0 / depth_camera.fx(), 1.0 / depth_camera.fy()],
         }
     }
 
@@ -66,9 +86,10 @@ impl DepthRegistration {
         let (width, height) = (self.color_camera.width(), self.color_camera.height());
         registered.replace(width, height, std::iter::repeat_n(0.0, width * height));
         let pixels = registered.data_mut();
-        for (v, row) in depth.data().chunks_exact(depth.width()).enumerate() {
-            for (u, &z) in row.iter().enumerate().filter(|&(_, &z)| z > 0.0) {
-                let Some(reading) = self.reading([u, v], z.into()) else { continue };
+        for (row, depths) in self.rows.iter().zip(depth.data().chunks_exact(depth.width())) {
+            for (column, &z) in self.columns.iter().zip(depths).filter(|&(_, &z)| z > 0.0) {
+                let ray = [0, 1, 2].map(|axis| column[axis] + row[axis]);
+                let Some(reading) = self.reading(ray, z.into()) else { continue };
                 let columns = pixels_within(reading.bounds[0], width);
                 for row in pixels_within(reading.bounds[1], height).map(|row| row * width) {
                     for pixel in &mut pixels[row + columns.start..row + columns.end] {
@@ -80,23 +101,25 @@ impl DepthRegistration {
         Ok(())
     }
 
-    /// What a reading covers in the colour image; `None` when it is behind the colour camera.
-    fn reading(&self, pixel: [usize; 2], z: f64) -> Option<Footprint> {
-        let (from, to, rotation) = (&self.depth_camera, &self.color_camera, &self.rotation);
-        let place = from.back_project(pixel.map(|c| c as f64), z);
-        let [x, y, depth]: [f64; 3] = std::array::from_fn(|row| {
-            let [a, b, c] = rotation[row];
-            a * place[0] + b * place[1] + c * place[2] + self.translation[row]
-        });
-        let center = to.project([x, y, depth])?;
+    /// What a reading covers in the colour image; `None` when it is behind the colour camera or at it.
+    #[inline]
+    fn reading(&self, ray: [f64; 3], z: f64) -> Option<Footprint> {
+        let (to, rotation) = (&self.color_camera, &self.rotation);
+        let [x, y, depth] = [0, 1, 2].map(|axis| ray[axis] * z + self.translation[axis]);
+        if depth < NEAREST {
+            return None;
+        }
+        let inverse = 1.0 / depth;
+        let (x, y) = (x * inverse, y * inverse);
+        let center = [to.fx() * x + to.cx(), to.fy() * y + to.cy()];
         // How the place in the colour image moves with the pixel, along u and v.
-        let steps = [z / from.fx() / depth, z / from.fy() / depth];
+        let steps = self.ray_steps.map(|step| z * inverse * step);
         let half_extent = |focal: f64, axis: usize, slope: f64| {
             let moved =
                 |step: usize| ((rotation[axis][step] - slope * rotation[2][step]) * steps[step]).abs();
             0.5 * COVERAGE * focal.abs() * (moved(0) + moved(1))
         };
-        let half = [half_extent(to.fx(), 0, x / depth), half_extent(to.fy(), 1, y / depth)];
+        let half = [half_extent(to.fx(), 0, x), half_extent(to.fy(), 1, y)];
         let bounds = [0, 1].map(|axis| [center[axis] - half[axis], center[axis] + half[axis]]);
         Some(Footprint { bounds, depth: depth as f32 })
     }
@@ -109,7 +132,14 @@ struct Footprint {
 }
 
 /// Pixels whose centres lie within [low, high). (Casts saturate.)
-fn pixels_within([low, high]: [f64; 2], count: usize) -> std::ops::Range<usize> {
-    let [start, end] = [low, high].map(|side| (side.ceil().max(0.0) as usize).min(count));
+#[inline]
+fn pixels_within(sides: [f64; 2], count: usize) -> std::ops::Range<usize> {
+    // Not `f64::ceil`, which is a function call on many processors.
+    let ceil = |side: f64| {
+        let whole = side as i32;
+        whole.saturating_add(i32::from(side > f64::from(whole)))
+    };
+    // At most 2^28 pixels are in a row.
+    let [start, end] = sides.map(|side| ceil(side).clamp(0, count as i32) as usize);
     start..end.max(start)
 }
