@@ -118,7 +118,7 @@ fn insert_all(builder: &mut MapBuilder, source: &mut FrameSource) -> Vec<FrameRe
     for index in 0..source.len() {
         match source.load(index) {
             Ok(next) => {
-                match builder.insert(&next.frame, &next.detections, &next.world_from_camera) {
+                match builder.insert(&next.frame, next.detections.as_deref(), &next.world_from_camera) {
                     Ok(report) => reports.push(report),
                     Err(error) => warn(format!("frame {index} skipped: {error}")),
                 }

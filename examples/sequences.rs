@@ -134,7 +134,7 @@ fn real_detector(folder: &Path) -> Result<DetectorFigures, AnyError> {
     for index in 0..source.len() {
         let next = source.load(index)?;
         let people = source.people(index)?.ok_or("the dataset has no folder masks")?;
-        statistics.add(&next.detections, &people.views()?, &people.anybody()?);
+        statistics.add(next.detections.as_deref().unwrap_or_default(), &people.views()?, &people.anybody()?);
         source.recycle(next);
     }
     statistics.figures().ok_or_else(|| "nobody is in view".into())

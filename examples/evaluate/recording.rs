@@ -75,10 +75,12 @@ fn map_recording(row: Row, source: &mut FrameSource) -> Result<(MapBuilder, Mask
     let bar = progress_bar(source.len(), row.treatment.name());
     for index in 0..source.len() {
         let next = source.load(index)?;
-        let detections: Vec<Detection> = row.treatment.detections(&next.detections);
-        let detections: Vec<Detection> =
-            detections.into_iter().filter(|d| d.score() >= row.min_score).collect();
-        builder.insert(&next.frame, &detections, &next.world_from_camera)?;
+        let chosen = |found: &[Detection]| -> Vec<Detection> {
+            let found = row.treatment.detections(found);
+            found.into_iter().filter(|d| d.score() >= row.min_score).collect()
+        };
+        let detections = next.detections.as_deref().map(chosen);
+        builder.insert(&next.frame, detections.as_deref(), &next.world_from_camera)?;
         if let Some(people) = source.people(index)? {
             let masked = builder.preprocessor().static_mask().inverted();
             masks.add(&masked, &people.anybody()?, next.frame.depth())?;

@@ -36,8 +36,8 @@ enum Detections {
 pub struct SourceFrame {
     /// The frame.
     pub frame: Frame,
-    /// Detections of all labels.
-    pub detections: Vec<Detection>,
+    /// Detections of all labels; `None` when the detector did not look at the frame.
+    pub detections: Option<Vec<Detection>>,
     /// Camera to world.
     pub world_from_camera: Pose,
 }
@@ -135,7 +135,7 @@ impl FrameSource {
                 let frame = sequence.frame(index).ok_or("no such frame")?;
                 Ok(SourceFrame {
                     frame: frame.frame,
-                    detections: frame.detections,
+                    detections: Some(frame.detections),
                     world_from_camera: frame.world_from_camera,
                 })
             }
@@ -175,10 +175,15 @@ impl Recording {
         let listed = self.dataset.frames().get(index).ok_or("no such frame")?;
         let time = listed.color_timestamp.unwrap_or(listed.timestamp);
         let detections = match &self.detections {
-            Detections::None => Vec::new(),
-            Detections::File(file) => file.at(time)?.map(<[_]>::to_vec).unwrap_or_default(),
-            Detections::Yolo(folder) => folder.read(listed.color.as_ref().unwrap_or(&listed.depth))?,
+            Detections::None => None,
+            Detections::File(file) => file.at(time)?.map(<[_]>::to_vec),
+            Detections::Yolo(folder) => Some(folder.read(listed.color.as_ref().unwrap_or(&listed.depth))?),
         };
+        let rectified = |found: Vec<Detection>| match self.dataset.rectifier() {
+            Some(rectifier) => found.iter().filter_map(|one| rectifier.rectify_detection(one)).collect(),
+            None => found,
+        };
+        let detections = detections.map(rectified);
         let posed = self.dataset.load_into(index, &mut self.buffers)?;
         Ok(SourceFrame { frame: posed.frame, detections, world_from_camera: posed.world_from_camera })
     }

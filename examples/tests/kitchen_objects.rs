@@ -126,7 +126,7 @@ fn map(folder: &Path) -> Vec<MapObject> {
     let mut builder = MapBuilder::new(config).unwrap();
     for index in 0..source.len() {
         let frame = source.load(index).unwrap();
-        builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        builder.insert(&frame.frame, frame.detections.as_deref(), &frame.world_from_camera).unwrap();
         source.recycle(frame);
     }
     builder.into_map().objects().objects().cloned().collect()

@@ -127,7 +127,7 @@ impl Kitchen {
         let mut sightings = Vec::new();
         for index in 0..source.len() {
             let mut frame = source.load(index).unwrap();
-            let detections = choose(std::mem::take(&mut frame.detections));
+            let detections = choose(frame.detections.take().unwrap_or_default());
             let report = builder.insert(&frame.frame, &detections, &frame.world_from_camera).unwrap();
             if let Some(update) = report.update() {
                 let people = source.people(index).unwrap().map(|people| people.anybody().unwrap());

@@ -30,12 +30,12 @@ pub(crate) fn follow(
         let SourceFrame { frame, detections, world_from_camera } = &next;
         let begin = *begin.get_or_insert(frame.timestamp());
         if let Some(follower) = &mut follower {
-            follower.step(frame, detections, world_from_camera)?;
+            follower.step(frame, detections.as_deref().unwrap_or_default(), world_from_camera)?;
             if index == middle {
                 follower.picture("in the middle", frame, world_from_camera);
             }
         } else if let Some(mut mapping) = builder.take() {
-            mapping.insert(frame, detections, world_from_camera)?;
+            mapping.insert(frame, detections.as_deref(), world_from_camera)?;
             let object = if frame.timestamp() - begin >= map_until {
                 // Too little of it may be seen to be followed from here.
                 nearest_in_view(&mapping, label, frame, world_from_camera).filter(|&object| {
