@@ -151,31 +151,3 @@ impl ColorImage {
         self.data
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn all_orders_of_channels_give_the_same_image() {
-        let expected = ColorImage::new(2, 1, vec![[1, 2, 3], [4, 5, 6]]).unwrap();
-        for (format, bytes) in [
-            (PixelFormat::Rgb8, vec![1, 2, 3, 4, 5, 6]),
-            (PixelFormat::Bgr8, vec![3, 2, 1, 6, 5, 4]),
-            (PixelFormat::Rgba8, vec![1, 2, 3, 9, 4, 5, 6, 9]),
-            (PixelFormat::Bgra8, vec![3, 2, 1, 9, 6, 5, 4, 9]),
-        ] {
-            let image = ColorImage::from_bytes(2, 1, &bytes, format, bytes.len()).unwrap();
-            assert_eq!(image, expected, "{format:?}");
-        }
-    }
-
-    #[test]
-    fn a_short_buffer_is_refused_with_the_length_it_needs() {
-        let error = ColorImage::from_bytes(2, 2, &[0; 13], PixelFormat::Rgb8, 8).unwrap_err();
-        assert_eq!(error, Error::RowStride { size: [6, 2], row_stride: 8, expected: 14, actual: 13 });
-        assert!(ColorImage::from_bytes(2, 2, &[0; 12], PixelFormat::Rgb8, 5).is_err(), "rows overlap");
-        assert!(ColorImage::from_bytes(0, 2, &[], PixelFormat::Rgb8, 0).is_err());
-        assert!(ColorImage::from_bytes(1, usize::MAX, &[], PixelFormat::Rgb8, usize::MAX).is_err());
-    }
-}

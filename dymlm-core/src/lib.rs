@@ -80,3 +80,7 @@ pub use sensor_model::SensorModel;
 pub use split_mix64::SplitMix64;
 pub use symmetric_eigen3::{SymmetricEigen3, symmetric_eigen3};
 pub use visibility::{DepthView, Sighting, Visibility};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -71,35 +71,3 @@ impl OrganizedCloud {
         &self.points
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn agrees_with_the_camera_pixel_by_pixel() {
-        let camera = PinholeCamera::new(64, 48, 52.6, 51.9, 31.2, 24.1).unwrap();
-        let data = (0..64 * 48).map(|i| if i % 7 == 0 { 0.0 } else { 0.5 + i as f32 * 1e-3 }).collect();
-        let depth = DepthImage::new(64, 48, data).unwrap();
-        let mut cloud = OrganizedCloud::new();
-        cloud.back_project(&camera, &depth).unwrap();
-        for v in 0..48 {
-            for u in 0..64 {
-                let expected = camera.back_project([u as f64, v as f64], f64::from(depth.at(u, v)));
-                for (axis, value) in cloud.points()[v * 64 + u].into_iter().enumerate() {
-                    assert!((f64::from(value) - expected[axis]).abs() < 1e-5);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_refused_frame_changes_nothing() {
-        let camera = PinholeCamera::new(2, 2, 1.0, 1.0, 0.0, 0.0).unwrap();
-        let mut cloud = OrganizedCloud::new();
-        cloud.back_project(&camera, &DepthImage::new(2, 2, vec![1.0; 4]).unwrap()).unwrap();
-        let before = cloud.clone();
-        assert!(cloud.back_project(&camera, &DepthImage::new(1, 2, vec![1.0; 2]).unwrap()).is_err());
-        assert_eq!(cloud, before);
-    }
-}

@@ -3,6 +3,8 @@ use crate::{Error, Pose};
 
 /// An infinite plane in Hessian form: normal . x + d = 0, the normal of unit length.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "RawPlane"))]
 pub struct Plane {
     normal: [f64; 3],
     d: f64,
@@ -57,6 +59,25 @@ impl Plane {
     #[must_use]
     pub fn flipped(&self) -> Self {
         Self { normal: self.normal.map(|n| -n), d: -self.d }
+    }
+}
+
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct RawPlane {
+    normal: [f64; 3],
+    d: f64,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<RawPlane> for Plane {
+    type Error = Error;
+
+    fn try_from(RawPlane { normal, d }: RawPlane) -> Result<Self, Error> {
+        let plane = Self::new(normal, d)?;
+        // What was written with a unit normal is read to the last bit.
+        let is_unit = (dot(normal, normal) - 1.0).abs() < 1e-12;
+        Ok(if is_unit { Self { normal, d } } else { plane })
     }
 }
 

@@ -2,6 +2,8 @@ use crate::{Error, Point, Rgb};
 
 /// A cloud of points, with a colour each or none at all.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "RawCloud"))]
 pub struct PointCloud {
     points: Vec<Point>,
     colors: Option<Vec<Rgb>>,
@@ -63,6 +65,25 @@ impl PointCloud {
     /// Gives points and colours back.
     pub fn into_parts(self) -> (Vec<Point>, Option<Vec<Rgb>>) {
         (self.points, self.colors)
+    }
+}
+
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct RawCloud {
+    points: Vec<Point>,
+    colors: Option<Vec<Rgb>>,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<RawCloud> for PointCloud {
+    type Error = Error;
+
+    fn try_from(RawCloud { points, colors }: RawCloud) -> Result<Self, Error> {
+        match colors {
+            Some(colors) => Self::with_colors(points, colors),
+            None => Ok(Self::new(points)),
+        }
     }
 }
 

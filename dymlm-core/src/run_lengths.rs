@@ -139,47 +139,4 @@ mod coco {
         }
         (shift == 0).then_some(runs)
     }
-
-    #[cfg(test)]
-    mod tests {
-        use crate::Mask;
-
-        /// `encode(...)["counts"]` of pycocotools 2.0.
-        #[test]
-        fn masks_are_written_as_pycocotools_does() {
-            let of = |mask: &Mask| {
-                let json = serde_json::to_value(mask).unwrap();
-                assert_eq!(serde_json::from_value::<Mask>(json.clone()).unwrap(), *mask);
-                json["counts"].as_str().unwrap().to_owned()
-            };
-            let small = Mask::from_fn(7, 5, |u, v| (u * u + 3 * v) % 5 < 2).unwrap();
-            assert_eq!(of(&small), "0110100010N010O11OO0001000O");
-            let ellipse = Mask::from_fn(64, 48, |u, v| {
-                ((u as f64 - 30.0) / 20.0).powi(2) + ((v as f64 - 22.0) / 15.0).powi(2) < 1.0
-            });
-            let expected =
-                "Ra09U14M2N2N2N2N2O0O2O0O2O0O2O0000000000000000000000000001N101N101N101N2N2N2N2N3L`d0";
-            assert_eq!(of(&ellipse.unwrap()), expected);
-            assert_eq!(of(&Mask::filled(640, 480, true).unwrap()), "0PP\\9");
-        }
-
-        #[test]
-        fn uncompressed_counts_are_read_too() {
-            let mask: Mask = serde_json::from_str(r#"{"size": [2, 3], "counts": [2, 3, 1]}"#).unwrap();
-            assert_eq!(mask, Mask::from_fn(3, 2, |u, v| u == 1 || (u, v) == (2, 0)).unwrap());
-        }
-
-        #[test]
-        fn runs_that_are_no_mask_are_refused() {
-            for counts in
-                ["[1, 2]", "[7]", "[4294967295]", r#""\u0001""#, r#""P""#, r#""~~~~~~~~~~~~~""#, r#""O""#]
-            {
-                let json = format!(r#"{{"size": [2, 3], "counts": {counts}}}"#);
-                assert!(serde_json::from_str::<Mask>(&json).is_err(), "{counts}");
-            }
-            assert!(serde_json::from_str::<Mask>(r#"{"size": [0, 3], "counts": []}"#).is_err());
-            let error = serde_json::from_str::<Mask>(r#"{"size": [2, 3], "counts": [1, 2]}"#).unwrap_err();
-            assert!(error.to_string().contains("add up to 3, an image of 3x2 pixels has 6"), "{error}");
-        }
-    }
 }

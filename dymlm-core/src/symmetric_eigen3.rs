@@ -2,6 +2,7 @@ use crate::vector3::{Vector3, any_across, combined, cross, dot, norm, with_posit
 
 /// Eigenvalues and eigenvectors of a symmetric 3x3 matrix, as [`symmetric_eigen3`] finds them.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SymmetricEigen3 {
     /// Eigenvalues, descending.

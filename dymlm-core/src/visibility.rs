@@ -4,6 +4,8 @@ use crate::{DepthImage, PinholeCamera, Pose, SensorModel};
 ///
 /// After the ray verificator of Khronos (Schmid et al. 2024), with the cases in which a frame says nothing kept apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Visibility {
     /// The place is behind the camera or outside the image.
     OutOfView,
@@ -54,6 +56,7 @@ pub struct DepthView<'a> {
 
 /// The answer of a [`DepthView`]: where the place appears, what is read there, and what that says.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sighting {
     /// What the reading says about the place.
     pub visibility: Visibility,

@@ -42,3 +42,7 @@ pub use tum::{FrameBuffers, PosedFrame, TumCamera, TumDataset, TumFrame, TumOpti
 pub use uncovered_time::UncoveredTime;
 pub use write_atomically::write_atomically;
 pub use yolo_folder::{YoloFolder, read_class_names};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

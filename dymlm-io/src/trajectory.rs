@@ -3,12 +3,13 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use dymlm_core::Pose;
+use serde::{Deserialize, Serialize};
 
 use crate::text_lines::{content_lines, number};
 use crate::{Error, UncoveredTime, write_atomically};
 
 /// Where the camera was at one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StampedPose {
     /// Time, seconds.
     pub timestamp: f64,
@@ -17,7 +18,7 @@ pub struct StampedPose {
 }
 
 /// A stretch of time between two poses of a trajectory that is too long to interpolate over.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryGap {
     /// Time of the last pose before the gap, seconds.
     pub from: f64,

@@ -1,11 +1,13 @@
 use std::path::PathBuf;
 
 use dymlm_core::{ConfigError, check_range};
+use serde::{Deserialize, Serialize};
 
 use super::tum_camera::TumCamera;
 
 /// How a TUM dataset is opened.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct TumOptions {
     /// The trajectory to use instead of the dataset's `groundtruth.txt`, in the same format. Default: none.

@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use dymlm_core::PinholeCamera;
+use serde::{Deserialize, Serialize};
 
 /// A camera of the TUM RGB-D benchmark (Sturm 2012), as the benchmark calibrated it. The depth images are registered to
 /// the colour images there; lens distortion is left in both, as the benchmark's own tools do.
@@ -13,7 +14,8 @@ use dymlm_core::PinholeCamera;
 /// assert_eq!(TumCamera::Freiburg3.camera()?.fx(), 535.4);
 /// # Ok::<(), dymlm_core::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum TumCamera {
     /// Sequences fr1: 517.3, 516.5, 318.6, 255.3.
