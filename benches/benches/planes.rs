@@ -1,4 +1,4 @@
-//! The plane step of a 640x480 frame: extraction, refinement, the map, and all of it; on a synthetic room, on a rendered
+//! The plane step of a 640x480 frame: detection, the map, and all of it; on a synthetic room, on a rendered
 //! office, and on the kitchen recording where it is present (`DYMLM_DATA` or `../shared/data`).
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a bench")]
@@ -7,9 +7,9 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use dymlm_benches::{kinect, room_depth};
-use dymlm_core::{Frame, Pose};
+use dymlm_core::{Frame, Pose, SensorModel};
 use dymlm_io::{TumDataset, TumOptions};
-use dymlm_planes::{PlaneConfig, PlaneDetector, PlaneMap, PlaneMapper};
+use dymlm_planes::{PlaneConfig, PlaneDetector, PlaneDetectorConfig, PlaneMap, PlaneMapper};
 use dymlm_sim::{Sequence, SequenceConfig};
 use dymlm_test_support::recording;
 
@@ -42,49 +42,37 @@ fn kitchen() -> Option<Input> {
     Some(Input { name: "kitchen", frames: frames.map(|f| (f.frame, f.world_from_camera)).collect() })
 }
 
-fn steps(criterion: &mut Criterion) {
-    let inputs = inputs();
-    let mut extraction = criterion.benchmark_group("dymlm-planes/extract");
-    for input in &inputs {
-        let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
-        extraction.throughput(Throughput::Elements(input.frames.len() as u64));
-        extraction.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
+fn detect(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("dymlm-planes/detect");
+    for input in &inputs() {
+        let mut detector =
+            PlaneDetector::new(&PlaneDetectorConfig::default(), &SensorModel::kinect()).unwrap();
+        group.throughput(Throughput::Elements(input.frames.len() as u64));
+        group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
             bencher.iter(|| {
                 for (frame, _) in &input.frames {
-                    black_box(detector.extract(frame.camera(), frame.depth(), None).unwrap());
+                    black_box(detector.detect(frame, None, &[]).unwrap());
                 }
             });
         });
     }
-    extraction.finish();
-
-    let mut refinement = criterion.benchmark_group("dymlm-planes/refine");
-    for input in &inputs {
-        let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
-        let (frame, _) = &input.frames[0];
-        detector.extract(frame.camera(), frame.depth(), None).unwrap();
-        refinement.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
-            bencher.iter(|| detector.refine(frame.camera(), black_box(frame.depth())).map(<[_]>::len));
-        });
-    }
-    refinement.finish();
+    group.finish();
 }
 
 fn map(criterion: &mut Criterion) {
-    let config = PlaneConfig::default();
+    let (config, sensor) = (PlaneConfig::default(), SensorModel::kinect());
     let mut group = criterion.benchmark_group("dymlm-planes/map_insert");
     for input in &inputs() {
-        let mut detector = PlaneDetector::new(&config).unwrap();
-        let mut detect =
-            |frame: &Frame| detector.detect(frame.camera(), frame.depth(), None, &[]).unwrap().to_vec();
+        let mut detector = PlaneDetector::new(&config.detector, &sensor).unwrap();
+        let mut detect = |frame: &Frame| detector.detect(frame, None, &[]).unwrap().to_vec();
         let detected: Vec<_> =
             input.frames.iter().map(|(frame, pose)| (detect(frame), frame, pose)).collect();
         group.throughput(Throughput::Elements(detected.len() as u64));
         group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
             bencher.iter(|| {
-                let mut map = PlaneMap::new(config.map.clone()).unwrap();
+                let mut map = PlaneMap::new(config.map.clone(), &sensor).unwrap();
                 for (planes, frame, pose) in &detected {
-                    map.insert_frame(black_box(planes), frame, pose).unwrap();
+                    map.insert(black_box(planes), frame, pose).unwrap();
                 }
                 map
             });
@@ -97,7 +85,7 @@ fn whole_step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-planes/whole_step");
     for input in &inputs() {
         group.throughput(Throughput::Elements(input.frames.len() as u64));
-        let mut mapper = PlaneMapper::new(PlaneConfig::default()).unwrap();
+        let mut mapper = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect()).unwrap();
         group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
             // As in a session: the map knows the place, the buffers have their size, and every frame is another key frame.
             bencher.iter(|| {
@@ -110,5 +98,5 @@ fn whole_step(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, steps, map, whole_step);
+criterion_group!(benches, detect, map, whole_step);
 criterion_main!(benches);

@@ -22,7 +22,7 @@ use dymlm_objects::Switch::{Off, On};
 use dymlm_objects::{
     CentroidTest, MapObject, ObjectConfig, ObjectMapper, ObjectState, ObjectView, SupportPlane, Switch,
 };
-use dymlm_planes::{PlaneConfig, PlaneMap, PlaneMapper};
+use dymlm_planes::{PlaneConfig, PlaneMapper};
 use dymlm_sim::{FrameScratch, Sequence, SequenceConfig, SequenceType, Truth, TruthConfig};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -149,7 +149,7 @@ struct Run {
 fn map_objects(sequence: &Sequence, variants: &[Variant]) -> Result<Vec<Run>, Box<dyn Error>> {
     let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect())?;
     let mover_labels = preprocessor.mover_labels().to_vec();
-    let mut planes = PlaneMapper::new(PlaneConfig::default())?;
+    let mut planes = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect())?;
     let mut truth = Truth::new(sequence, &TruthConfig::default())?;
     let mut mappers: Vec<ObjectMapper> =
         variants.iter().map(|variant| ObjectMapper::new(variant.config.clone())).collect::<Result<_, _>>()?;
@@ -166,7 +166,8 @@ fn map_objects(sequence: &Sequence, variants: &[Variant]) -> Result<Vec<Run>, Bo
             .with_static_mask(mask)?
             .without_labels(&mover_labels);
         let near = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
-            planes_near(planes.map(), point, reach, found);
+            let near = planes.map().supports_near(point, reach);
+            found.extend(near.map(|plane| SupportPlane::new(plane.id().get(), plane.plane())));
         };
         for (mapper, times) in mappers.iter_mut().zip(&mut times) {
             let start = processor_time();
@@ -192,17 +193,6 @@ fn map_objects(sequence: &Sequence, variants: &[Variant]) -> Result<Vec<Run>, Bo
 fn processor_time() -> Duration {
     let now = clock_gettime(ClockId::ProcessCPUTime);
     Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
-}
-
-/// The planes of the map that hold inliers within reach of a point.
-fn planes_near(map: &PlaneMap, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>) {
-    for own in map.planes() {
-        let (plane, distance) = (own.plane(), own.plane().signed_distance(point));
-        let foot = [0, 1, 2].map(|axis| point[axis] - distance * plane.normal()[axis]);
-        if distance.abs() <= reach && own.holds(foot) {
-            found.push(SupportPlane::new(own.id(), plane));
-        }
-    }
 }
 
 fn estimate(object: &MapObject) -> EstimatedObject {

@@ -15,7 +15,7 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
     let sequence = Sequence::new(&config).unwrap();
     let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect()).unwrap();
     let movers = preprocessor.mover_labels().to_vec();
-    let mut planes = PlaneMapper::new(PlaneConfig::default()).unwrap();
+    let mut planes = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect()).unwrap();
     let mut mapper = ObjectMapper::new(ObjectConfig::default()).unwrap();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
     for simulated in sequence.frames() {
@@ -27,13 +27,8 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
             .static_mask;
         planes.insert(&simulated.frame, Some(mask), &[], &pose).unwrap();
         let near = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
-            for own in planes.map().planes() {
-                let (plane, distance) = (own.plane(), own.plane().signed_distance(point));
-                let foot = [0, 1, 2].map(|axis| point[axis] - distance * plane.normal()[axis]);
-                if distance.abs() <= reach && own.holds(foot) {
-                    found.push(SupportPlane::new(own.id(), plane));
-                }
-            }
+            let near = planes.map().supports_near(point, reach);
+            found.extend(near.map(|plane| SupportPlane::new(plane.id().get(), plane.plane())));
         };
         let view = ObjectView::new(&simulated.frame, &simulated.detections, &pose);
         let view = view.with_static_mask(mask).unwrap().without_labels(&movers);

@@ -1,7 +1,5 @@
-use crate::extraction::ExtractionConfig;
-use crate::filter::FilterConfig;
+use crate::detector::PlaneDetectorConfig;
 use crate::plane_map::PlaneMapConfig;
-use crate::refinement::RefinementConfig;
 
 /// Settings of the whole plane step, from the depth image to the map.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -9,12 +7,8 @@ use crate::refinement::RefinementConfig;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct PlaneConfig {
-    /// Extraction from the depth image.
-    pub extraction: ExtractionConfig,
-    /// The robust refit.
-    pub refinement: RefinementConfig,
-    /// Which planes reach the map.
-    pub filter: FilterConfig,
+    /// Planes of a single frame.
+    pub detector: PlaneDetectorConfig,
     /// The map: association, fusion, merging.
     pub map: PlaneMapConfig,
 }

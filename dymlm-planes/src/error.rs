@@ -1,10 +1,10 @@
-use dymlm_core::ConfigError;
+use dymlm_core::{ConfigError, FrameId};
 
 /// Why a frame, a key frame or a config was refused. A refused call changes nothing.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum PlaneError {
-    /// A field of the config outside its range.
+pub enum Error {
+    /// A field of the config or of the sensor outside its range.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// An image or a mask of another size than the camera.
@@ -18,13 +18,10 @@ pub enum PlaneError {
         /// Half side of the mappable cube, metres.
         reach: f64,
     },
-    /// A time that is not finite.
-    #[error("a timestamp of {0} s: it must be finite")]
-    Timestamp(f64),
     /// A key frame to be taken out that is not in the map.
     #[error("key frame {key_frame} is not in the map: it cannot be taken out")]
     UnknownKeyFrame {
-        /// The given number.
-        key_frame: u64,
+        /// The given id.
+        key_frame: FrameId,
     },
 }

@@ -1,7 +1,7 @@
-use dymlm_core::vector3::{difference, dot, norm};
+use dymlm_core::vector3::{difference, dot, norm, unit};
 use dymlm_core::{Plane, Pose};
 
-use crate::linear_algebra::{Symmetric3, normalized, quadratic_form};
+use crate::linear_algebra::{Symmetric3, quadratic_form};
 
 /// Sums over weighted points up to second order: all that a least-squares plane needs. They add up and can be taken
 /// apart, so a plane of two sets of points costs the same as one of two points.
@@ -13,6 +13,17 @@ pub(crate) struct Moments {
     pub(crate) first: [f64; 3],
     /// Sums of w xx, w xy, w xz, w yy, w yz, w zz.
     pub(crate) second: Symmetric3,
+}
+
+/// Weighted sums over points z (a, b, 1) of one row of an image, which share b: it enters once a row, not once a point.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct RowSums {
+    pub(crate) weight: f64,
+    pub(crate) z: f64,
+    pub(crate) az: f64,
+    pub(crate) zz: f64,
+    pub(crate) azz: f64,
+    pub(crate) aazz: f64,
 }
 
 /// A least-squares plane.
@@ -45,6 +56,13 @@ impl Moments {
         let mut sum = *self;
         sum.add(other);
         sum
+    }
+
+    /// Of points z (a, b, 1) of one row.
+    #[inline]
+    pub(crate) fn of_row(b: f64, sums: RowSums) -> Self {
+        let RowSums { weight, z, az, zz, azz, aazz } = sums;
+        Self { weight, first: [az, b * z, z], second: [aazz, b * azz, azz, b * b * zz, b * zz, zz] }
     }
 
     #[cfg(test)]
@@ -106,9 +124,10 @@ impl Moments {
         let centroid = self.centroid();
         let covariance = self.covariance_about(centroid);
         let (direction, determinant) = adjugate_times(&covariance, centroid);
-        let normal = normalized(direction)?;
-        let along = dot(normal, centroid);
         let largest = covariance[0] + covariance[3] + covariance[5];
+        // The adjugate of a small block is of the order of its side to the fourth.
+        let normal = unit(direction.map(|x| x / (largest * largest)))?;
+        let along = dot(normal, centroid);
         let flat = dot(direction, direction) > (1e-12 * largest * largest * norm(centroid)).powi(2);
         if !(flat && along.abs() > 1e-9 * norm(centroid)) {
             return None;

@@ -4,15 +4,15 @@
 
 mod common;
 
-use dymlm_core::{DepthImage, Frame, Mask, PinholeCamera, Pose};
-use dymlm_planes::{PlaneConfig, PlaneError, PlaneExtractor, PlaneMapper};
+use dymlm_core::{DepthImage, Frame, FrameId, Mask, PinholeCamera, Pose, SensorModel};
+use dymlm_planes::{Error, PlaneConfig, PlaneMapper};
 
 fn planes_of(width: usize, height: usize, data: Vec<f32>) -> usize {
     let camera = PinholeCamera::new(width, height, width as f64, width as f64, 0.0, 0.0).unwrap();
     let frame = Frame::new(0.0, camera, DepthImage::new(width, height, data).unwrap(), None).unwrap();
-    let mut mapper = PlaneMapper::new(PlaneConfig::default()).unwrap();
-    mapper.insert(&frame, None, &[], &Pose::identity()).unwrap();
-    mapper.detector().extraction().segments().len()
+    let mut detector = common::detector();
+    let found = detector.detect(&frame, None, &[]).unwrap().len();
+    found + detector.rejected().len()
 }
 
 #[test]
@@ -56,34 +56,35 @@ fn masked_pixels_take_no_part() {
     for v in 0..240 {
         mask.fill_row(v, 0..160, false);
     }
-    let mut extractor = PlaneExtractor::new(PlaneConfig::default().extraction).unwrap();
-    let extraction = extractor.extract(frame.camera(), frame.depth(), Some(&mask)).unwrap();
-    assert!(!extraction.segments().is_empty());
-    assert!(extraction.labels().iter().zip(mask.pixels()).all(|(&label, chosen)| chosen || label == 0));
-    let labelled = extraction.labels().iter().filter(|&&label| label > 0).count();
-    let support: usize = extraction.segments().iter().map(|segment| segment.support).sum();
-    assert_eq!(labelled, support);
+    let mut detector = common::detector();
+    assert!(!detector.detect(&frame, Some(&mask), &[]).unwrap().is_empty());
+    assert!(detector.labels().iter().zip(mask.pixels()).all(|(&label, chosen)| chosen || label == 0));
+    for plane in detector.planes() {
+        let labelled = detector.labels().iter().filter(|&&label| label == plane.label).count();
+        assert_eq!(labelled, plane.support);
+    }
 }
 
 #[test]
 fn refused_input_changes_nothing() {
     let frame = common::room().frame(common::camera(), &common::room_views()[0], 1);
-    let mut mapper = PlaneMapper::new(PlaneConfig::default()).unwrap();
+    let mut mapper = common::mapper();
     mapper.insert(&frame, None, &[], &common::room_views()[0]).unwrap();
-    let planes = mapper.map().planes().to_vec();
-    let extraction = mapper.detector().extraction().clone();
+    let planes = common::snapshot(mapper.map());
+    let labels = mapper.detector().labels().to_vec();
 
     let small = Mask::filled(10, 10, true).unwrap();
     let refused = mapper.insert(&frame, Some(&small), &[], &Pose::identity());
-    assert!(matches!(refused, Err(PlaneError::Core(_))));
-    assert_eq!(mapper.detector().extraction(), &extraction);
+    assert!(matches!(refused, Err(Error::Core(_))));
+    assert_eq!(mapper.detector().labels(), labels);
     let far = Pose::new([1e7, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-    assert!(matches!(mapper.insert(&frame, None, &[], &far), Err(PlaneError::OutOfReach { .. })));
-    assert!(matches!(mapper.map_mut().remove(7), Err(PlaneError::UnknownKeyFrame { key_frame: 7 })));
-    assert_eq!(mapper.map().planes(), planes);
+    assert!(matches!(mapper.insert(&frame, None, &[], &far), Err(Error::OutOfReach { .. })));
+    let unknown = FrameId::new(7);
+    assert_eq!(mapper.map_mut().remove(unknown), Err(Error::UnknownKeyFrame { key_frame: unknown }));
+    assert_eq!(common::snapshot(mapper.map()), planes);
 
     let mut config = PlaneConfig::default();
-    config.extraction.block_size = 1;
-    let error = PlaneMapper::new(config).unwrap_err();
-    assert_eq!(error.to_string(), "planes.extraction.block_size = 1 is outside its range 4..=64");
+    config.detector.block_size = 1;
+    let error = PlaneMapper::new(config, &SensorModel::kinect()).unwrap_err();
+    assert_eq!(error.to_string(), "planes.detector.block_size = 1 is outside its range 4..=64");
 }

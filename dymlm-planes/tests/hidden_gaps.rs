@@ -8,8 +8,8 @@ mod common;
 use common::{World, camera, level, look_at};
 use std::sync::OnceLock;
 
-use dymlm_core::{DepthImage, Frame, Pose};
-use dymlm_planes::{DetectedPlane, MapPlane, PlaneConfig, PlaneDetector, PlaneMap, PlaneMapper};
+use dymlm_core::{DepthImage, Frame, Pose, SensorModel};
+use dymlm_planes::{DetectedPlane, MapPlane, PlaneConfig, PlaneMap, PlaneMapper};
 use proptest::prelude::*;
 
 /// A board over the floor, as deep as a bench. From the eye of [`near`] and [`far`] it hides the floor from y = 1.38 to 1.82.
@@ -48,7 +48,7 @@ fn into_gap(k: u32) -> Pose {
 }
 
 fn map_of(world: &World, views: &[Pose]) -> PlaneMap {
-    let mut mapper = PlaneMapper::new(PlaneConfig::default()).unwrap();
+    let mut mapper = common::mapper();
     for (k, view) in views.iter().enumerate() {
         let frame = world.frame(camera(), view, k as u64);
         mapper.insert(&frame, None, &[], view).unwrap();
@@ -67,7 +67,7 @@ fn is_level_at_0(plane: &MapPlane) -> bool {
 }
 
 fn parts(map: &PlaneMap) -> usize {
-    map.planes().iter().filter(|plane| is_level_at_0(plane)).count()
+    common::all_planes(map).into_iter().filter(|plane| is_level_at_0(plane)).count()
 }
 
 fn near_then_far() -> Vec<Pose> {
@@ -77,8 +77,8 @@ fn near_then_far() -> Vec<Pose> {
 #[test]
 fn a_floor_that_is_never_seen_whole_is_one_plane() {
     let map = map_of(&floor(), &near_then_far());
-    assert_eq!(parts(&map), 1, "{:?}", map.planes().iter().map(MapPlane::centroid).collect::<Vec<_>>());
-    let floor = map.planes().iter().find(|plane| is_level_at_0(plane)).unwrap();
+    assert_eq!(parts(&map), 1, "{:?}", map.iter().map(MapPlane::centroid).collect::<Vec<_>>());
+    let floor = map.iter().find(|plane| is_level_at_0(plane)).unwrap();
     // It holds what is before the board and what is behind, and nothing was made up between.
     assert!(floor.holds([0.0, 0.5, 0.0]) && floor.holds([0.0, 2.5, 0.0]) && !floor.holds([0.0, 1.6, 0.0]));
     assert_eq!(floor.observations(), 10);
@@ -94,7 +94,7 @@ fn two_desks_between_which_the_floor_is_seen_stay_two() {
         views.extend([near(k), into_gap(k), far(k)]);
     }
     let map = map_of(&desks(), &views);
-    assert_eq!(parts(&map), 2, "{:?}", map.planes().iter().map(MapPlane::centroid).collect::<Vec<_>>());
+    assert_eq!(parts(&map), 2, "{:?}", map.iter().map(MapPlane::centroid).collect::<Vec<_>>());
     // A look through the gap is what parts them: behind the board alone they look like one.
     assert_eq!(parts(&map_of(&desks(), &near_then_far())), 1);
 }
@@ -105,23 +105,23 @@ fn a_gap_too_wide_or_seen_too_seldom_is_not_bridged() {
     let parts_with = |change: &dyn Fn(&mut PlaneConfig), views: &[Pose]| {
         let mut config = PlaneConfig::default();
         change(&mut config);
-        let mut mapper = PlaneMapper::new(config).unwrap();
+        let mut mapper = PlaneMapper::new(config, &SensorModel::kinect()).unwrap();
         for (k, view) in views.iter().enumerate() {
             mapper.insert(&floor().frame(camera(), view, k as u64), None, &[], view).unwrap();
         }
         parts(mapper.map())
     };
-    assert_eq!(parts_with(&|config| config.map.association.max_hidden_gap = 0.0, &views), 2);
-    assert_eq!(parts_with(&|config| config.map.association.max_hidden_gap = 0.2, &views), 2);
-    assert_eq!(parts_with(&|config| config.map.association.min_hidden_sightings = 7, &views), 2);
-    assert_eq!(parts_with(&|config| config.map.association.min_hidden_sightings = 6, &views), 1);
+    assert_eq!(parts_with(&|config| config.map.association.max_occluded_gap = 0.0, &views), 2);
+    assert_eq!(parts_with(&|config| config.map.association.max_occluded_gap = 0.2, &views), 2);
+    assert_eq!(parts_with(&|config| config.map.min_observations = 7, &views), 2);
+    assert_eq!(parts_with(&|config| config.map.min_observations = 6, &views), 1);
     assert_eq!(parts_with(&|_| (), &views[..6]), 2);
     assert_eq!(parts_with(&|_| (), &views[..7]), 1);
 }
 
 #[test]
 fn where_nothing_is_read_nothing_is_known_to_be_hidden() {
-    let mut mapper = PlaneMapper::new(PlaneConfig::default()).unwrap();
+    let mut mapper = common::mapper();
     for (k, view) in near_then_far().iter().enumerate() {
         let frame = floor().frame(camera(), view, k as u64);
         // The board gives no readings, as a black thing does.
@@ -140,25 +140,13 @@ fn where_nothing_is_read_nothing_is_known_to_be_hidden() {
 }
 
 #[test]
-fn without_depth_images_nothing_is_known_to_be_hidden() {
-    let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
-    let mut map = PlaneMap::new(PlaneConfig::default().map).unwrap();
-    for (k, view) in near_then_far().iter().enumerate() {
-        let frame = floor().frame(camera(), view, k as u64);
-        let planes = detector.detect(frame.camera(), frame.depth(), None, &[]).unwrap();
-        map.insert(planes, view, frame.timestamp()).unwrap();
-    }
-    assert_eq!(parts(&map), 2);
-}
-
-#[test]
 fn taking_out_what_saw_it_hidden_parts_the_floor_again() {
     let views = near_then_far();
-    let mut mapper = PlaneMapper::new(PlaneConfig::default()).unwrap();
+    let mut mapper = common::mapper();
     let mut key_frames = Vec::new();
     let mut before = Vec::new();
     for (k, view) in views[..7].iter().enumerate() {
-        before = mapper.map().planes().to_vec();
+        before = common::snapshot(mapper.map());
         let frame = floor().frame(camera(), view, k as u64);
         key_frames.push(mapper.insert(&frame, None, &[], view).unwrap().key_frame);
     }
@@ -167,20 +155,20 @@ fn taking_out_what_saw_it_hidden_parts_the_floor_again() {
     // The third witness: the map is what it was before.
     let mut map = mapper.map().clone();
     map.remove(key_frames[6]).unwrap();
-    assert_eq!(map.planes(), before);
+    assert_eq!(common::snapshot(&map), before);
 
     // Another of the three: the two planes are those that they would be if it had added nothing.
     let mut map = mapper.map().clone();
     map.remove(key_frames[4]).unwrap();
     assert_eq!(parts(&map), 2);
-    let mut others = PlaneMapper::new(PlaneConfig::default()).unwrap();
+    let mut others = common::mapper();
     for (k, view) in views[..7].iter().enumerate().filter(|(k, _)| *k != 4) {
         let frame = floor().frame(camera(), view, k as u64);
         others.insert(&frame, None, &[], view).unwrap();
     }
     let shape = |map: &PlaneMap| {
-        map.planes()
-            .iter()
+        common::all_planes(map)
+            .into_iter()
             .map(|plane| {
                 (plane.observations(), plane.inlier_voxels(), plane.weight().to_bits(), plane.centroid())
             })
@@ -195,7 +183,7 @@ fn taking_out_what_saw_it_hidden_parts_the_floor_again() {
     for key_frame in [6, 0, 4, 2, 3, 5] {
         map.remove(key_frames[key_frame]).unwrap();
     }
-    assert!(map.is_empty());
+    assert!(common::all_planes(&map).is_empty());
 }
 
 /// Key frames with their planes.
@@ -205,13 +193,13 @@ type Recording = Vec<(Vec<DetectedPlane>, Frame, Pose)>;
 fn recordings() -> &'static [Recording; 2] {
     static RECORDINGS: OnceLock<[Recording; 2]> = OnceLock::new();
     RECORDINGS.get_or_init(|| {
-        let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
+        let mut detector = common::detector();
         let mut with_looks = near_then_far();
         with_looks.splice(5..5, (10..13).map(into_gap));
         [(floor(), near_then_far()), (desks(), with_looks)].map(|(world, views)| {
             let mut record = |(k, view): (usize, &Pose)| {
                 let frame = world.frame(camera(), view, k as u64);
-                let planes = detector.detect(frame.camera(), frame.depth(), None, &[]).unwrap().to_vec();
+                let planes = detector.detect(&frame, None, &[]).unwrap().to_vec();
                 (planes, frame, *view)
             };
             views.iter().enumerate().map(&mut record).collect()
@@ -232,10 +220,10 @@ proptest! {
         prop_assume!(norm > 0.1);
         let motion = Pose::new(shift, turn.map(|q| q / norm)).unwrap();
         for (recording, expected) in recordings().iter().zip([1, 2]) {
-            let [mut here, mut there] = [(), ()].map(|()| PlaneMap::new(PlaneConfig::default().map).unwrap());
+            let [mut here, mut there] = [(), ()].map(|()| common::empty_map());
             for (planes, frame, view) in recording {
-                let first = here.insert_frame(planes, frame, view).unwrap();
-                let second = there.insert_frame(planes, frame, &(motion * *view)).unwrap();
+                let first = here.insert(planes, frame, view).unwrap();
+                let second = there.insert(planes, frame, &(motion * *view)).unwrap();
                 prop_assert_eq!(first, second);
             }
             prop_assert_eq!(parts(&here), expected);

@@ -7,8 +7,8 @@
 use std::fs;
 use std::path::Path;
 
-use dymlm_core::{DepthImage, PinholeCamera};
-use dymlm_planes::{ExtractionConfig, PlaneExtractor};
+use dymlm_core::{DepthImage, DepthNoise, Frame, PinholeCamera, SensorModel};
+use dymlm_planes::{PlaneDetector, PlaneDetectorConfig};
 use dymlm_test_support::recording;
 
 /// How well labels of pixels agree with those by hand; 0 is no plane in both.
@@ -65,22 +65,11 @@ impl Agreement {
     }
 }
 
-/// Tolerances for images without noise, quantised to less than a millimetre.
-fn exact() -> ExtractionConfig {
-    let mut config = ExtractionConfig::default();
-    config.block_tolerance = 0.001;
-    config.merge_tolerance = 0.002;
-    config.tolerance_per_depth_squared = 0.0002;
-    config.depth_jump = 0.01;
-    config.depth_jump_per_depth = 0.01;
-    config.merge_angle_deg = 10.0;
-    config.refine_angle_deg = 5.0;
-    config
-}
-
-fn extract(config: ExtractionConfig, camera: &PinholeCamera, depth: &DepthImage) -> Vec<u16> {
-    let mut extractor = PlaneExtractor::new(config).unwrap();
-    extractor.extract(camera, depth, None).unwrap().labels().to_vec()
+fn labels_of(camera: PinholeCamera, depth: DepthImage, sensor: &SensorModel) -> Vec<u16> {
+    let mut detector = PlaneDetector::new(&PlaneDetectorConfig::default(), sensor).unwrap();
+    let frame = Frame::new(0.0, camera, depth, None).unwrap();
+    detector.detect(&frame, None, &[]).unwrap();
+    detector.labels().to_vec()
 }
 
 fn read_labels(path: &Path) -> Vec<u16> {
@@ -99,11 +88,13 @@ fn labels_agree_with_those_by_hand() {
     let raw = image::open(folder.join("depth.png")).unwrap().into_luma16().into_raw();
     let depth = DepthImage::from_u16(width, height, &raw, number("depth_scale")).unwrap();
     let truth = read_labels(&folder.join("gt_labels.png"));
-    let min_pixels = ExtractionConfig::default().min_support;
+    let min_pixels = PlaneDetectorConfig::default().min_support;
     let score = |labels: &[u16]| Agreement::of(&truth, labels, min_pixels);
-    let with_defaults = score(&extract(ExtractionConfig::default(), &pinhole, &depth));
+    let with_defaults = score(&labels_of(pinhole, depth.clone(), &SensorModel::kinect()));
     with_defaults.print("tolerances of a Kinect");
-    let with_exact = score(&extract(exact(), &pinhole, &depth));
+    // Quantised to less than a millimetre.
+    let exact = SensorModel { noise: DepthNoise::constant(0.001), ..SensorModel::kinect() };
+    let with_exact = score(&labels_of(pinhole, depth, &exact));
     with_exact.print("tolerances of an exact image");
     // A little under what stands. The picture on the wall is a plane of its own here, by hand it is the wall's; cushions and
     // the sofa's back are not flat; of the rest most are smaller than 3000 pixels.
@@ -134,7 +125,7 @@ fn labels_agree_with_a_rendered_room() {
         depths.push(hits[nearest] as f32);
     }
     let depth = DepthImage::new(WIDTH, HEIGHT, depths).unwrap();
-    let agreement = Agreement::of(&truth, &extract(ExtractionConfig::default(), &camera, &depth), 3000);
+    let agreement = Agreement::of(&truth, &labels_of(camera, depth, &SensorModel::kinect()), 3000);
     agreement.print("a rendered room");
     assert_eq!([agreement.labelled, agreement.matched, agreement.found], [4, 4, 4]);
     assert!(agreement.matched_iou > 0.985, "{agreement:?}");

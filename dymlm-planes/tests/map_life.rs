@@ -4,27 +4,32 @@
 
 mod common;
 
-use common::{camera, room, room_views};
-use dymlm_core::Pose;
-use dymlm_planes::{DetectedPlane, PlaneConfig, PlaneDetector, PlaneMap, PlaneMapConfig};
+use common::{World, all_planes, camera, detector, empty_map, room, room_views, snapshot};
+use dymlm_core::{Frame, FrameId, PlaneId, Pose};
+use dymlm_planes::{DetectedPlane, MapPlane, PlaneMap, PlaneReport, SurfaceConfig};
 use proptest::prelude::*;
 
-/// The planes of each view of the room.
-fn detections() -> Vec<(Vec<DetectedPlane>, Pose)> {
-    let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
-    let views = room_views().into_iter().enumerate();
-    views
-        .map(|(k, view)| {
-            let frame = room().frame(camera(), &view, k as u64);
-            (detector.detect(frame.camera(), frame.depth(), None, &[]).unwrap().to_vec(), view)
-        })
-        .collect()
+/// The planes of a frame, the frame, and where it was seen from.
+type Detected = (Vec<DetectedPlane>, Frame, Pose);
+
+fn detect(world: &World, view: Pose, seed: u64) -> Detected {
+    let frame = world.frame(camera(), &view, seed);
+    (detector().detect(&frame, None, &[]).unwrap().to_vec(), frame, view)
 }
 
-fn map_of(frames: &[(Vec<DetectedPlane>, Pose)]) -> PlaneMap {
-    let mut map = PlaneMap::new(PlaneMapConfig::default()).unwrap();
-    for (k, (planes, pose)) in frames.iter().enumerate() {
-        map.insert(planes, pose, k as f64).unwrap();
+/// The planes of each view of the room.
+fn detections() -> Vec<Detected> {
+    room_views().into_iter().zip(0..).map(|(view, k)| detect(&room(), view, k)).collect()
+}
+
+fn insert(map: &mut PlaneMap, (planes, frame, pose): &Detected) -> PlaneReport {
+    map.insert(planes, frame, pose).unwrap()
+}
+
+fn map_of(frames: &[Detected]) -> PlaneMap {
+    let mut map = empty_map();
+    for frame in frames {
+        insert(&mut map, frame);
     }
     map
 }
@@ -34,77 +39,105 @@ fn the_same_frames_give_the_same_bits() {
     let (first, second) = (detections(), detections());
     assert_eq!(first, second);
     let (first, second) = (map_of(&first), map_of(&second));
-    assert_eq!(first.planes(), second.planes());
-    let corners =
-        |map: &PlaneMap| map.planes().iter().map(dymlm_planes::MapPlane::boundary).collect::<Vec<_>>();
+    assert_eq!(snapshot(&first), snapshot(&second));
+    let corners = |map: &PlaneMap| map.iter().map(dymlm_planes::MapPlane::boundary).collect::<Vec<_>>();
     assert_eq!(corners(&first), corners(&second));
 }
 
 #[test]
 fn what_most_key_frames_look_past_is_not_confirmed() {
     let frames = detections();
-    let (planes, pose) = &frames[0];
-    let mut map = PlaneMap::new(PlaneMapConfig::default()).unwrap();
-    let mut key_frames = Vec::new();
-    for k in 0..3 {
-        map.insert(planes, pose, f64::from(k)).unwrap();
+    let (_, frame, pose) = &frames[0];
+    let mut map = empty_map();
+    for _ in 0..3 {
+        insert(&mut map, &frames[0]);
     }
-    let seen = map.confirmed().count();
+    let seen = map.len();
     assert!(seen >= 3, "{seen}");
-    for k in 3..60 {
-        key_frames.push(map.insert(&[], pose, f64::from(k)).unwrap().key_frame);
-    }
+    let look_past = |map: &mut PlaneMap| map.insert(&[], frame, pose).unwrap().key_frame;
+    let key_frames: Vec<FrameId> = (0..57).map(|_| look_past(&mut map)).collect();
     // Those whose centroids lie in the middle of the view.
-    assert!(map.confirmed().count() < seen);
+    assert!(map.len() < seen);
+    assert_eq!(map.len() + map.candidates().count(), all_planes(&map).len());
     for key_frame in key_frames {
         map.remove(key_frame).unwrap();
     }
-    assert_eq!(map.confirmed().count(), seen);
-    for k in 60..120 {
-        map.insert(if k < 77 { planes } else { &[] }, pose, f64::from(k)).unwrap();
+    assert_eq!(map.len(), seen);
+    for _ in 0..17 {
+        insert(&mut map, &frames[0]);
+    }
+    for _ in 0..43 {
+        look_past(&mut map);
     }
     // Seen twenty times it stays, however long the recording.
-    assert_eq!(map.confirmed().count(), seen);
+    assert_eq!(map.len(), seen);
+}
+
+#[test]
+fn queries_mean_confirmed_planes() {
+    let frames = detections();
+    let mut map = empty_map();
+    let (eye, ahead) = (frames[0].2.translation(), frames[0].2.rotate([0.0, 0.0, 1.0]));
+    for k in 0..3 {
+        assert_eq!(map.cast_ray(eye, ahead, 10.0), None, "after {k} frames");
+        assert_eq!(map.surfaces([0.0, 0.0, 1.0], &SurfaceConfig::default()).len(), 0);
+        insert(&mut map, &frames[0]);
+    }
+    let hit = map.cast_ray(eye, ahead, 10.0).unwrap();
+    let near: Vec<PlaneId> = map.supports_near(hit.point, 0.01).map(MapPlane::id).collect();
+    assert_eq!(near, [hit.plane]);
+    assert!(map.plane(hit.plane).unwrap().is_confirmed());
+    let under = map.plane_under([-0.2, 0.5, 0.9], [0.0, 0.0, 1.0], 0.3).unwrap();
+    assert!((under.point[2] - 0.75).abs() < 0.01);
+    assert_eq!(map.surfaces([0.0, 0.0, 1.0], &SurfaceConfig::default()).len(), map.len());
 }
 
 #[test]
 fn a_key_frame_can_be_taken_out_without_a_trace() {
     let frames = detections();
     let mut map = map_of(&frames[..5]);
-    let before = map.planes().to_vec();
-    let report = map.insert(&frames[5].0, &frames[5].1, 9.0).unwrap();
-    assert_ne!(map.planes(), before);
+    let before = snapshot(&map);
+    let report = insert(&mut map, &frames[5]);
+    assert_ne!(snapshot(&map), before);
     map.remove(report.key_frame).unwrap();
-    assert_eq!(map.planes(), before);
+    assert_eq!(snapshot(&map), before);
     for key_frame in [3, 0, 4, 2, 1] {
-        map.remove(key_frame).unwrap();
+        map.remove(FrameId::new(key_frame)).unwrap();
     }
-    assert!(map.is_empty());
+    assert!(all_planes(&map).is_empty());
 }
 
 #[test]
 fn taking_out_a_key_frame_parts_what_it_had_merged() {
-    // Two halves of a wall, 0.4 m apart, are two planes until a frame sees the middle; then one is taken out.
-    let half = |x: f64| common::World::of(&[common::upright([x, 1.5, 1.0], 0.5, 0.6)]);
-    let whole = common::World::of(&[common::upright([0.0, 1.5, 1.0], 1.2, 0.6)]);
+    // Three pieces of a wall, 0.4 m apart, are three planes until a frame sees two of them joined, and another the whole.
+    let piece = |x: f64, half: f64| World::of(&[common::upright([x, 1.5, 1.0], half, 0.6)]);
     let view = common::look_at([0.0, 0.0, 1.0], [0.0, 1.5, 1.0]);
-    let mut detector = PlaneDetector::new(&PlaneConfig::default()).unwrap();
-    let mut detect = |world: &common::World| {
-        let frame = world.frame(camera(), &view, 3);
-        detector.detect(frame.camera(), frame.depth(), None, &[]).unwrap().to_vec()
-    };
-    let (left, right, all) = (detect(&half(-0.7)), detect(&half(0.7)), detect(&whole));
-    let mut map = PlaneMap::new(PlaneMapConfig::default()).unwrap();
-    map.insert(&left, &view, 0.0).unwrap();
-    map.insert(&right, &view, 1.0).unwrap();
-    let before = map.planes().to_vec();
-    assert_eq!(before.len(), 2);
-    let report = map.insert(&all, &view, 2.0).unwrap();
-    assert_eq!((map.len(), report.merged.len()), (1, 1));
-    assert_eq!(map.plane(report.merged[0].from), map.plane(report.merged[0].into));
-    assert_eq!((map.planes()[0].observations(), map.planes()[0].last_seen()), (3, 2.0));
-    map.remove(report.key_frame).unwrap();
-    assert_eq!(map.planes(), before);
+    let mut map = empty_map();
+    let ids: Vec<PlaneId> =
+        [-0.8, 0.0, 0.8].map(|x| insert(&mut map, &detect(&piece(x, 0.2), view, 3)).created[0]).to_vec();
+    let apart = snapshot(&map);
+    assert_eq!(apart.len(), 3);
+    let two = insert(&mut map, &detect(&piece(-0.4, 0.6), view, 4));
+    let joined = snapshot(&map);
+    assert_eq!((joined.len(), two.merged.len()), (2, 1));
+    let all = insert(&mut map, &detect(&piece(0.0, 1.0), view, 5));
+    assert_eq!((all_planes(&map).len(), all.merged.len()), (1, 1));
+
+    // Ids that were merged away lead on, over both merges.
+    let last = all_planes(&map)[0].id();
+    assert_eq!(ids.iter().map(|&id| map.current_id(id)).collect::<Vec<_>>(), [Some(last); 3]);
+    assert!(ids.iter().all(|&id| map.plane(id) == map.plane(last)));
+    assert_eq!(map.current_id(PlaneId::new(99)), None);
+
+    map.remove(all.key_frame).unwrap();
+    assert_eq!(snapshot(&map), joined);
+    assert_eq!(map.current_id(two.merged[0].from), Some(two.merged[0].into));
+    map.remove(two.key_frame).unwrap();
+    assert_eq!(snapshot(&map), apart);
+    assert_eq!(
+        ids.iter().map(|&id| map.current_id(id)).collect::<Vec<_>>(),
+        ids.iter().map(|&id| Some(id)).collect::<Vec<_>>()
+    );
 }
 
 proptest! {
@@ -120,10 +153,10 @@ proptest! {
         prop_assume!(norm > 0.1);
         let motion = Pose::new(shift, turn.map(|q| q / norm)).unwrap();
         let frames = detections();
-        let moved: Vec<_> = frames.iter().map(|(planes, pose)| (planes.clone(), motion * *pose)).collect();
+        let moved: Vec<_> = frames.iter().map(|(p, frame, pose)| (p.clone(), frame.clone(), motion * *pose)).collect();
         let (map, other) = (map_of(&frames), map_of(&moved));
         prop_assert_eq!(map.len(), other.len());
-        for (a, b) in map.planes().iter().zip(other.planes()) {
+        for (a, b) in map.iter().zip(other.iter()) {
             let expected = a.plane().transformed(&motion);
             prop_assert_eq!((a.id(), a.observations()), (b.id(), b.observations()));
             prop_assert!(common::dot(expected.normal(), b.plane().normal()) > 1.0 - 1e-10);

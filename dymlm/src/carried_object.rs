@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, Point, Pose};
+use dymlm_core::{Frame, PlaneId, Point, Pose};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{MapObject, ShapeKind};
 use dymlm_tracking::{
@@ -31,7 +31,7 @@ pub struct ObjectMove {
     /// Cells of the octree that it has come to.
     pub occupied_cells: usize,
     /// Planes that are faces of it.
-    pub planes: Vec<u64>,
+    pub planes: Vec<PlaneId>,
 }
 
 /// Objects of the map that somebody carries about (the paper's section V-D).

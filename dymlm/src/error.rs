@@ -19,7 +19,7 @@ pub enum Error {
     Octree(#[from] dymlm_octree::Error),
     /// Refused by the plane map: a camera out of its reach.
     #[error(transparent)]
-    Planes(#[from] dymlm_planes::PlaneError),
+    Planes(#[from] dymlm_planes::Error),
     /// Refused by the object tracker: a frame without colours, an object that is not seen.
     #[error(transparent)]
     Tracking(#[from] dymlm_tracking::Error),

@@ -42,7 +42,7 @@ impl MapBuilder {
         config.validate()?;
         Ok(Self {
             preprocessor: Preprocessor::new(config.dynamics.clone(), config.sensor)?,
-            plane_detector: PlaneDetector::new(&config.planes)?,
+            plane_detector: PlaneDetector::new(&config.planes.detector, &config.sensor)?,
             key_frames: KeyFrames::new(config.key_frames)?,
             waiting: WaitingFrames::default(),
             next_id: 0,
@@ -182,11 +182,11 @@ impl MapBuilder {
             })?;
             let found_planes = clock.time(Stage::PlaneDetection, || {
                 let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
-                plane_detector.detect(frame.camera(), frame.depth(), Some(mask), &boxes).map(|_| ())
+                plane_detector.detect(frame, Some(mask), &boxes).map(|_| ())
             });
             found_planes?;
             let mut planes = clock.time(Stage::PlaneMap, || {
-                map.planes.insert_frame(plane_detector.planes(), frame, world_from_camera)
+                map.planes.insert(plane_detector.planes(), frame, world_from_camera)
             })?;
             planes.rejected = plane_detector.rejected().to_vec();
             let view = ObjectView::new(frame, found.unwrap_or(&[]), world_from_camera)

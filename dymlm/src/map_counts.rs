@@ -33,7 +33,7 @@ impl MultiLevelMap {
             octree_nodes: octree.nodes,
             octree_leaves: octree.leaves,
             octree_occupied_leaves: octree.occupied_leaves,
-            planes: self.planes().confirmed().count(),
+            planes: self.planes().len(),
             objects: self.objects().objects().count(),
         }
     }

@@ -6,16 +6,7 @@ pub(crate) struct MappedPlanes<'a>(pub(crate) &'a PlaneMap);
 
 impl SupportingPlanes for MappedPlanes<'_> {
     fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>) {
-        for plane in self.0.planes() {
-            let distance = plane.plane().signed_distance(point);
-            if distance.abs() > reach {
-                continue;
-            }
-            let normal = plane.plane().normal();
-            let foot = std::array::from_fn(|axis| point[axis] - distance * normal[axis]);
-            if plane.holds(foot) {
-                found.push(SupportPlane::new(plane.id(), plane.plane()));
-            }
-        }
+        let supports = self.0.supports_near(point, reach);
+        found.extend(supports.map(|plane| SupportPlane::new(plane.id().get(), plane.plane())));
     }
 }

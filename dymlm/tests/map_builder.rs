@@ -35,8 +35,8 @@ fn fingerprint(map: &MultiLevelMap) -> Vec<u8> {
     let mut bytes: Vec<u8> = cloud.points().iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
     bytes.extend(cloud.colors().unwrap().iter().flatten());
     map.octree().write_ot(&mut bytes).unwrap();
-    for plane in map.planes().planes() {
-        bytes.extend(plane.id().to_le_bytes());
+    for plane in map.planes().iter().chain(map.planes().candidates()) {
+        bytes.extend(plane.id().get().to_le_bytes());
         bytes.extend(plane.plane().normal().iter().chain([&plane.plane().d()]).flat_map(|c| c.to_le_bytes()));
         bytes.extend(plane.inlier_points().flatten().flat_map(f32::to_le_bytes));
     }
@@ -165,13 +165,13 @@ fn the_report_names_planes_that_did_not_reach_the_map() {
     let wall = DepthImage::new(320, 240, vec![2.0; 320 * 240]).unwrap();
     let wall = Frame::new(0.0, camera, wall, None).unwrap();
     let mut config = config();
-    config.planes.filter.max_depth = 1.5;
+    config.planes.detector.min_area = 50.0;
     let mut builder = MapBuilder::new(config).unwrap();
     let report = builder.insert(&wall, &[], &Pose::identity()).unwrap();
     let update = report.update().unwrap();
-    assert!(update.planes.created.is_empty() && builder.map().planes().is_empty());
+    assert!(update.planes.created.is_empty() && builder.map().planes().candidates().count() == 0);
     let causes: Vec<_> = update.planes.rejected.iter().map(|plane| plane.cause).collect();
-    assert!(matches!(causes[..], [RejectionCause::Depth { .. }]), "{causes:?}");
+    assert!(matches!(causes[..], [RejectionCause::Area { .. }]), "{causes:?}");
 }
 
 #[test]

@@ -108,8 +108,11 @@ fn assert_moved(builder: &MapBuilder, object: u64, [old, new]: [&CarriedThing; 2
     assert!(there as f64 > 0.8 * before as f64, "{there} points at the new place of {before}");
     assert_ne!(builder.map().octree().state(top(old)), CellState::Occupied);
     assert_eq!(builder.map().octree().state(top(new)), CellState::Occupied);
-    let planes = builder.map().planes().planes();
-    assert!(planes.iter().all(|plane| !plane.holds(top(old))), "a plane at the old place");
+    let planes = builder.map().planes();
+    assert!(
+        planes.iter().chain(planes.candidates()).all(|plane| !plane.holds(top(old))),
+        "a plane at the old place"
+    );
     assert_eq!(object_at(builder, new), Some(object));
 }
 

@@ -112,7 +112,7 @@ pub fn planes_from_camera(planes: &PlaneMap, frame: &Frame, world_from_camera: &
             let [r, g, b] = color.map(u32::from);
             let grey = (r + 2 * g + b) / 4;
             let ray = world_from_camera.rotate(camera.back_project([u as f64, v as f64], 1.0));
-            let color = planes.cast_ray(eye, ray, FAR).map(|hit| id_color(hit.plane));
+            let color = planes.cast_ray(eye, ray, FAR).map(|hit| id_color(hit.plane.get()));
             // Half the plane's colour, half the picture, so that things on it can be made out.
             pixels.push(
                 color.map_or([grey as u8 / 2; 3], |color| {

@@ -41,7 +41,7 @@ pub fn mean_up(poses: impl Iterator<Item = Pose>) -> [f64; 3] {
 /// within 45 degrees of it.
 pub fn up_of_planes(planes: &PlaneMap, about: [f64; 3]) -> [f64; 3] {
     let cosine = |normal: [f64; 3]| (0..3).map(|axis| normal[axis] * about[axis]).sum::<f64>();
-    let level = planes.confirmed().filter(|plane| cosine(plane.plane().normal()) > 0.5_f64.sqrt());
+    let level = planes.iter().filter(|plane| cosine(plane.plane().normal()) > 0.5_f64.sqrt());
     let largest = level.max_by(|a, b| a.area().total_cmp(&b.area()));
     largest.map_or(about, |plane| plane.plane().normal())
 }

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use dymlm::core::Detection;
+use dymlm::core::{Detection, PlaneId};
 use dymlm::planes::{MapPlane, PlaneMap};
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_examples::FrameSource;
@@ -50,7 +50,11 @@ fn surfaces_are_planes_and_people_are_none() {
     for name in ["kitchen_people", "kitchen"] {
         let Some(folder) = recording(name) else { return };
         let kitchen = Kitchen::map(&folder, |detections| detections);
-        println!("{name}: {} planes, {} confirmed", kitchen.planes.len(), kitchen.planes.confirmed().count());
+        println!(
+            "{name}: {} planes, {} candidates",
+            kitchen.planes.len(),
+            kitchen.planes.candidates().count()
+        );
         let failed: Vec<&str> = SURFACES
             .iter()
             .filter(|surface| !is_one(surface, &kitchen.planes))
@@ -77,7 +81,7 @@ fn undetected_people_are_noticed() {
 
 /// Prints the planes of a surface, and answers whether one of them holds enough of it.
 fn is_one(surface: &Surface, planes: &PlaneMap) -> bool {
-    let mut parts: Vec<&MapPlane> = planes.confirmed().filter(|plane| is_of(plane, surface)).collect();
+    let mut parts: Vec<&MapPlane> = planes.iter().filter(|plane| is_of(plane, surface)).collect();
     parts.sort_by(|a, b| b.area().total_cmp(&a.area()));
     let sum: f64 = parts.iter().map(|plane| plane.area()).sum();
     let share = parts.first().map_or(0.0, |plane| plane.area() / sum);
@@ -112,7 +116,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 struct Kitchen {
     planes: PlaneMap,
     /// For each plane of the map its pixels in all frames, and how many of them show people.
-    pixels: BTreeMap<u64, [usize; 2]>,
+    pixels: BTreeMap<PlaneId, [usize; 2]>,
 }
 
 impl Kitchen {
@@ -142,7 +146,7 @@ impl Kitchen {
         }
 
         let planes = builder.into_map().planes().clone();
-        let mut pixels: BTreeMap<u64, [usize; 2]> = BTreeMap::new();
+        let mut pixels: BTreeMap<PlaneId, [usize; 2]> = BTreeMap::new();
         for (id, [all, people]) in sightings {
             // Planes that were merged go by the name of the one that is left.
             let sum = pixels.entry(planes.plane(id).unwrap().id()).or_default();
@@ -151,7 +155,7 @@ impl Kitchen {
         Self { planes, pixels }
     }
 
-    fn people_shares(&self) -> impl Iterator<Item = (u64, f64)> {
+    fn people_shares(&self) -> impl Iterator<Item = (PlaneId, f64)> {
         self.pixels.iter().map(|(&id, &[all, people])| (id, people as f64 / all.max(1) as f64))
     }
 }
@@ -159,12 +163,11 @@ impl Kitchen {
 /// For each plane of the last frame its pixels, and how many of them show people.
 fn count_pixels(builder: &MapBuilder, shows_people: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let detector = builder.plane_detector();
-    let mut of_segment = vec![[0, 0]; detector.extraction().segments().len()];
-    for (pixel, &label) in detector.extraction().labels().iter().enumerate() {
-        if let Some(segment) = usize::from(label).checked_sub(1) {
-            of_segment[segment][0] += 1;
-            of_segment[segment][1] += usize::from(shows_people(pixel));
-        }
+    let mut of_label: BTreeMap<u16, [usize; 2]> = BTreeMap::new();
+    for (pixel, &label) in detector.labels().iter().enumerate() {
+        let [all, people] = of_label.entry(label).or_default();
+        *all += 1;
+        *people += usize::from(shows_people(pixel));
     }
-    detector.planes().iter().map(|plane| of_segment[plane.segment]).collect()
+    detector.planes().iter().map(|plane| of_label[&plane.label]).collect()
 }

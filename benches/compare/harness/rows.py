@@ -180,8 +180,7 @@ def plane_rows(inputs: Inputs) -> list[Row]:
             # Ours by default, asked of all.
             parameters={"input": inputs.path("images.depths"), "min_support": 1000},
             entrants=[
-                Entrant("dymlm", "dymlm", {"steps": "all"}),
-                Entrant("dymlm, extraction only", "dymlm", {"steps": "extraction"}),
+                Entrant("dymlm", "dymlm"),
                 Entrant("PCL, multi-plane", "PCL"),
                 Entrant("Open3D, planar patches", "Open3D"),
             ],

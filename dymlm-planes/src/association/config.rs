@@ -4,6 +4,7 @@ use dymlm_core::{ConfigError, check_range};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Sides {
     /// A plane is seen from the side its normal points to; the two faces of a partition are two planes.
     #[default]
@@ -19,25 +20,22 @@ pub enum Sides {
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct AssociationConfig {
-    /// The paper's `beta_Th`: the normals' angle is smaller, degrees, 0.1..=90. Default 10 (DESIGN 4.4).
+    /// The paper's `beta_Th`: the normals' angle is smaller, degrees, 0.1..=90. Default 10.
     pub max_angle_deg: f64,
     /// The paper's `d_Th`: the distance of the detected patch's centroid from the map plane is smaller, metres, 0..=10.
-    /// Default 0.05 (DESIGN 4.4).
+    /// Default 0.05.
     pub max_distance: f64,
     /// The paper's d'_Th: an edge point within this distance from the map plane counts as on it, metres, 0..=10.
-    /// Default 0.04 (DESIGN 4.4).
+    /// Default 0.04.
     pub max_point_distance: f64,
-    /// The paper's `R_Th`: more than this share of the edge points lies on the map plane, 0..=1. Default 0.5 (DESIGN 4.4).
+    /// The paper's `R_Th`: more than this share of the edge points lies on the map plane, 0..=1. Default 0.5.
     pub min_point_ratio: f64,
     /// Patches overlap, or no more than this is between them, metres, 0..=10. Default 0.04: less than between two screens
     /// or two cabinets side by side.
     pub max_gap: f64,
-    /// Two planes of the map are one as well when something nearer hides what is between them and that is no wider than
-    /// this, metres, 0..=10. Default 0.8: what a person hides of a wall, or a table of the floor. 0 turns it off.
-    pub max_hidden_gap: f64,
-    /// This many key frames must have seen it hidden, and hardly any through it, 1..=1000. Default 3, as for
-    /// [`min_observations`](crate::PlaneMapConfig::min_observations); on rendered rooms 1 to 5 give the same maps.
-    pub min_hidden_sightings: u32,
+    /// Two planes of the map are one as well when something nearer occludes what is between them and that is no wider than
+    /// this, metres, 0..=10. Default 0.8: what a person occludes of a wall, or a table of the floor. 0 turns it off.
+    pub max_occluded_gap: f64,
     /// Whether the two sides of a sheet are one plane. Default: they are not.
     pub sides: Sides,
 }
@@ -50,8 +48,7 @@ impl Default for AssociationConfig {
             max_point_distance: 0.04,
             min_point_ratio: 0.5,
             max_gap: 0.04,
-            max_hidden_gap: 0.8,
-            min_hidden_sightings: 3,
+            max_occluded_gap: 0.8,
             sides: Sides::Apart,
         }
     }
@@ -64,8 +61,6 @@ impl AssociationConfig {
         check_range("planes.map.association.max_point_distance", self.max_point_distance, 0.0..=10.0)?;
         check_range("planes.map.association.min_point_ratio", self.min_point_ratio, 0.0..=1.0)?;
         check_range("planes.map.association.max_gap", self.max_gap, 0.0..=10.0)?;
-        check_range("planes.map.association.max_hidden_gap", self.max_hidden_gap, 0.0..=10.0)?;
-        let least = f64::from(self.min_hidden_sightings);
-        check_range("planes.map.association.min_hidden_sightings", least, 1.0..=1000.0)
+        check_range("planes.map.association.max_occluded_gap", self.max_occluded_gap, 0.0..=10.0)
     }
 }

@@ -36,7 +36,7 @@ pub(crate) struct Agreement {
 }
 
 /// The test whether a plane `P_c`, seen now, is the plane `P_w` of the map: equation 1 and (equation 2 or equation 3), and the
-/// patches adjoin. Paper III-B, with the corrections of DESIGN 4.4:
+/// patches adjoin. Paper III-B, with corrections:
 ///
 /// - everything is compared in the world, n = `R_wc` `n_c`, d = `d_c` - n . `t_wc`;
 /// - normals point to the camera that saw them, and equation 1 has no absolute value: from its other side a thin thing
@@ -44,7 +44,7 @@ pub(crate) struct Agreement {
 /// - offsets are compared at the detected patch; at the world's origin a small angle makes a large difference;
 /// - equation 3 counts |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind the plane count;
 /// - patches must overlap or nearly touch: two desks of one height are two planes. (Unless key frames showed that something
-///   nearer hides what joins them; see [`Self::test_across_gap`].)
+///   nearer occludes what joins them; see [`Self::test_across_gap`].)
 #[derive(Debug, Clone)]
 pub(crate) struct Criterion {
     config: AssociationConfig,

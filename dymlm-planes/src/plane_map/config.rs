@@ -13,20 +13,14 @@ pub struct PlaneMapConfig {
     /// Side of the voxels that a plane's inliers are kept in, metres, 0.005..=1. Default 0.025: the spacing of
     /// samples at 3.3 m.
     pub voxel_size: f64,
-    /// Fewest key frames that must have seen a plane before it counts as confirmed, 1..=1000. Default 3: what a frame or
-    /// two have seen may be a person's back.
+    /// Fewest key frames that must have seen a plane before it is confirmed, and that must have seen the gap between two
+    /// planes occluded before they merge across it, 1..=1000. Default 3: what a frame or two have seen may be a person's
+    /// back.
     pub min_observations: u32,
-    /// A plane counts as confirmed when at least this share of the key frames that looked at its centroid saw it,
-    /// 0..=1, default 0.12 ...
+    /// A plane is confirmed when at least this share of the key frames that looked at its centroid saw it, 0..=1.
+    /// Default 0.12: a plane laid through an edge comes up in a frame or two of the many that look there. (Twenty
+    /// observations confirm it in any case.)
     pub min_observation_share: f64,
-    /// ... or when at least this many saw it, 1..=1000000, default 20. A plane laid through an edge comes up in a frame or two of
-    /// the many that look there.
-    pub sure_observations: u32,
-    /// A key frame looks at a place within this angle of its optical axis, degrees, 1..=90, default 25: the inner
-    /// half of a Kinect's view ...
-    pub view_angle_deg: f64,
-    /// ... and no farther than this, metres, 0.1..=100, default 4.5: as deep as planes are mapped.
-    pub view_depth: f64,
     /// Holes of a boundary smaller than this are filled, square metres, 0..=100. Default 0.02: a cup on a table.
     pub max_hole_area: f64,
     /// A boundary's corners are kept when they are farther than this from the line between their neighbours, metres, 0..=1.
@@ -41,9 +35,6 @@ impl Default for PlaneMapConfig {
             voxel_size: 0.025,
             min_observations: 3,
             min_observation_share: 0.12,
-            sure_observations: 20,
-            view_angle_deg: 25.0,
-            view_depth: 4.5,
             max_hole_area: 0.02,
             boundary_tolerance: 0.02,
         }
@@ -56,9 +47,6 @@ impl PlaneMapConfig {
         check_range("planes.map.voxel_size", self.voxel_size, 0.005..=1.0)?;
         check_range("planes.map.min_observations", f64::from(self.min_observations), 1.0..=1000.0)?;
         check_range("planes.map.min_observation_share", self.min_observation_share, 0.0..=1.0)?;
-        check_range("planes.map.sure_observations", f64::from(self.sure_observations), 1.0..=1e6)?;
-        check_range("planes.map.view_angle_deg", self.view_angle_deg, 1.0..=90.0)?;
-        check_range("planes.map.view_depth", self.view_depth, 0.1..=100.0)?;
         check_range("planes.map.max_hole_area", self.max_hole_area, 0.0..=100.0)?;
         check_range("planes.map.boundary_tolerance", self.boundary_tolerance, 0.0..=1.0)
     }

@@ -1,7 +1,7 @@
-use dymlm_core::Pose;
 use dymlm_core::vector3::dot;
+use dymlm_core::{Pose, SymmetricEigen3, symmetric_eigen3};
 
-use crate::linear_algebra::{eigenvector, smallest_eigenvalue};
+use crate::linear_algebra::rows;
 use crate::moments::{Fit, Moments};
 
 /// Units of length a metre: 2^20, about a micrometre.
@@ -109,9 +109,8 @@ impl FixedMoments {
     /// The best plane, its normal towards the cameras.
     pub(super) fn fit(&self) -> Option<Fit> {
         let (moments, centroid) = self.about_centroid()?;
-        let covariance = moments.covariance();
-        let mse = smallest_eigenvalue(&covariance);
-        let normal = eigenvector(&covariance, mse)?;
+        let SymmetricEigen3 { values, vectors, .. } = symmetric_eigen3(rows(&moments.covariance()))?;
+        let (mse, normal) = (values[2].max(0.0), vectors[2]);
         let facing = self.facing.map(|f| f as f64);
         let away = dot(normal, facing) < 0.0;
         let normal = if away { normal.map(|n| -n) } else { normal };

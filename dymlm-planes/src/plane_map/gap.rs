@@ -1,4 +1,4 @@
-use dymlm_core::{DepthImage, PinholeCamera, Pose, axial_noise};
+use dymlm_core::{DepthView, Pose, Visibility};
 
 use super::patch::CoarseCell;
 use crate::association::FinitePlane;
@@ -11,12 +11,11 @@ const MOST_CELLS: usize = 192;
 /// Ways across a gap that are looked along, and places on each.
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
-/// Share of the places between that must be hidden, and that may be looked through (noise at the rims).
-const MIN_HIDDEN: f64 = 1.0 / 3.0;
-const MAX_OPEN: f64 = 0.1;
-/// A reading this far before or behind a place is not of it, metres, and so many deviations of the noise.
-const MARGIN: f64 = 0.03;
-const MARGIN_SIGMAS: f64 = 3.0;
+/// Share of the places between that must be occluded, and that may be looked through (noise at the rims).
+const MIN_OCCLUDED: f64 = 1.0 / 3.0;
+const MAX_THROUGH: f64 = 0.1;
+/// Standard deviation of a place's height over the two planes, metres: they may be off by some centimetres.
+const PLACE_SIGMA: f64 = 0.01;
 
 /// What lies between two patches of one plane: the shortest ways from the one to the other, where they are nearest.
 #[derive(Debug, Clone)]
@@ -28,10 +27,10 @@ pub(super) struct Gap {
 /// What a key frame sees between two patches of one plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum GapSight {
-    /// Something nearer hides what would join them.
-    Hidden,
+    /// Something nearer occludes what would join them.
+    Occluded,
     /// One looks through between them.
-    Open,
+    LookedThrough,
 }
 
 impl Gap {
@@ -67,34 +66,21 @@ impl Gap {
 
     /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings, or sees the plane
     /// go on. O(places), at most 96.
-    pub(super) fn look(
-        &self,
-        camera: &PinholeCamera,
-        depth: &DepthImage,
-        camera_from_world: &Pose,
-    ) -> Option<GapSight> {
-        let (mut hidden, mut open, mut all) = (0.0, 0.0, self.places.len() as f64);
+    pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapSight> {
+        let (mut occluded, mut through, mut all) = (0.0, 0.0, self.places.len() as f64);
         for place in &self.places {
-            let place = camera_from_world.transform_point(*place);
-            let Some(pixel) = camera.project(place).filter(|pixel| camera.sees(*pixel)) else { continue };
-            let reading = f64::from(depth.at(pixel[0].round() as usize, pixel[1].round() as usize));
-            let margin = MARGIN + MARGIN_SIGMAS * f64::from(axial_noise(place[2] as f32));
-            if reading <= 0.0 {
-                continue;
-            }
-            if reading < place[2] - margin {
-                hidden += 1.0;
-            } else if reading > place[2] + margin {
-                open += 1.0;
-            } else {
+            match view.look_at_world(camera_from_world, *place, PLACE_SIGMA).visibility {
+                Visibility::Occluded => occluded += 1.0,
+                Visibility::Absent => through += 1.0,
                 // The plane itself: one of the patches reaches here, or will.
-                all -= 1.0;
+                Visibility::Present => all -= 1.0,
+                Visibility::OutOfView | Visibility::NoReading => {}
             }
         }
-        if open > MAX_OPEN * all {
-            Some(GapSight::Open)
+        if through > MAX_THROUGH * all {
+            Some(GapSight::LookedThrough)
         } else {
-            (hidden > 0.0 && hidden >= MIN_HIDDEN * all).then_some(GapSight::Hidden)
+            (occluded > 0.0 && occluded >= MIN_OCCLUDED * all).then_some(GapSight::Occluded)
         }
     }
 }

@@ -1,48 +1,49 @@
+mod confirmation;
 mod merging;
 mod moved_body;
 mod removal;
 
 use std::collections::BTreeMap;
 
-use dymlm_core::vector3::{difference, dot, norm};
-use dymlm_core::{Frame, Pose};
+use dymlm_core::{Frame, FrameId, PlaneId, Pose, SensorModel};
 
 use super::fixed_moments::FixedMoments;
 use super::gap::GapSight;
-use super::gap_record::{GapRecord, GapSights};
+use super::gap_record::{GapRecord, GapSights, PlanePair};
 use super::map_plane::{ShapeSettings, Sightings};
 use super::observation::Observation;
 use super::{MapPlane, Patch, PlaneMapConfig, PlaneMerge, PlaneReport};
-use crate::PlaneError;
+use crate::Error;
 use crate::association::{Agreement, Criterion};
-use crate::refinement::DetectedPlane;
+use crate::detector::DetectedPlane;
 
 /// The map of finite planes (paper III-B).
 ///
 /// A key frame's planes are brought to the world, associated with the planes of the map, and fused with them; then
 /// planes of the map that have become one merge. The association is the paper's (equation 1 and (equation 2 or
-/// equation 3)) with the corrections of DESIGN 4.4; see [`AssociationConfig`](crate::AssociationConfig).
+/// equation 3)) with corrections; see [`AssociationConfig`](crate::AssociationConfig).
 ///
-/// Patches of one plane that do not adjoin are one surface where something nearer hides what joins them (a wall behind a
+/// Patches of one plane that do not adjoin are one surface where something nearer occludes what joins them (a wall behind a
 /// person, a floor on both sides of a table), and two where one looks through between them (two desks of one height). Each key
-/// frame that touches one of the two is asked what it sees on the shortest ways between them; when enough saw them hidden and
+/// frame that touches one of the two is asked what it sees on the shortest ways between them; when enough saw them occluded and
 /// hardly any looked through, they merge. What has merged is not parted when a later key frame looks through after all.
 ///
 /// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key frame out
 /// exactly: the planes are those that they would be if it had added nothing, and merges that it brought about, or that it was
-/// needed for as a witness of what is hidden, are undone.
+/// needed for as a witness of what is occluded, are undone.
 ///
 /// Cost of an insertion: O(planes in the map + voxels of the planes seen and of those near them on the same plane); no key frame
 /// is looked at again.
 #[derive(Debug, Clone)]
 pub struct PlaneMap {
     config: PlaneMapConfig,
+    sensor: SensorModel,
     criterion: Criterion,
     /// In the order of their ids.
     planes: Vec<MapPlane>,
-    key_frames: BTreeMap<u64, KeyFrame>,
+    key_frames: BTreeMap<FrameId, KeyFrame>,
     /// Where planes have gone that were merged into others.
-    merged: BTreeMap<u64, u64>,
+    merged: BTreeMap<PlaneId, PlaneId>,
     /// What the key frames saw between planes, by the ids that these have now.
     gaps: GapRecord,
     next_plane: u64,
@@ -64,14 +65,14 @@ struct KeyFrame {
 #[derive(Debug, Clone)]
 struct Merge {
     merge: PlaneMerge,
-    /// The key frames that saw the gap hidden, when the two planes do not adjoin.
-    witnesses: Option<Vec<u64>>,
+    /// The key frames that saw the gap occluded, when the two planes do not adjoin.
+    witnesses: Option<Vec<FrameId>>,
 }
 
 #[derive(Debug, Clone)]
 struct Contribution {
     /// The plane at that time; it may have merged into another since.
-    plane: u64,
+    plane: PlaneId,
     moments: FixedMoments,
     patch: Patch,
 }
@@ -90,12 +91,14 @@ impl PlaneMap {
     ///
     /// # Errors
     ///
-    /// [`PlaneError::Config`] names the field outside its range.
-    pub fn new(config: PlaneMapConfig) -> Result<Self, PlaneError> {
+    /// [`Error::Config`] names the field outside its range.
+    pub fn new(config: PlaneMapConfig, sensor: &SensorModel) -> Result<Self, Error> {
         config.validate()?;
+        sensor.validate()?;
         Ok(Self {
             criterion: Criterion::new(&config.association, config.voxel_size),
             config,
+            sensor: *sensor,
             planes: Vec::new(),
             key_frames: BTreeMap::new(),
             merged: BTreeMap::new(),
@@ -105,55 +108,26 @@ impl PlaneMap {
         })
     }
 
-    /// Adds the planes of a key frame, given in its camera's frame. What lies between planes is not looked at; see
-    /// [`Self::insert_frame`].
-    ///
-    /// # Errors
-    ///
-    /// [`PlaneError::Timestamp`]; [`PlaneError::OutOfReach`] when a plane lies so far out that it cannot be summed
-    /// exactly. The map stays as it was.
-    pub fn insert(
-        &mut self,
-        detected: &[DetectedPlane],
-        world_from_camera: &Pose,
-        timestamp: f64,
-    ) -> Result<PlaneReport, PlaneError> {
-        self.insert_seen(detected, None, world_from_camera, timestamp)
-    }
-
     /// Adds the planes of a key frame, given in its camera's frame, and looks in its depth image at what lies between planes of
     /// the map that may be one surface behind something: see
-    /// [`max_hidden_gap`](crate::AssociationConfig::max_hidden_gap).
+    /// [`max_occluded_gap`](crate::AssociationConfig::max_occluded_gap).
     ///
     /// # Errors
     ///
-    /// [`PlaneError::OutOfReach`] when a plane lies so far out that it cannot be summed exactly. The map stays as it was.
-    pub fn insert_frame(
+    /// [`Error::OutOfReach`] when a plane lies so far out that it cannot be summed exactly. The map stays as it was.
+    #[doc(alias = "integrate")]
+    pub fn insert(
         &mut self,
         detected: &[DetectedPlane],
         frame: &Frame,
         world_from_camera: &Pose,
-    ) -> Result<PlaneReport, PlaneError> {
-        self.insert_seen(detected, Some(frame), world_from_camera, frame.timestamp())
-    }
-
-    fn insert_seen(
-        &mut self,
-        detected: &[DetectedPlane],
-        frame: Option<&Frame>,
-        world_from_camera: &Pose,
-        timestamp: f64,
-    ) -> Result<PlaneReport, PlaneError> {
-        if !timestamp.is_finite() {
-            return Err(PlaneError::Timestamp(timestamp));
-        }
+    ) -> Result<PlaneReport, Error> {
         let observations = self.bring_to_world(detected, world_from_camera)?;
         let pairings = self.associate(&observations);
-        let mut report = self.fuse(observations, &pairings, world_from_camera, timestamp);
-        if let Some(frame) = frame {
-            self.look_between(&report, frame, world_from_camera);
-        }
+        let mut report = self.fuse(observations, &pairings, world_from_camera, frame.timestamp());
+        self.look_between(&report, frame, world_from_camera);
         self.merge(&mut report);
+        self.confirm_after(world_from_camera, |plane| report.associations.contains(&plane.id));
         Ok(report)
     }
 
@@ -161,59 +135,43 @@ impl PlaneMap {
     ///
     /// # Errors
     ///
-    /// [`PlaneError::OutOfReach`] names the camera's place.
-    pub fn check_reach(&self, world_from_camera: &Pose) -> Result<(), PlaneError> {
+    /// [`Error::OutOfReach`] names the camera's place.
+    pub fn check_reach(&self, world_from_camera: &Pose) -> Result<(), Error> {
         let centroid = world_from_camera.translation();
         let reach = Observation::reach(self.config.voxel_size) - 100.0;
         let within = centroid.iter().all(|c| c.abs() < reach);
-        if within { Ok(()) } else { Err(PlaneError::OutOfReach { centroid, reach }) }
+        if within { Ok(()) } else { Err(Error::OutOfReach { centroid, reach }) }
     }
 
-    /// The planes, in the order of their ids.
-    pub fn planes(&self) -> &[MapPlane] {
-        &self.planes
+    /// The confirmed planes, which enough key frames have seen, in the order of their ids: see
+    /// [`min_observations`](PlaneMapConfig::min_observations) and the field after it.
+    pub fn iter(&self) -> impl Iterator<Item = &MapPlane> {
+        self.planes.iter().filter(|plane| plane.is_confirmed)
     }
 
-    /// The planes that enough key frames have seen, in the order of their ids: see
-    /// [`min_observations`](PlaneMapConfig::min_observations) and the fields after it. O(planes seen a few times x key
-    /// frames).
-    pub fn confirmed(&self) -> impl Iterator<Item = &MapPlane> {
-        let PlaneMapConfig { min_observations, sure_observations, min_observation_share, .. } = self.config;
-        self.planes.iter().filter(move |plane| {
-            let seen = plane.sightings.count;
-            let is_sure = || seen >= sure_observations;
-            let often = || f64::from(seen) >= min_observation_share * self.looks_at(plane) as f64;
-            seen >= min_observations && (is_sure() || often())
-        })
+    /// The planes that are not confirmed yet, in the order of their ids.
+    pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
+        self.planes.iter().filter(|plane| !plane.is_confirmed)
     }
 
-    /// Number of key frames that look at a plane's centroid from before it. What stands in the way is not asked.
-    fn looks_at(&self, plane: &MapPlane) -> usize {
-        let PlaneMapConfig { view_angle_deg, view_depth, .. } = self.config;
-        let (cos_view, max_depth) = (view_angle_deg.to_radians().cos(), view_depth);
-        let looks = |key_frame: &&KeyFrame| {
-            let pose = &key_frame.world_from_camera;
-            let ray = difference(plane.centroid, pose.translation());
-            let depth = dot(ray, pose.rotate([0.0, 0.0, 1.0]));
-            (depth > 0.0 && depth <= max_depth && depth >= cos_view * norm(ray))
-                && dot(ray, plane.plane.normal()) < 0.0
-        };
-        self.key_frames.values().filter(looks).count()
-    }
-
-    /// The plane with an id, or the one that it was merged into.
-    pub fn plane(&self, id: u64) -> Option<&MapPlane> {
+    /// The plane with an id, confirmed or not; of an id that was merged away, what it became.
+    pub fn plane(&self, id: PlaneId) -> Option<&MapPlane> {
         self.place(self.resolve(id)).map(|place| &self.planes[place])
     }
 
-    /// Number of planes.
-    pub fn len(&self) -> usize {
-        self.planes.len()
+    /// The id that a plane has now, after merges; `None` when it is not in the map.
+    pub fn current_id(&self, id: PlaneId) -> Option<PlaneId> {
+        self.plane(id).map(MapPlane::id)
     }
 
-    /// Whether nothing is mapped.
+    /// Number of confirmed planes. O(planes).
+    pub fn len(&self) -> usize {
+        self.iter().count()
+    }
+
+    /// Whether no plane is confirmed.
     pub fn is_empty(&self) -> bool {
-        self.planes.is_empty()
+        self.iter().next().is_none()
     }
 
     /// The config.
@@ -227,7 +185,7 @@ impl PlaneMap {
             self.planes.iter().map(|plane| size_of::<MapPlane>() + plane.patch.memory_bytes()).sum();
         let shares = self.key_frames.values().flat_map(|key_frame| &key_frame.contributions);
         let sights: usize = self.key_frames.values().map(|key_frame| key_frame.sights.len()).sum();
-        let sights = sights * size_of::<([u64; 2], GapSight)>();
+        let sights = sights * size_of::<(PlanePair, GapSight)>();
         planes
             + sights
             + shares.map(|share| size_of::<Contribution>() + share.patch.memory_bytes()).sum::<usize>()
@@ -237,7 +195,7 @@ impl PlaneMap {
         &self,
         detected: &[DetectedPlane],
         world_from_camera: &Pose,
-    ) -> Result<Vec<Observation>, PlaneError> {
+    ) -> Result<Vec<Observation>, Error> {
         detected
             .iter()
             .map(|plane| Observation::new(plane, world_from_camera, self.config.voxel_size))
@@ -264,7 +222,7 @@ impl PlaneMap {
         world_from_camera: &Pose,
         timestamp: f64,
     ) -> PlaneReport {
-        let mut report = PlaneReport { key_frame: self.next_key_frame, ..PlaneReport::default() };
+        let mut report = PlaneReport::of(FrameId::new(self.next_key_frame));
         self.next_key_frame += 1;
         let mut contributions = Vec::with_capacity(observations.len());
         for (observation, pairing) in observations.into_iter().zip(pairings) {
@@ -276,9 +234,10 @@ impl PlaneMap {
                 report.updated.push(self.planes[pairing.mapped].id);
                 pairing.mapped
             } else {
-                report.created.push(self.next_plane);
-                self.planes.push(MapPlane::new(self.next_plane, plane, self.shape()));
+                let id = PlaneId::new(self.next_plane);
                 self.next_plane += 1;
+                report.created.push(id);
+                self.planes.push(MapPlane::new(id, plane, self.shape()));
                 self.planes.len() - 1
             };
             let into = &mut self.planes[place];
@@ -289,7 +248,7 @@ impl PlaneMap {
         }
         report.updated.sort_unstable();
         report.updated.dedup();
-        for &id in report.created.iter().chain(&report.updated) {
+        for id in report.touched() {
             if let Some(place) = self.place(id) {
                 let plane = &mut self.planes[place];
                 plane.sightings.add(timestamp);
@@ -305,7 +264,7 @@ impl PlaneMap {
     }
 
     /// The key frames that saw a plane.
-    fn sightings(&self, id: u64) -> Sightings {
+    fn sightings(&self, id: PlaneId) -> Sightings {
         let mut sightings = Sightings::default();
         for key_frame in self.key_frames.values() {
             if key_frame.contributions.iter().any(|share| self.resolve(share.plane) == id) {
@@ -321,17 +280,17 @@ impl PlaneMap {
     }
 
     /// The plane that an id stands for now.
-    fn resolve(&self, id: u64) -> u64 {
+    fn resolve(&self, id: PlaneId) -> PlaneId {
         resolve(&self.merged, id)
     }
 
-    fn place(&self, id: u64) -> Option<usize> {
+    fn place(&self, id: PlaneId) -> Option<usize> {
         self.planes.binary_search_by_key(&id, |plane| plane.id).ok()
     }
 }
 
 /// The plane that an id stands for, after merges.
-fn resolve(merged: &BTreeMap<u64, u64>, mut id: u64) -> u64 {
+fn resolve(merged: &BTreeMap<PlaneId, PlaneId>, mut id: PlaneId) -> PlaneId {
     while let Some(&into) = merged.get(&id) {
         id = into;
     }

@@ -1,20 +1,23 @@
-use dymlm_core::{Plane, Point};
+use dymlm_core::{Plane, PlaneId, Point};
 
 use super::fixed_moments::FixedMoments;
 use super::{Bounds, Patch};
 use crate::association::FinitePlane;
 use crate::boundary::{BoundaryPolygon, trace_boundary};
-use crate::linear_algebra::{eigenvalues, foot_on};
+use crate::linear_algebra::foot_on;
 use crate::plane_grid::{PlaneFrame, PlaneGrid};
 
 /// One finite plane of the map. World frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapPlane {
-    pub(super) id: u64,
+    pub(super) id: PlaneId,
     pub(super) plane: Plane,
     pub(super) centroid: [f64; 3],
     pub(super) mse: f64,
     pub(super) sightings: Sightings,
+    /// Number of key frames that looked at its centroid, where that decides whether it is confirmed; else 0.
+    pub(super) looks: usize,
+    pub(super) is_confirmed: bool,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
     bounds: Bounds,
@@ -53,13 +56,15 @@ impl Sightings {
 
 impl MapPlane {
     /// A plane that nothing has been added to.
-    pub(super) fn new(id: u64, plane: Plane, shape: ShapeSettings) -> Self {
+    pub(super) fn new(id: PlaneId, plane: Plane, shape: ShapeSettings) -> Self {
         Self {
             id,
             plane,
             centroid: [0.0; 3],
             mse: 0.0,
             sightings: Sightings::default(),
+            looks: 0,
+            is_confirmed: false,
             moments: FixedMoments::default(),
             bounds: Patch::default().bounds(shape.voxel_size),
             patch: Patch::default(),
@@ -79,9 +84,14 @@ impl MapPlane {
         }
     }
 
-    /// Number of the plane. It never changes and never comes again.
-    pub fn id(&self) -> u64 {
+    /// Id of the plane. It never changes and never comes again.
+    pub fn id(&self) -> PlaneId {
         self.id
+    }
+
+    /// Whether enough key frames have seen it, see [`PlaneMap::iter`](crate::PlaneMap::iter).
+    pub fn is_confirmed(&self) -> bool {
+        self.is_confirmed
     }
 
     /// The plane, fitted to all its inliers; the normal points to the cameras that saw it.
@@ -117,11 +127,6 @@ impl MapPlane {
     /// Sum of the weights of its inliers; a reading at 0.4 m weighs 1.
     pub fn weight(&self) -> f64 {
         self.moments.weight()
-    }
-
-    /// Variances of its inliers along its own axes, ascending, square metres: the first is across the plane.
-    pub fn variances(&self) -> [f64; 3] {
-        self.moments.about_centroid().map_or([0.0; 3], |(moments, _)| eigenvalues(&moments.covariance()))
     }
 
     /// Its inliers: the centres of their voxels set onto the plane, in a fixed order. Metres.

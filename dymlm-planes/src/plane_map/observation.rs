@@ -2,9 +2,9 @@ use dymlm_core::{Plane, Pose};
 
 use super::fixed_moments::{FixedMoments, REACH};
 use super::patch::{Bounds, Patch, reach};
-use crate::PlaneError;
+use crate::Error;
 use crate::association::FinitePlane;
-use crate::refinement::DetectedPlane;
+use crate::detector::DetectedPlane;
 
 /// A detected plane, brought to the world.
 #[derive(Debug, Clone)]
@@ -22,11 +22,11 @@ impl Observation {
         detected: &DetectedPlane,
         world_from_camera: &Pose,
         voxel_size: f64,
-    ) -> Result<Self, PlaneError> {
+    ) -> Result<Self, Error> {
         let plane = detected.plane.transformed(world_from_camera);
         let centroid = world_from_camera.transform_point(detected.centroid);
         let reach = Self::reach(voxel_size);
-        let out_of_reach = || PlaneError::OutOfReach { centroid, reach };
+        let out_of_reach = || Error::OutOfReach { centroid, reach };
         if !centroid.iter().all(|c| c.abs() < reach) {
             return Err(out_of_reach());
         }

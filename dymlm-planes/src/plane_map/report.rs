@@ -1,29 +1,53 @@
-use crate::filter::RejectedPlane;
+use dymlm_core::{FrameId, PlaneId};
+
+use crate::detector::RejectedPlane;
 
 /// Two planes of the map that proved to be one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct PlaneMerge {
-    /// The plane that has gone.
-    pub from: u64,
+    /// The plane that has gone; its id leads to the other from now on.
+    pub from: PlaneId,
     /// The plane that holds both now.
-    pub into: u64,
+    pub into: PlaneId,
 }
 
 /// What a key frame has done to the map.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PlaneReport {
-    /// Number of the key frame, by which it can be taken out again.
-    pub key_frame: u64,
-    /// Ids of planes that are new, ascending.
-    pub created: Vec<u64>,
-    /// Ids of planes that were seen again, ascending.
-    pub updated: Vec<u64>,
+    /// Id of the key frame, by which it can be taken out again.
+    #[doc(alias = "keyframe")]
+    pub key_frame: FrameId,
+    /// Planes that are new, ascending.
+    pub created: Vec<PlaneId>,
+    /// Planes that were seen again, ascending.
+    pub updated: Vec<PlaneId>,
     /// Planes that proved to be one, in the order in which they merged.
     pub merged: Vec<PlaneMerge>,
-    /// For each detected plane the id of the map plane that holds it now.
-    pub associations: Vec<u64>,
+    /// For each detected plane the map plane that holds it now.
+    pub associations: Vec<PlaneId>,
     /// Detected planes that the filter kept from the map; a [`PlaneMap`](crate::PlaneMap) alone, which does not see them, leaves
     /// it empty.
     pub rejected: Vec<RejectedPlane>,
+}
+
+impl PlaneReport {
+    pub(super) fn of(key_frame: FrameId) -> Self {
+        Self {
+            key_frame,
+            created: Vec::new(),
+            updated: Vec::new(),
+            merged: Vec::new(),
+            associations: Vec::new(),
+            rejected: Vec::new(),
+        }
+    }
+
+    /// The planes that are new or were seen again.
+    pub(super) fn touched(&self) -> impl Iterator<Item = PlaneId> {
+        self.created.iter().chain(&self.updated).copied()
+    }
 }

@@ -1,4 +1,4 @@
-//! Questions to the plane map: rays, what is under a point, what carries a thing, floors and walls.
+//! Questions to the plane map: rays, what is under a point, what a thing rests on, floors and walls.
 
 mod orientation;
 mod ray;

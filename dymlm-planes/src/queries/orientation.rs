@@ -1,10 +1,11 @@
-use dymlm_core::vector3::dot;
+use dymlm_core::vector3::{dot, unit};
 
-use crate::linear_algebra::normalized;
 use crate::plane_map::{MapPlane, PlaneMap};
 
 /// What a plane is in a room, by its orientation and height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum SurfaceKind {
     /// Level, facing up, at the height of the lowest large such plane.
@@ -51,28 +52,29 @@ pub struct Surface<'a> {
 }
 
 impl PlaneMap {
-    /// Tells the kind of each plane, given a vector that points up in the world, in the order of their ids. Empty for
+    /// Tells the kind of each confirmed plane, given a vector that points up in the world, in the order of their ids. Empty for
     /// a vector without length.
     ///
     /// ```
-    /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
+    /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
     /// use dymlm_planes::{PlaneConfig, PlaneMapper, SurfaceConfig, SurfaceKind};
     ///
     /// // A camera that looks down on a floor; its z axis is the world's.
     /// let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?;
     /// let floor = Frame::new(0.0, camera, DepthImage::new(160, 120, vec![1.5; 160 * 120])?, None)?;
-    /// let mut mapper = PlaneMapper::new(PlaneConfig::default())?;
-    /// mapper.insert(&floor, None, &[], &Pose::identity())?;
+    /// let mut mapper = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect())?;
+    /// for _ in 0..3 {
+    ///     mapper.insert(&floor, None, &[], &Pose::identity())?;
+    /// }
     ///
     /// let surfaces = mapper.map().surfaces([0.0, 0.0, -1.0], &SurfaceConfig::default());
     /// assert_eq!(surfaces[0].kind, SurfaceKind::Floor);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn surfaces(&self, up: [f64; 3], config: &SurfaceConfig) -> Vec<Surface<'_>> {
-        let Some(up) = normalized(up) else { return Vec::new() };
+        let Some(up) = unit(up) else { return Vec::new() };
         let (sin, cos) = config.max_tilt_deg.to_radians().sin_cos();
         let mut surfaces: Vec<Surface<'_>> = self
-            .planes()
             .iter()
             .map(|plane| {
                 let cosine = dot(plane.plane().normal(), up);

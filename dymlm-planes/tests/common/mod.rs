@@ -2,7 +2,8 @@
 
 #![allow(dead_code, clippy::unwrap_used, reason = "tests; not every test uses all of it")]
 
-use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, axial_noise};
+use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
+use dymlm_planes::{MapPlane, PlaneConfig, PlaneDetector, PlaneMap, PlaneMapper};
 
 /// A rectangle in the world: centre and two half sides, which are at right angles.
 #[derive(Debug, Clone, Copy)]
@@ -110,7 +111,7 @@ fn noisy(exact: f64, seed: u64, pixel: u64) -> f32 {
         sum += (state >> 11) as f64 / (1_u64 << 53) as f64;
     }
     // Half of Nguyen's noise, which is that of a good Kinect.
-    let z = exact + 0.5 * f64::from(axial_noise(exact as f32)) * sum;
+    let z = exact + 0.5 * f64::from(SensorModel::kinect().sigma(exact as f32)) * sum;
     let steps = (1.0 / (0.002_85 * z)).round();
     (1.0 / (0.002_85 * steps)) as f32
 }
@@ -154,4 +155,28 @@ pub(crate) fn room_views() -> Vec<Pose> {
             look_at([-0.9 + 0.12 * s, -1.5 + 0.05 * s, 1.5 + 0.03 * s], [0.1 + 0.05 * s, 0.6, 0.6])
         })
         .collect()
+}
+
+pub(crate) fn mapper() -> PlaneMapper {
+    PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect()).unwrap()
+}
+
+pub(crate) fn empty_map() -> PlaneMap {
+    PlaneMap::new(PlaneConfig::default().map, &SensorModel::kinect()).unwrap()
+}
+
+pub(crate) fn detector() -> PlaneDetector {
+    PlaneDetector::new(&PlaneConfig::default().detector, &SensorModel::kinect()).unwrap()
+}
+
+/// Confirmed planes and candidates, in the order of their ids.
+pub(crate) fn all_planes(map: &PlaneMap) -> Vec<&MapPlane> {
+    let mut planes: Vec<&MapPlane> = map.iter().chain(map.candidates()).collect();
+    planes.sort_by_key(|plane| plane.id());
+    planes
+}
+
+/// Copies of [`all_planes`].
+pub(crate) fn snapshot(map: &PlaneMap) -> Vec<MapPlane> {
+    all_planes(map).into_iter().cloned().collect()
 }

@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, Pose};
+use dymlm_core::{DepthView, Frame, FrameId, PlaneId, Pose};
 
 use super::super::gap::{Gap, GapSight};
 use super::super::gap_record::{GapRecord, GapSights, pair_of, resolve_sights};
@@ -19,8 +19,8 @@ struct FoundMerge {
 enum Tie {
     /// Their patches adjoin.
     Contact,
-    /// Something nearer hides what joins them.
-    HiddenGap,
+    /// Something nearer occludes what joins them.
+    OccludedGap,
 }
 
 /// Planes of the map that prove to be one.
@@ -28,14 +28,15 @@ impl PlaneMap {
     /// Looks at what lies between planes that this key frame has touched and planes of the map that are coplanar with them.
     pub(super) fn look_between(&mut self, report: &PlaneReport, frame: &Frame, world_from_camera: &Pose) {
         let camera_from_world = world_from_camera.inverse();
+        let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
         let mut sights = GapSights::new();
-        for &id in report.created.iter().chain(&report.updated) {
+        for id in report.touched() {
             let Some(a) = self.place(id).map(|place| &self.planes[place]) else { continue };
             for b in self.planes.iter().filter(|b| b.id != id) {
                 let pair = pair_of(a.id, b.id);
                 if !sights.contains_key(&pair)
                     && let Some(gap) = self.gap_between(a, b)
-                    && let Some(sight) = gap.look(frame.camera(), frame.depth(), &camera_from_world)
+                    && let Some(sight) = gap.look(&view, &camera_from_world)
                 {
                     sights.insert(pair, sight);
                 }
@@ -51,7 +52,7 @@ impl PlaneMap {
     fn gap_between(&self, a: &MapPlane, b: &MapPlane) -> Option<Gap> {
         let (into, from) = in_order(a, b);
         let (from, into) = (from.finite(), into.finite());
-        let width = self.config.association.max_hidden_gap;
+        let width = self.config.association.max_occluded_gap;
         if width <= 0.0 || from.bounds.distance(&into.bounds) > width {
             return None;
         }
@@ -61,7 +62,7 @@ impl PlaneMap {
 
     /// Merges planes that this key frame has touched with planes that they have become one with, best pair first.
     pub(super) fn merge(&mut self, report: &mut PlaneReport) {
-        let mut touched: Vec<u64> = report.created.iter().chain(&report.updated).copied().collect();
+        let mut touched: Vec<PlaneId> = report.touched().collect();
         let mut merges = Vec::new();
         while let Some(found) = self.best_merge(&touched) {
             let merge = found.merge;
@@ -86,7 +87,7 @@ impl PlaneMap {
         }
     }
 
-    fn best_merge(&self, touched: &[u64]) -> Option<FoundMerge> {
+    fn best_merge(&self, touched: &[PlaneId]) -> Option<FoundMerge> {
         let mut best: Option<FoundMerge> = None;
         for &id in touched {
             let Some(a) = self.place(id).map(|place| &self.planes[place]) else { continue };
@@ -110,20 +111,20 @@ impl PlaneMap {
         if let Some(agreement) = self.criterion.test(&from, &into) {
             return Some(found(Tie::Contact, &agreement));
         }
-        let least = self.config.association.min_hidden_sightings;
-        let is_hidden = self.gaps.is_hidden(pair_of(merge.from, merge.into), least);
-        let agreement = is_hidden.then(|| self.criterion.test_across_gap(&from, &into)).flatten()?;
-        Some(found(Tie::HiddenGap, &agreement))
+        let least = self.config.min_observations;
+        let is_occluded = self.gaps.is_occluded(pair_of(merge.from, merge.into), least);
+        let agreement = is_occluded.then(|| self.criterion.test_across_gap(&from, &into)).flatten()?;
+        Some(found(Tie::OccludedGap, &agreement))
     }
 
-    /// The key frames that saw the gap hidden that is between two planes; `None` when they adjoin.
-    fn witnesses(&self, found: &FoundMerge) -> Option<Vec<u64>> {
+    /// The key frames that saw the gap occluded that is between two planes; `None` when they adjoin.
+    fn witnesses(&self, found: &FoundMerge) -> Option<Vec<FrameId>> {
         let pair = pair_of(found.merge.from, found.merge.into);
         let saw = |key_frame: &KeyFrame| {
             let sights = resolve_sights(&key_frame.sights, |id| self.resolve(id));
-            sights.get(&pair) == Some(&GapSight::Hidden)
+            sights.get(&pair) == Some(&GapSight::Occluded)
         };
-        (found.tie == Tie::HiddenGap).then(|| {
+        (found.tie == Tie::OccludedGap).then(|| {
             self.key_frames
                 .iter()
                 .filter(|(_, key_frame)| saw(key_frame))
@@ -142,7 +143,7 @@ impl PlaneMap {
         self.gaps = gaps;
     }
 
-    fn absorb(&mut self, gone: &MapPlane, into: u64) {
+    fn absorb(&mut self, gone: &MapPlane, into: PlaneId) {
         let seen = self.sightings(into);
         if let Some(place) = self.place(into) {
             let plane = &mut self.planes[place];

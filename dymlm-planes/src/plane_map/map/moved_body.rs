@@ -1,10 +1,10 @@
-use dymlm_core::Pose;
+use dymlm_core::{FrameId, PlaneId, Pose};
 
 use super::super::Patch;
 use super::super::fixed_moments::FixedMoments;
 use super::super::observation::Observation;
 use super::{PlaneMap, resolve};
-use crate::PlaneError;
+use crate::Error;
 use crate::linear_algebra::foot_on;
 
 /// A plane is a body's when this share of its inliers is.
@@ -21,12 +21,12 @@ impl PlaneMap {
     ///
     /// # Errors
     ///
-    /// [`PlaneError::OutOfReach`] when a plane would go too far out; nothing has moved.
+    /// [`Error::OutOfReach`] when a plane would go too far out; nothing has moved.
     pub fn move_body(
         &mut self,
         new_from_old: &Pose,
         is_body: impl Fn([f64; 3]) -> bool,
-    ) -> Result<Vec<u64>, PlaneError> {
+    ) -> Result<Vec<PlaneId>, Error> {
         let voxel_size = self.config.voxel_size;
         let (mut going, mut cut) = (Vec::new(), Vec::new());
         for plane in &self.planes {
@@ -60,8 +60,9 @@ impl PlaneMap {
             key_frame.sights.retain(|pair, _| !pair.iter().any(|id| going.contains(&resolve(merged, *id))));
         }
         self.collect_gaps();
-        let touched: Vec<u64> = going.iter().copied().chain(cut.iter().map(|(id, _)| *id)).collect();
+        let touched: Vec<PlaneId> = going.iter().copied().chain(cut.iter().map(|(id, _)| *id)).collect();
         self.rebuild(&touched);
+        self.confirm_all();
         Ok(going)
     }
 
@@ -69,9 +70,9 @@ impl PlaneMap {
     #[allow(clippy::type_complexity, reason = "a list that lives for a few lines")]
     fn moved_contributions(
         &self,
-        planes: &[u64],
+        planes: &[PlaneId],
         new_from_old: &Pose,
-    ) -> Result<Vec<((u64, usize), (FixedMoments, Patch))>, PlaneError> {
+    ) -> Result<Vec<((FrameId, usize), (FixedMoments, Patch))>, Error> {
         let voxel_size = self.config.voxel_size;
         let reach = Observation::reach(voxel_size);
         let mut moved = Vec::new();
@@ -84,7 +85,7 @@ impl PlaneMap {
                 let centroid = new_from_old.transform_point(old);
                 let within = centroid.iter().all(|c| c.abs() < reach);
                 let moments = share.moments.moved(new_from_old).filter(|_| within);
-                let moments = moments.ok_or(PlaneError::OutOfReach { centroid, reach })?;
+                let moments = moments.ok_or(Error::OutOfReach { centroid, reach })?;
                 moved.push(((number, index), (moments, share.patch.moved(new_from_old, voxel_size))));
             }
         }

@@ -1,17 +1,19 @@
+use dymlm_core::{FrameId, PlaneId};
+
 use super::super::fixed_moments::FixedMoments;
 use super::super::{MapPlane, Patch, PlaneMerge};
 use super::{KeyFrame, PlaneMap};
-use crate::PlaneError;
+use crate::Error;
 
 /// Taking key frames out.
 impl PlaneMap {
-    /// Takes a key frame out again, by the number that its report gave.
+    /// Takes a key frame out again, by the id that its report gave.
     ///
     /// # Errors
     ///
-    /// [`PlaneError::UnknownKeyFrame`].
-    pub fn remove(&mut self, key_frame: u64) -> Result<(), PlaneError> {
-        let gone = self.key_frames.remove(&key_frame).ok_or(PlaneError::UnknownKeyFrame { key_frame })?;
+    /// [`Error::UnknownKeyFrame`].
+    pub fn remove(&mut self, key_frame: FrameId) -> Result<(), Error> {
+        let gone = self.key_frames.remove(&key_frame).ok_or(Error::UnknownKeyFrame { key_frame })?;
         let mut undone: Vec<PlaneMerge> = gone.merges.iter().map(|merge| merge.merge).collect();
         undone.extend(self.take_unwitnessed(key_frame));
         if undone.is_empty() {
@@ -20,6 +22,7 @@ impl PlaneMap {
             self.undo_merges(&gone, &undone);
         }
         self.collect_gaps();
+        self.confirm_all();
         Ok(())
     }
 
@@ -42,8 +45,8 @@ impl PlaneMap {
     }
 
     /// Takes those merges out of the key frames that have too few witnesses left without a key frame.
-    fn take_unwitnessed(&mut self, gone: u64) -> Vec<PlaneMerge> {
-        let least = self.config.association.min_hidden_sightings as usize;
+    fn take_unwitnessed(&mut self, gone: FrameId) -> Vec<PlaneMerge> {
+        let least = self.config.min_observations as usize;
         let mut taken = Vec::new();
         for key_frame in self.key_frames.values_mut() {
             key_frame.merges.retain_mut(|merge| {
@@ -61,7 +64,7 @@ impl PlaneMap {
 
     /// Parts planes that a key frame made one, or that it was needed as a witness for, and makes all that it touched anew without it.
     fn undo_merges(&mut self, gone: &KeyFrame, undone: &[PlaneMerge]) {
-        let mut touched: Vec<u64> =
+        let mut touched: Vec<PlaneId> =
             gone.contributions.iter().map(|share| self.resolve(share.plane)).collect();
         touched.extend(undone.iter().map(|merge| self.resolve(merge.into)));
         for merge in undone {
@@ -74,7 +77,7 @@ impl PlaneMap {
     }
 
     /// Makes planes anew from what the key frames have added to them. O(all contributions).
-    pub(super) fn rebuild(&mut self, ids: &[u64]) {
+    pub(super) fn rebuild(&mut self, ids: &[PlaneId]) {
         for &id in ids {
             if let Some(place) = self.place(id) {
                 self.planes.remove(place);

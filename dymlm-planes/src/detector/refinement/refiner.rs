@@ -1,14 +1,28 @@
 use dymlm_core::vector3::dot;
-use dymlm_core::{DepthImage, PinholeCamera, Point};
+use dymlm_core::{DepthImage, PinholeCamera, Point, SensorModel};
 
+use super::super::DetectedPlane;
+use super::super::extraction::{Extraction, Segment};
+use super::super::rays::Rays;
+use super::PlaneCovariance;
 use super::edge_points::{fill_around, visit_rims};
-use super::reweighting::{Kernel, Trial, WeightedSums, finest_noise};
+use super::reweighting::{Kernel, Trial, WeightedSums};
 use super::runs::{Run, find_runs};
-use super::{DetectedPlane, PlaneCovariance, RefinementConfig};
-use crate::PlaneError;
-use crate::extraction::{Extraction, Segment};
 use crate::moments::Fit;
 
+/// Readings farther off than this many standard deviations weigh nothing while fitting: Tukey's biweight then keeps 95 % of
+/// the efficiency of least squares on clean data.
+const TUKEY_WIDTH: f64 = 4.685;
+/// Readings within this many standard deviations are inliers.
+const INLIER_WIDTH: f64 = 3.0;
+/// Neighbouring readings share one error, this many of them: a structured-light camera matches windows of the image. It
+/// scales the covariance and nothing else.
+const CORRELATED_PIXELS: f64 = 9.0;
+/// Every how many pixels of a Kinect the patch and its edge are sampled: 3 cm at 4 m.
+const SAMPLE_STRIDE: f64 = 4.0;
+/// Share of the 5x5 pixels around an edge point that must belong to the plane: a corner of 90 degrees keeps 9 of 25, a
+/// speck of flying pixels less.
+const MIN_EDGE_FILL: f64 = 0.32;
 /// While reweighting every second row is read: neighbouring readings share their errors, and the last fit reads all.
 const ROWS_WHILE_REWEIGHTING: u32 = 2;
 /// No plane is taken to be less noisy than this share of the sensor's model.
@@ -22,30 +36,13 @@ const SMALLEST_NOISE_RATIO: f64 = 0.05;
 /// scale is measured for each plane, so other sensors than the model's are served too.
 ///
 /// O(pixels) a round. The refiner owns its buffers.
-///
-/// ```
-/// use dymlm_core::{DepthImage, PinholeCamera};
-/// use dymlm_planes::{ExtractionConfig, PlaneExtractor, PlaneRefiner, RefinementConfig};
-///
-/// // A wall at 2 m with a thing of 3 cm before a small part of it.
-/// let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?;
-/// let depth = |i: usize| if i % 160 < 6 && i / 160 < 6 { 1.97 } else { 2.0 };
-/// let depth = DepthImage::new(160, 120, (0..160 * 120).map(depth).collect())?;
-///
-/// let mut extractor = PlaneExtractor::new(ExtractionConfig::default())?;
-/// let mut refiner = PlaneRefiner::new(RefinementConfig::default())?;
-/// let extraction = extractor.extract(&camera, &depth, None)?;
-/// let planes = refiner.refine(&camera, &depth, extraction)?;
-/// assert!(planes.len() == 1 && (planes[0].plane.d() - 2.0).abs() < 1e-6);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug, Clone)]
-pub struct PlaneRefiner {
-    config: RefinementConfig,
+pub(in crate::detector) struct PlaneRefiner {
+    sensor: SensorModel,
     /// 1 / (fx fy).
     pixel_solid_angle: f64,
-    ray_x: Vec<f64>,
-    ray_y: Vec<f64>,
+    /// Every how many pixels along rows and columns patches and edges are sampled.
+    stride: usize,
     runs: Vec<Run>,
     fits: Vec<Fit>,
     /// Noise of each plane, as a multiple of the model's.
@@ -59,17 +56,11 @@ pub struct PlaneRefiner {
 
 impl PlaneRefiner {
     /// A refiner with empty buffers.
-    ///
-    /// # Errors
-    ///
-    /// [`PlaneError::Config`] names the field outside its range.
-    pub fn new(config: RefinementConfig) -> Result<Self, PlaneError> {
-        config.validate()?;
-        Ok(Self {
-            config,
+    pub(in crate::detector) fn new(sensor: SensorModel) -> Self {
+        Self {
+            sensor,
             pixel_solid_angle: 0.0,
-            ray_x: Vec::new(),
-            ray_y: Vec::new(),
+            stride: 1,
             runs: Vec::new(),
             fits: Vec::new(),
             noise_ratios: Vec::new(),
@@ -77,79 +68,58 @@ impl PlaneRefiner {
             sums: Vec::new(),
             places: Vec::new(),
             planes: Vec::new(),
-        })
+        }
     }
 
     /// Refines the planes of an extraction of the same image. A segment whose inliers make no plane is left out.
-    ///
-    /// # Errors
-    ///
-    /// [`PlaneError::Core`] when image or extraction are of another size than the camera; the last result stays.
-    pub fn refine(
+    pub(in crate::detector) fn refine(
         &mut self,
         camera: &PinholeCamera,
         depth: &DepthImage,
+        rays: &Rays,
         extraction: &Extraction,
-    ) -> Result<&[DetectedPlane], PlaneError> {
-        camera.check_size("the depth image", depth.width(), depth.height())?;
-        camera.check_size("the extraction", extraction.width(), extraction.height())?;
+    ) {
         self.begin(camera, extraction);
-        for _ in 0..self.config.iterations {
-            self.sum_up(depth, Kernel::Tukey, self.config.tukey_width, ROWS_WHILE_REWEIGHTING);
-            self.refit();
-        }
-        self.sum_up(depth, Kernel::Inlier, self.config.inlier_width, 1);
+        self.sum_up(depth, rays, Kernel::Tukey, TUKEY_WIDTH, ROWS_WHILE_REWEIGHTING);
+        self.refit();
+        self.sum_up(depth, rays, Kernel::Inlier, INLIER_WIDTH, 1);
         self.refit();
         self.collect_planes(extraction.segments());
-        self.sample_patches(depth, extraction);
-        self.find_edges(depth, extraction);
-        Ok(&self.planes)
+        self.sample_patches(depth, rays, extraction);
+        self.find_edges(depth, rays, extraction);
     }
 
     /// The last result.
-    pub fn planes(&self) -> &[DetectedPlane] {
+    pub(in crate::detector) fn planes(&self) -> &[DetectedPlane] {
         &self.planes
     }
 
     /// The last result, to be thinned out.
-    pub(crate) fn planes_mut(&mut self) -> &mut Vec<DetectedPlane> {
+    pub(in crate::detector) fn planes_mut(&mut self) -> &mut Vec<DetectedPlane> {
         &mut self.planes
-    }
-
-    /// The config.
-    pub fn config(&self) -> &RefinementConfig {
-        &self.config
     }
 
     fn begin(&mut self, camera: &PinholeCamera, extraction: &Extraction) {
         self.pixel_solid_angle = (1.0 / (camera.fx() * camera.fy())).abs();
-        self.ray_x.clear();
-        self.ray_x.extend((0..camera.width()).map(|u| (u as f64 - camera.cx()) / camera.fx()));
-        self.ray_y.clear();
-        self.ray_y.extend((0..camera.height()).map(|v| (v as f64 - camera.cy()) / camera.fy()));
+        self.stride = (SAMPLE_STRIDE * camera.focal_scale()).round().max(1.0) as usize;
         find_runs(extraction.labels(), extraction.width(), &mut self.runs);
         self.fits.clear();
-        self.fits.extend(extraction.segments().iter().map(|segment| Fit {
-            centroid: segment.centroid,
-            normal: segment.plane.normal(),
-            mse: segment.mse,
-            depth_mse: segment.mse,
-        }));
+        self.fits.extend(extraction.segments().iter().map(|segment| segment.fit));
         self.noise_ratios.clear();
         self.noise_ratios.extend(self.fits.iter().map(|fit| {
-            let noise = f64::from(dymlm_core::axial_noise(fit.centroid[2] as f32));
+            let noise = f64::from(self.sensor.sigma(fit.centroid[2] as f32));
             (fit.mse.sqrt() / noise).max(SMALLEST_NOISE_RATIO)
         }));
     }
 
     /// Sums up the readings of every so many rows, weighed by the planes' present fits.
-    fn sum_up(&mut self, depth: &DepthImage, kernel: Kernel, width: f64, rows: u32) {
+    fn sum_up(&mut self, depth: &DepthImage, rays: &Rays, kernel: Kernel, width: f64, rows: u32) {
         self.trials.clear();
         self.trials.extend(
             self.fits
                 .iter()
                 .zip(&self.noise_ratios)
-                .map(|(fit, ratio)| Trial::new(fit, width * ratio, kernel)),
+                .map(|(fit, ratio)| Trial::new(fit, width * ratio, kernel, self.sensor)),
         );
         self.sums.clear();
         self.sums.resize(self.fits.len(), WeightedSums::default());
@@ -160,7 +130,7 @@ impl PlaneRefiner {
             };
             let (v, columns) = (run.v as usize, run.first as usize..run.end as usize);
             let row = &depth.data()[v * depth.width()..(v + 1) * depth.width()];
-            trial.add_run(&row[columns.clone()], &self.ray_x[columns], self.ray_y[v], sums);
+            trial.add_run(&row[columns.clone()], &rays.x[columns], rays.y[v], sums);
         }
     }
 
@@ -180,8 +150,8 @@ impl PlaneRefiner {
         self.places.clear();
         for (index, segment) in segments.iter().enumerate() {
             let (fit, sums) = (&self.fits[index], &self.sums[index]);
-            let inflation =
-                self.config.correlated_pixels * (finest_noise() * self.noise_ratios[index]).powi(2);
+            let finest_noise = f64::from(self.sensor.noise.floor);
+            let inflation = CORRELATED_PIXELS * (finest_noise * self.noise_ratios[index]).powi(2);
             let covariance = PlaneCovariance::new(&sums.moments, fit.normal, inflation);
             let (Some(plane), Some(covariance)) = (fit.plane(), covariance) else {
                 self.places.push(None);
@@ -201,17 +171,17 @@ impl PlaneRefiner {
                 area: 0.0,
                 samples,
                 edge_points,
-                segment: index,
+                label: index as u16 + 1,
                 moments: sums.moments,
             });
         }
     }
 
-    fn sample_patches(&mut self, depth: &DepthImage, extraction: &Extraction) {
-        let (width, stride) = (extraction.width(), self.stride(extraction.width()));
+    fn sample_patches(&mut self, depth: &DepthImage, rays: &Rays, extraction: &Extraction) {
+        let (width, stride) = (extraction.width(), self.stride);
         for v in (stride / 2..extraction.height()).step_by(stride) {
             for u in (stride / 2..width).step_by(stride) {
-                if let Some((place, point)) = self.inlier_at(depth, extraction, u, v) {
+                if let Some((place, point)) = self.inlier_at(depth, rays, extraction, u, v) {
                     let plane = &mut self.planes[place];
                     plane.samples.push(point);
                     // What one pixel covers of the plane, as many times as there are pixels to a sample.
@@ -223,12 +193,12 @@ impl PlaneRefiner {
         }
     }
 
-    fn find_edges(&mut self, depth: &DepthImage, extraction: &Extraction) {
+    fn find_edges(&mut self, depth: &DepthImage, rays: &Rays, extraction: &Extraction) {
         let (labels, width) = (extraction.labels(), extraction.width());
         let mut planes = std::mem::take(&mut self.planes);
-        visit_rims(labels, width, &self.runs, self.stride(width), |u, v, _| {
-            if let Some((place, point)) = self.inlier_at(depth, extraction, u, v)
-                && fill_around(labels, width, u, v) >= self.config.min_edge_fill
+        visit_rims(labels, width, &self.runs, self.stride, |u, v, _| {
+            if let Some((place, point)) = self.inlier_at(depth, rays, extraction, u, v)
+                && fill_around(labels, width, u, v) >= MIN_EDGE_FILL
             {
                 planes[place].edge_points.push(point);
             }
@@ -236,22 +206,19 @@ impl PlaneRefiner {
         self.planes = planes;
     }
 
-    fn stride(&self, width: usize) -> usize {
-        ((self.config.sample_stride * width) as f64 / 640.0).round().max(1.0) as usize
-    }
-
     /// The plane whose inlier lies at a pixel, and the point of the plane there.
     fn inlier_at(
         &self,
         depth: &DepthImage,
+        rays: &Rays,
         extraction: &Extraction,
         u: usize,
         v: usize,
     ) -> Option<(usize, Point)> {
         let index = extraction.segment_at(u, v)?;
         let place = (*self.places.get(index)?)?;
-        let (a, b, z) = (self.ray_x[u], self.ray_y[v], depth.at(u, v));
-        if z > self.config.max_sample_depth as f32 || !self.trials[index].is_inlier(z, a as f32, b as f32) {
+        let (a, b, z) = (rays.x[u], rays.y[v], depth.at(u, v));
+        if !self.trials[index].is_inlier(z, a as f32, b as f32) {
             return None;
         }
         // Onto the plane along its normal, so that noise does not blur the patch.

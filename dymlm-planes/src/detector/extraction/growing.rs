@@ -1,10 +1,11 @@
-use dymlm_core::axial_noise;
+use dymlm_core::SensorModel;
 use dymlm_core::vector3::dot;
 
-use super::block_grid::{BlockGrid, Rays};
+use super::super::rays::Rays;
+use super::block_grid::BlockGrid;
 use super::reached::{Reach, keep_reached};
 use super::tolerance::Tolerance;
-use crate::moments::{Fit, Moments};
+use crate::moments::{Fit, Moments, RowSums};
 
 /// Planes that compete for one block's pixels, at most.
 const MOST_CANDIDATES: usize = 6;
@@ -12,6 +13,8 @@ const MOST_CANDIDATES: usize = 6;
 /// Share of a block's side that must belong to a plane for it to grow across that side.
 const CONTACT: f64 = 0.2;
 
+/// Pixels join a plane up to this many of its root mean square distances. (Feng 2014: 3.)
+const GROWING_DISTANCE: f64 = 2.5;
 /// A plane takes no pixel nearer than this for being too noisy, metres at 1 m.
 const FINEST_LIMIT: f32 = 0.002;
 
@@ -23,7 +26,8 @@ pub(super) struct Seed {
     pub(super) noise_mse: f64,
     normal: [f32; 3],
     d: f32,
-    /// Pixels nearer than this times the axial noise join.
+    sensor: SensorModel,
+    /// Pixels nearer than this times the sensor's noise join.
     limit_per_noise: f32,
 }
 
@@ -38,19 +42,20 @@ impl Seed {
     #[inline]
     fn distance_if_near(&self, z: f32, ray_x: f32, of_row: f32) -> f32 {
         let distance = (z * (self.normal[0] * ray_x + of_row) + self.d).abs();
-        let limit = if z > 0.0 { self.limit_per_noise * axial_noise(z) } else { 0.0 };
+        let limit = if z > 0.0 { self.limit_per_noise * self.sensor.sigma(z) } else { 0.0 };
         if distance < limit { distance } else { f32::INFINITY }
     }
 
-    pub(super) fn new(fit: &Fit, noise_mse: f64, growing_distance: f64) -> Self {
-        let noise = axial_noise(fit.centroid[2] as f32);
-        let limit = (growing_distance * fit.mse.sqrt()) as f32;
-        let finest = FINEST_LIMIT / axial_noise(1.0);
+    pub(super) fn new(fit: &Fit, noise_mse: f64, sensor: SensorModel) -> Self {
+        let noise = sensor.sigma(fit.centroid[2] as f32);
+        let limit = (GROWING_DISTANCE * fit.mse.sqrt()) as f32;
+        let finest = FINEST_LIMIT / sensor.sigma(1.0);
         Self {
             fit: *fit,
             noise_mse,
             normal: fit.normal.map(|n| n as f32),
             d: -dot(fit.normal, fit.centroid) as f32,
+            sensor,
             limit_per_noise: (limit / noise).max(finest),
         }
     }
@@ -364,9 +369,5 @@ fn sum_run(depths: &[f32], ray_x: &[f64], b: f64, sums: &mut Moments) {
         azz += along * reading;
         aazz += along * along;
     }
-    sums.add(&Moments {
-        weight: depths.len() as f64,
-        first: [az, b * z, z],
-        second: [aazz, b * azz, azz, b * b * zz, b * zz, zz],
-    });
+    sums.add(&Moments::of_row(b, RowSums { weight: depths.len() as f64, z, az, zz, azz, aazz }));
 }

@@ -1,29 +1,46 @@
+use dymlm_core::symmetric_eigen3;
 use dymlm_core::vector3::{dot, norm};
 
-use super::ExtractionConfig;
-use crate::linear_algebra::eigenvalues;
+use crate::linear_algebra::rows;
 use crate::moments::{Fit, Moments};
 
 /// The physical tolerances of Feng 2014, as functions of the depth.
 #[derive(Debug, Clone)]
 pub(super) struct Tolerance {
-    block: f64,
-    merge: f64,
-    per_depth_squared: f64,
-    misfit: f64,
-    misfit_factor: f64,
-    max_misfit_per_depth_squared: f64,
     /// Variance of neighbouring blocks about their common plane at 1 m, as measured in the frame; it grows with z^4.
     unevenness: f64,
-    max_bend: f64,
-    cos_max_incidence: f64,
-    jump: f64,
-    jump_per_depth: f64,
     /// Cosines of the largest block angle at depths of 0, 0.25, .. 4 m.
     cos_block_angle: [f64; 17],
-    pub(super) cos_merge_angle: f64,
-    pub(super) cos_refine_angle: f64,
 }
+
+/// A block may have this root mean square distance from its fit, metres (Feng 2014) ...
+const BLOCK_TOLERANCE: f64 = 0.005;
+/// ... and merged planes this (Feng 2014) ...
+const MERGE_TOLERANCE: f64 = 0.008;
+/// ... plus this times the depth squared and the cosine of incidence, 1 / metres: with it blocks pass at 4 m as well, where
+/// a Kinect's noise and disparity steps come to 2.9 cm. (Feng 2014: 0.0016, without the cosine; the misfit below allows more.)
+const TOLERANCE_PER_DEPTH_SQUARED: f64 = 0.0022;
+/// A part joins a plane when the plane's misfit to it, beyond the part's own noise, is at most this, metres ...
+const MISFIT: f64 = 0.003;
+/// ... and, as variances add, this many times the unevenness of neighbouring blocks. The unevenness is the frame's median:
+/// with pure noise an eighth of it, with a Kinect's disparity steps more.
+const MISFIT_FACTOR: f64 = 6.5;
+/// The second part is at most this times the depth squared, 1 / metres: two thirds of a Kinect's disparity step.
+const MAX_MISFIT_PER_DEPTH_SQUARED: f64 = 0.002;
+/// A plane's misfit is at most this share of its width: a strip of a round thing that spans 12 degrees of it. The error of
+/// the estimate and the unevenness of the sensor are allowed in addition.
+const MAX_BEND: f64 = 0.008;
+/// Cosine of the largest angle between a block's normal and its ray, 84 degrees: beyond it a Kinect reads hardly anything
+/// (Nguyen 2012), and what looks like a plane is a step between two.
+const COS_MAX_INCIDENCE: f64 = 0.104_528;
+/// Neighbouring pixels belong to one surface when their depths differ by less than this, metres (Feng 2014) ...
+const JUMP: f32 = 0.02;
+/// ... plus this times the depth (Feng 2014).
+const JUMP_PER_DEPTH: f32 = 0.04;
+/// Cosine of the largest angle between planes that merge while clustering: 60 degrees (Feng 2014).
+pub(super) const COS_MERGE_ANGLE: f64 = 0.5;
+/// Cosine of the largest angle between planes that merge in the end: 30 degrees (Feng 2014).
+pub(super) const COS_REFINE_ANGLE: f64 = 0.866_025;
 
 /// How many times the allowed misfit a single block may have.
 const BLOCK_SLACK: f64 = 2.0;
@@ -32,38 +49,25 @@ const UNEVEN_BEND: f64 = 12.0;
 /// Standard deviations of a misfit's estimate that make no cluster bent.
 const MISFIT_DEVIATIONS: f64 = 3.0;
 
-/// Depths between which the angle of neighbouring blocks widens, metres.
+/// Largest angle between neighbouring blocks, degrees, at the nearer and the farther of two depths, metres; linear in
+/// between (Feng 2014): far away a block's normal is all noise.
+const BLOCK_ANGLES: [f64; 2] = [15.0, 90.0];
 const NEAR: f64 = 0.5;
 const FAR: f64 = 4.0;
 
 impl Tolerance {
-    pub(super) fn new(config: &ExtractionConfig) -> Self {
-        let (near, far) = (config.block_angle_near_deg, config.block_angle_far_deg);
+    pub(super) fn new() -> Self {
+        let [near, far] = BLOCK_ANGLES;
         let cos_block_angle = std::array::from_fn(|quarter| {
             let part = ((0.25 * quarter as f64 - NEAR) / (FAR - NEAR)).clamp(0.0, 1.0);
             (near + part * (far - near)).to_radians().cos()
         });
-        Self {
-            block: config.block_tolerance,
-            merge: config.merge_tolerance,
-            per_depth_squared: config.tolerance_per_depth_squared,
-            misfit: config.misfit,
-            max_bend: config.max_bend,
-            misfit_factor: config.misfit_factor,
-            max_misfit_per_depth_squared: config.max_misfit_per_depth_squared,
-            unevenness: 0.0,
-            cos_max_incidence: config.max_incidence_deg.to_radians().cos(),
-            jump: config.depth_jump,
-            jump_per_depth: config.depth_jump_per_depth,
-            cos_block_angle,
-            cos_merge_angle: config.merge_angle_deg.to_radians().cos(),
-            cos_refine_angle: config.refine_angle_deg.to_radians().cos(),
-        }
+        Self { unevenness: 0.0, cos_block_angle }
     }
 
     /// Sets how uneven neighbouring blocks are: the variance about their common plane over z^4.
     pub(super) fn set_unevenness(&mut self, unevenness: f64) {
-        let most = self.max_misfit_per_depth_squared / self.misfit_factor;
+        let most = MAX_MISFIT_PER_DEPTH_SQUARED / MISFIT_FACTOR;
         self.unevenness = unevenness.min(most * most);
     }
 
@@ -80,20 +84,20 @@ impl Tolerance {
 
     /// Whether a block is flat, and not seen so steeply that it may be a step between two surfaces.
     #[inline]
-    pub(super) fn holds_block(&self, fit: &Fit) -> bool {
-        fit.mse < self.largest_mse(self.block, fit) && cosine_of_incidence(fit) > self.cos_max_incidence
+    pub(super) fn holds_block(fit: &Fit) -> bool {
+        fit.mse < Self::largest_mse(BLOCK_TOLERANCE, fit) && cosine_of_incidence(fit) > COS_MAX_INCIDENCE
     }
 
     /// Whether a merged plane is flat.
     #[inline]
-    pub(super) fn holds_plane(&self, fit: &Fit) -> bool {
-        fit.mse < self.largest_mse(self.merge, fit)
+    pub(super) fn holds_plane(fit: &Fit) -> bool {
+        fit.mse < Self::largest_mse(MERGE_TOLERANCE, fit)
     }
 
     /// Largest mean squared distance of any merged plane at mean depth z.
     #[inline]
-    pub(super) fn merge_mse(&self, z: f64) -> f64 {
-        let rms = self.merge + self.per_depth_squared * z * z;
+    pub(super) fn merge_mse(z: f64) -> f64 {
+        let rms = MERGE_TOLERANCE + TOLERANCE_PER_DEPTH_SQUARED * z * z;
         rms * rms
     }
 
@@ -105,18 +109,18 @@ impl Tolerance {
         // A variance estimated from n readings errs by sqrt(2 / n) of itself.
         let error = MISFIT_DEVIATIONS * noise * (2.0 / cluster.weight).sqrt();
         // Of points spread evenly over a width w the variance is w^2 / 12.
-        let [_, across, _] = eigenvalues(&cluster.covariance());
+        let across = symmetric_eigen3(rows(&cluster.covariance())).map_or(0.0, |eigen| eigen.values[1]);
         let width = (12.0 * across.max(0.0)).sqrt();
         let uneven = UNEVEN_BEND * self.unevenness * z.powi(4);
-        (misfit - error) * slant * slant > (self.max_bend * width).powi(2) + uneven
+        (misfit - error) * slant * slant > (MAX_BEND * width).powi(2) + uneven
     }
 
     /// Noise runs along the ray, so its share across the plane falls with the angle of incidence; a plane laid through a
     /// step of depth is steep, and its misfit is not.
     #[inline]
-    fn largest_mse(&self, at_zero: f64, fit: &Fit) -> f64 {
+    fn largest_mse(at_zero: f64, fit: &Fit) -> f64 {
         let slant = dot(fit.normal, fit.centroid).abs() * fit.centroid[2];
-        let rms = at_zero + self.per_depth_squared * slant;
+        let rms = at_zero + TOLERANCE_PER_DEPTH_SQUARED * slant;
         rms * rms
     }
 
@@ -140,7 +144,7 @@ impl Tolerance {
         let z = centroid[2];
         let slant = dot(plane.normal, centroid) / z;
         let misfit = part.mse_about(plane.normal, plane.centroid) - noise * slant * slant;
-        misfit / (self.misfit * self.misfit + self.misfit_factor.powi(2) * self.unevenness * z.powi(4))
+        misfit / (MISFIT * MISFIT + MISFIT_FACTOR.powi(2) * self.unevenness * z.powi(4))
     }
 
     /// Smallest cosine between the normals of neighbouring blocks at depth z.
@@ -151,8 +155,8 @@ impl Tolerance {
 
     /// Smallest difference of neighbouring depths that is an edge.
     #[inline]
-    pub(super) fn jump(&self, z: f32) -> f32 {
-        self.jump as f32 + self.jump_per_depth as f32 * z
+    pub(super) fn jump(z: f32) -> f32 {
+        JUMP + JUMP_PER_DEPTH * z
     }
 }
 

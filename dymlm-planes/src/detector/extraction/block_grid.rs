@@ -2,8 +2,6 @@ use std::ops::Range;
 
 use dymlm_core::PinholeCamera;
 
-use super::ExtractionConfig;
-
 /// The image cut into square blocks, row by row; the last of a row or column may be smaller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct BlockGrid {
@@ -20,9 +18,9 @@ const SMALLEST_SIDE: usize = 4;
 pub(super) const LARGEST_SIDE: usize = 64;
 
 impl BlockGrid {
-    pub(super) fn new(camera: &PinholeCamera, config: &ExtractionConfig) -> Self {
+    pub(super) fn new(camera: &PinholeCamera, block_size: usize) -> Self {
         let (width, height) = (camera.width(), camera.height());
-        let side = ((config.block_size * width) as f64 / 640.0).round() as usize;
+        let side = (block_size as f64 * camera.focal_scale()).round() as usize;
         let side = side.clamp(SMALLEST_SIDE, LARGEST_SIDE);
         Self { width, height, side, columns: width.div_ceil(side), rows: height.div_ceil(side) }
     }
@@ -54,25 +52,5 @@ impl BlockGrid {
             (row > 0).then(|| block - self.columns),
             (row + 1 < self.rows).then_some(block + self.columns),
         ]
-    }
-}
-
-/// Rays of the pixels at depth 1: x = `ray_x`[u] z, y = `ray_y`[v] z.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Rays {
-    pub(super) x: Vec<f64>,
-    pub(super) y: Vec<f64>,
-    /// `x` in single precision, enough to tell how far a reading is from a plane.
-    pub(super) x_single: Vec<f32>,
-}
-
-impl Rays {
-    pub(super) fn set(&mut self, camera: &PinholeCamera) {
-        self.x.clear();
-        self.x.extend((0..camera.width()).map(|u| (u as f64 - camera.cx()) / camera.fx()));
-        self.x_single.clear();
-        self.x_single.extend(self.x.iter().map(|&x| x as f32));
-        self.y.clear();
-        self.y.extend((0..camera.height()).map(|v| (v as f64 - camera.cy()) / camera.fy()));
     }
 }

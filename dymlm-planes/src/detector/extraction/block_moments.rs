@@ -1,4 +1,5 @@
-use super::block_grid::{BlockGrid, Rays};
+use super::super::rays::Rays;
+use super::block_grid::BlockGrid;
 use crate::moments::Moments;
 
 /// Sums over the readings of one block's columns, for some columns side by side.

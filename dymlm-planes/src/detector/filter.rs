@@ -1,19 +1,14 @@
 use dymlm_core::BoundingBox;
 
-use super::FilterConfig;
-use crate::PlaneError;
-use crate::extraction::Extraction;
-use crate::refinement::DetectedPlane;
+use super::extraction::Extraction;
+use super::{DetectedPlane, PlaneDetectorConfig};
 
 /// Why a detected plane is kept from the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum RejectionCause {
-    /// Its mean depth is out of range.
-    Depth {
-        /// The mean depth, metres.
-        depth: f64,
-    },
     /// Too few of its pixels are inliers.
     InlierRatio {
         /// The share of inliers.
@@ -38,71 +33,68 @@ pub enum RejectionCause {
 
 /// A detected plane that was kept from the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RejectedPlane {
-    /// Index of its segment in the extraction.
-    pub segment: usize,
+    /// The label of its pixels.
+    pub label: u16,
     /// Why.
     pub cause: RejectionCause,
 }
 
-/// Keeps planes from the map that are too far, too ragged, too uncertain, or on a mover (paper III-B).
+/// Smallest share of a segment's pixels that are inliers.
+const MIN_INLIER_RATIO: f64 = 0.7;
+/// Largest standard deviation of the normal's direction, radians: 3 degrees.
+const MAX_ANGLE_DEVIATION: f64 = 0.052;
+
+/// Keeps planes from the map that are too small, too ragged, too uncertain, or on a mover (paper III-B).
 ///
 /// Pixels of the static mask's movers never were part of a plane; what this drops is what the mask has left over.
 /// O(pixels in boxes).
 #[derive(Debug, Clone)]
-pub struct PlaneFilter {
-    config: FilterConfig,
-    /// Pixels of each segment in boxes.
-    covered: Vec<usize>,
+pub(super) struct PlaneFilter {
+    min_area: f64,
+    max_mover_overlap: f64,
+    /// Pixels of each label in boxes.
+    in_boxes: Vec<usize>,
     rejected: Vec<RejectedPlane>,
 }
 
 impl PlaneFilter {
-    /// Makes a filter.
-    ///
-    /// # Errors
-    ///
-    /// [`PlaneError::Config`] names the field outside its range.
-    pub fn new(config: FilterConfig) -> Result<Self, PlaneError> {
-        config.validate()?;
-        Ok(Self { config, covered: Vec::new(), rejected: Vec::new() })
+    pub(super) fn new(config: &PlaneDetectorConfig) -> Self {
+        let PlaneDetectorConfig { min_area, max_mover_overlap, .. } = *config;
+        Self { min_area, max_mover_overlap, in_boxes: Vec::new(), rejected: Vec::new() }
     }
 
-    /// Drops planes that do not pass, and returns them with the first cause. `movers` are the corrected boxes of potential movers, pixels.
-    pub fn filter(
+    /// Rejects planes that do not pass, each with the first cause. `movers` are the corrected boxes of potential movers,
+    /// pixels.
+    pub(super) fn filter(
         &mut self,
         planes: &mut Vec<DetectedPlane>,
         extraction: &Extraction,
         movers: &[BoundingBox],
-    ) -> &[RejectedPlane] {
-        self.count_covered(extraction, movers);
+    ) {
+        self.count_in_boxes(extraction, movers);
         self.rejected.clear();
         planes.retain(|plane| match self.cause_against(plane) {
             None => true,
             Some(cause) => {
-                self.rejected.push(RejectedPlane { segment: plane.segment, cause });
+                self.rejected.push(RejectedPlane { label: plane.label, cause });
                 false
             }
         });
+    }
+
+    /// What the last call rejected.
+    pub(super) fn rejected(&self) -> &[RejectedPlane] {
         &self.rejected
     }
 
-    /// What the last call dropped.
-    pub fn rejected(&self) -> &[RejectedPlane] {
-        &self.rejected
-    }
-
-    /// The config.
-    pub fn config(&self) -> &FilterConfig {
-        &self.config
-    }
-
-    /// Counts each segment's pixels in the union of the boxes.
-    fn count_covered(&mut self, extraction: &Extraction, movers: &[BoundingBox]) {
+    /// Counts each label's pixels in the union of the boxes.
+    fn count_in_boxes(&mut self, extraction: &Extraction, movers: &[BoundingBox]) {
         let (width, height) = (extraction.width(), extraction.height());
-        self.covered.clear();
-        self.covered.resize(extraction.segments().len() + 1, 0);
+        self.in_boxes.clear();
+        self.in_boxes.resize(extraction.segments().len() + 1, 0);
         for (index, mover) in movers.iter().enumerate() {
             let earlier = &movers[..index];
             for v in mover.rows(height) {
@@ -111,7 +103,7 @@ impl PlaneFilter {
                         .iter()
                         .any(|other| other.rows(height).contains(&v) && other.columns(width).contains(&u));
                     if !counted {
-                        self.covered[usize::from(extraction.labels()[v * width + u])] += 1;
+                        self.in_boxes[usize::from(extraction.labels()[v * width + u])] += 1;
                     }
                 }
             }
@@ -119,27 +111,19 @@ impl PlaneFilter {
     }
 
     fn cause_against(&self, plane: &DetectedPlane) -> Option<RejectionCause> {
-        let config = &self.config;
-        let depth = plane.centroid[2];
-        if !(config.min_depth..=config.max_depth).contains(&depth) {
-            return Some(RejectionCause::Depth { depth });
-        }
         let ratio = plane.inlier_ratio();
-        if ratio < config.min_inlier_ratio {
+        if ratio < MIN_INLIER_RATIO {
             return Some(RejectionCause::InlierRatio { ratio });
         }
-        let covered = self.covered.get(plane.segment + 1).copied().unwrap_or(0);
-        let overlap = covered as f64 / plane.support.max(1) as f64;
-        if overlap > config.max_mover_overlap {
+        let in_boxes = self.in_boxes.get(usize::from(plane.label)).copied().unwrap_or(0);
+        let overlap = in_boxes as f64 / plane.support.max(1) as f64;
+        if overlap > self.max_mover_overlap {
             return Some(RejectionCause::Mover { overlap });
         }
-        if plane.area < config.min_area {
+        if plane.area < self.min_area {
             return Some(RejectionCause::Area { area: plane.area });
         }
         let angle_deviation = plane.covariance.angle_deviation();
-        if angle_deviation > config.max_angle_deviation_deg.to_radians() {
-            return Some(RejectionCause::Uncertain { angle_deviation });
-        }
-        None
+        (angle_deviation > MAX_ANGLE_DEVIATION).then_some(RejectionCause::Uncertain { angle_deviation })
     }
 }

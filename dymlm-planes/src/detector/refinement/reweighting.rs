@@ -1,14 +1,15 @@
-use dymlm_core::axial_noise;
+use dymlm_core::SensorModel;
 use dymlm_core::vector3::dot;
 
-use crate::moments::{Fit, Moments};
+use crate::moments::{Fit, Moments, RowSums};
 
 /// A plane, and how readings near it weigh.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Trial {
     normal: [f32; 3],
     d: f32,
-    /// Distances at which weights end, in units of the axial noise.
+    sensor: SensorModel,
+    /// Distances at which weights end, in units of the sensor's noise.
     reach: f32,
     kernel: Kernel,
 }
@@ -28,21 +29,17 @@ pub(super) struct WeightedSums {
     pub(super) moments: Moments,
     /// Number of readings with a weight.
     pub(super) readings: usize,
-    /// Sum of weights times squared distance over squared axial noise; the weights without 1 / sigma^2.
+    /// Sum of weights times squared distance over squared noise of the sensor; the weights without 1 / sigma^2.
     pub(super) squares: f64,
     pub(super) kernel_weight: f64,
 }
 
-/// Axial noise at 0.4 m and nearer: the unit of weights.
-pub(crate) fn finest_noise() -> f64 {
-    f64::from(axial_noise(0.4))
-}
-
 impl Trial {
-    pub(super) fn new(fit: &Fit, reach: f64, kernel: Kernel) -> Self {
+    pub(super) fn new(fit: &Fit, reach: f64, kernel: Kernel, sensor: SensorModel) -> Self {
         Self {
             normal: fit.normal.map(|n| n as f32),
             d: -dot(fit.normal, fit.centroid) as f32,
+            sensor,
             reach: reach as f32,
             kernel,
         }
@@ -57,7 +54,7 @@ impl Trial {
 
     #[inline]
     pub(super) fn is_inlier(&self, z: f32, a: f32, b: f32) -> bool {
-        z > 0.0 && (self.distance(z, a, b) / axial_noise(z)).abs() <= self.reach
+        z > 0.0 && (self.distance(z, a, b) / self.sensor.sigma(z)).abs() <= self.reach
     }
 
     /// Adds the readings of one run of pixels of a row at ray height `b`; `ray_x` are those of its columns.
@@ -75,7 +72,7 @@ impl Trial {
         let per_reach = 1.0 / self.reach;
         let (mut readings, mut kernel_weight, mut squares) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let mut weigh = |lane: usize, z: f32, a: f64, weight: &mut f32| {
-            let per_noise = 1.0 / axial_noise(z);
+            let per_noise = 1.0 / self.sensor.sigma(z);
             let distance = self.distance(z, a as f32, b) * per_noise;
             let part = distance * per_reach;
             let inside = 1.0 - part * part;
@@ -84,7 +81,7 @@ impl Trial {
                 Kernel::Inlier => 1.0,
             };
             let kernel = if inside >= 0.0 && z > 0.0 { kernel } else { 0.0 };
-            let precision = axial_noise(0.4) * per_noise;
+            let precision = self.sensor.noise.floor * per_noise;
             readings[lane] += if kernel > 0.0 { 1.0 } else { 0.0 };
             kernel_weight[lane] += kernel;
             squares[lane] += kernel * distance * distance;
@@ -137,9 +134,5 @@ fn sum_row(weights: &[f32], depths: &[f32], ray_x: &[f64], b: f64) -> Moments {
         add(0, weight, z, a);
     }
     let [w, wz, waz, wzz, wazz, waazz] = [w, wz, waz, wzz, wazz, waazz].map(|[a, b]| a + b);
-    Moments {
-        weight: w,
-        first: [waz, b * wz, wz],
-        second: [waazz, b * wazz, wazz, b * b * wzz, b * wzz, wzz],
-    }
+    Moments::of_row(b, RowSums { weight: w, z: wz, az: waz, zz: wzz, azz: wazz, aazz: waazz })
 }

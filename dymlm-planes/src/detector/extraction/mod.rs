@@ -3,7 +3,6 @@
 mod block_grid;
 mod block_moments;
 mod cluster;
-mod config;
 mod extractor;
 mod growing;
 mod meetings;
@@ -11,6 +10,5 @@ mod reached;
 mod segment;
 mod tolerance;
 
-pub use config::ExtractionConfig;
-pub use extractor::PlaneExtractor;
-pub use segment::{Extraction, Segment};
+pub(super) use extractor::PlaneExtractor;
+pub(super) use segment::{Extraction, Segment};

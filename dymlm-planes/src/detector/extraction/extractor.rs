@@ -1,22 +1,26 @@
 use dymlm_core::vector3::dot;
-use dymlm_core::{DepthImage, Mask, PinholeCamera, axial_noise};
+use dymlm_core::{DepthImage, Mask, PinholeCamera, SensorModel};
 
-use super::block_grid::{BlockGrid, Rays};
+use super::super::PlaneDetectorConfig;
+use super::super::rays::Rays;
+use super::block_grid::BlockGrid;
 use super::block_moments::sum_blocks;
 use super::cluster::{Clustering, fit_of_both};
 use super::growing::{Growing, Scene, Seed, sum_pixels};
 use super::meetings::{Meeting, find_meetings, keep_close};
-use super::tolerance::Tolerance;
-use super::{Extraction, ExtractionConfig, Segment};
-use crate::PlaneError;
+use super::tolerance::{COS_REFINE_ANGLE, Tolerance};
+use super::{Extraction, Segment};
+use crate::Error;
 use crate::moments::{Fit, Moments};
 
+/// Share of a block's pixels that must have a reading. (Feng 2014 demands all, but a Kinect leaves holes.)
+const MIN_BLOCK_FILL: f64 = 0.5;
 /// A block is rough from this many times the expected variance on: five standard deviations of the variance of 64
 /// readings.
 const ROUGH: f64 = 2.0;
 /// Variance that makes no block rough, square metres: 1.5 mm.
 const FINEST_ROUGHNESS: f64 = 2.25e-6;
-/// Standard deviation of the place that a pixel looks at, pixels of an image 640 wide (Nguyen 2012).
+/// Standard deviation of the place that a pixel looks at, pixels of a Kinect (Nguyen 2012).
 const LATERAL_NOISE: f64 = 0.8;
 
 /// Planes meet when this many sides of a block of their pixels touch: a few stray ones do at every corner.
@@ -35,34 +39,17 @@ const SEED_SHARE: f64 = 0.3;
 /// are added, see the sources of `cluster.rs` and `growing.rs`: a small part must fit the common plane by itself,
 /// and a flat block takes no part in a plane that cuts through it.
 ///
-/// Tolerances are physical and made for Kinect-like sensors; lengths in pixels scale with the width of the image.
-/// O(pixels + blocks log blocks). The extractor owns its buffers: after the first frame nothing is allocated.
-///
-/// ```
-/// use dymlm_core::{DepthImage, PinholeCamera};
-/// use dymlm_planes::{ExtractionConfig, PlaneExtractor};
-///
-/// // A floor half a metre below the camera, and a wall 2 m before it.
-/// let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?;
-/// let depth = |i: usize| {
-///     let ray_y = ((i / 160) as f32 - 59.5) / 131.0;
-///     if ray_y > 0.25 { 0.5 / ray_y } else { 2.0 }
-/// };
-/// let depth = DepthImage::new(160, 120, (0..160 * 120).map(depth).collect())?;
-///
-/// let mut extractor = PlaneExtractor::new(ExtractionConfig::default())?;
-/// let extraction = extractor.extract(&camera, &depth, None)?;
-/// assert_eq!(extraction.segments().len(), 2);
-/// let (wall, floor) = (&extraction.segments()[0], &extraction.segments()[1]);
-/// assert!(wall.plane.normal()[2] < -0.999 && floor.plane.normal()[1] < -0.999);
-/// assert_eq!([extraction.segment_at(80, 5), extraction.segment_at(80, 110)], [Some(0), Some(1)]);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// Lengths in pixels scale with the camera's focal length. O(pixels + blocks log blocks). The extractor owns its buffers:
+/// after the first frame nothing is allocated.
 #[derive(Debug, Clone)]
-pub struct PlaneExtractor {
-    config: ExtractionConfig,
+pub(in crate::detector) struct PlaneExtractor {
+    block_size: usize,
+    min_support: f64,
+    sensor: SensorModel,
     tolerance: Tolerance,
     grid: BlockGrid,
+    /// The camera's [`focal_scale`](PinholeCamera::focal_scale).
+    scale: f64,
     rays: Rays,
     /// Depth in range and not masked; 0 elsewhere.
     depth: Vec<f32>,
@@ -91,16 +78,14 @@ pub struct PlaneExtractor {
 
 impl PlaneExtractor {
     /// An extractor with empty buffers.
-    ///
-    /// # Errors
-    ///
-    /// [`PlaneError::Config`] names the field outside its range.
-    pub fn new(config: ExtractionConfig) -> Result<Self, PlaneError> {
-        config.validate()?;
-        Ok(Self {
-            tolerance: Tolerance::new(&config),
-            config,
+    pub(in crate::detector) fn new(config: &PlaneDetectorConfig, sensor: SensorModel) -> Self {
+        Self {
+            block_size: config.block_size,
+            min_support: config.min_support as f64,
+            sensor,
+            tolerance: Tolerance::new(),
             grid: BlockGrid::default(),
+            scale: 1.0,
             rays: Rays::default(),
             depth: Vec::new(),
             moments: Vec::new(),
@@ -118,26 +103,27 @@ impl PlaneExtractor {
             meetings: Vec::new(),
             relabelled: Vec::new(),
             extraction: Extraction::default(),
-        })
+        }
     }
 
     /// Finds the planes of an image. Pixels whose entry in `static_mask` is false take no part.
     ///
     /// # Errors
     ///
-    /// [`PlaneError::Core`] when the image or the mask is of another size than the camera; the last extraction stays.
-    pub fn extract(
+    /// [`Error::Core`] when the image or the mask is of another size than the camera; the last extraction stays.
+    pub(in crate::detector) fn extract(
         &mut self,
         camera: &PinholeCamera,
         depth: &DepthImage,
         static_mask: Option<&Mask>,
-    ) -> Result<&Extraction, PlaneError> {
+    ) -> Result<(), Error> {
         camera.check_size("the depth image", depth.width(), depth.height())?;
         if let Some(mask) = static_mask {
             camera.check_size("the static mask", mask.width(), mask.height())?;
         }
-        self.grid = BlockGrid::new(camera, &self.config);
+        self.grid = BlockGrid::new(camera, self.block_size);
         self.rays.set(camera);
+        self.scale = camera.focal_scale();
 
         self.read(depth, static_mask);
         self.fit_blocks();
@@ -152,17 +138,17 @@ impl PlaneExtractor {
         self.sum_planes();
         self.merge_planes();
         self.write_planes();
-        Ok(&self.extraction)
+        Ok(())
     }
 
     /// The last extraction.
-    pub fn extraction(&self) -> &Extraction {
+    pub(in crate::detector) fn extraction(&self) -> &Extraction {
         &self.extraction
     }
 
-    /// The config.
-    pub fn config(&self) -> &ExtractionConfig {
-        &self.config
+    /// The rays of the last extraction's camera.
+    pub(in crate::detector) fn rays(&self) -> &Rays {
+        &self.rays
     }
 
     /// Chooses the readings and sums them up by blocks, a row of blocks at a time: chosen, they are still at hand.
@@ -183,27 +169,26 @@ impl PlaneExtractor {
 
     /// Copies depths, with 0 where a reading is out of range.
     fn choose_readings(&mut self, depths: &[f32]) {
-        let (near, far) = (self.config.min_depth as f32, self.config.max_depth as f32);
-        let in_range = |z: f32| if z >= near && z <= far { z } else { 0.0 };
-        self.depth.extend(depths.iter().map(|&z| in_range(z)));
+        let sensor = self.sensor;
+        self.depth.extend(depths.iter().map(|&z| if sensor.is_used(z) { z } else { 0.0 }));
     }
 
     fn fit_blocks(&mut self) {
-        let (grid, tolerance) = (&self.grid, &self.tolerance);
-        let min_fill = self.config.min_block_fill;
+        let grid = &self.grid;
         self.fits.clear();
         self.fits.extend(self.moments.iter().enumerate().map(|(block, moments)| {
-            if moments.weight < (min_fill * grid.area(block) as f64).max(6.0) {
+            if moments.weight < (MIN_BLOCK_FILL * grid.area(block) as f64).max(6.0) {
                 return None;
             }
-            moments.fit().filter(|fit| tolerance.holds_block(fit))
+            moments.fit().filter(|fit| Tolerance::holds_block(fit))
         }));
     }
 
     /// Takes blocks that are rougher than the sensor's noise from the nodes: they hold a step or an edge. How noisy the
     /// sensor is, compared with the model, is read off the median block.
     fn drop_rough_blocks(&mut self, camera: &PinholeCamera) {
-        let model = |fit: &Fit| f64::from(axial_noise(fit.centroid[2] as f32)).powi(2);
+        let sensor = self.sensor;
+        let model = |fit: &Fit| f64::from(sensor.sigma(fit.centroid[2] as f32)).powi(2);
         self.ratios.clear();
         self.ratios.extend(self.fits.iter().flatten().map(|fit| fit.depth_mse / model(fit)));
         let middle = self.ratios.len() / 2;
@@ -252,7 +237,7 @@ impl PlaneExtractor {
         for pixel in pixels {
             let (a, b) = (self.depth[pixel - before], self.depth[pixel]);
             if a > 0.0 && b > 0.0 {
-                let step = (a - b).abs() > self.tolerance.jump(a.min(b));
+                let step = (a - b).abs() > Tolerance::jump(a.min(b));
                 steps += usize::from(step);
                 level += usize::from(!step);
             }
@@ -307,7 +292,7 @@ impl PlaneExtractor {
         let noise = self.clustering.noise_mse(cluster);
         let has_room = self.seeds.len() < usize::from(u16::MAX);
         if has_room && moments.weight >= smallest && !self.tolerance.is_bent(moments, noise, fit) {
-            self.seeds.push(Seed::new(fit, noise, self.config.growing_distance));
+            self.seeds.push(Seed::new(fit, noise, self.sensor));
             self.cluster_labels[cluster] = self.seeds.len() as u16;
         }
     }
@@ -343,8 +328,7 @@ impl PlaneExtractor {
     }
 
     fn min_support(&self) -> f64 {
-        let scale = self.grid.width as f64 / 640.0;
-        self.config.min_support as f64 * scale * scale
+        self.min_support * self.scale * self.scale
     }
 
     fn grow(&mut self) {
@@ -418,7 +402,7 @@ impl PlaneExtractor {
                 continue;
             }
             let (Some(fit_a), Some(fit_b)) = (of_a.fit(), of_b.fit()) else { continue };
-            if dot(fit_a.normal, fit_b.normal) < self.tolerance.cos_refine_angle {
+            if dot(fit_a.normal, fit_b.normal) < COS_REFINE_ANGLE {
                 continue;
             }
             let noise = [a, b].map(|label| self.seeds[usize::from(label) - 1].noise_mse);
@@ -442,18 +426,11 @@ impl PlaneExtractor {
         for label in order {
             let moments = self.sums[usize::from(label) - 1];
             let Some(fit) = moments.fit() else { continue };
-            let Some(plane) = fit.plane() else { continue };
             let noise = self.seeds[usize::from(label) - 1].noise_mse;
             if self.tolerance.is_bent(&moments, noise, &fit) {
                 continue;
             }
-            self.extraction.segments.push(Segment {
-                plane,
-                centroid: fit.centroid,
-                mse: fit.mse,
-                support: moments.weight as usize,
-                moments,
-            });
+            self.extraction.segments.push(Segment { fit, support: moments.weight as usize });
             ranks[usize::from(label)] = self.extraction.segments.len() as u16;
         }
         for label in &mut self.relabelled {
@@ -490,7 +467,7 @@ impl PlaneExtractor {
 
 /// Variance in depth that comes from the jitter of the pixels' places, on a slanted plane.
 fn lateral_variance(fit: &Fit, camera: &PinholeCamera) -> f64 {
-    let jitter = LATERAL_NOISE * camera.width() as f64 / 640.0;
+    let jitter = LATERAL_NOISE * camera.focal_scale();
     let slant = dot(fit.normal, fit.centroid) / fit.centroid[2];
     let gradient = (fit.normal[0] / camera.fx()).hypot(fit.normal[1] / camera.fy()) / slant;
     (jitter * gradient * fit.centroid[2]).powi(2)

@@ -22,14 +22,14 @@ pub struct DetectedPlane {
     pub support: usize,
     /// How many of them are inliers of the refined plane.
     pub inliers: usize,
-    /// Area of the inliers that are mapped (see `max_sample_depth`), square metres.
+    /// Area of the inliers, square metres.
     pub area: f64,
-    /// Every fourth inlier along rows and columns (see `sample_stride`), set onto the plane.
+    /// Every fourth inlier along rows and columns, set onto the plane: its patch.
     pub samples: Vec<Point>,
     /// Points along the rim of the segment and of its holes, without outliers, set onto the plane: the paper's `B_c`.
     pub edge_points: Vec<Point>,
-    /// Index of the segment in the extraction.
-    pub segment: usize,
+    /// The label of its pixels in [`PlaneDetector::labels`](crate::PlaneDetector::labels).
+    pub label: u16,
     /// Sums over the inliers, weighted by 1 / sigma(z)^2; the weight of a reading at 0.4 m is 1.
     pub(crate) moments: Moments,
 }

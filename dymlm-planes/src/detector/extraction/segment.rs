@@ -1,0 +1,46 @@
+use crate::moments::Fit;
+
+/// One plane of an image: a set of pixels and the plane fitted to them. Camera frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::detector) struct Segment {
+    /// The least-squares plane; its normal points to the camera.
+    pub(in crate::detector) fit: Fit,
+    /// Number of its pixels.
+    pub(in crate::detector) support: usize,
+}
+
+/// The planes of one image, and to which of them each pixel belongs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(in crate::detector) struct Extraction {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) labels: Vec<u16>,
+    pub(super) segments: Vec<Segment>,
+}
+
+impl Extraction {
+    /// Width of the image, pixels.
+    pub(in crate::detector) fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height of the image, pixels.
+    pub(in crate::detector) fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The planes, largest support first.
+    pub(in crate::detector) fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// For each pixel, row by row: 0 = no plane, k = `segments()[k - 1]`.
+    pub(in crate::detector) fn labels(&self) -> &[u16] {
+        &self.labels
+    }
+
+    /// Index into [`Extraction::segments`] of the plane at pixel (u, v) of the image, if there is one.
+    pub(in crate::detector) fn segment_at(&self, u: usize, v: usize) -> Option<usize> {
+        usize::from(self.labels[v * self.width + u]).checked_sub(1)
+    }
+}
