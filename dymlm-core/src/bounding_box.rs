@@ -124,6 +124,13 @@ impl BoundingBox {
         self.mapped(|sides| sides.map(|side| side / stride.max(1) as f32))
     }
 
+    /// The box in an image of which this one's is every `stride`-th pixel of every `stride`-th row: undoes
+    /// [`subsampled`](Self::subsampled).
+    #[must_use]
+    pub fn upsampled(&self, stride: usize) -> Self {
+        self.mapped(|sides| sides.map(|side| side * stride.max(1) as f32))
+    }
+
     /// The box with other sides, made of these by a growing function of each.
     pub(crate) fn mapped(&self, map: impl Fn([f32; 4]) -> [f32; 4]) -> Self {
         let [x_min, y_min, x_max, y_max] = map((*self).into()).map(|side| side.clamp(f32::MIN, f32::MAX));

@@ -8,6 +8,9 @@ pub enum Error {
     /// through the variants below.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A frame that the sensor's stride leaves without a camera.
+    #[error(transparent)]
+    Core(#[from] dymlm_core::Error),
     /// Refused by the preprocessing: a time that runs backwards, an instance mask of the wrong size.
     #[error(transparent)]
     Dynamics(#[from] dymlm_dynamics::Error),

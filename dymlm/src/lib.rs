@@ -52,6 +52,7 @@ mod map_config;
 mod map_counts;
 mod multi_level_map;
 mod stages;
+mod subsampler;
 mod supporting_planes;
 mod waiting_frames;
 

@@ -6,6 +6,7 @@ use dymlm_planes::PlaneDetector;
 
 use crate::key_frames::KeyFrames;
 use crate::stages::StageClock;
+use crate::subsampler::{Subsampler, in_all_pixels};
 use crate::supporting_planes::MappedPlanes;
 use crate::waiting_frames::{WaitingFrame, WaitingFrames};
 use crate::{
@@ -23,6 +24,7 @@ pub struct MapBuilder {
     preprocessor: Preprocessor,
     plane_detector: PlaneDetector,
     key_frames: KeyFrames,
+    subsampler: Subsampler,
     waiting: WaitingFrames,
     next_id: u64,
     /// Time of the last frame that was inserted, waiting or not.
@@ -44,6 +46,7 @@ impl MapBuilder {
             preprocessor: Preprocessor::new(config.dynamics.clone(), config.sensor)?,
             plane_detector: PlaneDetector::new(&config.planes.detector, &config.sensor)?,
             key_frames: KeyFrames::new(config.key_frames)?,
+            subsampler: Subsampler::new(config.sensor.stride),
             waiting: WaitingFrames::default(),
             next_id: 0,
             newest: f64::NEG_INFINITY,
@@ -151,6 +154,7 @@ impl MapBuilder {
         }
         let found = if let Detections::Found(found) = input.found { found } else { &[] };
         self.preprocessor.check(input.frame, found)?;
+        input.frame.camera().subsampled(self.config.sensor.stride)?;
         self.map.check_reach(input.frame, &input.world_from_camera)
     }
 
@@ -164,13 +168,14 @@ impl MapBuilder {
         sighted_points: &[SightedPoint],
     ) -> Result<FrameReport, Error> {
         let mut clock = StageClock::start();
-        let Self { config, preprocessor, plane_detector, key_frames, carried, map, .. } = self;
+        let Self { config, preprocessor, plane_detector, key_frames, subsampler, carried, map, .. } = self;
+        let (frame, found, sighted_points) = subsampler.subsample(frame, found, sighted_points)?;
         let carried = carried.take();
 
         clock.time(Stage::Dynamics, || {
             preprocessor.process(frame, found, world_from_camera, carried.as_slice()).map(|_| ())
         })?;
-        let movers = preprocessor.movers().to_vec();
+        let movers = preprocessor.movers();
         let mask = preprocessor.static_mask();
         let masked_pixels = mask.width() * mask.height() - mask.count();
 
@@ -203,7 +208,7 @@ impl MapBuilder {
             id,
             timestamp: frame.timestamp(),
             outcome,
-            movers,
+            movers: in_all_pixels(movers, config.sensor.stride),
             masked_pixels,
             stages: clock.finish(),
             released: Vec::new(),

@@ -78,6 +78,7 @@ impl MapConfig {
 
     /// Checks the fields that belong to no part.
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        self.sensor.validate()?;
         check_range("max_detection_delay", self.max_detection_delay, 0.0..=60.0)
     }
 }

@@ -264,3 +264,23 @@ fn what_waits_is_refused_at_its_insertion_or_never() {
     assert_eq!(builder.process_waiting().unwrap().len(), 1);
     assert_eq!(builder.map().cloud().frames(), 1);
 }
+
+#[test]
+fn a_stride_maps_what_a_camera_of_fewer_pixels_would_have() {
+    let frames: Vec<SimulatedFrame> = sequence(3).frames().collect();
+    let mut with_stride = config();
+    with_stride.sensor.stride = 2;
+    let mut with_stride = MapBuilder::new(with_stride).unwrap();
+    let mut small = MapBuilder::new(config()).unwrap();
+    for frame in &frames {
+        let half = frame.frame.subsampled(2).unwrap();
+        let detections: Vec<Detection> = frame.detections.iter().map(|found| found.subsampled(2)).collect();
+        let report = with_stride.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        let expected = small.insert(&half, &detections, &frame.world_from_camera).unwrap();
+        assert_eq!(report.outcome, expected.outcome);
+        for (mover, expected) in report.movers.iter().zip(&expected.movers) {
+            assert_eq!(mover.bounding_box, expected.bounding_box.upsampled(2), "in the caller's pixels");
+        }
+    }
+    assert!(fingerprint(with_stride.map()) == fingerprint(small.map()));
+}
