@@ -1,11 +1,11 @@
-//! The object step on 640x480 frames with ten detections: each sub-step, and all of them. In processor time, all on one
+//! The object step on 640x480 frames with ten detections. In processor time, all on one
 //! thread.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use dymlm_benches::ProcessorTime;
-use dymlm_core::{Detection, Frame, Plane, Pose};
+use dymlm_core::{Detection, Frame, Plane, PlaneId, Pose, SensorModel};
 use dymlm_objects::{ObjectConfig, ObjectMapper, ObjectView, SupportPlane};
 use dymlm_sim::{DetectorConfig, Sequence, SequenceType};
 
@@ -43,8 +43,9 @@ impl Views {
 
 /// The floor and the desk, without end.
 fn planes() -> impl Fn([f64; 3], f64, &mut Vec<SupportPlane>) {
-    let level =
-        |id: u64, height: f64| Plane::new([0.0, 0.0, 1.0], -height).map(|plane| SupportPlane::new(id, plane));
+    let level = |id: u64, height: f64| {
+        Plane::new([0.0, 0.0, 1.0], -height).map(|plane| SupportPlane::new(PlaneId::new(id), plane))
+    };
     let known: Vec<SupportPlane> = [level(0, 0.01), level(1, 0.74)].into_iter().flatten().collect();
     move |point, reach, found| {
         found.extend(known.iter().filter(|own| own.plane.signed_distance(point).abs() <= reach));
@@ -52,35 +53,24 @@ fn planes() -> impl Fn([f64; 3], f64, &mut Vec<SupportPlane>) {
 }
 
 #[allow(clippy::unwrap_used, reason = "constants")]
-fn observe(criterion: &mut Criterion<ProcessorTime>) {
+fn insert(criterion: &mut Criterion<ProcessorTime>) {
     let (views, planes) = (Views::new(), planes());
-    let mut mapper = ObjectMapper::new(ObjectConfig::default()).unwrap();
+    let mut mapper = ObjectMapper::new(ObjectConfig::default(), SensorModel::kinect()).unwrap();
     for step in 0..3 * FRAMES {
-        mapper.observe(&views.view(step), &planes).unwrap();
+        mapper.insert(&views.view(step), &planes).unwrap();
     }
     let mut step = 0;
-    criterion.bench_function("dymlm-objects/observe/ten_detections", |bencher| {
+    criterion.bench_function("dymlm-objects/insert/ten_detections", |bencher| {
         bencher.iter(|| {
             step += 1;
-            black_box(mapper.observe(&views.view(step), &planes).unwrap())
+            black_box(mapper.insert(&views.view(step), &planes).unwrap())
         });
-    });
-    criterion.bench_function("dymlm-objects/parameterize/ten_detections", |bencher| {
-        bencher.iter(|| {
-            step += 1;
-            mapper.parameterize(&views.view(step), &planes).unwrap();
-            black_box(mapper.observations().len())
-        });
-    });
-    mapper.parameterize(&views.view(0), &planes).unwrap();
-    criterion.bench_function("dymlm-objects/associate/ten_detections", |bencher| {
-        bencher.iter(|| mapper.associate(black_box(&views.view(0))));
     });
 }
 
 criterion_group! {
     name = benches;
     config = Criterion::default().with_measurement(ProcessorTime);
-    targets = observe
+    targets = insert
 }
 criterion_main!(benches);

@@ -6,15 +6,15 @@ use crate::{AssociationConfig, MergeConfig, ParameterizationConfig, ShapeTable, 
 /// [`ObjectMapper::new`](crate::ObjectMapper::new).
 ///
 /// ```
-/// use dymlm_objects::{ObjectConfig, ObjectMapper, Switch};
+/// use dymlm_core::SensorModel;
+/// use dymlm_objects::{ObjectConfig, ObjectMapper};
 ///
 /// let mut config = ObjectConfig::default();
-/// config.association.motion = Switch::Off;
 /// config.update.voxel_size = 0.02;
-/// assert!(ObjectMapper::new(config.clone()).is_ok());
+/// assert!(ObjectMapper::new(config.clone(), SensorModel::kinect()).is_ok());
 ///
 /// config.update.voxel_size = -1.0;
-/// let error = ObjectMapper::new(config).unwrap_err();
+/// let error = ObjectMapper::new(config, SensorModel::kinect()).unwrap_err();
 /// assert_eq!(error.to_string(), "objects.update.voxel_size = -1 is outside its range 0.001..=0.1");
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]

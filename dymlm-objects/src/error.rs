@@ -3,7 +3,7 @@ use dymlm_core::ConfigError;
 /// Why a frame or a config was refused. A refused frame changes nothing.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum ObjectError {
+pub enum Error {
     /// A frame older than the one before it.
     #[error("a frame of time {timestamp} s after one of time {previous} s: time must not go backwards")]
     TimeReversed {

@@ -1,10 +1,10 @@
 //! A map of objects from RGB-D frames and 2D detections.
 //!
-//! The object map of `DyMLM` (paper IV, DESIGN 4.5), one step a type or method:
+//! The object map of `DyMLM` (paper IV), one step a type or method:
 //!
 //! | step | type |
 //! | --- | --- |
-//! | from a detection's pixels to a box in space | [`Parameterizer`], [`BoxFitter`] |
+//! | from a detection's pixels to a box in space | [`ObjectObservation`], [`BoxFitter`] |
 //! | which detection is which object | [`AssociationTests`], [`CentroidTest`] |
 //! | points, outliers, new parameters, labels | [`MapObject`] |
 //! | duplicates and ghosts | [`ObjectMerge`], [`ObjectReport`] |
@@ -22,27 +22,24 @@ mod mapper;
 mod object_map;
 mod optimization;
 mod parameterization;
+mod quantiles;
 mod report;
 mod shape;
-mod statistics;
 mod support;
-mod switch;
 mod view;
 
 pub use association::{AssociationConfig, AssociationTests, CentroidTest, CentroidVerdict};
 pub use config::ObjectConfig;
-pub use error::ObjectError;
+pub use error::Error;
 pub use labels::{Footprint, ShapeKind, ShapeTable, SizePrior, SizePriors, SizeRange, UprightPose};
 pub use mapper::ObjectMapper;
 pub use object_map::{CentroidCloud, LabelEvidence, MapObject, ObjectMap, ObjectState, RayHit};
 pub use optimization::{MergeConfig, UpdateConfig};
 pub use parameterization::{
     BoxAxes, BoxFit, BoxFitter, BoxFitterConfig, Completeness, ObjectObservation, ParameterizationConfig,
-    Parameterizer, Relief, SideView,
+    Relief, SideView,
 };
 pub use report::{ObjectAssociation, ObjectMerge, ObjectReport, RejectedDetection, RejectionCause};
 pub use shape::{DualQuadric, ImageEllipse, ObjectShape};
-pub use statistics::{fisher_f_quantile, student_t_quantile};
 pub use support::{NoPlanes, SupportPlane, SupportingPlanes};
-pub use switch::Switch;
 pub use view::{ObjectView, SightedPoint};

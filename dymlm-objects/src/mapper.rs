@@ -1,26 +1,29 @@
-use dymlm_core::Pose;
+use std::collections::BTreeSet;
+
 use dymlm_core::vector3::{along, difference, norm, unit};
+use dymlm_core::{ObjectId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
 use crate::optimization::{
-    ExistenceJudge, Proposal, Reparameterizer, Sighting, find_duplicates, is_foot_hidden,
+    Existence, Proposal, Reparameterizer, find_duplicates, is_foot_hidden, judge_existence,
 };
+use crate::parameterization::Parameterizer;
 use crate::support::LevelPlanes;
 use crate::{
-    MapObject, ObjectAssociation, ObjectConfig, ObjectError, ObjectMap, ObjectObservation, ObjectReport,
-    ObjectState, ObjectView, Parameterizer, RejectedDetection, RejectionCause, Relief, SupportPlane,
-    SupportingPlanes, UprightPose,
+    Error, MapObject, ObjectAssociation, ObjectConfig, ObjectMap, ObjectObservation, ObjectReport,
+    ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief, SupportPlane, SupportingPlanes,
+    UprightPose,
 };
 
 /// Builds the object map, one frame at a time (paper IV).
 ///
-/// [`observe`](Self::observe) runs the steps in order; each is also public, in the same order, so that a caller can time
-/// them. A refused frame changes nothing. The cost of a frame does not grow with the number of frames before.
+/// [`insert`](Self::insert) runs the steps in order. A refused frame changes nothing. The cost of a frame does not grow with
+/// the number of frames before.
 ///
 /// ```
-/// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose};
+/// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
 /// use dymlm_objects::{NoPlanes, ObjectConfig, ObjectMapper, ObjectView};
 ///
 /// // A box of 0.4 x 0.3 m at 1.5 m, before a wall at 3 m.
@@ -30,9 +33,9 @@ use crate::{
 /// let frame = Frame::new(0.0, camera, DepthImage::new(320, 240, depth)?, None)?;
 /// let detection = Detection::new("microwave", 0.8, BoundingBox::new(125.0, 94.0, 195.0, 146.0)?)?;
 ///
-/// let mut mapper = ObjectMapper::new(ObjectConfig::default())?;
+/// let mut mapper = ObjectMapper::new(ObjectConfig::default(), SensorModel::kinect())?;
 /// for _ in 0..3 {
-///     mapper.observe(&ObjectView::new(&frame, &[detection.clone()], &Pose::identity()), &NoPlanes)?;
+///     mapper.insert(&ObjectView::new(&frame, &[detection.clone()], &Pose::identity()), &NoPlanes)?;
 /// }
 /// let object = mapper.map().objects().next().ok_or("seen three times")?;
 /// assert_eq!((object.label(), object.observations()), ("microwave", 3));
@@ -42,22 +45,22 @@ use crate::{
 #[derive(Debug)]
 pub struct ObjectMapper {
     config: ObjectConfig,
+    sensor: SensorModel,
     limits: ObjectLimits,
     parameterizer: Parameterizer,
     associator: Associator,
     reparameterizer: Reparameterizer,
-    judge: ExistenceJudge,
     map: ObjectMap,
     last_timestamp: Option<f64>,
-    /// The object that somebody carries.
-    held: Option<u64>,
+    /// The objects that somebody carries.
+    held: BTreeSet<ObjectId>,
     /// Sum of the normals that things were seen to stand on.
     upward: [f64; 3],
     observations: Vec<ObjectObservation>,
     /// The place of each observation's object, as associated.
     matches: Vec<Option<usize>>,
     /// Ids of the objects that the frame observed.
-    observed: Vec<u64>,
+    observed: Vec<ObjectId>,
     report: ObjectReport,
 }
 
@@ -80,7 +83,7 @@ const SURELY_KNOWN: u32 = 2;
 /// So many things must have stood on planes for these to tell the vertical from a plane that slopes.
 const SURE_OF_VERTICAL: f64 = 20.0;
 /// Merges a frame, at most; the others wait for the next.
-const MOST_MERGES: usize = 16;
+const MAX_MERGES: usize = 16;
 /// Frames in view after which a thing that was detected once only is given up.
 const PATIENCE: u32 = 30;
 
@@ -89,62 +92,80 @@ impl ObjectMapper {
     ///
     /// # Errors
     ///
-    /// [`ObjectError::Config`] names the field outside its range.
-    pub fn new(config: ObjectConfig) -> Result<Self, ObjectError> {
+    /// [`Error::Config`] names the field of the config or of the sensor that is outside its range.
+    pub fn new(config: ObjectConfig, sensor: SensorModel) -> Result<Self, Error> {
         config.validate()?;
+        sensor.validate()?;
         Ok(Self {
             limits: ObjectLimits {
                 voxel_size: config.update.voxel_size,
                 max_voxels: config.update.max_voxels,
                 max_key_views: config.update.max_key_views,
+                sensor,
             },
-            parameterizer: Parameterizer::new(config.parameterization.clone())?,
+            parameterizer: Parameterizer::new(config.parameterization.clone(), sensor)?,
             associator: Associator::new(config.association.clone()),
-            reparameterizer: Reparameterizer::new(&config.update, config.parameterization.fitter)?,
-            judge: ExistenceJudge::default(),
+            reparameterizer: Reparameterizer::new(&config.update)?,
             map: ObjectMap::default(),
             last_timestamp: None,
-            held: None,
+            held: BTreeSet::new(),
             upward: [0.0; 3],
             observations: Vec::new(),
             matches: Vec::new(),
             observed: Vec::new(),
             report: ObjectReport::default(),
             config,
+            sensor,
         })
     }
 
     /// Takes in a frame; `planes` are those that things may stand on. Frames come in the order of their time.
     ///
+    /// A frame on which the detector did not run changes no object, and may come in any order.
+    ///
     /// # Errors
     ///
-    /// As [`parameterize`](Self::parameterize); the mapper stays as it was.
-    pub fn observe(
+    /// [`Error::TimeReversed`], [`Error::OutOfReach`]; nothing has changed.
+    #[doc(alias = "observe")]
+    pub fn insert(
         &mut self,
         view: &ObjectView<'_>,
         planes: &dyn SupportingPlanes,
-    ) -> Result<ObjectReport, ObjectError> {
-        self.parameterize(view, planes)?;
-        self.associate(view);
-        self.update(view);
-        self.optimize(view);
-        Ok(self.take_report())
+    ) -> Result<ObjectReport, Error> {
+        self.check(view)?;
+        for object in &mut self.map.objects {
+            object.follow_planes(planes);
+        }
+        self.observations.clear();
+        if view.has_detections() {
+            self.last_timestamp = Some(view.frame.timestamp());
+            self.parameterize(view, planes);
+            self.associate(view);
+            self.update(view);
+            self.optimize(view);
+        }
+        Ok(std::mem::take(&mut self.report))
     }
 
-    /// Step 1: from detections to boxes in space.
+    /// Whether the mapper would take a frame.
     ///
     /// # Errors
     ///
-    /// [`ObjectError::TimeReversed`], [`ObjectError::OutOfReach`]; nothing has changed.
-    pub fn parameterize(
-        &mut self,
-        view: &ObjectView<'_>,
-        planes: &dyn SupportingPlanes,
-    ) -> Result<(), ObjectError> {
-        self.check(view)?;
-        self.last_timestamp = Some(view.frame.timestamp());
-        self.report = ObjectReport::default();
-        self.observations.clear();
+    /// As [`insert`](Self::insert).
+    pub fn check(&self, view: &ObjectView<'_>) -> Result<(), Error> {
+        let position = view.world_from_camera.translation();
+        if !position.iter().all(|c| c.abs() <= REACH) {
+            return Err(Error::OutOfReach { position, reach: REACH });
+        }
+        let timestamp = view.frame.timestamp();
+        match self.last_timestamp.filter(|_| view.has_detections()) {
+            Some(previous) if timestamp < previous => Err(Error::TimeReversed { previous, timestamp }),
+            _ => Ok(()),
+        }
+    }
+
+    /// From detections to boxes in space.
+    fn parameterize(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
         let vertical = unit(self.upward);
         let level = LevelPlanes {
             planes,
@@ -157,11 +178,10 @@ impl ObjectMapper {
             self.upward = along(self.upward, 1.0, support.plane.normal());
         }
         self.note_empty_boxes(view);
-        Ok(())
     }
 
-    /// Step 2: one optimal assignment of observations to objects.
-    pub fn associate(&mut self, view: &ObjectView<'_>) {
+    /// One optimal assignment of observations to objects.
+    fn associate(&mut self, view: &ObjectView<'_>) {
         let matches = self.associator.associate(view, &self.observations, &self.map.objects);
         self.matches.clear();
         self.matches.extend_from_slice(matches);
@@ -177,14 +197,14 @@ impl ObjectMapper {
         }
     }
 
-    /// Step 3: objects take their observations in and are parameterized anew; what is left becomes new objects.
-    pub fn update(&mut self, view: &ObjectView<'_>) {
+    /// Objects take their observations in and are parameterized anew; what is left becomes new objects.
+    fn update(&mut self, view: &ObjectView<'_>) {
         self.observed.clear();
         let observations = std::mem::take(&mut self.observations);
         for (index, observation) in observations.iter().enumerate() {
             let place = self.matches.get(index).copied().flatten();
             let object = place.and_then(|place| self.map.objects.get(place));
-            if object.is_some_and(|object| self.held == Some(object.id)) {
+            if object.is_some_and(|object| self.held.contains(&object.id)) {
                 // Something where a carried object stood.
                 self.reject(observation.detection, RejectionCause::Occupied);
                 continue;
@@ -198,8 +218,8 @@ impl ObjectMapper {
         self.note_neighbours();
     }
 
-    /// Step 4: what should be in view but is not, what is believed, what is one.
-    pub fn optimize(&mut self, view: &ObjectView<'_>) {
+    /// What should be in view but is not, what is confirmed, what is one.
+    fn optimize(&mut self, view: &ObjectView<'_>) {
         self.judge_existence(view);
         self.remove_ghosts();
         self.merge_duplicates();
@@ -212,26 +232,27 @@ impl ObjectMapper {
         }
     }
 
-    /// Says that somebody carries an object about (`None`: nobody does): until it is put down, it stands in the map where
-    /// it stood, and frames have no say about it. An id that is not in the map is as good as none.
-    pub fn hold(&mut self, object: Option<u64>) {
-        self.held = object;
+    /// Says that somebody carries an object: until it is [released](Self::release) or [moved](Self::move_object), it stays in
+    /// the map where it stood, and frames have no say about it. Any number of objects can be held at once.
+    pub fn hold(&mut self, object: ObjectId) {
+        self.held.insert(self.map.current_id(object));
     }
 
-    /// Moves an object with all that is known of it, and lets it go if it was [held](Self::hold). Gives its new box;
-    /// `None` when the map has no object of this id.
-    pub fn move_object(&mut self, object: u64, new_from_old: &Pose) -> Option<OrientedBox> {
+    /// Says that nobody carries an object any more.
+    pub fn release(&mut self, object: ObjectId) {
+        self.held.remove(&self.map.current_id(object));
+    }
+
+    /// Moves an object with all that is known of it, and [releases](Self::release) it. Gives its new box; `None` when the map
+    /// has no object of this id.
+    pub fn move_object(&mut self, object: ObjectId, new_from_old: &Pose) -> Option<OrientedBox> {
+        let object = self.map.current_id(object);
         let place = self.map.place(object)?;
         self.map.together.retain(|&(one, other), _| one != object && other != object);
-        self.held = self.held.filter(|&held| held != object);
+        self.held.remove(&object);
         let moved = self.map.objects.get_mut(place)?;
         moved.move_by(new_from_old);
         Some(moved.oriented_box)
-    }
-
-    /// What the steps changed; they begin anew with the next frame.
-    pub fn take_report(&mut self) -> ObjectReport {
-        std::mem::take(&mut self.report)
     }
 
     /// The map as it stands.
@@ -254,26 +275,9 @@ impl ObjectMapper {
         self.map
     }
 
-    /// Whether the mapper would take a frame.
-    ///
-    /// # Errors
-    ///
-    /// As [`parameterize`](Self::parameterize).
-    pub fn check(&self, view: &ObjectView<'_>) -> Result<(), ObjectError> {
-        let position = view.world_from_camera.translation();
-        if !position.iter().all(|c| c.abs() <= REACH) {
-            return Err(ObjectError::OutOfReach { position, reach: REACH });
-        }
-        let timestamp = view.frame.timestamp();
-        match self.last_timestamp {
-            Some(previous) if timestamp < previous => Err(ObjectError::TimeReversed { previous, timestamp }),
-            _ => Ok(()),
-        }
-    }
-
     fn note_empty_boxes(&mut self, view: &ObjectView<'_>) {
         let least = self.config.parameterization.min_score;
-        for (index, detection) in view.detections.iter().enumerate() {
+        for (index, detection) in view.detections().iter().enumerate() {
             let asked = detection.score() >= least && !view.is_mover(detection);
             let found = self.observations.iter().any(|observation| observation.detection == index);
             if asked && !found {
@@ -345,7 +349,7 @@ impl ObjectMapper {
         if self.is_explained(view, observation) {
             return self.reject(observation.detection, RejectionCause::Explained);
         }
-        let id = self.map.next_id;
+        let id = ObjectId::new(self.map.next_id);
         let shape = self.config.shapes.of(&observation.label);
         let mut object = MapObject::new(id, observation, view, shape, &self.limits);
         self.reparameterizer.update(&mut object, unit(self.upward), &self.config.sizes, &self.config.shapes);
@@ -406,15 +410,14 @@ impl ObjectMapper {
     }
 
     fn judge_existence(&mut self, view: &ObjectView<'_>) {
-        let max_depth = self.config.parameterization.max_depth;
         for object in &mut self.map.objects {
-            if self.observed.binary_search(&object.id).is_ok() || self.held == Some(object.id) {
+            if self.observed.binary_search(&object.id).is_ok() || self.held.contains(&object.id) {
                 continue;
             }
-            match self.judge.judge(view, object, max_depth) {
-                Sighting::Nothing => {}
-                Sighting::There => object.frames_in_view += 1,
-                Sighting::LookedThrough => {
+            match judge_existence(view, object, &self.sensor) {
+                Existence::Unknown => {}
+                Existence::Present => object.frames_in_view += 1,
+                Existence::Absent => {
                     object.frames_in_view += 1;
                     object.looked_through += 1;
                 }
@@ -425,12 +428,13 @@ impl ObjectMapper {
     /// Removes what frames look through, and what was detected once in many views.
     fn remove_ghosts(&mut self) {
         let least = self.config.update.min_looked_through;
+        let held = &self.held;
         let is_ghost = |object: &MapObject| {
             let is_gone = object.looked_through >= least && object.looked_through > object.observations;
             let was_mistaken = object.observations == 1 && object.frames_in_view > PATIENCE;
-            is_gone || was_mistaken
+            (is_gone || was_mistaken) && !held.contains(&object.id)
         };
-        let ghosts: Vec<u64> =
+        let ghosts: Vec<ObjectId> =
             self.map.objects.iter().filter(|object| is_ghost(object)).map(MapObject::id).collect();
         for id in ghosts {
             self.map.remove(id);
@@ -439,14 +443,17 @@ impl ObjectMapper {
     }
 
     fn merge_duplicates(&mut self) {
-        for _ in 0..MOST_MERGES {
+        for _ in 0..MAX_MERGES {
             let Some(merge) = find_duplicates(&self.map, &self.config.merging) else { return };
-            let Some(removed) = self.map.remove(merge.removed) else { return };
+            let Some(removed) = self.map.absorb(merge.removed, merge.kept) else { return };
             let Some(kept) = self.map.place(merge.kept).and_then(|place| self.map.objects.get_mut(place))
             else {
                 return;
             };
             kept.merge(&removed, &self.limits);
+            if self.held.remove(&merge.removed) {
+                self.held.insert(merge.kept);
+            }
             self.reparameterizer.update(kept, unit(self.upward), &self.config.sizes, &self.config.shapes);
             self.report.merged.push(merge);
         }
@@ -466,7 +473,8 @@ impl ObjectMapper {
         };
         let is_explained =
             |own: &&MapObject| self.map.objects().any(|known| known.id != own.id && explains(known, own));
-        let explained: Vec<u64> = self.map.objects.iter().filter(is_explained).map(MapObject::id).collect();
+        let explained: Vec<ObjectId> =
+            self.map.objects.iter().filter(is_explained).map(MapObject::id).collect();
         for id in explained {
             self.map.remove(id);
             self.report.removed.push(id);
@@ -494,7 +502,7 @@ impl ObjectMapper {
                 }
                 (ObjectState::Confirmed, false) => {
                     object.state = ObjectState::Tentative;
-                    self.report.doubted.push(object.id);
+                    self.report.unconfirmed.push(object.id);
                 }
                 _ => {}
             }

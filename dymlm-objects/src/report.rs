@@ -1,3 +1,5 @@
+use dymlm_core::ObjectId;
+
 use crate::AssociationTests;
 
 /// What a frame changed in the object map.
@@ -7,20 +9,20 @@ pub struct ObjectReport {
     /// Detections that were associated with an object, by ascending index.
     pub associated: Vec<ObjectAssociation>,
     /// Objects that are new, ascending ids; tentative until they are seen again.
-    pub created: Vec<u64>,
+    pub created: Vec<ObjectId>,
     /// Objects that got new parameters, ascending ids.
-    pub updated: Vec<u64>,
+    pub updated: Vec<ObjectId>,
     /// Objects whose new parameters were not accepted, ascending ids.
-    pub kept_parameters: Vec<u64>,
-    /// Objects that are believed from now on, ascending ids.
-    pub confirmed: Vec<u64>,
-    /// Objects that are no longer believed, ascending ids: the detector too seldom finds what is in view, or
-    /// the size is none for the label.
-    pub doubted: Vec<u64>,
+    pub kept_parameters: Vec<ObjectId>,
+    /// Objects that are confirmed from now on, ascending ids.
+    pub confirmed: Vec<ObjectId>,
+    /// Objects that are candidates again, ascending ids: the detector too seldom finds what is in view, or no thing of
+    /// the label is of that size.
+    pub unconfirmed: Vec<ObjectId>,
     /// Objects that went into others, in the order in which that happened.
     pub merged: Vec<ObjectMerge>,
     /// Objects that are not there, ascending ids.
-    pub removed: Vec<u64>,
+    pub removed: Vec<ObjectId>,
     /// Detections that came to nothing, by ascending index.
     pub rejected: Vec<RejectedDetection>,
 }
@@ -32,7 +34,7 @@ pub struct ObjectAssociation {
     /// Index of the detection in its frame.
     pub detection: usize,
     /// Id of the object.
-    pub object: u64,
+    pub object: ObjectId,
     /// What the tests said.
     pub tests: AssociationTests,
 }
@@ -42,9 +44,9 @@ pub struct ObjectAssociation {
 #[non_exhaustive]
 pub struct ObjectMerge {
     /// Id of the object that stays.
-    pub kept: u64,
+    pub kept: ObjectId,
     /// Id of the object that went into it.
-    pub removed: u64,
+    pub removed: ObjectId,
 }
 
 /// A detection that came to nothing.
@@ -63,10 +65,11 @@ pub struct RejectedDetection {
 pub enum RejectionCause {
     /// There is no cluster of static readings in its box.
     NoPoints,
-    /// What is in its box is of no size that things of its label have.
+    /// No thing of its label is of the size of what is in its box.
     Size,
     /// It lies within an object of the map but was not associated with it.
     Occupied,
-    /// An object of the map that no other detection is of looks like it, but something else was found in the box.
+    /// A confirmed object that no other detection is of projects to its box, but what was found in the box is before or
+    /// behind that object.
     Explained,
 }

@@ -1,19 +1,19 @@
-use dymlm_core::Plane;
 use dymlm_core::vector3::dot;
+use dymlm_core::{Plane, PlaneId};
 
 /// A plane that things may stand on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SupportPlane {
-    /// Tells the planes of a map apart; `None` for a level patch around a thing that is no plane of the map.
-    pub id: Option<u64>,
+    /// The plane of the map that it is; `None` for a level patch around a thing that is no plane of the map.
+    pub id: Option<PlaneId>,
     /// The plane in the world; its normal points to the side that cameras have seen.
     pub plane: Plane,
 }
 
 impl SupportPlane {
     /// A plane of the map.
-    pub fn new(id: u64, plane: Plane) -> Self {
+    pub fn new(id: PlaneId, plane: Plane) -> Self {
         Self { id: Some(id), plane }
     }
 
@@ -23,14 +23,15 @@ impl SupportPlane {
     }
 }
 
-/// The finite planes of a map, asked for what is near a point. A closure of the same arguments is one too.
+/// The finite planes of a map, asked for what is near a point. A closure of the same arguments as [`near`](Self::near) is one
+/// too.
 ///
 /// ```
-/// use dymlm_core::Plane;
+/// use dymlm_core::{Plane, PlaneId};
 /// use dymlm_objects::{SupportPlane, SupportingPlanes};
 ///
-/// // A floor that knows no end.
-/// let floor = SupportPlane::new(0, Plane::new([0.0, 0.0, 1.0], 0.0)?);
+/// // A floor without end.
+/// let floor = SupportPlane::new(PlaneId::new(0), Plane::new([0.0, 0.0, 1.0], 0.0)?);
 /// let planes = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
 ///     if floor.plane.signed_distance(point).abs() <= reach {
 ///         found.push(floor);
@@ -45,6 +46,11 @@ pub trait SupportingPlanes {
     /// Adds to `found` the planes whose finite patch lies within `reach` metres of a point of the world. Walls and
     /// ceilings among them do no harm.
     fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>);
+
+    /// What a plane that objects were seen to stand on is called now: after a merge, the plane that it went into.
+    fn current_id(&self, id: PlaneId) -> PlaneId {
+        id
+    }
 }
 
 impl<F: Fn([f64; 3], f64, &mut Vec<SupportPlane>)> SupportingPlanes for F {

@@ -1,12 +1,13 @@
 use dymlm_core::{Detection, Frame, Mask, Pose};
 
-use crate::ObjectError;
+use crate::Error;
 
 /// One frame as the object map takes it in.
 #[derive(Debug, Clone, Copy)]
 pub struct ObjectView<'a> {
     pub(crate) frame: &'a Frame,
-    pub(crate) detections: &'a [Detection],
+    /// `None` when the detector did not run on the frame.
+    detections: Option<&'a [Detection]>,
     pub(crate) world_from_camera: Pose,
     pub(crate) static_mask: Option<&'a Mask>,
     pub(crate) mover_labels: &'a [String],
@@ -14,7 +15,10 @@ pub struct ObjectView<'a> {
 }
 
 /// A map point of the caller's (of a SLAM front end) and where the frame shows it.
+#[doc(alias = "landmark")]
+#[doc(alias = "keypoint")]
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SightedPoint {
     /// Tells the caller's map points apart; the same in all frames.
@@ -31,11 +35,17 @@ impl SightedPoint {
 }
 
 impl<'a> ObjectView<'a> {
-    /// A frame, what a detector found in it, and the pose that takes its camera coordinates to the world.
+    /// A frame, what a detector found in it, and the pose that takes its camera coordinates to the world. An empty slice
+    /// means that the detector looked and found nothing, which counts against the objects in view.
     pub fn new(frame: &'a Frame, detections: &'a [Detection], world_from_camera: &Pose) -> Self {
+        Self { detections: Some(detections), ..Self::without_detector_run(frame, world_from_camera) }
+    }
+
+    /// A frame on which the detector did not run: it says nothing about objects.
+    pub fn without_detector_run(frame: &'a Frame, world_from_camera: &Pose) -> Self {
         Self {
             frame,
-            detections,
+            detections: None,
             world_from_camera: *world_from_camera,
             static_mask: None,
             mover_labels: &[],
@@ -47,8 +57,8 @@ impl<'a> ObjectView<'a> {
     ///
     /// # Errors
     ///
-    /// [`ObjectError::Core`] when the mask is of another size than the frame.
-    pub fn with_static_mask(mut self, mask: &'a Mask) -> Result<Self, ObjectError> {
+    /// [`Error::Core`] when the mask is of another size than the frame.
+    pub fn with_static_mask(mut self, mask: &'a Mask) -> Result<Self, Error> {
         self.frame.camera().check_size("the static mask", mask.width(), mask.height())?;
         self.static_mask = Some(mask);
         Ok(self)
@@ -61,11 +71,20 @@ impl<'a> ObjectView<'a> {
         self
     }
 
-    /// Adds the caller's map points; those of two observations of one object are mostly the same.
+    /// Adds the caller's map points. Two observations of one object share most of those on it, which tells it from its
+    /// neighbours; without them the voxels of its cloud are compared.
     #[must_use]
     pub fn with_sighted_points(mut self, sighted_points: &'a [SightedPoint]) -> Self {
         self.sighted_points = sighted_points;
         self
+    }
+
+    pub(crate) fn has_detections(&self) -> bool {
+        self.detections.is_some()
+    }
+
+    pub(crate) fn detections(&self) -> &'a [Detection] {
+        self.detections.unwrap_or_default()
     }
 
     #[inline]

@@ -1,25 +1,22 @@
 //! Configs: what is refused, and what a file may hold.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm_objects::{ObjectConfig, ObjectError, ObjectMapper};
+use dymlm_core::SensorModel;
+use dymlm_objects::{Error, ObjectConfig, ObjectMapper};
 
 #[test]
 fn each_part_names_its_field() {
     let refused = |change: fn(&mut ObjectConfig)| {
         let mut config = ObjectConfig::default();
         change(&mut config);
-        match ObjectMapper::new(config).unwrap_err() {
-            ObjectError::Config(error) => error.field,
+        match ObjectMapper::new(config, SensorModel::kinect()).unwrap_err() {
+            Error::Config(error) => error.field,
             other => panic!("{other}"),
         }
     };
     assert_eq!(
-        refused(|config| config.parameterization.min_depth = 5.0),
-        "objects.parameterization.min_depth"
-    );
-    assert_eq!(
-        refused(|config| config.parameterization.fitter.trim = 0.5),
-        "objects.parameterization.fitter.trim"
+        refused(|config| config.parameterization.min_score = 2.0),
+        "objects.parameterization.min_score"
     );
     assert_eq!(refused(|config| config.association.alpha = f64::NAN), "objects.association.alpha");
     assert_eq!(refused(|config| config.update.min_observations = 0), "objects.update.min_observations");
@@ -30,11 +27,10 @@ fn each_part_names_its_field() {
 #[cfg(feature = "serde")]
 #[test]
 fn a_config_survives_a_file() {
-    use dymlm_objects::{CentroidTest, Footprint, ShapeKind, SizePrior, Switch};
+    use dymlm_objects::{CentroidTest, Footprint, ShapeKind, SizePrior};
 
     let mut config = ObjectConfig::default();
     config.association.centroid_test = CentroidTest::OneSampleT;
-    config.update.forest = Switch::Off;
     config.shapes.set("chair", ShapeKind::Cuboid);
     let [length, width, height] = [[0.4, 0.5, 0.6], [0.3, 0.35, 0.4], [0.2, 0.3, 1.0]].map(Into::into);
     config.sizes.insert(SizePrior::new("robot", length, width, height, Footprint::Oblong));

@@ -3,11 +3,11 @@
 
 mod common;
 
-use common::{Scene, TABLE, looking, planes, upright};
-use dymlm_core::{DepthImage, Detection, Frame, Mask, Plane, Pose};
+use common::{Scene, TABLE, looking, mapper, planes, upright};
+use dymlm_core::{DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose};
 use dymlm_objects::{
-    MapObject, NoPlanes, ObjectConfig, ObjectError, ObjectMapper, ObjectReport, ObjectState, ObjectView,
-    RejectionCause, ShapeKind, SightedPoint, SupportPlane,
+    Error, MapObject, NoPlanes, ObjectMapper, ObjectReport, ObjectState, ObjectView, RejectionCause,
+    ShapeKind, SightedPoint, SupportPlane,
 };
 
 /// A microwave, a cup and a book on the table.
@@ -26,8 +26,12 @@ fn pose(step: usize) -> Pose {
     looking([-0.3 + 0.06 * step as f64, -0.9, 0.6], 0.4)
 }
 
-fn mapper() -> ObjectMapper {
-    ObjectMapper::new(ObjectConfig::default()).unwrap()
+fn id(number: u64) -> ObjectId {
+    ObjectId::new(number)
+}
+
+fn numbers(ids: &[ObjectId]) -> Vec<u64> {
+    ids.iter().map(|id| id.get()).collect()
 }
 
 fn show(mapper: &mut ObjectMapper, scene: &Scene, step: usize, labels: &[(usize, &str)]) -> ObjectReport {
@@ -35,7 +39,7 @@ fn show(mapper: &mut ObjectMapper, scene: &Scene, step: usize, labels: &[(usize,
     let frame = scene.frame(0.1 * step as f64, &pose);
     let detections: Vec<Detection> =
         labels.iter().map(|&(index, label)| scene.detection(&pose, index, label)).collect();
-    mapper.observe(&ObjectView::new(&frame, &detections, &pose), &planes).unwrap()
+    mapper.insert(&ObjectView::new(&frame, &detections, &pose), &planes).unwrap()
 }
 
 fn all() -> Vec<(usize, &'static str)> {
@@ -46,18 +50,18 @@ fn all() -> Vec<(usize, &'static str)> {
 fn things_become_objects_with_stable_ids() {
     let (scene, mut mapper) = (kitchen(), mapper());
     let first = show(&mut mapper, &scene, 0, &all());
-    assert_eq!(first.created, [0, 1, 2]);
-    assert!(mapper.map().is_empty() && mapper.map().all_objects().len() == 3);
+    assert_eq!(numbers(&first.created), [0, 1, 2]);
+    assert!(mapper.map().is_empty() && mapper.map().candidates().count() == 3);
     for step in 1..10 {
         let report = show(&mut mapper, &scene, step, &all());
         let pairs: Vec<(usize, u64)> =
-            report.associated.iter().map(|pair| (pair.detection, pair.object)).collect();
+            report.associated.iter().map(|pair| (pair.detection, pair.object.get())).collect();
         assert_eq!(pairs, [(0, 0), (1, 1), (2, 2)], "at step {step}");
         assert!(report.created.is_empty() && report.merged.is_empty() && report.removed.is_empty());
         assert_eq!(report.confirmed.is_empty(), step != 2, "at step {step}: {report:?}");
     }
     for (index, label) in LABELS.into_iter().enumerate() {
-        let object = mapper.map().object(index as u64).unwrap();
+        let object = mapper.map().object(id(index as u64)).unwrap();
         assert_eq!(
             (object.label(), object.observations(), object.state()),
             (label, 10, ObjectState::Confirmed)
@@ -67,14 +71,14 @@ fn things_become_objects_with_stable_ids() {
         assert_eq!(object.support().unwrap().id, Some(TABLE));
         assert!(object.point_count() > 20 && object.points().count() == object.point_count());
     }
-    assert_eq!(mapper.map().object(0).unwrap().shape().kind(), ShapeKind::Cuboid);
-    assert_eq!(mapper.map().object(1).unwrap().shape().kind(), ShapeKind::Ellipsoid);
+    assert_eq!(mapper.map().object(id(0)).unwrap().shape().kind(), ShapeKind::Cuboid);
+    assert_eq!(mapper.map().object(id(1)).unwrap().shape().kind(), ShapeKind::Ellipsoid);
 }
 
 /// A plane that a plane detector laid through the table's front and the things behind, at its own height nearby.
 #[test]
 fn what_slopes_carries_nothing_once_the_vertical_is_known() {
-    const SLOPE: u64 = 9;
+    const SLOPE: PlaneId = PlaneId::new(9);
     let (sin, cos) = 0.17_f64.sin_cos();
     let slope = Plane::new([0.0, -sin, cos], 0.25 * sin).unwrap();
     let sloping = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
@@ -88,7 +92,7 @@ fn what_slopes_carries_nothing_once_the_vertical_is_known() {
         all().iter().map(|&(index, label)| scene.detection(&pose, index, label)).collect();
     let view = ObjectView::new(&frame, &detections, &pose);
     let carried_by_slope = |mapper: &mut ObjectMapper| {
-        mapper.parameterize(&view, &sloping).unwrap();
+        mapper.insert(&view, &sloping).unwrap();
         let supports = mapper.observations().iter().filter_map(|observation| observation.support);
         supports.filter(|support| support.id == Some(SLOPE)).count()
     };
@@ -122,7 +126,7 @@ fn a_label_is_what_most_evidence_says() {
         show(&mut mapper, &scene, step, &[(0, label)]);
     }
     let object = mapper.map().objects().next().unwrap();
-    assert_eq!((mapper.map().all_objects().len(), object.label()), (1, "microwave"));
+    assert_eq!((mapper.map().len(), mapper.map().candidates().count(), object.label()), (1, 0, "microwave"));
     assert!((object.score() - 2.0 / 3.0).abs() < 1e-6);
     assert_eq!(object.evidence().iter().count(), 2);
 }
@@ -133,8 +137,8 @@ fn a_partial_view_does_not_shrink_an_object() {
     for step in 0..5 {
         show(&mut mapper, &scene, step, &[(0, "microwave")]);
     }
-    let before = mapper.map().object(0).unwrap().oriented_box();
-    let centroids = mapper.map().object(0).unwrap().centroids().count();
+    let before = mapper.map().object(id(0)).unwrap().oriented_box();
+    let centroids = mapper.map().object(id(0)).unwrap().centroids().count();
     // Somebody covers half of it, for as long again.
     for step in 5..10 {
         let pose = pose(step);
@@ -146,10 +150,10 @@ fn a_partial_view_does_not_shrink_an_object() {
         let mask = Mask::new(320, 240, data).unwrap();
         let detections = [Detection::new("microwave", 0.7, half).unwrap()];
         let view = ObjectView::new(&frame, &detections, &pose).with_static_mask(&mask).unwrap();
-        let report = mapper.observe(&view, &planes).unwrap();
+        let report = mapper.insert(&view, &planes).unwrap();
         assert_eq!(report.associated.len(), 1, "{report:?}");
     }
-    let object = mapper.map().object(0).unwrap();
+    let object = mapper.map().object(id(0)).unwrap();
     assert!(object.oriented_box().volume() > 0.95 * before.volume());
     assert!(object.oriented_box().iou(&scene.boxes[0]) > 0.7);
     assert_eq!((object.observations(), object.centroids().count()), (10, centroids));
@@ -165,10 +169,10 @@ fn what_frames_look_through_is_removed() {
     for step in 1..6 {
         removed.extend(show(&mut mapper, &scene, step, &[]).removed);
     }
-    assert_eq!(removed, [0]);
-    assert!(mapper.map().all_objects().is_empty() && mapper.map().object(0).is_none());
+    assert_eq!(numbers(&removed), [0]);
+    assert!(mapper.map().candidates().next().is_none() && mapper.map().object(id(0)).is_none());
     // Its id does not come again.
-    assert_eq!(show(&mut mapper, &scene, 6, &[(2, "book")]).created, [1]);
+    assert_eq!(show(&mut mapper, &scene, 6, &[(2, "book")]).created, [id(1)]);
 }
 
 #[test]
@@ -180,7 +184,7 @@ fn what_is_hidden_is_not_looked_through() {
     for step in 1..8 {
         assert!(show(&mut mapper, &scene, step, &[]).removed.is_empty());
     }
-    assert_eq!(mapper.map().object(0).unwrap().frames_in_view(), 1);
+    assert_eq!(mapper.map().object(id(0)).unwrap().frames_in_view(), 1);
 }
 
 #[test]
@@ -209,7 +213,7 @@ fn map_points_of_the_caller_are_shared_points() {
             })
             .collect();
         let view = ObjectView::new(&frame, &detections, &pose).with_sighted_points(&sighted);
-        let report = mapper.observe(&view, &planes).unwrap();
+        let report = mapper.insert(&view, &planes).unwrap();
         if step > 0 {
             assert!(report.associated.iter().all(|pair| pair.tests.shared == Some(1.0)), "{report:?}");
         }
@@ -223,11 +227,12 @@ fn questions_are_answered_by_what_is_believed() {
         show(&mut mapper, &scene, step, &all());
     }
     let map = mapper.map();
-    assert_eq!(map.with_label("cup").map(MapObject::id).collect::<Vec<_>>(), [1]);
+    assert_eq!(map.with_label("cup").map(MapObject::id).collect::<Vec<_>>(), [id(1)]);
     assert_eq!(map.with_label("dragon").count(), 0);
     assert_eq!(map.on_plane(TABLE).count(), 3);
-    assert_eq!(map.on_plane(99).count(), 0);
-    let near = |point, reach| map.near(point, reach).iter().map(|object| object.id()).collect::<Vec<_>>();
+    assert_eq!(map.on_plane(PlaneId::new(99)).count(), 0);
+    let near =
+        |point, reach| map.near(point, reach).iter().map(|object| object.id().get()).collect::<Vec<_>>();
     assert_eq!(near([0.2, 0.1, 0.2], 0.15), [1]);
     assert_eq!(near([0.3, 0.15, 0.1], 5.0), [1, 2, 0]);
     assert!(near([f64::NAN; 3], 5.0).is_empty());
@@ -235,10 +240,10 @@ fn questions_are_answered_by_what_is_believed() {
     // From above through the cup; along the table through the microwave first.
     let hits = map.along_ray([0.2, 0.1, 3.0], [0.0, 0.0, -2.0]);
     assert_eq!(hits.len(), 1);
-    assert_eq!(hits[0].object.id(), 1);
+    assert_eq!(hits[0].object.id(), id(1));
     assert!((hits[0].distance - 2.9).abs() < 0.02 && (hits[0].point[2] - 0.1).abs() < 0.02);
     let along: Vec<u64> =
-        map.along_ray([-2.0, 0.35, 0.02], [1.0, 0.0, 0.0]).iter().map(|hit| hit.object.id()).collect();
+        map.along_ray([-2.0, 0.35, 0.02], [1.0, 0.0, 0.0]).iter().map(|hit| hit.object.id().get()).collect();
     assert_eq!(along, [0, 2]);
     assert_eq!(map.along_ray([-0.35, 0.4, 0.15], [1.0, 0.0, 0.0])[0].distance, 0.0);
     assert!(map.along_ray([0.0; 3], [0.0; 3]).is_empty());
@@ -255,8 +260,7 @@ fn refused_input_changes_nothing() {
     let boxes = |mapper: &ObjectMapper| -> Vec<_> {
         mapper
             .map()
-            .all_objects()
-            .iter()
+            .objects()
             .map(|object| (object.id(), object.oriented_box(), object.observations()))
             .collect()
     };
@@ -264,12 +268,12 @@ fn refused_input_changes_nothing() {
     let pose = pose(0);
     let early = scene.frame(0.05, &pose);
     let detections = [scene.detection(&pose, 0, "microwave")];
-    let error = mapper.observe(&ObjectView::new(&early, &detections, &pose), &NoPlanes).unwrap_err();
-    assert_eq!(error, ObjectError::TimeReversed { previous: 0.2, timestamp: 0.05 });
+    let error = mapper.insert(&ObjectView::new(&early, &detections, &pose), &NoPlanes).unwrap_err();
+    assert_eq!(error, Error::TimeReversed { previous: 0.2, timestamp: 0.05 });
     let far = Pose::new([1e12, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
     let late = scene.frame(9.0, &pose);
-    let error = mapper.observe(&ObjectView::new(&late, &detections, &far), &NoPlanes).unwrap_err();
-    assert!(matches!(error, ObjectError::OutOfReach { .. }));
+    let error = mapper.insert(&ObjectView::new(&late, &detections, &far), &NoPlanes).unwrap_err();
+    assert!(matches!(error, Error::OutOfReach { .. }));
     let small = Mask::new(2, 2, vec![true; 4]).unwrap();
     assert!(ObjectView::new(&late, &detections, &pose).with_static_mask(&small).is_err());
     assert_eq!(boxes(&mapper), before);
@@ -289,7 +293,7 @@ fn far_from_the_origin_the_map_is_the_same() {
                 Pose::new([0, 1, 2].map(|k| pose.translation()[k] + shift[k]), pose.quaternion()).unwrap();
             let frame = scene.frame(0.1 * step as f64, &pose);
             let detections = [scene.detection(&pose, 0, "microwave"), scene.detection(&pose, 2, "book")];
-            mapper.observe(&ObjectView::new(&frame, &detections, &moved), &NoPlanes).unwrap();
+            mapper.insert(&ObjectView::new(&frame, &detections, &moved), &NoPlanes).unwrap();
         }
         mapper.into_map()
     };
@@ -310,6 +314,6 @@ fn an_empty_frame_is_taken_in() {
     let camera = kitchen().camera;
     let frame =
         Frame::new(0.0, camera, DepthImage::new(320, 240, vec![0.0; 320 * 240]).unwrap(), None).unwrap();
-    let report = mapper.observe(&ObjectView::new(&frame, &[], &Pose::identity()), &NoPlanes).unwrap();
+    let report = mapper.insert(&ObjectView::new(&frame, &[], &Pose::identity()), &NoPlanes).unwrap();
     assert_eq!(report, ObjectReport::default());
 }

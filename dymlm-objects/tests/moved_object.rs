@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose};
+use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, ObjectId, PinholeCamera, Pose, SensorModel};
 use dymlm_objects::{NoPlanes, ObjectConfig, ObjectMapper, ObjectView};
 
 /// A box of 0.4 x 0.3 m at 1.5 m before a wall at 3 m, or the wall alone.
@@ -18,11 +18,11 @@ fn frame(time: f64, is_there: bool) -> (Frame, Vec<Detection>) {
 
 fn observe(mapper: &mut ObjectMapper, time: f64, is_there: bool) {
     let (frame, detections) = frame(time, is_there);
-    mapper.observe(&ObjectView::new(&frame, &detections, &Pose::identity()), &NoPlanes).unwrap();
+    mapper.insert(&ObjectView::new(&frame, &detections, &Pose::identity()), &NoPlanes).unwrap();
 }
 
 fn mapper() -> ObjectMapper {
-    let mut mapper = ObjectMapper::new(ObjectConfig::default()).unwrap();
+    let mut mapper = ObjectMapper::new(ObjectConfig::default(), SensorModel::kinect()).unwrap();
     for i in 0..4 {
         observe(&mut mapper, f64::from(i), true);
     }
@@ -49,14 +49,14 @@ fn it_moves_with_all_that_is_known_of_it() {
     });
     assert!(inside.count() * 10 >= after.point_count() * 9);
     assert!(after.point_count() * 10 >= before.point_count() * 7);
-    assert_eq!(mapper.move_object(99, &motion), None);
+    assert_eq!(mapper.move_object(ObjectId::new(99), &motion), None);
 }
 
 #[test]
 fn while_it_is_carried_frames_have_no_say_about_it() {
     let (mut held, mut left) = (mapper(), mapper());
     let id = held.map().objects().next().unwrap().id();
-    held.hold(Some(id));
+    held.hold(id);
     for i in 4..80 {
         observe(&mut held, f64::from(i), false);
         observe(&mut left, f64::from(i), false);

@@ -3,18 +3,14 @@
 
 mod common;
 
-use common::{Scene, TABLE, looking, planes, upright};
+use common::{Scene, TABLE, looking, mapper, planes, upright};
 use dymlm_core::{ColorImage, DepthImage, Detection, Frame, Pose};
-use dymlm_objects::{
-    BoxAxes, NoPlanes, ObjectObservation, ObjectView, ParameterizationConfig, Parameterizer, Relief,
-    SideView, SizePriors, Switch,
-};
+use dymlm_objects::{BoxAxes, NoPlanes, ObjectObservation, ObjectView, Relief, SideView};
 
 fn parameterize(view: &ObjectView<'_>) -> Vec<ObjectObservation> {
-    let mut parameterizer = Parameterizer::new(ParameterizationConfig::default()).unwrap();
-    let mut observations = Vec::new();
-    parameterizer.parameterize(view, &planes, None, &SizePriors::default(), &mut observations);
-    observations
+    let mut mapper = mapper();
+    mapper.insert(view, &planes).unwrap();
+    mapper.observations().to_vec()
 }
 
 /// A microwave on the table.
@@ -46,30 +42,17 @@ fn without_planes_the_table_may_not_spoil_it_by_much() {
     let (scene, pose) = (microwave(), pose());
     let (frame, detections) = (scene.frame(0.0, &pose), [scene.detection(&pose, 0, "microwave")]);
     let view = ObjectView::new(&frame, &detections, &pose);
-    let mut parameterizer = Parameterizer::new(ParameterizationConfig::default()).unwrap();
-    let mut observations = Vec::new();
-    parameterizer.parameterize(&view, &NoPlanes, None, &SizePriors::default(), &mut observations);
-    assert!(observations[0].support.is_none());
-    assert!(matches!(observations[0].fit.axes, BoxAxes::Principal | BoxAxes::Rectangle));
-    // With the vertical known, the table is found as a level patch around the thing.
-    observations.clear();
-    parameterizer.parameterize(
-        &view,
-        &NoPlanes,
-        Some([0.0, 0.0, 1.0]),
-        &SizePriors::default(),
-        &mut observations,
-    );
-    let support = observations[0].support.unwrap();
+    let mut mapper = mapper();
+    mapper.insert(&view, &NoPlanes).unwrap();
+    assert!(mapper.observations()[0].support.is_none());
+    assert!(matches!(mapper.observations()[0].fit.axes, BoxAxes::Principal | BoxAxes::Rectangle));
+    // Once the vertical is known, the table is found as a level patch around the thing.
+    mapper.insert(&view, &planes).unwrap();
+    mapper.insert(&view, &NoPlanes).unwrap();
+    let observation = &mapper.observations()[0];
+    let support = observation.support.unwrap();
     assert!(support.id.is_none() && support.plane.signed_distance([0.0; 3]).abs() < 0.01, "{support:?}");
-    assert!(observations[0].fit.oriented_box.iou(&scene.boxes[0]) > 0.85);
-    // Unless that is switched off.
-    let mut config = ParameterizationConfig::default();
-    config.support = Switch::Off;
-    let mut parameterizer = Parameterizer::new(config).unwrap();
-    observations.clear();
-    parameterizer.parameterize(&view, &planes, None, &SizePriors::default(), &mut observations);
-    assert!(observations[0].support.is_none());
+    assert!(observation.fit.oriented_box.iou(&scene.boxes[0]) > 0.85);
 }
 
 /// A magazine of 4 mm on the table, in a colour, on wood under uneven light.
@@ -205,11 +188,8 @@ fn the_same_frame_gives_the_same_bits() {
     let (scene, pose) = (microwave(), pose());
     let (frame, detections) = (scene.frame(0.0, &pose), [scene.detection(&pose, 0, "microwave")]);
     let view = ObjectView::new(&frame, &detections, &pose);
-    let mut parameterizer = Parameterizer::new(ParameterizationConfig::default()).unwrap();
-    let mut again = Vec::new();
-    for _ in 0..2 {
-        again.clear();
-        parameterizer.parameterize(&view, &planes, None, &SizePriors::default(), &mut again);
-    }
+    let mut mapper = mapper();
+    mapper.insert(&view, &planes).unwrap();
+    let again = mapper.observations();
     assert_eq!(again, parameterize(&view));
 }

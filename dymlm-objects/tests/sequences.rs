@@ -16,7 +16,7 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
     let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect()).unwrap();
     let movers = preprocessor.mover_labels().to_vec();
     let mut planes = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect()).unwrap();
-    let mut mapper = ObjectMapper::new(ObjectConfig::default()).unwrap();
+    let mut mapper = ObjectMapper::new(ObjectConfig::default(), SensorModel::kinect()).unwrap();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
     for simulated in sequence.frames() {
         truth.observe(&simulated);
@@ -28,11 +28,11 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
         planes.insert(&simulated.frame, Some(mask), &[], &pose).unwrap();
         let near = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
             let near = planes.map().supports_near(point, reach);
-            found.extend(near.map(|plane| SupportPlane::new(plane.id().get(), plane.plane())));
+            found.extend(near.map(|plane| SupportPlane::new(plane.id(), plane.plane())));
         };
         let view = ObjectView::new(&simulated.frame, &simulated.detections, &pose);
         let view = view.with_static_mask(mask).unwrap().without_labels(&movers);
-        mapper.observe(&view, &near).unwrap();
+        mapper.insert(&view, &near).unwrap();
     }
     let estimate = |object: &MapObject| EstimatedObject {
         label: object.label().to_owned(),

@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, PlaneId, Point, Pose};
+use dymlm_core::{Frame, ObjectId, PlaneId, Point, Pose};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{MapObject, ShapeKind};
 use dymlm_tracking::{
@@ -19,7 +19,7 @@ const CLEARANCE: f64 = 0.007;
 #[non_exhaustive]
 pub struct ObjectMove {
     /// The object.
-    pub object: u64,
+    pub object: ObjectId,
     /// Its box where it stood, and where it stands.
     pub from: OrientedBox,
     /// Its box where it stands now.
@@ -46,7 +46,7 @@ impl MapBuilder {
     /// [`Error::UnknownObject`]; [`Error::Tracking`] when it is not seen in the frame or the settings are refused.
     pub fn track_object(
         &self,
-        object: u64,
+        object: ObjectId,
         frame: &Frame,
         world_from_camera: &Pose,
         config: &ObjectTrackerConfig,
@@ -71,7 +71,8 @@ impl MapBuilder {
     /// # use dymlm::{MapBuilder, core::{Detection, Frame, Pose}, tracking::ObjectTrackerConfig};
     /// # fn next() -> Option<(Frame, Vec<Detection>, Pose)> { None }
     /// # fn run(mut builder: MapBuilder, frame: &Frame, pose: &Pose) -> Result<(), dymlm::Error> {
-    /// let object = builder.map().objects().with_label("book").next().map_or(0, |book| book.id());
+    /// let Some(book) = builder.map().objects().with_label("book").next() else { return Ok(()) };
+    /// let object = book.id();
     /// let mut tracker = builder.track_object(object, frame, pose, &ObjectTrackerConfig::default())?;
     /// while let Some((frame, detections, pose)) = next() {
     ///     let update = tracker.track(&frame, &detections, &pose)?;
@@ -88,7 +89,7 @@ impl MapBuilder {
     /// [`Error::UnknownObject`]; [`Error::Planes`] when it went out of what the maps can reach. Nothing has changed.
     pub fn follow_object(
         &mut self,
-        object: u64,
+        object: ObjectId,
         tracker: &ObjectTracker,
         update: &ObjectUpdate,
     ) -> Result<Option<ObjectMove>, Error> {
@@ -102,14 +103,18 @@ impl MapBuilder {
         let is_carried = update.state != ObjectState::AtRest;
         self.carried =
             is_carried.then(|| body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING)).flatten();
-        self.map.objects.hold(is_carried.then_some(object));
+        if is_carried {
+            self.map.objects.hold(object);
+        } else {
+            self.map.objects.release(object);
+        }
         Ok(moved)
     }
 
     /// Brings an object that was put down to its new place in all maps.
     fn move_object(
         &mut self,
-        object: u64,
+        object: ObjectId,
         tracker: &ObjectTracker,
         rest: &RestReport,
     ) -> Result<ObjectMove, Error> {

@@ -1,4 +1,4 @@
-use dymlm_core::{ConfigError, FrameId};
+use dymlm_core::{ConfigError, FrameId, ObjectId};
 
 /// Why a frame or a config was refused. A refused frame changes nothing.
 #[derive(Debug, thiserror::Error)]
@@ -30,7 +30,7 @@ pub enum Error {
     #[error("no object {object} in the map")]
     UnknownObject {
         /// The id asked for.
-        object: u64,
+        object: ObjectId,
     },
     /// No detections of this frame are awaited: it was never inserted as pending, has them already, or was processed
     /// without because they came too late.
@@ -41,5 +41,5 @@ pub enum Error {
     },
     /// Refused by the object map: a camera out of its reach.
     #[error(transparent)]
-    Objects(#[from] dymlm_objects::ObjectError),
+    Objects(#[from] dymlm_objects::Error),
 }

@@ -194,12 +194,16 @@ impl MapBuilder {
                 map.planes.insert(plane_detector.planes(), frame, world_from_camera)
             })?;
             planes.rejected = plane_detector.rejected().to_vec();
-            let view = ObjectView::new(frame, found.unwrap_or(&[]), world_from_camera)
+            let view = match found {
+                Some(found) => ObjectView::new(frame, found, world_from_camera),
+                None => ObjectView::without_detector_run(frame, world_from_camera),
+            };
+            let view = view
                 .with_static_mask(mask)?
                 .with_sighted_points(sighted_points)
                 .without_labels(preprocessor.mover_labels());
             let objects =
-                clock.time(Stage::Objects, || map.objects.observe(&view, &MappedPlanes(&map.planes)))?;
+                clock.time(Stage::Objects, || map.objects.insert(&view, &MappedPlanes(&map.planes)))?;
             FrameOutcome::Mapped(Box::new(MapUpdate { cloud, octree, planes, objects }))
         } else {
             FrameOutcome::Tracked

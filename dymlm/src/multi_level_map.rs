@@ -21,7 +21,7 @@ impl MultiLevelMap {
             cloud: CloudMap::new(config.cloud.clone(), config.sensor)?,
             octree: Octree::new(config.octree.clone())?,
             planes: PlaneMap::new(config.planes.map.clone(), &config.sensor)?,
-            objects: ObjectMapper::new(config.objects.clone())?,
+            objects: ObjectMapper::new(config.objects.clone(), config.sensor)?,
         })
     }
 

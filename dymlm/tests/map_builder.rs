@@ -40,8 +40,8 @@ fn fingerprint(map: &MultiLevelMap) -> Vec<u8> {
         bytes.extend(plane.plane().normal().iter().chain([&plane.plane().d()]).flat_map(|c| c.to_le_bytes()));
         bytes.extend(plane.inlier_points().flatten().flat_map(f32::to_le_bytes));
     }
-    for object in map.objects().all_objects() {
-        bytes.extend(object.id().to_le_bytes());
+    for object in map.objects().objects().chain(map.objects().candidates()) {
+        bytes.extend(object.id().get().to_le_bytes());
         bytes.extend(object.oriented_box().corners().iter().flatten().flat_map(|c| c.to_le_bytes()));
         bytes.extend(object.label().bytes());
     }

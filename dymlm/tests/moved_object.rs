@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm::core::{Frame, Pose};
+use dymlm::core::{Frame, ObjectId, Pose};
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::MapObject;
 use dymlm::octree::CellState;
@@ -59,11 +59,11 @@ fn top(thing: &CarriedThing) -> [f64; 3] {
     thing.world_from_object.transform_point([0.0, 0.0, 0.5 * thing.lengths[2]])
 }
 
-fn object_at(builder: &MapBuilder, thing: &CarriedThing) -> Option<u64> {
+fn object_at(builder: &MapBuilder, thing: &CarriedThing) -> Option<ObjectId> {
     let place = thing.world_from_object.translation();
     let near = |center: [f64; 3]| (0..3).map(|i| (center[i] - place[i]).powi(2)).sum::<f64>().sqrt() < 0.06;
     // Believed or not: a second is short.
-    let objects = builder.map().objects().all_objects().iter();
+    let objects = builder.map().objects().objects();
     objects.filter(|object| near(object.oriented_box().center())).map(MapObject::id).next()
 }
 
@@ -101,7 +101,7 @@ fn the_old_place_is_empty_and_the_thing_stands_at_the_new_one_in_all_maps() {
     assert_eq!(object_at(&builder, &old), None);
 }
 
-fn assert_moved(builder: &MapBuilder, object: u64, [old, new]: [&CarriedThing; 2], before: usize) {
+fn assert_moved(builder: &MapBuilder, object: ObjectId, [old, new]: [&CarriedThing; 2], before: usize) {
     let [left, there] = [old, new].map(|thing| static_points(builder, &above_table(thing)));
     // A mixed pixel of the hand may remain.
     assert!(100 * left <= before, "{left} points at the old place of {before}");
@@ -121,10 +121,11 @@ fn what_cannot_be_chosen_or_followed_is_refused() {
     let sequence = sequence();
     let (mut builder, frame) = map_before(&sequence, 14);
     let config = ObjectTrackerConfig::default();
-    let choose = |object: u64, frame: &Frame, pose: &Pose| builder.track_object(object, frame, pose, &config);
+    let choose =
+        |object: ObjectId, frame: &Frame, pose: &Pose| builder.track_object(object, frame, pose, &config);
     assert!(matches!(
-        choose(999, &frame.frame, &frame.world_from_camera),
-        Err(Error::UnknownObject { object: 999 })
+        choose(ObjectId::new(999), &frame.frame, &frame.world_from_camera),
+        Err(Error::UnknownObject { object }) if object.get() == 999
     ));
     let object = object_at(&builder, &sequence.carried_thing(0).unwrap()).unwrap();
     let gray = Frame::new(1.0, *frame.frame.camera(), frame.frame.depth().clone(), None).unwrap();
@@ -135,7 +136,7 @@ fn what_cannot_be_chosen_or_followed_is_refused() {
 
     let mut tracker = choose(object, &frame.frame, &frame.world_from_camera).unwrap();
     let update = tracker.track(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
-    let refused = builder.follow_object(999, &tracker, &update).unwrap_err();
+    let refused = builder.follow_object(ObjectId::new(999), &tracker, &update).unwrap_err();
     assert_eq!(refused.to_string(), "no object 999 in the map");
     assert_eq!(builder.follow_object(object, &tracker, &update).unwrap(), None);
 }

@@ -19,7 +19,7 @@ pub fn objects_from_camera(objects: &ObjectMap, frame: &Frame, world_from_camera
     let pixels = frame.color().map_or_else(|| vec![[128; 3]; width * height], |color| color.data().to_vec());
     let mut picture = Picture { name: "objects_camera.png", width, height, pixels };
     for object in objects.objects() {
-        draw_object(&mut picture, &object.shape(), camera, world_from_camera, id_color(object.id()));
+        draw_object(&mut picture, &object.shape(), camera, world_from_camera, id_color(object.id().get()));
     }
     picture
 }
@@ -74,7 +74,7 @@ pub fn objects_from_above(objects: &ObjectMap, cloud: &PointCloud, up: [f64; 3])
             view.draw(
                 std::array::from_fn(|axis| point[axis] + 10.0 * up[axis]),
                 0.015,
-                id_color(object.id()),
+                id_color(object.id().get()),
             );
         }
     }

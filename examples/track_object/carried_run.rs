@@ -1,3 +1,4 @@
+use dymlm::core::ObjectId;
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_examples::{AnyError, progress_bar};
 use dymlm_sim::{
@@ -68,12 +69,13 @@ fn config(kind: CarriedKind, motion: CarriedMotion) -> SequenceConfig {
 }
 
 /// The object of the map that stands where the thing does.
-fn object_at(builder: &MapBuilder, frame: &SimulatedFrame) -> Option<u64> {
+fn object_at(builder: &MapBuilder, frame: &SimulatedFrame) -> Option<ObjectId> {
     let thing = frame.carried?;
     let place = thing.world_from_object.translation();
     let distance = |center: [f64; 3]| (0..3).map(|i| (center[i] - place[i]).powi(2)).sum::<f64>().sqrt();
-    // In a second it may not have been detected often enough to be believed.
-    let objects = builder.map().objects().all_objects().iter();
+    // In a second it may not have been detected often enough to be confirmed.
+    let map = builder.map().objects();
+    let objects = map.objects().chain(map.candidates());
     objects
         .filter(|object| object.label() == thing.label)
         .map(|object| (distance(object.oriented_box().center()), object.id()))

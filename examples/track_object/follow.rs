@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use dymlm::core::{DepthImage, Detection, Frame, Pose};
+use dymlm::core::{DepthImage, Detection, Frame, ObjectId, Pose};
 use dymlm::geometry::OrientedBox;
 use dymlm::tracking::{ObjectState, ObjectTracker, ObjectTrackerConfig};
 use dymlm::{MapBuilder, ObjectMove};
@@ -15,7 +15,7 @@ use crate::strip::Panel;
 pub(crate) struct Follower {
     builder: MapBuilder,
     tracker: ObjectTracker,
-    object: u64,
+    object: ObjectId,
     has_depth: bool,
     world_from_object: Pose,
     run: Followed,
@@ -40,7 +40,7 @@ impl Follower {
     /// Chooses an object of the builder's map.
     pub(crate) fn new(
         builder: MapBuilder,
-        object: u64,
+        object: ObjectId,
         frame: &Frame,
         world_from_camera: &Pose,
         has_depth: bool,

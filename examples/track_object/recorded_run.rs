@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use dymlm::core::{Frame, Pose};
+use dymlm::core::{Frame, ObjectId, Pose};
 use dymlm::objects::MapObject;
 use dymlm::tracking::ObjectTrackerConfig;
 use dymlm::{MapBuilder, MapConfig};
@@ -70,7 +70,7 @@ fn nearest_in_view(
     label: &str,
     frame: &Frame,
     world_from_camera: &Pose,
-) -> Option<u64> {
+) -> Option<ObjectId> {
     let (camera, camera_from_world) = (frame.camera(), world_from_camera.inverse());
     let pixel_of = |place: [f64; 3]| camera.project(camera_from_world.transform_point(place));
     let is_seen = |object: &MapObject| {

@@ -1,9 +1,9 @@
 use dymlm::ObjectMap;
 use dymlm::core::vector3::{cross, difference, unit};
-use dymlm::core::{Frame, PinholeCamera, Pose, Rgb};
+use dymlm::core::{Frame, ObjectId, PinholeCamera, Pose, Rgb};
 use dymlm::files::id_color;
 use dymlm::geometry::OrientedBox;
-use dymlm::objects::{MapObject, ObjectShape, ObjectState};
+use dymlm::objects::{MapObject, ObjectShape};
 use dymlm_examples::{Picture, draw_object};
 
 /// One moment: the object map on the left, what the camera saw on the right (the paper's figure of object tracking).
@@ -38,7 +38,7 @@ impl Panel {
         frame: &Frame,
         world_from_camera: &Pose,
         objects: &ObjectMap,
-        chosen: Option<(u64, OrientedBox)>,
+        chosen: Option<(ObjectId, OrientedBox)>,
         trace: &[[f64; 3]],
     ) -> Self {
         let camera = frame.camera();
@@ -50,15 +50,14 @@ impl Panel {
         for &place in trace {
             dot(&mut map, camera, &from_above, place, 1, TRACE);
         }
-        let is_chosen = |id: u64| chosen.is_some_and(|(own, _)| own == id);
-        let is_drawn =
-            |object: &&MapObject| object.state() == ObjectState::Confirmed || is_chosen(object.id());
-        for object in objects.all_objects().iter().filter(is_drawn) {
+        let is_chosen = |id: ObjectId| chosen.is_some_and(|(own, _)| own == id);
+        let candidates = objects.candidates().filter(|object: &&MapObject| is_chosen(object.id()));
+        for object in objects.objects().chain(candidates) {
             let center = object.oriented_box().center();
             if (0..3).map(|i| (center[i] - eye[i]).powi(2)).sum::<f64>() > FAR * FAR {
                 continue;
             }
-            let color = id_color(object.id());
+            let color = id_color(object.id().get());
             let at_place = chosen.filter(|(id, _)| *id == object.id()).map(|(_, body)| body);
             let shape = ObjectShape::new(object.shape().kind(), at_place.unwrap_or(object.oriented_box()));
             // The points stay where the map has them until the object comes to rest.

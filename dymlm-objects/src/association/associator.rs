@@ -8,12 +8,13 @@ use crate::{MapObject, ObjectObservation, ObjectView};
 /// Affinities in fixed point: sums of assignments compare exactly, on every machine.
 const ONE: f64 = (1_u64 << 38) as f64;
 
-/// What the four tests say of a detection and an object; `None` where a test is off or has nothing to say.
+/// What the four tests say of a detection and an object; `None` where a test has nothing to say. A pair that fails the
+/// first is not asked further.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct AssociationTests {
     /// Intersection over union of the object's projection with the detected box, 0..=1.
-    pub projection_iou: Option<f64>,
+    pub projection_iou: f64,
     /// Intersection over union of the box predicted by motion with the detected box, 0..=1.
     pub motion_iou: Option<f64>,
     /// Share of the observation's points that the object has, 0..=1.
@@ -23,25 +24,19 @@ pub struct AssociationTests {
 }
 
 impl AssociationTests {
-    /// Whether the pair passes: projection AND (motion OR shared points OR centroid), of those that are on.
-    pub fn pass(&self, config: &AssociationConfig) -> bool {
-        let reaches =
-            |value: Option<f64>, least: f64| value.is_some_and(|value| value >= least && value > 0.0);
-        let projects = reaches(self.projection_iou, config.min_projection_iou);
-        let others_are_on = config.motion.is_on() || config.shared.is_on() || config.centroid.is_on();
-        let another = reaches(self.motion_iou, config.min_motion_iou)
-            || reaches(self.shared, config.min_shared)
-            || self.centroid == Some(CentroidVerdict::Accepted);
-        (projects || !config.projection.is_on()) && (another || !others_are_on)
+    /// Whether the pair passes: projection AND (motion OR shared points OR centroid).
+    fn pass(&self, config: &AssociationConfig) -> bool {
+        let reaches = |value: f64, least: f64| value >= least && value > 0.0;
+        reaches(self.projection_iou, config.min_projection_iou)
+            && (self.motion_iou.is_some_and(|iou| reaches(iou, config.min_motion_iou))
+                || self.shared.is_some_and(|share| reaches(share, config.min_shared))
+                || self.centroid == Some(CentroidVerdict::Accepted))
     }
 
     /// How well the pair fits: the values of the tests, added.
     fn affinity(&self) -> f64 {
         let centroid = if self.centroid == Some(CentroidVerdict::Accepted) { 0.5 } else { 0.0 };
-        self.projection_iou.unwrap_or(0.0)
-            + 0.5 * self.motion_iou.unwrap_or(0.0)
-            + self.shared.unwrap_or(0.0)
-            + centroid
+        self.projection_iou + 0.5 * self.motion_iou.unwrap_or(0.0) + self.shared.unwrap_or(0.0) + centroid
     }
 }
 
@@ -119,28 +114,20 @@ impl Associator {
     ) -> AssociationTests {
         let detected = &observation.bounding_box;
         let camera = view.frame.camera();
-        let mut tests = AssociationTests::default();
-        if self.config.projection.is_on() {
-            let projected = object.shape().image_box(camera, &view.world_from_camera);
-            let iou =
-                projected.map_or(0.0, |own| visible_iou(&own, detected, observation.completeness, camera));
-            tests.projection_iou = Some(iou);
-            // Most pairs are far apart in the image: the rule cannot be met, and nothing else is asked.
-            if iou < self.config.min_projection_iou || iou <= 0.0 {
-                return tests;
-            }
+        let projected = object.shape().image_box(camera, &view.world_from_camera);
+        let projection_iou =
+            projected.map_or(0.0, |own| visible_iou(&own, detected, observation.completeness, camera));
+        // Most pairs are far apart in the image: the rule cannot be met, and nothing else is asked.
+        if projection_iou < self.config.min_projection_iou || projection_iou <= 0.0 {
+            return AssociationTests { projection_iou, ..AssociationTests::default() };
         }
-        if self.config.motion.is_on() {
-            let predicted = object.motion.predict(view.frame.timestamp(), self.config.max_motion_gap);
-            tests.motion_iou = predicted.map(|own| own.iou(detected));
+        let predicted = object.motion.predict(view.frame.timestamp(), self.config.max_motion_gap);
+        AssociationTests {
+            projection_iou,
+            motion_iou: predicted.map(|own| own.iou(detected)),
+            shared: shared_share(observation, &self.places, object),
+            centroid: Some(self.centroid_verdict(observation, object)),
         }
-        if self.config.shared.is_on() {
-            tests.shared = shared_share(observation, &self.places, object);
-        }
-        if self.config.centroid.is_on() {
-            tests.centroid = Some(self.centroid_verdict(observation, object));
-        }
-        tests
     }
 
     fn centroid_verdict(&mut self, observation: &ObjectObservation, object: &MapObject) -> CentroidVerdict {

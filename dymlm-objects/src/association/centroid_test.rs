@@ -2,7 +2,7 @@ use dymlm_core::symmetric_eigen3;
 use dymlm_core::vector3::{difference, dot};
 
 use crate::CentroidCloud;
-use crate::statistics::{fisher_f_quantile, student_t_quantile};
+use crate::quantiles::{fisher_f_quantile, student_t_quantile};
 
 /// Asks whether a new centroid belongs to the cloud of an object's centroids.
 ///

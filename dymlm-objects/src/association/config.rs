@@ -1,26 +1,16 @@
 use dymlm_core::{ConfigError, check_range};
 
 use super::CentroidTest;
-use crate::Switch;
 
 /// Settings of the association of detections with objects.
 ///
-/// A pair passes when its projection does AND one of the three other tests does (paper IV-B). A test that is off is
-/// left out of the rule; with all three others off the projection decides alone, with the projection off any of the
-/// others does.
+/// A pair passes when its projection does AND one of the three other tests does: the box that the object's motion in the
+/// image predicts, shared points, the centroid (paper IV-B).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct AssociationConfig {
-    /// Whether the object's projection is asked. Default on.
-    pub projection: Switch,
-    /// Whether the box that the object's motion in the image predicts is asked. Default on.
-    pub motion: Switch,
-    /// Whether shared points are asked: the caller's map points, or the cloud's cells when it has none. Default on.
-    pub shared: Switch,
-    /// Whether the observation's centroid is asked. Default on.
-    pub centroid: Switch,
     /// Least intersection over union of the projected and the detected box, 0..=1. Default 0.2: the first estimates of
     /// small things are twice as large as they are.
     pub min_projection_iou: f64,
@@ -42,10 +32,6 @@ pub struct AssociationConfig {
 impl Default for AssociationConfig {
     fn default() -> Self {
         Self {
-            projection: Switch::On,
-            motion: Switch::On,
-            shared: Switch::On,
-            centroid: Switch::On,
             min_projection_iou: 0.2,
             min_motion_iou: 0.4,
             max_motion_gap: 0.5,

@@ -3,7 +3,7 @@ use dymlm_core::vector3::Vector3;
 use crate::{MapObject, ObjectObservation};
 
 /// Points of an observation that are looked for, at most.
-const MOST: usize = 128;
+const MAX_POINTS: usize = 128;
 
 /// Share of an observation's points that an object has too, 0..=1: of the caller's map points, when both have some, else
 /// of the surface points, which lie in the cells of the object's cloud or not. `places` are the observation's points in the
@@ -28,7 +28,7 @@ pub(super) fn sample_places(
     world_from_camera: &dymlm_core::Pose,
     places: &mut Vec<Vector3>,
 ) {
-    let step = observation.points.len().div_ceil(MOST).max(1);
+    let step = observation.points.len().div_ceil(MAX_POINTS).max(1);
     let chosen = observation.points.iter().step_by(step);
     places.clear();
     places.extend(chosen.map(|point| world_from_camera.transform_point(point.map(f64::from))));

@@ -32,13 +32,13 @@ pub(crate) struct KeyViews {
 }
 
 impl KeyViews {
-    pub(crate) fn add(&mut self, view: KeyView, most: usize) {
+    pub(crate) fn add(&mut self, view: KeyView, max_views: usize) {
         let stride = 1_u64 << self.stride_log2.min(63);
         if self.seen.is_multiple_of(stride) {
             self.views.push(view);
         }
         self.seen += 1;
-        if self.views.len() > most {
+        if self.views.len() > max_views {
             let mut index = 0;
             self.views.retain(|_| {
                 index += 1;
@@ -60,8 +60,8 @@ impl KeyViews {
     }
 
     /// Takes over the views of a merged object.
-    pub(crate) fn merge(&mut self, other: &Self, most: usize) {
-        other.views.iter().for_each(|view| self.add(*view, most));
+    pub(crate) fn merge(&mut self, other: &Self, max_views: usize) {
+        other.views.iter().for_each(|view| self.add(*view, max_views));
     }
 
     /// Mean intersection over union of a shape's projections with the views' boxes; `None` without views.

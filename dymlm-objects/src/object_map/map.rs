@@ -1,55 +1,76 @@
 use std::collections::BTreeMap;
 
+use dymlm_core::ObjectId;
+
 use super::{MapObject, ObjectState};
 
 /// The objects of the static world.
 ///
-/// Ids are given once and never again; a merged object keeps the id of the one with more observations.
+/// Its length, its iteration and all its queries mean objects that are confirmed; [`candidates`](Self::candidates) are those
+/// seen too seldom. Ids are given once and never again: of two merged objects the one with more observations keeps its id,
+/// and the other's leads to it.
 #[derive(Debug, Clone, Default)]
 pub struct ObjectMap {
     /// By ascending id.
     pub(crate) objects: Vec<MapObject>,
     pub(crate) next_id: u64,
     /// Frames in which two objects close to each other were both detected, by ids in ascending order.
-    pub(crate) together: BTreeMap<(u64, u64), u32>,
+    pub(crate) together: BTreeMap<(ObjectId, ObjectId), u32>,
+    /// What merged objects went into.
+    absorbed_by: BTreeMap<ObjectId, ObjectId>,
 }
 
 impl ObjectMap {
-    /// The objects that are believed, by ascending id.
+    /// The confirmed objects, by ascending id.
     pub fn objects(&self) -> impl Iterator<Item = &MapObject> {
         self.objects.iter().filter(|object| object.state == ObjectState::Confirmed)
     }
 
-    /// All objects, also those seen too seldom to be believed, by ascending id.
-    pub fn all_objects(&self) -> &[MapObject] {
-        &self.objects
+    /// The objects that are not confirmed, by ascending id: seen too seldom, or not any more.
+    pub fn candidates(&self) -> impl Iterator<Item = &MapObject> {
+        self.objects.iter().filter(|object| object.state == ObjectState::Tentative)
     }
 
-    /// The object of an id.
-    pub fn object(&self, id: u64) -> Option<&MapObject> {
-        self.place(id).and_then(|place| self.objects.get(place))
+    /// The object of an id, confirmed or not; of a merged object the one that it went into. `None` once it was removed.
+    pub fn object(&self, id: ObjectId) -> Option<&MapObject> {
+        self.place(self.current_id(id)).and_then(|place| self.objects.get(place))
     }
 
-    /// Number of objects that are believed.
+    /// Number of confirmed objects.
     pub fn len(&self) -> usize {
         self.objects().count()
     }
 
-    /// Whether no object is believed.
+    /// Whether no object is confirmed.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    pub(crate) fn place(&self, id: u64) -> Option<usize> {
+    /// The id of what an object is now: its own, or that of the object which it went into.
+    pub(crate) fn current_id(&self, id: ObjectId) -> ObjectId {
+        let mut current = id;
+        // Each merge leads to an object that was still there, so that this ends.
+        while let Some(&next) = self.absorbed_by.get(&current) {
+            current = next;
+        }
+        current
+    }
+
+    pub(crate) fn place(&self, id: ObjectId) -> Option<usize> {
         self.objects.binary_search_by_key(&id, |object| object.id).ok()
     }
-}
 
-impl ObjectMap {
     /// Takes an object out.
-    pub(crate) fn remove(&mut self, id: u64) -> Option<MapObject> {
+    pub(crate) fn remove(&mut self, id: ObjectId) -> Option<MapObject> {
         let place = self.place(id)?;
         self.together.retain(|&(one, other), _| one != id && other != id);
         Some(self.objects.remove(place))
+    }
+
+    /// Takes an object out that goes into another: its id leads there from now on.
+    pub(crate) fn absorb(&mut self, removed: ObjectId, kept: ObjectId) -> Option<MapObject> {
+        let object = self.remove(removed)?;
+        self.absorbed_by.insert(removed, kept);
+        Some(object)
     }
 }

@@ -1,14 +1,16 @@
 use dymlm_core::vector3::along;
-use dymlm_core::{Plane, Pose};
+use dymlm_core::{ObjectId, Plane, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use super::{BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud};
-use crate::{BoxAxes, ObjectObservation, ObjectShape, ObjectView, Relief, ShapeKind, SupportPlane};
+use crate::{
+    BoxAxes, ObjectObservation, ObjectShape, ObjectView, Relief, ShapeKind, SupportPlane, SupportingPlanes,
+};
 
 /// An object of the map.
 #[derive(Debug, Clone)]
 pub struct MapObject {
-    pub(crate) id: u64,
+    pub(crate) id: ObjectId,
     pub(crate) label: String,
     pub(crate) shape: ShapeKind,
     pub(crate) oriented_box: OrientedBox,
@@ -19,9 +21,9 @@ pub struct MapObject {
     pub(crate) whole_observations: u32,
     /// Observations that told it from its plane by colour only.
     pub(crate) flat_observations: u32,
-    /// Frames in which it was in view, seen by the detector or not.
+    /// Frames with a run of the detector in which it was in view, found or not.
     pub(crate) frames_in_view: u32,
-    /// Frames that looked through the place where it should be.
+    /// Of these, the ones that looked through the place where it should be.
     pub(crate) looked_through: u32,
     pub(crate) first_seen: f64,
     pub(crate) last_seen: f64,
@@ -63,12 +65,12 @@ impl SupportVotes {
     }
 }
 
-/// How sure it is that an object exists.
+/// Whether an object is part of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum ObjectState {
-    /// Seen too seldom to be believed.
+    /// Seen too seldom, or of a size that no thing of its label has: a candidate.
     Tentative,
     /// Part of the map.
     Confirmed,
@@ -76,7 +78,7 @@ pub enum ObjectState {
 
 impl MapObject {
     /// Tells it apart from all objects that were ever in the map.
-    pub fn id(&self) -> u64 {
+    pub fn id(&self) -> ObjectId {
         self.id
     }
 
@@ -110,7 +112,7 @@ impl MapObject {
         ObjectShape::new(self.shape, self.oriented_box)
     }
 
-    /// Whether it is believed.
+    /// Whether it is confirmed.
     pub fn state(&self) -> ObjectState {
         self.state
     }
@@ -125,7 +127,7 @@ impl MapObject {
         if 2 * self.flat_observations > self.observations { Relief::Flat } else { Relief::Raised }
     }
 
-    /// Number of frames in which it was in view and not hidden, whether the detector saw it or not.
+    /// Number of frames with a run of the detector in which it was in view and not occluded, found or not.
     pub fn frames_in_view(&self) -> u32 {
         self.frames_in_view
     }
@@ -171,7 +173,7 @@ impl MapObject {
 }
 
 /// Caller's map points that an object remembers, at most.
-const MOST_SIGHTED: usize = 4096;
+const MAX_SIGHTED_POINTS: usize = 4096;
 
 /// Limits of what an object keeps.
 #[derive(Debug, Clone, Copy)]
@@ -179,12 +181,13 @@ pub(crate) struct ObjectLimits {
     pub(crate) voxel_size: f64,
     pub(crate) max_voxels: usize,
     pub(crate) max_key_views: usize,
+    pub(crate) sensor: SensorModel,
 }
 
 impl MapObject {
     /// An object from its first observation.
     pub(crate) fn new(
-        id: u64,
+        id: ObjectId,
         observation: &ObjectObservation,
         view: &ObjectView<'_>,
         shape: ShapeKind,
@@ -227,7 +230,7 @@ impl MapObject {
         view: &ObjectView<'_>,
         limits: &ObjectLimits,
     ) -> CloudPatch {
-        let patch = self.patch(observation, &view.world_from_camera);
+        let patch = self.patch(observation, view, &limits.sensor);
         self.cloud.add(&patch, limits.max_voxels);
         if !observation.completeness.is_partial() {
             self.centroids.add(observation.centroid);
@@ -257,13 +260,19 @@ impl MapObject {
     }
 
     /// The points of an observation that can be the object's: once it is known, those in its box and somewhat around.
-    fn patch(&self, observation: &ObjectObservation, world_from_camera: &Pose) -> CloudPatch {
+    fn patch(
+        &self,
+        observation: &ObjectObservation,
+        view: &ObjectView<'_>,
+        sensor: &SensorModel,
+    ) -> CloudPatch {
+        let (points, world_from_camera) = (&observation.points, &view.world_from_camera);
         if self.observations < KNOWN {
-            return self.cloud.patch(&observation.points, world_from_camera, |_| true);
+            return self.cloud.patch(points, world_from_camera, sensor, |_| true);
         }
         let box_from_world = self.oriented_box.world_from_box().inverse();
         let reach = self.oriented_box.lengths().map(|length| 0.5 * GROWTH * length + MARGIN);
-        self.cloud.patch(&observation.points, world_from_camera, |place| {
+        self.cloud.patch(points, world_from_camera, sensor, |place| {
             let local = box_from_world.transform_point(place);
             (0..3).all(|axis| local[axis].abs() <= reach[axis])
         })
@@ -276,8 +285,22 @@ impl MapObject {
         }
     }
 
+    /// Calls the planes under it what they are called now; the votes for two that became one are added.
+    pub(crate) fn follow_planes(&mut self, planes: &dyn SupportingPlanes) {
+        let current = |support: &SupportPlane| SupportPlane {
+            id: support.id.map(|id| planes.current_id(id)),
+            ..*support
+        };
+        if self.supports.iter().any(|votes| current(&votes.support).id != votes.support.id) {
+            for votes in std::mem::take(&mut self.supports) {
+                self.vote(SupportVotes { support: current(&votes.support), ..votes });
+            }
+        }
+        self.borrowed_support = self.borrowed_support.as_ref().map(current);
+    }
+
     fn remember(&mut self, sighted: &[u64]) {
-        if self.sighted_points.len() < MOST_SIGHTED && !sighted.is_empty() {
+        if self.sighted_points.len() < MAX_SIGHTED_POINTS && !sighted.is_empty() {
             self.sighted_points.extend_from_slice(sighted);
             self.sighted_points.sort_unstable();
             self.sighted_points.dedup();

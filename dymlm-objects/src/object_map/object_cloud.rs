@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
 use dymlm_core::vector3::{Vector3, difference};
-use dymlm_core::{Point, Pose, axial_noise};
+use dymlm_core::{Point, Pose, SensorModel};
 
 /// The fused surface points of an object, in voxels about its first centroid.
 ///
@@ -63,6 +63,7 @@ impl ObjectCloud {
         &self,
         points: &[Point],
         world_from_camera: &Pose,
+        sensor: &SensorModel,
         is_wanted: impl Fn(Vector3) -> bool,
     ) -> CloudPatch {
         let mut voxels = Vec::with_capacity(points.len());
@@ -72,7 +73,7 @@ impl ObjectCloud {
             if !offset.iter().all(|c| c.abs() < REACH) || !is_wanted(place) {
                 continue;
             }
-            let weight = weight_at(point[2]);
+            let weight = weight_at(point[2], sensor);
             let sum = offset.map(|c| weight * (c * UNITS).round() as i64);
             voxels.push((self.key(offset), Voxel { weight, sum, observations: 1 }));
         }
@@ -88,12 +89,12 @@ impl ObjectCloud {
         CloudPatch { voxels }
     }
 
-    pub(crate) fn add(&mut self, patch: &CloudPatch, most: usize) {
+    pub(crate) fn add(&mut self, patch: &CloudPatch, max_voxels: usize) {
         for (key, voxel) in &patch.voxels {
             self.voxels.entry(raised(*key, self.level)).or_default().add(voxel);
             *self.cells.entry(self.cell_of(voxel)).or_default() += 1;
         }
-        while self.voxels.len() > most && self.level < 16 {
+        while self.voxels.len() > max_voxels && self.level < 16 {
             self.coarsen();
         }
     }
@@ -119,7 +120,7 @@ impl ObjectCloud {
     }
 
     /// Adds the points of another object's cloud.
-    pub(crate) fn merge(&mut self, other: &Self, most: usize) {
+    pub(crate) fn merge(&mut self, other: &Self, max_voxels: usize) {
         let shift: [i64; 3] =
             difference(other.origin, self.origin).map(|c| (c.clamp(-REACH, REACH) * UNITS).round() as i64);
         let mut voxels = BTreeMap::<VoxelKey, Voxel>::new();
@@ -130,7 +131,7 @@ impl ObjectCloud {
             }
             voxels.entry(self.key(moved.place())).or_default().add(&moved);
         }
-        self.add(&CloudPatch { voxels: voxels.into_iter().collect() }, most);
+        self.add(&CloudPatch { voxels: voxels.into_iter().collect() }, max_voxels);
     }
 
     /// The same points, moved.
@@ -206,8 +207,8 @@ fn raised(key: VoxelKey, levels: u32) -> VoxelKey {
 }
 
 /// 1 / sigma(z)^2, as an integer.
-fn weight_at(z: f32) -> i64 {
-    let ratio = axial_noise(0.4) / axial_noise(z);
+fn weight_at(z: f32, sensor: &SensorModel) -> i64 {
+    let ratio = sensor.sigma(0.4) / sensor.sigma(z);
     ((WEIGHT_UNITS * ratio * ratio).round() as i64).max(1)
 }
 
@@ -229,7 +230,8 @@ mod tests {
     fn what_was_added_is_taken_out_without_a_trace() {
         let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
         let everything = |_: Vector3| true;
-        let patches = [1, 2, 3].map(|seed| cloud.patch(&points(seed), &Pose::identity(), everything));
+        let patches = [1, 2, 3]
+            .map(|seed| cloud.patch(&points(seed), &Pose::identity(), &SensorModel::kinect(), everything));
         for patch in &patches {
             cloud.add(patch, 100_000);
         }
@@ -246,7 +248,7 @@ mod tests {
     fn too_many_voxels_become_larger_ones() {
         let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
         for seed in 0..20 {
-            let patch = cloud.patch(&points(seed), &Pose::identity(), |_| true);
+            let patch = cloud.patch(&points(seed), &Pose::identity(), &SensorModel::kinect(), |_| true);
             cloud.add(&patch, 300);
         }
         assert!(cloud.len() <= 300 && cloud.level > 0);
@@ -258,7 +260,12 @@ mod tests {
     #[test]
     fn absurd_points_are_passed_over() {
         let cloud = ObjectCloud::new([0.0; 3], 0.01);
-        let patch = cloud.patch(&[[f32::NAN, 0.0, 1.0], [1e30, 0.0, 1.0]], &Pose::identity(), |_| true);
+        let patch = cloud.patch(
+            &[[f32::NAN, 0.0, 1.0], [1e30, 0.0, 1.0]],
+            &Pose::identity(),
+            &SensorModel::kinect(),
+            |_| true,
+        );
         assert!(patch.voxels.is_empty());
     }
 }

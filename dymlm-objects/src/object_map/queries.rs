@@ -1,3 +1,4 @@
+use dymlm_core::PlaneId;
 use dymlm_core::vector3::{Vector3, difference, dot, unit};
 
 use super::{MapObject, ObjectMap};
@@ -15,7 +16,7 @@ pub struct RayHit<'a> {
     pub point: [f64; 3],
 }
 
-/// Questions to the map; only objects that are believed answer. Each costs O(objects).
+/// Queries mean confirmed objects. Each costs O(objects).
 impl ObjectMap {
     /// The objects of a label, by ascending id.
     pub fn with_label<'a>(&'a self, label: &'a str) -> impl Iterator<Item = &'a MapObject> {
@@ -45,7 +46,7 @@ impl ObjectMap {
     }
 
     /// The objects that stand on a plane of the plane map, by ascending id: the cup on the table.
-    pub fn on_plane(&self, plane_id: u64) -> impl Iterator<Item = &MapObject> {
+    pub fn on_plane(&self, plane_id: PlaneId) -> impl Iterator<Item = &MapObject> {
         self.objects()
             .filter(move |object| object.support().is_some_and(|support| support.id == Some(plane_id)))
     }

@@ -1,8 +1,6 @@
 use dymlm_core::{ConfigError, check_range};
 use dymlm_geometry::IsolationForestConfig;
 
-use crate::Switch;
-
 /// Settings of the update of an object by its observations.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -16,19 +14,12 @@ pub struct UpdateConfig {
     /// Share of the usual number of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1. Default
     /// 0.12: what is seen now and then at the rim is noise.
     pub min_voxel_share: f64,
-    /// Whether the isolation forest removes outliers. Default on.
-    pub forest: Switch,
     /// The isolation forest. Default 50 trees (Liu 2008: path lengths settle between 50 and 100), else as published.
     pub isolation_forest: IsolationForestConfig,
     /// Fewest voxels that a forest is grown on, 8..=100000. Default 32.
     pub min_forest_voxels: usize,
     /// Share of the cloud that is left out at each end of each axis before the box is laid, 0..=0.2. Default 0.01.
     pub trim: f64,
-    /// Whether the footprint is aligned with the sides along which most points lie
-    /// ([`BoxFitterConfig::edges`](crate::BoxFitterConfig::edges)). Default on.
-    pub edges: Switch,
-    /// Whether sides that no camera has seen are completed by the size prior. Default on.
-    pub completion: Switch,
     /// By what factor an object may exceed its size prior, 1..=10. Default 1.3.
     pub prior_slack: f64,
     /// Views of an object that are kept to judge new parameters by, 1..=1000. Default 12.
@@ -59,12 +50,9 @@ impl Default for UpdateConfig {
             voxel_size: 0.01,
             max_voxels: 2500,
             min_voxel_share: 0.12,
-            forest: Switch::On,
             isolation_forest,
             min_forest_voxels: 32,
             trim: 0.01,
-            edges: Switch::On,
-            completion: Switch::On,
             prior_slack: 1.3,
             max_key_views: 12,
             max_iou_loss: 0.05,

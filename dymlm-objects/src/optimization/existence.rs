@@ -1,66 +1,59 @@
-use dymlm_core::axial_noise;
-use dymlm_core::vector3::Vector3;
+use dymlm_core::{DepthView, SensorModel, Visibility};
 
 use crate::{MapObject, ObjectView};
 
-/// What a frame says of an object that may be in its view.
+/// What a frame's depths say of an object that the detector did not find in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sighting {
-    /// Out of view, or hidden.
-    Nothing,
-    /// There is something where it should be.
-    There,
+pub(crate) enum Existence {
+    /// It is out of view, or occluded.
+    Unknown,
+    /// Something is read where it should be.
+    Present,
     /// The frame looks through the place where it should be.
-    LookedThrough,
-}
-
-/// Tells from depth whether an object is where it should be.
-#[derive(Debug, Default)]
-pub(crate) struct ExistenceJudge {
-    places: Vec<Vector3>,
+    Absent,
 }
 
 /// Points of an object that are asked, at most.
-const MOST: usize = 64;
-/// A reading differs from a point's depth when it does so by this and some noise, metres.
-const GAP: f32 = 0.05;
+const MAX_POINTS: usize = 64;
+/// How well an object's points are known where they are, metres, as a standard deviation: errors of poses, and of points that
+/// were fused from several sides. Lower removes objects when poses drift, higher keeps low ones whose place is read.
+const PLACE_SIGMA: f64 = 0.05 / 3.0;
 /// Share of the points asked that must have an answer.
-const LEAST_ANSWERED: f32 = 0.6;
+const LEAST_ANSWERED: f64 = 0.6;
+/// Share of the answers that must be absent.
+const MOSTLY_ABSENT: f64 = 0.6;
 
-impl ExistenceJudge {
-    /// Projects some of the object's points: most of them must be in the image, static and not hidden for the frame to
-    /// say anything.
-    pub(crate) fn judge(&mut self, view: &ObjectView<'_>, object: &MapObject, max_depth: f32) -> Sighting {
-        let camera = view.frame.camera();
-        let camera_from_world = view.world_from_camera.inverse();
-        let center = camera_from_world.transform_point(object.oriented_box.center());
-        if camera.project(center).is_none_or(|pixel| !camera.sees(pixel)) {
-            return Sighting::Nothing;
+/// Projects some of the object's points: most of them must be in the image, static and not occluded for the frame to say
+/// anything.
+pub(crate) fn judge_existence(view: &ObjectView<'_>, object: &MapObject, sensor: &SensorModel) -> Existence {
+    let camera = view.frame.camera();
+    let camera_from_world = view.world_from_camera.inverse();
+    let center = camera_from_world.transform_point(object.oriented_box.center());
+    if camera.project(center).is_none_or(|pixel| !camera.sees(pixel)) {
+        return Existence::Unknown;
+    }
+    let depths = DepthView::new(camera, view.frame.depth(), sensor);
+    let [mut asked, mut present, mut absent] = [0.0; 3];
+    for place in object.points().step_by(object.point_count().div_ceil(MAX_POINTS).max(1)) {
+        asked += 1.0;
+        let place = camera_from_world.transform_point(place);
+        let seen = depths.look_at(place, PLACE_SIGMA);
+        let [u, v] = seen.pixel;
+        if place[2] > sensor.max_depth.into() || !view.is_static(u, v) {
+            continue;
         }
-        let step = object.cloud.len().div_ceil(MOST).max(1);
-        self.places.clear();
-        self.places
-            .extend(object.points().step_by(step).map(|place| camera_from_world.transform_point(place)));
-        let [mut there, mut through] = [0.0_f32; 2];
-        for &place in &self.places {
-            let Some(pixel) = camera.project(place).filter(|&pixel| camera.sees(pixel)) else { continue };
-            let [u, v] = pixel.map(|c| c.round().max(0.0) as usize);
-            let reading = view.frame.depth().at(u, v);
-            let z = place[2] as f32;
-            if reading <= 0.0 || z > max_depth || !view.is_static(u, v) {
-                continue;
-            }
-            let gap = GAP + 3.0 * axial_noise(z);
-            through += f32::from(u8::from(reading > z + gap));
-            there += f32::from(u8::from((reading - z).abs() <= gap));
+        match seen.visibility {
+            Visibility::Present => present += 1.0,
+            Visibility::Absent => absent += 1.0,
+            _ => {}
         }
-        let answered = there + through;
-        if answered < LEAST_ANSWERED * self.places.len() as f32 || self.places.is_empty() {
-            Sighting::Nothing
-        } else if through > 0.6 * answered {
-            Sighting::LookedThrough
-        } else {
-            Sighting::There
-        }
+    }
+    let answered = present + absent;
+    if answered == 0.0 || answered < LEAST_ANSWERED * asked {
+        Existence::Unknown
+    } else if absent > MOSTLY_ABSENT * answered {
+        Existence::Absent
+    } else {
+        Existence::Present
     }
 }

@@ -10,5 +10,5 @@ mod reparameterizer;
 pub(crate) use completion::is_foot_hidden;
 pub use config::{MergeConfig, UpdateConfig};
 pub(crate) use duplicates::find_duplicates;
-pub(crate) use existence::{ExistenceJudge, Sighting};
+pub(crate) use existence::{Existence, judge_existence};
 pub(crate) use reparameterizer::{Proposal, Reparameterizer};

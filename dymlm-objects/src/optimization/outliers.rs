@@ -44,7 +44,7 @@ impl OutlierFilter {
         points.clear();
         let chosen = cloud.points().filter(|&(place, count)| count >= least && stands(place));
         points.extend(chosen.map(|(place, _)| place.map(|c| c as f32)));
-        if config.forest.is_on() && points.len() >= config.min_forest_voxels {
+        if points.len() >= config.min_forest_voxels {
             self.isolate(points, config.isolation_forest.threshold);
         }
     }

@@ -33,8 +33,8 @@ const FOOT: f64 = 0.004;
 const FLAT_SHARE: f64 = 0.4;
 
 impl Reparameterizer {
-    pub(crate) fn new(config: &UpdateConfig, mut fitter: BoxFitterConfig) -> Result<Self, ConfigError> {
-        (fitter.trim, fitter.edges) = (config.trim, config.edges);
+    pub(crate) fn new(config: &UpdateConfig) -> Result<Self, ConfigError> {
+        let fitter = BoxFitterConfig { along_edges: true, trim: config.trim };
         Ok(Self {
             fitter: BoxFitter::new(fitter)?,
             outliers: OutlierFilter::new(IsolationForest::new(config.isolation_forest)?),
@@ -89,13 +89,13 @@ impl Reparameterizer {
         let prior = priors.of(&object.label);
         let is_flat = object.relief() == Relief::Flat;
         let fit = match &plane {
-            Some(plane) if is_flat => fit.lying_on(plane, prior.map_or(0.0, |prior| prior.height.min)),
+            Some(plane) if is_flat => fit.flat_on(plane, prior.map_or(0.0, |prior| prior.height.min)),
             Some(plane) => fit.standing_on(plane),
             None => fit,
         };
         let mut oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
         // Colours show a flat thing to its ends.
-        let prior = prior.filter(|_| self.config.completion.is_on() && !is_flat);
+        let prior = prior.filter(|_| !is_flat);
         if let Some(prior) = prior {
             oriented_box = complete(&oriented_box, prior, &object.key_views, vertical.is_some());
             if vertical.is_some() && plane.is_none() {

@@ -3,7 +3,7 @@ use dymlm_core::{ConfigError, Plane, Point, Pose, check_range};
 use dymlm_geometry::{MinimumAreaRectangleScratch, OrientedBox, PrincipalAxes, minimum_area_rectangle_with};
 
 use super::edge_alignment::EdgeAlignment;
-use crate::{Switch, UprightPose};
+use crate::UprightPose;
 
 /// Settings of [`BoxFitter`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,33 +11,27 @@ use crate::{Switch, UprightPose};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BoxFitterConfig {
-    /// Whether the minimum-area rectangle may correct the yaw. Default on.
-    pub rectangle: Switch,
-    /// The rectangle corrects the yaw when its area is below this share of that of the footprint's rectangle along the
-    /// principal axes, 0..=1. Default 0.97: near-square footprints, clusters and outliers, where principal axes point
-    /// anywhere, gain 5 to 50 %; below 3 % it is noise.
-    pub rectangle_gain: f64,
-    /// Whether, of the rectangles that are nearly as small, the one along whose sides the points lie is taken. Default off;
-    /// on for the objects of the map ([`UpdateConfig::edges`](crate::UpdateConfig::edges)): a thing seen at a corner leaves an L, around which the rectangle on the long side and the one on the diagonal
-    /// have the same area.
-    pub edges: Switch,
-    /// How much larger than the smallest such a rectangle may be, as a factor, 1..=4. Default 1.25.
-    pub edge_slack: f64,
+    /// Whether, of the rectangles around a footprint that are nearly as small as the smallest, the one along whose sides the
+    /// points lie is taken. Default false, as in the paper; the objects of the map are fitted with it: a thing seen at a corner
+    /// leaves an L, around which the rectangle on the long side and the one on the diagonal have the same area.
+    pub along_edges: bool,
     /// Share of the points that is left out at each end of each axis, 0..=0.2. Default 0: the extrema, as in the paper.
     pub trim: f64,
 }
 
+/// The rectangle corrects the yaw when its area is below this share of that along the principal axes. Near-square footprints,
+/// clusters and outliers, where principal axes point anywhere, gain 5 to 50 %; what gains less is noise.
+const RECTANGLE_GAIN: f64 = 0.97;
+
 impl Default for BoxFitterConfig {
     fn default() -> Self {
-        Self { rectangle: Switch::On, rectangle_gain: 0.97, edges: Switch::Off, edge_slack: 1.25, trim: 0.0 }
+        Self { along_edges: false, trim: 0.0 }
     }
 }
 
 impl BoxFitterConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
-        check_range("objects.parameterization.fitter.rectangle_gain", self.rectangle_gain, 0.0..=1.0)?;
-        check_range("objects.parameterization.fitter.edge_slack", self.edge_slack, 1.0..=4.0)?;
-        check_range("objects.parameterization.fitter.trim", self.trim, 0.0..=0.2)
+        check_range("trim", self.trim, 0.0..=0.2)
     }
 }
 
@@ -116,7 +110,7 @@ impl BoxFit {
     /// The box of something that lies on a plane, whose normal is its third axis, and is at least `height` metres high:
     /// its sides between the plane and its upper side.
     #[must_use]
-    pub(crate) fn lying_on(self, plane: &Plane, height: f64) -> Self {
+    pub(crate) fn flat_on(self, plane: &Plane, height: f64) -> Self {
         let [length, width, own] = self.oriented_box.lengths();
         let pose = self.oriented_box.world_from_box();
         let middle = plane.signed_distance(pose.translation());
@@ -203,9 +197,6 @@ impl BoxFitter {
 
     /// The axes turned about the third by the minimum-area rectangle, if that makes the footprint markedly smaller.
     fn corrected(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], bool) {
-        if !self.config.rectangle.is_on() {
-            return (axes, false);
-        }
         let [long, wide, up] = axes;
         self.lay_footprint(points, center, long, wide);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -217,7 +208,7 @@ impl BoxFitter {
         }
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         match minimum_area_rectangle_with(&self.footprint, &mut self.rectangle) {
-            Some(rectangle) if rectangle.area() < self.config.rectangle_gain * area => {
+            Some(rectangle) if rectangle.area() < RECTANGLE_GAIN * area => {
                 (turned([long, wide, up], rectangle.axis), true)
             }
             _ => (axes, false),
@@ -226,11 +217,11 @@ impl BoxFitter {
 
     /// The axes turned about the third so that most points lie along a side of the footprint's rectangle.
     fn aligned(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], bool) {
-        if !(self.config.rectangle.is_on() && self.config.edges.is_on()) {
+        if !self.config.along_edges {
             return (axes, false);
         }
         self.lay_footprint(points, center, axes[0], axes[1]);
-        match self.edges.find(&self.footprint, self.config.edge_slack) {
+        match self.edges.find(&self.footprint) {
             Some(axis) => (turned(axes, axis), true),
             None => (axes, false),
         }

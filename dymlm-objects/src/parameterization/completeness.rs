@@ -1,6 +1,6 @@
 use std::ops::RangeInclusive;
 
-use dymlm_core::axial_noise;
+use dymlm_core::{SensorModel, Visibility};
 use dymlm_geometry::{GridSample as Sample, NO_SAMPLE as NONE, SampleGrid as Window};
 
 use super::ParameterizationConfig;
@@ -59,6 +59,7 @@ pub(super) struct Surroundings<'a> {
     pub(super) window: &'a Window,
     pub(super) cluster: &'a ObjectCluster,
     pub(super) ground: &'a Ground,
+    pub(super) sensor: &'a SensorModel,
     pub(super) config: &'a ParameterizationConfig,
 }
 
@@ -68,8 +69,9 @@ const RIM: f32 = 0.2;
 const PARTIAL: f32 = 0.3;
 /// Farthest place that is asked, samples beyond the object's last.
 const FARTHEST: i64 = 4;
-/// A reading nearer than the object's by this and some noise is another thing's, metres.
-const GAP: f32 = 0.04;
+/// How well the depth beyond an object's edge is known from the sample at the edge, metres, as a standard deviation: the
+/// surface goes on. Lower calls a thing's own slope an occluder, higher overlooks low things before it.
+const EDGE_SIGMA: f64 = 0.04 / 3.0;
 /// How far from a plane the lower end may be of what stands on it, metres: above, samples are that far apart; below, only
 /// noise is.
 const STANDING: RangeInclusive<f64> = -0.03..=0.06;
@@ -130,7 +132,9 @@ impl Surroundings<'_> {
     /// thing hides it like anything else.
     fn stands_on(&self, sample: &Sample, cell: u32) -> bool {
         let shown = self.window.samples.get(cell as usize).filter(|_| cell != NONE);
-        shown.is_some_and(|shown| self.ground.carries(cell, shown, sample, &STANDING, self.config))
+        shown.is_some_and(|shown| {
+            self.ground.carries(cell, shown, sample, &STANDING, self.config, self.sensor)
+        })
     }
 
     /// The first thing that can be told beyond a sample.
@@ -150,14 +154,15 @@ impl Surroundings<'_> {
                 return SideView::Mover;
             }
             let other = self.view.frame.depth().data()[pixel];
-            if other > self.config.max_depth && other - z < 0.3 {
+            if other > self.sensor.max_depth && other - z < 0.3 {
                 return SideView::DepthRange;
             }
             if other > 0.0 {
                 let (column, row) = (i64::from(sample.column), i64::from(sample.row));
                 let cell = self.window.sample_at(column + direction[0] * steps, row + direction[1] * steps);
-                let is_nearer = other < z - GAP - 3.0 * axial_noise(z);
-                let is_occluder = is_nearer && !self.stands_on(sample, cell);
+                let tolerance = self.sensor.tolerance(z, EDGE_SIGMA);
+                let seen = Visibility::of_reading(other.into(), z.into(), tolerance);
+                let is_occluder = seen == Visibility::Occluded && !self.stands_on(sample, cell);
                 return if is_occluder { SideView::Occluder } else { SideView::Whole };
             }
         }

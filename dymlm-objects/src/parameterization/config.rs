@@ -1,8 +1,5 @@
-use dymlm_core::{ConfigError, SensorModel, check_range};
+use dymlm_core::{ConfigError, check_range};
 use dymlm_geometry::SegmentationConfig;
-
-use super::BoxFitterConfig;
-use crate::Switch;
 
 /// Settings of [`Parameterizer`](crate::Parameterizer).
 #[derive(Debug, Clone, PartialEq)]
@@ -12,10 +9,6 @@ use crate::Switch;
 pub struct ParameterizationConfig {
     /// Detections of a lower score are passed over, 0..=1. Default 0.25: detectors report none below.
     pub min_score: f32,
-    /// Nearest depth that is used, metres, 0..=100. Default 0.3.
-    pub min_depth: f32,
-    /// Farthest depth that is used, metres, `min_depth`..=1000. Default 4.5: where a Kinect's noise passes 3 cm.
-    pub max_depth: f32,
     /// Pixels of a box that are looked at, at most (a grid of them): 64..=1000000. Default 1600.
     pub max_samples: usize,
     /// Fewest samples of an object, 4..=100000. Default 12.
@@ -29,8 +22,6 @@ pub struct ParameterizationConfig {
     /// Labels of what people sit or lie on: when a mover hides much of it, the rest is at the mover's depth. What else is hidden
     /// may be anywhere behind. Default: bed, bench, bicycle, chair, couch, motorcycle, toilet.
     pub seats: Vec<String>,
-    /// Whether points on a supporting plane are taken away, and its normal is the vertical axis. Default on.
-    pub support: Switch,
     /// How far from a supporting plane a point counts as its, metres, 0..=0.2, before the noise is added. Default 0.006.
     pub plane_tolerance: f64,
     /// Standard deviations of the depth noise that are added, 0..=10. Default 1: samples are means of 9 readings or more.
@@ -44,8 +35,6 @@ pub struct ParameterizationConfig {
     /// Farthest that an object's lowest point may be above the plane that it stands on, metres, 0..=2. Default 0.08. When
     /// its lower side is hidden, as far as its size prior allows.
     pub max_support_gap: f64,
-    /// The box around the points.
-    pub fitter: BoxFitterConfig,
 }
 
 const SEATS: [&str; 7] = ["bed", "bench", "bicycle", "chair", "couch", "motorcycle", "toilet"];
@@ -54,20 +43,16 @@ impl Default for ParameterizationConfig {
     fn default() -> Self {
         Self {
             min_score: 0.25,
-            min_depth: 0.3,
-            max_depth: 4.5,
             max_samples: 1600,
             min_samples: 12,
             min_fill: 0.04,
             margin: 0.15,
             seats: SEATS.map(String::from).to_vec(),
-            support: Switch::On,
             plane_tolerance: 0.006,
             plane_sigmas: 1.0,
             max_support_tilt: 0.9,
             max_support_slope: 0.14,
             max_support_gap: 0.08,
-            fitter: BoxFitterConfig::default(),
         }
     }
 }
@@ -81,16 +66,8 @@ impl ParameterizationConfig {
         config
     }
 
-    /// The sensor, with this config's range.
-    pub(super) fn sensor(&self) -> SensorModel {
-        SensorModel { min_depth: self.min_depth, max_depth: self.max_depth, ..SensorModel::kinect() }
-    }
-
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("objects.parameterization.min_score", self.min_score.into(), 0.0..=1.0)?;
-        check_range("objects.parameterization.max_depth", self.max_depth.into(), 0.0..=1000.0)?;
-        let least_of_far = f64::from(self.max_depth).min(100.0);
-        check_range("objects.parameterization.min_depth", self.min_depth.into(), 0.0..=least_of_far)?;
         check_range("objects.parameterization.max_samples", self.max_samples as f64, 64.0..=1e6)?;
         check_range("objects.parameterization.min_samples", self.min_samples as f64, 4.0..=1e5)?;
         check_range("objects.parameterization.min_fill", self.min_fill.into(), 0.0..=1.0)?;
@@ -100,7 +77,6 @@ impl ParameterizationConfig {
         let right_angle = std::f64::consts::FRAC_PI_2;
         check_range("objects.parameterization.max_support_tilt", self.max_support_tilt, 0.0..=right_angle)?;
         check_range("objects.parameterization.max_support_slope", self.max_support_slope, 0.0..=right_angle)?;
-        check_range("objects.parameterization.max_support_gap", self.max_support_gap, 0.0..=2.0)?;
-        self.fitter.validate()
+        check_range("objects.parameterization.max_support_gap", self.max_support_gap, 0.0..=2.0)
     }
 }

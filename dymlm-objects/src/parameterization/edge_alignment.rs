@@ -16,14 +16,16 @@ pub(super) struct EdgeAlignment {
 /// Directions tried in a quarter turn.
 const STEPS: usize = 48;
 /// Points looked at.
-const MOST: usize = 256;
+const MAX_POINTS: usize = 256;
 /// Distances below this share of the rectangle's shorter side are noise.
 const NOISE_SHARE: f64 = 0.06;
+/// How much larger than the smallest rectangle one along the edges may be.
+const SLACK: f64 = 1.25;
 /// By how much the closeness must exceed that of the axes given.
 const GAIN: f64 = 1.05;
 /// Share of the points that is left out at each end, which with the first that is not are so many at most.
 const TRIM: f64 = 0.02;
-const OUTERMOST: usize = (TRIM * MOST as f64) as usize + 1;
+const OUTERMAX_POINTS: usize = (TRIM * MAX_POINTS as f64) as usize + 1;
 
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
@@ -34,8 +36,8 @@ struct Candidate {
 
 impl EdgeAlignment {
     /// The direction of a side; `None` when the axes given are as good.
-    pub(super) fn find(&mut self, footprint: &[[f64; 2]], slack: f64) -> Option<[f64; 2]> {
-        let step = footprint.len().div_ceil(MOST).max(1);
+    pub(super) fn find(&mut self, footprint: &[[f64; 2]]) -> Option<[f64; 2]> {
+        let step = footprint.len().div_ceil(MAX_POINTS).max(1);
         self.places.clear();
         self.places.extend(footprint.iter().step_by(step));
         let mut best: Option<Candidate> = None;
@@ -45,13 +47,13 @@ impl EdgeAlignment {
             self.measure([cos, sin])
         });
         let least = candidates.iter().flatten().map(|candidate| candidate.area).fold(given.area, f64::min);
-        for candidate in candidates.into_iter().flatten().filter(|candidate| candidate.area <= slack * least)
+        for candidate in candidates.into_iter().flatten().filter(|candidate| candidate.area <= SLACK * least)
         {
             if best.is_none_or(|best| candidate.closeness > best.closeness) {
                 best = Some(candidate);
             }
         }
-        let is_poor = given.area > slack * least;
+        let is_poor = given.area > SLACK * least;
         best.filter(|best| is_poor || best.closeness > GAIN * given.closeness).map(|best| best.axis)
     }
 
@@ -82,21 +84,21 @@ impl EdgeAlignment {
 /// Least and greatest value when the outermost are left out at each end; `None` of none.
 fn extent(values: &[f64]) -> Option<[f64; 2]> {
     let left_out = (TRIM * values.len() as f64) as usize;
-    let (mut low, mut high) = ([f64::INFINITY; OUTERMOST], [f64::INFINITY; OUTERMOST]);
+    let (mut low, mut high) = ([f64::INFINITY; OUTERMAX_POINTS], [f64::INFINITY; OUTERMAX_POINTS]);
     for &value in values {
         keep_least(&mut low, value);
         keep_least(&mut high, -value);
     }
-    let is_known = left_out < values.len() && left_out < OUTERMOST;
+    let is_known = left_out < values.len() && left_out < OUTERMAX_POINTS;
     is_known.then(|| [low[left_out], -high[left_out]])
 }
 
 /// Puts a value in its place among the least, which ascend.
 #[inline]
-fn keep_least(least: &mut [f64; OUTERMOST], value: f64) {
-    if value < least[OUTERMOST - 1] {
+fn keep_least(least: &mut [f64; OUTERMAX_POINTS], value: f64) {
+    if value < least[OUTERMAX_POINTS - 1] {
         let place = least.partition_point(|own| *own <= value);
-        least.copy_within(place..OUTERMOST - 1, place + 1);
+        least.copy_within(place..OUTERMAX_POINTS - 1, place + 1);
         least[place] = value;
     }
 }
@@ -113,7 +115,7 @@ mod tests {
         let (sin, cos) = 0.4_f64.sin_cos();
         let points: Vec<[f64; 2]> =
             front.chain(side).map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect();
-        let [x, y] = EdgeAlignment::default().find(&points, 1.25).unwrap();
+        let [x, y] = EdgeAlignment::default().find(&points).unwrap();
         assert!((y.atan2(x) - 0.4).abs() < 0.05, "{}", y.atan2(x));
     }
 
@@ -127,7 +129,7 @@ mod tests {
 
     #[test]
     fn nothing_is_aligned_with_nothing() {
-        assert_eq!(EdgeAlignment::default().find(&[], 1.25), None);
-        assert_eq!(EdgeAlignment::default().find(&[[1.0, 2.0]; 9], 1.25), None);
+        assert_eq!(EdgeAlignment::default().find(&[]), None);
+        assert_eq!(EdgeAlignment::default().find(&[[1.0, 2.0]; 9]), None);
     }
 }

@@ -1,7 +1,7 @@
 use std::ops::RangeInclusive;
 
 use dymlm_core::vector3::{along, dot, unit};
-use dymlm_core::{Plane, Pose, axial_noise};
+use dymlm_core::{Plane, Pose, SensorModel};
 use dymlm_geometry::{GridSample as Sample, SampleGrid as Window};
 
 use super::ParameterizationConfig;
@@ -58,7 +58,7 @@ const LEVEL_BAND: f64 = 0.008;
 const LEVEL_SHARE: f64 = 0.15;
 const LEAST_LEVEL: f64 = 12.0;
 /// Level patches around a box, at most.
-const MOST_PATCHES: usize = 2;
+const MAX_PATCHES: usize = 2;
 /// Least share of a plane's samples that must lie outside the box: its own upper side does not carry a thing.
 const LEAST_OUTSIDE: f64 = 0.08;
 /// Least cosine between the normals of a thing's upper side and of what it lies on.
@@ -76,10 +76,11 @@ impl Ground {
         world_from_camera: &Pose,
         max_height: f64,
         config: &ParameterizationConfig,
+        sensor: &SensorModel,
     ) {
         self.ask(window, planes, world_from_camera, config);
-        self.count(window, max_height, config);
-        self.mark(window, config);
+        self.count(window, max_height, config, sensor);
+        self.mark(window, config, sensor);
     }
 
     /// Adds level patches around the box that are no planes of the map: a table of which too little is seen. Answers how
@@ -91,11 +92,12 @@ impl Ground {
         world_from_camera: &Pose,
         max_height: f64,
         config: &ParameterizationConfig,
+        sensor: &SensorModel,
     ) -> usize {
         let known = self.candidates.len();
         self.add_level_patches(window, vertical, world_from_camera);
-        self.count(window, max_height, config);
-        self.mark(window, config);
+        self.count(window, max_height, config, sensor);
+        self.mark(window, config, sensor);
         self.candidates.len().saturating_sub(known)
     }
 
@@ -136,7 +138,7 @@ impl Ground {
         self.heights.extend(outside.map(|sample| dot(up, sample.point.map(f64::from))));
         self.heights.sort_unstable_by(f64::total_cmp);
         let least = (LEVEL_SHARE * self.heights.len() as f64).max(LEAST_LEVEL);
-        for _ in 0..MOST_PATCHES {
+        for _ in 0..MAX_PATCHES {
             let Some(height) = densest(&self.heights, least) else { return };
             self.heights.retain(|own| (own - height).abs() > 3.0 * LEVEL_BAND);
             let Ok(plane) = Plane::new(up, -height) else { return };
@@ -152,13 +154,19 @@ impl Ground {
         }
     }
 
-    fn count(&mut self, window: &Window, max_height: f64, config: &ParameterizationConfig) {
+    fn count(
+        &mut self,
+        window: &Window,
+        max_height: f64,
+        config: &ParameterizationConfig,
+        sensor: &SensorModel,
+    ) {
         for candidate in &mut self.candidates {
             let (mut samples, mut outside, mut sum) = (0, 0, [0.0; 3]);
             // What is below a plane lies on it as little as what is above: the table under a keyboard's upper side.
             let is_at = |sample: &&Sample| {
                 let distance = candidate.plane.signed_distance(sample.point.map(f64::from));
-                distance.abs() <= tolerance(candidate, sample, config)
+                distance.abs() <= tolerance(candidate, sample, config, sensor)
             };
             for sample in window.samples.iter().filter(is_at) {
                 samples += 1;
@@ -181,10 +189,10 @@ impl Ground {
         self.candidates.retain(|_| is_top.next() != Some(&true));
     }
 
-    fn mark(&mut self, window: &Window, config: &ParameterizationConfig) {
+    fn mark(&mut self, window: &Window, config: &ParameterizationConfig, sensor: &SensorModel) {
         let candidates = &self.candidates;
         self.is_marked.clear();
-        let is_ground = |sample| candidates.iter().any(|candidate| is_on(candidate, sample, config));
+        let is_ground = |sample| candidates.iter().any(|candidate| is_on(candidate, sample, config, sensor));
         self.is_marked.extend(window.samples.iter().map(is_ground));
     }
 
@@ -201,11 +209,12 @@ impl Ground {
         sample: &Sample,
         heights: &RangeInclusive<f64>,
         config: &ParameterizationConfig,
+        sensor: &SensorModel,
     ) -> bool {
         let is_ground = self.is_marked.get(index as usize).copied().unwrap_or(false);
         is_ground
             && self.candidates.iter().any(|candidate| {
-                is_on(candidate, on_plane, config)
+                is_on(candidate, on_plane, config, sensor)
                     && heights.contains(&candidate.plane.signed_distance(sample.point.map(f64::from)))
             })
     }
@@ -229,13 +238,14 @@ impl Ground {
         min_height: f64,
         heights: &mut Vec<f64>,
         config: &ParameterizationConfig,
+        sensor: &SensorModel,
     ) -> Option<SupportPlane> {
         let mut nearest: Option<(f64, SupportPlane)> = None;
         for candidate in &self.candidates {
             heights.clear();
             heights.extend(samples.clone().map(|sample| {
                 let height = candidate.plane.signed_distance(sample.point.map(f64::from));
-                height + tolerance(candidate, sample, config)
+                height + tolerance(candidate, sample, config, sensor)
             }));
             let below = heights.iter().filter(|&&height| height < 0.0).count();
             if heights.is_empty() || below as f64 > 0.1 * heights.len() as f64 {
@@ -269,15 +279,25 @@ fn densest(heights: &[f64], least: f64) -> Option<f64> {
     best.filter(|_| most as f64 >= least)
 }
 
-fn is_on(candidate: &Candidate, sample: &Sample, config: &ParameterizationConfig) -> bool {
+fn is_on(
+    candidate: &Candidate,
+    sample: &Sample,
+    config: &ParameterizationConfig,
+    sensor: &SensorModel,
+) -> bool {
     let distance = candidate.plane.signed_distance(sample.point.map(f64::from));
-    distance <= tolerance(candidate, sample, config)
-        && distance >= -4.0 * tolerance(candidate, sample, config)
+    distance <= tolerance(candidate, sample, config, sensor)
+        && distance >= -4.0 * tolerance(candidate, sample, config, sensor)
 }
 
 /// How far from a plane a sample counts as its, metres: the noise is along the ray.
-fn tolerance(candidate: &Candidate, sample: &Sample, config: &ParameterizationConfig) -> f64 {
+fn tolerance(
+    candidate: &Candidate,
+    sample: &Sample,
+    config: &ParameterizationConfig,
+    sensor: &SensorModel,
+) -> f64 {
     let ray = unit(sample.point.map(f64::from)).unwrap_or([0.0, 0.0, 1.0]);
     let steepness = dot(candidate.plane.normal(), ray).abs();
-    config.plane_tolerance + config.plane_sigmas * f64::from(axial_noise(sample.point[2])) * steepness
+    config.plane_tolerance + config.plane_sigmas * f64::from(sensor.sigma(sample.point[2])) * steepness
 }

@@ -1,4 +1,4 @@
-//! From a detection's pixels to a box in space: [`Parameterizer`].
+//! From a detection's pixels to a box in space.
 
 mod box_fitter;
 mod completeness;
@@ -14,4 +14,4 @@ pub use box_fitter::{BoxAxes, BoxFit, BoxFitter, BoxFitterConfig};
 pub use completeness::{Completeness, SideView};
 pub use config::ParameterizationConfig;
 pub use observation::{ObjectObservation, Relief};
-pub use parameterizer::Parameterizer;
+pub(crate) use parameterizer::Parameterizer;

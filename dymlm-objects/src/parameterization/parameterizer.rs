@@ -1,4 +1,4 @@
-use dymlm_core::{BoundingBox, ConfigError, Detection, Point, Pose};
+use dymlm_core::{BoundingBox, ConfigError, Detection, Point, Pose, SensorModel};
 use dymlm_geometry::{BoxView, GridSample as Sample, SampleGrid as Window};
 
 use super::box_fitter::BoxFitter;
@@ -7,7 +7,7 @@ use super::flat_thing::FlatThing;
 use super::ground::Ground;
 use super::object_cluster::{ClusterSearch, ObjectCluster};
 use super::{Completeness, ObjectObservation, ParameterizationConfig, Relief, SideView};
-use crate::{NoPlanes, ObjectView, SizePrior, SizePriors, SupportPlane, SupportingPlanes};
+use crate::{BoxFitterConfig, ObjectView, SizePrior, SizePriors, SupportPlane, SupportingPlanes};
 
 /// From detections to boxes in space: the paper's object parameterization (section IV-A).
 ///
@@ -16,8 +16,9 @@ use crate::{NoPlanes, ObjectView, SizePrior, SizePriors, SupportPlane, Supportin
 /// seen; the box around it ([`BoxFitter`]). Constant time a detection, half a millisecond or less: the grid has
 /// [`max_samples`](ParameterizationConfig::max_samples) points at most.
 #[derive(Debug)]
-pub struct Parameterizer {
+pub(crate) struct Parameterizer {
     config: ParameterizationConfig,
+    sensor: SensorModel,
     window: Window,
     ground: Ground,
     cluster: ObjectCluster,
@@ -41,7 +42,7 @@ struct Finding {
     completeness: Completeness,
     support: Option<SupportPlane>,
     /// The least height of a thing that lies flat on its support.
-    lies: Option<f64>,
+    flat_height: Option<f64>,
 }
 
 impl Parameterizer {
@@ -50,24 +51,24 @@ impl Parameterizer {
     /// # Errors
     ///
     /// [`ConfigError`] names the field outside its range.
-    pub fn new(config: ParameterizationConfig) -> Result<Self, ConfigError> {
-        config.validate()?;
+    pub(crate) fn new(config: ParameterizationConfig, sensor: SensorModel) -> Result<Self, ConfigError> {
         Ok(Self {
             window: Window::default(),
             ground: Ground::default(),
             cluster: ObjectCluster::new(config.segmentation())?,
             flat: FlatThing::default(),
-            fitter: BoxFitter::new(config.fitter)?,
+            fitter: BoxFitter::new(BoxFitterConfig::default())?,
             others: Vec::new(),
             heights: Vec::new(),
             local: Vec::new(),
             config,
+            sensor,
         })
     }
 
     /// Adds to `observations` those of a frame's detections in whose box a thing is found. `vertical`, a unit vector of the
     /// world, is the third axis of what stands on no known plane; without it principal axes are.
-    pub fn parameterize(
+    pub(crate) fn parameterize(
         &mut self,
         view: &ObjectView<'_>,
         planes: &dyn SupportingPlanes,
@@ -75,7 +76,7 @@ impl Parameterizer {
         priors: &SizePriors,
         observations: &mut Vec<ObjectObservation>,
     ) {
-        for (index, detection) in view.detections.iter().enumerate() {
+        for (index, detection) in view.detections().iter().enumerate() {
             if detection.score() >= self.config.min_score && !view.is_mover(detection) {
                 observations.extend(self.observe(view, index, detection, planes, vertical, priors));
             }
@@ -92,14 +93,12 @@ impl Parameterizer {
         priors: &SizePriors,
     ) -> Option<ObjectObservation> {
         let prior = priors.of(detection.label());
-        let box_view = BoxView::new(view.frame, &self.config.sensor(), detection.bounding_box())
+        let box_view = BoxView::new(view.frame, &self.sensor, detection.bounding_box())
             .with_static_mask(view.static_mask)
             .with_instance_mask(detection.mask());
         self.cluster.sample(&box_view, &mut self.window);
-        let vertical = vertical.filter(|_| self.config.support.is_on());
-        let planes = if self.config.support.is_on() { planes } else { &NoPlanes };
         let highest = prior.map_or(USUAL_REACH, |prior| prior.height.max);
-        self.ground.find(&self.window, planes, &view.world_from_camera, highest, &self.config);
+        self.ground.find(&self.window, planes, &view.world_from_camera, highest, &self.config, &self.sensor);
         let others = self.take_others(view, index);
         let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
         let search = ClusterSearch {
@@ -118,6 +117,7 @@ impl Parameterizer {
                 &view.world_from_camera,
                 highest,
                 &self.config,
+                &self.sensor,
             ) > 0
         {
             finding = self.find_raised(view, &search);
@@ -132,7 +132,8 @@ impl Parameterizer {
     /// What stands out from the ground in depth.
     fn find_raised(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Finding {
         self.cluster.find(&self.window, self.ground.is_ground(), search);
-        let completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
+        let completeness =
+            completeness(view, &self.window, &self.cluster, &self.ground, &self.sensor, &self.config);
         let support = support(
             &self.ground,
             &members(&self.window, &self.cluster),
@@ -140,8 +141,9 @@ impl Parameterizer {
             completeness,
             &mut self.heights,
             &self.config,
+            &self.sensor,
         );
-        Finding { completeness, support, lies: None }
+        Finding { completeness, support, flat_height: None }
     }
 
     /// What lies flat on a plane, if things of the label may be so flat and nothing raised fills the box.
@@ -151,14 +153,15 @@ impl Parameterizer {
         if self.cluster.fill(&self.window, &search.bounding_box) >= FILLED {
             return None;
         }
-        let lying = self.ground.flattest()?;
+        let under = self.ground.flattest()?;
         let is_ground = self.ground.is_ground();
-        if !self.flat.mark(view, &self.window, &lying.plane, is_ground, prior.height.typical) {
+        if !self.flat.mark(view, &self.window, &under.plane, is_ground, prior.height.typical) {
             return None;
         }
         self.cluster.find(&self.window, self.flat.is_other(), search);
-        let completeness = completeness(view, &self.window, &self.cluster, &self.ground, &self.config);
-        Some(Finding { completeness, support: Some(lying.support), lies: Some(prior.height.min) })
+        let completeness =
+            completeness(view, &self.window, &self.cluster, &self.ground, &self.sensor, &self.config);
+        Some(Finding { completeness, support: Some(under.support), flat_height: Some(prior.height.min) })
     }
 
     /// The observation that was found, if there is enough of it.
@@ -186,7 +189,7 @@ impl Parameterizer {
             centroid,
             fit,
             support: finding.support,
-            relief: if finding.lies.is_some() { Relief::Flat } else { Relief::Raised },
+            relief: if finding.flat_height.is_some() { Relief::Flat } else { Relief::Raised },
             completeness: finding.completeness,
             sighted_points: sighted_in(view, &detection.bounding_box()),
         })
@@ -195,7 +198,7 @@ impl Parameterizer {
     fn take_others(&mut self, view: &ObjectView<'_>, index: usize) -> Vec<BoundingBox> {
         let mut boxes = std::mem::take(&mut self.others);
         boxes.clear();
-        let others = view.detections.iter().enumerate().filter(|&(other, _)| other != index);
+        let others = view.detections().iter().enumerate().filter(|&(other, _)| other != index);
         boxes.extend(others.map(|(_, detection)| detection.bounding_box()));
         boxes
     }
@@ -219,8 +222,8 @@ impl Parameterizer {
         let local_from_world = Pose::new(centroid.map(|c| -c), [0.0, 0.0, 0.0, 1.0]).ok()?;
         let plane = finding.support.map(|support| support.plane.transformed(&local_from_world));
         let fit = self.fitter.fit(&self.local, plane.map(|plane| plane.normal()).or(vertical))?;
-        let fit = match (&plane, finding.lies) {
-            (Some(plane), Some(height)) => fit.lying_on(plane, height),
+        let fit = match (&plane, finding.flat_height) {
+            (Some(plane), Some(height)) => fit.flat_on(plane, height),
             (Some(plane), None) => fit.standing_on(plane),
             (None, _) => fit,
         };
@@ -242,13 +245,14 @@ fn support<'a>(
     completeness: Completeness,
     heights: &mut Vec<f64>,
     config: &ParameterizationConfig,
+    sensor: &SensorModel,
 ) -> Option<SupportPlane> {
     let hidden_foot = completeness.bottom != SideView::Whole;
     let hidden_height = prior.filter(|_| hidden_foot).map_or(0.0, |prior| 0.7 * prior.height.typical);
     let max_gap = config.max_support_gap.max(hidden_height);
     let min_height =
         prior.filter(|_| completeness.top == SideView::Whole).map_or(0.0, SizePrior::least_standing_height);
-    ground.under(members, max_gap, min_height, heights, config)
+    ground.under(members, max_gap, min_height, heights, config, sensor)
 }
 
 fn completeness(
@@ -256,9 +260,10 @@ fn completeness(
     window: &Window,
     cluster: &ObjectCluster,
     ground: &Ground,
+    sensor: &SensorModel,
     config: &ParameterizationConfig,
 ) -> Completeness {
-    Surroundings { view, window, cluster, ground, config }.completeness()
+    Surroundings { view, window, cluster, ground, sensor, config }.completeness()
 }
 
 fn mean(points: &[Point]) -> Option<[f64; 3]> {

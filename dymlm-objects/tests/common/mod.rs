@@ -2,11 +2,17 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 #![allow(dead_code, reason = "each test uses a part")]
 
-use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Plane, Pose};
+use dymlm_core::{
+    BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Plane, PlaneId, Pose, SensorModel,
+};
 use dymlm_geometry::OrientedBox;
-use dymlm_objects::SupportPlane;
+use dymlm_objects::{ObjectConfig, ObjectMapper, SupportPlane};
 
-pub(crate) const TABLE: u64 = 3;
+pub(crate) const TABLE: PlaneId = PlaneId::new(3);
+
+pub(crate) fn mapper() -> ObjectMapper {
+    ObjectMapper::new(ObjectConfig::default(), SensorModel::kinect()).unwrap()
+}
 
 /// World: z up, the table's top at z = 0, a wall at y = 1.5.
 pub(crate) struct Scene {
@@ -30,7 +36,7 @@ pub(crate) fn planes(point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>)
         found.push(SupportPlane::new(TABLE, Plane::new([0.0, 0.0, 1.0], 0.0).unwrap()));
     }
     if (point[1] - 1.5).abs() <= reach {
-        found.push(SupportPlane::new(8, Plane::new([0.0, -1.0, 0.0], 1.5).unwrap()));
+        found.push(SupportPlane::new(PlaneId::new(8), Plane::new([0.0, -1.0, 0.0], 1.5).unwrap()));
     }
 }
 

@@ -9,7 +9,7 @@ pub fn object_records(objects: &ObjectMap) -> Vec<ObjectRecord> {
 fn object_record(object: &MapObject) -> ObjectRecord {
     let oriented_box = object.oriented_box();
     ObjectRecord {
-        id: object.id(),
+        id: object.id().get(),
         label: object.label().to_owned(),
         score: object.score(),
         shape: match object.shape().kind() {
