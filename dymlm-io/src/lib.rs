@@ -20,6 +20,7 @@ mod map_folder;
 mod map_records;
 mod pcd;
 mod ply;
+mod scalar;
 mod text_lines;
 mod trajectory;
 mod tum;

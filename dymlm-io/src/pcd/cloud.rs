@@ -1,6 +1,7 @@
 use dymlm_core::{PointCloud, Pose};
 
 use crate::Error;
+use crate::scalar::{Scalar, with_scalars};
 
 /// A point cloud as PCD files hold it: points with or without colours, possibly as the rows and columns of the image
 /// they come from, further fields beside, and the place of the sensor.
@@ -190,6 +191,27 @@ impl PcdField {
     }
 }
 
+macro_rules! scalar_of_values {
+    ($($name:ident $type:ty),*) => {
+        impl PcdValues {
+            /// No values yet, of a type.
+            pub(super) fn with_capacity(scalar: Scalar, capacity: usize) -> Self {
+                match scalar {
+                    $(Scalar::$name => Self::$name(Vec::with_capacity(capacity))),*
+                }
+            }
+
+            /// The type of the values.
+            pub(super) fn scalar(&self) -> Scalar {
+                match self {
+                    $(Self::$name(_) => Scalar::$name),*
+                }
+            }
+        }
+    };
+}
+with_scalars!(scalar_of_values);
+
 impl PcdValues {
     /// Number of values.
     pub fn len(&self) -> usize {
@@ -203,23 +225,9 @@ impl PcdValues {
 
     /// The values as f64, whatever their type; 64-bit integers beyond 2^53 are rounded.
     pub fn to_f64(&self) -> Vec<f64> {
-        with_values!(self, values => values.iter().map(|&value| value.as_f64()).collect())
+        #[allow(clippy::cast_lossless, clippy::unnecessary_cast, reason = "one line for all types")]
+        {
+            with_values!(self, values => values.iter().map(|&value| value as f64).collect())
+        }
     }
 }
-
-/// `as f64` for all scalar types.
-trait AsF64: Copy {
-    fn as_f64(self) -> f64;
-}
-
-macro_rules! as_f64 {
-    ($($scalar:ty),*) => {
-        $(impl AsF64 for $scalar {
-            #[allow(clippy::cast_lossless, reason = "one line for all types")]
-            fn as_f64(self) -> f64 {
-                self as f64
-            }
-        })*
-    };
-}
-as_f64!(i8, u8, i16, u16, i32, u32, i64, u64, f32, f64);

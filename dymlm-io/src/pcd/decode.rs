@@ -5,9 +5,10 @@ use dymlm_core::{Point, PointCloud, Rgb};
 
 use super::cloud::{PcdCloud, PcdField, PcdValues, with_values};
 use super::encode::PcdEncoding;
-use super::header::{FieldHeader, PcdHeader, Scalar};
+use super::header::{FieldHeader, PcdHeader};
 use super::lzf;
 use crate::Error;
+use crate::scalar::with_scalars;
 use crate::text_lines::quoted;
 
 /// Reads a PCD file: ascii, binary or `binary_compressed`, of version 0.7 or an older one.
@@ -106,34 +107,21 @@ fn binary_columns(body: &[u8], header: &PcdHeader, layout: &[Layout]) -> Result<
 
 fn binary_column(body: &[u8], points: usize, field: &FieldHeader, layout: &Layout) -> PcdValues {
     let body = body.get(layout.base..).unwrap_or_default();
-    let (step, count) = (layout.step, field.count);
-    match field.scalar {
-        Scalar::I8 => PcdValues::I8(gather(body, step, points, count, i8::from_le_bytes)),
-        Scalar::U8 => PcdValues::U8(gather(body, step, points, count, u8::from_le_bytes)),
-        Scalar::I16 => PcdValues::I16(gather(body, step, points, count, i16::from_le_bytes)),
-        Scalar::U16 => PcdValues::U16(gather(body, step, points, count, u16::from_le_bytes)),
-        Scalar::I32 => PcdValues::I32(gather(body, step, points, count, i32::from_le_bytes)),
-        Scalar::U32 => PcdValues::U32(gather(body, step, points, count, u32::from_le_bytes)),
-        Scalar::I64 => PcdValues::I64(gather(body, step, points, count, i64::from_le_bytes)),
-        Scalar::U64 => PcdValues::U64(gather(body, step, points, count, u64::from_le_bytes)),
-        Scalar::F32 => PcdValues::F32(gather(body, step, points, count, f32::from_le_bytes)),
-        Scalar::F64 => PcdValues::F64(gather(body, step, points, count, f64::from_le_bytes)),
+    let mut column = PcdValues::with_capacity(field.scalar, points * field.count);
+    macro_rules! gather {
+        ($($name:ident $type:ty),*) => {
+            match &mut column {
+                $(PcdValues::$name(values) => {
+                    for point in body.chunks(layout.step).take(points) {
+                        let own = point.as_chunks().0.iter().take(field.count);
+                        values.extend(own.map(|&bytes| <$type>::from_le_bytes(bytes)));
+                    }
+                }),*
+            }
+        };
     }
-}
-
-/// `count` values of N bytes at the beginning of each `step` bytes.
-fn gather<const N: usize, T>(
-    body: &[u8],
-    step: usize,
-    points: usize,
-    count: usize,
-    from_le_bytes: impl Fn([u8; N]) -> T,
-) -> Vec<T> {
-    let mut values = Vec::with_capacity(points * count);
-    for point in body.chunks(step).take(points) {
-        values.extend(point.as_chunks().0.iter().take(count).map(|&bytes| from_le_bytes(bytes)));
-    }
-    values
+    with_scalars!(gather);
+    column
 }
 
 fn decompress_body(body: &[u8], header: &PcdHeader) -> Result<Vec<u8>, String> {
@@ -184,22 +172,7 @@ fn empty_columns(header: &PcdHeader, body: usize) -> Vec<PcdValues> {
     // A value takes two bytes at least.
     let possible = body / values.max(1).saturating_mul(2) + 1;
     let capacity = header.points().min(possible);
-    header.fields.iter().map(|field| empty_column(field, capacity)).collect()
-}
-
-fn empty_column(field: &FieldHeader, capacity: usize) -> PcdValues {
-    match field.scalar {
-        Scalar::I8 => PcdValues::I8(Vec::with_capacity(capacity)),
-        Scalar::U8 => PcdValues::U8(Vec::with_capacity(capacity)),
-        Scalar::I16 => PcdValues::I16(Vec::with_capacity(capacity)),
-        Scalar::U16 => PcdValues::U16(Vec::with_capacity(capacity)),
-        Scalar::I32 => PcdValues::I32(Vec::with_capacity(capacity)),
-        Scalar::U32 => PcdValues::U32(Vec::with_capacity(capacity)),
-        Scalar::I64 => PcdValues::I64(Vec::with_capacity(capacity)),
-        Scalar::U64 => PcdValues::U64(Vec::with_capacity(capacity)),
-        Scalar::F32 => PcdValues::F32(Vec::with_capacity(capacity)),
-        Scalar::F64 => PcdValues::F64(Vec::with_capacity(capacity)),
-    }
+    header.fields.iter().map(|field| PcdValues::with_capacity(field.scalar, capacity)).collect()
 }
 
 /// Adds the values of one point.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::cloud::{PcdCloud, PcdValues, with_values};
 use super::lzf;
+use crate::scalar::Scalar;
 use crate::{Error, write_atomically};
 
 /// How the points of a PCD file are stored.
@@ -167,12 +168,7 @@ impl Column<'_> {
     fn size(&self) -> usize {
         match self.values {
             ColumnValues::Coordinate(..) | ColumnValues::Colors(_) => 4,
-            ColumnValues::Field(values) => match values {
-                PcdValues::I8(_) | PcdValues::U8(_) => 1,
-                PcdValues::I16(_) | PcdValues::U16(_) => 2,
-                PcdValues::I32(_) | PcdValues::U32(_) | PcdValues::F32(_) => 4,
-                PcdValues::I64(_) | PcdValues::U64(_) | PcdValues::F64(_) => 8,
-            },
+            ColumnValues::Field(values) => values.scalar().size(),
         }
     }
 
@@ -180,10 +176,10 @@ impl Column<'_> {
         match self.values {
             ColumnValues::Coordinate(..) => "F",
             ColumnValues::Colors(_) => "U",
-            ColumnValues::Field(values) => match values {
-                PcdValues::I8(_) | PcdValues::I16(_) | PcdValues::I32(_) | PcdValues::I64(_) => "I",
-                PcdValues::U8(_) | PcdValues::U16(_) | PcdValues::U32(_) | PcdValues::U64(_) => "U",
-                PcdValues::F32(_) | PcdValues::F64(_) => "F",
+            ColumnValues::Field(values) => match values.scalar() {
+                Scalar::I8 | Scalar::I16 | Scalar::I32 | Scalar::I64 => "I",
+                Scalar::U8 | Scalar::U16 | Scalar::U32 | Scalar::U64 => "U",
+                Scalar::F32 | Scalar::F64 => "F",
             },
         }
     }

@@ -4,22 +4,8 @@ use dymlm_core::Pose;
 
 use super::encode::PcdEncoding;
 use crate::Error;
+use crate::scalar::Scalar;
 use crate::text_lines::{number, quoted};
-
-/// Scalar type of a field.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
 
 /// A field as the header declares it.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,32 +31,20 @@ pub(super) struct PcdHeader {
     pub(super) body_line: usize,
 }
 
-impl Scalar {
-    fn new(kind: &str, size: &str) -> Result<Self, String> {
-        Ok(match (kind, size) {
-            ("I", "1") => Self::I8,
-            ("U", "1") => Self::U8,
-            ("I", "2") => Self::I16,
-            ("U", "2") => Self::U16,
-            ("I", "4") => Self::I32,
-            ("U", "4") => Self::U32,
-            ("I", "8") => Self::I64,
-            ("U", "8") => Self::U64,
-            ("F", "4") => Self::F32,
-            ("F", "8") => Self::F64,
-            _ => return Err(format!("type {} of size {}", quoted(kind), quoted(size))),
-        })
-    }
-
-    /// Bytes.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
+fn scalar(kind: &str, size: &str) -> Result<Scalar, String> {
+    Ok(match (kind, size) {
+        ("I", "1") => Scalar::I8,
+        ("U", "1") => Scalar::U8,
+        ("I", "2") => Scalar::I16,
+        ("U", "2") => Scalar::U16,
+        ("I", "4") => Scalar::I32,
+        ("U", "4") => Scalar::U32,
+        ("I", "8") => Scalar::I64,
+        ("U", "8") => Scalar::U64,
+        ("F", "4") => Scalar::F32,
+        ("F", "8") => Scalar::F64,
+        _ => return Err(format!("type {} of size {}", quoted(kind), quoted(size))),
+    })
 }
 
 impl FieldHeader {
@@ -183,7 +157,7 @@ impl<'a> Entries<'a> {
         }
         let mut fields: Vec<FieldHeader> = Vec::with_capacity(self.names.len());
         for (i, &name) in self.names.iter().enumerate() {
-            let scalar = Scalar::new(self.kinds[i], self.sizes[i])?;
+            let scalar = scalar(self.kinds[i], self.sizes[i])?;
             // Padding may come again and again; any other name is its field's own.
             if name != "_" && fields.iter().any(|field| field.name == name) {
                 return Err(format!("two fields of the name {}", quoted(name)));

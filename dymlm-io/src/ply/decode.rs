@@ -4,9 +4,10 @@ use std::path::Path;
 
 use dymlm_core::PointCloud;
 
-use super::header::{Element, Format, Kind, PlyHeader, Property, Scalar};
+use super::header::{Element, Format, Kind, PlyHeader, Property};
 use super::rows::{Role, Rows, Vertices, row_size};
 use crate::Error;
+use crate::scalar::Scalar;
 
 /// More rows are not made room for before they are there.
 const ROWS_AHEAD: usize = 1 << 16;

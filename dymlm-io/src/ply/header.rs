@@ -2,6 +2,7 @@ use std::io::{BufRead, Read};
 use std::path::Path;
 
 use crate::Error;
+use crate::scalar::Scalar;
 use crate::text_lines::quoted;
 
 /// Longer lines are no header's, and need not be read to their end to know that.
@@ -13,19 +14,6 @@ pub(super) enum Format {
     Ascii,
     LittleEndian,
     BigEndian,
-}
-
-/// Scalar type of a property.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
 }
 
 /// What a property holds.
@@ -57,30 +45,18 @@ pub(super) struct PlyHeader {
     pub(super) lines: usize,
 }
 
-impl Scalar {
-    fn new(name: &str) -> Result<Self, String> {
-        Ok(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return Err(format!("{} is no type of a property", quoted(name))),
-        })
-    }
-
-    /// Bytes.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
+fn scalar(name: &str) -> Result<Scalar, String> {
+    Ok(match name {
+        "char" | "int8" => Scalar::I8,
+        "uchar" | "uint8" => Scalar::U8,
+        "short" | "int16" => Scalar::I16,
+        "ushort" | "uint16" => Scalar::U16,
+        "int" | "int32" => Scalar::I32,
+        "uint" | "uint32" => Scalar::U32,
+        "float" | "float32" => Scalar::F32,
+        "double" | "float64" => Scalar::F64,
+        _ => return Err(format!("{} is no type of a property", quoted(name))),
+    })
 }
 
 impl PlyHeader {
@@ -141,8 +117,8 @@ fn parse_element(name: &str, count: &str) -> Result<Element, String> {
 fn add_property(element: Option<&mut Element>, kind: &[&str], name: &str) -> Result<(), String> {
     let element = element.ok_or("a property of no element")?;
     let kind = match kind {
-        [scalar] => Kind::Scalar(Scalar::new(scalar)?),
-        ["list", count, values] => Kind::List { count: Scalar::new(count)?, values: Scalar::new(values)? },
+        [kind] => Kind::Scalar(scalar(kind)?),
+        ["list", count, values] => Kind::List { count: scalar(count)?, values: scalar(values)? },
         _ => return Err(format!("{} is no property", quoted(&kind.join(" ")))),
     };
     if element.properties.iter().any(|property| property.name == name) {

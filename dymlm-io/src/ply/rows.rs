@@ -5,8 +5,9 @@ use std::path::Path;
 
 use dymlm_core::{Point, Rgb};
 
-use super::header::{Element, Format, Kind, PlyHeader, Scalar};
+use super::header::{Element, Format, Kind, PlyHeader};
 use crate::Error;
+use crate::scalar::Scalar;
 use crate::text_lines::quoted;
 
 /// Rows of one size are read so many at a time.
@@ -237,7 +238,7 @@ fn coordinate(value: &[u8], scalar: Scalar, to_little_endian: &impl Fn(&mut [u8]
         bytes.copy_from_slice(value);
         to_little_endian(bytes);
     }
-    to_f32(scalar, bytes)
+    scalar.to_f64(bytes) as f32
 }
 
 /// Passes over the values of a list; says whether they are there.
@@ -271,7 +272,7 @@ fn next_binary(
                 pass_bytes(stream, count.saturating_mul(values.size() as u64))?;
             }
             (Kind::Scalar(scalar), Role::Coordinate(axis)) => {
-                vertex.point[axis] = to_f32(scalar, read(scalar, stream)?);
+                vertex.point[axis] = scalar.to_f64(read(scalar, stream)?) as f32;
             }
             (Kind::Scalar(scalar), Role::Color(channel)) => vertex.color[channel] = read(scalar, stream)?[0],
             (Kind::Scalar(scalar), Role::Passed) => {
@@ -282,34 +283,12 @@ fn next_binary(
     Ok(vertex)
 }
 
-fn to_f32(scalar: Scalar, bytes: [u8; 8]) -> f32 {
-    let [a, b, c, d, ..] = bytes;
-    match scalar {
-        Scalar::I8 => i8::from_le_bytes([a]).into(),
-        Scalar::U8 => a.into(),
-        Scalar::I16 => i16::from_le_bytes([a, b]).into(),
-        Scalar::U16 => u16::from_le_bytes([a, b]).into(),
-        Scalar::I32 => i32::from_le_bytes([a, b, c, d]) as f32,
-        Scalar::U32 => u32::from_le_bytes([a, b, c, d]) as f32,
-        Scalar::F32 => f32::from_le_bytes([a, b, c, d]),
-        Scalar::F64 => f64::from_le_bytes(bytes) as f32,
-    }
-}
-
 fn list_length(scalar: Scalar, bytes: [u8; 8]) -> Result<u64, Fault> {
-    let [a, b, c, d, ..] = bytes;
-    let length: i64 = match scalar {
-        Scalar::I8 => i8::from_le_bytes([a]).into(),
-        Scalar::U8 => a.into(),
-        Scalar::I16 => i16::from_le_bytes([a, b]).into(),
-        Scalar::U16 => u16::from_le_bytes([a, b]).into(),
-        Scalar::I32 => i32::from_le_bytes([a, b, c, d]).into(),
-        Scalar::U32 => u32::from_le_bytes([a, b, c, d]).into(),
-        Scalar::F32 | Scalar::F64 => -1,
-    };
-    u64::try_from(length).map_err(|_: std::num::TryFromIntError| {
-        io::Error::new(io::ErrorKind::InvalidData, "a list whose length is no number of values").into()
-    })
+    let length = scalar.to_f64(bytes);
+    if scalar.is_whole() && length >= 0.0 {
+        return Ok(length as u64);
+    }
+    Err(io::Error::new(io::ErrorKind::InvalidData, "a list whose length is no number of values").into())
 }
 
 fn pass_bytes(stream: &mut impl BufRead, count: u64) -> io::Result<()> {
