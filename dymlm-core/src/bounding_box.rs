@@ -2,8 +2,8 @@ use std::ops::Range;
 
 use crate::Error;
 
-/// A box in the image, half-open: [`x_min`, `x_max`) x [`y_min`, `y_max`), pixels. It may leave the image, and may
-/// be empty.
+/// A box in the image, half-open: [`x_min`, `x_max`) x [`y_min`, `y_max`), pixels. It may leave the image,
+/// and may be empty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "[f32; 4]", into = "[f32; 4]"))]
@@ -109,8 +109,8 @@ impl BoundingBox {
         (clipped.x_min < clipped.x_max && clipped.y_min < clipped.y_max).then_some(clipped)
     }
 
-    /// The box in an image that is every `stride`-th pixel of every `stride`-th row of this one's: it holds exactly those
-    /// pixels of it that this one holds.
+    /// The box in an image that is every `stride`-th pixel of every `stride`-th row of this one's: it holds
+    /// exactly those pixels of it that this one holds.
     ///
     /// ```
     /// use dymlm_core::BoundingBox;

@@ -47,8 +47,8 @@ impl ColorImage {
         Ok(Self { width, height, data })
     }
 
-    /// Copies a foreign buffer. A row begins `row_stride` bytes after the one before; what lies behind its last pixel is
-    /// passed over.
+    /// Copies a foreign buffer. A row begins `row_stride` bytes after the one before; what lies behind its
+    /// last pixel is passed over.
     ///
     /// # Errors
     ///

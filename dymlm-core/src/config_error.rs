@@ -2,8 +2,8 @@ use std::ops::RangeInclusive;
 
 /// A field of a config outside its allowed range.
 ///
-/// Every config of the `dymlm` crates is validated once, when the thing it configures is made; the first field
-/// at fault is named.
+/// Every config of the `dymlm` crates is validated once, when the thing it configures is made; the first
+/// field at fault is named.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{field} = {value} is outside its range {min}..={max}")]
 pub struct ConfigError {

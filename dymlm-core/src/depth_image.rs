@@ -3,8 +3,8 @@ use crate::pinhole_camera::{check_buffer, check_image_size, check_rows};
 
 /// A depth image in metres along the optical axis, row by row from the top left. 0 = no reading.
 ///
-/// Whatever is no reading (0, negative, NaN, infinite) is stored as 0, once, when the image is made: all later
-/// code asks `depth > 0.0`.
+/// Whatever is no reading (0, negative, NaN, infinite) is stored as 0, once, when the image is made: all
+/// later code asks `depth > 0.0`.
 ///
 /// ```
 /// use dymlm_core::DepthImage;
@@ -51,7 +51,8 @@ impl DepthImage {
         Ok(Self { width, height, data: vec![0.0; check_image_size(width, height)?] })
     }
 
-    /// Converts stored integers to metres: depth = value / `depth_scale`; 5000 for TUM PNGs, 1000 for millimetres.
+    /// Converts stored integers to metres: depth = value / `depth_scale`; 5000 for TUM PNGs, 1000 for
+    /// millimetres.
     ///
     /// # Errors
     ///
@@ -63,13 +64,14 @@ impl DepthImage {
         Ok(image)
     }
 
-    /// Replaces the readings by a sensor's integers, without allocating: depth = value / `depth_scale`. A row of the
-    /// buffer begins `row_stride` values after the one before; what lies behind its last pixel is passed over.
+    /// Replaces the readings by a sensor's integers, without allocating: depth = value / `depth_scale`. A row
+    /// of the buffer begins `row_stride` values after the one before; what lies behind its last pixel is
+    /// passed over.
     ///
     /// # Errors
     ///
-    /// [`Error::RowStride`] when the rows overlap or the buffer ends too early; [`Error::DepthScale`]. The image stays
-    /// as it was.
+    /// [`Error::RowStride`] when the rows overlap or the buffer ends too early; [`Error::DepthScale`]. The
+    /// image stays as it was.
     #[doc(alias = "16UC1")]
     pub fn refill_from_u16(
         &mut self,
@@ -84,7 +86,8 @@ impl DepthImage {
         self.refill(data, row_stride, |value| reading(f32::from(value) * metres))
     }
 
-    /// Replaces the readings by others in metres, without allocating; `row_stride` as in [`Self::refill_from_u16`].
+    /// Replaces the readings by others in metres, without allocating; `row_stride` as in
+    /// [`Self::refill_from_u16`].
     ///
     /// # Errors
     ///
@@ -107,8 +110,8 @@ impl DepthImage {
         Ok(())
     }
 
-    /// Makes this image every `stride`-th pixel of every `stride`-th row of another: pixel (i, j) is (i `stride`,
-    /// j `stride`) there. Allocates only when the image grows; a stride of 0 is taken for 1.
+    /// Makes this image every `stride`-th pixel of every `stride`-th row of another: pixel (i, j) is (i
+    /// `stride`, j `stride`) there. Allocates only when the image grows; a stride of 0 is taken for 1.
     pub fn subsample_from(&mut self, image: &Self, stride: usize) {
         let stride = stride.max(1);
         let rows = image.data.chunks_exact(image.width).step_by(stride);

@@ -3,9 +3,9 @@ use crate::{ConfigError, check_range};
 /// Standard deviation of a depth reading along the optical axis by its depth:
 /// sigma(z) = `floor` + `growth` max(z - `start`, 0)^2, metres.
 ///
-/// The one formula holds for the three kinds of depth camera, and has no branch, so that it runs over whole images:
-/// structured light ([`kinect`](Self::kinect)), [`stereo`](Self::stereo), and [`constant`](Self::constant) for time of
-/// flight and lidar.
+/// The one formula holds for the three kinds of depth camera, and has no branch, so that it runs over whole
+/// images: structured light ([`kinect`](Self::kinect)), [`stereo`](Self::stereo), and
+/// [`constant`](Self::constant) for time of flight and lidar.
 ///
 /// ```
 /// use dymlm_core::DepthNoise;
@@ -32,8 +32,9 @@ pub struct DepthNoise {
 impl DepthNoise {
     /// Structured light of the first Kinect: 0.0012 + 0.0019 (z - 0.4)^2.
     ///
-    /// Nguyen, Izadi, Lovell: "Modeling Kinect Sensor Noise for Improved 3D Reconstruction and Tracking", 3DIMPVT 2012.
-    /// Measured for 0.4 to 3 m and incidence below 60 degrees; nearer readings are taken as those at 0.4 m.
+    /// Nguyen, Izadi, Lovell: "Modeling Kinect Sensor Noise for Improved 3D Reconstruction and Tracking",
+    /// 3DIMPVT 2012. Measured for 0.4 to 3 m and incidence below 60 degrees; nearer readings are taken as
+    /// those at 0.4 m.
     #[must_use]
     pub const fn kinect() -> Self {
         Self { floor: 0.0012, growth: 0.0019, start: 0.4 }

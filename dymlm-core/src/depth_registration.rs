@@ -1,11 +1,11 @@
 use crate::{DepthImage, Error, PinholeCamera, Pose};
 
-/// Brings the readings of a depth camera into the image of a colour camera beside it, so that both images of a frame are
-/// of one camera.
+/// Brings the readings of a depth camera into the image of a colour camera beside it, so that both images of
+/// a frame are of one camera.
 ///
-/// Each reading covers there what its pixel covers, so that a colour image of more pixels has no holes; where several
-/// lie on one pixel the nearest counts. What the depth camera does not see, because something nearer is in its way,
-/// has no reading. O(pixels of the depth image, and of what they cover).
+/// Each reading covers there what its pixel covers, so that a colour image of more pixels has no holes; where
+/// several lie on one pixel the nearest counts. What the depth camera does not see, because something nearer
+/// is in its way, has no reading. O(pixels of the depth image, and of what they cover).
 ///
 /// ```
 /// use dymlm_core::{DepthImage, DepthRegistration, PinholeCamera, Pose};
@@ -37,18 +37,18 @@ pub struct DepthRegistration {
     ray_steps: [f64; 2],
 }
 
-/// By how much a reading covers more than its pixel does. On a slope the pixels that are neighbours in the depth image
-/// part in the colour image: at 1.0 a floor seen aslant has holes. At 2.0 what is near grows by half a pixel over what is
-/// behind it. (Test: `a_slope_has_no_holes`.)
+/// By how much a reading covers more than its pixel does. On a slope the pixels that are neighbours in the
+/// depth image part in the colour image: at 1.0 a floor seen aslant has holes. At 2.0 what is near grows by
+/// half a pixel over what is behind it. (Test: `a_slope_has_no_holes`.)
 const COVERAGE: f64 = 1.25;
 
-/// Depth below which no camera sees a surface, metres: a reading at the colour camera's very centre would cover its whole
-/// image.
+/// Depth below which no camera sees a surface, metres: a reading at the colour camera's very centre would
+/// cover its whole image.
 const NEAREST: f64 = 0.01;
 
 impl DepthRegistration {
-    /// From the images of one camera to those of another, `color_from_depth` taking points of the first's frame to the
-    /// second's.
+    /// From the images of one camera to those of another, `color_from_depth` taking points of the first's
+    /// frame to the second's.
     #[must_use]
     pub fn new(depth_camera: &PinholeCamera, color_camera: &PinholeCamera, color_from_depth: &Pose) -> Self {
         let rotation = color_from_depth.rotation_matrix();
@@ -75,8 +75,8 @@ impl DepthRegistration {
         &self.color_camera
     }
 
-    /// Registers a depth image. `registered` gets the colour camera's size; with an image of that size nothing is
-    /// allocated.
+    /// Registers a depth image. `registered` gets the colour camera's size; with an image of that size
+    /// nothing is allocated.
     ///
     /// # Errors
     ///

@@ -2,8 +2,9 @@ use crate::{BoundingBox, Error, Mask};
 
 /// One object found in an image by a 2D detector.
 ///
-/// With the feature `serde` it is written as a line of `detections.jsonl` has it: `{"label", "score", "bbox": [x_min, y_min,
-/// x_max, y_max], "mask"}`, the mask, if there is one, as COCO's run-lengths `{"size": [height, width], "counts"}`.
+/// With the feature `serde` it is written as a line of `detections.jsonl` has it: `{"label", "score", "bbox":
+/// [x_min, y_min, x_max, y_max], "mask"}`, the mask, if there is one, as COCO's run-lengths `{"size":
+/// [height, width], "counts"}`.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "RawDetection"))]
@@ -17,8 +18,8 @@ pub struct Detection {
 }
 
 impl Detection {
-    /// Puts a detection together: a class label (COCO names with spaces, or the detector's own), the detector's
-    /// confidence within 0..=1, and a box in pixels of the colour image.
+    /// Puts a detection together: a class label (COCO names with spaces, or the detector's own), the
+    /// detector's confidence within 0..=1, and a box in pixels of the colour image.
     ///
     /// # Errors
     ///

@@ -26,8 +26,8 @@ pub enum Distortion {
         /// p1, p2.
         tangential: [f64; 2],
     },
-    /// Wide-angle lenses (Kannala, Brandt 2006), `OpenCV`'s fisheye model: the angle theta to the axis appears at
-    /// theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
+    /// Wide-angle lenses (Kannala, Brandt 2006), `OpenCV`'s fisheye model: the angle theta to the axis
+    /// appears at theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
     #[doc(alias = "kannala_brandt")]
     #[doc(alias = "fisheye")]
     Equidistant {
@@ -42,8 +42,8 @@ const STEP: f64 = 1e-6;
 const STEPS: usize = 30;
 
 impl Distortion {
-    /// Radial and tangential distortion with coefficients in the order of `OpenCV`: k1 k2 p1 p2, then k3, then k4 k5 k6;
-    /// those left out are 0.
+    /// Radial and tangential distortion with coefficients in the order of `OpenCV`: k1 k2 p1 p2, then k3,
+    /// then k4 k5 k6; those left out are 0.
     ///
     /// # Errors
     ///
@@ -75,8 +75,8 @@ impl Distortion {
         [x * factor + dx, y * factor + dy]
     }
 
-    /// The inverse of [`Self::distort`], by Newton's method; `None` where the lens shows nothing of what it was
-    /// calibrated for (the model folds back there, or sees behind the camera).
+    /// The inverse of [`Self::distort`], by Newton's method; `None` where the lens shows nothing of what it
+    /// was calibrated for (the model folds back there, or sees behind the camera).
     #[must_use]
     pub fn undistort(&self, seen: [f64; 2]) -> Option<[f64; 2]> {
         let limit = self.largest_radius_squared();
@@ -105,8 +105,8 @@ impl Distortion {
         (is_found && x * x + y * y <= limit).then_some([x, y])
     }
 
-    /// The square of the distance from the axis up to which farther out in space is farther out in the image; at most
-    /// that of a ray 84 degrees off the axis.
+    /// The square of the distance from the axis up to which farther out in space is farther out in the image;
+    /// at most that of a ray 84 degrees off the axis.
     pub(crate) fn largest_radius_squared(&self) -> f64 {
         let seen = |radius: f64| radius * self.radial_factor(radius * radius);
         let mut radius = 0.0;
@@ -154,8 +154,8 @@ fn check_coefficients(coefficients: &[f64]) -> Result<(), ConfigError> {
     coefficients.iter().try_for_each(|&k| check_range("distortion.coefficients", k, -1000.0..=1000.0))
 }
 
-/// A distortion in a file: `{"model": "brown_conrady", "coefficients": [...]}`, with the names that ROS has for the models
-/// as well.
+/// A distortion in a file: `{"model": "brown_conrady", "coefficients": [...]}`, with the names that ROS has
+/// for the models as well.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -4,7 +4,8 @@ use crate::ConfigError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A width or height of zero, or more pixels than [`PinholeCamera::MAX_PIXELS`](crate::PinholeCamera::MAX_PIXELS).
+    /// A width or height of zero, or more pixels than
+    /// [`PinholeCamera::MAX_PIXELS`](crate::PinholeCamera::MAX_PIXELS).
     #[error(
         "an image of {width}x{height} pixels: both sides must be positive and their product at most 2^28"
     )]

@@ -10,13 +10,13 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Puts a frame together. `timestamp` is in seconds, from any origin. Without a colour image the maps have
-    /// no colours.
+    /// Puts a frame together. `timestamp` is in seconds, from any origin. Without a colour image the maps
+    /// have no colours.
     ///
     /// # Errors
     ///
-    /// [`Error::Timestamp`] when the time is not finite; [`Error::SizeMismatch`] when an image is of another size
-    /// than the camera.
+    /// [`Error::Timestamp`] when the time is not finite; [`Error::SizeMismatch`] when an image is of another
+    /// size than the camera.
     pub fn new(
         timestamp: f64,
         camera: PinholeCamera,
@@ -33,8 +33,9 @@ impl Frame {
         Ok(Self { timestamp, camera, depth, color })
     }
 
-    /// The frame with every `stride`-th pixel of every `stride`-th row, and the camera that sees just these: its pixel
-    /// (i, j) is (i `stride`, j `stride`) here. Work on it costs 1/`stride`^2. A stride of 0 is taken for 1.
+    /// The frame with every `stride`-th pixel of every `stride`-th row, and the camera that sees just these:
+    /// its pixel (i, j) is (i `stride`, j `stride`) here. Work on it costs 1/`stride`^2. A stride of 0 is
+    /// taken for 1.
     ///
     /// # Errors
     ///
@@ -56,7 +57,8 @@ impl Frame {
         Ok(frame)
     }
 
-    /// [`Self::subsampled`] into a frame that is no longer needed: with one of the same size nothing is allocated.
+    /// [`Self::subsampled`] into a frame that is no longer needed: with one of the same size nothing is
+    /// allocated.
     ///
     /// # Errors
     ///

@@ -1,8 +1,8 @@
 use crate::pinhole_camera::{check_buffer, check_image_size};
 use crate::{BoundingBox, Error, Mask};
 
-/// How an image lies in a network's square: scaled to fit with its proportions kept, and centred between two bars of
-/// padding, as YOLO networks are fed.
+/// How an image lies in a network's square: scaled to fit with its proportions kept, and centred between two
+/// bars of padding, as YOLO networks are fed.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, Letterbox, Mask};
@@ -55,8 +55,8 @@ impl Letterbox {
         })
     }
 
-    /// For each pixel of the image along an axis, the two network pixels that it lies between, and how far towards the
-    /// second one.
+    /// For each pixel of the image along an axis, the two network pixels that it lies between, and how far
+    /// towards the second one.
     fn taps(&self, axis: usize) -> Vec<(usize, usize, f32)> {
         let bar = (self.padding[axis] - 0.1).round().max(0.0) as usize;
         let other_bar = (self.padding[axis] + 0.1).round().max(0.0) as usize;
@@ -72,9 +72,9 @@ impl Letterbox {
 }
 
 impl Mask {
-    /// The instance mask of a network: `true` where its scores (one a network pixel, row by row), interpolated
-    /// bilinearly between the bars of padding, are above `threshold` - 0 for logits, 0.5 for probabilities - and within
-    /// the box, if one is given (in pixels of the image). O(pixels of the box).
+    /// The instance mask of a network: `true` where its scores (one a network pixel, row by row),
+    /// interpolated bilinearly between the bars of padding, are above `threshold` - 0 for logits, 0.5 for
+    /// probabilities - and within the box, if one is given (in pixels of the image). O(pixels of the box).
     ///
     /// # Errors
     ///

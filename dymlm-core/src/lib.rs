@@ -8,7 +8,8 @@
 //! - **Pixels.** (0, 0) is the centre of the top-left pixel; u runs right, v down.
 //! - **Units.** Metres, seconds, radians.
 //! - **Scalars.** Clouds and images are f32; poses, plane and camera parameters f64.
-//! - **No reading.** A depth of 0. [`DepthImage`] stores whatever is no reading (NaN, infinite, negative) as 0.
+//! - **No reading.** A depth of 0. [`DepthImage`] stores whatever is no reading (NaN, infinite, negative) as
+//!   0.
 //!
 //! No type of another crate appears in a signature, except behind the features `nalgebra_0_35`, `glam_0_33`
 //! and `mint_0_5`, which add conversions, and `serde`.

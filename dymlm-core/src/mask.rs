@@ -5,11 +5,12 @@ use crate::{BoundingBox, Error};
 
 /// A set of pixels of an image, one bit a pixel.
 ///
-/// `true` always means that the pixel belongs to what the mask is named after: a *static* mask is true where the scene is
-/// static, an *instance* mask where the image shows the object, a mask of *movers* where it shows one.
+/// `true` always means that the pixel belongs to what the mask is named after: a *static* mask is true where
+/// the scene is static, an *instance* mask where the image shows the object, a mask of *movers* where it
+/// shows one.
 ///
-/// Each row begins at a word of 64 bits, so that rows are slices of words ([`Self::row_words`]): pixel (u, v) is bit
-/// u % 64 of word u / 64 of row v. The bits behind a row's last pixel are 0.
+/// Each row begins at a word of 64 bits, so that rows are slices of words ([`Self::row_words`]): pixel (u, v)
+/// is bit u % 64 of word u / 64 of row v. The bits behind a row's last pixel are 0.
 ///
 /// ```
 /// use dymlm_core::Mask;
@@ -202,8 +203,8 @@ impl Mask {
         })
     }
 
-    /// Overwrites the values of a row, one a pixel, wherever row `v` of the mask is `false`: what is masked out of a
-    /// depth image's row, for instance. Costs little where 64 pixels in a row are alike.
+    /// Overwrites the values of a row, one a pixel, wherever row `v` of the mask is `false`: what is masked
+    /// out of a depth image's row, for instance. Costs little where 64 pixels in a row are alike.
     #[inline]
     pub fn overwrite_outside<T: Copy>(&self, v: usize, row: &mut [T], value: T) {
         for (values, &word) in row.chunks_mut(WORD).zip(self.row_words(v)) {

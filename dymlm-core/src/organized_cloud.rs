@@ -1,6 +1,7 @@
 use crate::{DepthImage, Error, PinholeCamera, Point};
 
-/// The points of a depth image in the camera frame, one a pixel, row by row. A point with z = 0 is no reading.
+/// The points of a depth image in the camera frame, one a pixel, row by row. A point with z = 0 is no
+/// reading.
 ///
 /// The buffer is the caller's to keep: filled again for each frame, it allocates once.
 #[derive(Debug, Clone, PartialEq, Default)]

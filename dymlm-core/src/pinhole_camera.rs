@@ -5,8 +5,8 @@ const REFERENCE_FOCAL_LENGTH: f64 = 525.0;
 
 /// A pinhole camera without distortion: image size in pixels, focal lengths and principal point in pixels.
 ///
-/// A camera-frame point (x, y, z) appears at u = fx x / z + cx, v = fy y / z + cy. Focal lengths may be negative:
-/// some rendered datasets (ICL-NUIM) flip an axis.
+/// A camera-frame point (x, y, z) appears at u = fx x / z + cx, v = fy y / z + cy. Focal lengths may be
+/// negative: some rendered datasets (ICL-NUIM) flip an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "RawCamera"))]
@@ -31,8 +31,8 @@ impl PinholeCamera {
     /// # Errors
     ///
     /// [`Error::ImageSize`] when a side is zero or there are more than [`Self::MAX_PIXELS`] pixels;
-    /// [`Error::Intrinsics`] when a focal length is not within 1e-3 to 1e9 pixels in magnitude or the principal point
-    /// lies further out than 1e9 pixels.
+    /// [`Error::Intrinsics`] when a focal length is not within 1e-3 to 1e9 pixels in magnitude or the
+    /// principal point lies further out than 1e9 pixels.
     pub fn new(width: usize, height: usize, fx: f64, fy: f64, cx: f64, cy: f64) -> Result<Self, Error> {
         check_image_size(width, height)?;
         // Comparisons with NaN fail.
@@ -94,8 +94,8 @@ impl PinholeCamera {
         [(pixel[0] - self.cx) / self.fx * depth, (pixel[1] - self.cy) / self.fy * depth, depth]
     }
 
-    /// The pixel `[u, v]` at which a camera-frame point appears, inside the image or not; `None` when the point
-    /// is not in front of the camera (z <= 0) or not finite.
+    /// The pixel `[u, v]` at which a camera-frame point appears, inside the image or not; `None` when the
+    /// point is not in front of the camera (z <= 0) or not finite.
     #[inline]
     pub fn project(&self, point: [f64; 3]) -> Option<[f64; 2]> {
         let [x, y, z] = point;
@@ -103,8 +103,8 @@ impl PinholeCamera {
         in_front.then(|| [self.fx * x / z + self.cx, self.fy * y / z + self.cy])
     }
 
-    /// How much finer than a Kinect's (f = 525 px at 640x480) the camera's pixels are: the geometric mean of its focal
-    /// lengths over 525. A length in pixels that was chosen for that camera is multiplied by it.
+    /// How much finer than a Kinect's (f = 525 px at 640x480) the camera's pixels are: the geometric mean of
+    /// its focal lengths over 525. A length in pixels that was chosen for that camera is multiplied by it.
     ///
     /// ```
     /// let camera = dymlm_core::PinholeCamera::new(1280, 960, 1050.0, 1050.0, 639.5, 479.5)?;
@@ -122,9 +122,9 @@ impl PinholeCamera {
         ((self.width * self.height) as f64 / (640.0 * 480.0)).sqrt()
     }
 
-    /// The camera of an image that is every `stride`-th pixel of every `stride`-th row of this one's: its pixel (i, j)
-    /// is (i `stride`, j `stride`) here, so that focal lengths and principal point are divided by the stride exactly.
-    /// A stride of 0 is taken for 1.
+    /// The camera of an image that is every `stride`-th pixel of every `stride`-th row of this one's: its
+    /// pixel (i, j) is (i `stride`, j `stride`) here, so that focal lengths and principal point are divided
+    /// by the stride exactly. A stride of 0 is taken for 1.
     ///
     /// # Errors
     ///
@@ -143,7 +143,8 @@ impl PinholeCamera {
         Self::new(self.width.div_ceil(stride), self.height.div_ceil(stride), fx, fy, cx, cy)
     }
 
-    /// Checks that an image has this camera's size; `what` names it in the error, for example "the depth image".
+    /// Checks that an image has this camera's size; `what` names it in the error, for example "the depth
+    /// image".
     ///
     /// # Errors
     ///
@@ -176,7 +177,8 @@ pub(crate) fn check_image_size(width: usize, height: usize) -> Result<usize, Err
     }
 }
 
-/// Checks an image's size and that its buffer of `actual` pixels fits it: what every image type does in its `new`.
+/// Checks an image's size and that its buffer of `actual` pixels fits it: what every image type does in its
+/// `new`.
 ///
 /// # Errors
 ///
@@ -186,7 +188,8 @@ pub fn check_buffer(width: usize, height: usize, actual: usize) -> Result<(), Er
     if actual == expected { Ok(()) } else { Err(Error::BufferLength { width, height, expected, actual }) }
 }
 
-/// Checks that a foreign buffer of `actual` values holds rows of `size[0]` values, each `row_stride` after the one before.
+/// Checks that a foreign buffer of `actual` values holds rows of `size[0]` values, each `row_stride` after
+/// the one before.
 pub(crate) fn check_rows(size: [usize; 2], row_stride: usize, actual: usize) -> Result<(), Error> {
     let expected = (size[1] - 1).checked_mul(row_stride).and_then(|last| last.checked_add(size[0]));
     match expected {

@@ -11,7 +11,8 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Makes the plane normal . x + d = 0. A normal of any length is accepted; both parameters are divided by it.
+    /// Makes the plane normal . x + d = 0. A normal of any length is accepted; both parameters are divided by
+    /// it.
     ///
     /// # Errors
     ///

@@ -102,8 +102,8 @@ impl Pose {
         (self.isometry.rotation * Vector3::from(direction)).into()
     }
 
-    /// The pose a `fraction` of the way from this one (0) to `other` (1): the translation linearly, the rotation
-    /// on the shorter great circle (slerp).
+    /// The pose a `fraction` of the way from this one (0) to `other` (1): the translation linearly, the
+    /// rotation on the shorter great circle (slerp).
     #[must_use]
     pub fn interpolate(&self, other: &Self, fraction: f64) -> Self {
         let translation = self.isometry.translation.vector.lerp(&other.isometry.translation.vector, fraction);

@@ -1,9 +1,10 @@
 use crate::{BoundingBox, ColorImage, DepthImage, Detection, Distortion, Error, Mask, PinholeCamera};
 
-/// Makes the images of a lens with distortion those of a pinhole camera: depth by the nearest pixel, colour bilinearly.
+/// Makes the images of a lens with distortion those of a pinhole camera: depth by the nearest pixel, colour
+/// bilinearly.
 ///
-/// The way from each pixel to the raw image is worked out once; a frame then allocates nothing and costs a look at each
-/// pixel. Depth along the optical axis is the same in both images.
+/// The way from each pixel to the raw image is worked out once; a frame then allocates nothing and costs a
+/// look at each pixel. Depth along the optical axis is the same in both images.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Distortion, PinholeCamera, Rectifier};
@@ -43,8 +44,8 @@ struct Place {
 const NOWHERE: u32 = u32::MAX;
 
 impl Rectifier {
-    /// From the images of a lens - `raw` has their size and the lens's focal lengths and principal point - to those of
-    /// `camera`, which may be the same or one of another size and focal length. O(pixels).
+    /// From the images of a lens - `raw` has their size and the lens's focal lengths and principal point - to
+    /// those of `camera`, which may be the same or one of another size and focal length. O(pixels).
     #[must_use]
     pub fn new(raw: &PinholeCamera, distortion: &Distortion, camera: &PinholeCamera) -> Self {
         let limit = distortion.largest_radius_squared();
@@ -65,7 +66,8 @@ impl Rectifier {
         &self.camera
     }
 
-    /// Rectifies a depth image; where `raw` shows nothing there is no reading. `depth` gets the camera's size.
+    /// Rectifies a depth image; where `raw` shows nothing there is no reading. `depth` gets the camera's
+    /// size.
     ///
     /// # Errors
     ///
@@ -112,7 +114,8 @@ impl Rectifier {
         Ok(())
     }
 
-    /// Rectifies a mask, by the nearest pixel; `false` where `raw` shows nothing. `mask` gets the camera's size.
+    /// Rectifies a mask, by the nearest pixel; `false` where `raw` shows nothing. `mask` gets the camera's
+    /// size.
     ///
     /// # Errors
     ///
@@ -128,8 +131,8 @@ impl Rectifier {
         Ok(())
     }
 
-    /// Where a pixel of the raw image lies in the rectified ones, inside them or not; `None` where the lens shows nothing of
-    /// what it was calibrated for.
+    /// Where a pixel of the raw image lies in the rectified ones, inside them or not; `None` where the lens
+    /// shows nothing of what it was calibrated for.
     #[must_use]
     pub fn rectify_point(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
         let [x, y, _] = self.raw.back_project(pixel, 1.0);
@@ -137,8 +140,8 @@ impl Rectifier {
         self.camera.project([x, y, 1.0])
     }
 
-    /// The smallest box that holds the border of a box of the raw image, looked at in 32 places; `None` when the lens shows
-    /// nothing there.
+    /// The smallest box that holds the border of a box of the raw image, looked at in 32 places; `None` when
+    /// the lens shows nothing there.
     #[must_use]
     pub fn rectify_box(&self, bounding_box: &BoundingBox) -> Option<BoundingBox> {
         let sides = <[f32; 4]>::from(*bounding_box).map(f64::from);
@@ -155,8 +158,8 @@ impl Rectifier {
         BoundingBox::try_from(bounds.map(|side| side as f32)).ok()
     }
 
-    /// A detection in the raw image as one in the rectified image; `None` when the lens shows nothing there, or its mask is
-    /// of another size than the raw image.
+    /// A detection in the raw image as one in the rectified image; `None` when the lens shows nothing there,
+    /// or its mask is of another size than the raw image.
     #[must_use]
     pub fn rectify_detection(&self, raw: &Detection) -> Option<Detection> {
         let bounding_box = self.rectify_box(&raw.bounding_box())?;

@@ -1,8 +1,8 @@
 use crate::pinhole_camera::check_image_size;
 use crate::{Error, Mask};
 
-/// Run-lengths as COCO has them (`pycocotools.mask`): numbers of pixels that are alike, down the columns from left to
-/// right, the first of them `false`.
+/// Run-lengths as COCO has them (`pycocotools.mask`): numbers of pixels that are alike, down the columns from
+/// left to right, the first of them `false`.
 impl Mask {
     /// The mask as COCO's run-lengths. O(pixels).
     ///
@@ -53,8 +53,8 @@ impl Mask {
     }
 }
 
-/// COCO's object `{"size": [height, width], "counts": ...}`; counts are written as COCO's compressed text, and read as
-/// that or as a list of numbers.
+/// COCO's object `{"size": [height, width], "counts": ...}`; counts are written as COCO's compressed text,
+/// and read as that or as a list of numbers.
 #[cfg(feature = "serde")]
 mod coco {
     use std::borrow::Cow;
@@ -98,8 +98,8 @@ mod coco {
         }
     }
 
-    /// `rleToString` of the COCO API: from the fourth run on the difference to the run before the last, in groups of five
-    /// bits from the lowest, each a character from 48 on with bit 5 set when another follows.
+    /// `rleToString` of the COCO API: from the fourth run on the difference to the run before the last, in
+    /// groups of five bits from the lowest, each a character from 48 on with bit 5 set when another follows.
     fn compressed(runs: &[u32]) -> String {
         let mut text = String::new();
         for (index, &run) in runs.iter().enumerate() {

@@ -1,9 +1,10 @@
 use crate::{ConfigError, DepthNoise, check_range};
 
-/// What is known of a depth camera beside its intrinsics: how its readings err, which of them are used, and how densely.
+/// What is known of a depth camera beside its intrinsics: how its readings err, which of them are used, and
+/// how densely.
 ///
-/// It is given once, and all parts that need a depth's noise or range ask it. Whatever compares a place of a map with a
-/// reading does so within [`tolerance`](Self::tolerance).
+/// It is given once, and all parts that need a depth's noise or range ask it. Whatever compares a place of a
+/// map with a reading does so within [`tolerance`](Self::tolerance).
 ///
 /// ```
 /// use dymlm_core::SensorModel;
@@ -20,15 +21,16 @@ pub struct SensorModel {
     pub noise: DepthNoise,
     /// Nearest depth that is used, metres, 0..=100. Default 0.3.
     pub min_depth: f32,
-    /// Farthest depth that is used, metres, `min_depth`..=1000. Default 4.5: where a Kinect's noise passes 3 cm.
+    /// Farthest depth that is used, metres, `min_depth`..=1000. Default 4.5: where a Kinect's noise passes 3
+    /// cm.
     pub max_depth: f32,
-    /// Every `stride`-th pixel of every `stride`-th row is used, 1..=16; default 1. A stride of 2 makes 1280x720 as cheap
-    /// as 640x360.
+    /// Every `stride`-th pixel of every `stride`-th row is used, 1..=16; default 1. A stride of 2 makes
+    /// 1280x720 as cheap as 640x360.
     pub stride: usize,
 }
 
-/// How many deviations a reading may lie from a place and still be a reading of it: 0.3 % of a place's own readings
-/// lie further.
+/// How many deviations a reading may lie from a place and still be a reading of it: 0.3 % of a place's own
+/// readings lie further.
 const TOLERANCE_SIGMAS: f64 = 3.0;
 
 impl SensorModel {
@@ -38,7 +40,8 @@ impl SensorModel {
         Self { noise: DepthNoise::kinect(), min_depth: 0.3, max_depth: 4.5, stride: 1 }
     }
 
-    /// Stereo of `RealSense` D415 to D455 at 848x480 (f = 425 px, b = 5 cm, 0.08 px of disparity), 0.3 to 4 m.
+    /// Stereo of `RealSense` D415 to D455 at 848x480 (f = 425 px, b = 5 cm, 0.08 px of disparity), 0.3 to 4
+    /// m.
     #[must_use]
     pub fn realsense_d4xx() -> Self {
         Self { noise: DepthNoise::stereo(425.0, 0.05, 0.08), min_depth: 0.3, max_depth: 4.0, stride: 1 }
@@ -64,9 +67,9 @@ impl SensorModel {
         z > 0.0 && z >= self.min_depth && z <= self.max_depth
     }
 
-    /// How far a reading of a place at depth `z` may lie from it, metres: three deviations of the reading's noise and the
-    /// place's own uncertainty `place_sigma` (how well the map, the pose or the model know where it is), which are
-    /// independent.
+    /// How far a reading of a place at depth `z` may lie from it, metres: three deviations of the reading's
+    /// noise and the place's own uncertainty `place_sigma` (how well the map, the pose or the model know
+    /// where it is), which are independent.
     #[inline]
     #[must_use]
     pub fn tolerance(&self, z: f32, place_sigma: f64) -> f64 {

@@ -1,8 +1,8 @@
-/// Random numbers from a seed: Steele, Lea, Flood: "Fast splittable pseudorandom number generators", OOPSLA 2014. Small,
-/// and the same on every machine.
+/// Random numbers from a seed: Steele, Lea, Flood: "Fast splittable pseudorandom number generators", OOPSLA
+/// 2014. Small, and the same on every machine.
 ///
-/// For the crates that draw samples (isolation forest, RANSAC) without the five crates that `rand` would bring to
-/// every user; not for secrets.
+/// For the crates that draw samples (isolation forest, RANSAC) without the five crates that `rand` would
+/// bring to every user; not for secrets.
 #[derive(Debug, Clone)]
 pub struct SplitMix64 {
     state: u64,
@@ -42,7 +42,8 @@ mod tests {
 
     #[test]
     fn gives_the_published_sequence() {
-        // The first numbers of the reference implementation (prng.di.unimi.it/splitmix64.c) from seed 1234567.
+        // The first numbers of the reference implementation (prng.di.unimi.it/splitmix64.c) from seed
+        // 1234567.
         let mut random = SplitMix64::new(1_234_567);
         assert_eq!(
             [random.next(), random.next(), random.next()],

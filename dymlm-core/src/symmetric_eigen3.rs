@@ -7,30 +7,30 @@ use crate::vector3::{Vector3, any_across, combined, cross, dot, norm, with_posit
 pub struct SymmetricEigen3 {
     /// Eigenvalues, descending.
     pub values: [f64; 3],
-    /// Unit eigenvectors in the order of the values: orthogonal, and right-handed (the matrix that has them as
-    /// rows has determinant +1).
+    /// Unit eigenvectors in the order of the values: orthogonal, and right-handed (the matrix that has them
+    /// as rows has determinant +1).
     pub vectors: [[f64; 3]; 3],
 }
 
-/// Eigenvalues, descending, and eigenvectors of the symmetric matrix given by rows; its upper triangle is read.
-/// `None` when one of these six numbers is not finite.
+/// Eigenvalues, descending, and eigenvectors of the symmetric matrix given by rows; its upper triangle is
+/// read. `None` when one of these six numbers is not finite.
 ///
-/// Of the first and of the second eigenvector the component of greatest magnitude is positive (the first such,
-/// where two are equal); the third vector is the cross product of the two. Vectors of equal eigenvalues are some
-/// basis of their space, the same on each call; those of a multiple of the identity are x, y and z.
+/// Of the first and of the second eigenvector the component of greatest magnitude is positive (the first
+/// such, where two are equal); the third vector is the cross product of the two. Vectors of equal eigenvalues
+/// are some basis of their space, the same on each call; those of a multiple of the identity are x, y and z.
 ///
 /// # Algorithm
 ///
-/// In the characteristic polynomial, shifted and scaled to x^3 - 3 x = 2 h with |h| <= 1, the root on the side of
-/// h is at least sqrt 3 away from the other two, so Newton's iteration finds it to the last bits, and its
-/// eigenvector is a well-conditioned cross product. What is left is a 2x2 problem in the plane across it, solved
-/// by a Jacobi rotation. Unlike with the trigonometric formula for all three, near-equal eigenvalues keep their
-/// digits: errors and residuals are some 1e-15 of the matrix's greatest element. Additions, multiplications,
-/// divisions and square roots only, so that the bits depend on no library of functions. Constant time: some
-/// 0.2 microseconds, a third of what nalgebra's takes.
+/// In the characteristic polynomial, shifted and scaled to x^3 - 3 x = 2 h with |h| <= 1, the root on the
+/// side of h is at least sqrt 3 away from the other two, so Newton's iteration finds it to the last bits, and
+/// its eigenvector is a well-conditioned cross product. What is left is a 2x2 problem in the plane across it,
+/// solved by a Jacobi rotation. Unlike with the trigonometric formula for all three, near-equal eigenvalues
+/// keep their digits: errors and residuals are some 1e-15 of the matrix's greatest element. Additions,
+/// multiplications, divisions and square roots only, so that the bits depend on no library of functions.
+/// Constant time: some 0.2 microseconds, a third of what nalgebra's takes.
 ///
-/// After Eberly: "A Robust Eigensolver for 3x3 Symmetric Matrices", Geometric Tools 2014; the 2x2 step is that of
-/// Golub, Van Loan: "Matrix Computations", 8.5.
+/// After Eberly: "A Robust Eigensolver for 3x3 Symmetric Matrices", Geometric Tools 2014; the 2x2 step is
+/// that of Golub, Van Loan: "Matrix Computations", 8.5.
 ///
 /// ```
 /// use dymlm_core::symmetric_eigen3;

@@ -1,4 +1,5 @@
-//! Arithmetic on vectors of three `f64`, which have no type of their own here: positions, directions, normals.
+//! Arithmetic on vectors of three `f64`, which have no type of their own here: positions, directions,
+//! normals.
 //!
 //! ```
 //! use dymlm_core::vector3::{along, cross, difference, norm, unit};

@@ -2,7 +2,8 @@ use crate::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 /// What a depth image says about a place.
 ///
-/// After the ray verificator of Khronos (Schmid et al. 2024), with the cases in which a frame says nothing kept apart.
+/// After the ray verificator of Khronos (Schmid et al. 2024), with the cases in which a frame says nothing
+/// kept apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -74,8 +75,8 @@ impl<'a> DepthView<'a> {
         Self { camera, depth, sensor }
     }
 
-    /// What the image says about a place in the camera's frame, metres, known to `place_sigma` metres (one standard
-    /// deviation). A reading is of the place within [`SensorModel::tolerance`] at the place's depth.
+    /// What the image says about a place in the camera's frame, metres, known to `place_sigma` metres (one
+    /// standard deviation). A reading is of the place within [`SensorModel::tolerance`] at the place's depth.
     ///
     /// ```
     /// use dymlm_core::{DepthImage, DepthView, PinholeCamera, SensorModel, Visibility};

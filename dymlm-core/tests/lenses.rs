@@ -1,5 +1,6 @@
-//! Distortion, rectification and registration against `OpenCV` 5.0.0 (`cv2.projectPoints`, `cv2.undistortPoints` with 200
-//! steps, `cv2.fisheye`, `cv2.initUndistortRectifyMap`, `cv2.remap`) and by round trips.
+//! Distortion, rectification and registration against `OpenCV` 5.0.0 (`cv2.projectPoints`,
+//! `cv2.undistortPoints` with 200 steps, `cv2.fisheye`, `cv2.initUndistortRectifyMap`, `cv2.remap`) and by
+//! round trips.
 #![allow(clippy::unwrap_used, reason = "tests")]
 #![allow(clippy::unreadable_literal, reason = "figures as they were printed")]
 
@@ -114,7 +115,8 @@ fn depth_images_are_those_of_opencv() {
     {
         assert!((depth.at(u, v) - expected).abs() < 1e-6, "{} at {u}, {v}", depth.at(u, v));
     }
-    // OpenCV leaves out 17,319 pixels; the sum of the others is 522,112.945. It rounds places to 1/32 pixel first.
+    // OpenCV leaves out 17,319 pixels; the sum of the others is 522,112.945. It rounds places to 1/32 pixel
+    // first.
     let empty = depth.data().iter().filter(|&&z| z == 0.0).count();
     assert!(empty.abs_diff(17_319) < 60, "{empty} empty");
     let sum: f64 = depth.data().iter().map(|&z| f64::from(z)).sum();

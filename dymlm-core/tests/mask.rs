@@ -120,8 +120,8 @@ mod letterbox {
         (0..160 * 160).map(|i| score(f64::from(i % 160), f64::from(i / 160)) as f32).collect()
     }
 
-    /// Counts of `cv2.resize(logits[bars cut off], (width, height), INTER_LINEAR) > 0` of `OpenCV` 5.0.0; some ten pixels lie
-    /// within its rounding of 0.
+    /// Counts of `cv2.resize(logits[bars cut off], (width, height), INTER_LINEAR) > 0` of `OpenCV` 5.0.0;
+    /// some ten pixels lie within its rounding of 0.
     #[test]
     fn masks_are_those_of_opencv() {
         for (image, expected) in [([640, 480], 124_176), ([480, 640], 129_617), ([1280, 720], 426_638)] {

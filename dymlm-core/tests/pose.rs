@@ -47,8 +47,8 @@ proptest! {
     }
 }
 
-/// `scipy.spatial.transform.Rotation.from_quat([-0.00366572, -0.16087849, -0.13950506, 0.97705835]).as_matrix()`,
-/// scipy 1.17.1 (the first pose of the kitchen sequence).
+/// `scipy.spatial.transform.Rotation.from_quat([-0.00366572, -0.16087849, -0.13950506,
+/// 0.97705835]).as_matrix()`, scipy 1.17.1 (the first pose of the kitchen sequence).
 #[test]
 fn agrees_with_scipy() {
     let pose = Pose::new([0.0; 3], [-0.003_665_72, -0.160_878_49, -0.139_505_06, 0.977_058_35]).unwrap();

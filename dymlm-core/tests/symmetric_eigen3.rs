@@ -1,4 +1,5 @@
-//! The 3x3 eigensolver against nalgebra's, against its own definition, and on matrices with equal eigenvalues.
+//! The 3x3 eigensolver against nalgebra's, against its own definition, and on matrices with equal
+//! eigenvalues.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::{SymmetricEigen3, symmetric_eigen3};

@@ -14,14 +14,16 @@ use crate::{Error, write_atomically};
 /// {"timestamp": 0.166667, "detections": [{"label": "person", "score": 0.91, "bbox": [210.0, 8.0, 380.0, 480.0]}]}
 /// ```
 ///
-/// Boxes are `[x_min, y_min, x_max, y_max]` in pixels of the colour image. A detection may have an instance mask of the
-/// image's size as COCO's run-lengths, `"mask": {"size": [height, width], "counts": ...}`, the counts compressed to a text
-/// or a list of numbers. Further keys are passed over, and so are blank lines and lines that begin with `#`.
+/// Boxes are `[x_min, y_min, x_max, y_max]` in pixels of the colour image. A detection may have an instance
+/// mask of the image's size as COCO's run-lengths, `"mask": {"size": [height, width], "counts": ...}`, the
+/// counts compressed to a text or a list of numbers. Further keys are passed over, and so are blank lines and
+/// lines that begin with `#`.
 ///
-/// A line with an empty list says that the detector looked and found nothing; a frame without a line was not looked at.
+/// A line with an empty list says that the detector looked and found nothing; a frame without a line was not
+/// looked at.
 ///
-/// A bad line spoils its own frame alone: [`Self::at`] gives the error for the frame that the line was for, which shows
-/// in its timestamp or, when even that cannot be read, in its neighbours'.
+/// A bad line spoils its own frame alone: [`Self::at`] gives the error for the frame that the line was for,
+/// which shows in its timestamp or, when even that cannot be read, in its neighbours'.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;
@@ -66,16 +68,16 @@ struct UnplacedLine {
 }
 
 impl DetectionFile {
-    /// Half a frame at 25 Hz, seconds: the largest distance in time between a line and its frame that makes sense for
-    /// common cameras, and that of the association of images.
+    /// Half a frame at 25 Hz, seconds: the largest distance in time between a line and its frame that makes
+    /// sense for common cameras, and that of the association of images.
     pub const DEFAULT_TOLERANCE: f64 = 0.02;
 
     /// Opens a detection file. A line belongs to the frame nearest in time, at most `tolerance` seconds away.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] when the file cannot be read; [`Error::Config`] when `tolerance` is not within 0..=10. Bad lines
-    /// are told by [`Self::at`] and [`Self::faults`].
+    /// [`Error::Io`] when the file cannot be read; [`Error::Config`] when `tolerance` is not within 0..=10.
+    /// Bad lines are told by [`Self::at`] and [`Self::faults`].
     pub fn open(path: impl AsRef<Path>, tolerance: f64) -> Result<Self, Error> {
         dymlm_core::check_range("detections.tolerance", tolerance, 0.0..=10.0)?;
         let path = path.as_ref();
@@ -90,8 +92,8 @@ impl DetectionFile {
         Ok(file)
     }
 
-    /// What was found in the frame of a colour image's time: nothing (an empty slice), or `None` when the file has no
-    /// line for that frame.
+    /// What was found in the frame of a colour image's time: nothing (an empty slice), or `None` when the
+    /// file has no line for that frame.
     ///
     /// # Errors
     ///

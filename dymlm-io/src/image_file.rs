@@ -22,8 +22,8 @@ pub(crate) struct DecodeBuffers {
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole PNG, has another pixel format than 16-bit greyscale,
-/// or `depth_scale` is not finite and positive.
+/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole PNG, has another pixel format than 16-bit
+/// greyscale, or `depth_scale` is not finite and positive.
 pub fn read_depth_png(path: impl AsRef<Path>, depth_scale: f64) -> Result<DepthImage, Error> {
     let path = path.as_ref();
     let (width, height, depth) =
@@ -52,8 +52,9 @@ pub fn write_png(path: impl AsRef<Path>, width: usize, height: usize, colors: &[
     encode_png(path.as_ref(), width, height, colors.len(), colors.as_flattened(), ExtendedColorType::Rgb8)
 }
 
-/// Writes depth as 16-bit greyscale PNG, atomically: value = depth * `depth_scale`, rounded; 5000 for TUM PNGs (up to
-/// 13.1 m), 1000 for millimetres (up to 65.5 m). Depth too large for 16 bits is written as 0, no reading.
+/// Writes depth as 16-bit greyscale PNG, atomically: value = depth * `depth_scale`, rounded; 5000 for TUM
+/// PNGs (up to 13.1 m), 1000 for millimetres (up to 65.5 m). Depth too large for 16 bits is written as 0, no
+/// reading.
 ///
 /// # Errors
 ///
@@ -71,8 +72,8 @@ pub fn write_depth_png(path: impl AsRef<Path>, depth: &DepthImage, depth_scale: 
     encode_png(path, width, height, depth.data().len(), &samples, ExtendedColorType::L16)
 }
 
-/// Decodes a depth image into `depth`, which is emptied first and keeps its capacity; gives width, height and the
-/// buffer. An image of another size than the camera is refused before its pixels are decoded.
+/// Decodes a depth image into `depth`, which is emptied first and keeps its capacity; gives width, height and
+/// the buffer. An image of another size than the camera is refused before its pixels are decoded.
 pub(crate) fn decode_depth(
     path: &Path,
     depth_scale: f64,
@@ -184,8 +185,8 @@ fn undecodable(path: &Path) -> impl FnOnce(image::ImageError) -> Error {
     move |error| Error::malformed(path, error.to_string())
 }
 
-/// Whether a JPEG has its end marker. Segments before the picture (a thumbnail is one) have lengths and are jumped
-/// over; in the picture's own data a byte 0xff is always followed by 0 unless it begins a marker.
+/// Whether a JPEG has its end marker. Segments before the picture (a thumbnail is one) have lengths and are
+/// jumped over; in the picture's own data a byte 0xff is always followed by 0 unless it begins a marker.
 fn has_jpeg_end(file: &[u8]) -> bool {
     let mut at = 2;
     while let Some(&[0xff, marker, high, low]) = file.get(at..at + 4) {

@@ -25,7 +25,8 @@ macro_rules! define_scalar {
                 }
             }
 
-            /// The value whose little-endian bytes come first in `bytes`; 64-bit integers beyond 2^53 are rounded.
+            /// The value whose little-endian bytes come first in `bytes`; 64-bit integers beyond 2^53 are
+            /// rounded.
             #[inline]
             #[allow(clippy::cast_lossless, reason = "one line for all types")]
             pub(crate) fn to_f64(self, bytes: [u8; 8]) -> f64 {

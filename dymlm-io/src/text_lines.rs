@@ -1,7 +1,8 @@
 //! Lines and numbers of the text files.
 
-/// The lines of a file that hold something, with their numbers from 1: blank lines and comments (`#`) are passed
-/// over, line ends of any system and a byte order mark are taken off. A line that is no UTF-8 is an error of its own.
+/// The lines of a file that hold something, with their numbers from 1: blank lines and comments (`#`) are
+/// passed over, line ends of any system and a byte order mark are taken off. A line that is no UTF-8 is an
+/// error of its own.
 pub(crate) fn content_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, Result<&str, String>)> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     bytes.split(|&byte| byte == b'\n').enumerate().filter_map(|(index, line)| {

@@ -28,9 +28,9 @@ pub struct TrajectoryGap {
 
 /// Camera poses over time, in time order.
 ///
-/// Read and written as TUM trajectories: a line `timestamp tx ty tz qx qy qz qw` a pose, camera to world, metres;
-/// lines that begin with `#` are comments. Between two poses the translation is interpolated linearly and the
-/// rotation on the shorter great circle (slerp: Shoemake 1985). Nothing is ever extrapolated.
+/// Read and written as TUM trajectories: a line `timestamp tx ty tz qx qy qz qw` a pose, camera to world,
+/// metres; lines that begin with `#` are comments. Between two poses the translation is interpolated linearly
+/// and the rotation on the shorter great circle (slerp: Shoemake 1985). Nothing is ever extrapolated.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -61,11 +61,12 @@ pub(crate) struct TrajectoryFile {
 }
 
 impl Trajectory {
-    /// A time within so many seconds of a pose's own has that pose, even beside a gap or at the trajectory's ends:
-    /// files that give the same time with 4 and with 6 decimals mean one time.
+    /// A time within so many seconds of a pose's own has that pose, even beside a gap or at the trajectory's
+    /// ends: files that give the same time with 4 and with 6 decimals mean one time.
     pub const SAME_TIME: f64 = 1e-4;
 
-    /// A trajectory of the given poses, which may come in any order. Of two poses at the same time the first stays.
+    /// A trajectory of the given poses, which may come in any order. Of two poses at the same time the first
+    /// stays.
     ///
     /// # Errors
     ///
@@ -83,14 +84,15 @@ impl Trajectory {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] when the file cannot be read; [`Error::Line`] for the first line that is no pose, or that gives
-    /// another pose for a time given before.
+    /// [`Error::Io`] when the file cannot be read; [`Error::Line`] for the first line that is no pose, or
+    /// that gives another pose for a time given before.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let file = TrajectoryFile::read(path.as_ref())?;
         file.faults.into_iter().next().map_or(Ok(file.trajectory), Err)
     }
 
-    /// Writes a TUM trajectory, atomically. Numbers are written with as many digits as reading them back needs.
+    /// Writes a TUM trajectory, atomically. Numbers are written with as many digits as reading them back
+    /// needs.
     ///
     /// # Errors
     ///
@@ -119,8 +121,8 @@ impl Trajectory {
         &self.poses
     }
 
-    /// The pose at a time in seconds: a pose's own within [`Self::SAME_TIME`] of it, else interpolated between the two
-    /// poses around it when they are at most `max_gap` seconds apart.
+    /// The pose at a time in seconds: a pose's own within [`Self::SAME_TIME`] of it, else interpolated
+    /// between the two poses around it when they are at most `max_gap` seconds apart.
     ///
     /// # Errors
     ///

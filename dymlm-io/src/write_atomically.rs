@@ -6,8 +6,8 @@ use tempfile::NamedTempFile;
 
 use crate::Error;
 
-/// Writes a file so that it is there whole or not at all: under a temporary name in the same folder, flushed to the
-/// disk, then renamed. An older file of that name stays as it is until the new one is complete.
+/// Writes a file so that it is there whole or not at all: under a temporary name in the same folder, flushed
+/// to the disk, then renamed. An older file of that name stays as it is until the new one is complete.
 ///
 /// # Errors
 ///
@@ -48,8 +48,8 @@ pub(crate) fn parent_of(path: &Path) -> PathBuf {
     }
 }
 
-/// A temporary file with the permissions of an ordinary new file: temporary ones are the owner's alone otherwise,
-/// and would stay so after the rename.
+/// A temporary file with the permissions of an ordinary new file: temporary ones are the owner's alone
+/// otherwise, and would stay so after the rename.
 fn named_temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".dymlm-");
@@ -62,8 +62,8 @@ fn named_temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Makes a rename in `folder` last through a power cut, where the system can: not every file system flushes folders,
-/// and the rename itself is done.
+/// Makes a rename in `folder` last through a power cut, where the system can: not every file system flushes
+/// folders, and the rename itself is done.
 pub(crate) fn sync_folder(folder: &Path) {
     if let Ok(opened) = fs::File::open(folder) {
         opened.sync_all().ok();

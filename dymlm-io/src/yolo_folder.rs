@@ -9,9 +9,9 @@ use crate::text_lines::{content_lines, number, quoted};
 
 /// A folder of YOLO text files, one per image and named after it: `rgb/000005.jpg` has `000005.txt`.
 ///
-/// A line is `class cx cy w h [score]`: the class's number from 0, the box's centre and size in parts of the image's
-/// width and height, and the score, 1 when it is left out. An image without a file has no detections: detectors
-/// write none then.
+/// A line is `class cx cy w h [score]`: the class's number from 0, the box's centre and size in parts of the
+/// image's width and height, and the score, 1 when it is left out. An image without a file has no detections:
+/// detectors write none then.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;

@@ -232,8 +232,8 @@ proptest! {
         for encoding in ENCODINGS {
             let mut bytes = Vec::new();
             encode_pcd(&mut bytes, &cloud, encoding).unwrap();
-            // Where nothing follows the header, or only the last line's end or digits of its last number are missing,
-            // there is nothing to notice.
+            // Where nothing follows the header, or only the last line's end or digits of its last number are
+            // missing, there is nothing to notice.
             let whole = bytes.len();
             let noticed = match encoding {
                 _ if cloud.cloud().is_empty() => 0,

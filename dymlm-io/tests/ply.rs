@@ -78,7 +78,8 @@ fn reads_big_endian_other_types_and_passes_over_the_rest() {
     assert_eq!(decode(&bytes).unwrap(), expected);
 }
 
-/// Rows of one size are read another way than rows with lists; all scalar types, more rows than a block, both orders.
+/// Rows of one size are read another way than rows with lists; all scalar types, more rows than a block, both
+/// orders.
 #[test]
 fn reads_rows_of_one_size_of_every_type() {
     let count = 5000_usize;

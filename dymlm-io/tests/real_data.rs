@@ -1,5 +1,5 @@
-//! Real recordings, read when they are beside the repository (or where `DYMLM_DATA` says); the synthetic counterparts
-//! are `tum.rs`, `detections.rs` and `pcd.rs`.
+//! Real recordings, read when they are beside the repository (or where `DYMLM_DATA` says); the synthetic
+//! counterparts are `tum.rs`, `detections.rs` and `pcd.rs`.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use std::collections::BTreeSet;

@@ -12,8 +12,9 @@ fn stamped(timestamp: f64, translation: [f64; 3], quaternion: [f64; 4]) -> Stamp
     StampedPose { timestamp, world_from_camera: Pose::new(translation, quaternion).unwrap() }
 }
 
-/// scipy 1.17.1: `Slerp(t, Rotation.from_quat(q))` for the rotations (sign chosen so that w >= 0), `numpy.interp` for
-/// the translations, of three poses at 0, 0.2 and 0.5 s; the last quaternion is the negative one of its pair.
+/// scipy 1.17.1: `Slerp(t, Rotation.from_quat(q))` for the rotations (sign chosen so that w >= 0),
+/// `numpy.interp` for the translations, of three poses at 0, 0.2 and 0.5 s; the last quaternion is the
+/// negative one of its pair.
 #[test]
 fn interpolates_as_scipy_does() {
     let trajectory = Trajectory::new(vec![

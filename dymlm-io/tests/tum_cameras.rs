@@ -1,4 +1,5 @@
-//! Cameras of TUM datasets: the benchmark's own, lenses with distortion, depth cameras beside the colour camera.
+//! Cameras of TUM datasets: the benchmark's own, lenses with distortion, depth cameras beside the colour
+//! camera.
 #![allow(clippy::unwrap_used, reason = "tests")]
 #![allow(dead_code, reason = "tests share a helper module")]
 

@@ -18,13 +18,14 @@ pub struct MapFolder {
 }
 
 impl MapFolder {
-    /// Opens a map folder and compares sizes and checksums of its files. When a crash left the map aside while it was
-    /// being replaced, it is put back first.
+    /// Opens a map folder and compares sizes and checksums of its files. When a crash left the map aside
+    /// while it was being replaced, it is put back first.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] when a file cannot be read; [`Error::Malformed`] or [`Error::Line`] when the folder has no valid
-    /// manifest; [`Error::MapVersion`]; [`Error::Checksum`] for the first file that is not as it was written.
+    /// [`Error::Io`] when a file cannot be read; [`Error::Malformed`] or [`Error::Line`] when the folder has
+    /// no valid manifest; [`Error::MapVersion`]; [`Error::Checksum`] for the first file that is not as it was
+    /// written.
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let folder = folder.as_ref();
         if !folder.exists()

@@ -57,7 +57,8 @@ pub(super) fn staging_folder(target: &Path) -> Result<TempDir, Error> {
     builder.tempdir_in(parent_of(target)).map_err(Error::io(target))
 }
 
-/// Renames the finished folder to the target. Until the last rename has succeeded, an error puts back what was there.
+/// Renames the finished folder to the target. Until the last rename has succeeded, an error puts back what
+/// was there.
 pub(super) fn put_in_place(staging: TempDir, target: &Path, manifest: &Manifest) -> Result<(), Error> {
     check_replaceable(target)?;
     let aside = aside_path(target);
@@ -79,13 +80,15 @@ pub(super) fn put_in_place(staging: TempDir, target: &Path, manifest: &Manifest)
     let _ = staging.keep();
     sync_folder(&parent_of(target));
     if replaces {
-        // The new map is in place. What cannot be removed of the old one stays aside for the next writer to clear.
+        // The new map is in place. What cannot be removed of the old one stays aside for the next writer to
+        // clear.
         clear_aside(&aside, target).ok();
     }
     Ok(())
 }
 
-/// Finishes what a crash left: a map that was put aside is put back when nothing took its place, else cleared away.
+/// Finishes what a crash left: a map that was put aside is put back when nothing took its place, else cleared
+/// away.
 pub(super) fn recover(target: &Path) -> Result<(), Error> {
     let aside = aside_path(target);
     if !aside.exists() {
@@ -112,8 +115,8 @@ fn check_names_free(target: &Path, manifest: &Manifest) -> Result<(), Error> {
     }
 }
 
-/// Moves files that are not the old map's to the new folder and removes the old map. Nothing but the old map's own
-/// files is ever deleted.
+/// Moves files that are not the old map's to the new folder and removes the old map. Nothing but the old
+/// map's own files is ever deleted.
 fn clear_aside(aside: &Path, target: &Path) -> Result<(), Error> {
     for name in foreign_names(aside)? {
         let to = target.join(&name);

@@ -10,18 +10,19 @@ use super::replace::{check_replaceable, put_in_place, recover, resolve, staging_
 use crate::Error;
 use crate::write_atomically::sync_folder;
 
-/// Writes a map folder so that a crash never leaves half of it, and an older map stays until the new one is whole.
+/// Writes a map folder so that a crash never leaves half of it, and an older map stays until the new one is
+/// whole.
 ///
-/// Files go to a temporary folder beside the map's own. [`Self::finish`] adds `manifest.json` (format version, config,
-/// counts, and size and CRC-32 of each file), flushes all to the disk and puts the folder in the map's place. A writer
-/// that is dropped before that leaves nothing; one whose process is killed leaves its temporary folder
-/// (`.NAME.dymlm-new-...`), never a half map.
+/// Files go to a temporary folder beside the map's own. [`Self::finish`] adds `manifest.json` (format
+/// version, config, counts, and size and CRC-32 of each file), flushes all to the disk and puts the folder in
+/// the map's place. A writer that is dropped before that leaves nothing; one whose process is killed leaves
+/// its temporary folder (`.NAME.dymlm-new-...`), never a half map.
 ///
-/// **Replacing.** An older map is renamed to `.NAME.dymlm-old`, the new one renamed to its place, then the old one
-/// removed: systems have no call that exchanges two folders portably. After a crash between the two renames the old map
-/// is found aside, and the next writer or [`MapFolder::open`](crate::MapFolder::open) puts it back. Files that are no
-/// part of the older map (someone's notes) move on to the new folder. A folder that is neither empty nor a map is never
-/// replaced.
+/// **Replacing.** An older map is renamed to `.NAME.dymlm-old`, the new one renamed to its place, then the
+/// old one removed: systems have no call that exchanges two folders portably. After a crash between the two
+/// renames the old map is found aside, and the next writer or [`MapFolder::open`](crate::MapFolder::open)
+/// puts it back. Files that are no part of the older map (someone's notes) move on to the new folder. A
+/// folder that is neither empty nor a map is never replaced.
 ///
 /// ```
 /// # let parent = tempfile::tempdir()?;
@@ -50,7 +51,8 @@ impl MapFolderWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::InTheWay`] when something stands there that is neither a map folder nor an empty folder; [`Error::Io`].
+    /// [`Error::InTheWay`] when something stands there that is neither a map folder nor an empty folder;
+    /// [`Error::Io`].
     pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let target = resolve(folder.as_ref())?;
         recover(&target)?;
@@ -63,8 +65,8 @@ impl MapFolderWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the name is no plain file name, is `manifest.json` or is taken; [`Error::Content`] when
-    /// `write` fails; [`Error::Io`]. The file is no part of the map then.
+    /// [`Error::Malformed`] when the name is no plain file name, is `manifest.json` or is taken;
+    /// [`Error::Content`] when `write` fails; [`Error::Io`]. The file is no part of the map then.
     pub fn file<E>(
         &mut self,
         name: &str,
@@ -91,13 +93,13 @@ impl MapFolderWriter {
         }
     }
 
-    /// Writes the manifest and puts the folder in its place. `config` and `counts` are the caller's own: how the map was
-    /// made and what is in it; anything that JSON can hold.
+    /// Writes the manifest and puts the folder in its place. `config` and `counts` are the caller's own: how
+    /// the map was made and what is in it; anything that JSON can hold.
     ///
     /// # Errors
     ///
-    /// [`Error::Content`] when config or counts cannot be JSON; [`Error::InTheWay`] when something came in the way since
-    /// [`Self::create`]; [`Error::Io`]. An older map is still in its place then.
+    /// [`Error::Content`] when config or counts cannot be JSON; [`Error::InTheWay`] when something came in
+    /// the way since [`Self::create`]; [`Error::Io`]. An older map is still in its place then.
     pub fn finish<C, N>(self, config: &C, counts: &N) -> Result<(), Error>
     where
         C: Serialize + ?Sized,

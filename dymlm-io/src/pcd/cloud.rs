@@ -3,11 +3,11 @@ use dymlm_core::{PointCloud, Pose};
 use crate::Error;
 use crate::scalar::{Scalar, with_scalars};
 
-/// A point cloud as PCD files hold it: points with or without colours, possibly as the rows and columns of the image
-/// they come from, further fields beside, and the place of the sensor.
+/// A point cloud as PCD files hold it: points with or without colours, possibly as the rows and columns of
+/// the image they come from, further fields beside, and the place of the sensor.
 ///
-/// In organized clouds pixels without a reading are points whose coordinates are NaN. They are kept here, so that
-/// point `v * width + u` is pixel (u, v) and the further fields match; [`Self::finite`] leaves them out.
+/// In organized clouds pixels without a reading are points whose coordinates are NaN. They are kept here, so
+/// that point `v * width + u` is pixel (u, v) and the further fields match; [`Self::finite`] leaves them out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PcdCloud {
     cloud: PointCloud,
@@ -91,8 +91,8 @@ impl PcdCloud {
     ///
     /// # Errors
     ///
-    /// [`Error::PcdField`] when the cloud has a field of that name, or the values are not as many as the points ask
-    /// for.
+    /// [`Error::PcdField`] when the cloud has a field of that name, or the values are not as many as the
+    /// points ask for.
     pub fn with_field(mut self, field: PcdField) -> Result<Self, Error> {
         let refused = |reason: String| Error::PcdField { field: field.name.clone(), reason };
         if self.field(&field.name).is_some() {
@@ -151,7 +151,8 @@ impl PcdField {
     ///
     /// # Errors
     ///
-    /// [`Error::PcdField`] when the name is empty, has white space in it or is one of the cloud's own: `x y z rgb rgba _`.
+    /// [`Error::PcdField`] when the name is empty, has white space in it or is one of the cloud's own: `x y z
+    /// rgb rgba _`.
     pub fn new(name: impl Into<String>, values: PcdValues) -> Result<Self, Error> {
         Self::with_count(name, 1, values)
     }

@@ -13,14 +13,14 @@ use crate::text_lines::quoted;
 
 /// Reads a PCD file: ascii, binary or `binary_compressed`, of version 0.7 or an older one.
 ///
-/// Points are the fields `x y z`, of any type; colours `rgb` or `rgba`, packed into an integer or into the bits of a
-/// float (alpha is dropped). Other fields are kept as they are, except padding (`_`). Points that are not finite are
-/// kept: see [`PcdCloud::finite`].
+/// Points are the fields `x y z`, of any type; colours `rgb` or `rgba`, packed into an integer or into the
+/// bits of a float (alpha is dropped). Other fields are kept as they are, except padding (`_`). Points that
+/// are not finite are kept: see [`PcdCloud::finite`].
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is no PCD, has no coordinates or
-/// ends before its last point.
+/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is no PCD, has no
+/// coordinates or ends before its last point.
 pub fn read_pcd(path: impl AsRef<Path>) -> Result<PcdCloud, Error> {
     let path = path.as_ref();
     let file = fs::read(path).map_err(Error::io(path))?;
@@ -200,8 +200,8 @@ fn add_token(column: &mut PcdValues, field: &FieldHeader, token: &str) -> Option
     Some(())
 }
 
-/// A packed colour declared as float: the float whose bits they are, or the bits themselves as a whole number (as some
-/// versions of PCL write it).
+/// A packed colour declared as float: the float whose bits they are, or the bits themselves as a whole number
+/// (as some versions of PCL write it).
 fn packed_float(token: &str) -> Option<f32> {
     match token.parse::<u32>() {
         Ok(bits) => Some(f32::from_bits(bits)),

@@ -19,8 +19,8 @@ pub enum PcdEncoding {
     BinaryCompressed,
 }
 
-/// Writes a PCD file of version 0.7, atomically: `x y z`, the colours as `rgba` (an unsigned integer, opaque), then the
-/// further fields.
+/// Writes a PCD file of version 0.7, atomically: `x y z`, the colours as `rgba` (an unsigned integer,
+/// opaque), then the further fields.
 ///
 /// # Errors
 ///

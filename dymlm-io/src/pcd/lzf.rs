@@ -1,8 +1,8 @@
 //! LZF, the compression of `binary_compressed` PCD files (liblzf by M. Lehmann).
 //!
-//! The stream is a series of runs. A byte below 32 says how many bytes, less one, follow as they are. Any other says in
-//! its upper three bits how many bytes, less two, repeat earlier output (7: more, the rest in the next byte), and in its
-//! lower five and the byte after how far back, less one, they begin.
+//! The stream is a series of runs. A byte below 32 says how many bytes, less one, follow as they are. Any
+//! other says in its upper three bits how many bytes, less two, repeat earlier output (7: more, the rest in
+//! the next byte), and in its lower five and the byte after how far back, less one, they begin.
 //!
 //! Own code, because the crates for it are unmaintained, use `unsafe` and believe the size a file claims.
 

@@ -1,4 +1,5 @@
-//! Point clouds as PCD files, version 0.7 (<https://pointclouds.org/documentation/tutorials/pcd_file_format.html>).
+//! Point clouds as PCD files, version 0.7
+//! (<https://pointclouds.org/documentation/tutorials/pcd_file_format.html>).
 
 mod cloud;
 mod decode;

@@ -12,14 +12,15 @@ use crate::scalar::Scalar;
 /// More rows are not made room for before they are there.
 const ROWS_AHEAD: usize = 1 << 16;
 
-/// Reads a point cloud from a PLY file: the `x y z` of its vertices, of any scalar type, and their colours when there
-/// are `red green blue` (or `diffuse_red` ...) of type uchar. Everything else (normals, faces ...) is passed over.
-/// Ascii and binary of both byte orders. Points that are not finite are kept, so that points keep their numbers.
+/// Reads a point cloud from a PLY file: the `x y z` of its vertices, of any scalar type, and their colours
+/// when there are `red green blue` (or `diffuse_red` ...) of type uchar. Everything else (normals, faces ...)
+/// is passed over. Ascii and binary of both byte orders. Points that are not finite are kept, so that points
+/// keep their numbers.
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is no PLY, has no vertices with
-/// coordinates or ends before its last vertex.
+/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is no PLY, has no
+/// vertices with coordinates or ends before its last vertex.
 pub fn read_ply(path: impl AsRef<Path>) -> Result<PointCloud, Error> {
     let path = path.as_ref();
     let file = fs::File::open(path).map_err(Error::io(path))?;

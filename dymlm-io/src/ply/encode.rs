@@ -5,8 +5,8 @@ use dymlm_core::PointCloud;
 
 use crate::{Error, write_atomically};
 
-/// Writes a point cloud as PLY, binary little endian, atomically: float x y z, and uchar red green blue when the cloud
-/// has colours.
+/// Writes a point cloud as PLY, binary little endian, atomically: float x y z, and uchar red green blue when
+/// the cloud has colours.
 ///
 /// # Errors
 ///

@@ -9,9 +9,10 @@ pub(super) struct Pair {
     pub(super) depth: usize,
 }
 
-/// Pairs colour images and depth images by time, one to one: of all pairs at most `max_gap` seconds apart the closest is
-/// taken first, then the closest of those that are left, and so on (the benchmark's `associate.py`). Pairs equally
-/// close are taken in time order. Both lists are in time order, and so is the result.
+/// Pairs colour images and depth images by time, one to one: of all pairs at most `max_gap` seconds apart the
+/// closest is taken first, then the closest of those that are left, and so on (the benchmark's
+/// `associate.py`). Pairs equally close are taken in time order. Both lists are in time order, and so is the
+/// result.
 ///
 /// O(k log k) for k pairs within the gap.
 pub(super) fn associate(color: &[ListedFile], depth: &[ListedFile], max_gap: f64) -> Vec<Pair> {

@@ -10,24 +10,27 @@ use super::options::TumOptions;
 use crate::trajectory::TrajectoryFile;
 use crate::{Error, Trajectory, TrajectoryGap};
 
-/// A TUM RGB-D dataset: lists of images, a trajectory and a camera, opened; the images are read one frame at a time.
+/// A TUM RGB-D dataset: lists of images, a trajectory and a camera, opened; the images are read one frame at
+/// a time.
 ///
 /// Its folder holds
-/// - `camera.json`: {width, height, fx, fy, cx, cy, `depth_scale`}; depth in metres = stored value / `depth_scale`. For a
-///   lens with distortion also `distortion`: {`model`: "`brown_conrady`" or "`equidistant`", `coefficients`: in `OpenCV`'s
-///   order}; frames are rectified then. For depth images not registered to the colour images also `depth_camera`: {width,
-///   height, fx, fy, cx, cy, `color_from_depth`: {translation, quaternion}, and perhaps its own `distortion`}; they are
-///   registered then. Without `camera.json` a folder whose name says freiburg1, 2 or 3 has that [`TumCamera`](crate::TumCamera);
-/// - `associations.txt`: a line `timestamp rgb-file timestamp depth-file` a frame, or depth first: which column is
-///   which shows in the names; or, when there is none, `rgb.txt` and `depth.txt`, lines `timestamp filename`, which
-///   are then paired one to one by the nearest time (colour may be missing altogether: no `rgb.txt`);
+/// - `camera.json`: {width, height, fx, fy, cx, cy, `depth_scale`}; depth in metres = stored value /
+///   `depth_scale`. For a lens with distortion also `distortion`: {`model`: "`brown_conrady`" or
+///   "`equidistant`", `coefficients`: in `OpenCV`'s order}; frames are rectified then. For depth images not
+///   registered to the colour images also `depth_camera`: {width, height, fx, fy, cx, cy, `color_from_depth`:
+///   {translation, quaternion}, and perhaps its own `distortion`}; they are registered then. Without
+///   `camera.json` a folder whose name says freiburg1, 2 or 3 has that [`TumCamera`](crate::TumCamera);
+/// - `associations.txt`: a line `timestamp rgb-file timestamp depth-file` a frame, or depth first: which
+///   column is which shows in the names; or, when there is none, `rgb.txt` and `depth.txt`, lines `timestamp
+///   filename`, which are then paired one to one by the nearest time (colour may be missing altogether: no
+///   `rgb.txt`);
 /// - `groundtruth.txt` ([`Trajectory`]), unless the options name another trajectory.
 ///
 /// Frames are in time order. A frame's time is its depth image's: the points come from there. Its pose is the
 /// trajectory's, interpolated to that time.
 ///
-/// Whatever spoils one frame leaves the others alone: bad lines of the lists are told by [`Self::faults`], and a frame
-/// without pose or with a broken image gives its error when it is loaded.
+/// Whatever spoils one frame leaves the others alone: bad lines of the lists are told by [`Self::faults`],
+/// and a frame without pose or with a broken image gives its error when it is loaded.
 ///
 /// ```no_run
 /// use dymlm_io::{FrameBuffers, TumDataset, TumOptions};
@@ -64,8 +67,8 @@ impl TumDataset {
     ///
     /// # Errors
     ///
-    /// Only what makes the whole dataset unusable: options out of range, no readable `camera.json` nor another camera, no list of depth
-    /// images, no readable trajectory, no usable frame at all.
+    /// Only what makes the whole dataset unusable: options out of range, no readable `camera.json` nor
+    /// another camera, no list of depth images, no readable trajectory, no usable frame at all.
     pub fn open(folder: impl AsRef<Path>, options: &TumOptions) -> Result<Self, Error> {
         options.validate()?;
         let folder = folder.as_ref();
@@ -98,8 +101,8 @@ impl TumDataset {
         self.images.camera()
     }
 
-    /// What takes places in the stored colour images to places in the frames, for a camera with distortion: detections
-    /// in stored images go through [`Rectifier::rectify_detection`].
+    /// What takes places in the stored colour images to places in the frames, for a camera with distortion:
+    /// detections in stored images go through [`Rectifier::rectify_detection`].
     pub fn rectifier(&self) -> Option<&Rectifier> {
         self.images.rectifier()
     }
@@ -124,7 +127,8 @@ impl TumDataset {
         self.trajectory().gaps(self.max_interpolation_gap)
     }
 
-    /// Lines of the lists and of the trajectory that could not be used, each as an error naming file and line.
+    /// Lines of the lists and of the trajectory that could not be used, each as an error naming file and
+    /// line.
     pub fn faults(&self) -> &[Error] {
         &self.faults
     }
@@ -138,9 +142,9 @@ impl TumDataset {
     ///
     /// # Errors
     ///
-    /// [`Error::NoFrame`]; [`Error::Uncovered`] when the trajectory does not cover the frame; [`Error::Listed`], which
-    /// says where the image is listed, when an image is missing, broken, of another size than the camera or, for
-    /// depth, of another format than 16-bit greyscale PNG.
+    /// [`Error::NoFrame`]; [`Error::Uncovered`] when the trajectory does not cover the frame;
+    /// [`Error::Listed`], which says where the image is listed, when an image is missing, broken, of another
+    /// size than the camera or, for depth, of another format than 16-bit greyscale PNG.
     pub fn load(&self, index: usize) -> Result<PosedFrame, Error> {
         self.load_into(index, &mut FrameBuffers::default())
     }

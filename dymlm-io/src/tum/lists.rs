@@ -91,8 +91,9 @@ fn listed_frame(
     }
 }
 
-/// Whether `associations.txt` gives the depth image first. Each line votes by what its names are in `rgb.txt` and
-/// `depth.txt`, or else look like; without evidence colour comes first, as the benchmark's own tool writes it.
+/// Whether `associations.txt` gives the depth image first. Each line votes by what its names are in `rgb.txt`
+/// and `depth.txt`, or else look like; without evidence colour comes first, as the benchmark's own tool
+/// writes it.
 fn depth_comes_first(folder: &Path, pairs: &[ListedPair]) -> bool {
     let names = |list: &str| -> BTreeSet<PathBuf> {
         let list = read_files(&folder.join(list)).map(|list| list.entries).unwrap_or_default();

@@ -3,8 +3,8 @@ use std::path::Path;
 use dymlm_core::PinholeCamera;
 use serde::{Deserialize, Serialize};
 
-/// A camera of the TUM RGB-D benchmark (Sturm 2012), as the benchmark calibrated it. The depth images are registered to
-/// the colour images there; lens distortion is left in both, as the benchmark's own tools do.
+/// A camera of the TUM RGB-D benchmark (Sturm 2012), as the benchmark calibrated it. The depth images are
+/// registered to the colour images there; lens distortion is left in both, as the benchmark's own tools do.
 ///
 /// ```
 /// use dymlm_io::TumCamera;

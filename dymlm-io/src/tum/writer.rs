@@ -9,8 +9,9 @@ use crate::{Error, StampedPose, Trajectory, write_atomically, write_detections};
 
 /// Writes a sequence as a TUM RGB-D folder that [`TumDataset`](crate::TumDataset) and other systems read.
 ///
-/// Images are written as frames come; the lists, the trajectory and the detections by [`Self::finish`], so that a
-/// folder that was broken off does not pass for a whole dataset. Frames without colour make a dataset without colour.
+/// Images are written as frames come; the lists, the trajectory and the detections by [`Self::finish`], so
+/// that a folder that was broken off does not pass for a whole dataset. Frames without colour make a dataset
+/// without colour.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -74,8 +75,8 @@ impl TumWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the frame is not of the dataset's camera or not later than the last, by a microsecond
-    /// at least; else as [`write_depth_png`]. The dataset stays as it was.
+    /// [`Error::Malformed`] when the frame is not of the dataset's camera or not later than the last, by a
+    /// microsecond at least; else as [`write_depth_png`]. The dataset stays as it was.
     pub fn write(
         &mut self,
         frame: &Frame,
