@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use dymlm_core::{BoundingBox, Detection};
+use dymlm_core::{BoundingBox, Detection, SplitMix64};
 use dymlm_dynamics::{BoxSource, BoxTracker, TrackState, TrackerConfig};
 use dymlm_metrics::{IdentifiedBox, TrackingScorer};
 use dymlm_test_support::recording;
@@ -100,12 +100,8 @@ fn tracks_at_least_as_well_as_sort() {
 fn keeps_identities_where_paths_cross() {
     let mut truth = Tracks::new();
     let mut detections = Tracks::new();
-    // A linear congruential generator is random enough to jitter boxes.
-    let mut state = 7_u32;
-    let mut random = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) as f32 / (1 << 24) as f32
-    };
+    let mut random = SplitMix64::new(7);
+    let mut random = || random.fraction() as f32;
     for frame in 1..=150_u32 {
         let t = frame as f32;
         let people = [(0, 20.0 + 3.0 * t, 100.0), (1, 500.0 - 3.0 * t, 130.0), (2, 240.0, 40.0 + 0.5 * t)];

@@ -3,6 +3,7 @@
 
 use dymlm_core::Point;
 use dymlm_geometry::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
+use dymlm_test_support::shuffle;
 use proptest::prelude::*;
 
 fn dbscan(eps: f32, min_points: usize) -> Dbscan {
@@ -121,11 +122,7 @@ proptest! {
     fn order_does_not_matter_to_core_points(points in clouds(), seed in any::<u64>()) {
         let (eps, min_points) = (0.25, 5);
         let mut order: Vec<usize> = (0..points.len()).collect();
-        let mut state = seed | 1;
-        for i in (1..order.len()).rev() {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            order.swap(i, (state >> 33) as usize % (i + 1));
-        }
+        shuffle(&mut order, seed);
         let shuffled: Vec<Point> = order.iter().map(|&i| points[i]).collect();
         let (before, after) = (dbscan(eps, min_points).cluster(&points), dbscan(eps, min_points).cluster(&shuffled));
         prop_assert_eq!(before.count(), after.count());

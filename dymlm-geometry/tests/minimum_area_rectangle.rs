@@ -7,6 +7,7 @@ use dymlm_geometry::{
     ConvexHullScratch, MinimumAreaRectangleScratch, OrientedRectangle, convex_hull, convex_hull_into,
     minimum_area_rectangle, minimum_area_rectangle_with,
 };
+use dymlm_test_support::shuffle;
 use proptest::prelude::*;
 
 /// Points of every kind: spread, on the sides of a rectangle, on a small lattice (duplicates, many on a line), on one
@@ -194,11 +195,7 @@ proptest! {
     #[test]
     fn order_is_no_matter(points in clouds(1500), seed in any::<u64>()) {
         let mut shuffled = points.clone();
-        let mut state = seed;
-        for i in (1..shuffled.len()).rev() {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            shuffled.swap(i, (state >> 33) as usize % (i + 1));
-        }
+        shuffle(&mut shuffled, seed);
         prop_assert_eq!(convex_hull(&points), convex_hull(&shuffled));
         prop_assert_eq!(minimum_area_rectangle(&points), minimum_area_rectangle(&shuffled));
     }

@@ -2,11 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
 
-use dymlm_core::{BoundingBox, DepthImage, Frame, Mask, PinholeCamera, Point, Pose};
+use dymlm_core::{DepthImage, Detection, Frame, Mask, PinholeCamera, Point, Pose};
 use dymlm_metrics::{ReferenceCloud, ReferenceScore};
-use dymlm_test_support::recording;
+use dymlm_test_support::{recorded_frames, recording};
 use proptest::prelude::*;
 
 /// A frame of one row whose pixels lie at the given depths.
@@ -94,24 +93,17 @@ fn nothing_is_scored_as_nothing() {
 fn the_kitchen_gives_its_known_figures() {
     let Some(people) = recording("kitchen_people") else { return };
     let clean = people.with_file_name("kitchen");
-    let camera = camera(&clean);
-    let poses = poses(&clean);
-    let names = frame_names(&people);
-    let detections = person_boxes(&people);
-    assert_eq!((poses.len(), names.len(), detections.len()), (200, 200, 200));
-
     let mut reference = ReferenceCloud::new(0.02).unwrap();
-    for (name, pose) in names.iter().zip(&poses) {
-        reference.add_frame(&depth_frame(&clean, name, camera), pose, 0.3, 4.0);
+    for recorded in recorded_frames(&clean) {
+        reference.add_frame(&recorded.frame, &recorded.world_from_camera, 0.3, 4.0);
     }
     // As they are, raw boxes, sure boxes, exact masks.
     let mut maps: [Stitched; 4] = Default::default();
-    for ((name, pose), boxes) in names.iter().zip(&poses).zip(&detections) {
-        let frame = depth_frame(&people, name, camera);
-        let exact = exact_mask(&people, name);
+    for recorded in recorded_frames(&people) {
         let nothing = Mask::filled(640, 480, false).unwrap();
-        let masks = [nothing, box_mask(boxes, 0.25), box_mask(boxes, 0.7), exact];
-        stitch(&mut maps, &masks, &frame, pose);
+        let boxes = |min_score| box_mask(&recorded.detections, min_score);
+        let masks = [nothing, boxes(0.25), boxes(0.7), recorded.people()];
+        stitch(&mut maps, &masks, &recorded.frame, &recorded.world_from_camera);
     }
     let scores = maps.map(|map| {
         let means = map.values().map(|(sum, points)| sum.map(|c| (c / points) as f32));
@@ -164,74 +156,10 @@ fn stitch(maps: &mut [Stitched; 4], masks: &[Mask; 4], frame: &Frame, world_from
     maps.iter_mut().zip(runs).filter(|(_, run)| run.1.1 > 0.0).for_each(|(map, run)| put(map, run));
 }
 
-fn camera(folder: &Path) -> PinholeCamera {
-    let text = std::fs::read_to_string(folder.join("camera.json")).unwrap();
-    let value: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let number = |key: &str| value[key].as_f64().unwrap();
-    let [fx, fy, cx, cy] = ["fx", "fy", "cx", "cy"].map(number);
-    PinholeCamera::new(number("width") as usize, number("height") as usize, fx, fy, cx, cy).unwrap()
-}
-
-fn poses(folder: &Path) -> Vec<Pose> {
-    let text = std::fs::read_to_string(folder.join("groundtruth.txt")).unwrap();
-    let lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
-    lines
-        .map(|line| {
-            let n: Vec<f64> = line.split_whitespace().map(|word| word.parse().unwrap()).collect();
-            Pose::new([n[1], n[2], n[3]], [n[4], n[5], n[6], n[7]]).unwrap()
-        })
-        .collect()
-}
-
-/// File names of the frames without ending.
-fn frame_names(folder: &Path) -> Vec<String> {
-    let text = std::fs::read_to_string(folder.join("associations.txt")).unwrap();
-    let lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
-    lines
-        .map(|line| {
-            let depth = line.split_whitespace().nth(3).unwrap();
-            Path::new(depth).file_stem().unwrap().to_str().unwrap().to_owned()
-        })
-        .collect()
-}
-
-fn depth_frame(folder: &Path, name: &str, camera: PinholeCamera) -> Frame {
-    let image = image::open(folder.join(format!("depth/{name}.png"))).unwrap().into_luma16();
-    let depth = DepthImage::from_u16(640, 480, image.as_raw(), 5000.0).unwrap();
-    Frame::new(0.0, camera, depth, None).unwrap()
-}
-
-fn exact_mask(folder: &Path, name: &str) -> Mask {
-    let path = folder.join(format!("masks/{name}.png"));
-    if !path.exists() {
-        return Mask::filled(640, 480, false).unwrap();
-    }
-    let image = image::open(path).unwrap().into_luma8();
-    Mask::new(640, 480, image.as_raw().iter().map(|&person| person > 0).collect()).unwrap()
-}
-
-/// Score and box of each person in each frame.
-fn person_boxes(folder: &Path) -> Vec<Vec<(f64, BoundingBox)>> {
-    let text = std::fs::read_to_string(folder.join("detections.jsonl")).unwrap();
-    text.lines()
-        .map(|line| {
-            let value: serde_json::Value = serde_json::from_str(line).unwrap();
-            let persons = value["detections"].as_array().unwrap().iter().filter(|d| d["label"] == "person");
-            persons
-                .map(|d| {
-                    let sides: [f64; 4] = std::array::from_fn(|i| d["bbox"][i].as_f64().unwrap());
-                    let sides = sides.map(|side| side as f32);
-                    (d["score"].as_f64().unwrap(), BoundingBox::try_from(sides).unwrap())
-                })
-                .collect()
-        })
-        .collect()
-}
-
-fn box_mask(boxes: &[(f64, BoundingBox)], min_score: f64) -> Mask {
+fn box_mask(detections: &[Detection], min_score: f32) -> Mask {
     let mut mask = Mask::filled(640, 480, false).unwrap();
-    for (_, area) in boxes.iter().filter(|(score, _)| *score >= min_score) {
-        mask.fill_box(area, true);
+    for person in detections.iter().filter(|d| d.label() == "person" && d.score() >= min_score) {
+        mask.fill_box(&person.bounding_box(), true);
     }
     mask
 }

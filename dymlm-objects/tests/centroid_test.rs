@@ -1,36 +1,22 @@
 //! How often the tests of the centroid reject a true observation, by simulation.
 
+use dymlm_core::SplitMix64;
 use dymlm_objects::{CentroidCloud, CentroidTest, CentroidVerdict};
+use dymlm_test_support::normal;
 
-/// Normal numbers from a small generator of its own, the same on every machine (xorshift64*, Box-Muller).
-struct Normals(u64);
-
-impl Normals {
-    fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        ((self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-
-    /// An observation's centroid: the axes are correlated, and of spreads as different as those of a thing far away.
-    fn centroid(&mut self) -> [f64; 3] {
-        let [a, b, c] = [0.02 * self.normal(), 0.005 * self.normal(), 0.001 * self.normal()];
-        [100.0 + a, -30.0 + 0.5 * a + b, 1.0 - 0.3 * a + 0.2 * b + c]
-    }
+/// An observation's centroid: the axes are correlated, and of spreads as different as those of a thing far away.
+fn centroid(random: &mut SplitMix64) -> [f64; 3] {
+    let [a, b, c] = [0.02, 0.005, 0.001].map(|spread| spread * normal(random));
+    [100.0 + a, -30.0 + 0.5 * a + b, 1.0 - 0.3 * a + 0.2 * b + c]
 }
 
 /// Share of true observations that a test accepts after `count` of them.
 fn acceptance(test: CentroidTest, count: u32, alpha: f64, trials: u32) -> f64 {
-    let mut normals = Normals(0x9E37_79B9_7F4A_7C15 ^ u64::from(count));
+    let mut random = SplitMix64::new(count.into());
     let accepted = (0..trials).filter(|_| {
         let mut cloud = CentroidCloud::default();
-        (0..count).for_each(|_| cloud.add(normals.centroid()));
-        test.verdict(&cloud, normals.centroid(), alpha) == CentroidVerdict::Accepted
+        (0..count).for_each(|_| cloud.add(centroid(&mut random)));
+        test.verdict(&cloud, centroid(&mut random), alpha) == CentroidVerdict::Accepted
     });
     f64::from(accepted.count() as u32) / f64::from(trials)
 }
@@ -61,11 +47,11 @@ fn the_papers_rejects_nearly_all_once_an_object_is_well_known() {
 #[test]
 fn with_independent_axes_the_papers_accepts_what_the_design_says() {
     let share = |count: u32| {
-        let mut normals = Normals(u64::from(count));
+        let mut random = SplitMix64::new(count.into());
         let accepted = (0..5_000).filter(|_| {
             let mut cloud = CentroidCloud::default();
-            (0..count).for_each(|_| cloud.add([normals.normal(), normals.normal(), normals.normal()]));
-            let observed = [normals.normal(), normals.normal(), normals.normal()];
+            (0..count).for_each(|_| cloud.add([(); 3].map(|()| normal(&mut random))));
+            let observed = [(); 3].map(|()| normal(&mut random));
             CentroidTest::OneSampleT.verdict(&cloud, observed, 0.05) == CentroidVerdict::Accepted
         });
         accepted.count() as f64 / 5_000.0
@@ -77,10 +63,10 @@ fn with_independent_axes_the_papers_accepts_what_the_design_says() {
 
 #[test]
 fn another_object_is_rejected() {
-    let mut normals = Normals(7);
+    let mut random = SplitMix64::new(7);
     let mut cloud = CentroidCloud::default();
-    (0..20).for_each(|_| cloud.add(normals.centroid()));
-    let [x, y, z] = normals.centroid();
+    (0..20).for_each(|_| cloud.add(centroid(&mut random)));
+    let [x, y, z] = centroid(&mut random);
     for elsewhere in [[x + 0.3, y, z], [x, y + 0.1, z], [x, y, z - 0.05]] {
         assert_eq!(CentroidTest::Prediction.verdict(&cloud, elsewhere, 0.01), CentroidVerdict::Rejected);
     }

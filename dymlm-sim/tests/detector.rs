@@ -1,12 +1,10 @@
 //! The simulated detector beside a real one: YOLOX-Nano on a recording of people with exact masks.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
-use std::path::Path;
-
-use dymlm_core::{BoundingBox, Detection, Mask, PinholeCamera};
+use dymlm_core::{Detection, PinholeCamera};
 use dymlm_metrics::{DetectorFigures, DetectorStatistics, ExactView};
 use dymlm_sim::{DetectionRates, DetectorConfig, SensorConfig, Sequence, SequenceConfig, SimulatedFrame};
-use dymlm_test_support::recording;
+use dymlm_test_support::{recorded_frames, recording};
 
 /// What `DetectorStatistics` finds on the recording (YOLOX-Nano, score >= 0.25; 200 frames of 640x480 at 6 Hz with 202 views
 /// of two people), to be compared with where there is no data.
@@ -64,13 +62,10 @@ fn assert_near(what: &str, value: f64, expected: f64, tolerance: f64) {
 fn the_committed_figures_are_those_of_the_recording() {
     let Some(folder) = recording("kitchen_people") else { return };
     let mut statistics = DetectorStatistics::new("person");
-    for (name, detections) in frame_names(&folder).iter().zip(detections(&folder)) {
-        let masks = person_masks(&folder, name);
+    for recorded in recorded_frames(&folder) {
         let views: Vec<ExactView> =
-            masks.iter().enumerate().filter_map(|(id, mask)| ExactView::of_mask(id, mask)).collect();
-        let mut shown = masks[0].clone();
-        shown.unite(&masks[1]).unwrap();
-        statistics.add(&detections, &views, &shown);
+            (0..2_u8).filter_map(|id| ExactView::of_mask(id.into(), &recorded.person(id + 1))).collect();
+        statistics.add(&recorded.detections, &views, &recorded.people());
     }
     let figures = statistics.figures().unwrap();
     let real = Recorded::of(&figures);
@@ -278,43 +273,4 @@ fn misses_come_in_bursts_of_the_set_length() {
     let (short, long) = (mean(0.01), mean(1.0));
     assert_near("short bursts", short, 1.25, 0.15);
     assert!(long > 4.0 * short, "{long} against {short} frames");
-}
-
-/// File names of the frames without ending.
-fn frame_names(folder: &Path) -> Vec<String> {
-    let text = std::fs::read_to_string(folder.join("rgb.txt")).unwrap();
-    let lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
-    lines
-        .map(|line| {
-            let image = line.split_whitespace().nth(1).unwrap();
-            Path::new(image).file_stem().unwrap().to_str().unwrap().to_owned()
-        })
-        .collect()
-}
-
-/// The masks of person 1 and person 2.
-fn person_masks(folder: &Path, name: &str) -> [Mask; 2] {
-    let path = folder.join(format!("masks/{name}.png"));
-    if !path.exists() {
-        return [1, 2].map(|_| Mask::filled(640, 480, false).unwrap());
-    }
-    let image = image::open(path).unwrap().into_luma8();
-    [1, 2].map(|id| Mask::new(640, 480, image.as_raw().iter().map(|&person| person == id).collect()).unwrap())
-}
-
-fn detections(folder: &Path) -> Vec<Vec<Detection>> {
-    let text = std::fs::read_to_string(folder.join("detections.jsonl")).unwrap();
-    let frame = |line: &str| {
-        let value: serde_json::Value = serde_json::from_str(line).unwrap();
-        let found = value["detections"].as_array().unwrap().iter();
-        found
-            .map(|d| {
-                let sides: [f64; 4] = std::array::from_fn(|i| d["bbox"][i].as_f64().unwrap());
-                let area = BoundingBox::try_from(sides.map(|side| side as f32)).unwrap();
-                Detection::new(d["label"].as_str().unwrap(), d["score"].as_f64().unwrap() as f32, area)
-                    .unwrap()
-            })
-            .collect()
-    };
-    text.lines().map(frame).collect()
 }

@@ -13,7 +13,7 @@ use crate::residue_picture::Panel;
 use crate::run::Run;
 use crate::standard::Standard;
 use crate::subjects::Subject;
-use crate::treatment::Treatment;
+use crate::treatment::{Detector, Treatment};
 
 /// One row of the table.
 #[derive(Debug, Clone, Serialize)]
@@ -25,6 +25,8 @@ pub(crate) struct Row {
     pub(crate) set: Option<SequenceSet>,
     /// What was done about movers.
     pub(crate) treatment: Treatment,
+    /// In which frames the detector ran.
+    pub(crate) detector: Detector,
     /// Before or after late removal.
     pub(crate) stage: Stage,
     /// The figures.
@@ -69,7 +71,11 @@ pub(crate) struct Evaluation {
 
 /// Maps every subject in every way, on all cores: a sequence a core. The rows come in the order of the subjects,
 /// whichever is done first, and do not depend on the number of cores (but for the times).
-pub(crate) fn evaluate(subjects: &[Subject], treatments: &[Treatment]) -> Result<Vec<Evaluation>, AnyError> {
+pub(crate) fn evaluate(
+    subjects: &[Subject],
+    treatments: &[Treatment],
+    detectors: &[Detector],
+) -> Result<Vec<Evaluation>, AnyError> {
     let frames = subjects.iter().map(|subject| subject.sequence.len()).sum();
     let bar = progress_bar(frames, "evaluating");
     let next = AtomicUsize::new(0);
@@ -80,7 +86,7 @@ pub(crate) fn evaluate(subjects: &[Subject], treatments: &[Treatment]) -> Result
             let index = next.fetch_add(1, Ordering::Relaxed);
             subjects.get(index).zip(done.get(index))
         } {
-            let evaluation = evaluate_subject(subject, treatments, &bar);
+            let evaluation = evaluate_subject(subject, treatments, detectors, &bar);
             if let Ok(mut slot) = slot.lock() {
                 *slot = Some(evaluation);
             }
@@ -97,10 +103,15 @@ pub(crate) fn evaluate(subjects: &[Subject], treatments: &[Treatment]) -> Result
 fn evaluate_subject(
     subject: &Subject,
     treatments: &[Treatment],
+    detectors: &[Detector],
     bar: &ProgressBar,
 ) -> Result<Evaluation, AnyError> {
     let mut standard = Standard::new(&subject.sequence)?;
-    let mut runs = treatments.iter().map(|&treatment| Run::new(treatment)).collect::<Result<Vec<_>, _>>()?;
+    let ways =
+        treatments.iter().flat_map(|&treatment| detectors.iter().map(move |&detector| (treatment, detector)));
+    let mut runs = ways
+        .map(|(treatment, detector)| Run::new(treatment, detector, subject.sensor))
+        .collect::<Result<Vec<_>, _>>()?;
     let mut scratch = FrameScratch::default();
     for index in 0..subject.sequence.len() {
         let frame =
@@ -132,6 +143,7 @@ fn evaluate_subject(
                 sequence: subject.name.clone(),
                 set: Some(subject.set),
                 treatment: run.treatment(),
+                detector: run.detector(),
                 stage,
                 scores,
             });

@@ -5,13 +5,16 @@
 //! prints one table, a block a map, and writes it as `evaluation.json` and `evaluation.md`; `--baseline` treats movers
 //! in the paper's ways too. `--quick` takes two short sequences and fails when a figure is worse than it should be.
 //!
+//! `--sensors` maps `walking_xyz` as several depth cameras see it, each with its own sensor model; `--detector-rate 10`
+//! takes sequences at 30 Hz with detections in each frame and, beside them, in every third.
+//!
 //! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
 mod columns;
 mod evaluation;
-mod quick;
+mod limits;
 mod recording;
 mod residue_picture;
 mod run;
@@ -26,7 +29,7 @@ use clap::Parser;
 use dymlm_examples::AnyError;
 
 use crate::evaluation::Row;
-use crate::treatment::Treatment;
+use crate::treatment::{Detector, Treatment};
 
 /// Measures the maps, one row for each sequence and way of treating movers.
 #[derive(Parser)]
@@ -46,12 +49,22 @@ struct Arguments {
     /// Poses drift as a SLAM's do
     #[arg(long)]
     pose_noise: bool,
+    /// Other depth cameras instead: stereo, time of flight, 320x240, 1280x720, 110 degrees of view, rolled; held against
+    /// thresholds
+    #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
+    sensors: bool,
+    /// Frames at 30 Hz, with detections in all of them and, beside, only this many times a second
+    #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick", "sensors"])]
+    detector_rate: Option<f64>,
     /// Only sequences whose names contain this
     #[arg(long)]
     only: Option<String>,
     /// Folder for the table as JSON and Markdown, and for the pictures
     #[arg(long, default_value = "out/evaluate")]
     out: PathBuf,
+    /// File for the table as Markdown, as a page of its own
+    #[arg(long)]
+    markdown: Option<PathBuf>,
     /// TUM RGB-D folder with people; exact masks in masks/ are used when there are any
     #[arg(long, requires = "reference")]
     dataset: Option<PathBuf>,
@@ -72,9 +85,25 @@ fn main() -> Result<(), AnyError> {
 
     // Claimed first: an output folder that cannot be written shall not cost a run.
     std::fs::create_dir_all(&arguments.out)?;
-    let subjects = if arguments.quick { subjects::quick()? } else { subjects::chosen(&arguments)? };
+    let mut subjects = if arguments.quick {
+        subjects::quick()?
+    } else if arguments.sensors {
+        subjects::sensors(arguments.every)?
+    } else {
+        subjects::chosen(&arguments)?
+    };
+    if let Some(part) = &arguments.only {
+        subjects.retain(|subject| subject.name.contains(part));
+    }
     let treatments = if arguments.baseline { Treatment::ALL } else { &[Treatment::Silhouettes] };
-    let evaluations = evaluation::evaluate(&subjects, treatments)?;
+    let mut detectors = vec![Detector::EveryFrame];
+    if let Some(rate) = arguments.detector_rate {
+        if !(rate > 0.0 && rate <= subjects::FAST_FRAME_RATE) {
+            return Err(format!("--detector-rate {rate} is outside its range 0..=30").into());
+        }
+        detectors.push(Detector::EveryNth((subjects::FAST_FRAME_RATE / rate).round() as usize));
+    }
+    let evaluations = evaluation::evaluate(&subjects, treatments, &detectors)?;
     for (subject, evaluation) in subjects.iter().zip(&evaluations) {
         residue_picture::write(&evaluation.panels, &subject.name, &arguments.out)?;
     }
@@ -82,5 +111,15 @@ fn main() -> Result<(), AnyError> {
     print!("{}", table::text(&rows));
     table::write(&rows, &arguments.out)?;
     println!("written to {}", arguments.out.display());
-    if arguments.quick { quick::check(&rows) } else { Ok(()) }
+    if let Some(file) = &arguments.markdown {
+        table::write_page(&rows, file)?;
+        println!("written to {}", file.display());
+    }
+    if arguments.quick {
+        limits::check(&rows, limits::QUICK)
+    } else if arguments.sensors && arguments.only.is_none() {
+        limits::check(&rows, limits::SENSORS)
+    } else {
+        Ok(())
+    }
 }

@@ -1,16 +1,19 @@
-use dymlm::core::{BoundingBox, Detection};
+use dymlm::core::{BoundingBox, Detection, SensorModel};
 use dymlm::dynamics::Mover;
-use dymlm::{FrameReport, MapBuilder, MultiLevelMap, Stage};
+use dymlm::{Detections, FrameReport, MapBuilder, MultiLevelMap, Stage};
 use dymlm_examples::{AnyError, Milliseconds};
 use dymlm_metrics::{IdentifiedBox, MaskScore, TrackingScorer};
 use dymlm_sim::{SimulatedFrame, VisibleThing};
 
 use crate::columns::Scores;
-use crate::treatment::Treatment;
+use crate::treatment::{Detector, Treatment};
 
 /// A builder at work, and what is counted on the way.
 pub(crate) struct Run {
     treatment: Treatment,
+    detector: Detector,
+    stride: usize,
+    frames: usize,
     builder: MapBuilder,
     masks: MaskScore,
     boxes: TrackingScorer,
@@ -32,10 +35,19 @@ const STEPS: &[(&str, Stage)] = &[
 ];
 
 impl Run {
-    pub(crate) fn new(treatment: Treatment) -> Result<Self, AnyError> {
+    pub(crate) fn new(
+        treatment: Treatment,
+        detector: Detector,
+        sensor: SensorModel,
+    ) -> Result<Self, AnyError> {
+        let mut config = treatment.config();
+        config.sensor = sensor;
         Ok(Self {
             treatment,
-            builder: MapBuilder::new(treatment.config())?,
+            detector,
+            stride: sensor.stride,
+            frames: 0,
+            builder: MapBuilder::new(config)?,
             masks: MaskScore::default(),
             boxes: TrackingScorer::new(),
             reports: Vec::new(),
@@ -46,23 +58,41 @@ impl Run {
         self.treatment
     }
 
+    pub(crate) fn detector(&self) -> Detector {
+        self.detector
+    }
+
     pub(crate) fn map(&self) -> &MultiLevelMap {
         self.builder.map()
     }
 
     pub(crate) fn insert(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
         let detections = self.treatment.detections(&frame.detections);
-        let report = self.builder.insert(&frame.frame, &detections, &frame.estimated_world_from_camera)?;
+        let runs = self.detector.runs(self.frames);
+        let found = if runs { Detections::Found(&detections) } else { Detections::NotRun };
+        self.frames += 1;
+        let report = self.builder.insert(&frame.frame, found, &frame.estimated_world_from_camera)?;
         let masked = self.builder.preprocessor().static_mask().inverted();
-        self.masks.add(&masked, &frame.mover_mask, frame.frame.depth())?;
+        if masked.width() == frame.mover_mask.width() {
+            self.masks.add(&masked, &frame.mover_mask, frame.frame.depth())?;
+        } else {
+            let mut movers = frame.mover_mask.clone();
+            movers.subsample_from(&frame.mover_mask, self.stride);
+            self.masks.add(&masked, &movers, frame.frame.subsampled(self.stride)?.depth())?;
+        }
         if self.treatment != Treatment::NoDetections {
-            self.count_boxes(frame, &report)?;
+            self.count_boxes(frame, &report, runs)?;
         }
         self.reports.push(report);
         Ok(())
     }
 
-    fn count_boxes(&mut self, frame: &SimulatedFrame, report: &FrameReport) -> Result<(), AnyError> {
+    fn count_boxes(
+        &mut self,
+        frame: &SimulatedFrame,
+        report: &FrameReport,
+        runs: bool,
+    ) -> Result<(), AnyError> {
         let pixels = (frame.mover_mask.width() * frame.mover_mask.height()) as f64;
         let is_sliver = |thing: &&VisibleThing| (thing.pixels as f64) < SLIVER * pixels;
         let movers = frame.visible_things.iter().filter(|thing| thing.moves);
@@ -73,7 +103,7 @@ impl Run {
         let truth: Vec<IdentifiedBox> = whole.iter().map(identified).collect();
         let output = |mover: &Mover| IdentifiedBox { id: mover.track_id, bounding_box: mover.bounding_box };
         let output: Vec<IdentifiedBox> = report.movers.iter().map(output).collect();
-        let found = frame.detections.iter().filter(|detection| detection.label() == "person");
+        let found = frame.detections.iter().filter(|detection| runs && detection.label() == "person");
         let found: Vec<BoundingBox> = found.map(Detection::bounding_box).collect();
         Ok(self.boxes.add_frame_ignoring(&slivers, &truth, &output, Some(&found))?)
     }

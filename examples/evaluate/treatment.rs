@@ -3,6 +3,26 @@ use dymlm::core::Detection;
 use dymlm::dynamics::MaskMode;
 use serde::Serialize;
 
+/// In which frames the 2D detector runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Detector {
+    /// In all.
+    EveryFrame,
+    /// In the first of so many; in the others it does not run.
+    EveryNth(usize),
+}
+
+impl Detector {
+    /// Whether it runs in frame `index`.
+    pub(crate) fn runs(self, index: usize) -> bool {
+        match self {
+            Self::EveryFrame => true,
+            Self::EveryNth(n) => index.is_multiple_of(n.max(1)),
+        }
+    }
+}
+
 /// What is done about movers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -20,6 +20,8 @@ pub enum SequenceSet {
     SecondRoom,
     /// Rooms made from seeds.
     RandomRooms,
+    /// One room as several depth cameras see it.
+    Sensors,
 }
 
 /// Frames of a random room: one round of the camera's path.

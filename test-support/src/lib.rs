@@ -1,7 +1,16 @@
 //! What tests and benches of several crates share.
 //!
-//! - [`recording`] finds the real recordings.
+//! - [`recording`] finds the real recordings, [`recorded_frames`] reads those of people with exact masks.
+//! - [`World`] is a handful of exact bodies and the rays that meet them; `dymlm-sim` renders whole rooms.
+//! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64).
+#![allow(clippy::unwrap_used, reason = "for tests")]
 
+mod random;
+mod recorded_people;
 mod recording;
+mod world;
 
+pub use random::{normal, shuffle};
+pub use recorded_people::{RecordedFrame, recorded_frames};
 pub use recording::recording;
+pub use world::{Cuboid, Cylinder, Hit, Rectangle, World, look_at, small_camera};

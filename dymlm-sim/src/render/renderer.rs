@@ -6,7 +6,7 @@ use parry3d::query::Ray;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
-use super::shader::Shader;
+use super::shader::{Shader, TILE};
 use super::view::View;
 use crate::scene::Part;
 
@@ -26,9 +26,6 @@ pub(crate) struct Rendering {
 
 /// The part index of a pixel that shows nothing.
 pub(crate) const NOTHING: u16 = u16::MAX;
-
-/// Size of the tiles that share a list of parts, pixels.
-pub(super) const TILE: [usize; 2] = [32, 16];
 
 /// Casts one ray a pixel at the parts.
 ///

@@ -1,10 +1,11 @@
 use dymlm_core::Rgb;
 use parry3d::math::Vec3;
 
-use super::renderer::TILE;
 use super::view::View;
 use crate::scene::{Shape, face_normal, surface_coordinates};
 
+/// Size of the tiles that share a list of parts, pixels.
+pub(super) const TILE: [usize; 2] = [32, 16];
 /// Light that comes from all sides, beside the two lamps.
 const AMBIENT: f32 = 0.48;
 

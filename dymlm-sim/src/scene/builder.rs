@@ -2,7 +2,8 @@ use parry3d::math::{Pose3, Rot3, Vec3};
 use parry3d::shape::Cuboid;
 
 use super::person::{Action, Clothes};
-use super::{Instance, Material, Motion, Part, Person, Scene, Shape, Viewpoint};
+use super::shape::capsule_between;
+use super::{Instance, Material, Motion, Part, Person, Shape};
 
 /// Puts a scene together thing by thing. A thing's parts are given in a frame of its own: origin on the floor (or
 /// on what it stands on), z up, front towards -y.
@@ -101,40 +102,5 @@ impl Builder {
         });
         self.people.push(Person { action, height, clothes, instance });
         self
-    }
-
-    pub(super) fn finish(self, viewpoint: Viewpoint) -> Scene {
-        Scene {
-            static_parts: self.parts,
-            instances: self.instances,
-            people: self.people,
-            carried: None,
-            viewpoint,
-        }
-    }
-}
-
-/// The capsule whose axis runs from `a` to `b`.
-pub(super) fn capsule_between(a: Vec3, b: Vec3, radius: f32) -> (Shape, Pose3) {
-    let axis = b - a;
-    let along = axis.normalize_or(Vec3::Y);
-    let pose = Pose3::from_parts(0.5 * (a + b), Rot3::from_rotation_arc(Vec3::Y, along));
-    (Shape::capsule(0.5 * axis.length(), radius), pose)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_capsule_reaches_from_end_to_end() {
-        for b in [Vec3::new(0.4, -0.2, 0.9), Vec3::new(0.1, -1.0, 0.3), Vec3::new(0.1, 0.2, 0.3)] {
-            let a = Vec3::new(0.1, 0.2, 0.3);
-            let (shape, pose) = capsule_between(a, b, 0.1);
-            for end in [a, b] {
-                let local = pose.inverse_transform_point(end);
-                assert!((shape.surface_distance(local) - 0.1).abs() < 1e-5 && shape.reaches(local, 0.0));
-            }
-        }
     }
 }

@@ -3,9 +3,10 @@ use std::fmt;
 
 use parry3d::math::{Pose3, Rot3, Vec3};
 
-use super::builder::{Builder, capsule_between};
+use super::builder::Builder;
 use super::material::Pattern::{Glyphs, Noise};
-use super::{Instance, Material, Motion, Part, Scene, Shape, furniture};
+use super::shape::capsule_between;
+use super::{Instance, Material, Motion, Part, Shape, furniture};
 
 /// A thing that a hand carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -113,8 +114,9 @@ const LAST_YAW: f32 = 0.35;
 /// From where it is looked at, about (the office's viewpoint).
 const EYE: Vec3 = Vec3::new(0.15, -1.45, 1.45);
 
-/// What the camera looks at: beyond the carried thing and below.
-const TARGET: Vec3 = Vec3::new(0.0, 1.5, 0.35);
+/// What the camera looks at: beyond the carried thing and below, as far as the desk, so that its glances stay as wide as
+/// they are.
+pub(super) const TARGET: Vec3 = Vec3::new(0.0, 1.5, 0.35);
 
 const SKIN: Material = Material::new(Noise, 0.03, [0.72, 0.52, 0.42], [0.86, 0.67, 0.56]);
 const SLEEVE: Material = Material::new(Noise, 0.04, [0.18, 0.22, 0.30], [0.34, 0.38, 0.46]);
@@ -134,21 +136,31 @@ pub(crate) struct Carried {
     hand: usize,
 }
 
-impl Scene {
-    /// In the office: puts a small table before the camera's station, and on it a thing that a hand takes up, moves, and puts down.
-    pub(crate) fn carry(&mut self, what: CarriedObject) {
+/// What comes into a room with a carried thing.
+pub(super) struct CarriedSet {
+    pub(super) carried: Carried,
+    /// The bodies of the table that it stands on.
+    pub(super) table: Vec<Part>,
+    /// The table, the thing and the hand.
+    pub(super) instances: Vec<Instance>,
+}
+
+impl CarriedSet {
+    /// A small table before the camera's station, and on it a thing that a hand takes up, moves, and puts down; the first
+    /// of its instances has the number `first`.
+    pub(super) fn new(what: CarriedObject, first: usize) -> Self {
         let mut table = Builder::default();
         furniture::table(&mut table, TABLE.0, 0.0, TABLE.1, TABLE.2, super::palette::OAK);
-        let first = self.instances.len();
-        self.static_parts
-            .extend(table.parts.into_iter().map(|part| Part { instance: first + part.instance, ..part }));
-        self.instances.extend(table.instances);
-        let instance = self.instances.len();
+        let bodies = table.parts.into_iter();
+        let mut instances = table.instances;
+        let instance = first + instances.len();
         let mover = |label| Instance { label, motion: Motion::Moves, scene_from_thing: Pose3::IDENTITY };
-        self.instances.extend([mover(Some(what.kind.label())), mover(None)]);
-        // As far as the desk, so that the camera's glances stay as wide as they are.
-        self.viewpoint.target = TARGET;
-        self.carried = Some(Carried { what, instance, hand: instance + 1 });
+        instances.extend([mover(Some(what.kind.label())), mover(None)]);
+        Self {
+            carried: Carried { what, instance, hand: instance + 1 },
+            table: bodies.map(|part| Part { instance: first + part.instance, ..part }).collect(),
+            instances,
+        }
     }
 }
 

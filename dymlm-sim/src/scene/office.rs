@@ -29,7 +29,7 @@ impl Scene {
         for (walk, (height, clothes)) in walks(choice).into_iter().zip(PEOPLE).take(people) {
             b.person(Action::Walks(walk), height, clothes);
         }
-        b.finish(Viewpoint::OFFICE)
+        Self::of(b, Viewpoint::OFFICE)
     }
 
     /// The same office with up to two people who sit on swivel chairs before the ends of the desk, half turned to each
@@ -49,7 +49,7 @@ impl Scene {
         for (((place, yaw), (height, clothes)), [phase, _]) in sitters {
             b.person(Action::Sits(furniture::seat(place, yaw, phase)), height, clothes);
         }
-        b.finish(Viewpoint::OFFICE)
+        Self::of(b, Viewpoint::OFFICE)
     }
 }
 

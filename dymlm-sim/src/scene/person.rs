@@ -3,7 +3,7 @@ use std::f64::consts::TAU as TAU_64;
 
 use parry3d::math::{Pose3, Rot3, Vec2, Vec3};
 
-use super::builder::capsule_between;
+use super::shape::capsule_between;
 use super::walk::{Step, Walk};
 use super::{Material, Part, Shape};
 

@@ -1,4 +1,4 @@
-use parry3d::math::Vec3;
+use parry3d::math::{Pose3, Rot3, Vec3};
 use parry3d::query::{PointQuery, Ray, RayCast};
 use parry3d::shape::{Ball, Capsule, Cuboid, Cylinder};
 
@@ -184,6 +184,14 @@ fn distance_to_ellipsoid(radii: Vec3, point: Vec3) -> f32 {
     (0..3).map(|i| (nearest[i] - p[i]).powi(2)).sum::<f64>().sqrt() as f32
 }
 
+/// The capsule whose axis runs from `a` to `b`.
+pub(super) fn capsule_between(a: Vec3, b: Vec3, radius: f32) -> (Shape, Pose3) {
+    let axis = b - a;
+    let along = axis.normalize_or(Vec3::Y);
+    let pose = Pose3::from_parts(0.5 * (a + b), Rot3::from_rotation_arc(Vec3::Y, along));
+    (Shape::capsule(0.5 * axis.length(), radius), pose)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -261,5 +269,17 @@ mod tests {
         assert!((distance_to_ellipsoid(Vec3::new(0.1, 0.2, 0.35), Vec3::ZERO) - 0.1).abs() < 1e-6);
         assert!((distance_to_ellipsoid(Vec3::splat(0.2), Vec3::ZERO) - 0.2).abs() < 1e-6);
         assert!((distance_to_ellipsoid(Vec3::splat(0.2), Vec3::new(0.0, 0.5, 0.0)) - 0.3).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_capsule_reaches_from_end_to_end() {
+        for b in [Vec3::new(0.4, -0.2, 0.9), Vec3::new(0.1, -1.0, 0.3), Vec3::new(0.1, 0.2, 0.3)] {
+            let a = Vec3::new(0.1, 0.2, 0.3);
+            let (shape, pose) = capsule_between(a, b, 0.1);
+            for end in [a, b] {
+                let local = pose.inverse_transform_point(end);
+                assert!((shape.surface_distance(local) - 0.1).abs() < 1e-5 && shape.reaches(local, 0.0));
+            }
+        }
     }
 }

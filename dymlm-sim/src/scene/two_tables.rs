@@ -42,7 +42,7 @@ impl Scene {
         for (action, (height, clothes)) in actions.into_iter().zip(PEOPLE).take(people) {
             b.person(action, height, clothes);
         }
-        b.finish(VIEWPOINT)
+        Self::of(b, VIEWPOINT)
     }
 }
 

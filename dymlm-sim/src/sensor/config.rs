@@ -1,6 +1,8 @@
-use dymlm_core::{ConfigError, check_range};
+use dymlm_core::{ConfigError, DepthNoise, check_range};
 
-/// How a structured-light depth camera errs. The defaults are those of a first-generation Kinect.
+/// How a depth camera errs. The default is [`kinect`](Self::kinect); there are also a stereo pair
+/// ([`realsense_d435`](Self::realsense_d435)), [`time_of_flight`](Self::time_of_flight), and a camera that does not err
+/// ([`ideal`](Self::ideal)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SensorConfig {
@@ -8,9 +10,11 @@ pub struct SensorConfig {
     pub min_depth: f64,
     /// Farthest depth with a reading, metres, 0..=1000, default 6.
     pub max_depth: f64,
-    /// Factor on the axial noise of [`dymlm_core::axial_noise`], 0..=10, default 1. Steep views get the
-    /// additional term 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2 of the same source (Nguyen 2012).
-    pub axial_noise: f64,
+    /// Noise along the optical axis by depth; its floor and growth 0..=1, its start 0..=100 m. Default: the Kinect's.
+    pub noise: DepthNoise,
+    /// Factor on the noise that steep views add, 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2 m for an incidence theta
+    /// above 53 degrees (Nguyen 2012), 0..=10, default 1.
+    pub steep_noise: f64,
     /// Standard deviation of the ray's place in the image, pixels, 0..=5, default 0.8 (Nguyen 2012, lateral
     /// noise, about the same at all depths).
     pub lateral_noise: f64,
@@ -39,10 +43,19 @@ pub struct SensorConfig {
 
 impl Default for SensorConfig {
     fn default() -> Self {
+        Self::kinect()
+    }
+}
+
+impl SensorConfig {
+    /// Structured light of the first Kinect.
+    #[must_use]
+    pub const fn kinect() -> Self {
         Self {
             min_depth: 0.5,
             max_depth: 6.0,
-            axial_noise: 1.0,
+            noise: DepthNoise::kinect(),
+            steep_noise: 1.0,
             lateral_noise: 0.8,
             quantization: 0.002_85,
             baseline: 0.075,
@@ -55,14 +68,47 @@ impl Default for SensorConfig {
             absorption: 1.0,
         }
     }
-}
 
-impl SensorConfig {
+    /// Stereo of a `RealSense` D435 at 848x480 (f = 425 px, baseline 5 cm, 0.08 px of disparity, steps of 1/32 px), with
+    /// the noise of [`SensorModel::realsense_d4xx`](dymlm_core::SensorModel::realsense_d4xx). Edges are felt further than
+    /// with structured light (the matching window), and more of the pixels there read a depth between the surfaces.
+    #[must_use]
+    pub fn realsense_d435() -> Self {
+        Self {
+            min_depth: 0.3,
+            noise: DepthNoise::stereo(425.0, 0.05, 0.08),
+            lateral_noise: 0.5,
+            quantization: 1.0 / (32.0 * 425.0 * 0.05),
+            baseline: 0.05,
+            edge_width: 3.0,
+            edge_dropout: 0.4,
+            flying_pixels: 0.1,
+            ..Self::kinect()
+        }
+    }
+
+    /// Time of flight, with the noise of [`SensorModel::time_of_flight`](dymlm_core::SensorModel::time_of_flight): no
+    /// shadow, no disparity steps, and many readings between the surfaces at edges.
+    #[must_use]
+    pub const fn time_of_flight() -> Self {
+        Self {
+            min_depth: 0.3,
+            noise: DepthNoise::constant(0.008),
+            lateral_noise: 0.5,
+            quantization: 0.0,
+            baseline: 0.0,
+            edge_dropout: 0.4,
+            flying_pixels: 0.2,
+            ..Self::kinect()
+        }
+    }
+
     /// A camera that errs in nothing but its range: depth is exact.
     #[must_use]
     pub fn ideal() -> Self {
         Self {
-            axial_noise: 0.0,
+            noise: DepthNoise::constant(0.0),
+            steep_noise: 0.0,
             lateral_noise: 0.0,
             quantization: 0.0,
             baseline: 0.0,
@@ -81,7 +127,10 @@ impl SensorConfig {
         let right_angle = std::f64::consts::FRAC_PI_2;
         check_range("sensor.max_depth", self.max_depth, 0.0..=1000.0)?;
         check_range("sensor.min_depth", self.min_depth, 0.0..=self.max_depth.min(100.0))?;
-        check_range("sensor.axial_noise", self.axial_noise, 0.0..=10.0)?;
+        check_range("sensor.noise.floor", self.noise.floor.into(), 0.0..=1.0)?;
+        check_range("sensor.noise.growth", self.noise.growth.into(), 0.0..=1.0)?;
+        check_range("sensor.noise.start", self.noise.start.into(), 0.0..=100.0)?;
+        check_range("sensor.steep_noise", self.steep_noise, 0.0..=10.0)?;
         check_range("sensor.lateral_noise", self.lateral_noise, 0.0..=5.0)?;
         check_range("sensor.quantization", self.quantization, 0.0..=0.1)?;
         check_range("sensor.baseline", self.baseline, -1.0..=1.0)?;

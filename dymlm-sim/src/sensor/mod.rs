@@ -1,4 +1,4 @@
-//! What a structured-light camera makes of the exact depth.
+//! What a depth camera makes of the exact depth.
 
 mod config;
 mod model;

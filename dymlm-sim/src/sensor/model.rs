@@ -1,4 +1,4 @@
-use dymlm_core::{PinholeCamera, axial_noise};
+use dymlm_core::PinholeCamera;
 use rand::{Rng, RngExt};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use crate::noise::{NormalTable, Use, stream};
 use crate::render::Rendering;
 use crate::scene::Part;
 
-/// A structured-light depth camera: from exact depth to readings.
+/// A depth camera: from exact depth to readings.
 ///
 /// In the order of the light's way: the projector's shadow; readings lost or mixed at depth edges; the jitter of the
 /// place that a pixel looks at; surfaces that send nothing back; axial noise; disparity steps; range. Models: Nguyen,
@@ -161,14 +161,14 @@ impl Sensor {
 
     /// Standard deviation along the optical axis at depth z (Nguyen 2012, eq. 4).
     fn axial_noise(&self, z: f32, incidence: f32) -> f32 {
-        let mut sigma = axial_noise(z);
+        let mut sigma = self.config.noise.sigma(z);
         if incidence < 0.6 {
             let angle = incidence.acos();
             // The fit ends at 80 degrees.
             let rest = (std::f32::consts::FRAC_PI_2 - angle).max(0.17);
-            sigma += 0.0001 / z.sqrt() * (angle / rest) * (angle / rest);
+            sigma += self.config.steep_noise as f32 * (0.0001 / z.sqrt() * (angle / rest) * (angle / rest));
         }
-        sigma * self.config.axial_noise as f32
+        sigma
     }
 
     /// Depths whose disparity is a whole number of steps.

@@ -1,4 +1,4 @@
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use dymlm_core::{ConfigError, PinholeCamera, Pose, check_range};
 
@@ -27,6 +27,8 @@ pub struct SequenceConfig {
     pub activity: Activity,
     /// How the camera moves. Default [`CameraPath::Handheld`].
     pub path: CameraPath,
+    /// Turn of the camera about its optical axis, radians, -pi..=pi, default 0: a quarter turn holds it on its side.
+    pub camera_roll: f64,
     /// Where the room stands in the world; in its own frame z is up and the floor is z = 0. Default identity.
     /// A tilted world shows whether a map depends on which way is up.
     pub world_from_scene: Pose,
@@ -53,6 +55,7 @@ impl Default for SequenceConfig {
             room: Room::default(),
             activity: Activity::default(),
             path: CameraPath::default(),
+            camera_roll: 0.0,
             world_from_scene: Pose::identity(),
             people: 2,
             carried: None,
@@ -89,6 +92,7 @@ impl SequenceConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("frames", self.frames as f64, 1.0..=1e6)?;
         check_range("frame_rate", self.frame_rate, 0.1..=1000.0)?;
+        check_range("camera_roll", self.camera_roll, -PI..=PI)?;
         check_range("people", self.people as f64, 0.0..=2.0)?;
         self.sensor.validate()?;
         self.pose_error.validate()?;

@@ -1,6 +1,6 @@
 use dymlm_core::Mask;
 
-use super::SimulatedFrame;
+use super::simulated_frame::SimulatedFrame;
 use crate::render::Rendering;
 use crate::scene::Part;
 use crate::sensor::Places;

@@ -7,10 +7,12 @@ mod pose_error;
 mod pose_error_config;
 mod sequence_type;
 mod simulate;
+mod simulated_frame;
 
 pub use camera_path::CameraPath;
 pub use config::SequenceConfig;
 pub use frame_scratch::FrameScratch;
 pub use pose_error_config::PoseErrorConfig;
 pub use sequence_type::SequenceType;
-pub use simulate::{CarriedThing, Sequence, SimulatedFrame, VisibleThing};
+pub use simulate::Sequence;
+pub use simulated_frame::{CarriedThing, SimulatedFrame, VisibleThing};

@@ -70,7 +70,7 @@ impl Plan {
         for (action, (height, clothes)) in actions.into_iter().zip(PEOPLE).take(people) {
             b.person(action, height, clothes);
         }
-        b.finish(self.station.viewpoint())
+        Scene::of(b, self.station.viewpoint())
     }
 }
 

@@ -1,0 +1,64 @@
+use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, Pose};
+use dymlm_metrics::ExactView;
+
+/// One frame of a [`Sequence`](crate::Sequence) and the truth about it.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct SimulatedFrame {
+    /// What the camera gives: noisy depth and colour.
+    pub frame: Frame,
+    /// What the detector gives, best score first.
+    pub detections: Vec<Detection>,
+    /// The exact pose.
+    pub world_from_camera: Pose,
+    /// The pose that a SLAM front end estimates ([`PoseErrorConfig`](crate::PoseErrorConfig)): the exact one by default.
+    pub estimated_world_from_camera: Pose,
+    /// The exact depth, without range limits.
+    pub true_depth: DepthImage,
+    /// `true` where the ray through the pixel's centre meets a mover.
+    pub mover_mask: Mask,
+    /// The things in view that have a label, by ascending id.
+    pub visible_things: Vec<VisibleThing>,
+    /// The exact place of the thing that a hand carries, if the config asks for one.
+    pub carried: Option<CarriedThing>,
+    /// Index of the static part that each pixel shows; movers' parts and nothing at all lie beyond the static ones.
+    pub(crate) parts: Vec<u16>,
+}
+
+/// The thing that a hand carries, exactly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct CarriedThing {
+    /// The id that it has among the visible things.
+    pub id: usize,
+    /// COCO label.
+    pub label: &'static str,
+    /// Where it is. Its own frame has its origin in the middle; at rest x points to the right, y away from the camera, z up.
+    pub world_from_object: Pose,
+    /// Full lengths along its axes, metres (a cup's without the handle).
+    pub lengths: [f64; 3],
+}
+
+/// A labelled thing as one frame shows it, exactly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct VisibleThing {
+    /// Tells things of a sequence apart; the same in all its frames.
+    pub id: usize,
+    /// COCO label.
+    pub label: &'static str,
+    /// Whether it is one of the movers.
+    pub moves: bool,
+    /// Smallest box around the pixels that show it.
+    pub bounding_box: BoundingBox,
+    /// Number of pixels that show it.
+    pub pixels: usize,
+}
+
+impl SimulatedFrame {
+    /// The movers in view, as a detector is to find them.
+    pub fn mover_views(&self) -> Vec<ExactView> {
+        let movers = self.visible_things.iter().filter(|thing| thing.moves);
+        movers.map(|thing| ExactView::new(thing.id, thing.bounding_box, thing.pixels)).collect()
+    }
+}
