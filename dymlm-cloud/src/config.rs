@@ -18,7 +18,7 @@ pub struct CloudMapConfig {
     /// may be a flying pixel.
     pub min_observations: u32,
     /// Thinning: how far a voxel of the static map looks for heavier ones, whose noise it may be, in standard deviations
-    /// of its own readings, 0..=10; at most six voxels; 0 = no thinning. Default 2: within it lies 95 % of what was read
+    /// of its own readings, 0..=10; at most eight voxels; 0 = no thinning. Default 2: within it lies 95 % of what was read
     /// of the same surface.
     pub thinning_radius: f64,
 }

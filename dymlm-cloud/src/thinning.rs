@@ -5,8 +5,8 @@ use crate::voxel::Voxel;
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
 
-/// Farthest that a voxel looks for heavier ones, voxels.
-const MAX_RADIUS: i32 = 6;
+/// Farthest that a voxel looks for heavier ones, voxels: no farther than the blocks around its own.
+const MAX_RADIUS: i32 = BLOCK_SIDE as i32;
 /// Cells along the side of a block with what lies around it within that radius.
 const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
 
