@@ -7,14 +7,14 @@ use crate::weighting::Weighting;
 
 /// Farthest that a voxel looks for heavier ones, voxels: no farther than the blocks around its own.
 const MAX_RADIUS: i32 = BLOCK_SIDE as i32;
-/// Cells along the side of a block with what lies around it within that radius.
+/// Voxels along the side of a window: a block and that radius on each side.
 const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
 
 /// A voxel with less than this share of the weight of one within its radius is noise: what is 1.4 standard deviations off
 /// a surface has that share of readings. Less leaves a thicker shell of noise, more tears holes where two surfaces meet.
 const MIN_WEIGHT_SHARE: f32 = 0.4;
 
-/// Tells which voxels are but the noise of a surface beside them.
+/// Tells which voxels hold only the noise of a surface beside them.
 ///
 /// Readings of a surface scatter along the line of sight by sigma(z), at 4 m over many voxels: the true surface is
 /// where most weight lies, and a shell of light voxels surrounds it. A voxel is noise when another static voxel within

@@ -10,12 +10,13 @@ pub enum Verdict {
     Static,
     /// Something was there that moved, or nothing ever was: a mover's trace or a flying pixel.
     Ghost,
-    /// Read too seldom, or but the noise of a heavier surface beside it.
+    /// Read by too few frames, or only the noise of a heavier surface beside it.
     Noise,
 }
 
-/// A cell's vote is cut to this many frames either way: a surface watched for minutes must not outvote the trace
-/// that leans on it.
+/// A cell's vote is limited to this many frames either way. With less, a few frames decide as much as many; without a
+/// limit, a surface watched for minutes outvotes the trace of a mover that touched it
+/// (`a_movers_trace_beside_a_long_seen_surface_is_removed`).
 const MAX_VOTE: f32 = 10.0;
 
 /// Cells along the side of a block with its neighbours' nearest cells around it.

@@ -225,6 +225,20 @@ fn a_ghost_seen_last_is_removed_by_the_frames_before_it() {
     assert_eq!(ghosts(map.point_cloud(Selection::Static).points()), 0);
 }
 
+#[test]
+fn a_movers_trace_beside_a_long_seen_surface_is_removed() {
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+    for step in 0..100 {
+        // A cupboard at 1.5 m in the left half, for two frames somebody beside it, a wall behind.
+        let in_front = if step == 50 || step == 51 { 24 } else { 20 };
+        let frame = frame(f64::from(step), |u, _| if u < in_front { 1.5 } else { 2.5 });
+        map.insert(&frame, None, &Pose::identity()).unwrap();
+    }
+    let beside = |cloud: &[Point]| cloud.iter().filter(|point| point[2] < 2.0 && point[0] > -0.15).count();
+    assert!(beside(map.point_cloud(Selection::All).points()) > 100);
+    assert_eq!(beside(map.point_cloud(Selection::Static).points()), 0);
+}
+
 /// A wall at `depth` as a noisy sensor reads it: normal noise of the axial deviation, the same for every seed.
 fn noisy_wall(seed: u32, depth: f32, sensor: &SensorModel) -> Frame {
     frame(f64::from(seed), |u, v| {

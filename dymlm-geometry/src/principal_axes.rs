@@ -3,7 +3,7 @@ use dymlm_core::{Point, symmetric_eigen3};
 
 use crate::finite::is_finite;
 
-/// Deviations below so many roundings of the coordinates are none.
+/// Deviations below this many roundings of the coordinates count as 0.
 const ROUNDINGS: f64 = 4.0;
 
 /// Principal component analysis of a cloud: its centroid, its covariance, and the directions in which it extends.

@@ -24,7 +24,7 @@ pub struct OccupancyGrid {
 }
 
 impl Octree {
-    /// Projects what lies between two heights onto a 2D grid. Heights are measured along `up` (any length, any
+    /// Projects the cells between two heights onto a 2D grid. Heights are measured along `up` (any length, any
     /// direction) from the world's origin, metres; infinite heights mean no limit.
     ///
     /// A grid cell is occupied when the line along `up` through its centre meets an occupied cell between the heights,

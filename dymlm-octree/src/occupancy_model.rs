@@ -33,8 +33,8 @@ impl OccupancyModel {
         }
     }
 
-    /// Hornung 2013, eq. 4: the log-odds after one more observation, clamped. Whoever is at a bound already stays
-    /// as he is, even beyond it (a file may have been written with other bounds).
+    /// Hornung 2013, eq. 4: the log-odds after one more observation, clamped. A value at a bound or
+    /// beyond it (a file may have been written with other bounds) stays as it is.
     #[inline]
     pub(crate) fn updated(&self, log_odds: f32, update: f32) -> f32 {
         if (update >= 0.0 && log_odds >= self.max) || (update <= 0.0 && log_odds <= self.min) {

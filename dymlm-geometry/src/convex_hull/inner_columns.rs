@@ -9,11 +9,11 @@ const ROUNDER: u64 = 3 << 51;
 const MARGIN_Y: f64 = 1e-9;
 const MARGIN_X: f64 = 1e-5;
 const SMALLEST_EXTENT: f64 = 1e-100;
-/// Coordinates up to so many times the extent tell the margins apart.
+/// Up to this many times the extent, coordinates have digits enough to resolve the margins.
 const GREATEST_OFFSET: f64 = 1e8;
 
-/// What lies surely, by more than rounding, within a convex polygon: for each column of x what is between a chord of
-/// its lower and one of its upper side.
+/// The part of a convex polygon that is inside by more than rounding: in each column of x, what is between a chord of the
+/// lower and a chord of the upper side.
 #[derive(Debug, Clone)]
 pub(super) struct InnerColumns {
     /// The middle of the first column, and the polygon's lowest y.

@@ -1,5 +1,5 @@
-/// An ellipse that lies surely, by more than rounding, within a convex polygon: of the shape of the polygon's
-/// distribution of area, and as large as it can be about its centroid.
+/// An ellipse that is inside a convex polygon by more than rounding: about the polygon's centroid, with the axes of its
+/// distribution of area, as large as fits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct InnerEllipse {
     center: [f64; 2],

@@ -10,7 +10,8 @@ pub(super) struct InnerRegion {
     columns: InnerColumns,
 }
 
-/// One in so many fours of points may miss the ellipse: what a processor cannot foresee costs it more than the columns do.
+/// The ellipse is given up when more than one in this many fours of points is not inside: branches that a processor cannot
+/// predict cost more than the columns.
 const MISSED_OF: usize = 4;
 
 impl InnerRegion {

@@ -15,18 +15,18 @@ use left_to_right::LeftToRight;
 use outline::Outline;
 use usable::usable;
 
-/// From so many points on, most are worth being recognized as inner ones first.
+/// With this many points or more, dropping inner points first is faster than sorting them all.
 const FEW: usize = 512;
 
-/// Of so many points in a row so many are looked at for the outline: those side by side are in one line of the cache.
+/// The outline is taken from the first `SAMPLE` of every `SPAN` points: neighbours share a line of the cache.
 const SPAN: usize = 256;
 const SAMPLE: usize = 4;
 
-/// The hull is taken anew between blocks of so many points.
+/// Points are compared with the hull of those before in blocks of this many, after each of which it may be computed anew.
 const BLOCK: usize = 1024;
 
-/// It is when there are so many candidates, and so many more for each of its corners: the work of all times together is
-/// little more than that of the last.
+/// The hull is computed anew when there are more candidates than `MANY` and `MANY_FOR_CORNER` for each of its corners. So
+/// all computations together cost little more than the last.
 const MANY: usize = 128;
 const MANY_FOR_CORNER: usize = 3;
 

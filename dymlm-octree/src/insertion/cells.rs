@@ -56,7 +56,7 @@ pub(crate) struct Row {
     indices: [Vec<u32>; 3],
     /// Not 0 where the cell differs from the one before, or `is_cut` does.
     changes: Vec<u32>,
-    /// 1 where the reading lies beyond the sensor's range and the point was drawn in to its end, else 0.
+    /// 1 where the reading is beyond the sensor's range, and the point was set to the end of the range on its ray; else 0.
     is_cut: Vec<u32>,
 }
 
