@@ -11,7 +11,8 @@ const MAX_RADIUS: i32 = BLOCK_SIDE as i32;
 const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
 
 /// A voxel with less than this share of the weight of one within its radius is noise: what is 1.4 standard deviations off
-/// a surface has that share of readings. Less leaves a thicker shell of noise, more tears holes where two surfaces meet.
+/// a surface has that share of readings. Less leaves a thicker shell of noise, more takes
+/// true surfaces away (`a_far_noisy_surface_is_thinned_and_keeps_no_hole_whatever_the_sensor`).
 const MIN_WEIGHT_SHARE: f32 = 0.4;
 
 /// Tells which voxels hold only the noise of a surface beside them.

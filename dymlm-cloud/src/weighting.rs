@@ -7,7 +7,8 @@ use crate::voxel::Voxel;
 const LEAST_UNIT: i32 = 1 << 12;
 /// ... and at most this: the sums of 2^34 readings still fit into their 64 bits.
 const GREATEST_UNIT: i32 = 1 << 21;
-/// The weight of the farthest reading, at least: rounding changes it by an eighth at most.
+/// The weight of the farthest reading, at least: rounding changes it by an eighth at most. With less, far readings lose
+/// their digits (`far_readings_of_a_stereo_pair_keep_their_digits`); with more, a Kinect's sums would not be what they were.
 const LEAST_WEIGHT: f32 = 4.0;
 
 /// What a sensor's readings weigh: 1 / sigma(z)^2, as an integer.
