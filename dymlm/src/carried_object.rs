@@ -60,7 +60,7 @@ impl MapBuilder {
     }
 
     /// Tells the maps what the tracker of an object has found in a frame; call it before [`insert`](Self::insert)ing that
-    /// frame.
+    /// frame, once for each object that is followed.
     ///
     /// While the object moves, its pixels are kept out of the maps, and the object map shows it where it stood. Once it
     /// has come to rest, the object stands at its new pose and its old place is empty in all maps: its points of the cloud
@@ -101,10 +101,11 @@ impl MapBuilder {
             None => None,
         };
         let is_carried = update.state != ObjectState::AtRest;
-        self.carried =
-            is_carried.then(|| body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING)).flatten();
+        self.carried.remove(&object);
         if is_carried {
             self.map.objects.hold(object);
+            let body = body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING);
+            self.carried.extend(body.map(|body| (object, body)));
         } else {
             self.map.objects.release(object);
         }

@@ -1,4 +1,6 @@
-use dymlm_core::{Detection, Frame, FrameId, Pose};
+use std::collections::BTreeMap;
+
+use dymlm_core::{Detection, Frame, FrameId, ObjectId, Pose};
 use dymlm_dynamics::Preprocessor;
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{ObjectView, SightedPoint};
@@ -30,7 +32,7 @@ pub struct MapBuilder {
     /// Time of the last frame that was inserted, waiting or not.
     newest: f64,
     /// Where carried objects are in the next frame, with a rim, in the world.
-    pub(crate) carried: Option<OrientedBox>,
+    pub(crate) carried: BTreeMap<ObjectId, OrientedBox>,
     pub(crate) map: MultiLevelMap,
 }
 
@@ -50,7 +52,7 @@ impl MapBuilder {
             waiting: WaitingFrames::default(),
             next_id: 0,
             newest: f64::NEG_INFINITY,
-            carried: None,
+            carried: BTreeMap::new(),
             map: MultiLevelMap::new(&config)?,
             config,
         })
@@ -91,8 +93,9 @@ impl MapBuilder {
         self.newest = input.frame.timestamp();
         self.waiting.give_up_before(self.newest - self.config.max_detection_delay);
         let mut released = self.process_ready()?;
+        let carried: Vec<OrientedBox> = std::mem::take(&mut self.carried).into_values().collect();
         if self.waiting.must_wait(&input.found) {
-            self.waiting.push(id, input);
+            self.waiting.push(id, input, carried);
             let mut report = FrameReport::waiting(id, input.frame.timestamp());
             report.released = released;
             return Ok(report);
@@ -102,7 +105,7 @@ impl MapBuilder {
             Detections::NotRun | Detections::Pending => None,
         };
         let mut report =
-            self.process(id, input.frame, found, &input.world_from_camera, input.sighted_points)?;
+            self.process(id, input.frame, found, &input.world_from_camera, input.sighted_points, &carried)?;
         report.released.append(&mut released);
         Ok(report)
     }
@@ -139,8 +142,9 @@ impl MapBuilder {
     fn process_ready(&mut self) -> Result<Vec<FrameReport>, Error> {
         let mut reports = Vec::new();
         while let Some(ready) = self.waiting.pop_ready() {
-            let WaitingFrame { id, frame, world_from_camera, sighted_points, .. } = &ready;
-            reports.push(self.process(*id, frame, ready.found(), world_from_camera, sighted_points)?);
+            let WaitingFrame { id, frame, world_from_camera, sighted_points, carried, .. } = &ready;
+            let found = ready.found();
+            reports.push(self.process(*id, frame, found, world_from_camera, sighted_points, carried)?);
         }
         Ok(reports)
     }
@@ -166,14 +170,14 @@ impl MapBuilder {
         found: Option<&[Detection]>,
         world_from_camera: &Pose,
         sighted_points: &[SightedPoint],
+        carried: &[OrientedBox],
     ) -> Result<FrameReport, Error> {
         let mut clock = StageClock::start();
-        let Self { config, preprocessor, plane_detector, key_frames, subsampler, carried, map, .. } = self;
+        let Self { config, preprocessor, plane_detector, key_frames, subsampler, map, .. } = self;
         let (frame, found, sighted_points) = subsampler.subsample(frame, found, sighted_points)?;
-        let carried = carried.take();
 
         clock.time(Stage::Dynamics, || {
-            preprocessor.process(frame, found, world_from_camera, carried.as_slice()).map(|_| ())
+            preprocessor.process(frame, found, world_from_camera, carried).map(|_| ())
         })?;
         let movers = preprocessor.movers();
         let mask = preprocessor.static_mask();

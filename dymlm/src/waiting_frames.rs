@@ -1,6 +1,7 @@
 use std::collections::VecDeque;
 
 use dymlm_core::{Detection, Frame, FrameId, Pose};
+use dymlm_geometry::OrientedBox;
 use dymlm_objects::SightedPoint;
 
 use crate::{Detections, Error, FrameInput};
@@ -22,6 +23,7 @@ pub(crate) struct WaitingFrame {
     pub(crate) frame: Frame,
     pub(crate) world_from_camera: Pose,
     pub(crate) sighted_points: Vec<SightedPoint>,
+    pub(crate) carried: Vec<OrientedBox>,
     found: Found,
 }
 
@@ -40,7 +42,7 @@ impl WaitingFrames {
     }
 
     /// Lets a frame wait.
-    pub(crate) fn push(&mut self, id: FrameId, input: &FrameInput<'_>) {
+    pub(crate) fn push(&mut self, id: FrameId, input: &FrameInput<'_>, carried: Vec<OrientedBox>) {
         let found = match input.found {
             Detections::Found(found) => Found::Found(found.to_vec()),
             Detections::NotRun => Found::NotRun,
@@ -51,6 +53,7 @@ impl WaitingFrames {
             frame: input.frame.clone(),
             world_from_camera: input.world_from_camera,
             sighted_points: input.sighted_points.to_vec(),
+            carried,
             found,
         });
     }

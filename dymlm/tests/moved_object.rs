@@ -6,7 +6,7 @@ use dymlm::core::{Frame, ObjectId, Pose};
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::MapObject;
 use dymlm::octree::CellState;
-use dymlm::tracking::{Error as TrackingError, ObjectTrackerConfig};
+use dymlm::tracking::{Error as TrackingError, ObjectState, ObjectTrackerConfig};
 use dymlm::{Error, MapBuilder, MapConfig, ObjectMove, Selection};
 use dymlm_sim::{
     CameraPath, CarriedKind, CarriedMotion, CarriedObject, CarriedThing, Sequence, SequenceConfig,
@@ -114,6 +114,46 @@ fn assert_moved(builder: &MapBuilder, object: ObjectId, [old, new]: [&CarriedThi
         "a plane at the old place"
     );
     assert_eq!(object_at(builder, new), Some(object));
+}
+
+/// Pixels that the last frame's mask leaves to the maps and that show what is in a box of the world.
+fn static_pixels(builder: &MapBuilder, frame: &SimulatedFrame, body: &OrientedBox) -> usize {
+    let (camera, depth) = (frame.frame.camera(), frame.frame.depth());
+    let mask = builder.preprocessor().static_mask();
+    let is_in_body = |u: usize, v: usize| {
+        let place = camera.back_project([u as f64, v as f64], depth.at(u, v).into());
+        depth.at(u, v) > 0.0 && body.contains(frame.world_from_camera.transform_point(place))
+    };
+    let pixels = (0..camera.height()).flat_map(|v| (0..camera.width()).map(move |u| (u, v)));
+    pixels.filter(|&(u, v)| mask.at(u, v) && is_in_body(u, v)).count()
+}
+
+#[test]
+fn two_things_carried_at_once_are_both_kept_out_of_the_maps() {
+    let sequence = sequence();
+    let (mut builder, frame) = map_before(&sequence, 14);
+    let (image, pose) = (&frame.frame, &frame.world_from_camera);
+    let config = ObjectTrackerConfig::default();
+    let objects: Vec<_> = builder.map().objects().all_objects().iter().map(MapObject::id).collect();
+    let trackers = objects.into_iter().filter_map(|object| {
+        let body = builder.map().objects().object(object)?.oriented_box();
+        let seen = static_pixels(&builder, &frame, &body);
+        let tracker = builder.track_object(object, image, pose, &config).ok()?;
+        (seen > 500).then_some((object, body, tracker, seen))
+    });
+    let mut trackers: Vec<_> = trackers.take(2).collect();
+    assert_eq!(trackers.len(), 2);
+    for (object, _, tracker, _) in &mut trackers {
+        let mut update = tracker.track(image, &frame.detections, pose).unwrap();
+        update.state = ObjectState::Tracking;
+        assert_eq!(builder.follow_object(*object, tracker, &update).unwrap(), None);
+    }
+    builder.insert(image, &frame.detections, pose).unwrap();
+    for (object, body, _, seen) in &trackers {
+        // The map's box and the tracked one are not just the same.
+        let left = static_pixels(&builder, &frame, body);
+        assert!(20 * left < *seen, "{left} of {seen} pixels of object {object}");
+    }
 }
 
 #[test]

@@ -19,9 +19,10 @@ pub(super) struct PixelLengths {
     pub(super) consensus: f64,
     /// Steps of the grid of readings that give a surface's plane.
     pub(super) plane_step: isize,
-    /// Halvings of images, so that the coarsest is as coarse as a Kinect's after three.
-    pub(super) halvings: usize,
 }
+
+/// Halvings of images: with three, flow bridges about eight of its window's radii.
+pub(super) const HALVINGS: usize = 3;
 
 impl PixelLengths {
     pub(super) fn of(camera: &PinholeCamera) -> Self {
@@ -38,7 +39,6 @@ impl PixelLengths {
             point_distance: 2.0 * narrow,
             consensus: 3.0 * scale,
             plane_step: (2.0 * scale).round().max(1.0) as isize,
-            halvings: (3.0 + scale.log2()).round().clamp(1.0, 6.0) as usize,
         }
     }
 }
@@ -58,7 +58,6 @@ mod tests {
         assert_eq!([one.rim, one.most_shift, one.corner_distance], [24.0, 7.0, 5.0]);
         assert_eq!([two.rim, two.most_shift, two.corner_distance], [48.0, 14.0, 10.0]);
         assert_eq!([one.window_radius, two.window_radius, one.flow_radius, two.flow_radius], [6, 12, 7, 14]);
-        assert_eq!([one.halvings, two.halvings, at(0.5).halvings], [3, 4, 2]);
         assert_eq!([one.plane_step, two.plane_step, at(0.3).plane_step], [2, 4, 1]);
     }
 }

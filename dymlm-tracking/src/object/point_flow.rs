@@ -1,6 +1,6 @@
 use dymlm_core::Pose;
 
-use super::pixel_lengths::PixelLengths;
+use super::pixel_lengths::{HALVINGS, PixelLengths};
 use super::scene::Scene;
 use super::view::PointMatch;
 use crate::{Error, FlowConfig, FlowPoint, FlowStatus, ImagePyramid, Lighting, OpticalFlow};
@@ -18,7 +18,7 @@ impl PointFlow {
     pub(super) fn new(lengths: &PixelLengths) -> Result<Self, Error> {
         let config = FlowConfig {
             window_radius: lengths.flow_radius,
-            halvings: lengths.halvings,
+            halvings: HALVINGS,
             max_forward_backward: Some(1.0),
             lighting: Lighting::Affine,
         };

@@ -6,7 +6,7 @@ use super::fit::Fit;
 use super::likely_places::Place;
 use super::model::ObjectModel;
 use super::motion::Motion;
-use super::pixel_lengths::PixelLengths;
+use super::pixel_lengths::{HALVINGS, PixelLengths};
 use super::point_flow::PointFlow;
 use super::pose_fitter::PoseFitter;
 use super::rest_watch::{RestLimits, RestWatch};
@@ -111,7 +111,7 @@ impl ObjectTracker {
         let (camera, time) = (frame.camera(), frame.timestamp());
         let camera_from_object = world_from_camera.inverse() * *world_from_object;
         let lengths = PixelLengths::of(camera);
-        let mut next = ImagePyramid::empty(lengths.halvings);
+        let mut next = ImagePyramid::empty(HALVINGS);
         next.build_from_color(color);
         let not_seen = Error::NotSeen { found: 0, least: LEAST_CORNERS };
         let region = model.bounds_in_image(camera, &camera_from_object).ok_or(not_seen)?;
@@ -140,7 +140,7 @@ impl ObjectTracker {
             state: ObjectState::AtRest,
             time,
             seen: time,
-            last: ImagePyramid::empty(lengths.halvings),
+            last: ImagePyramid::empty(HALVINGS),
             next,
         })
     }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Matrix6, Vector2, Vector3};
 
 use super::cut_out::CutOut;
 use super::model::ObjectModel;
-use super::pixel_lengths::PixelLengths;
+use super::pixel_lengths::{HALVINGS, PixelLengths};
 use super::scene::Scene;
 use super::surface_point::SurfaceFinder;
 use crate::flow::{AlignmentLimits, Template};
@@ -108,8 +108,7 @@ impl View {
             model.contains(position, 2.0 * MARGIN).then_some(point)
         };
         let points: Vec<ViewPoint> = corners.iter().filter_map(|corner| point_at(corner.point)).collect();
-        let [pyramid, masks] =
-            [cut.pixels(image)?, mask].map(|image| ImagePyramid::new(&image, lengths.halvings));
+        let [pyramid, masks] = [cut.pixels(image)?, mask].map(|image| ImagePyramid::new(&image, HALVINGS));
         (!points.is_empty()).then_some(Self {
             camera_from_object: *camera_from_object,
             pyramid,
