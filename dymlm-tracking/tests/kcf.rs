@@ -145,7 +145,7 @@ fn the_same_images_give_the_same_bits() {
 #[test]
 fn targets_at_the_border_and_odd_images_do_no_harm() {
     let image = scene([10.0, 10.0], SIZE, 1.0, 0.8);
-    for features in [KcfFeatures::Hog, KcfFeatures::HogAndIntensity, KcfFeatures::Intensity] {
+    for features in [KcfFeatures::HogAndIntensity, KcfFeatures::Intensity] {
         let mut config = KcfConfig::default();
         config.features = features;
         let mut tracker = KcfTracker::new(&image, region([8.0, 6.0], SIZE), &config).unwrap();

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-use dymlm_core::{DepthImage, Detection, Frame, Pose, SensorModel};
+use dymlm_core::{DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
 use dymlm_sim::{
     CameraPath, CarriedKind, CarriedMotion, CarriedObject, CarriedThing, Sequence, SequenceConfig,
     SimulatedFrame,
@@ -12,12 +12,22 @@ use dymlm_tracking::{
 };
 
 fn sequence(kind: CarriedKind, motion: CarriedMotion, frames: usize) -> Sequence {
+    seen_by(None, kind, motion, frames)
+}
+
+fn seen_by(
+    camera: Option<PinholeCamera>,
+    kind: CarriedKind,
+    motion: CarriedMotion,
+    frames: usize,
+) -> Sequence {
     let mut config = SequenceConfig::default();
     config.people = 0;
     // As slow as a busy robot: a hand moves by some centimetres from one frame to the next.
     config.frame_rate = 10.0;
     config.frames = frames;
     config.path = CameraPath::Static;
+    config.camera = camera;
     config.carried = Some(CarriedObject::new(kind, motion));
     Sequence::new(&config).unwrap()
 }
@@ -125,6 +135,20 @@ fn panic_with(rests: usize) -> ! {
 }
 
 #[test]
+fn cameras_of_half_and_twice_the_focal_length_follow_as_well() {
+    let small = PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap();
+    let large = PinholeCamera::new(1280, 720, 1050.0, 1050.0, 639.5, 359.5).unwrap();
+    for camera in [small, large] {
+        let sequence = seen_by(Some(camera), CarriedKind::Box, CarriedMotion::RotationZ, 36);
+        let outcome = follow(&sequence, true);
+        let [distance, angle] = [&outcome.distances, &outcome.angles].map(|values| median(values));
+        println!("f = {} px: {:.2} cm, {:.2} deg", camera.fx(), 100.0 * distance, angle.to_degrees());
+        assert!(distance < 0.01 && angle < 3_f64.to_radians(), "{distance} m, {angle} rad");
+        assert_eq!((outcome.misses, outcome.losses), (0, 0));
+    }
+}
+
+#[test]
 fn follows_without_depth() {
     let outcome = follow(&sequence(CarriedKind::Box, CarriedMotion::Translation, 36), false);
     assert!(median(&outcome.distances) < 0.025, "{} m", median(&outcome.distances));
@@ -133,7 +157,7 @@ fn follows_without_depth() {
 }
 
 #[test]
-fn a_hidden_thing_is_occluded_and_found_again() {
+fn an_occluded_thing_is_found_again() {
     let sequence = sequence(CarriedKind::Cup, CarriedMotion::Occlusion, 75);
     let mut frames = sequence.frames();
     let mut tracker = start(&frames.next().unwrap());

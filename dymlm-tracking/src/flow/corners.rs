@@ -35,6 +35,7 @@ impl CornerConfig {
 
 /// A point that can be followed in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Corner {
     /// Place in the image, pixels, between pixels by a parabola through the strengths.

@@ -4,6 +4,7 @@ mod config;
 mod corners;
 mod image_pyramid;
 mod optical_flow;
+mod sampling;
 mod shifted_sums;
 mod template;
 

@@ -1,5 +1,7 @@
-use super::template::{AlignmentLimits, Template, is_within};
-use super::{FlowConfig, ImagePyramid};
+use super::config::FlowConfig;
+use super::image_pyramid::ImagePyramid;
+use super::sampling::is_within;
+use super::template::{AlignmentLimits, Template};
 use crate::{Error, GrayImage};
 
 /// When a window's alignment ends (`OpenCV`'s defaults): steps, and the pixels of a step that is no more than noise.
@@ -42,6 +44,7 @@ pub struct OpticalFlow {
 
 /// Where a point has gone.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FlowPoint {
     /// The point in the other image, pixels; the best guess there is when it is not tracked.
@@ -56,6 +59,8 @@ pub struct FlowPoint {
 
 /// How the following of a point ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum FlowStatus {
     /// The point was found.

@@ -2,6 +2,8 @@
 
 use wide::f32x4;
 
+use super::sampling::Region;
+
 /// Values that are worked on at once.
 pub(super) const LANES: usize = 4;
 
@@ -14,22 +16,6 @@ pub(super) const LANES: usize = 4;
 pub(super) struct ShiftedSums {
     /// For each plane, its sums at the shifts (0, 0), (1, 0), (0, 1) and (1, 1).
     sums: [[f32; 4]; 2],
-}
-
-/// A part of an image, row by row.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Region<'a> {
-    pub(super) data: &'a [f32],
-    pub(super) stride: usize,
-}
-
-impl Region<'_> {
-    /// `count` values of a row from its beginning on; fewer where the region ends.
-    #[inline]
-    fn row(&self, v: usize, count: usize) -> &[f32] {
-        let begin = v * self.stride;
-        self.data.get(begin..begin + count).unwrap_or(&[])
-    }
 }
 
 impl ShiftedSums {

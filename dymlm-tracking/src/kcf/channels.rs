@@ -20,7 +20,6 @@ impl Channels {
     pub(super) fn new(features: KcfFeatures, cells: [usize; 2], cell: usize) -> Self {
         let count = match features {
             KcfFeatures::HogAndIntensity => CHANNELS + 1,
-            KcfFeatures::Hog => CHANNELS,
             KcfFeatures::Intensity => 1,
         };
         let [across, down] = cells.map(hann);
@@ -47,9 +46,7 @@ impl Channels {
         } else {
             let (gradients, intensity) = self.values.split_at_mut(CHANNELS * count);
             self.fhog.compute(template, gradients);
-            if self.features == KcfFeatures::HogAndIntensity {
-                mean_intensity(template, self.cells, self.cell, intensity);
-            }
+            mean_intensity(template, self.cells, self.cell, intensity);
         }
         for (plane, pair) in packed.chunks_exact_mut(count).zip(self.values.chunks(2 * count)) {
             let (real, imaginary) = pair.split_at(count);
@@ -95,11 +92,9 @@ mod tests {
     #[test]
     fn channels_are_packed_in_pairs_under_the_window() {
         let template: Vec<f32> = (0..256).map(|i| (i * 31 % 17) as f32 / 17.0).collect();
-        for (features, count, planes) in [
-            (KcfFeatures::HogAndIntensity, 32, 16),
-            (KcfFeatures::Hog, 31, 16),
-            (KcfFeatures::Intensity, 1, 1),
-        ] {
+        for (features, count, planes) in
+            [(KcfFeatures::HogAndIntensity, 32, 16), (KcfFeatures::Intensity, 1, 1)]
+        {
             let mut channels = Channels::new(features, [4, 4], 4);
             assert_eq!((channels.count(), channels.planes()), (count, planes));
             let mut packed = vec![Complex::default(); planes * 16];

@@ -9,8 +9,6 @@ pub enum KcfFeatures {
     /// Felzenszwalb's 31 channels of oriented gradients a cell, and the cell's mean intensity.
     #[default]
     HogAndIntensity,
-    /// Felzenszwalb's 31 channels of oriented gradients a cell.
-    Hog,
     /// The grey value of each pixel of the template, one channel. Faster, and easily misled by light.
     Intensity,
 }
@@ -64,7 +62,7 @@ impl KcfFeatures {
             Self::Intensity => {
                 Published { cell: 1, kernel_sigma: 0.2, learning_rate: 0.075, output_sigma: 0.1 }
             }
-            Self::Hog | Self::HogAndIntensity => {
+            Self::HogAndIntensity => {
                 Published { cell: 4, kernel_sigma: 0.6, learning_rate: 0.012, output_sigma: 0.125 }
             }
         }

@@ -85,6 +85,7 @@ struct Scratch {
 
 /// Where [`KcfTracker`] found its target.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct KcfUpdate {
     /// The target's box, pixels; parts of it may lie outside the image.
@@ -102,6 +103,8 @@ pub struct KcfUpdate {
 
 /// Whether a view went into the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Learning {
     /// It did.
     Learned,

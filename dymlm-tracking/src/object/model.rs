@@ -30,6 +30,7 @@ pub struct ObjectModel {
 
 /// A point of an object's surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SurfacePoint {
     /// Place, metres, object frame.
     pub position: [f64; 3],

@@ -2,6 +2,8 @@ use dymlm_core::Pose;
 
 /// What is known of a followed object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum ObjectState {
     /// It stands where it stood for a while. Also while no point of it is found, if it is out of view or the depth shows
@@ -19,6 +21,7 @@ pub enum ObjectState {
 
 /// An object came to rest at a place other than the one before.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RestReport {
     /// Where it stands now.

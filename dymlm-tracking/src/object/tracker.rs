@@ -67,6 +67,7 @@ pub struct ObjectTracker {
 
 /// What a frame told about the object.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectUpdate {
     /// What is known of it.

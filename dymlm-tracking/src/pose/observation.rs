@@ -4,6 +4,7 @@
 /// measurement in its own unit. Observations that hold a number that is not finite, or a `sigma` that is not positive,
 /// count for nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum PoseObservation {
     /// The pixel at which the point is seen.

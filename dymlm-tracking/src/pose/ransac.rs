@@ -67,6 +67,7 @@ pub struct PoseRansac {
 
 /// A pose and the pairs that agree on it.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PoseConsensus {
     /// The pose, fitted to all inliers.

@@ -108,6 +108,7 @@ pub struct PoseRefiner {
 
 /// A pose and how well it is known.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RefinedPose {
     /// The pose.
