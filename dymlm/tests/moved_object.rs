@@ -134,7 +134,8 @@ fn two_things_carried_at_once_are_both_kept_out_of_the_maps() {
     let (mut builder, frame) = map_before(&sequence, 14);
     let (image, pose) = (&frame.frame, &frame.world_from_camera);
     let config = ObjectTrackerConfig::default();
-    let objects: Vec<_> = builder.map().objects().all_objects().iter().map(MapObject::id).collect();
+    let mapped = builder.map().objects();
+    let objects: Vec<_> = mapped.objects().chain(mapped.candidates()).map(MapObject::id).collect();
     let trackers = objects.into_iter().filter_map(|object| {
         let body = builder.map().objects().object(object)?.oriented_box();
         let seen = static_pixels(&builder, &frame, &body);
