@@ -95,7 +95,7 @@ pub fn room_depth() -> DepthImage {
                 f64::INFINITY
             };
             let z = back_wall.min(side_wall).min(floor).min(table) as f32;
-            let noise = dymlm_core::axial_noise(z)
+            let noise = dymlm_core::DepthNoise::kinect().sigma(z)
                 * (rng.random_range(-1.0..1.0_f32) + rng.random_range(-1.0..1.0_f32));
             data.push(if rng.random_range(0.0..1.0) < 0.05 { 0.0 } else { z + noise });
         }

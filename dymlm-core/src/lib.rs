@@ -27,7 +27,6 @@
 //! # Ok::<(), dymlm_core::Error>(())
 //! ```
 
-mod axial_noise;
 mod bounding_box;
 mod color_image;
 mod config_error;
@@ -56,7 +55,6 @@ mod symmetric_eigen3;
 pub mod vector3;
 mod visibility;
 
-pub use axial_noise::axial_noise;
 pub use bounding_box::BoundingBox;
 pub use color_image::{ColorImage, PixelFormat};
 pub use config_error::{ConfigError, check_range};

@@ -36,7 +36,6 @@ pub use image_file::{read_color_image, read_depth_png, write_depth_png, write_pn
 pub use map_folder::{MapFolder, MapFolderWriter};
 pub use map_records::{
     ObjectRecord, PlaneRecord, ShapeRecord, encode_objects, encode_planes, read_objects, read_planes,
-    write_objects, write_planes,
 };
 pub use pcd::{PcdCloud, PcdEncoding, PcdField, PcdValues, decode_pcd, encode_pcd, read_pcd, write_pcd};
 pub use ply::{decode_ply, encode_ply, read_ply, write_ply};

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, write_atomically};
+use crate::Error;
 
 /// A finite plane of a map, as `planes.json` holds it: normal . x + d = 0 in the world, metres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,22 +73,13 @@ struct Objects<List> {
     objects: List,
 }
 
-/// Writes a `planes.json` to a stream.
+/// Writes a `planes.json` to a stream: `write_atomically(path, |out| encode_planes(out, &planes))` makes a file.
 ///
 /// # Errors
 ///
 /// Those of the stream.
 pub fn encode_planes(out: &mut dyn Write, planes: &[PlaneRecord]) -> io::Result<()> {
     encode(out, &Planes { planes })
-}
-
-/// Writes a `planes.json`, atomically.
-///
-/// # Errors
-///
-/// As [`write_atomically`].
-pub fn write_planes(path: impl AsRef<Path>, planes: &[PlaneRecord]) -> Result<(), Error> {
-    write_atomically(path, |out| encode_planes(out, planes))
 }
 
 /// Reads a `planes.json`.
@@ -100,22 +91,13 @@ pub fn read_planes(path: impl AsRef<Path>) -> Result<Vec<PlaneRecord>, Error> {
     read::<Planes<Vec<PlaneRecord>>>(path.as_ref()).map(|file| file.planes)
 }
 
-/// Writes an `objects.json` to a stream.
+/// Writes an `objects.json` to a stream, as [`encode_planes`].
 ///
 /// # Errors
 ///
 /// Those of the stream.
 pub fn encode_objects(out: &mut dyn Write, objects: &[ObjectRecord]) -> io::Result<()> {
     encode(out, &Objects { objects })
-}
-
-/// Writes an `objects.json`, atomically.
-///
-/// # Errors
-///
-/// As [`write_atomically`].
-pub fn write_objects(path: impl AsRef<Path>, objects: &[ObjectRecord]) -> Result<(), Error> {
-    write_atomically(path, |out| encode_objects(out, objects))
 }
 
 /// Reads an `objects.json`.

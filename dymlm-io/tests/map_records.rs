@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_io::{
-    Error, ObjectRecord, PlaneRecord, ShapeRecord, read_objects, read_planes, write_objects, write_planes,
+    Error, ObjectRecord, PlaneRecord, ShapeRecord, encode_objects, encode_planes, read_objects, read_planes,
+    write_atomically,
 };
 
 #[test]
@@ -19,14 +20,14 @@ fn planes_are_read_as_written_in_the_documented_form() {
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("planes.json");
-    write_planes(&path, std::slice::from_ref(&table)).unwrap();
+    write_atomically(&path, |out| encode_planes(out, std::slice::from_ref(&table))).unwrap();
     assert_eq!(read_planes(&path).unwrap(), [table]);
 
     let value: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
     let plane = value["planes"][0].as_object().unwrap();
     let keys: Vec<&str> = plane.keys().map(String::as_str).collect();
     assert_eq!(keys, ["area_m2", "boundary", "centroid", "d", "id", "inliers", "normal", "observations"]);
-    write_planes(&path, &[]).unwrap();
+    write_atomically(&path, |out| encode_planes(out, &[])).unwrap();
     assert_eq!(read_planes(&path).unwrap(), []);
 }
 
@@ -45,7 +46,7 @@ fn objects_are_read_as_written_in_the_documented_form() {
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("objects.json");
-    write_objects(&path, std::slice::from_ref(&chair)).unwrap();
+    write_atomically(&path, |out| encode_objects(out, std::slice::from_ref(&chair))).unwrap();
     assert_eq!(read_objects(&path).unwrap(), [chair]);
     let value: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
     assert_eq!(value["objects"][0]["shape"], "ellipsoid");
