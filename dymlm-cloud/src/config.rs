@@ -18,14 +18,15 @@ pub struct CloudMapConfig {
     /// may be a flying pixel.
     pub min_observations: u32,
     /// Thinning: how far a voxel of the static map looks for heavier ones, whose noise it may be, in standard deviations
-    /// of its own readings, 0..=10; at most eight voxels; 0 = no thinning. Default 2: within it lies 95 % of what was read
-    /// of the same surface.
+    /// of its own readings, 0..=10; at most eight voxels; 0 = no thinning. Default 3, as the sensor's tolerance: 99.7 % of
+    /// the readings of a surface are within it. In simulated rooms 2 leaves 0.93 % stray points instead of 0.26 %, and in a
+    /// kitchen 0.05 % more of the room.
     pub thinning_radius: f64,
 }
 
 impl Default for CloudMapConfig {
     fn default() -> Self {
-        Self { voxel_size: 0.01, looks_per_reading: 2.5, min_observations: 2, thinning_radius: 2.0 }
+        Self { voxel_size: 0.01, looks_per_reading: 2.5, min_observations: 2, thinning_radius: 3.0 }
     }
 }
 

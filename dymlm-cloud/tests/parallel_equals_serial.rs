@@ -6,7 +6,7 @@
 use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
 use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
 
-const CLOUD_MAP: u64 = 9_295_513_384_647_466_988;
+const CLOUD_MAP: u64 = 9_999_388_368_253_398_468;
 
 /// FNV-1a.
 fn checksum(bytes: impl IntoIterator<Item = u8>) -> u64 {
