@@ -4,9 +4,9 @@ use crate::Foreground;
 
 /// Pixels of a line that must continue the foreground for a side to move past it, in an image of 640x480: more than a stray
 /// reading, less than a wrist at 3 m.
-const MIN_PIXELS: f64 = 3.0;
+const MIN_PIXELS: u8 = 3;
 /// Widest gap without depth that is bridged, in the same pixels: the shadow rim of a structured-light sensor.
-const MAX_GAP: f64 = 6.0;
+const MAX_GAP: u8 = 6;
 
 /// Corrects boxes that cut a mover short: paper section III-A.
 ///
@@ -94,8 +94,8 @@ impl BoxCorrector {
         limit: Window,
         window: &mut Window,
     ) {
-        let min_pixels = (MIN_PIXELS * scale).round().max(1.0) as usize;
-        let max_gap = (MAX_GAP * scale).round() as usize;
+        let min_pixels = (f64::from(MIN_PIXELS) * scale).round().max(1.0) as usize;
+        let max_gap = (f64::from(MAX_GAP) * scale).round() as usize;
         self.start_wave(side, depth, foreground, window, max_gap);
         let mut current = *window;
         while let Some(line) = current.step_outward(side, limit) {

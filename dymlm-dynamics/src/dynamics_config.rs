@@ -30,8 +30,7 @@ pub struct DynamicsConfig {
     /// Tracking of boxes.
     pub tracker: TrackerConfig,
     /// Furthest that the side of a box that cuts its mover short moves outward, in pixels of an image of 640x480 (other
-    /// images: in proportion); 0..=640, default 50 (the paper's); 0 = boxes stay as they are. Parts of movers are looked for
-    /// as far around their boxes.
+    /// images: in proportion); 0..=640, default 50 (the paper's); 0 = boxes stay as they are.
     pub max_extension: f32,
     /// The static mask.
     pub mask: MaskConfig,

@@ -31,3 +31,7 @@ pub use mover::Mover;
 pub use preprocessor::{Preprocessed, Preprocessor};
 pub use static_mask::{MaskConfig, MaskMode};
 pub use tracking::{BoxKalman, BoxSource, BoxTracker, TrackState, TrackedBox, TrackerConfig, View};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -67,7 +67,7 @@ impl Preprocessor {
             sensor,
             mover_labels: mover_labels(&config)?,
             tracker: BoxTracker::new(config.tracker)?,
-            finder: ForegroundFinder::new(&sensor, config.max_extension)?,
+            finder: ForegroundFinder::new(&sensor)?,
             corrector: BoxCorrector::new(config.max_extension),
             mask_builder: StaticMaskBuilder::new(config.mask),
             movers: Vec::new(),
@@ -157,7 +157,8 @@ impl Preprocessor {
         }
     }
 
-    /// Drops predicted movers whose box does not hold them, and remembers the depth of all others.
+    /// Drops predicted movers whose box does not hold them, puts the boxes of the others around what was found, and remembers
+    /// the depth of those that are detected.
     fn compensate_misses(&mut self) {
         let mut kept = 0;
         for index in 0..self.movers.len() {
@@ -167,6 +168,12 @@ impl Preprocessor {
                 && !is_still_there(foreground, mover.depth, missed_for, &self.sensor)
             {
                 continue;
+            }
+            if matches!(mover.source, BoxSource::Predicted { .. })
+                && let Some(found) = foreground.bounding_box()
+            {
+                // What is predicted is a guess, what is found is not.
+                mover.bounding_box = found;
             }
             mover.depth = foreground.depth();
             // Only a detection vouches for what is in the box.

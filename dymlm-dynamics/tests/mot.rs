@@ -45,7 +45,7 @@ fn track(detections: &Tracks, frames: u32, config: TrackerConfig) -> Tracks {
             assert!(matches!(tracked.source, BoxSource::Detected { .. }));
             // SORT holds boxes back until their track is confirmed, but for the first frames.
             if tracked.state == TrackState::Confirmed || frame <= 3 {
-                tracks.entry(frame).or_default().push((tracked.track_id as i64, tracked.filtered_box));
+                tracks.entry(frame).or_default().push((tracked.track_id.get() as i64, tracked.filtered_box));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Behaviour of the box tracker.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm_core::{BoundingBox, Detection, PinholeCamera, Pose};
+use dymlm_core::{BoundingBox, Detection, PinholeCamera, Pose, TrackId};
 use dymlm_dynamics::{BoxSource, BoxTracker, Error, TrackState, TrackedBox, TrackerConfig, View};
 use proptest::prelude::*;
 
@@ -18,7 +18,7 @@ fn tracker() -> BoxTracker {
 }
 
 fn ids(boxes: &[TrackedBox]) -> Vec<u64> {
-    boxes.iter().map(|tracked| tracked.track_id).collect()
+    boxes.iter().map(|tracked| tracked.track_id.get()).collect()
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn strong_detections_are_served_first() {
     let strong = detection("person", 0.8, [20.0, 0.0, 60.0, 200.0]);
     let boxes = tracker.update(0.1, &[weak, strong], None).unwrap();
     assert_eq!(boxes[0].source, BoxSource::Detected { detection: 1 });
-    assert_eq!((boxes[1].track_id, boxes[1].source), (1, BoxSource::Detected { detection: 0 }));
+    assert_eq!((boxes[1].track_id.get(), boxes[1].source), (1, BoxSource::Detected { detection: 0 }));
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn labels_do_not_mix() {
     let place = [0.0, 0.0, 60.0, 200.0];
     tracker.update(0.0, &[detection("person", 0.9, place)], None).unwrap();
     let boxes = tracker.update(0.1, &[detection("dog", 0.9, place)], None).unwrap();
-    assert_eq!((boxes.len(), boxes[0].track_id, &*boxes[0].label), (1, 1, "dog"));
+    assert_eq!((boxes.len(), boxes[0].track_id.get(), &*boxes[0].label), (1, 1, "dog"));
 }
 
 /// The camera turns and moves; a person stands still. Without the poses the box jumps too far to be matched.
@@ -125,7 +125,7 @@ fn the_camera_s_own_motion_is_undone() {
             last = ids(boxes);
             if let Some(depth) = depth {
                 let z = view.world_from_camera.inverse().transform_point([0.0, 0.0, depth.into()])[2] as f32;
-                tracker.observe_depth(last[0], z);
+                tracker.observe_depth(TrackId::new(last[0]), z);
             }
         }
         last
@@ -144,10 +144,10 @@ fn expected_depth_follows_the_camera() {
         |z: f64| View { camera, world_from_camera: Pose::new([0.0, 0.0, z], [0.0, 0.0, 0.0, 1.0]).unwrap() };
     let middle = [detection("person", 0.9, [289.5, 139.5, 60.0, 200.0])];
     tracker.update(0.0, &middle, Some(&view(0.0))).unwrap();
-    tracker.observe_depth(0, 3.0);
-    tracker.observe_depth(0, f32::NAN);
-    tracker.observe_depth(0, 0.0);
-    tracker.observe_depth(77, 1.0);
+    tracker.observe_depth(TrackId::new(0), 3.0);
+    tracker.observe_depth(TrackId::new(0), f32::NAN);
+    tracker.observe_depth(TrackId::new(0), 0.0);
+    tracker.observe_depth(TrackId::new(77), 1.0);
     tracker.update(0.1, &middle, Some(&view(0.5))).unwrap();
     assert!((tracker.boxes()[0].expected_depth.unwrap() - 2.5).abs() < 1e-6);
 }

@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose, SensorModel};
-use dymlm_dynamics::{BoxSource, DynamicsConfig, Error, MaskMode, Mover, Preprocessor};
+use dymlm_dynamics::{BoxSource, BoxTracker, DynamicsConfig, Error, MaskMode, Mover, Preprocessor};
+use dymlm_geometry::OrientedBox;
 use proptest::prelude::*;
 
 const WIDTH: usize = 640;
@@ -284,7 +285,7 @@ fn missed_detections_are_bridged() {
                 assert!(result.movers.is_empty());
                 assert_eq!(result.static_mask.count(), WIDTH * HEIGHT);
             } else {
-                assert_eq!((result.movers.len(), result.movers[0].track_id), (1, 0));
+                assert_eq!((result.movers.len(), result.movers[0].track_id.get()), (1, 0));
                 assert_eq!(matches!(result.movers[0].source, BoxSource::Predicted { .. }), missed);
                 assert_masks(result.static_mask, |u, v| is_in(&walker, u, v));
             }
@@ -485,4 +486,71 @@ fn a_wide_angle_camera_sees_the_same_person() {
     let result = preprocessor.process(&frame, Some(&[detection]), &Pose::identity(), &[]).unwrap();
     assert!((result.movers[0].depth.unwrap() - 1.77).abs() < 0.05, "{:?}", result.movers[0].depth);
     assert_masks(result.static_mask, |u, v| person(v * width + u));
+}
+
+/// The same at every frame rate: 60 Hz with a gap of 0.4 s, and 1 Hz with one frame missed.
+#[test]
+fn misses_are_bridged_at_every_frame_rate() {
+    for (rate, frames, missed, speed) in [(60.0, 60, 30..54, 1), (10.0, 12, 6..9, 4), (1.0, 6, 4..5, 5)] {
+        let mut preprocessor = preprocessor(bare);
+        for step in 0..frames {
+            let walker = person(200 + speed * step, 2.0);
+            let detections = [detect(person_box(200 + speed * step))];
+            let detections = if missed.contains(&step) { &[][..] } else { &detections[..] };
+            let frame = frame(step as f64 / rate, &walker);
+            let result = preprocessor.process(&frame, Some(detections), &Pose::identity(), &[]).unwrap();
+            assert_masks(result.static_mask, |u, v| is_in(&walker, u, v));
+        }
+    }
+}
+
+/// A detector at a third of the camera's rate: whoever it saw once is masked until it looks again, then no longer.
+#[test]
+fn frames_without_a_detector_s_run_are_no_misses() {
+    let mut preprocessor = preprocessor(bare);
+    for step in 0..30 {
+        let walker = person(200 + 3 * step, 2.0);
+        let found = [detect(person_box(200 + 3 * step))];
+        let detections = (step % 3 == 0).then_some(&found[..]);
+        let frame = frame(step as f64 / 30.0, &walker);
+        let result = preprocessor.process(&frame, detections, &Pose::identity(), &[]).unwrap();
+        assert_eq!(result.movers.len(), 1, "at step {step}");
+        assert_masks(result.static_mask, |u, v| is_in(&walker, u, v));
+    }
+}
+
+#[test]
+fn a_detector_that_runs_no_more_is_believed_for_a_second() {
+    let mut preprocessor = preprocessor(bare);
+    let walker = person(200, 2.0);
+    let found = [detect(person_box(200))];
+    let mut masked = |time: f64, detections: Option<&[Detection]>| {
+        let result = preprocessor.process(&frame(time, &walker), detections, &Pose::identity(), &[]).unwrap();
+        result.static_mask.count() < WIDTH * HEIGHT
+    };
+    assert!(masked(0.0, Some(&found)) && masked(0.1, Some(&found)));
+    assert!(masked(0.6, None) && masked(1.1, None) && !masked(1.2, None));
+}
+
+#[test]
+fn all_carried_bodies_are_masked() {
+    let body = |x: f64| {
+        let pose = Pose::new([x, 0.0, 2.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        OrientedBox::new(pose, [0.2, 0.2, 0.2]).unwrap()
+    };
+    let things = [slab([170, 190], [230, 250], 2.0), slab([450, 470], [230, 250], 2.0)];
+    // The camera stands elsewhere: bodies are given in the world.
+    let world_from_camera = Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let mut preprocessor = preprocessor(bare);
+    let result = preprocessor
+        .process(&frame(0.0, &things), Some(&[]), &world_from_camera, &[body(0.467), body(1.535)])
+        .unwrap();
+    assert_masks(result.static_mask, |u, v| is_in(&things, u, v));
+}
+
+#[test]
+fn the_preprocessor_can_be_sent_to_a_thread() {
+    fn shared<T: Send + Sync>() {}
+    shared::<Preprocessor>();
+    shared::<BoxTracker>();
 }

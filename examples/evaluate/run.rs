@@ -101,7 +101,8 @@ impl Run {
         let identified =
             |thing: &&VisibleThing| IdentifiedBox { id: thing.id as u64, bounding_box: thing.bounding_box };
         let truth: Vec<IdentifiedBox> = whole.iter().map(identified).collect();
-        let output = |mover: &Mover| IdentifiedBox { id: mover.track_id, bounding_box: mover.bounding_box };
+        let output =
+            |mover: &Mover| IdentifiedBox { id: mover.track_id.get(), bounding_box: mover.bounding_box };
         let output: Vec<IdentifiedBox> = report.movers.iter().map(output).collect();
         let found = frame.detections.iter().filter(|detection| runs && detection.label() == "person");
         let found: Vec<BoundingBox> = found.map(Detection::bounding_box).collect();

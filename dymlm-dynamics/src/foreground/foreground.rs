@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use dymlm_core::SensorModel;
+use dymlm_core::{BoundingBox, SensorModel};
 use dymlm_geometry::SampleGrid;
 
 /// The foreground of a box: depths of the mover's surface on a grid of cells, each `stride` pixels a side.
@@ -16,9 +16,6 @@ pub(crate) struct Foreground {
     /// Depth of each cell; 0 = not of the foreground.
     depths: Vec<f32>,
     count: usize,
-    /// Those in the box, of how many.
-    box_count: usize,
-    box_cells: usize,
     /// Least depth of its surface, the median, and the greatest, metres.
     pub(super) near: f32,
     pub(super) median: f32,
@@ -38,14 +35,13 @@ impl Foreground {
         (self.columns, self.rows) = (grid.columns, grid.rows);
         self.depths.clear();
         self.depths.resize(grid.columns * grid.rows, 0.0);
-        (self.count, self.box_count, self.box_cells) = (0, 0, grid.box_cells);
+        self.count = 0;
     }
 
     /// Adds a cell.
-    pub(super) fn add(&mut self, column: usize, row: usize, z: f32, is_in_box: bool) {
+    pub(super) fn add(&mut self, column: usize, row: usize, z: f32) {
         self.depths[row * self.columns + column] = z;
         self.count += 1;
-        self.box_count += usize::from(is_in_box);
         (self.near, self.far) = (self.near.min(z), self.far.max(z));
     }
 
@@ -70,11 +66,6 @@ impl Foreground {
     #[inline]
     pub(crate) fn depth(&self) -> Option<f32> {
         (!self.is_empty()).then_some(self.median)
-    }
-
-    /// Share of the box's cells that are foreground, 0..=1.
-    pub(crate) fn fill(&self) -> f32 {
-        if self.box_cells == 0 { 0.0 } else { self.box_count as f32 / self.box_cells as f32 }
     }
 
     /// Whether a pixel of depth `z` > 0 lies on the foreground's surface: a cell around it holds about that depth.
@@ -112,6 +103,12 @@ impl Foreground {
             any = true;
         }
         any.then_some(bounds)
+    }
+
+    /// The box around all cells that were found to be foreground, pixels; `None` when nothing was found.
+    pub(crate) fn bounding_box(&self) -> Option<BoundingBox> {
+        let Bounds { left, right, top, bottom } = self.bounds()?;
+        BoundingBox::new(left as f32, top as f32, (right + 1) as f32, (bottom + 1) as f32).ok()
     }
 
     /// The cells near which the foreground's surface runs.

@@ -2,9 +2,8 @@ use dymlm_core::{BoundingBox, ConfigError, Frame, Mask, SensorModel};
 use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
 
 use super::Foreground;
+use crate::miss_compensation::DEPTH_CHANGE;
 
-/// A depth this far from the expected one halves a sample's weight, metres.
-const EXPECTED_DEPTH_SCALE: f32 = 0.25;
 /// Samples at which the margin cuts a cluster, in square roots of its size, above which it is no part of a mover: 2 to 4
 /// for furniture and walls, which go on outside, and 0 for limbs.
 const MAX_CUT: f32 = 0.5;
@@ -13,8 +12,6 @@ const MAX_REACH: f32 = 0.6;
 /// How far the mean depth of another cluster may be before and behind the mover's median depth for it to be a part of the
 /// mover, metres: a forearm before the body; a leg behind it, a person leaning.
 const PART_REACH: [f32; 2] = [0.35, 0.5];
-/// How far the surface between two samples may stick out of the range of depths sampled, metres.
-const RANGE_MARGIN: f32 = 0.1;
 
 /// Finds the mover among the pixels of its box: paper section III-A, "DBSCAN to extract foreground points".
 ///
@@ -46,14 +43,17 @@ pub(crate) struct ForegroundSearch<'a> {
 }
 
 impl ForegroundFinder {
-    /// Makes a finder that looks `margin` pixels (of an image of 640x480) around the boxes.
-    pub(crate) fn new(sensor: &SensorModel, margin: f32) -> Result<Self, ConfigError> {
+    /// Makes a finder.
+    pub(crate) fn new(sensor: &SensorModel) -> Result<Self, ConfigError> {
         let mut segmentation = SegmentationConfig::default();
         // Some thousand samples of a person that fills the image.
         segmentation.spacing = 4.0;
-        segmentation.margin = margin;
+        // As far as boxes are moved by default.
+        segmentation.margin = 50.0;
         segmentation.margin_share = 0.0;
         segmentation.is_smoothed = false;
+        // 0.02 would join people with what they walk past.
+        segmentation.eps_depth = 0.01;
         Ok(Self {
             // Movers out of the range that the maps use are masked too: they hide what is in it.
             sensor: SensorModel { min_depth: 0.0, max_depth: f32::MAX, ..*sensor },
@@ -82,7 +82,7 @@ impl ForegroundFinder {
         let in_box = self.grid.samples.iter().filter(|sample| sample.is_in_box);
         let nearest = percentile(&mut self.depths, in_box.map(|sample| sample.point[2]), 0.05)?;
         let expectation = |z: f32| match expected_depth {
-            Some(expected) => 1.0 / (1.0 + ((z - expected) / EXPECTED_DEPTH_SCALE).powi(2)),
+            Some(expected) => 1.0 / (1.0 + ((z - expected) / DEPTH_CHANGE as f32).powi(2)),
             None => (nearest / z).min(1.0).powi(2),
         };
         self.segmenter.best(
@@ -111,11 +111,9 @@ impl ForegroundFinder {
             let is_part = (index == chosen && sample.is_in_box)
                 || (is_at_its_depth && relative_cut(cluster) <= MAX_CUT);
             if is_part && reach.contains(&z) {
-                foreground.add(sample.column as usize, sample.row as usize, z, sample.is_in_box);
+                foreground.add(sample.column as usize, sample.row as usize, z);
             }
         }
-        foreground.near = (foreground.near - RANGE_MARGIN).max(f32::MIN_POSITIVE);
-        foreground.far += RANGE_MARGIN;
     }
 }
 

@@ -1,7 +1,7 @@
 use dymlm_geometry::Assignment;
 
 /// `IoU` in fixed point: sums of assignments compare exactly, on every machine.
-const ONE: f64 = (1_u64 << 40) as f64;
+const ONE: u64 = 1 << 40;
 
 /// Pairs rows with columns so that the sum of `iou` over pairs is greatest; only pairs of at least `min_iou` count,
 /// and none else is made. `iou` is row-major and within 0..=1. Answers the column of each row.
@@ -15,7 +15,7 @@ pub(super) fn pair_by_iou<'a>(
     // A forbidden pair weighs as much as no pair, so it never keeps an allowed one from being made.
     assignment.solve(rows, columns, |row, column| {
         let value = iou[row * columns + column];
-        if allowed(value, min_iou) { ((value * ONE).round() as i64).max(1) } else { 0 }
+        if allowed(value, min_iou) { ((value * ONE as f64).round() as i64).max(1) } else { 0 }
     })
 }
 

@@ -1,16 +1,20 @@
 use dymlm_core::BoundingBox;
 
-/// The published noise of SORT, a frame of 1/30 s: process noise Q, measurement noise R, initial covariance P0.
-const CENTER_Q: f64 = 1.0;
-const CENTER_RATE_Q: f64 = 0.01;
-const AREA_Q: f64 = 1.0;
-const AREA_RATE_Q: f64 = 1e-4;
-const ASPECT_Q: f64 = 1.0;
-const CENTER_R: f64 = 1.0;
-const AREA_R: f64 = 10.0;
-const ASPECT_R: f64 = 10.0;
-const VALUE_P0: f64 = 10.0;
-const RATE_P0: f64 = 1e4;
+/// Noise of one part of a box: process noise of the value and of its rate a frame of 1/30 s, measurement noise, initial
+/// variances of the value and the rate. Only their ratios matter, so that they hold for images of any size.
+struct Noise {
+    value_q: f64,
+    rate_q: f64,
+    r: f64,
+    value_p0: f64,
+    rate_p0: f64,
+}
+
+/// The published noise of SORT.
+const CENTER: Noise = Noise { value_q: 1.0, rate_q: 0.01, r: 1.0, value_p0: 10.0, rate_p0: 1e4 };
+const AREA: Noise = Noise { value_q: 1.0, rate_q: 1e-4, r: 10.0, value_p0: 10.0, rate_p0: 1e4 };
+/// The aspect ratio has no rate.
+const ASPECT: Noise = Noise { value_q: 1.0, rate_q: 0.0, r: 10.0, value_p0: 10.0, rate_p0: 0.0 };
 
 /// The frame that the noise is published for, 1/s.
 const FRAME_RATE: f64 = 30.0;
@@ -52,11 +56,11 @@ impl BoxKalman {
     pub fn new(bounding_box: &BoundingBox) -> Self {
         let [u, v, area, aspect] = measurement(bounding_box);
         Self {
-            u: AxisFilter::new(u),
-            v: AxisFilter::new(v),
-            area: AxisFilter::new(area),
+            u: AxisFilter::new(u, &CENTER),
+            v: AxisFilter::new(v, &CENTER),
+            area: AxisFilter::new(area, &AREA),
             aspect,
-            aspect_variance: VALUE_P0,
+            aspect_variance: ASPECT.value_p0,
         }
     }
 
@@ -66,19 +70,19 @@ impl BoxKalman {
         if self.area.value + self.area.rate * frames <= 0.0 {
             self.area.rate = 0.0;
         }
-        self.u.predict(frames, CENTER_Q, CENTER_RATE_Q);
-        self.v.predict(frames, CENTER_Q, CENTER_RATE_Q);
-        self.area.predict(frames, AREA_Q, AREA_RATE_Q);
-        self.aspect_variance += ASPECT_Q * frames;
+        self.u.predict(frames, &CENTER);
+        self.v.predict(frames, &CENTER);
+        self.area.predict(frames, &AREA);
+        self.aspect_variance += ASPECT.value_q * frames;
     }
 
     /// Takes a measured box in.
     pub fn update(&mut self, bounding_box: &BoundingBox) {
         let [u, v, area, aspect] = measurement(bounding_box);
-        self.u.update(u, CENTER_R);
-        self.v.update(v, CENTER_R);
-        self.area.update(area, AREA_R);
-        let gain = self.aspect_variance / (self.aspect_variance + ASPECT_R);
+        self.u.update(u, &CENTER);
+        self.v.update(v, &CENTER);
+        self.area.update(area, &AREA);
+        let gain = self.aspect_variance / (self.aspect_variance + ASPECT.r);
         self.aspect += gain * (aspect - self.aspect);
         self.aspect_variance *= 1.0 - gain;
     }
@@ -134,23 +138,23 @@ struct AxisFilter {
 }
 
 impl AxisFilter {
-    fn new(value: f64) -> Self {
-        Self { value, rate: 0.0, p00: VALUE_P0, p01: 0.0, p11: RATE_P0 }
+    fn new(value: f64, noise: &Noise) -> Self {
+        Self { value, rate: 0.0, p00: noise.value_p0, p01: 0.0, p11: noise.rate_p0 }
     }
 
     /// x = F x, P = F P F' + Q over `t` frames, F = [1 t; 0 1].
-    fn predict(&mut self, t: f64, value_q: f64, rate_q: f64) {
+    fn predict(&mut self, t: f64, noise: &Noise) {
         self.value += self.rate * t;
-        self.p00 += t * (2.0 * self.p01 + t * self.p11) + value_q * t;
+        self.p00 += t * (2.0 * self.p01 + t * self.p11) + noise.value_q * t;
         self.p01 += t * self.p11;
-        self.p11 += rate_q * t;
+        self.p11 += noise.rate_q * t;
     }
 
     /// K = P H' / (H P H' + R), x += K (z - H x), P = (I - K H) P, H = [1 0].
-    fn update(&mut self, measured: f64, r: f64) {
+    fn update(&mut self, measured: f64, noise: &Noise) {
         let innovation = measured - self.value;
-        let k0 = self.p00 / (self.p00 + r);
-        let k1 = self.p01 / (self.p00 + r);
+        let k0 = self.p00 / (self.p00 + noise.r);
+        let k1 = self.p01 / (self.p00 + noise.r);
         self.value += k0 * innovation;
         self.rate += k1 * innovation;
         self.p11 -= k1 * self.p01;

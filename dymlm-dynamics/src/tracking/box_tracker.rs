@@ -1,8 +1,7 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-use dymlm_core::{BoundingBox, Detection};
-
+use dymlm_core::{BoundingBox, Detection, TrackId};
 use dymlm_geometry::Assignment;
 
 use super::assignment::pair_by_iou;
@@ -42,7 +41,7 @@ const TIME_SLACK: f64 = 1e-3;
 /// for frame in 0_u8..5 {
 ///     let detections = [person(f32::from(frame) * 4.0)?];
 ///     let boxes = tracker.update(f64::from(frame) / 30.0, &detections, None)?;
-///     assert_eq!(boxes[0].track_id, 0);
+///     assert_eq!(boxes[0].track_id.get(), 0);
 /// }
 /// // The detector misses: the track goes on by itself.
 /// let boxes = tracker.update(5.0 / 30.0, &[], None)?;
@@ -65,7 +64,7 @@ pub struct BoxTracker {
 
 #[derive(Debug, Clone)]
 struct Track {
-    id: u64,
+    id: TrackId,
     label: Arc<str>,
     filter: BoxKalman,
     score: f32,
@@ -178,7 +177,7 @@ impl BoxTracker {
 
     /// Tells the depth of a track's foreground in the present frame, metres. Depths that are no reading and ids that
     /// are no longer known are passed over.
-    pub fn observe_depth(&mut self, track_id: u64, depth: f32) {
+    pub fn observe_depth(&mut self, track_id: TrackId, depth: f32) {
         if depth > 0.0
             && depth.is_finite()
             && let Some(track) = self.tracks.iter_mut().find(|track| track.id == track_id)
@@ -271,7 +270,7 @@ impl BoxTracker {
         for &candidate in &*open {
             let detection = &detections[candidate];
             self.tracks.push(Track {
-                id: self.next_id,
+                id: TrackId::new(self.next_id),
                 label: known_label(&self.tracks, detection.label()),
                 filter: BoxKalman::new(&detection.bounding_box()),
                 score: detection.score(),

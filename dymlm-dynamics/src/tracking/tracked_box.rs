@@ -1,13 +1,14 @@
 use std::sync::Arc;
 
-use dymlm_core::BoundingBox;
+use dymlm_core::{BoundingBox, TrackId};
 
 /// A box of one track in one frame.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrackedBox {
-    /// Stable over the life of a track, never used again after it; counts from 0.
-    pub track_id: u64,
+    /// The same over the life of a track, never used again after it; counts from 0.
+    pub track_id: TrackId,
     /// Class label; all detections of a track have it.
     pub label: Arc<str>,
     /// The detector's confidence in this frame's detection, or in the last one when the box is predicted; 0..=1.
@@ -28,6 +29,7 @@ pub struct TrackedBox {
 
 /// Where the box of a track comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BoxSource {
     /// A detection of this frame.
     Detected {
@@ -43,9 +45,10 @@ pub enum BoxSource {
 
 /// How much a track is to be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TrackState {
-    /// Seen fewer than `min_hits` times.
+    /// Seen for less than `confirm_after`.
     Tentative,
-    /// Seen at least `min_hits` times.
+    /// Seen for `confirm_after` or longer.
     Confirmed,
 }

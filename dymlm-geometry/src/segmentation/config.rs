@@ -17,11 +17,21 @@ pub struct SegmentationConfig {
     pub margin_share: f32,
     /// Whether a sample is the mean of the readings around its pixel rather than that reading alone. Default true.
     pub is_smoothed: bool,
+    /// Radius of DBSCAN in depth besides what noise and slope ask for, metres, 0..=1. Default 0.02; single readings of a
+    /// coarse grid need less.
+    pub eps_depth: f32,
 }
 
 impl Default for SegmentationConfig {
     fn default() -> Self {
-        Self { spacing: 1.0, max_samples: 20_000, margin: 6.0, margin_share: 0.15, is_smoothed: true }
+        Self {
+            spacing: 1.0,
+            max_samples: 20_000,
+            margin: 6.0,
+            margin_share: 0.15,
+            is_smoothed: true,
+            eps_depth: 0.02,
+        }
     }
 }
 
@@ -30,6 +40,7 @@ impl SegmentationConfig {
         check_range("segmentation.spacing", self.spacing.into(), 1.0..=64.0)?;
         check_range("segmentation.max_samples", self.max_samples as f64, 16.0..=1e6)?;
         check_range("segmentation.margin", self.margin.into(), 0.0..=640.0)?;
-        check_range("segmentation.margin_share", self.margin_share.into(), 0.0..=1.0)
+        check_range("segmentation.margin_share", self.margin_share.into(), 0.0..=1.0)?;
+        check_range("segmentation.eps_depth", self.eps_depth.into(), 0.0..=1.0)
     }
 }

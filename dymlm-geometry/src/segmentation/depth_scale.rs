@@ -7,11 +7,10 @@ pub(super) struct DepthRadius {
     pub(super) sensor: SensorModel,
     /// Distance of two samples at a depth of 1 m, metres.
     pub(super) pitch: f32,
+    /// The constant, metres.
+    pub(super) least: f32,
 }
 
-/// Radius besides what noise and slope ask for, metres. Without it people's limbs come apart; twice as much joins them
-/// with furniture.
-const LEAST: f32 = 0.02;
 /// Deviations of noise: those of a sample's neighbours add up to clusters, so two are as good as three.
 const SIGMAS: f32 = 2.0;
 /// Greatest slope of a surface against the image, as a tangent: 63 degrees.
@@ -21,7 +20,7 @@ impl DepthRadius {
     /// The radius at depth `z`, metres.
     #[inline]
     pub(super) fn at(&self, z: f32) -> f32 {
-        LEAST + SIGMAS * self.sensor.sigma(z) + SLOPE * self.pitch * z
+        self.least + SIGMAS * self.sensor.sigma(z) + SLOPE * self.pitch * z
     }
 }
 
@@ -70,7 +69,7 @@ mod tests {
 
     #[test]
     fn one_radius_apart_is_one_apart_at_every_depth() {
-        let radius = DepthRadius { sensor: SensorModel::kinect(), pitch: 4.0 / 525.0 };
+        let radius = DepthRadius { sensor: SensorModel::kinect(), pitch: 4.0 / 525.0, least: 0.01 };
         let mut scale = DepthScale::default();
         scale.set(&radius);
         for z in [0.3_f32, 0.5, 1.0, 2.0, 4.0, 8.0, 19.0] {

@@ -127,8 +127,11 @@ impl SampleGrid {
         self.columns = columns.len().div_ceil(self.stride);
         self.rows = rows.len().div_ceil(self.stride);
         self.cells.resize(self.columns * self.rows, NO_SAMPLE);
-        let radius =
-            DepthRadius { sensor: view.sensor, pitch: (self.stride as f64 / camera.fx().abs()) as f32 };
+        let radius = DepthRadius {
+            sensor: view.sensor,
+            pitch: (self.stride as f64 / camera.fx().abs()) as f32,
+            least: config.eps_depth,
+        };
         self.radius = Some(radius);
         self.sample(view, &radius, scale, config.is_smoothed);
     }
