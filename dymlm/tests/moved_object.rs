@@ -63,7 +63,8 @@ fn object_at(builder: &MapBuilder, thing: &CarriedThing) -> Option<ObjectId> {
     let place = thing.world_from_object.translation();
     let near = |center: [f64; 3]| (0..3).map(|i| (center[i] - place[i]).powi(2)).sum::<f64>().sqrt() < 0.06;
     // Believed or not: a second is short.
-    let objects = builder.map().objects().objects();
+    let mapped = builder.map().objects();
+    let mut objects = mapped.objects().chain(mapped.candidates());
     objects.filter(|object| near(object.oriented_box().center())).map(MapObject::id).next()
 }
 

@@ -166,18 +166,16 @@ impl ObjectModel {
         (0..3).all(|i| (self.low[i] - margin..=self.high[i] + margin).contains(&point[i]))
     }
 
-    /// The points that face the camera, with their place and normal in its frame. `least_cosine` of the angle between
-    /// the normal and the direction to the camera.
+    /// The points that face the camera, with their place in its frame.
     pub(super) fn facing(
         &self,
         camera_from_object: &Pose,
-        least_cosine: f64,
     ) -> impl Iterator<Item = (&SurfacePoint, [f64; 3])> {
         let eye = camera_from_object.inverse().translation();
         let pose = *camera_from_object;
         self.surface.iter().filter_map(move |point| {
             let to_eye = unit(difference(eye, point.position))?;
-            (dot(to_eye, point.normal) > least_cosine).then(|| (point, pose.transform_point(point.position)))
+            (dot(to_eye, point.normal) > 0.0).then(|| (point, pose.transform_point(point.position)))
         })
     }
 }
@@ -273,8 +271,8 @@ mod tests {
     fn half_of_a_body_faces_the_camera() {
         let pose = Pose::new([0.0, 0.0, 50.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
         let ball = ObjectModel::ellipsoid([0.1; 3]).unwrap();
-        let facing = ball.facing(&pose, 0.0).count();
+        let facing = ball.facing(&pose).count();
         assert!(facing.abs_diff(600) < 20, "{facing}");
-        assert!(ball.facing(&pose, 0.0).all(|(_, seen)| seen[2] < 50.001));
+        assert!(ball.facing(&pose).all(|(_, seen)| seen[2] < 50.001));
     }
 }

@@ -9,8 +9,6 @@ pub(super) struct PixelLengths {
     pub(super) window_radius: usize,
     /// Radius of the windows that flow follows from frame to frame.
     pub(super) flow_radius: usize,
-    /// How far a window may be found from where it was expected.
-    pub(super) most_shift: f32,
     /// Least distance between corners.
     pub(super) corner_distance: f32,
     /// Least distance between two points of a frame that tell more than one.
@@ -34,7 +32,6 @@ impl PixelLengths {
             rim: 24.0 * narrow,
             window_radius: radius(6.0),
             flow_radius: radius(7.0),
-            most_shift: 7.0 * narrow,
             corner_distance: (5.0 * narrow).max(1.0),
             point_distance: 2.0 * narrow,
             consensus: 3.0 * scale,
@@ -55,8 +52,8 @@ mod tests {
             PixelLengths::of(&camera)
         };
         let [one, two] = [at(1.0), at(2.0)];
-        assert_eq!([one.rim, one.most_shift, one.corner_distance], [24.0, 7.0, 5.0]);
-        assert_eq!([two.rim, two.most_shift, two.corner_distance], [48.0, 14.0, 10.0]);
+        assert_eq!([one.rim, one.corner_distance], [24.0, 5.0]);
+        assert_eq!([two.rim, two.corner_distance], [48.0, 10.0]);
         assert_eq!([one.window_radius, two.window_radius, one.flow_radius, two.flow_radius], [6, 12, 7, 14]);
         assert_eq!([one.plane_step, two.plane_step, at(0.3).plane_step], [2, 4, 1]);
     }

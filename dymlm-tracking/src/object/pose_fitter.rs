@@ -11,12 +11,8 @@ use crate::{Error, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, Robus
 
 /// Least number of points that agree on a pose.
 pub(super) const LEAST_INLIERS: usize = 6;
-/// Least share of the points found that agree on a pose.
-const LEAST_INLIER_SHARE: f64 = 0.35;
 /// Factor on the sensor's noise for the reading at a point: neighbouring readings err alike.
 const LIKE_READINGS: f64 = 2.0;
-/// Squared number of standard deviations from where its motion leads beyond which a pose is not the object's.
-const MOST_UNEXPECTED: f64 = 60.0;
 /// A pose less certain than these standard deviations, radians and metres, tells nothing.
 const TELLING: [f64; 2] = [0.15, 0.05];
 
@@ -73,7 +69,7 @@ impl PoseFitter {
     }
 
     /// Finds points of stored views near a coarse pose, and fits the pose to them and to the surface's readings. `None`
-    /// when too few agree or the depth says that the object is elsewhere.
+    /// when too few agree, or the pose is hardly known.
     pub(super) fn fit(
         &mut self,
         scene: Scene<'_>,
@@ -110,13 +106,9 @@ impl PoseFitter {
             expected.is_some_and(|[u, v]| (u - pixel[0]).hypot(v - pixel[1]) <= 4.0 * sigma)
         });
         let share = matches.len() as f64 / found as f64;
-        let places = matches.iter().map(|found| pose.transform_point(found.position));
-        let is_elsewhere = SurfaceReadings::of_places(places, scene, self.model_sigma).is_mostly_elsewhere();
-        let is_enough = matches.len() >= LEAST_INLIERS && share >= LEAST_INLIER_SHARE;
-        let is_possible = prior.is_none_or(|prior| prior.squared_distance(&pose) <= MOST_UNEXPECTED);
         let is_found = prior.is_none();
         let fit = Fit { camera_from_object: pose, covariance, matches, share, surface, is_found };
-        (is_enough && !is_elsewhere && is_possible && fit.is_known(TELLING)).then_some(fit)
+        (fit.matches.len() >= LEAST_INLIERS && fit.is_known(TELLING)).then_some(fit)
     }
 
     /// Adds a point's pixel and its depth, when that is near enough to be its own.

@@ -1,6 +1,5 @@
 use dymlm_core::vector3::{cross, norm, unit};
 use dymlm_core::{BoundingBox, ColorImage, Detection, PinholeCamera, Pose};
-use nalgebra::Vector6;
 
 use super::appearance::Appearance;
 use super::fit::Fit;
@@ -9,14 +8,13 @@ use super::model::ObjectModel;
 use super::pose_fitter::{LEAST_INLIERS, PoseFitter};
 use super::scene::Scene;
 use super::view_store::ViewStore;
-use crate::pose::{moved, rotation_about};
+use crate::pose::rotation_about;
 
 /// Images are halved so often for a search: by 2, it reaches four times as far.
 const HALVINGS_SEARCHED: usize = 2;
-/// Attitudes tried in a frame beside the last, the views among them, and the turn of the others, radians.
+/// Attitudes tried in a frame beside the last, of those of the nearest views.
 const ATTITUDES_A_FRAME: usize = 2;
 const MOST_VIEWS_SEARCHED: usize = 8;
-const TURNED: f64 = 0.5;
 
 /// Finds an object again that its last points do not lead to.
 #[derive(Debug, Clone)]
@@ -34,7 +32,7 @@ pub(super) struct Clues<'a> {
     /// The last pose, or where it may have gone since.
     pub(super) predicted: Pose,
     /// Where the window tracker sees it.
-    pub(super) window: Option<BoundingBox>,
+    pub(super) window: BoundingBox,
 }
 
 impl Search {
@@ -58,7 +56,7 @@ impl Search {
     ) -> Option<Fit> {
         self.frames += 1;
         let last_box = model.bounds_in_image(scene.camera, &clues.predicted);
-        let others: Vec<BoundingBox> = clues.window.into_iter().chain(last_box).collect();
+        let others: Vec<BoundingBox> = std::iter::once(clues.window).chain(last_box).collect();
         let wanted = Wanted {
             model,
             label: self.label.as_deref(),
@@ -88,20 +86,10 @@ impl Search {
     }
 }
 
-/// How a lost object may be turned, as poses at any place: as it was last, as the stored views show it, the nearest
-/// first, and as it was turned by some more.
+/// How a lost object may be turned, as poses at any place: as it was last, and as the stored views show it, the nearest
+/// first.
 fn attitudes(views: &ViewStore, predicted: &Pose) -> Vec<Pose> {
-    let turned = [0, 1, 2].into_iter().flat_map(|axis| {
-        [-TURNED, TURNED].map(|angle| {
-            let mut turn = Vector6::zeros();
-            turn[axis] = angle;
-            moved(predicted, &turn)
-        })
-    });
-    std::iter::once(*predicted)
-        .chain(views.poses(predicted).take(MOST_VIEWS_SEARCHED))
-        .chain(turned)
-        .collect()
+    std::iter::once(*predicted).chain(views.poses(predicted).take(MOST_VIEWS_SEARCHED)).collect()
 }
 
 /// The pose about a rough one at which the image shows points of the view that is nearest to it, from coarse to fine.

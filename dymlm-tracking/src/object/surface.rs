@@ -6,8 +6,6 @@ use crate::PoseObservation;
 
 /// Readings used at most; more tell nothing new.
 const MOST_READINGS: usize = 250;
-/// Points seen more obliquely than this cosine lie on the silhouette, where readings err.
-const LEAST_COSINE: f64 = 0.25;
 /// Readings of one surface err alike: as observations of its pose they count as if their noise were this much larger.
 const LIKE_READINGS: f64 = 4.0;
 /// Fewer readings tell nothing about a surface.
@@ -58,11 +56,6 @@ impl SurfaceReadings {
     pub(super) fn has_enough(&self) -> bool {
         self.total() >= ENOUGH
     }
-
-    /// Whether fewer than half of the places with a reading are there.
-    pub(super) fn is_mostly_elsewhere(&self) -> bool {
-        2 * self.present < self.occluded + self.absent
-    }
 }
 
 /// Compares the model's surface at a pose with the readings (projective association), and adds those of it as
@@ -75,9 +68,9 @@ pub(super) fn observe_surface(
     observations: &mut Vec<PoseObservation>,
 ) -> SurfaceReadings {
     let mut readings = SurfaceReadings::default();
-    let facing = model.facing(camera_from_object, LEAST_COSINE).count();
+    let facing = model.facing(camera_from_object).count();
     let stride = facing.div_ceil(MOST_READINGS).max(1);
-    for (point, place) in model.facing(camera_from_object, LEAST_COSINE).step_by(stride) {
+    for (point, place) in model.facing(camera_from_object).step_by(stride) {
         let seen = scene.look_at(place, model_sigma);
         readings.count(seen.visibility);
         if seen.visibility == Visibility::Present {

@@ -41,7 +41,7 @@ impl<'a> SurfaceFinder<'a> {
         lengths: &PixelLengths,
         model_sigma: f64,
     ) -> Self {
-        let facing = model.facing(camera_from_object, 0.15).filter_map(|(point, place)| {
+        let facing = model.facing(camera_from_object).filter_map(|(point, place)| {
             let normal = camera_from_object.rotate(point.normal);
             Some((SurfacePlace { place, normal, sigma: model_sigma }, scene.camera.project(place)?))
         });

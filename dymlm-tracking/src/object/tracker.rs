@@ -19,8 +19,6 @@ use super::view_store::{LEAST_CORNERS, ViewStore};
 use crate::pose::PosePrior;
 use crate::{Error, ImagePyramid, KcfConfig, KcfTracker};
 
-/// The window tracker is asked where the object is only when its peak stands out so far.
-const LEAST_PEAK: f32 = 6.0;
 /// Least share of an object's points in view at which the depth shows it, if it stands.
 const LEAST_STANDING: f64 = 0.5;
 /// Share of the visible surface behind something nearer from which on the object counts as occluded.
@@ -169,8 +167,7 @@ impl ObjectTracker {
         let camera_from_world = world_from_camera.inverse();
         let predicted = camera_from_world * self.motion.predict(self.time);
         let prior = self.motion.prior(self.time, world_from_camera);
-        let window = self.kcf.locate(self.next.base());
-        let window = (window.peak_to_sidelobe >= LEAST_PEAK).then_some(window.bounding_box);
+        let window = self.kcf.locate(self.next.base()).bounding_box;
 
         if let Some(fit) = self.follow(frame, &predicted, prior.as_ref(), window) {
             return Ok(self.accept(frame, world_from_camera, fit));
@@ -211,17 +208,15 @@ impl ObjectTracker {
         frame: &Frame,
         predicted: &Pose,
         prior: Option<&PosePrior>,
-        window: Option<BoundingBox>,
+        window: BoundingBox,
     ) -> Option<Fit> {
         if self.state == ObjectState::Lost {
             return None;
         }
         let camera = frame.camera();
         let scene = Scene { camera, pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
-        let in_window = window.and_then(|window| {
-            let center = window.center().map(|c| c - 0.5);
-            placed(camera, predicted, Place { center, depth: predicted.translation()[2] })
-        });
+        let center = window.center().map(|c| c - 0.5);
+        let in_window = placed(camera, predicted, Place { center, depth: predicted.translation()[2] });
         let starts = [Some(*predicted), in_window];
         let (model, views, fitter) = (&self.model, &mut self.views, &mut self.fitter);
         for start in starts.into_iter().flatten() {

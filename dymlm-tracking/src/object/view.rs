@@ -15,14 +15,8 @@ use crate::{CornerDetector, ImagePyramid, Lighting};
 pub(super) const MARGIN: f64 = 0.006;
 /// Standard deviation of a tracked pixel, pixels.
 pub(super) const PIXEL_SIGMA: f64 = 0.5;
-/// A point's surface must face the camera by this cosine to be measured.
-const LEAST_COSINE: f64 = 0.18;
-/// Points are never known better, square metres.
-const LEAST_VARIANCE: f64 = 1e-6;
 /// Least share of a window that shows the object.
 const LEAST_SHARE: f32 = 0.4;
-/// Least texture of a window.
-const LEAST_EIGENVALUE: f32 = 4e-6;
 /// Least correlation of two windows that show the same.
 const LEAST_CORRELATION: f32 = 0.6;
 
@@ -98,14 +92,13 @@ impl View {
         let point_at = |corner: [f32; 2]| {
             let found = surface.at(corner.map(f64::from))?;
             let position = object_from_camera.transform_point(found.place);
-            let point = ViewPoint {
+            Some(ViewPoint {
                 position,
                 normal: object_from_camera.rotate(found.normal),
                 pixel: [corner[0] - offset[0], corner[1] - offset[1]],
                 ray: unit(difference(position, object_from_camera.translation()))?,
                 variance: found.sigma * found.sigma,
-            };
-            model.contains(position, 2.0 * MARGIN).then_some(point)
+            })
         };
         let points: Vec<ViewPoint> = corners.iter().filter_map(|corner| point_at(corner.point)).collect();
         let [pyramid, masks] = [cut.pixels(image)?, mask].map(|image| ImagePyramid::new(&image, HALVINGS));
@@ -167,7 +160,7 @@ impl View {
         let gain = point.variance * slope / (point.variance * slope * slope + noise);
         let shift = gain * residual;
         point.position = std::array::from_fn(|i| point.position[i] + shift * point.ray[i]);
-        point.variance = (point.variance * (1.0 - gain * slope)).max(LEAST_VARIANCE);
+        point.variance = point.variance * (1.0 - gain * slope);
     }
 
     /// Finds one of its points, `source[1]`, in the scene's image halved `halvings` times, near where it should be at a
@@ -196,14 +189,13 @@ impl View {
         let (source_image, mask) = (self.pyramid.levels().get(level)?, self.masks.levels().get(level)?);
         let center = point.pixel.map(|c| c / there);
         template.take_warped(source_image, Some(mask), center, rows, lengths.window_radius);
-        if template.share() < LEAST_SHARE || template.min_eigenvalue() < LEAST_EIGENVALUE {
+        if template.share() < LEAST_SHARE {
             return None;
         }
         let expected = expected.map(|c| c as f32 / here);
         let limits = AlignmentLimits { iterations: 15, epsilon: 0.02, lighting: Lighting::Affine };
         let found = template.align(scene.pyramid.levels().get(halvings)?, expected, limits)?;
-        let shift = (found.point[0] - expected[0]).hypot(found.point[1] - expected[1]);
-        if shift > lengths.most_shift || found.correlation < LEAST_CORRELATION {
+        if found.correlation < LEAST_CORRELATION {
             return None;
         }
         let [by_u, by_v] = pixel_motion(camera, camera_from_object, point.position, point.ray).by_shift;
@@ -250,7 +242,7 @@ fn blur(correlation: f32) -> f64 {
 fn surface_jacobian(scene: Scene<'_>, pose: &Pose, point: &ViewPoint) -> Option<Matrix2<f64>> {
     let place = Vector3::from(pose.transform_point(point.position));
     let normal = Vector3::from(pose.rotate(point.normal));
-    if -normal.dot(&place) < LEAST_COSINE * place.norm() || place.z <= 0.0 {
+    if normal.dot(&place) >= 0.0 || place.z <= 0.0 {
         return None;
     }
     let normal = Vector3::from(point.normal);

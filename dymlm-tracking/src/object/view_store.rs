@@ -147,8 +147,7 @@ impl ViewStore {
     pub(super) fn learn(&mut self, scene: Scene<'_>, model: &ObjectModel, fit: &Fit) {
         let pose = &fit.camera_from_object;
         let nearest = self.views.iter().map(|view| view.angle_to(pose)).fold(f64::INFINITY, f64::min);
-        let is_sure =
-            fit.matches.len() >= LEAST_FOR_VIEW && fit.share > 0.6 && fit.surface.occluded_share() < 0.4;
+        let is_sure = fit.matches.len() >= LEAST_FOR_VIEW;
         let has_few = fit.matches.len() < self.max_points / 4 && nearest > 0.4 * VIEW_ANGLE;
         if !is_sure || self.views.len() >= MOST_VIEWS || !(nearest > VIEW_ANGLE || has_few) {
             return;
