@@ -64,7 +64,7 @@ fn object_at(builder: &MapBuilder, thing: &CarriedThing) -> Option<ObjectId> {
     let near = |center: [f64; 3]| (0..3).map(|i| (center[i] - place[i]).powi(2)).sum::<f64>().sqrt() < 0.06;
     // Believed or not: a second is short.
     let mapped = builder.map().objects();
-    let mut objects = mapped.objects().chain(mapped.candidates());
+    let objects = mapped.objects().chain(mapped.candidates());
     objects.filter(|object| near(object.oriented_box().center())).map(MapObject::id).next()
 }
 
