@@ -11,6 +11,7 @@ use crate::nearest::share_within;
 /// - completeness = #{s: some p within 5 cm of s} / #{s} over the visible surface points s of the truth,
 /// - median and 95 % quantile of d over the n points (the smallest d that is not exceeded by that share).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct CloudScore {
     /// Share of the points further than 6 cm from every static surface and within the volume swept by movers, 0..=1.

@@ -40,6 +40,7 @@ pub struct DetectorStatistics {
 
 /// A thing as one frame shows it, exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ExactView {
     /// Tells things apart over the frames.
@@ -54,6 +55,7 @@ pub struct ExactView {
 ///
 /// Shares are 0..=1. Figures of boxes are taken over the views that were found.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DetectorFigures {
     /// Number of frames.
@@ -86,6 +88,7 @@ pub struct DetectorFigures {
 
 /// Views of about one size.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SizeFigures {
     /// Smallest and, excluded, largest share of the image that the views cover.
@@ -99,6 +102,7 @@ pub struct SizeFigures {
 /// Where one side of the boxes lies, relative to the exact box and in units of its extent across that side; positive
 /// inwards, where the box is cut. Only sides count that the exact box has within the image. All 0 without any.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SideFigures {
     /// Number of sides.
@@ -113,6 +117,7 @@ pub struct SideFigures {
 
 /// A line of a table of figures.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FigureRow {
     /// What it is, with its unit.

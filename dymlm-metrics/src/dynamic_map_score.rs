@@ -54,6 +54,7 @@ pub struct DynamicMapScorer {
 
 /// What [`DynamicMapScorer::score`] finds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DynamicMapScore {
     /// SA: share of the static readings that the map keeps, 0..=1; `None` when there are none.

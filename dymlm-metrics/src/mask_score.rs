@@ -18,6 +18,7 @@ use dymlm_core::{DepthImage, Error, Mask};
 /// # Ok::<(), dymlm_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct MaskScore {
     /// Pixels with a reading that show movers.

@@ -9,6 +9,7 @@ use crate::free_space::FreeSpace;
 
 /// What a map of space holds a point to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Occupancy {
     /// Something is there.
     Occupied,
@@ -20,6 +21,7 @@ pub enum Occupancy {
 
 /// A cube of the world that a map holds occupied: a leaf of an octree, a voxel of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OccupiedCell {
     /// Centre in the world, metres.
     pub center: [f64; 3],
@@ -72,6 +74,7 @@ pub struct OccupancyScorer {
 
 /// What [`OccupancyScorer::score`] finds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct OccupancyScore {
     /// How the map holds space that is free; `None` when no frame looked through any.
@@ -84,6 +87,7 @@ pub struct OccupancyScore {
 
 /// Shares of the free points by what the map holds them to be: `ghosts + stray + unknown + free` = 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FreeSpaceScore {
     /// Held occupied, 0..=1: `ghosts + stray`.
@@ -104,6 +108,7 @@ pub struct FreeSpaceScore {
 
 /// Shares of the visible surface points by what the map holds there: `completeness + false_free + unknown` = 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SurfaceScore {
     /// With an occupied cell within half a cell's diagonal, 0..=1.
@@ -119,6 +124,7 @@ pub struct SurfaceScore {
 /// Distances of the occupied cells' centres to the nearest static surface. Each cell counts by its volume; a cell
 /// larger than the smallest counts as so many of the smallest, as if it had not been pruned.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct OccupiedCellScore {
     /// Median of the distance, metres. That of a perfect map is about a fifth of the cells' side.

@@ -64,6 +64,7 @@ const MIN_FRAMES: u32 = 3;
 
 /// What [`ReferenceCloud::score`] finds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ReferenceScore {
     /// Share of the map's voxels further than 6 cm from every voxel of the reference, 0..=1; 0 for an empty map.

@@ -1,5 +1,6 @@
 /// How the errors of many things spread: the smallest values that half and 95 % of them do not exceed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Spread {
     /// Median.

@@ -6,6 +6,7 @@ use crate::assignment::assign;
 
 /// A box that belongs to somebody: an id that is the same in all frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IdentifiedBox {
     /// Whose it is.
     pub id: u64,
@@ -77,6 +78,7 @@ pub struct TrackingScorer {
 
 /// What [`TrackingScorer::score`] finds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrackingScore {
     /// 1 - (misses + false boxes + switches) / true boxes, at most 1 and below 0 for many errors; `None` without true

@@ -4,6 +4,7 @@ use dymlm_geometry::OrientedBox;
 ///
 /// For things measured by hand, use [`new`](Self::new); `dymlm_sim::Truth` has those of its sequences.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrueObject {
     /// Tells things apart.
@@ -24,6 +25,7 @@ pub struct TrueObject {
 /// By which turns about the vertical a thing is indistinguishable. Boxes have no front, so that every thing's is
 /// half a turn at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum YawSymmetry {
     /// Half a turn: a box longer than wide.
     HalfTurn,

@@ -56,3 +56,7 @@ pub use sequence::{
     SimulatedFrame, VisibleThing,
 };
 pub use truth::{Truth, TruthConfig};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

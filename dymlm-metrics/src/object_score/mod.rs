@@ -15,6 +15,7 @@ use crate::assignment::assign;
 ///
 /// An object whose dimensions are no lengths (negative, not finite) counts as one that matches nothing.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EstimatedObject {
     /// COCO label.
     pub label: String,

@@ -2,6 +2,7 @@ use crate::Spread;
 
 /// How a map's objects compare with the true ones; see [`score_objects`](crate::score_objects) for the formulas.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectScore {
     /// Number of estimates scored.
@@ -26,6 +27,7 @@ pub struct ObjectScore {
 
 /// An estimate that stands for an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectMatch {
     /// Index of the estimate.
@@ -47,6 +49,7 @@ pub struct ObjectMatch {
 
 /// Whether a map is asked for an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Demand {
     /// Visible in enough frames.
     Asked,
@@ -56,6 +59,7 @@ pub enum Demand {
 
 /// Whether an estimate has its object's label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LabelVerdict {
     /// It has.
     Right,
@@ -65,6 +69,7 @@ pub enum LabelVerdict {
 
 /// An estimate of an object that has a better one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DuplicateObject {
     /// Index of the estimate.

@@ -3,6 +3,7 @@
 /// The normal may have any length; normal . x + d = 0. A plane without area (no ring of three points, normal zero, values
 /// that are not finite) counts as a plane that matches nothing.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EstimatedPlane {
     /// Normal in the world, towards where the plane was seen from.
     pub normal: [f64; 3],

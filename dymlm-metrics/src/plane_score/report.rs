@@ -2,6 +2,7 @@ use crate::Spread;
 
 /// How a map's planes compare with the true faces; see [`score_planes`](crate::score_planes) for the formulas.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PlaneScore {
     /// Number of planes scored.
@@ -31,6 +32,7 @@ pub struct PlaneScore {
 
 /// A plane that stands for a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PlaneMatch {
     /// Index of the plane.
@@ -54,6 +56,7 @@ pub struct PlaneMatch {
 
 /// Which way a plane's normal points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Facing {
     /// Outwards, as the face's does.
     Outwards,
@@ -63,6 +66,7 @@ pub enum Facing {
 
 /// A face asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FaceScore {
     /// Its id.
@@ -80,6 +84,7 @@ pub struct FaceScore {
 
 /// Whether a face was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FaceState {
     /// A plane matches it, and all that do cover enough of it.
     Found,
@@ -89,6 +94,7 @@ pub enum FaceState {
 
 /// A plane for a face that has one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DuplicatePlane {
     /// Index of the plane.
@@ -99,6 +105,7 @@ pub struct DuplicatePlane {
 
 /// One plane for several faces.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct MergedPlane {
     /// Index of the plane.

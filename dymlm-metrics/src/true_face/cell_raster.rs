@@ -2,6 +2,7 @@ use dymlm_core::vector3::{along, cross, difference, dot, unit};
 
 /// A piece of a plane divided into rectangular cells, whose coordinates run from 0 to the extents along two axes.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CellRaster {
     corner: [f64; 3],
     /// Unit vectors in the plane; the normal is their cross product.

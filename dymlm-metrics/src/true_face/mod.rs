@@ -13,6 +13,7 @@ use rings::rings_around;
 /// For a recording whose faces were measured by hand, make them with [`new`](Self::new); who knows which parts of a face
 /// were seen, with [`from_cells`](Self::from_cells). `dymlm_sim::Truth` has those of its sequences.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrueFace {
     /// Tells faces apart.
@@ -37,6 +38,7 @@ pub struct TrueFace {
 
 /// A face divided into cells; the three lists have an entry a cell of the raster, row by row.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FaceCells {
     /// The cells.
     pub raster: CellRaster,
