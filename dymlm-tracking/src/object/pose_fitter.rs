@@ -11,9 +11,11 @@ use crate::{Error, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, Robus
 
 /// Least number of points that agree on a pose.
 pub(super) const LEAST_INLIERS: usize = 6;
-/// Factor on the sensor's noise for the reading at a point: neighbouring readings err alike.
+/// Factor on the sensor's noise for the reading at a point: neighbouring readings err alike. With 1 a cup is off by 1.5
+/// mm instead of 0.8.
 const LIKE_READINGS: f64 = 2.0;
-/// A pose less certain than these standard deviations, radians and metres, tells nothing.
+/// A pose less certain than these standard deviations, radians and metres, tells nothing. Without the limit a tilted
+/// keyboard is off by half as much again without depth.
 const TELLING: [f64; 2] = [0.15, 0.05];
 
 /// Fits the object's pose to what a frame shows of it.

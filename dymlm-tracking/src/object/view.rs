@@ -11,13 +11,17 @@ use crate::flow::{AlignmentLimits, Template};
 use crate::pose::pixel_motion;
 use crate::{CornerDetector, ImagePyramid, Lighting};
 
-/// How far outside of the model's bounds a reading may lie to belong to the object, metres.
+/// How far outside of the model's bounds a reading may lie to belong to the object, metres: the noise at the distance of
+/// a hand. With none, a covered book has no pose in 56 frames instead of 30, and a leaning bottle is off by 2 mm instead
+/// of 1.
 pub(super) const MARGIN: f64 = 0.006;
 /// Standard deviation of a tracked pixel, pixels.
 pub(super) const PIXEL_SIGMA: f64 = 0.5;
-/// Least share of a window that shows the object.
+/// Least share of a window that shows the object. Without it a covered book is off by up to 15 cm without depth, with it
+/// by up to 9.
 const LEAST_SHARE: f32 = 0.4;
-/// Least correlation of two windows that show the same.
+/// Least correlation of two windows that show the same. Without it a covered book is taken for what covers it: 38 cm off
+/// without depth.
 const LEAST_CORRELATION: f32 = 0.6;
 
 /// The object as one frame showed it: a cut-out of the image, and points on its surface.

@@ -18,7 +18,8 @@ const MOST_VIEWS: usize = 48;
 /// A view is added when the object has turned by this much from all stored ones, radians (15 degrees).
 const VIEW_ANGLE: f64 = 0.26;
 /// Views whose directions differ by less than this, radians, show the same; the older one is nearer to the truth. With
-/// depth, which corrects each view as it is taken, and without.
+/// depth, which corrects each view as it is taken, and without. With 0.1 for both a covered book is off by 6 cm without
+/// depth in every twentieth frame, instead of 2.
 const SAME_DIRECTION: [f64; 2] = [0.1, 0.7];
 /// Points that agree at least before what is seen becomes a view of its own.
 const LEAST_FOR_VIEW: usize = 12;
