@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, Pose};
+use dymlm_core::{Detection, Frame, Pose};
 use dymlm_objects::SightedPoint;
 
 use crate::Detections;
@@ -36,5 +36,13 @@ impl<'a> FrameInput<'a> {
     pub fn with_sighted_points(mut self, sighted_points: &'a [SightedPoint]) -> Self {
         self.sighted_points = sighted_points;
         self
+    }
+
+    /// What was found; `None` when the detector did not run.
+    pub(crate) fn detections(&self) -> Option<&'a [Detection]> {
+        match self.found {
+            Detections::Found(found) => Some(found),
+            Detections::NotRun | Detections::Pending => None,
+        }
     }
 }

@@ -3,14 +3,14 @@ use std::collections::BTreeMap;
 use dymlm_core::{Detection, Frame, FrameId, ObjectId, Pose};
 use dymlm_dynamics::Preprocessor;
 use dymlm_geometry::OrientedBox;
-use dymlm_objects::{ObjectView, SightedPoint};
+use dymlm_objects::ObjectView;
 use dymlm_planes::PlaneDetector;
 
 use crate::key_frames::KeyFrames;
 use crate::stages::StageClock;
 use crate::subsampler::{Subsampler, in_all_pixels};
 use crate::supporting_planes::MappedPlanes;
-use crate::waiting_frames::{WaitingFrame, WaitingFrames};
+use crate::waiting_frames::WaitingFrames;
 use crate::{
     Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MapUpdate, MultiLevelMap, Stage,
 };
@@ -100,12 +100,7 @@ impl MapBuilder {
             report.released = released;
             return Ok(report);
         }
-        let found = match input.found {
-            Detections::Found(found) => Some(found),
-            Detections::NotRun | Detections::Pending => None,
-        };
-        let mut report =
-            self.process(id, input.frame, found, &input.world_from_camera, input.sighted_points, &carried)?;
+        let mut report = self.process(id, input, &carried)?;
         report.released.append(&mut released);
         Ok(report)
     }
@@ -142,9 +137,7 @@ impl MapBuilder {
     fn process_ready(&mut self) -> Result<Vec<FrameReport>, Error> {
         let mut reports = Vec::new();
         while let Some(ready) = self.waiting.pop_ready() {
-            let WaitingFrame { id, frame, world_from_camera, sighted_points, carried, .. } = &ready;
-            let found = ready.found();
-            reports.push(self.process(*id, frame, found, world_from_camera, sighted_points, carried)?);
+            reports.push(self.process(ready.id, &ready.input(), &ready.carried)?);
         }
         Ok(reports)
     }
@@ -156,58 +149,40 @@ impl MapBuilder {
             let previous = self.newest;
             return Err(dymlm_dynamics::Error::TimeReversed { previous, timestamp }.into());
         }
-        let found = if let Detections::Found(found) = input.found { found } else { &[] };
-        self.preprocessor.check(input.frame, found)?;
+        self.preprocessor.check(input.frame, input.detections().unwrap_or(&[]))?;
         input.frame.camera().subsampled(self.config.sensor.stride)?;
         self.map.check_reach(input.frame, &input.world_from_camera)
     }
 
-    /// The paper's figure 2, a step a line. `found`: `None` when the detector did not run.
+    /// The paper's figure 2, a step a line. `carried`: where carried objects are, with a rim, in the world.
     fn process(
         &mut self,
         id: FrameId,
-        frame: &Frame,
-        found: Option<&[Detection]>,
-        world_from_camera: &Pose,
-        sighted_points: &[SightedPoint],
+        input: &FrameInput<'_>,
         carried: &[OrientedBox],
     ) -> Result<FrameReport, Error> {
-        let mut clock = StageClock::start();
         let Self { config, preprocessor, plane_detector, key_frames, subsampler, map, .. } = self;
-        let (frame, found, sighted_points) = subsampler.subsample(frame, found, sighted_points)?;
+        let input = subsampler.subsample(input)?;
+        let (frame, found, pose) = (input.frame, input.detections(), &input.world_from_camera);
+        let mut clock = StageClock::start();
 
-        clock.time(Stage::Dynamics, || {
-            preprocessor.process(frame, found, world_from_camera, carried).map(|_| ())
-        })?;
-        let movers = preprocessor.movers();
-        let mask = preprocessor.static_mask();
-        let masked_pixels = mask.width() * mask.height() - mask.count();
+        clock.time(Stage::Dynamics, || preprocessor.process(frame, found, pose, carried).map(|_| ()))?;
+        let (movers, static_mask) = (preprocessor.movers(), preprocessor.static_mask());
+        let outcome = if key_frames.choose(pose) {
+            let mask = Some(static_mask);
+            let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
+            let view = object_view(&input, preprocessor)?;
 
-        let outcome = if key_frames.choose(world_from_camera) {
-            let cloud =
-                clock.time(Stage::Cloud, || map.cloud.insert(frame, Some(mask), world_from_camera))?;
-            let octree = clock.time(Stage::Octree, || {
-                map.octree.insert_depth(frame, &config.sensor, Some(mask), world_from_camera)
-            })?;
-            let found_planes = clock.time(Stage::PlaneDetection, || {
-                let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
-                plane_detector.detect(frame, Some(mask), &boxes).map(|_| ())
-            });
-            found_planes?;
-            let mut planes = clock.time(Stage::PlaneMap, || {
-                map.planes.insert(plane_detector.planes(), frame, world_from_camera)
-            })?;
-            planes.rejected = plane_detector.rejected().to_vec();
-            let view = match found {
-                Some(found) => ObjectView::new(frame, found, world_from_camera),
-                None => ObjectView::without_detector_run(frame, world_from_camera),
-            };
-            let view = view
-                .with_static_mask(mask)?
-                .with_sighted_points(sighted_points)
-                .without_labels(preprocessor.mover_labels());
+            let cloud = clock.time(Stage::Cloud, || map.cloud.insert(frame, mask, pose))?;
+            let octree =
+                clock.time(Stage::Octree, || map.octree.insert_depth(frame, &config.sensor, mask, pose))?;
+            let detected =
+                clock.time(Stage::PlaneDetection, || plane_detector.detect(frame, mask, &boxes))?;
+            let mut planes = clock.time(Stage::PlaneMap, || map.planes.insert(detected, frame, pose))?;
             let objects =
                 clock.time(Stage::Objects, || map.objects.insert(&view, &MappedPlanes(&map.planes)))?;
+
+            planes.rejected = plane_detector.rejected().to_vec();
             FrameOutcome::Mapped(Box::new(MapUpdate { cloud, octree, planes, objects }))
         } else {
             FrameOutcome::Tracked
@@ -217,7 +192,7 @@ impl MapBuilder {
             timestamp: frame.timestamp(),
             outcome,
             movers: in_all_pixels(movers, config.sensor.stride),
-            masked_pixels,
+            masked_pixels: static_mask.width() * static_mask.height() - static_mask.count(),
             stages: clock.finish(),
             released: Vec::new(),
         })
@@ -248,4 +223,16 @@ impl MapBuilder {
     pub fn into_map(self) -> MultiLevelMap {
         self.map
     }
+}
+
+/// The frame as the object map takes it in: its static pixels, and the detections of what is no mover.
+fn object_view<'a>(input: &FrameInput<'a>, dynamics: &'a Preprocessor) -> Result<ObjectView<'a>, Error> {
+    let view = match input.detections() {
+        Some(found) => ObjectView::new(input.frame, found, &input.world_from_camera),
+        None => ObjectView::without_detector_run(input.frame, &input.world_from_camera),
+    };
+    Ok(view
+        .with_static_mask(dynamics.static_mask())?
+        .with_sighted_points(input.sighted_points)
+        .without_labels(dynamics.mover_labels()))
 }

@@ -2,7 +2,7 @@ use dymlm_core::{Detection, Frame};
 use dymlm_dynamics::Mover;
 use dymlm_objects::SightedPoint;
 
-use crate::Error;
+use crate::{Error, FrameInput};
 
 /// Takes every `stride`-th pixel of every `stride`-th row of a frame, once, before any step: no step knows of a stride.
 #[derive(Debug, Clone)]
@@ -13,41 +13,35 @@ pub(crate) struct Subsampler {
     sighted_points: Vec<SightedPoint>,
 }
 
-/// A frame, what was found in it, and the SLAM's map points in it, all in the pixels that are used.
-pub(crate) type UsedPixels<'a> = (&'a Frame, Option<&'a [Detection]>, &'a [SightedPoint]);
-
 impl Subsampler {
     pub(crate) fn new(stride: usize) -> Self {
         Self { stride, frame: None, detections: Vec::new(), sighted_points: Vec::new() }
     }
 
-    /// The frame in the pixels that are used; itself when all are.
-    pub(crate) fn subsample<'a>(
-        &'a mut self,
-        frame: &'a Frame,
-        found: Option<&'a [Detection]>,
-        sighted_points: &'a [SightedPoint],
-    ) -> Result<UsedPixels<'a>, Error> {
+    /// The frame, its detections and map points in the pixels that are used; the input itself when all are.
+    pub(crate) fn subsample<'a>(&'a mut self, input: &FrameInput<'a>) -> Result<FrameInput<'a>, Error> {
         let stride = self.stride;
         if stride == 1 {
-            return Ok((frame, found, sighted_points));
+            return Ok(*input);
         }
         let smaller = match self.frame.take() {
             Some(mut smaller) => {
-                frame.subsample_into(stride, &mut smaller)?;
+                input.frame.subsample_into(stride, &mut smaller)?;
                 smaller
             }
-            None => frame.subsampled(stride)?,
+            None => input.frame.subsampled(stride)?,
         };
+        let found = input.detections();
         self.detections.clear();
         self.detections.extend(found.unwrap_or(&[]).iter().map(|detection| detection.subsampled(stride)));
+        let smaller_point =
+            |point: &SightedPoint| SightedPoint::new(point.id, point.pixel.map(|c| c / stride as f32));
         self.sighted_points.clear();
-        self.sighted_points.extend(
-            sighted_points
-                .iter()
-                .map(|point| SightedPoint::new(point.id, point.pixel.map(|c| c / stride as f32))),
-        );
-        Ok((self.frame.insert(smaller), found.map(|_| self.detections.as_slice()), &self.sighted_points))
+        self.sighted_points.extend(input.sighted_points.iter().map(smaller_point));
+
+        let found = found.map(|_| self.detections.as_slice());
+        Ok(FrameInput::new(self.frame.insert(smaller), found, &input.world_from_camera)
+            .with_sighted_points(&self.sighted_points))
     }
 }
 

@@ -21,8 +21,9 @@ pub(crate) struct WaitingFrames {
 pub(crate) struct WaitingFrame {
     pub(crate) id: FrameId,
     pub(crate) frame: Frame,
-    pub(crate) world_from_camera: Pose,
-    pub(crate) sighted_points: Vec<SightedPoint>,
+    world_from_camera: Pose,
+    sighted_points: Vec<SightedPoint>,
+    /// Where carried objects are in it, with a rim, in the world.
     pub(crate) carried: Vec<OrientedBox>,
     found: Found,
 }
@@ -94,11 +95,13 @@ impl WaitingFrames {
 }
 
 impl WaitingFrame {
-    /// What was found; `None` when the detector did not run.
-    pub(crate) fn found(&self) -> Option<&[Detection]> {
-        match &self.found {
-            Found::Found(found) => Some(found),
-            Found::NotRun | Found::Pending => None,
-        }
+    /// The frame as it was given.
+    pub(crate) fn input(&self) -> FrameInput<'_> {
+        let found = match &self.found {
+            Found::Found(found) => Detections::Found(found),
+            Found::NotRun => Detections::NotRun,
+            Found::Pending => Detections::Pending,
+        };
+        FrameInput::new(&self.frame, found, &self.world_from_camera).with_sighted_points(&self.sighted_points)
     }
 }
