@@ -1,4 +1,4 @@
-//! A small exact renderer: boxes on a table before a wall.
+//! Boxes on a table before a wall, seen exactly.
 #![allow(clippy::unwrap_used, reason = "tests")]
 #![allow(dead_code, reason = "each test uses a part")]
 
@@ -7,6 +7,7 @@ use dymlm_core::{
 };
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{ObjectConfig, ObjectMapper, SupportPlane};
+use dymlm_test_support::{Cuboid, Rectangle, World};
 
 pub(crate) const TABLE: PlaneId = PlaneId::new(3);
 
@@ -52,44 +53,21 @@ impl Scene {
     }
 
     pub(crate) fn view(&self, world_from_camera: &Pose) -> View {
-        let (width, height) = (self.camera.width(), self.camera.height());
-        let mut view = View { depth: Vec::new(), shown: Vec::new() };
-        let frames: Vec<(Pose, [f64; 3])> = self
-            .boxes
-            .iter()
-            .map(|own| (own.world_from_box().inverse() * *world_from_camera, own.lengths().map(|l| 0.5 * l)))
-            .collect();
-        let origin = world_from_camera.translation();
-        for v in 0..height {
-            for u in 0..width {
-                let in_camera = self.camera.back_project([u as f64, v as f64], 1.0);
-                let ray = world_from_camera.rotate(in_camera);
-                let mut nearest = (1.5 - origin[1]) / ray[1];
-                if ray[2] < 0.0 {
-                    let table = -origin[2] / ray[2];
-                    let [x, y] = [0, 1].map(|k| origin[k] + table * ray[k]);
-                    if table < nearest && x.abs() < 0.8 && (-0.5..1.0).contains(&y) {
-                        nearest = table;
-                    }
-                }
-                let mut shown = None;
-                for (index, (box_from_camera, half)) in frames.iter().enumerate() {
-                    let (start, along) = (box_from_camera.translation(), box_from_camera.rotate(in_camera));
-                    let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
-                    for axis in 0..3 {
-                        let [a, b] = [-half[axis], half[axis]].map(|side| (side - start[axis]) / along[axis]);
-                        enter = enter.max(a.min(b));
-                        leave = leave.min(a.max(b));
-                    }
-                    if enter <= leave && enter < nearest {
-                        (nearest, shown) = (enter, Some(index));
-                    }
-                }
-                view.depth.push(nearest as f32);
-                view.shown.push(shown);
-            }
+        let cuboid =
+            |own: &OrientedBox| Cuboid { world_from_cuboid: own.world_from_box(), lengths: own.lengths() };
+        let world = World {
+            rectangles: vec![
+                Rectangle::upright([0.0, 1.5, 0.0], 100.0, 100.0),
+                Rectangle::level([0.0, 0.25, 0.0], 0.8, 0.75),
+            ],
+            cuboids: self.boxes.iter().map(cuboid).collect(),
+            ..World::default()
+        };
+        let hits = world.view(&self.camera, world_from_camera);
+        View {
+            depth: hits.iter().map(|hit| hit.map_or(0.0, |hit| hit.length as f32)).collect(),
+            shown: hits.iter().map(|hit| hit.and_then(|hit| hit.cuboid)).collect(),
         }
-        view
     }
 
     pub(crate) fn frame(&self, time: f64, world_from_camera: &Pose) -> Frame {
