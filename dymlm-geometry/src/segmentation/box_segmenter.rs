@@ -59,9 +59,7 @@ impl BoxSegmenter {
     /// [`ConfigError`] names the field outside its range.
     pub fn new(config: SegmentationConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        let mut dbscan = DbscanConfig::default();
-        dbscan.eps = 1.0;
-        dbscan.min_points = MIN_POINTS;
+        let dbscan = DbscanConfig { eps: 1.0, min_points: MIN_POINTS };
         Ok(Self {
             config,
             dbscan: Dbscan::new(dbscan)?,
