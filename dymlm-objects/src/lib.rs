@@ -43,3 +43,7 @@ pub use report::{ObjectAssociation, ObjectMerge, ObjectReport, RejectedDetection
 pub use shape::{DualQuadric, ImageEllipse, ObjectShape};
 pub use support::{NoPlanes, SupportPlane, SupportingPlanes};
 pub use view::{ObjectView, SightedPoint};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

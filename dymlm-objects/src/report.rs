@@ -4,6 +4,7 @@ use crate::AssociationTests;
 
 /// What a frame changed in the object map.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectReport {
     /// Detections that were associated with an object, by ascending index.
@@ -29,6 +30,7 @@ pub struct ObjectReport {
 
 /// A detection that is of an object of the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectAssociation {
     /// Index of the detection in its frame.
@@ -41,6 +43,7 @@ pub struct ObjectAssociation {
 
 /// Two objects that are one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectMerge {
     /// Id of the object that stays.
@@ -51,6 +54,7 @@ pub struct ObjectMerge {
 
 /// A detection that came to nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RejectedDetection {
     /// Index of the detection in its frame.
@@ -61,6 +65,8 @@ pub struct RejectedDetection {
 
 /// Why a detection came to nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum RejectionCause {
     /// There is no cluster of static readings in its box.

@@ -3,6 +3,7 @@ use dymlm_core::{Plane, PlaneId};
 
 /// A plane that things may stand on.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SupportPlane {
     /// The plane of the map that it is; `None` for a level patch around a thing that is no plane of the map.

@@ -38,6 +38,28 @@ fn a_config_survives_a_file() {
     assert_eq!(serde_json::from_str::<ObjectConfig>(&text).unwrap(), config);
     // What is left out has its default; what nobody knows is refused.
     let partly: ObjectConfig = serde_json::from_str(r#"{"update": {"voxel_size": 0.02}}"#).unwrap();
-    assert_eq!((partly.update.voxel_size, partly.update.trim), (0.02, 0.01));
+    assert_eq!((partly.update.voxel_size, partly.update.max_voxels), (0.02, 2500));
     assert!(serde_json::from_str::<ObjectConfig>(r#"{"update": {"voxel": 0.02}}"#).is_err());
+}
+
+#[cfg(feature = "serde")]
+#[test]
+fn one_entry_of_a_file_does_not_forget_the_others() {
+    use dymlm_objects::ShapeKind;
+
+    let config: ObjectConfig = serde_json::from_str(
+        r#"{
+            "sizes": [{"label": "robot", "length": [0.4, 0.5, 0.6], "width": [0.3, 0.35, 0.4],
+                       "height": [0.2, 0.3, 1.0], "footprint": "oblong"}],
+            "shapes": {"robot": "cuboid", "book": "ellipsoid"}
+        }"#,
+    )
+    .unwrap();
+    assert!(config.sizes.of("robot").is_some() && config.sizes.of("cup").is_some());
+    assert_eq!(config.sizes.iter().count(), ObjectConfig::default().sizes.iter().count() + 1);
+    let shape = |label: &str| config.shapes.of(label);
+    assert_eq!(
+        [shape("robot"), shape("tv"), shape("book")],
+        [ShapeKind::Cuboid, ShapeKind::Cuboid, ShapeKind::Ellipsoid]
+    );
 }

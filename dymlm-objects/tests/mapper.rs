@@ -317,3 +317,74 @@ fn an_empty_frame_is_taken_in() {
     let report = mapper.insert(&ObjectView::new(&frame, &[], &Pose::identity()), &NoPlanes).unwrap();
     assert_eq!(report, ObjectReport::default());
 }
+
+#[test]
+fn a_frame_without_a_run_of_the_detector_changes_no_object() {
+    let scene = kitchen();
+    let run = |frames_between: usize| {
+        let mut mapper = mapper();
+        for step in 0..5 {
+            show(&mut mapper, &scene, step, &all()[..if step < 3 { 3 } else { 2 }]);
+            let pose = pose(step);
+            for between in 1..=frames_between {
+                let frame = scene.frame(0.1 * step as f64 + 0.03 * between as f64, &pose);
+                let view = ObjectView::without_detector_run(&frame, &pose);
+                assert_eq!(mapper.insert(&view, &planes).unwrap(), ObjectReport::default());
+            }
+        }
+        let known = mapper.map().objects().chain(mapper.map().candidates());
+        known
+            .map(|own| (own.id(), own.oriented_box(), own.observations(), own.frames_in_view()))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(run(2), run(0));
+}
+
+#[test]
+fn what_stands_on_a_plane_stands_on_what_the_plane_went_into() {
+    const WHOLE: PlaneId = PlaneId::new(5);
+    struct Merged;
+    impl dymlm_objects::SupportingPlanes for Merged {
+        fn near(&self, _point: [f64; 3], _reach: f64, _found: &mut Vec<SupportPlane>) {}
+        fn current_id(&self, id: PlaneId) -> PlaneId {
+            if id == TABLE { WHOLE } else { id }
+        }
+    }
+    let (scene, mut mapper) = (kitchen(), mapper());
+    for step in 0..4 {
+        show(&mut mapper, &scene, step, &all());
+    }
+    assert_eq!(mapper.map().on_plane(TABLE).count(), 3);
+    let frame = scene.frame(1.0, &pose(4));
+    mapper.insert(&ObjectView::without_detector_run(&frame, &pose(4)), &Merged).unwrap();
+    assert_eq!((mapper.map().on_plane(TABLE).count(), mapper.map().on_plane(WHOLE).count()), (0, 3));
+}
+
+#[test]
+fn any_number_of_objects_is_carried_at_once() {
+    let (mut scene, mut mapper) = (kitchen(), mapper());
+    for step in 0..4 {
+        show(&mut mapper, &scene, step, &all());
+    }
+    for carried in [1, 2] {
+        mapper.hold(id(carried));
+        scene.boxes[carried as usize] = upright([0.0, 0.0, -50.0], 0.0, [0.1; 3]);
+    }
+    let look_away = |mapper: &mut ObjectMapper, steps: std::ops::Range<usize>| {
+        for step in steps {
+            show(mapper, &scene, step, &[(0, "microwave")]);
+        }
+    };
+    look_away(&mut mapper, 4..12);
+    assert_eq!([1, 2].map(|carried| mapper.map().object(id(carried)).unwrap().frames_in_view()), [4, 4]);
+    mapper.release(id(1));
+    look_away(&mut mapper, 12..20);
+    assert!(mapper.map().object(id(1)).is_none() && mapper.map().object(id(2)).is_some());
+}
+
+#[test]
+fn the_mapper_goes_between_threads() {
+    fn assert_send_sync<T: Send + Sync>() {}
+    assert_send_sync::<ObjectMapper>();
+    assert_send_sync::<dymlm_objects::ObjectMap>();
+}

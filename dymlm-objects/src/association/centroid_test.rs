@@ -38,6 +38,8 @@ pub enum CentroidTest {
 
 /// What a test says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum CentroidVerdict {
     /// It may be of the object.
     Accepted,

@@ -1,4 +1,6 @@
-/// What stands for an object in the map (DESIGN 4.5.4).
+use std::collections::BTreeMap;
+
+/// What stands for an object in the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -19,8 +21,14 @@ impl ShapeKind {
     }
 }
 
-/// Which labels are boxes; all others are ellipsoids. By default the regular things of COCO, as in the paper: tv,
-/// laptop, keyboard, book and so on are boxes; chair, bottle, teddy bear are not.
+/// The shapes of labels; one that is not listed is an ellipsoid. By default the regular things of COCO are cuboids, as in the
+/// paper: tv, laptop, keyboard, book and so on. In a config file the labels listed extend the default:
+///
+/// ```toml
+/// [objects.shapes]
+/// robot = "cuboid"
+/// book = "ellipsoid"
+/// ```
 ///
 /// ```
 /// use dymlm_objects::{ShapeKind, ShapeTable};
@@ -33,10 +41,12 @@ impl ShapeKind {
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(from = "Vec<String>", into = "Vec<String>"))]
+#[cfg_attr(
+    feature = "serde",
+    serde(from = "BTreeMap<String, ShapeKind>", into = "BTreeMap<String, ShapeKind>")
+)]
 pub struct ShapeTable {
-    /// Labels of boxes, ascending.
-    cuboids: Vec<String>,
+    shapes: BTreeMap<String, ShapeKind>,
 }
 
 const COCO_CUBOIDS: [&str; 22] = [
@@ -67,45 +77,32 @@ const COCO_CUBOIDS: [&str; 22] = [
 impl ShapeTable {
     /// The shape of a label.
     pub fn of(&self, label: &str) -> ShapeKind {
-        match self.place(label) {
-            Ok(_) => ShapeKind::Cuboid,
-            Err(_) => ShapeKind::Ellipsoid,
-        }
+        self.shapes.get(label).copied().unwrap_or(ShapeKind::Ellipsoid)
     }
 
     /// Says which shape a label has from now on.
     pub fn set(&mut self, label: &str, shape: ShapeKind) {
-        match (self.place(label), shape) {
-            (Err(place), ShapeKind::Cuboid) => self.cuboids.insert(place, label.to_owned()),
-            (Ok(place), ShapeKind::Ellipsoid) => {
-                self.cuboids.remove(place);
-            }
-            _ => {}
-        }
-    }
-
-    fn place(&self, label: &str) -> Result<usize, usize> {
-        self.cuboids.binary_search_by(|own| own.as_str().cmp(label))
+        self.shapes.insert(label.to_owned(), shape);
     }
 }
 
 impl Default for ShapeTable {
     fn default() -> Self {
-        COCO_CUBOIDS.map(String::from).to_vec().into()
+        Self { shapes: COCO_CUBOIDS.map(|label| (label.to_owned(), ShapeKind::Cuboid)).into() }
     }
 }
 
-impl From<Vec<String>> for ShapeTable {
-    /// From the labels of boxes.
-    fn from(mut cuboids: Vec<String>) -> Self {
-        cuboids.sort_unstable();
-        cuboids.dedup();
-        Self { cuboids }
+/// The default, with these labels' shapes in place of its own.
+impl From<BTreeMap<String, ShapeKind>> for ShapeTable {
+    fn from(given: BTreeMap<String, ShapeKind>) -> Self {
+        let mut table = Self::default();
+        table.shapes.extend(given);
+        table
     }
 }
 
-impl From<ShapeTable> for Vec<String> {
+impl From<ShapeTable> for BTreeMap<String, ShapeKind> {
     fn from(table: ShapeTable) -> Self {
-        table.cuboids
+        table.shapes
     }
 }

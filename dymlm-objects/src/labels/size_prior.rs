@@ -104,6 +104,8 @@ impl SizePrior {
 
 /// Whether the third dimension of a box is known to be its height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum UprightPose {
     /// It is.
     Upright,
@@ -123,7 +125,8 @@ fn in_order([a, b, c]: [f64; 3], pose: UprightPose) -> [f64; 3] {
     }
 }
 
-/// The sizes of all labels known; by default those of COCO's things that do not move by themselves.
+/// The sizes of all labels known; by default those of COCO's things that do not move by themselves. In a config file, a list of
+/// [`SizePrior`]s extends the default: `[[objects.sizes]]`.
 ///
 /// ```
 /// use dymlm_objects::{Footprint, SizePrior, SizePriors};
@@ -143,11 +146,6 @@ pub struct SizePriors {
 }
 
 impl SizePriors {
-    /// No sizes at all: whatever is measured is believed.
-    pub fn none() -> Self {
-        Self { priors: Vec::new() }
-    }
-
     /// The prior of a label; `None` for labels that nothing is known of.
     pub fn of(&self, label: &str) -> Option<&SizePrior> {
         let place = self.priors.binary_search_by(|prior| prior.label.as_str().cmp(label)).ok()?;
@@ -170,7 +168,7 @@ impl SizePriors {
 
 impl Default for SizePriors {
     fn default() -> Self {
-        let mut priors = Self::none();
+        let mut priors = Self { priors: Vec::new() };
         for (label, length, width, height, footprint) in COCO_SIZES {
             let [length, width, height] = [*length, *width, *height].map(SizeRange::from);
             priors.insert(SizePrior::new(*label, length, width, height, *footprint));
@@ -179,9 +177,10 @@ impl Default for SizePriors {
     }
 }
 
+/// The default, with these added or in place of those of the same label.
 impl From<Vec<SizePrior>> for SizePriors {
     fn from(given: Vec<SizePrior>) -> Self {
-        let mut priors = Self::none();
+        let mut priors = Self::default();
         for prior in given {
             priors.insert(prior);
         }

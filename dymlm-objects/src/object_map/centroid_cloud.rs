@@ -5,6 +5,7 @@ use dymlm_core::vector3::{Vector3, difference};
 ///
 /// Running sums (Welford 1962), three axes at once.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CentroidCloud {
     count: u32,
     mean: Vector3,

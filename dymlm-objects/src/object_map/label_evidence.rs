@@ -1,5 +1,6 @@
 /// What an object was taken for, and how surely: detection scores add up by label.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LabelEvidence {
     /// By ascending label.
     scores: Vec<(String, f64)>,

@@ -74,3 +74,16 @@ impl ObjectMap {
         Some(object)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_id_of_a_merged_object_leads_to_what_it_became() {
+        let id = ObjectId::new;
+        let absorbed_by = BTreeMap::from([(id(4), id(2)), (id(2), id(7))]);
+        let map = ObjectMap { absorbed_by, ..ObjectMap::default() };
+        assert_eq!([4, 2, 7, 9].map(|number| map.current_id(id(number)).get()), [7, 7, 7, 9]);
+    }
+}

@@ -71,6 +71,7 @@ pub struct BoxFitter {
 
 /// A box around points.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BoxFit {
     /// The box, in the points' frame. Its axes are by descending variance; with a vertical the third is that, and the
@@ -82,6 +83,8 @@ pub struct BoxFit {
 
 /// Where the axes of a box come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum BoxAxes {
     /// The principal axes.

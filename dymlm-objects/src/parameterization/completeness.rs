@@ -10,6 +10,8 @@ use crate::ObjectView;
 
 /// What ends an object's view on one side of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum SideView {
     /// The object itself: it is seen to its end.
@@ -29,6 +31,7 @@ pub enum SideView {
 ///
 /// A partial view neither shrinks the object in the map nor counts for where its centroid is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Completeness {
     /// The left side.

@@ -5,6 +5,7 @@ use crate::SupportPlane;
 
 /// A detection in space: what one frame shows of an object.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectObservation {
     /// Index of the detection in its frame.
@@ -33,6 +34,8 @@ pub struct ObjectObservation {
 
 /// What an object is told from its surroundings by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Relief {
     /// It stands out from them in depth.

@@ -27,6 +27,7 @@ use super::ImageEllipse;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DualQuadric {
     oriented_box: OrientedBox,
 }

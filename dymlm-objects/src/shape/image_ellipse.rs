@@ -2,6 +2,7 @@ use dymlm_core::BoundingBox;
 
 /// An ellipse in the image: the outline of an ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ImageEllipse {
     /// Centre `[u, v]`, pixels. It is not where the ellipsoid's centre appears.

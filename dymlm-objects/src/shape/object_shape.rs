@@ -19,6 +19,7 @@ use crate::ShapeKind;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ObjectShape {
     kind: ShapeKind,
     oriented_box: OrientedBox,
