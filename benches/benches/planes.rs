@@ -70,7 +70,7 @@ fn map(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(detected.len() as u64));
         group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
             bencher.iter(|| {
-                let mut map = PlaneMap::new(config.map.clone(), &sensor).unwrap();
+                let mut map = PlaneMap::new(config.map.clone(), sensor).unwrap();
                 for (planes, frame, pose) in &detected {
                     map.insert(black_box(planes), frame, pose).unwrap();
                 }
@@ -85,7 +85,7 @@ fn whole_step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-planes/whole_step");
     for input in &inputs() {
         group.throughput(Throughput::Elements(input.frames.len() as u64));
-        let mut mapper = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect()).unwrap();
+        let mut mapper = PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect()).unwrap();
         group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
             // As in a session: the map knows the place, the buffers have their size, and every frame is another key frame.
             bencher.iter(|| {

@@ -15,7 +15,7 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
     let sequence = Sequence::new(&config).unwrap();
     let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect()).unwrap();
     let movers = preprocessor.mover_labels().to_vec();
-    let mut planes = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect()).unwrap();
+    let mut planes = PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect()).unwrap();
     let mut mapper = ObjectMapper::new(ObjectConfig::default(), SensorModel::kinect()).unwrap();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
     for simulated in sequence.frames() {

@@ -11,6 +11,7 @@ mod error;
 mod linear_algebra;
 mod mapper;
 mod moments;
+mod patch;
 mod plane_grid;
 mod plane_map;
 mod queries;
@@ -25,3 +26,7 @@ pub use error::Error;
 pub use mapper::PlaneMapper;
 pub use plane_map::{MapPlane, PlaneMap, PlaneMapConfig, PlaneMerge, PlaneReport};
 pub use queries::{PlaneHit, Surface, SurfaceConfig, SurfaceKind};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

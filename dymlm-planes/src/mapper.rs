@@ -1,8 +1,9 @@
 use dymlm_core::{BoundingBox, Frame, Mask, Pose, SensorModel};
 
+use crate::config::PlaneConfig;
 use crate::detector::PlaneDetector;
+use crate::error::Error;
 use crate::plane_map::{PlaneMap, PlaneReport};
-use crate::{Error, PlaneConfig};
 
 /// The whole plane step of the paper (III-B): extract, refine, filter, then associate, fuse, merge.
 ///
@@ -15,7 +16,7 @@ use crate::{Error, PlaneConfig};
 /// let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?;
 /// let wall = Frame::new(0.0, camera, DepthImage::new(160, 120, vec![2.0; 160 * 120])?, None)?;
 ///
-/// let mut mapper = PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect())?;
+/// let mut mapper = PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect())?;
 /// let first = mapper.insert(&wall, None, &[], &Pose::identity())?;
 /// let nearer = Pose::new([0.1, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])?;
 /// let second = mapper.insert(&wall, None, &[], &nearer)?;
@@ -37,9 +38,9 @@ impl PlaneMapper {
     /// # Errors
     ///
     /// [`Error::Config`] names the field outside its range.
-    pub fn new(config: PlaneConfig, sensor: &SensorModel) -> Result<Self, Error> {
+    pub fn new(config: PlaneConfig, sensor: SensorModel) -> Result<Self, Error> {
         Ok(Self {
-            detector: PlaneDetector::new(&config.detector, sensor)?,
+            detector: PlaneDetector::new(&config.detector, &sensor)?,
             map: PlaneMap::new(config.map, sensor)?,
         })
     }

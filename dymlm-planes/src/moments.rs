@@ -6,6 +6,7 @@ use crate::linear_algebra::{Symmetric3, quadratic_form};
 /// Sums over weighted points up to second order: all that a least-squares plane needs. They add up and can be taken
 /// apart, so a plane of two sets of points costs the same as one of two points.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Moments {
     /// Sum of weights.
     pub(crate) weight: f64,

@@ -1,7 +1,7 @@
 use dymlm_core::vector3::{difference, dot};
 
 use crate::linear_algebra::plane_axes;
-use crate::plane_map::Patch;
+use crate::patch::Patch;
 
 /// A plane's coordinate frame: an origin on the plane and two axes in it.
 #[derive(Debug, Clone, Copy, PartialEq)]

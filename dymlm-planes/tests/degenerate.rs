@@ -85,6 +85,6 @@ fn refused_input_changes_nothing() {
 
     let mut config = PlaneConfig::default();
     config.detector.block_size = 1;
-    let error = PlaneMapper::new(config, &SensorModel::kinect()).unwrap_err();
+    let error = PlaneMapper::new(config, SensorModel::kinect()).unwrap_err();
     assert_eq!(error.to_string(), "planes.detector.block_size = 1 is outside its range 4..=64");
 }

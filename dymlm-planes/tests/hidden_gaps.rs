@@ -105,7 +105,7 @@ fn a_gap_too_wide_or_seen_too_seldom_is_not_bridged() {
     let parts_with = |change: &dyn Fn(&mut PlaneConfig), views: &[Pose]| {
         let mut config = PlaneConfig::default();
         change(&mut config);
-        let mut mapper = PlaneMapper::new(config, &SensorModel::kinect()).unwrap();
+        let mut mapper = PlaneMapper::new(config, SensorModel::kinect()).unwrap();
         for (k, view) in views.iter().enumerate() {
             mapper.insert(&floor().frame(camera(), view, k as u64), None, &[], view).unwrap();
         }

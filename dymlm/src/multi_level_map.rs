@@ -20,7 +20,7 @@ impl MultiLevelMap {
         Ok(Self {
             cloud: CloudMap::new(config.cloud.clone(), config.sensor)?,
             octree: Octree::new(config.octree.clone())?,
-            planes: PlaneMap::new(config.planes.map.clone(), &config.sensor)?,
+            planes: PlaneMap::new(config.planes.map.clone(), config.sensor)?,
             objects: ObjectMapper::new(config.objects.clone(), config.sensor)?,
         })
     }

@@ -1,10 +1,10 @@
 use dymlm_core::Plane;
 use dymlm_core::vector3::dot;
 
-use super::{AssociationConfig, Sides};
+use super::config::{AssociationConfig, Sides};
 use crate::linear_algebra::foot_on;
+use crate::patch::{Bounds, Patch};
 use crate::plane_grid::{PlaneFrame, patches_adjoin};
-use crate::plane_map::{Bounds, Patch};
 
 /// A finite plane in the world, as the tests see it.
 #[derive(Debug, Clone, Copy)]
@@ -21,9 +21,6 @@ pub(crate) struct FinitePlane<'a> {
 
 /// Inliers of a map plane that equation 3 looks at, at most.
 const MOST_POINTS: usize = 400;
-/// What the agreement of patches that do not adjoin may cost; see [`Criterion::cost`].
-const MAX_COST_ACROSS_GAP: f64 = 0.75;
-
 /// How well two planes agree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Agreement {
@@ -76,7 +73,7 @@ impl Criterion {
         detected: &FinitePlane<'_>,
         mapped: &FinitePlane<'_>,
     ) -> Option<Agreement> {
-        self.compare(detected, mapped).filter(|agreement| self.cost(agreement) <= MAX_COST_ACROSS_GAP)
+        self.compare(detected, mapped).filter(|agreement| self.cost(agreement) <= 1.0)
     }
 
     /// How well two planes agree whose normals do (equation 1), wherever their patches lie.

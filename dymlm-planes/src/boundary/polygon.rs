@@ -5,6 +5,7 @@ use dymlm_core::vector3::{cross, dot};
 /// Rings are closed without repeating their first corner. Seen from the side that the plane's normal points to, outlines
 /// run counterclockwise and holes clockwise.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BoundaryPolygon {
     /// The outer ring.

@@ -1,6 +1,6 @@
 use dymlm_core::{Plane, Point};
 
-use super::PlaneCovariance;
+use super::covariance::PlaneCovariance;
 use crate::moments::Moments;
 
 /// One plane seen in one frame, refined: what the map is built from. Camera frame.
@@ -8,6 +8,7 @@ use crate::moments::Moments;
 /// It holds all that the map needs, and no pixels: a key frame's planes can be kept and inserted again at another
 /// pose.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DetectedPlane {
     /// The robust plane; its normal points to the camera.

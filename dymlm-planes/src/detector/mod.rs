@@ -1,6 +1,7 @@
 //! Planes of one frame. See [`PlaneDetector`].
 
 mod config;
+mod covariance;
 mod detected_plane;
 mod extraction;
 mod filter;
@@ -9,7 +10,7 @@ mod rays;
 mod refinement;
 
 pub use config::PlaneDetectorConfig;
+pub use covariance::PlaneCovariance;
 pub use detected_plane::DetectedPlane;
 pub use filter::{RejectedPlane, RejectionCause};
 pub use plane_detector::PlaneDetector;
-pub use refinement::PlaneCovariance;

@@ -1,10 +1,11 @@
 use dymlm_core::{BoundingBox, Frame, Mask, SensorModel};
 
+use super::config::PlaneDetectorConfig;
+use super::detected_plane::DetectedPlane;
 use super::extraction::PlaneExtractor;
 use super::filter::{PlaneFilter, RejectedPlane};
 use super::refinement::PlaneRefiner;
-use super::{DetectedPlane, PlaneDetectorConfig};
-use crate::Error;
+use crate::error::Error;
 
 /// Finds the planes of a frame (the first half of the paper's section III-B).
 ///
@@ -12,7 +13,7 @@ use crate::Error;
 ///    Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical Clustering", ICRA 2014).
 /// 2. **Refinement**: a robust fit (reweighted least squares with Tukey's biweight) with inliers, edge points and
 ///    covariance. The paper uses PCL's RANSAC; reweighting needs no random numbers and ends on all inliers.
-/// 3. **Filter**: planes that are small, ragged, uncertain, or on a mover are rejected.
+/// 3. **Filter**: planes that are small, uncertain, or on a mover are rejected.
 ///
 /// Tolerances are physical: they follow the sensor's noise. O(pixels + blocks log blocks). The detector owns its buffers:
 /// after the first frames nothing is allocated.

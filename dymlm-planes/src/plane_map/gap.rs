@@ -1,8 +1,8 @@
 use dymlm_core::{DepthView, Pose, Visibility};
 
-use super::patch::CoarseCell;
 use crate::association::FinitePlane;
 use crate::linear_algebra::foot_on;
+use crate::patch::CoarseCell;
 
 /// Cells of 4 voxels a side are small enough to tell where two patches are nearest, ...
 const FINEST_LEVEL: u32 = 2;
@@ -11,9 +11,9 @@ const MOST_CELLS: usize = 192;
 /// Ways across a gap that are looked along, and places on each.
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
-/// Share of the places between that must be occluded, and that may be looked through (noise at the rims).
-const MIN_OCCLUDED: f64 = 1.0 / 3.0;
-const MAX_THROUGH: f64 = 0.1;
+/// A gap is occluded while at most this share of its places, and of the key frames that look there, look through it: noise
+/// at the rims. With 0 one floor stays two planes (0.2 duplicates a room), with more two desks become one.
+pub(super) const MAX_THROUGH: f64 = 0.1;
 /// Standard deviation of a place's height over the two planes, metres: they may be off by some centimetres.
 const PLACE_SIGMA: f64 = 0.01;
 
@@ -26,7 +26,7 @@ pub(super) struct Gap {
 
 /// What a key frame sees between two patches of one plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum GapSight {
+pub(super) enum GapLook {
     /// Something nearer occludes what would join them.
     Occluded,
     /// One looks through between them.
@@ -66,7 +66,7 @@ impl Gap {
 
     /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings, or sees the plane
     /// go on. O(places), at most 96.
-    pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapSight> {
+    pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
         let (mut occluded, mut through, mut all) = (0.0, 0.0, self.places.len() as f64);
         for place in &self.places {
             match view.look_at_world(camera_from_world, *place, PLACE_SIGMA).visibility {
@@ -78,9 +78,9 @@ impl Gap {
             }
         }
         if through > MAX_THROUGH * all {
-            Some(GapSight::LookedThrough)
+            Some(GapLook::LookedThrough)
         } else {
-            (occluded > 0.0 && occluded >= MIN_OCCLUDED * all).then_some(GapSight::Occluded)
+            (occluded > 0.0).then_some(GapLook::Occluded)
         }
     }
 }

@@ -2,16 +2,13 @@ use std::collections::BTreeMap;
 
 use dymlm_core::PlaneId;
 
-use super::gap::GapSight;
-
-/// A gap is occluded while at most this share of the key frames that look there look through it: noise at the rims.
-const MAX_THROUGH: f64 = 0.1;
+use super::gap::{GapLook, MAX_THROUGH};
 
 /// Two planes, smaller id first.
 pub(super) type PlanePair = [PlaneId; 2];
 
 /// What one key frame saw between pairs of planes.
-pub(super) type GapSights = BTreeMap<PlanePair, GapSight>;
+pub(super) type GapLooks = BTreeMap<PlanePair, GapLook>;
 
 /// What all key frames saw between pairs of planes.
 #[derive(Debug, Clone, Default)]
@@ -28,12 +25,12 @@ struct GapTally {
 
 impl GapRecord {
     /// Adds what one key frame saw.
-    pub(super) fn add(&mut self, sights: &GapSights) {
-        for (pair, sight) in sights {
+    pub(super) fn add(&mut self, gap_looks: &GapLooks) {
+        for (pair, gap_look) in gap_looks {
             let tally = self.pairs.entry(*pair).or_default();
-            match sight {
-                GapSight::Occluded => tally.occluded += 1,
-                GapSight::LookedThrough => tally.through += 1,
+            match gap_look {
+                GapLook::Occluded => tally.occluded += 1,
+                GapLook::LookedThrough => tally.through += 1,
             }
         }
     }
@@ -52,14 +49,14 @@ pub(super) fn pair_of(a: PlaneId, b: PlaneId) -> PlanePair {
     if a < b { [a, b] } else { [b, a] }
 }
 
-/// A key frame's sights by the ids that `resolve` gives to the planes now. Where pairs have become one, what was looked
+/// A key frame's gap_looks by the ids that `resolve` gives to the planes now. Where pairs have become one, what was looked
 /// through counts.
-pub(super) fn resolve_sights(sights: &GapSights, resolve: impl Fn(PlaneId) -> PlaneId) -> GapSights {
-    let mut resolved = GapSights::new();
-    for (&[a, b], &sight) in sights {
+pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(PlaneId) -> PlaneId) -> GapLooks {
+    let mut resolved = GapLooks::new();
+    for (&[a, b], &gap_look) in gap_looks {
         let (a, b) = (resolve(a), resolve(b));
         if a != b {
-            resolved.entry(pair_of(a, b)).and_modify(|seen| *seen = sight.max(*seen)).or_insert(sight);
+            resolved.entry(pair_of(a, b)).and_modify(|seen| *seen = gap_look.max(*seen)).or_insert(gap_look);
         }
     }
     resolved

@@ -7,15 +7,17 @@ use std::collections::BTreeMap;
 
 use dymlm_core::{Frame, FrameId, PlaneId, Pose, SensorModel};
 
+use super::config::PlaneMapConfig;
 use super::fixed_moments::FixedMoments;
-use super::gap::GapSight;
-use super::gap_record::{GapRecord, GapSights, PlanePair};
-use super::map_plane::{ShapeSettings, Sightings};
+use super::gap::GapLook;
+use super::gap_record::{GapLooks, GapRecord, PlanePair};
+use super::map_plane::{MapPlane, ShapeSettings, Sightings};
 use super::observation::Observation;
-use super::{MapPlane, Patch, PlaneMapConfig, PlaneMerge, PlaneReport};
-use crate::Error;
+use super::report::{PlaneMerge, PlaneReport};
 use crate::association::{Agreement, Criterion};
 use crate::detector::DetectedPlane;
+use crate::error::Error;
+use crate::patch::Patch;
 
 /// The map of finite planes (paper III-B).
 ///
@@ -59,7 +61,7 @@ struct KeyFrame {
     /// Merges that it brought about.
     merges: Vec<Merge>,
     /// What it saw between planes, by their ids at that time.
-    sights: GapSights,
+    gap_looks: GapLooks,
 }
 
 #[derive(Debug, Clone)]
@@ -92,13 +94,13 @@ impl PlaneMap {
     /// # Errors
     ///
     /// [`Error::Config`] names the field outside its range.
-    pub fn new(config: PlaneMapConfig, sensor: &SensorModel) -> Result<Self, Error> {
+    pub fn new(config: PlaneMapConfig, sensor: SensorModel) -> Result<Self, Error> {
         config.validate()?;
         sensor.validate()?;
         Ok(Self {
             criterion: Criterion::new(&config.association, config.voxel_size),
             config,
-            sensor: *sensor,
+            sensor,
             planes: Vec::new(),
             key_frames: BTreeMap::new(),
             merged: BTreeMap::new(),
@@ -184,10 +186,10 @@ impl PlaneMap {
         let planes: usize =
             self.planes.iter().map(|plane| size_of::<MapPlane>() + plane.patch.memory_bytes()).sum();
         let shares = self.key_frames.values().flat_map(|key_frame| &key_frame.contributions);
-        let sights: usize = self.key_frames.values().map(|key_frame| key_frame.sights.len()).sum();
-        let sights = sights * size_of::<(PlanePair, GapSight)>();
+        let gap_looks: usize = self.key_frames.values().map(|key_frame| key_frame.gap_looks.len()).sum();
+        let gap_looks = gap_looks * size_of::<(PlanePair, GapLook)>();
         planes
-            + sights
+            + gap_looks
             + shares.map(|share| size_of::<Contribution>() + share.patch.memory_bytes()).sum::<usize>()
     }
 
@@ -255,10 +257,10 @@ impl PlaneMap {
                 plane.refit();
             }
         }
-        let (merges, sights, world_from_camera) = (Vec::new(), GapSights::new(), *world_from_camera);
+        let (merges, gap_looks, world_from_camera) = (Vec::new(), GapLooks::new(), *world_from_camera);
         self.key_frames.insert(
             report.key_frame,
-            KeyFrame { timestamp, world_from_camera, contributions, merges, sights },
+            KeyFrame { timestamp, world_from_camera, contributions, merges, gap_looks },
         );
         report
     }

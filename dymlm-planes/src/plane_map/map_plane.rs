@@ -1,10 +1,10 @@
 use dymlm_core::{Plane, PlaneId, Point};
 
 use super::fixed_moments::FixedMoments;
-use super::{Bounds, Patch};
 use crate::association::FinitePlane;
 use crate::boundary::{BoundaryPolygon, trace_boundary};
 use crate::linear_algebra::foot_on;
+use crate::patch::{Bounds, Patch};
 use crate::plane_grid::{PlaneFrame, PlaneGrid};
 
 /// One finite plane of the map. World frame.

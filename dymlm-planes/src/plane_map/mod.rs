@@ -7,11 +7,9 @@ mod gap_record;
 mod map;
 mod map_plane;
 mod observation;
-mod patch;
 mod report;
 
 pub use config::PlaneMapConfig;
 pub use map::PlaneMap;
 pub use map_plane::MapPlane;
-pub(crate) use patch::{Bounds, Patch};
 pub use report::{PlaneMerge, PlaneReport};

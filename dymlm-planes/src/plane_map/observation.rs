@@ -1,10 +1,10 @@
 use dymlm_core::{Plane, Pose};
 
 use super::fixed_moments::{FixedMoments, REACH};
-use super::patch::{Bounds, Patch, reach};
-use crate::Error;
 use crate::association::FinitePlane;
 use crate::detector::DetectedPlane;
+use crate::error::Error;
+use crate::patch::{Bounds, Patch, reach};
 
 /// A detected plane, brought to the world.
 #[derive(Debug, Clone)]

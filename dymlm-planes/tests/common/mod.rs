@@ -38,11 +38,11 @@ pub(crate) fn room_views() -> Vec<Pose> {
 }
 
 pub(crate) fn mapper() -> PlaneMapper {
-    PlaneMapper::new(PlaneConfig::default(), &SensorModel::kinect()).unwrap()
+    PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect()).unwrap()
 }
 
 pub(crate) fn empty_map() -> PlaneMap {
-    PlaneMap::new(PlaneConfig::default().map, &SensorModel::kinect()).unwrap()
+    PlaneMap::new(PlaneConfig::default().map, SensorModel::kinect()).unwrap()
 }
 
 pub(crate) fn detector() -> PlaneDetector {

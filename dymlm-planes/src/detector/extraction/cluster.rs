@@ -229,7 +229,7 @@ impl Clustering {
                 .min_by(|(_, a), (_, b)| a.mse.total_cmp(&b.mse).then(a.cluster.cmp(&b.cluster)))?;
             let other = best.cluster as usize;
             let merged = own.plus(&self.moments[other]);
-            if best.mse >= Tolerance::merge_mse(merged.centroid()[2]) {
+            if best.mse >= tolerance.merge_mse(merged.centroid()[2]) {
                 return None;
             }
             let agree = dot(own_fit.normal, self.fits[other].normal) >= COS_MERGE_ANGLE;
@@ -265,7 +265,7 @@ impl Clustering {
 /// `noise` are their mean squared distances in depth from the planes of their blocks.
 pub(super) fn fit_of_both(parts: [&Moments; 2], noise: [f64; 2], tolerance: &Tolerance) -> Option<Fit> {
     let fit = parts[0].plus(parts[1]).fit()?;
-    let one_plane = Tolerance::holds_plane(&fit)
+    let one_plane = tolerance.holds_plane(&fit)
         && tolerance.is_part(parts[0], noise[0], &fit)
         && tolerance.is_part(parts[1], noise[1], &fit);
     one_plane.then_some(fit)

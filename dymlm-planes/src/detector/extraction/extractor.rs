@@ -1,26 +1,25 @@
 use dymlm_core::vector3::dot;
 use dymlm_core::{DepthImage, Mask, PinholeCamera, SensorModel};
 
-use super::super::PlaneDetectorConfig;
+use super::super::config::PlaneDetectorConfig;
 use super::super::rays::Rays;
 use super::block_grid::BlockGrid;
 use super::block_moments::sum_blocks;
 use super::cluster::{Clustering, fit_of_both};
 use super::growing::{Growing, Scene, Seed, sum_pixels};
 use super::meetings::{Meeting, find_meetings, keep_close};
-use super::tolerance::{COS_REFINE_ANGLE, Tolerance};
-use super::{Extraction, Segment};
-use crate::Error;
+use super::segment::{Extraction, Segment};
+use super::tolerance::Tolerance;
+use crate::error::Error;
 use crate::moments::{Fit, Moments};
 
 /// Share of a block's pixels that must have a reading. (Feng 2014 demands all, but a Kinect leaves holes.)
 const MIN_BLOCK_FILL: f64 = 0.5;
 /// A block is rough from this many times the expected variance on: five standard deviations of the variance of 64
-/// readings.
+/// readings. Without the rule planes of random rooms are 0.1 mm and 0.03 degrees worse.
 const ROUGH: f64 = 2.0;
-/// Variance that makes no block rough, square metres: 1.5 mm.
-const FINEST_ROUGHNESS: f64 = 2.25e-6;
-/// Standard deviation of the place that a pixel looks at, pixels of a Kinect (Nguyen 2012).
+/// Standard deviation of the place that a pixel looks at, pixels of a Kinect (Nguyen 2012). With 0 slanted blocks are rough
+/// (recall of faces 77 instead of 92 %).
 const LATERAL_NOISE: f64 = 0.8;
 
 /// Planes meet when this many sides of a block of their pixels touch: a few stray ones do at every corner.
@@ -55,7 +54,7 @@ pub(in crate::detector) struct PlaneExtractor {
     depth: Vec<f32>,
     moments: Vec<Moments>,
     fits: Vec<Option<Fit>>,
-    /// Roughness of the blocks, in units of the model's variance.
+    /// Roughness of the blocks, then the unevenness of neighbouring ones; over the sensor's variance.
     ratios: Vec<f64>,
     /// Whether a block is joined to its right and to its lower neighbour.
     edges: Vec<[bool; 2]>,
@@ -83,7 +82,7 @@ impl PlaneExtractor {
             block_size: config.block_size,
             min_support: config.min_support as f64,
             sensor,
-            tolerance: Tolerance::new(),
+            tolerance: Tolerance::new(sensor),
             grid: BlockGrid::default(),
             scale: 1.0,
             rays: Rays::default(),
@@ -132,7 +131,6 @@ impl PlaneExtractor {
         self.measure_unevenness();
         self.clustering.run(&self.grid, &self.moments, &self.fits, &self.edges, &self.tolerance);
         self.choose_seeds();
-        self.drop_misfits();
         self.drop_strips();
         self.grow();
         self.sum_planes();
@@ -174,21 +172,21 @@ impl PlaneExtractor {
     }
 
     fn fit_blocks(&mut self) {
-        let grid = &self.grid;
+        let (grid, tolerance) = (&self.grid, &self.tolerance);
         self.fits.clear();
         self.fits.extend(self.moments.iter().enumerate().map(|(block, moments)| {
             if moments.weight < (MIN_BLOCK_FILL * grid.area(block) as f64).max(6.0) {
                 return None;
             }
-            moments.fit().filter(|fit| Tolerance::holds_block(fit))
+            moments.fit().filter(|fit| tolerance.holds_block(fit))
         }));
     }
 
     /// Takes blocks that are rougher than the sensor's noise from the nodes: they hold a step or an edge. How noisy the
     /// sensor is, compared with the model, is read off the median block.
     fn drop_rough_blocks(&mut self, camera: &PinholeCamera) {
-        let sensor = self.sensor;
-        let model = |fit: &Fit| f64::from(sensor.sigma(fit.centroid[2] as f32)).powi(2);
+        let tolerance = &self.tolerance;
+        let model = |fit: &Fit| tolerance.variance(fit.centroid[2]);
         self.ratios.clear();
         self.ratios.extend(self.fits.iter().flatten().map(|fit| fit.depth_mse / model(fit)));
         let middle = self.ratios.len() / 2;
@@ -199,13 +197,13 @@ impl PlaneExtractor {
         for fit in &mut self.fits {
             let is_rough = |fit: &Fit| {
                 let noise = median * model(fit) + lateral_variance(fit, camera);
-                fit.depth_mse > ROUGH * noise + FINEST_ROUGHNESS
+                fit.depth_mse > ROUGH * noise
             };
             *fit = fit.filter(|fit| !is_rough(fit));
         }
     }
 
-    /// Joins neighbouring blocks that are flat, turned the same way, and have no step between them.
+    /// Joins neighbouring blocks that are flat and have no step between them.
     fn join_blocks(&mut self) {
         let width = self.grid.width;
         self.edges.clear();
@@ -213,22 +211,20 @@ impl PlaneExtractor {
             let [_, right, _, below] = self.grid.neighbors(block);
             let to_right = right.is_some_and(|right| {
                 let u = self.grid.pixel_columns(right).start;
-                self.are_alike(block, right)
+                self.are_flat(block, right)
                     && self.are_level(self.grid.pixel_rows(block).map(|v| v * width + u), 1)
             });
             let to_below = below.is_some_and(|below| {
                 let v = self.grid.pixel_rows(below).start;
-                self.are_alike(block, below)
+                self.are_flat(block, below)
                     && self.are_level(self.grid.pixel_columns(block).map(|u| v * width + u), width)
             });
             self.edges.push([to_right, to_below]);
         }
     }
 
-    fn are_alike(&self, a: usize, b: usize) -> bool {
-        let (Some(a), Some(b)) = (&self.fits[a], &self.fits[b]) else { return false };
-        let z = f64::midpoint(a.centroid[2], b.centroid[2]);
-        dot(a.normal, b.normal) >= self.tolerance.cos_block_angle(z)
+    fn are_flat(&self, a: usize, b: usize) -> bool {
+        self.fits[a].is_some() && self.fits[b].is_some()
     }
 
     /// Whether at most half of the readings at `pixels` lie a step away from those `before` them.
@@ -252,7 +248,7 @@ impl PlaneExtractor {
             let other = block + self.grid.columns;
             if *below && let (Some(a), Some(b)) = (&self.fits[block], &self.fits[other]) {
                 let moments = [&self.moments[block], &self.moments[other]];
-                self.ratios.extend(Tolerance::unevenness_of(moments, [a, b]));
+                self.ratios.extend(self.tolerance.unevenness_of(moments, [a, b]));
             }
         }
         let middle = self.ratios.len() / 2;
@@ -294,19 +290,6 @@ impl PlaneExtractor {
         if has_room && moments.weight >= smallest && !self.tolerance.is_bent(moments, noise, fit) {
             self.seeds.push(Seed::new(fit, noise, self.sensor));
             self.cluster_labels[cluster] = self.seeds.len() as u16;
-        }
-    }
-
-    /// Takes blocks from planes that have turned away from them while they grew.
-    fn drop_misfits(&mut self) {
-        for ((label, moments), fit) in self.block_labels.iter_mut().zip(&self.moments).zip(&self.fits) {
-            let (Some(fit), Some(seed)) = (fit, usize::from(*label).checked_sub(1).map(|l| &self.seeds[l]))
-            else {
-                continue;
-            };
-            if !self.tolerance.is_block_of(moments, fit.depth_mse, &seed.fit) {
-                *label = 0;
-            }
         }
     }
 
@@ -399,10 +382,6 @@ impl PlaneExtractor {
             let [a, b] = sorted(meeting.labels.map(|label| self.relabelled[usize::from(label)]));
             let [of_a, of_b] = [a, b].map(|label| &self.sums[usize::from(label) - 1]);
             if a == b || of_a.weight < 10.0 || of_b.weight < 10.0 {
-                continue;
-            }
-            let (Some(fit_a), Some(fit_b)) = (of_a.fit(), of_b.fit()) else { continue };
-            if dot(fit_a.normal, fit_b.normal) < COS_REFINE_ANGLE {
                 continue;
             }
             let noise = [a, b].map(|label| self.seeds[usize::from(label) - 1].noise_mse);

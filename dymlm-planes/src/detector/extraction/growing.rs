@@ -3,7 +3,7 @@ use dymlm_core::vector3::dot;
 
 use super::super::rays::Rays;
 use super::block_grid::BlockGrid;
-use super::reached::{Reach, keep_reached};
+use super::reached::keep_reached;
 use super::tolerance::Tolerance;
 use crate::moments::{Fit, Moments, RowSums};
 
@@ -15,9 +15,6 @@ const CONTACT: f64 = 0.2;
 
 /// Pixels join a plane up to this many of its root mean square distances. (Feng 2014: 3.)
 const GROWING_DISTANCE: f64 = 2.5;
-/// A plane takes no pixel nearer than this for being too noisy, metres at 1 m.
-const FINEST_LIMIT: f32 = 0.002;
-
 /// A plane that grows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seed {
@@ -27,7 +24,8 @@ pub(super) struct Seed {
     normal: [f32; 3],
     d: f32,
     sensor: SensorModel,
-    /// Pixels nearer than this times the sensor's noise join.
+    /// Pixels nearer than this times the sensor's noise join: at least those that its noise explains, however exact the
+    /// image (`labels_agree_with_a_rendered_room`).
     limit_per_noise: f32,
 }
 
@@ -49,14 +47,13 @@ impl Seed {
     pub(super) fn new(fit: &Fit, noise_mse: f64, sensor: SensorModel) -> Self {
         let noise = sensor.sigma(fit.centroid[2] as f32);
         let limit = (GROWING_DISTANCE * fit.mse.sqrt()) as f32;
-        let finest = FINEST_LIMIT / sensor.sigma(1.0);
         Self {
             fit: *fit,
             noise_mse,
             normal: fit.normal.map(|n| n as f32),
             d: -dot(fit.normal, fit.centroid) as f32,
             sensor,
-            limit_per_noise: (limit / noise).max(finest),
+            limit_per_noise: (limit / noise).max(1.0),
         }
     }
 }
@@ -276,7 +273,7 @@ fn label_pixels(
     for (place, &label) in candidates.labels[..usize::from(candidates.count)].iter().enumerate() {
         let sides = &mut candidates.sides[place];
         find_near(scene, block, &scene.seeds[usize::from(label) - 1], distances);
-        if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides) == Reach::All {
+        if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides) {
             *sides = ALL_SIDES;
         }
         for ((mine, nearest), &distance) in labels.iter_mut().zip(nearest.iter_mut()).zip(distances.iter()) {

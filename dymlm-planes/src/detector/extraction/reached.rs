@@ -6,21 +6,15 @@ const RIGHT: u8 = 0b0010;
 const ABOVE: u8 = 0b0100;
 const BELOW: u8 = 0b1000;
 
-/// How much of what is near a plane in a block it has a way to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reach {
-    Part,
-    All,
-}
-
 /// Keeps those pixels of a block, `width` to a row, that a growing plane has a way to: from the sides that it came in by, over
-/// pixels that are near it (of finite distance) and touch, be it at a corner. The others' distances become infinite.
+/// pixels that are near it (of finite distance) and touch, be it at a corner. The others' distances become infinite. Whether there
+/// are no others.
 ///
 /// Planes grow a block at a time. Without this they would leap, within a block, over the gap between two screens that stand side
 /// by side, and far away and aslant a gap of 15 cm is 3 pixels wide.
 ///
 /// O(rows of the block) for most shapes: whole rows are spread at once.
-pub(super) fn keep_reached(distances: &mut [f32], width: usize, sides: u8) -> Reach {
+pub(super) fn keep_reached(distances: &mut [f32], width: usize, sides: u8) -> bool {
     let mut near = [0; LARGEST_SIDE];
     let height = distances.len() / width;
     for (near, row) in near.iter_mut().zip(distances.chunks_exact(width)) {
@@ -28,14 +22,14 @@ pub(super) fn keep_reached(distances: &mut [f32], width: usize, sides: u8) -> Re
     }
     let reached = spread(&near[..height], width, sides);
     if reached[..height] == near[..height] {
-        return Reach::All;
+        return true;
     }
     for (row, &reached) in distances.chunks_exact_mut(width).zip(&reached) {
         for (k, distance) in row.iter_mut().enumerate() {
             *distance = if reached >> k & 1 == 1 { *distance } else { f32::INFINITY };
         }
     }
-    Reach::Part
+    false
 }
 
 /// A bit for each finite distance.

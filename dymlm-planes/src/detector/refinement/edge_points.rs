@@ -33,18 +33,6 @@ pub(super) fn visit_rims(
     }
 }
 
-/// How many of the 5x5 pixels around (u, v) have its label, as a share of 25.
-pub(super) fn fill_around(labels: &[u16], width: usize, u: usize, v: usize) -> f64 {
-    let label = labels[v * width + u];
-    let height = labels.len() / width;
-    let columns = u.saturating_sub(2)..(u + 3).min(width);
-    let own: usize = (v.saturating_sub(2)..(v + 3).min(height))
-        .map(|v| &labels[v * width + columns.start..v * width + columns.end])
-        .map(|row| row.iter().filter(|&&other| other == label).count())
-        .sum();
-    own as f64 / 25.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::runs::find_runs;
@@ -76,7 +64,5 @@ mod tests {
         let mut sparse = Vec::new();
         visit_rims(&labels, 8, &runs, 4, |u, v, _| sparse.push((u, v)));
         assert_eq!(sparse, [(4, 1), (1, 4), (6, 4), (4, 6)]);
-        assert_eq!(fill_around(&labels, 8, 1, 1), 8.0 / 25.0);
-        assert_eq!(fill_around(&labels, 8, 5, 5), 15.0 / 25.0);
     }
 }

@@ -1,11 +1,11 @@
 use dymlm_core::vector3::dot;
 use dymlm_core::{DepthImage, PinholeCamera, Point, SensorModel};
 
-use super::super::DetectedPlane;
+use super::super::covariance::PlaneCovariance;
+use super::super::detected_plane::DetectedPlane;
 use super::super::extraction::{Extraction, Segment};
 use super::super::rays::Rays;
-use super::PlaneCovariance;
-use super::edge_points::{fill_around, visit_rims};
+use super::edge_points::visit_rims;
 use super::reweighting::{Kernel, Trial, WeightedSums};
 use super::runs::{Run, find_runs};
 use crate::moments::Fit;
@@ -20,9 +20,6 @@ const INLIER_WIDTH: f64 = 3.0;
 const CORRELATED_PIXELS: f64 = 9.0;
 /// Every how many pixels of a Kinect the patch and its edge are sampled: 3 cm at 4 m.
 const SAMPLE_STRIDE: f64 = 4.0;
-/// Share of the 5x5 pixels around an edge point that must belong to the plane: a corner of 90 degrees keeps 9 of 25, a
-/// speck of flying pixels less.
-const MIN_EDGE_FILL: f64 = 0.32;
 /// While reweighting every second row is read: neighbouring readings share their errors, and the last fit reads all.
 const ROWS_WHILE_REWEIGHTING: u32 = 2;
 /// No plane is taken to be less noisy than this share of the sensor's model.
@@ -197,9 +194,7 @@ impl PlaneRefiner {
         let (labels, width) = (extraction.labels(), extraction.width());
         let mut planes = std::mem::take(&mut self.planes);
         visit_rims(labels, width, &self.runs, self.stride, |u, v, _| {
-            if let Some((place, point)) = self.inlier_at(depth, rays, extraction, u, v)
-                && fill_around(labels, width, u, v) >= MIN_EDGE_FILL
-            {
+            if let Some((place, point)) = self.inlier_at(depth, rays, extraction, u, v) {
                 planes[place].edge_points.push(point);
             }
         });

@@ -1,7 +1,7 @@
 use dymlm_core::Pose;
 use dymlm_core::vector3::{difference, dot, norm};
 
-use super::super::MapPlane;
+use super::super::map_plane::MapPlane;
 use super::{KeyFrame, PlaneMap};
 
 /// Planes that so many key frames have seen are confirmed, however many have looked past them.

@@ -1,8 +1,9 @@
 use dymlm_core::{DepthView, Frame, FrameId, PlaneId, Pose};
 
-use super::super::gap::{Gap, GapSight};
-use super::super::gap_record::{GapRecord, GapSights, pair_of, resolve_sights};
-use super::super::{MapPlane, PlaneMerge, PlaneReport};
+use super::super::gap::{Gap, GapLook};
+use super::super::gap_record::{GapLooks, GapRecord, pair_of, resolve_looks};
+use super::super::map_plane::MapPlane;
+use super::super::report::{PlaneMerge, PlaneReport};
 use super::{KeyFrame, Merge, PlaneMap};
 use crate::association::Agreement;
 
@@ -29,22 +30,22 @@ impl PlaneMap {
     pub(super) fn look_between(&mut self, report: &PlaneReport, frame: &Frame, world_from_camera: &Pose) {
         let camera_from_world = world_from_camera.inverse();
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
-        let mut sights = GapSights::new();
+        let mut gap_looks = GapLooks::new();
         for id in report.touched() {
             let Some(a) = self.place(id).map(|place| &self.planes[place]) else { continue };
             for b in self.planes.iter().filter(|b| b.id != id) {
                 let pair = pair_of(a.id, b.id);
-                if !sights.contains_key(&pair)
+                if !gap_looks.contains_key(&pair)
                     && let Some(gap) = self.gap_between(a, b)
-                    && let Some(sight) = gap.look(&view, &camera_from_world)
+                    && let Some(gap_look) = gap.look(&view, &camera_from_world)
                 {
-                    sights.insert(pair, sight);
+                    gap_looks.insert(pair, gap_look);
                 }
             }
         }
-        self.gaps.add(&sights);
+        self.gaps.add(&gap_looks);
         if let Some(key_frame) = self.key_frames.get_mut(&report.key_frame) {
-            key_frame.sights = sights;
+            key_frame.gap_looks = gap_looks;
         }
     }
 
@@ -121,8 +122,8 @@ impl PlaneMap {
     fn witnesses(&self, found: &FoundMerge) -> Option<Vec<FrameId>> {
         let pair = pair_of(found.merge.from, found.merge.into);
         let saw = |key_frame: &KeyFrame| {
-            let sights = resolve_sights(&key_frame.sights, |id| self.resolve(id));
-            sights.get(&pair) == Some(&GapSight::Occluded)
+            let gap_looks = resolve_looks(&key_frame.gap_looks, |id| self.resolve(id));
+            gap_looks.get(&pair) == Some(&GapLook::Occluded)
         };
         (found.tie == Tie::OccludedGap).then(|| {
             self.key_frames
@@ -133,12 +134,12 @@ impl PlaneMap {
         })
     }
 
-    /// What all key frames saw between planes, by the ids that the planes have now. O(sights of all key frames), when ids or
+    /// What all key frames saw between planes, by the ids that the planes have now. O(gap_looks of all key frames), when ids or
     /// key frames have gone.
     pub(super) fn collect_gaps(&mut self) {
         let mut gaps = GapRecord::default();
         for key_frame in self.key_frames.values() {
-            gaps.add(&resolve_sights(&key_frame.sights, |id| self.resolve(id)));
+            gaps.add(&resolve_looks(&key_frame.gap_looks, |id| self.resolve(id)));
         }
         self.gaps = gaps;
     }

@@ -1,11 +1,11 @@
 use dymlm_core::{FrameId, PlaneId, Pose};
 
-use super::super::Patch;
 use super::super::fixed_moments::FixedMoments;
 use super::super::observation::Observation;
 use super::{PlaneMap, resolve};
-use crate::Error;
+use crate::error::Error;
 use crate::linear_algebra::foot_on;
+use crate::patch::Patch;
 
 /// A plane is a body's when this share of its inliers is.
 const BODY_SHARE: f64 = 0.6;
@@ -57,7 +57,9 @@ impl PlaneMap {
         }
         // What lay between them and others lies there no more.
         for key_frame in self.key_frames.values_mut() {
-            key_frame.sights.retain(|pair, _| !pair.iter().any(|id| going.contains(&resolve(merged, *id))));
+            key_frame
+                .gap_looks
+                .retain(|pair, _| !pair.iter().any(|id| going.contains(&resolve(merged, *id))));
         }
         self.collect_gaps();
         let touched: Vec<PlaneId> = going.iter().copied().chain(cut.iter().map(|(id, _)| *id)).collect();

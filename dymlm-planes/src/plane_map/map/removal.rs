@@ -1,9 +1,11 @@
 use dymlm_core::{FrameId, PlaneId};
 
 use super::super::fixed_moments::FixedMoments;
-use super::super::{MapPlane, Patch, PlaneMerge};
+use super::super::map_plane::MapPlane;
+use super::super::report::PlaneMerge;
 use super::{KeyFrame, PlaneMap};
-use crate::Error;
+use crate::error::Error;
+use crate::patch::Patch;
 
 /// Taking key frames out.
 impl PlaneMap {

@@ -9,6 +9,7 @@ use crate::moments::Moments;
 /// The plane's normal may turn to n + a u + b v, with (u, v) the plane's [axes](Self::axes) and a, b small angles in
 /// radians, and the plane may shift by s metres along n.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PlaneCovariance {
     /// Unit vectors u and v in the plane; (u, v, n) is right-handed.

@@ -36,11 +36,11 @@ impl Bounds {
 
 /// A cube of 2^level voxels a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct CoarseCell([i32; 3]);
+pub(crate) struct CoarseCell([i32; 3]);
 
 impl CoarseCell {
     /// The cells of twice the size that hold some cells.
-    pub(super) fn double(cells: &mut Vec<Self>) {
+    pub(crate) fn double(cells: &mut Vec<Self>) {
         for cell in cells.iter_mut() {
             cell.0 = cell.0.map(|c| c >> 1);
         }
@@ -49,12 +49,12 @@ impl CoarseCell {
     }
 
     /// Centre, in voxels.
-    pub(super) fn center(self, level: u32) -> [f64; 3] {
+    pub(crate) fn center(self, level: u32) -> [f64; 3] {
         self.0.map(|c| (f64::from(c) + 0.5) * f64::from(1_u32 << level))
     }
 
     /// Square of the distance between two centres, in cells.
-    pub(super) fn square_distance(self, other: Self) -> i64 {
+    pub(crate) fn square_distance(self, other: Self) -> i64 {
         (0..3).map(|axis| i64::from(self.0[axis] - other.0[axis]).pow(2)).sum()
     }
 }
@@ -84,7 +84,7 @@ impl PatchVoxel {
 }
 
 /// How far voxels reach from the origin, metres.
-pub(super) fn reach(voxel_size: f64) -> f64 {
+pub(crate) fn reach(voxel_size: f64) -> f64 {
     (HALF - 1) as f64 * voxel_size
 }
 
@@ -94,7 +94,7 @@ fn key(cell: [i64; 3]) -> u64 {
 
 impl Patch {
     /// The voxels of some samples; not finite ones are passed over.
-    pub(super) fn of_samples(samples: &[Point], world_from_camera: &Pose, voxel_size: f64) -> Self {
+    pub(crate) fn of_samples(samples: &[Point], world_from_camera: &Pose, voxel_size: f64) -> Self {
         let scale = 1.0 / voxel_size;
         let rotation = world_from_camera.rotation_matrix();
         let translation = world_from_camera.translation();
@@ -122,7 +122,7 @@ impl Patch {
     }
 
     /// Adds the counts of another patch. O(n).
-    pub(super) fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         if other.voxels.is_empty() {
             return;
         }
@@ -145,7 +145,7 @@ impl Patch {
     }
 
     /// Takes the counts of a patch out that was added before. O(n).
-    pub(super) fn subtract(&mut self, other: &Self) {
+    pub(crate) fn subtract(&mut self, other: &Self) {
         let mut theirs = other.voxels.iter().peekable();
         self.voxels.retain_mut(|voxel| {
             while theirs.next_if(|other| other.key < voxel.key).is_some() {}
@@ -157,7 +157,7 @@ impl Patch {
     }
 
     /// The same samples, moved. Voxels are moved by their centres.
-    pub(super) fn moved(&self, new_from_old: &Pose, voxel_size: f64) -> Self {
+    pub(crate) fn moved(&self, new_from_old: &Pose, voxel_size: f64) -> Self {
         let mut moved: Vec<PatchVoxel> = self
             .voxels
             .iter()
@@ -179,7 +179,7 @@ impl Patch {
 
     /// The cells of 2^level voxels a side that hold voxels within `reach` voxels of a box, each once, in a fixed order.
     /// O(n) and sorting what is found.
-    pub(super) fn coarse_cells_near(&self, bounds: &Bounds, reach: i32, level: u32) -> Vec<CoarseCell> {
+    pub(crate) fn coarse_cells_near(&self, bounds: &Bounds, reach: i32, level: u32) -> Vec<CoarseCell> {
         let mut cells: Vec<CoarseCell> = Vec::new();
         let min = bounds.min.map(|c| c.saturating_sub(reach));
         let max = bounds.max.map(|c| c.saturating_add(reach));
@@ -199,7 +199,7 @@ impl Patch {
     }
 
     /// Keeps the voxels that are wanted.
-    pub(super) fn retain(&mut self, is_wanted: impl Fn(&PatchVoxel) -> bool) {
+    pub(crate) fn retain(&mut self, is_wanted: impl Fn(&PatchVoxel) -> bool) {
         self.voxels.retain(is_wanted);
     }
 
@@ -236,7 +236,7 @@ impl Patch {
     }
 
     /// The box around the voxels. O(n).
-    pub(super) fn bounds(&self, voxel_size: f64) -> Bounds {
+    pub(crate) fn bounds(&self, voxel_size: f64) -> Bounds {
         let mut bounds = Bounds { min: [i32::MAX; 3], max: [i32::MIN; 3], voxel_size };
         for voxel in &self.voxels {
             for (axis, c) in voxel.cell().into_iter().enumerate() {
