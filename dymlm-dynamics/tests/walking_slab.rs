@@ -390,7 +390,8 @@ fn refused_frames_change_nothing() {
 
 #[test]
 fn settings_are_checked() {
-    let changes: [(&str, fn(&mut DynamicsConfig)); 8] = [
+    type Change = fn(&mut DynamicsConfig);
+    let changes: [(&str, Change); 8] = [
         ("dynamics.max_extension", |config| config.max_extension = f32::NAN),
         ("dynamics.mask.dilation", |config| config.mask.dilation = -1.0),
         ("dynamics.mask.shadow", |config| config.mask.shadow = 65.0),

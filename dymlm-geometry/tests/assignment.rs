@@ -1,4 +1,4 @@
-//! `Assignment`: against all matchings, and against SciPy.
+//! `Assignment`: against all matchings, and against `SciPy`.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

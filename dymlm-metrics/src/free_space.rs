@@ -38,7 +38,7 @@ impl FreeSpace {
         camera.check_size("the mask of the movers", movers.width(), movers.height())?;
         let number = self.samples.next_frame() as usize;
         let (width, height) = (camera.width(), camera.height());
-        let stride = self.pixel_stride(width * height);
+        let stride = Self::pixel_stride(width * height);
         for v in (number / stride % stride..height).step_by(stride) {
             for u in (number % stride..width).step_by(stride) {
                 let (reading, exact) = (frame.depth().at(u, v), exact_depth.at(u, v));
@@ -58,7 +58,7 @@ impl FreeSpace {
     }
 
     /// Every how many pixels there is a ray, so that a frame has about as many as wanted.
-    fn pixel_stride(&self, pixels: usize) -> usize {
+    fn pixel_stride(pixels: usize) -> usize {
         (pixels as f64 / RAYS_PER_FRAME).sqrt().round().max(1.0) as usize
     }
 

@@ -18,7 +18,6 @@ use crate::{CellState, Octree};
 #[derive(Debug, Clone)]
 pub struct Accessor<'a> {
     pub(crate) lattice: Lattice,
-    pub(crate) model: OccupancyModel,
     tree: &'a Tree,
     /// The 8^3 block last looked at (key >> 3), and where it is kept.
     block: Key,
@@ -28,13 +27,7 @@ pub struct Accessor<'a> {
 impl Octree {
     /// A reader for many queries in one neighbourhood.
     pub fn accessor(&self) -> Accessor<'_> {
-        Accessor {
-            lattice: self.lattice,
-            model: self.model,
-            tree: &self.tree,
-            block: [0; 3],
-            place: self.tree.place([0; 3]),
-        }
+        Accessor { lattice: self.lattice, tree: &self.tree, block: [0; 3], place: self.tree.place([0; 3]) }
     }
 }
 
@@ -43,7 +36,7 @@ impl Accessor<'_> {
     #[inline]
     pub fn state(&mut self, point: [f64; 3]) -> CellState {
         let log_odds = self.log_odds(point);
-        self.model.state(log_odds)
+        OccupancyModel::state(log_odds)
     }
 
     /// [`Octree::log_odds`].
@@ -68,6 +61,6 @@ impl Accessor<'_> {
     #[inline]
     pub(crate) fn cell_state(&mut self, key: Key) -> CellState {
         let log_odds = self.cell(key);
-        self.model.state(log_odds)
+        OccupancyModel::state(log_odds)
     }
 }

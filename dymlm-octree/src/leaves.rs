@@ -1,7 +1,7 @@
 use dymlm_core::Rgb;
 
 use crate::lattice::{DEPTH, Key, Lattice};
-use crate::occupancy_model::probability;
+use crate::occupancy_model::{OccupancyModel, probability};
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
 use crate::{CellState, Octree};
 
@@ -131,7 +131,7 @@ impl Octree {
             center: self.lattice.corner(corner).map(|coordinate| coordinate + 0.5 * size),
             size,
             log_odds,
-            state: self.model.state(Some(log_odds)),
+            state: OccupancyModel::state(Some(log_odds)),
             color: (color != NO_COLOR).then_some(color),
         }
     }

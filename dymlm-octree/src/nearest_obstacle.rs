@@ -3,6 +3,7 @@ use std::collections::BinaryHeap;
 
 use crate::Octree;
 use crate::lattice::Key;
+use crate::occupancy_model::OccupancyModel;
 use crate::storage::{Kind, Subtree, child_corner};
 
 /// The occupied leaf nearest to a point.
@@ -74,7 +75,7 @@ impl Octree {
         limit: f64,
         queue: &mut BinaryHeap<Reverse<Candidate>>,
     ) {
-        if self.tree.max_log_odds(subtree).is_some_and(|max| self.model.is_occupied(max)) {
+        if self.tree.max_log_odds(subtree).is_some_and(OccupancyModel::is_occupied) {
             let nearest = self.nearest_in(subtree, corner, point);
             let squared = (0..3).map(|axis| (nearest[axis] - point[axis]).powi(2)).sum();
             if squared <= limit {

@@ -55,14 +55,14 @@ impl OccupancyModel {
     }
 
     #[inline]
-    pub(crate) fn is_occupied(&self, log_odds: f32) -> bool {
+    pub(crate) fn is_occupied(log_odds: f32) -> bool {
         log_odds >= OCCUPIED
     }
 
     #[inline]
-    pub(crate) fn state(&self, log_odds: Option<f32>) -> CellState {
+    pub(crate) fn state(log_odds: Option<f32>) -> CellState {
         match log_odds {
-            Some(log_odds) if self.is_occupied(log_odds) => CellState::Occupied,
+            Some(log_odds) if Self::is_occupied(log_odds) => CellState::Occupied,
             Some(_) => CellState::Free,
             None => CellState::Unknown,
         }
@@ -70,7 +70,7 @@ impl OccupancyModel {
 
     /// The clamping bound on a value's side of the occupancy threshold.
     pub(crate) fn most_likely(&self, log_odds: f32) -> f32 {
-        if self.is_occupied(log_odds) { self.max } else { self.min }
+        if Self::is_occupied(log_odds) { self.max } else { self.min }
     }
 }
 

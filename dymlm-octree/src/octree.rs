@@ -124,7 +124,7 @@ impl Octree {
     /// What is known of the cell that holds a point, metres; unknown outside the map and for NaN.
     #[inline]
     pub fn state(&self, point: [f64; 3]) -> CellState {
-        self.model.state(self.log_odds(point))
+        OccupancyModel::state(self.log_odds(point))
     }
 
     /// What is known of the octree cell at `depth` (0: the whole map, 16: the smallest cells; more counts as 16) that
@@ -134,7 +134,7 @@ impl Octree {
             let subtree = self.tree.subtree_at(key, depth.min(DEPTH));
             self.tree.max_log_odds(subtree)
         });
-        self.model.state(max)
+        OccupancyModel::state(max)
     }
 
     /// Log-odds that the cell at a point is occupied; `None` where nothing is known.
@@ -179,7 +179,7 @@ impl Octree {
             Kind::Leaf(log_odds) => {
                 counts.nodes += 1;
                 counts.leaves += 1;
-                counts.occupied_leaves += usize::from(self.model.is_occupied(log_odds));
+                counts.occupied_leaves += usize::from(OccupancyModel::is_occupied(log_odds));
             }
             Kind::Inner => {
                 counts.nodes += 1;

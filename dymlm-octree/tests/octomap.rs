@@ -16,13 +16,13 @@ fn insert_scattered(map: &mut Octree) {
         let mut points: Vec<_> = (0..12).map(|_| random.point(2.0)).collect();
         points.push(points[0]);
         points.push([points[1][0] + 0.0625, points[1][1], points[1][2]]);
-        if !map.config().color {
-            map.insert_scan(double(origin), &points).unwrap();
-        } else {
+        if map.config().color {
             // In the generator, too, only the first twelve have colours.
             points.truncate(12);
             let colors: Vec<_> = (0..12_u8).map(|i| [20 * i, 100 + scan, 250 - 20 * i]).collect();
             map.insert_scan_colored(double(origin), &points, &colors).unwrap();
+        } else {
+            map.insert_scan(double(origin), &points).unwrap();
         }
     }
 }

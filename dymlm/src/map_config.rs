@@ -70,8 +70,8 @@ impl MapConfig {
     /// processor time of each key frame, and nothing but tracking between them.
     #[must_use]
     pub fn robot() -> Self {
-        let mut config = Self::default();
-        config.key_frames = KeyFrameConfig { min_translation: 0.05, min_rotation: 3_f64.to_radians() };
+        let key_frames = KeyFrameConfig { min_translation: 0.05, min_rotation: 3_f64.to_radians() };
+        let mut config = Self { key_frames, ..Self::default() };
         config.cloud.voxel_size = 0.02;
         config
     }

@@ -25,12 +25,12 @@ pub(crate) struct WaitingFrame {
     sighted_points: Vec<SightedPoint>,
     /// Where carried objects are in it, with a rim, in the world.
     pub(crate) carried: Vec<OrientedBox>,
-    found: Found,
+    found: Awaited,
 }
 
 /// [`Detections`] that are owned.
 #[derive(Debug, Clone)]
-enum Found {
+enum Awaited {
     Found(Vec<Detection>),
     NotRun,
     Pending,
@@ -45,9 +45,9 @@ impl WaitingFrames {
     /// Lets a frame wait.
     pub(crate) fn push(&mut self, id: FrameId, input: &FrameInput<'_>, carried: Vec<OrientedBox>) {
         let found = match input.found {
-            Detections::Found(found) => Found::Found(found.to_vec()),
-            Detections::NotRun => Found::NotRun,
-            Detections::Pending => Found::Pending,
+            Detections::Found(found) => Awaited::Found(found.to_vec()),
+            Detections::NotRun => Awaited::NotRun,
+            Detections::Pending => Awaited::Pending,
         };
         self.queue.push_back(WaitingFrame {
             id,
@@ -67,29 +67,29 @@ impl WaitingFrames {
     pub(crate) fn pending(&self, id: FrameId) -> Result<&WaitingFrame, Error> {
         let waiting = self.queue.iter().find(|waiting| waiting.id == id);
         waiting
-            .filter(|waiting| matches!(waiting.found, Found::Pending))
+            .filter(|waiting| matches!(waiting.found, Awaited::Pending))
             .ok_or(Error::NotPending { frame: id })
     }
 
     /// Brings the detections of a frame.
     pub(crate) fn resolve(&mut self, id: FrameId, found: &[Detection]) {
         if let Some(waiting) = self.queue.iter_mut().find(|waiting| waiting.id == id) {
-            waiting.found = Found::Found(found.to_vec());
+            waiting.found = Awaited::Found(found.to_vec());
         }
     }
 
     /// Awaits no longer the detections of frames before `time`, seconds: their detector counts as not run.
     pub(crate) fn give_up_before(&mut self, time: f64) {
         for waiting in self.queue.iter_mut().take_while(|waiting| waiting.frame.timestamp() < time) {
-            if matches!(waiting.found, Found::Pending) {
-                waiting.found = Found::NotRun;
+            if matches!(waiting.found, Awaited::Pending) {
+                waiting.found = Awaited::NotRun;
             }
         }
     }
 
     /// The next frame that waits for nothing any more.
     pub(crate) fn pop_ready(&mut self) -> Option<WaitingFrame> {
-        let is_ready = self.queue.front().is_some_and(|waiting| !matches!(waiting.found, Found::Pending));
+        let is_ready = self.queue.front().is_some_and(|waiting| !matches!(waiting.found, Awaited::Pending));
         if is_ready { self.queue.pop_front() } else { None }
     }
 }
@@ -98,9 +98,9 @@ impl WaitingFrame {
     /// The frame as it was given.
     pub(crate) fn input(&self) -> FrameInput<'_> {
         let found = match &self.found {
-            Found::Found(found) => Detections::Found(found),
-            Found::NotRun => Detections::NotRun,
-            Found::Pending => Detections::Pending,
+            Awaited::Found(found) => Detections::Found(found),
+            Awaited::NotRun => Detections::NotRun,
+            Awaited::Pending => Detections::Pending,
         };
         FrameInput::new(&self.frame, found, &self.world_from_camera).with_sighted_points(&self.sighted_points)
     }

@@ -33,6 +33,7 @@ use crate::treatment::{Detector, Treatment};
 
 /// Measures the maps, one row for each sequence and way of treating movers.
 #[derive(Parser)]
+#[allow(clippy::struct_excessive_bools, reason = "switches of a command line")]
 struct Arguments {
     /// The paper's ways of treating movers as well, each before and after late removal
     #[arg(long)]

@@ -3,7 +3,7 @@
 //! - [`recording`] finds the real recordings, [`recorded_frames`] reads those of people with exact masks.
 //! - [`World`] is a handful of exact bodies and the rays that meet them; `dymlm-sim` renders whole rooms.
 //! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64).
-#![allow(clippy::unwrap_used, reason = "for tests")]
+#![allow(clippy::unwrap_used, clippy::missing_panics_doc, reason = "for tests: a panic fails the test")]
 
 mod random;
 mod recorded_people;

@@ -87,6 +87,7 @@ impl CellRaster {
     }
 
     /// The cells in another frame, into which `turn` takes directions and `place` points.
+    #[must_use]
     pub fn moved(&self, place: impl Fn([f64; 3]) -> [f64; 3], turn: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
         Self { corner: place(self.corner), axes: self.axes.map(turn), ..self.clone() }
     }

@@ -34,7 +34,7 @@ impl Octree {
         let header = Header { id: "OcTree".to_owned(), size: nodes, resolution: map.resolution() };
         header.write(&mut writer, FIRST_LINE)?;
         if !map.is_empty() {
-            write_children(&map.tree, Subtree::ROOT, &map.model, &mut writer)?;
+            write_children(&map.tree, Subtree::ROOT, &mut writer)?;
         }
         writer.flush()?;
         Ok(())
@@ -99,18 +99,13 @@ impl Octree {
 
 /// Two bits for each child, children 0 to 3 in the first byte, then those children that are no leaves. At most 16
 /// calls deep.
-fn write_children(
-    tree: &Tree,
-    subtree: Subtree,
-    model: &OccupancyModel,
-    writer: &mut impl Write,
-) -> Result<(), Error> {
+fn write_children(tree: &Tree, subtree: Subtree, writer: &mut impl Write) -> Result<(), Error> {
     let children: [Subtree; 8] = std::array::from_fn(|i| tree.child(subtree, i as u8));
     let bits = children.iter().rev().fold(0, |bits, &child| {
         bits << 2
             | match tree.kind(child) {
                 Kind::Absent => 0,
-                Kind::Leaf(log_odds) if model.is_occupied(log_odds) => OCCUPIED,
+                Kind::Leaf(log_odds) if OccupancyModel::is_occupied(log_odds) => OCCUPIED,
                 Kind::Leaf(_) => FREE,
                 Kind::Inner => INNER,
             }
@@ -119,7 +114,7 @@ fn write_children(
     children
         .iter()
         .filter(|&&child| tree.kind(child) == Kind::Inner)
-        .try_for_each(|&child| write_children(tree, child, model, writer))
+        .try_for_each(|&child| write_children(tree, child, writer))
 }
 
 /// Reads a whole tree into leaves, and counts its nodes.

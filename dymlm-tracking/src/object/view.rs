@@ -164,7 +164,7 @@ impl View {
         let gain = point.variance * slope / (point.variance * slope * slope + noise);
         let shift = gain * residual;
         point.position = std::array::from_fn(|i| point.position[i] + shift * point.ray[i]);
-        point.variance = point.variance * (1.0 - gain * slope);
+        point.variance *= 1.0 - gain * slope;
     }
 
     /// Finds one of its points, `source[1]`, in the scene's image halved `halvings` times, near where it should be at a

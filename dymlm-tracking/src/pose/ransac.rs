@@ -156,7 +156,7 @@ impl PoseRansac {
                 let (cost, inliers) = judge(pose, count, &error);
                 if best.is_none_or(|(lowest, _)| cost < lowest) {
                     best = Some((cost, *pose));
-                    needed = needed.min(self.samples_needed(inliers as f64 / count as f64));
+                    needed = needed.min(Self::samples_needed(inliers as f64 / count as f64));
                 }
             }
         }
@@ -173,7 +173,7 @@ impl PoseRansac {
         (inliers.len() >= LEAST_INLIERS).then_some(PoseConsensus { pose, inliers, samples })
     }
 
-    fn samples_needed(&self, inlier_share: f64) -> usize {
+    fn samples_needed(inlier_share: f64) -> usize {
         let all_good = inlier_share.powi(3);
         if all_good >= 1.0 - 1e-9 {
             return 1;

@@ -134,7 +134,7 @@ impl PlaneMap {
         })
     }
 
-    /// What all key frames saw between planes, by the ids that the planes have now. O(gap_looks of all key frames), when ids or
+    /// What all key frames saw between planes, by the ids that the planes have now. O(looks between planes of all key frames), when ids or
     /// key frames have gone.
     pub(super) fn collect_gaps(&mut self) {
         let mut gaps = GapRecord::default();
