@@ -1,6 +1,6 @@
 use dymlm_core::ConfigError;
 
-use crate::{AssociationConfig, MergeConfig, ParameterizationConfig, ShapeTable, SizePriors, UpdateConfig};
+use crate::{AssociationConfig, ParameterizationConfig, ShapeTable, SizePriors, UpdateConfig};
 
 /// Settings of an [`ObjectMapper`](crate::ObjectMapper), one part a step. Validated once, in
 /// [`ObjectMapper::new`](crate::ObjectMapper::new).
@@ -28,8 +28,6 @@ pub struct ObjectConfig {
     pub association: AssociationConfig,
     /// Points, outliers, new parameters, belief.
     pub update: UpdateConfig,
-    /// When two objects are one.
-    pub merging: MergeConfig,
     /// How large things are, by label.
     pub sizes: SizePriors,
     /// Which labels are boxes; all others are ellipsoids.
@@ -40,7 +38,6 @@ impl ObjectConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         self.parameterization.validate()?;
         self.association.validate()?;
-        self.update.validate()?;
-        self.merging.validate()
+        self.update.validate()
     }
 }

@@ -34,7 +34,7 @@ pub use error::Error;
 pub use labels::{Footprint, ShapeKind, ShapeTable, SizePrior, SizePriors, SizeRange, UprightPose};
 pub use mapper::ObjectMapper;
 pub use object_map::{CentroidCloud, LabelEvidence, MapObject, ObjectMap, ObjectState, RayHit};
-pub use optimization::{MergeConfig, UpdateConfig};
+pub use optimization::UpdateConfig;
 pub use parameterization::{
     BoxAxes, BoxFit, BoxFitter, BoxFitterConfig, Completeness, ObjectObservation, ParameterizationConfig,
     Relief, SideView,

@@ -7,7 +7,8 @@ use dymlm_geometry::OrientedBox;
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
 use crate::optimization::{
-    Existence, Proposal, Reparameterizer, find_duplicates, is_foot_hidden, judge_existence,
+    Existence, MAX_TOGETHER, PRIOR_SLACK, Proposal, Reparameterizer, find_duplicates, is_foot_hidden,
+    judge_existence,
 };
 use crate::parameterization::Parameterizer;
 use crate::support::LevelPlanes;
@@ -100,12 +101,11 @@ impl ObjectMapper {
             limits: ObjectLimits {
                 voxel_size: config.update.voxel_size,
                 max_voxels: config.update.max_voxels,
-                max_key_views: config.update.max_key_views,
                 sensor,
             },
             parameterizer: Parameterizer::new(config.parameterization.clone(), sensor)?,
             associator: Associator::new(config.association.clone()),
-            reparameterizer: Reparameterizer::new(&config.update)?,
+            reparameterizer: Reparameterizer::new(config.update.isolation_forest)?,
             map: ObjectMap::default(),
             last_timestamp: None,
             held: BTreeSet::new(),
@@ -295,7 +295,7 @@ impl ObjectMapper {
         let Some(object) = self.map.objects.get_mut(place) else { return };
         let patch = object.observe(observation, view, &self.limits);
         self.observed.push(object.id);
-        if !self.reparameterizer.is_due(object) {
+        if !Reparameterizer::is_due(object) {
             return;
         }
         let borrowed_support = self.support_beside(place);
@@ -339,8 +339,8 @@ impl ObjectMapper {
     fn create_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation) {
         let prior = self.config.sizes.of(&observation.label);
         let lengths = observation.fit.oriented_box.lengths();
-        let (pose, slack) = (observation.fit.axes.pose(), self.config.update.prior_slack);
-        if prior.is_some_and(|prior| !prior.admits_part(lengths, pose, slack)) {
+        let pose = observation.fit.axes.pose();
+        if prior.is_some_and(|prior| !prior.admits_part(lengths, pose, PRIOR_SLACK)) {
             return self.reject(observation.detection, RejectionCause::Size);
         }
         if self.is_occupied(view, observation) {
@@ -444,7 +444,7 @@ impl ObjectMapper {
 
     fn merge_duplicates(&mut self) {
         for _ in 0..MAX_MERGES {
-            let Some(merge) = find_duplicates(&self.map, &self.config.merging) else { return };
+            let Some(merge) = find_duplicates(&self.map) else { return };
             let Some(removed) = self.map.absorb(merge.removed, merge.kept) else { return };
             let Some(kept) = self.map.place(merge.kept).and_then(|place| self.map.objects.get_mut(place))
             else {
@@ -462,13 +462,12 @@ impl ObjectMapper {
     /// Removes objects that a better known one of the same label explains: it looks like them in the views that they were found
     /// in, and both were hardly ever found at once. They began before it was known, with something before or behind it.
     fn remove_explained(&mut self) {
-        let share = self.config.merging.max_together;
         let explains = |known: &MapObject, own: &MapObject| {
             let pair = (known.id.min(own.id), known.id.max(own.id));
             let together = f64::from(self.map.together.get(&pair).copied().unwrap_or(0));
             known.label == own.label
                 && known.observations >= SURELY_KNOWN * own.observations
-                && together <= share * f64::from(own.observations)
+                && together <= MAX_TOGETHER * f64::from(own.observations)
                 && own.key_views.mean_iou(&known.shape()).is_some_and(|iou| iou >= EXPLAINED)
         };
         let is_explained =
@@ -491,7 +490,7 @@ impl ObjectMapper {
             let prior = self.config.sizes.of(&object.label);
             let lengths = object.oriented_box.lengths();
             let is_plausible =
-                prior.is_none_or(|prior| prior.admits(lengths, object.axes.pose(), update.prior_slack));
+                prior.is_none_or(|prior| prior.admits(lengths, object.axes.pose(), PRIOR_SLACK));
             let is_seen =
                 object.observations >= update.min_observations && share >= update.min_detected_share;
             let believed = is_seen && is_plausible;

@@ -21,7 +21,6 @@ fn each_part_names_its_field() {
     assert_eq!(refused(|config| config.association.alpha = f64::NAN), "objects.association.alpha");
     assert_eq!(refused(|config| config.update.min_observations = 0), "objects.update.min_observations");
     assert_eq!(refused(|config| config.update.isolation_forest.trees = 0), "isolation_forest.trees");
-    assert_eq!(refused(|config| config.merging.solid_iou = 2.0), "objects.merging.solid_iou");
 }
 
 #[cfg(feature = "serde")]

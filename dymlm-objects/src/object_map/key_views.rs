@@ -31,14 +31,17 @@ pub(crate) struct KeyViews {
     seen: u64,
 }
 
+/// Views of an object that are kept to judge new parameters by.
+const MAX_KEY_VIEWS: usize = 12;
+
 impl KeyViews {
-    pub(crate) fn add(&mut self, view: KeyView, max_views: usize) {
+    pub(crate) fn add(&mut self, view: KeyView) {
         let stride = 1_u64 << self.stride_log2.min(63);
         if self.seen.is_multiple_of(stride) {
             self.views.push(view);
         }
         self.seen += 1;
-        if self.views.len() > max_views {
+        if self.views.len() > MAX_KEY_VIEWS {
             let mut index = 0;
             self.views.retain(|_| {
                 index += 1;
@@ -60,8 +63,8 @@ impl KeyViews {
     }
 
     /// Takes over the views of a merged object.
-    pub(crate) fn merge(&mut self, other: &Self, max_views: usize) {
-        other.views.iter().for_each(|view| self.add(*view, max_views));
+    pub(crate) fn merge(&mut self, other: &Self) {
+        other.views.iter().for_each(|view| self.add(*view));
     }
 
     /// Mean intersection over union of a shape's projections with the views' boxes; `None` without views.

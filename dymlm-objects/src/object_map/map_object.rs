@@ -180,7 +180,6 @@ const MAX_SIGHTED_POINTS: usize = 4096;
 pub(crate) struct ObjectLimits {
     pub(crate) voxel_size: f64,
     pub(crate) max_voxels: usize,
-    pub(crate) max_key_views: usize,
     pub(crate) sensor: SensorModel,
 }
 
@@ -250,7 +249,7 @@ impl MapObject {
             bounding_box: observation.bounding_box,
             completeness: observation.completeness,
         };
-        self.key_views.add(key_view, limits.max_key_views);
+        self.key_views.add(key_view);
         self.motion.observe(view.frame.timestamp(), observation.bounding_box);
         self.remember(&observation.sighted_points);
         self.observations += 1;
@@ -315,7 +314,7 @@ impl MapObject {
         if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {
             self.label = best.to_owned();
         }
-        self.key_views.merge(&other.key_views, limits.max_key_views);
+        self.key_views.merge(&other.key_views);
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.remember(&other.sighted_points);
         self.observations += other.observations;

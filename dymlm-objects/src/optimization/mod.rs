@@ -8,7 +8,7 @@ mod outliers;
 mod reparameterizer;
 
 pub(crate) use completion::is_foot_hidden;
-pub use config::{MergeConfig, UpdateConfig};
-pub(crate) use duplicates::find_duplicates;
+pub use config::UpdateConfig;
+pub(crate) use duplicates::{MAX_TOGETHER, find_duplicates};
 pub(crate) use existence::{Existence, judge_existence};
-pub(crate) use reparameterizer::{Proposal, Reparameterizer};
+pub(crate) use reparameterizer::{PRIOR_SLACK, Proposal, Reparameterizer};

@@ -1,7 +1,6 @@
-use dymlm_core::{Plane, Point};
-use dymlm_geometry::{IsolationForest, IsolationForestScratch, IsolationTrees};
+use dymlm_core::{ConfigError, Plane, Point};
+use dymlm_geometry::{IsolationForest, IsolationForestConfig, IsolationForestScratch, IsolationTrees};
 
-use super::UpdateConfig;
 use crate::object_map::ObjectCloud;
 
 /// Chooses the points of a cloud that are the object: those that enough observations have, that are above the supporting
@@ -9,6 +8,8 @@ use crate::object_map::ObjectCloud;
 #[derive(Debug)]
 pub(super) struct OutlierFilter {
     forest: IsolationForest,
+    /// Score above which a point is an outlier.
+    threshold: f64,
     scratch: IsolationForestScratch<3>,
     trees: IsolationTrees<3>,
     counts: Vec<u32>,
@@ -16,16 +17,20 @@ pub(super) struct OutlierFilter {
     scores: Vec<f64>,
 }
 
+/// Fewest voxels that a forest is grown on.
+const MIN_FOREST_VOXELS: usize = 32;
+
 impl OutlierFilter {
-    pub(super) fn new(forest: IsolationForest) -> Self {
-        Self {
-            forest,
+    pub(super) fn new(forest: IsolationForestConfig) -> Result<Self, ConfigError> {
+        Ok(Self {
+            forest: IsolationForest::new(forest)?,
+            threshold: forest.threshold,
             scratch: IsolationForestScratch::new(),
             trees: IsolationTrees::new(),
             counts: Vec::new(),
             kept: Vec::new(),
             scores: Vec::new(),
-        }
+        })
     }
 
     /// Puts the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting plane in the same
@@ -36,7 +41,6 @@ impl OutlierFilter {
         plane: Option<&Plane>,
         tolerance: f64,
         share: f64,
-        config: &UpdateConfig,
         points: &mut Vec<Point>,
     ) {
         let least = self.least_observations(cloud, share);
@@ -44,8 +48,8 @@ impl OutlierFilter {
         points.clear();
         let chosen = cloud.points().filter(|&(place, count)| count >= least && stands(place));
         points.extend(chosen.map(|(place, _)| place.map(|c| c as f32)));
-        if points.len() >= config.min_forest_voxels {
-            self.isolate(points, config.isolation_forest.threshold);
+        if points.len() >= MIN_FOREST_VOXELS {
+            self.isolate(points);
         }
     }
 
@@ -60,11 +64,11 @@ impl OutlierFilter {
         (share * f64::from(usual)).ceil() as u32
     }
 
-    fn isolate(&mut self, points: &mut Vec<Point>, threshold: f64) {
+    fn isolate(&mut self, points: &mut Vec<Point>) {
         self.forest.fit_into(points, &mut self.scratch, &mut self.trees);
         self.trees.scores_into(points, &mut self.scores);
         self.kept.clear();
-        let inliers = points.iter().zip(&self.scores).filter(|(_, score)| **score <= threshold);
+        let inliers = points.iter().zip(&self.scores).filter(|(_, score)| **score <= self.threshold);
         self.kept.extend(inliers.map(|(point, _)| *point));
         // A forest that rejects most of a thing has not understood it.
         if 2 * self.kept.len() >= points.len() {

@@ -1,7 +1,6 @@
 use dymlm_core::{ConfigError, Plane, Point, Pose};
-use dymlm_geometry::IsolationForest;
+use dymlm_geometry::IsolationForestConfig;
 
-use super::UpdateConfig;
 use super::completion::{complete, complete_foot};
 use super::outliers::OutlierFilter;
 use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePriors};
@@ -9,7 +8,6 @@ use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, 
 /// New parameters for an object from all its points, and whether to accept them (paper IV-C).
 #[derive(Debug)]
 pub(crate) struct Reparameterizer {
-    config: UpdateConfig,
     fitter: BoxFitter,
     outliers: OutlierFilter,
     points: Vec<Point>,
@@ -29,25 +27,39 @@ pub(crate) enum Proposal {
 
 /// Below this distance from its supporting plane, an object's points are the plane's, metres.
 const FOOT: f64 = 0.004;
-/// Share of the usual number of observations a voxel that one of a flat thing needs.
+/// Share of the usual number of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1: what is seen now
+/// and then at the rim is noise.
+const VOXEL_SHARE: f64 = 0.12;
+/// The same of a flat thing.
 const FLAT_SHARE: f64 = 0.4;
+/// Share of the cloud that is left out at each end of each axis before the box is laid, 0..=0.2.
+const TRIM: f64 = 0.01;
+/// By what factor an object may exceed its size prior, 1 or more.
+pub(crate) const PRIOR_SLACK: f64 = 1.3;
+/// By how much the mean intersection over union of the projections with the boxes of the key views may fall with new
+/// parameters, 0..=1: below that it is the detector's jitter.
+const MAX_IOU_LOSS: f64 = 0.05;
+/// After so many refusals in a row new parameters are accepted all the same: what comes out of the data again and again is
+/// right, and the old ones were fitted to one view.
+const MAX_REFUSALS: u32 = 5;
+/// An object is parameterized anew when its observations have grown by this share since; always while there are few.
+const DUE_GROWTH: f64 = 0.2;
 
 impl Reparameterizer {
-    pub(crate) fn new(config: &UpdateConfig) -> Result<Self, ConfigError> {
-        let fitter = BoxFitterConfig { along_edges: true, trim: config.trim };
+    pub(crate) fn new(forest: IsolationForestConfig) -> Result<Self, ConfigError> {
+        let fitter = BoxFitterConfig { along_edges: true, trim: TRIM };
         Ok(Self {
             fitter: BoxFitter::new(fitter)?,
-            outliers: OutlierFilter::new(IsolationForest::new(config.isolation_forest)?),
+            outliers: OutlierFilter::new(forest)?,
             points: Vec::new(),
             plane_tolerance: FOOT,
-            config: config.clone(),
         })
     }
 
     /// Whether an object has been seen often enough since it was last parameterized.
-    pub(crate) fn is_due(&self, object: &MapObject) -> bool {
+    pub(crate) fn is_due(object: &MapObject) -> bool {
         let since = object.observations.saturating_sub(object.parameterized_at);
-        f64::from(since) >= (self.config.growth * f64::from(object.parameterized_at)).max(1.0)
+        f64::from(since) >= (DUE_GROWTH * f64::from(object.parameterized_at)).max(1.0)
     }
 
     /// Fits the object anew, and takes the new parameters over if they are acceptable.
@@ -66,10 +78,9 @@ impl Reparameterizer {
         let pose = fit.axes.pose();
         let prior = priors.of(&object.label);
         let lengths = fit.oriented_box.lengths();
-        let is_plausible =
-            prior.is_none_or(|prior| prior.admits_part(lengths, pose, self.config.prior_slack));
-        let is_persistent = object.refusals >= self.config.max_refusals;
-        if !is_plausible || !(is_persistent || self.fits_views(object, &proposed)) {
+        let is_plausible = prior.is_none_or(|prior| prior.admits_part(lengths, pose, PRIOR_SLACK));
+        let is_persistent = object.refusals >= MAX_REFUSALS;
+        if !is_plausible || !(is_persistent || fits_views(object, &proposed)) {
             object.refusals += u32::from(is_plausible);
             return Proposal::Rejected;
         }
@@ -106,18 +117,18 @@ impl Reparameterizer {
     }
 
     fn choose_points(&mut self, object: &MapObject, plane: Option<&Plane>) {
-        let Self { outliers, points, config, plane_tolerance, .. } = self;
+        let Self { outliers, points, plane_tolerance, .. } = self;
         // What lies flat is at its plane's height, and the parts of its plane that were taken for it differ from view to view.
         let (plane, share) = match object.relief() {
-            Relief::Flat => (None, FLAT_SHARE.max(config.min_voxel_share)),
-            Relief::Raised => (plane, config.min_voxel_share),
+            Relief::Flat => (None, FLAT_SHARE),
+            Relief::Raised => (plane, VOXEL_SHARE),
         };
-        outliers.choose(&object.cloud, plane, *plane_tolerance, share, config, points);
+        outliers.choose(&object.cloud, plane, *plane_tolerance, share, points);
     }
+}
 
-    /// Whether the projections onto the key views do not get worse.
-    fn fits_views(&self, object: &MapObject, proposed: &ObjectShape) -> bool {
-        let (old, new) = (object.key_views.mean_iou(&object.shape()), object.key_views.mean_iou(proposed));
-        old.zip(new).is_none_or(|(old, new)| new >= old - self.config.max_iou_loss)
-    }
+/// Whether the projections onto the key views do not get worse.
+fn fits_views(object: &MapObject, proposed: &ObjectShape) -> bool {
+    let (old, new) = (object.key_views.mean_iou(&object.shape()), object.key_views.mean_iou(proposed));
+    old.zip(new).is_none_or(|(old, new)| new >= old - MAX_IOU_LOSS)
 }

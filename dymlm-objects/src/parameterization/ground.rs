@@ -48,6 +48,9 @@ impl Candidate {
     }
 }
 
+/// Standard deviations of the depth noise that are added to a plane's tolerance: no more, as samples are means of 9 readings or
+/// more.
+const PLANE_SIGMAS: f64 = 1.0;
 /// Samples at which planes are asked for, along each side of the window.
 const PROBES: usize = 5;
 /// How far from a probe a plane may be, metres.
@@ -299,5 +302,5 @@ fn tolerance(
 ) -> f64 {
     let ray = unit(sample.point.map(f64::from)).unwrap_or([0.0, 0.0, 1.0]);
     let steepness = dot(candidate.plane.normal(), ray).abs();
-    config.plane_tolerance + config.plane_sigmas * f64::from(sensor.sigma(sample.point[2])) * steepness
+    config.plane_tolerance + PLANE_SIGMAS * f64::from(sensor.sigma(sample.point[2])) * steepness
 }

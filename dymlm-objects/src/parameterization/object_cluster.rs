@@ -87,6 +87,11 @@ impl ClusterSearch<'_> {
     }
 }
 
+/// Pixels of a box that are looked at, at most (a grid of them).
+const MAX_SAMPLES: usize = 1600;
+/// How far around the box is looked, as a share of its longer side, 0..=1; at least 6 pixels. What a cluster does outside tells
+/// things from their background.
+const MARGIN_SHARE: f32 = 0.15;
 /// Share of a box hidden by movers from which on they tell where the thing is.
 const HIDDEN: f32 = 0.2;
 /// How far a seat may be from who sits on it, in depth, metres.
@@ -104,7 +109,10 @@ fn is_contained(cluster: &BoxCluster) -> bool {
 }
 
 impl ObjectCluster {
-    pub(super) fn new(config: SegmentationConfig) -> Result<Self, ConfigError> {
+    pub(super) fn new() -> Result<Self, ConfigError> {
+        let mut config = SegmentationConfig::default();
+        config.max_samples = MAX_SAMPLES;
+        config.margin_share = MARGIN_SHARE;
         Ok(Self {
             segmenter: BoxSegmenter::new(config)?,
             is_part: Vec::new(),

@@ -14,7 +14,7 @@ use crate::{BoxFitterConfig, ObjectView, SizePrior, SizePriors, SupportPlane, Su
 /// For each detection, in this order: static readings on a grid over the box and a margin, each the mean of the readings
 /// around it; points on supporting planes go; DBSCAN; which cluster the object is; the plane under it; how much of it is
 /// seen; the box around it ([`BoxFitter`]). Constant time a detection, half a millisecond or less: the grid has
-/// [`max_samples`](ParameterizationConfig::max_samples) points at most.
+/// a bounded number of points.
 #[derive(Debug)]
 pub(crate) struct Parameterizer {
     config: ParameterizationConfig,
@@ -29,6 +29,11 @@ pub(crate) struct Parameterizer {
     local: Vec<Point>,
 }
 
+/// Fewest samples of an object.
+const MIN_SAMPLES: usize = 12;
+/// Least share of the box's samples (of those a sensor could read or not) that must be the object, 0..=1: less is a
+/// rest of something else.
+const MIN_FILL: f32 = 0.04;
 /// Farthest that a part may be from its object in depth when the size of such things is not known, metres.
 const USUAL_REACH: f64 = 0.3;
 /// Things that may be so many times as high as a plane's tolerance, or less, can lie unseen on it.
@@ -55,7 +60,7 @@ impl Parameterizer {
         Ok(Self {
             window: Window::default(),
             ground: Ground::default(),
-            cluster: ObjectCluster::new(config.segmentation())?,
+            cluster: ObjectCluster::new()?,
             flat: FlatThing::default(),
             fitter: BoxFitter::new(BoxFitterConfig::default())?,
             others: Vec::new(),
@@ -173,8 +178,8 @@ impl Parameterizer {
         finding: &Finding,
         vertical: Option<[f64; 3]>,
     ) -> Option<ObjectObservation> {
-        let least = (self.config.min_fill * self.window.box_cells as f32) as usize;
-        if self.cluster.members.len() < self.config.min_samples.max(least) {
+        let least = (MIN_FILL * self.window.box_cells as f32) as usize;
+        if self.cluster.members.len() < MIN_SAMPLES.max(least) {
             return None;
         }
         let mut points = Vec::with_capacity(self.cluster.members.len());
