@@ -1,7 +1,8 @@
-//! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a report.
+//! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a
+//! report.
 //!
-//! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR] [--detections FILE] [--trajectory FILE]
-//! [--config FILE.toml] [--every N] [--out DIR]`
+//! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR] [--detections FILE]
+//! [--trajectory FILE] [--config FILE.toml] [--every N] [--out DIR]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 

@@ -2,8 +2,8 @@
 //!
 //! - `cargo run --release --example sequences` writes a frame of each as PNG, colour beside depth.
 //! - `... -- export NAME DIR` writes a whole sequence as a TUM RGB-D folder with its detections.
-//! - `... -- detector [--dataset DIR]` prints how the simulated detector errs, beside a real one's boxes of a recording
-//!   with exact masks.
+//! - `... -- detector [--dataset DIR]` prints how the simulated detector errs, beside a real one's boxes of a
+//!   recording with exact masks.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -100,7 +100,8 @@ fn export(name: &str, folder: &Path) -> Result<(), AnyError> {
     Ok(())
 }
 
-/// Prints the figures of the simulated detector over the four walking sequences, and of a real one beside them.
+/// Prints the figures of the simulated detector over the four walking sequences, and of a real one beside
+/// them.
 fn describe_detector(dataset: Option<&Path>) -> Result<(), AnyError> {
     let simulated = simulated_detector()?;
     let real = dataset.map(real_detector).transpose()?;

@@ -87,7 +87,8 @@ fn whole_step(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(input.frames.len() as u64));
         let mut mapper = PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect()).unwrap();
         group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
-            // As in a session: the map knows the place, the buffers have their size, and every frame is another key frame.
+            // As in a session: the map knows the place, the buffers have their size, and every frame is
+            // another key frame.
             bencher.iter(|| {
                 for (frame, pose) in &input.frames {
                     mapper.insert(black_box(frame), None, &[], pose).unwrap();

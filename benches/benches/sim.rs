@@ -8,8 +8,8 @@ use dymlm_core::{Frame, PointCloud, Pose};
 use dymlm_metrics::{ReferenceCloud, SpaceTruth, score_cloud};
 use dymlm_sim::{DetectorConfig, FrameScratch, SensorConfig, Sequence, SequenceConfig, Truth, TruthConfig};
 
-/// Frames of 640x480: as configured by default, without sensor noise and detector failures, and the first into buffers
-/// that are used again.
+/// Frames of 640x480: as configured by default, without sensor noise and detector failures, and the first
+/// into buffers that are used again.
 fn frames(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-sim/frame");
     group.throughput(Throughput::Elements(640 * 480)).sample_size(20);

@@ -14,8 +14,8 @@ pub const SIZES: [usize; 3] = [10_000, 100_000, 1_000_000];
 /// The seed of every bench's input.
 pub const SEED: u64 = 7;
 
-/// `n` points in Gaussian-like blobs of 20 cm, one blob to 1000 points, in a cube of side cbrt(n / 1000) metres
-/// (so that the density does not depend on n), with 5 % of uniform noise.
+/// `n` points in Gaussian-like blobs of 20 cm, one blob to 1000 points, in a cube of side cbrt(n / 1000)
+/// metres (so that the density does not depend on n), with 5 % of uniform noise.
 pub fn blobs(n: usize) -> Vec<Point> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let blob_count = (n / 1000).max(1);
@@ -37,8 +37,8 @@ pub fn blobs(n: usize) -> Vec<Point> {
         .collect()
 }
 
-/// `n` points on the faces of a thing of 60 x 40 x 30 cm that stands turned in the room, with 2 mm of noise and 1 %
-/// of stray points around it.
+/// `n` points on the faces of a thing of 60 x 40 x 30 cm that stands turned in the room, with 2 mm of noise
+/// and 1 % of stray points around it.
 pub fn thing(n: usize) -> Vec<Point> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let lengths = [0.6, 0.4, 0.3_f32];

@@ -9,8 +9,8 @@ pub(crate) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
 /// A bit for each cell of a block.
 pub(crate) type CellBits = [u64; BLOCK_CELLS / 64];
 
-/// The place of a block on its lattice: three coordinates of 21 bits in one word, z first, so that the order of
-/// keys is the order of z, then y, then x.
+/// The place of a block on its lattice: three coordinates of 21 bits in one word, z first, so that the order
+/// of keys is the order of z, then y, then x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct BlockKey(u64);
 

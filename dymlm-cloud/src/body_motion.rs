@@ -31,13 +31,14 @@ struct Moved {
 }
 
 impl CloudMap {
-    /// Moves all voxels in `region` that `is_body` (asked for the voxel's mean place in the world): takes them out, and
-    /// puts them in where `new_from_old` takes them, with their colours, weights and observations. At the new place the
-    /// evidence of frames from before, which looked through it, is outweighed; at the old place nothing is left.
+    /// Moves all voxels in `region` that `is_body` (asked for the voxel's mean place in the world): takes
+    /// them out, and puts them in where `new_from_old` takes them, with their colours, weights and
+    /// observations. At the new place the evidence of frames from before, which looked through it, is
+    /// outweighed; at the old place nothing is left.
     ///
-    /// What was moved is known by where it is, no longer by the frames that saw it: frames from before that read it
-    /// cannot be [removed](Self::remove) any more ([`NotInserted`](crate::Error::NotInserted)). Voxels that
-    /// would leave the lattice are dropped. O(voxels of the region's blocks).
+    /// What was moved is known by where it is, no longer by the frames that saw it: frames from before that
+    /// read it cannot be [removed](Self::remove) any more ([`NotInserted`](crate::Error::NotInserted)).
+    /// Voxels that would leave the lattice are dropped. O(voxels of the region's blocks).
     pub fn move_body(
         &mut self,
         region: &OrientedBox,
@@ -54,9 +55,10 @@ impl CloudMap {
         motion
     }
 
-    /// Mean places of the voxels in a box that enough frames read and that their own cell of the evidence takes for
-    /// static: much like the [static](crate::Selection::Static) map there, without the neighbours' votes and without
-    /// thinning, but for the cost of the box alone. In the order of [`Self::voxels`]. O(voxels of the box's blocks).
+    /// Mean places of the voxels in a box that enough frames read and that their own cell of the evidence
+    /// takes for static: much like the [static](crate::Selection::Static) map there, without the neighbours'
+    /// votes and without thinning, but for the cost of the box alone. In the order of [`Self::voxels`].
+    /// O(voxels of the box's blocks).
     pub fn static_points_in(&self, region: &OrientedBox) -> Vec<Point> {
         let least = self.config.min_observations;
         let mut points = Vec::new();

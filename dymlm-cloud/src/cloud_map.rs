@@ -12,16 +12,18 @@ use crate::{CloudMapConfig, Error};
 
 /// The dense coloured cloud of the static world.
 ///
-/// Each voxel holds the weighted mean of position and colour of the readings in it, weight 1 / sigma(z)^2 with the
-/// noise of the [`SensorModel`]. Beside the voxels stands the evidence of all frames, which decides on
-/// output which voxels are static: **late ghost removal**. Each cell of some voxels counts the frames that read a
-/// surface in it and those that looked through it, before or after; a reading outweighs
-/// [a few looks](CloudMapConfig::looks_per_reading), and the cells around vote together. So movers that no detector has seen vanish too,
-/// and a wrong verdict heals with later frames. Then **thinning** leaves out the noise around far surfaces and what a
-/// single frame has seen ([`thinning_radius`](CloudMapConfig::thinning_radius), [`min_observations`](CloudMapConfig::min_observations)).
+/// Each voxel holds the weighted mean of position and colour of the readings in it, weight 1 / sigma(z)^2
+/// with the noise of the [`SensorModel`]. Beside the voxels stands the evidence of all frames, which decides
+/// on output which voxels are static: **late ghost removal**. Each cell of some voxels counts the frames that
+/// read a surface in it and those that looked through it, before or after; a reading outweighs [a few
+/// looks](CloudMapConfig::looks_per_reading), and the cells around vote together. So movers that no detector
+/// has seen vanish too, and a wrong verdict heals with later frames. Then **thinning** leaves out the noise
+/// around far surfaces and what a single frame has seen
+/// ([`thinning_radius`](CloudMapConfig::thinning_radius),
+/// [`min_observations`](CloudMapConfig::min_observations)).
 ///
-/// Everything is summed in integers. So the map does not depend on the order of frames, [`CloudMap::remove`] takes a
-/// frame out exactly, and two maps [`merge`](CloudMap::merge) to what one map of all frames would be.
+/// Everything is summed in integers. So the map does not depend on the order of frames, [`CloudMap::remove`]
+/// takes a frame out exactly, and two maps [`merge`](CloudMap::merge) to what one map of all frames would be.
 ///
 /// Cost: O(pixels + blocks in view) a frame, independent of the frames before.
 ///
@@ -135,7 +137,8 @@ impl CloudMap {
         })
     }
 
-    /// Whether the map reaches as far as a frame's readings: the one thing about a pose that an insertion refuses.
+    /// Whether the map reaches as far as a frame's readings: the one thing about a pose that an insertion
+    /// refuses.
     ///
     /// # Errors
     ///
@@ -208,7 +211,8 @@ impl CloudMap {
 
     /// All voxels in a fixed order: by blocks of 8^3, z first, then y, then x, and so within each block.
     ///
-    /// The verdicts are made anew for the whole map at each call: some tenths of a second for a million voxels.
+    /// The verdicts are made anew for the whole map at each call: some tenths of a second for a million
+    /// voxels.
     pub fn voxels(&self) -> impl Iterator<Item = CloudVoxel> + '_ {
         let verdicts = Verdicts::of(&self.evidence, self.config.looks_per_reading);
         let thinning = Thinning::of(&self.voxels, &verdicts, &self.config, &self.weighting);
@@ -232,7 +236,8 @@ impl CloudMap {
         blocks.into_iter().flatten()
     }
 
-    /// The cloud in the order of [`CloudMap::voxels`]. It has colours when any frame had; what was read without is black.
+    /// The cloud in the order of [`CloudMap::voxels`]. It has colours when any frame had; what was read
+    /// without is black.
     pub fn point_cloud(&self, selection: Selection) -> PointCloud {
         let chosen = |voxel: &CloudVoxel| selection == Selection::All || voxel.verdict == Verdict::Static;
         let (points, colors) =
@@ -347,8 +352,8 @@ impl CloudMap {
         report
     }
 
-    /// Finds or makes the voxel of each reading of the row. Apart from adding to them, so that the processor can fetch
-    /// many voxels at a time: waiting for them is most of the work.
+    /// Finds or makes the voxel of each reading of the row. Apart from adding to them, so that the processor
+    /// can fetch many voxels at a time: waiting for them is most of the work.
     fn find_voxels_of_row(&mut self, report: &mut CloudFrameReport) {
         self.targets.clear();
         let mut last = None;

@@ -6,21 +6,21 @@ use dymlm_core::{ConfigError, SensorModel, check_range};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct CloudMapConfig {
-    /// Side of a voxel, metres, 0.001..=1, and at least 1/8000 of the sensor's farthest depth. Default 0.01: about the
-    /// spacing of a Kinect's pixels at 4 m.
+    /// Side of a voxel, metres, 0.001..=1, and at least 1/8000 of the sensor's farthest depth. Default 0.01:
+    /// about the spacing of a Kinect's pixels at 4 m.
     #[doc(alias = "resolution")]
     pub voxel_size: f64,
-    /// Late ghost removal: how many frames that look through a place one frame that reads a surface there outweighs,
-    /// 0.1..=100. Default 2.5: at the rim of a thing every other look passes by it. On a kitchen with two people 2 loses
-    /// 0.3 % more of the room, 3 leaves twice as much of the people.
+    /// Late ghost removal: how many frames that look through a place one frame that reads a surface there
+    /// outweighs, 0.1..=100. Default 2.5: at the rim of a thing every other look passes by it. On a kitchen
+    /// with two people 2 loses 0.3 % more of the room, 3 leaves twice as much of the people.
     pub looks_per_reading: f64,
-    /// Fewest frames that must have read a voxel of the static map, 1..=1000000. Default 2: what one frame alone has seen
-    /// may be a flying pixel.
+    /// Fewest frames that must have read a voxel of the static map, 1..=1000000. Default 2: what one frame
+    /// alone has seen may be a flying pixel.
     pub min_observations: u32,
-    /// Thinning: how far a voxel of the static map looks for heavier ones, whose noise it may be, in standard deviations
-    /// of its own readings, 0..=10; at most eight voxels; 0 = no thinning. Default 3, as the sensor's tolerance: 99.7 % of
-    /// the readings of a surface are within it. In simulated rooms 2 leaves 0.93 % stray points instead of 0.26 %, and in a
-    /// kitchen 0.05 % more of the room.
+    /// Thinning: how far a voxel of the static map looks for heavier ones, whose noise it may be, in standard
+    /// deviations of its own readings, 0..=10; at most eight voxels; 0 = no thinning. Default 3, as the
+    /// sensor's tolerance: 99.7 % of the readings of a surface are within it. In simulated rooms 2 leaves
+    /// 0.93 % stray points instead of 0.26 %, and in a kitchen 0.05 % more of the room.
     pub thinning_radius: f64,
 }
 

@@ -45,8 +45,8 @@ impl DepthTiles {
         }
     }
 
-    /// The readings of all tiles that touch the pixels [left, right] x [top, bottom]; `None` when there are no such
-    /// pixels. Outside the image there is no reading.
+    /// The readings of all tiles that touch the pixels [left, right] x [top, bottom]; `None` when there are
+    /// no such pixels. Outside the image there is no reading.
     pub(crate) fn range(&self, [left, right]: [f32; 2], [top, bottom]: [f32; 2]) -> Option<DepthRange> {
         let tile_of = |pixel: f32| ((pixel + 0.5) / TILE as f32).floor();
         let (first_column, last_column) = (tile_of(left), tile_of(right));

@@ -3,18 +3,19 @@ use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 use crate::block_store::{BLOCK_CELLS, BlockKey, BlockStore, CellBits, split};
 use crate::look_through::{LookThrough, LookedThrough};
 
-/// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are missed by the one
-/// reading at their centre, larger ones hold both a surface and the free space before it.
+/// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are
+/// missed by the one reading at their centre, larger ones hold both a surface and the free space before it.
 const CELL_SIZE: f64 = 0.04;
 
-/// For and against each place being static: how many frames have read a surface there, and how many have looked
-/// through it, over all frames, whether before or after something was mapped there.
+/// For and against each place being static: how many frames have read a surface there, and how many have
+/// looked through it, over all frames, whether before or after something was mapped there.
 ///
 /// Counts are integers and each frame adds to each cell at most once, a surface winning over a look through
-/// ([`LookThrough`]), so the evidence does not depend on the order of the frames, and a frame can be taken out again.
+/// ([`LookThrough`]), so the evidence does not depend on the order of the frames, and a frame can be taken
+/// out again.
 ///
-/// This is the idea of Dynablox (Schmid 2023) and DUFOMap (Duberg 2024), movers betray themselves by having been in
-/// free space, with counts in place of their clocks.
+/// This is the idea of Dynablox (Schmid 2023) and DUFOMap (Duberg 2024), movers betray themselves by having
+/// been in free space, with counts in place of their clocks.
 #[derive(Debug, Clone)]
 pub(crate) struct Evidence {
     /// A cell has 2^`cell_shift` voxels along its side.
@@ -150,8 +151,8 @@ impl Evidence {
         }
     }
 
-    /// Raises what speaks for the cell of a voxel until `support` of it is left when all that speaks against it is
-    /// weighed up.
+    /// Raises what speaks for the cell of a voxel until `support` of it is left when all that speaks against
+    /// it is weighed up.
     pub(crate) fn give_support(&mut self, voxel: [i32; 3], support: u32, looks_per_reading: f64) {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot_or_insert(BlockKey::new(block));
@@ -227,8 +228,8 @@ impl EvidenceBlock {
         &mut self.cells
     }
 
-    /// Counts the cells that the current frame has read, and forgets which they were. Like the next, tells whether a
-    /// count is overdrawn.
+    /// Counts the cells that the current frame has read, and forgets which they were. Like the next, tells
+    /// whether a count is overdrawn.
     fn count_read(&mut self, unit: u32) -> bool {
         let read = std::mem::take(&mut self.read);
         self.is_read = false;

@@ -6,8 +6,8 @@ use crate::weighting::Weighting;
 
 /// One row of pixels as fixed-point world coordinates (1/256 voxel) and weights; weight 0 = not mapped.
 ///
-/// Coordinates relative to the camera are exact to a fraction of a unit in f32; the camera's own place is added as
-/// an integer, so that precision does not fall with the distance from the world's origin.
+/// Coordinates relative to the camera are exact to a fraction of a unit in f32; the camera's own place is
+/// added as an integer, so that precision does not fall with the distance from the world's origin.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PixelRow {
     x: Vec<i32>,

@@ -1,4 +1,5 @@
-//! The dense coloured cloud of the static world: weighted voxels, and the evidence that decides which of them stand still.
+//! The dense coloured cloud of the static world: weighted voxels, and the evidence that decides which of them
+//! stand still.
 //!
 //! Paper III-A. See [`CloudMap`].
 

@@ -6,11 +6,13 @@ use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 
 /// Tells which cells a frame looks through.
 ///
-/// A frame looks through a cell when the reading at the cell's centre lies beyond it by more than the sensor's tolerance
-/// ([`Visibility::Absent`](dymlm_core::Visibility::Absent)), whatever it is a reading of: also somebody who walks behind a place shows that the place is free.
+/// A frame looks through a cell when the reading at the cell's centre lies beyond it by more than the
+/// sensor's tolerance ([`Visibility::Absent`](dymlm_core::Visibility::Absent)), whatever it is a reading of:
+/// also somebody who walks behind a place shows that the place is free.
 ///
-/// Cost a frame: one look at the image for each block of 8^3 cells in view, and one for each cell of the blocks that
-/// neither lie wholly before the readings nor wholly behind; independent of the number of frames before.
+/// Cost a frame: one look at the image for each block of 8^3 cells in view, and one for each cell of the
+/// blocks that neither lie wholly before the readings nor wholly behind; independent of the number of frames
+/// before.
 #[derive(Debug, Clone)]
 pub(crate) struct LookThrough {
     cell_size: f64,
@@ -91,7 +93,8 @@ impl LookThrough {
         self.samples.place_cells(&self.view.camera_from_world, self.cell_size);
     }
 
-    /// Calls `count` for each block in which the current frame, whose depth is given again, looks through something.
+    /// Calls `count` for each block in which the current frame, whose depth is given again, looks through
+    /// something.
     pub(crate) fn for_each_block(
         &mut self,
         depth: &DepthImage,

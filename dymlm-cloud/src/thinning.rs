@@ -10,27 +10,27 @@ const MAX_RADIUS: i32 = BLOCK_SIDE as i32;
 /// Voxels along the side of a window: a block and that radius on each side.
 const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
 
-/// A voxel with less than this share of the weight of one within its radius is noise: what is 1.4 standard deviations off
-/// a surface has that share of readings. Less leaves a thicker shell of noise, more takes
-/// true surfaces away (`a_far_noisy_surface_is_thinned_and_keeps_no_hole_whatever_the_sensor`).
+/// A voxel with less than this share of the weight of one within its radius is noise: what is 1.4 standard
+/// deviations off a surface has that share of readings. Less leaves a thicker shell of noise, more takes true
+/// surfaces away (`a_far_noisy_surface_is_thinned_and_keeps_no_hole_whatever_the_sensor`).
 const MIN_WEIGHT_SHARE: f32 = 0.4;
 
 /// Tells which voxels hold only the noise of a surface beside them.
 ///
-/// Readings of a surface scatter along the line of sight by sigma(z), at 4 m over many voxels: the true surface is
-/// where most weight lies, and a shell of light voxels surrounds it. A voxel is noise when another static voxel within
-/// [`thinning_radius`](CloudMapConfig::thinning_radius) standard deviations has more than 1 / [`MIN_WEIGHT_SHARE`] times its
-/// weight. The deviation is that of the
-/// voxel's own readings: what was seen from near is exact, reaches not even the next voxel, and is left alone, and
-/// two surfaces stay two as long as they are further apart than that.
+/// Readings of a surface scatter along the line of sight by sigma(z), at 4 m over many voxels: the true
+/// surface is where most weight lies, and a shell of light voxels surrounds it. A voxel is noise when another
+/// static voxel within [`thinning_radius`](CloudMapConfig::thinning_radius) standard deviations has more than
+/// 1 / [`MIN_WEIGHT_SHARE`] times its weight. The deviation is that of the voxel's own readings: what was
+/// seen from near is exact, reaches not even the next voxel, and is left alone, and two surfaces stay two as
+/// long as they are further apart than that.
 ///
 /// O(voxels x ball), cut off at the first heavier voxel; the nearest are asked first.
 pub(crate) struct Thinning<'a> {
     config: &'a CloudMapConfig,
     weighting: &'a Weighting,
     blocks: &'a BlockStore<VoxelBlock>,
-    /// For each slot the weights of the block's voxels, in its order; 0 for ghosts, which outweigh nothing. That of any
-    /// other voxel is greater: those without a reading are dropped.
+    /// For each slot the weights of the block's voxels, in its order; 0 for ghosts, which outweigh nothing.
+    /// That of any other voxel is greater: those without a reading are dropped.
     weights: Vec<Vec<f32>>,
     /// Offsets in a window by ascending distance, each with its square in voxels.
     ball: Vec<Offset>,

@@ -14,8 +14,8 @@ pub enum Verdict {
     Noise,
 }
 
-/// A cell's vote is limited to this many frames either way. With less, a few frames decide as much as many; without a
-/// limit, a surface watched for minutes outvotes the trace of a mover that touched it
+/// A cell's vote is limited to this many frames either way. With less, a few frames decide as much as many;
+/// without a limit, a surface watched for minutes outvotes the trace of a mover that touched it
 /// (`a_movers_trace_beside_a_long_seen_surface_is_removed`).
 const MAX_VOTE: f32 = 10.0;
 
@@ -24,9 +24,10 @@ const PADDED: usize = BLOCK_SIDE + 2;
 
 /// The verdict on every cell that was ever read, by a vote of the 3^3 cells around it.
 ///
-/// A cell votes with `looks_per_reading * support - looked_through`, cut to 10 either way; cells in which nothing was
-/// ever read have no vote. A single cell errs: its centre may lie just beside the surface that it holds, or in the
-/// one spot of a mover's trace that no later frame looked through. Its neighbours of the same thing know better.
+/// A cell votes with `looks_per_reading * support - looked_through`, cut to 10 either way; cells in which
+/// nothing was ever read have no vote. A single cell errs: its centre may lie just beside the surface that it
+/// holds, or in the one spot of a mover's trace that no later frame looked through. Its neighbours of the
+/// same thing know better.
 pub(crate) struct Verdicts<'a> {
     evidence: &'a Evidence,
     static_cells: BlockStore<CellBits>,

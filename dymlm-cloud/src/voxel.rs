@@ -5,8 +5,8 @@ pub(crate) const SUBVOXEL_BITS: u32 = 8;
 /// Parts of a voxel along an axis.
 pub(crate) const SUBVOXELS: i32 = 1 << SUBVOXEL_BITS;
 
-/// What a voxel has seen, as integer sums: sums of integers do not depend on their order, and what was added can be
-/// taken out again without a trace. Arithmetic wraps, so a negated weight takes out.
+/// What a voxel has seen, as integer sums: sums of integers do not depend on their order, and what was added
+/// can be taken out again without a trace. Arithmetic wraps, so a negated weight takes out.
 ///
 /// One cache line: adding a reading to a voxel costs little more than fetching it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -79,7 +79,8 @@ impl Voxel {
         })
     }
 
-    /// Weighted mean colour of the readings but for the weight `uncolored` of those without; `None` when there are none.
+    /// Weighted mean colour of the readings but for the weight `uncolored` of those without; `None` when
+    /// there are none.
     pub(crate) fn mean_color(&self, uncolored: u64) -> Option<Rgb> {
         let weight = self.weight.wrapping_sub(uncolored);
         (weight > 0).then(|| self.color.map(|sum| (sum.wrapping_add(weight / 2) / weight) as u8))

@@ -9,7 +9,8 @@ pub(crate) struct VoxelBlock {
     /// For each place 1 + its index in `voxels`, or 0.
     index: [u16; BLOCK_CELLS],
     pub(crate) voxels: Vec<Voxel>,
-    /// Weight of each voxel's readings without colour; shorter than `voxels`, mostly empty, where none has any.
+    /// Weight of each voxel's readings without colour; shorter than `voxels`, mostly empty, where none has
+    /// any.
     uncolored: Vec<u64>,
     /// Stamp of the last frame that touched the block.
     pub(crate) stamp: u32,
@@ -21,7 +22,8 @@ impl VoxelBlock {
     pub(crate) fn index_or_insert(&mut self, place: usize) -> u16 {
         if self.index[place] == 0 {
             if self.voxels.len() == self.voxels.capacity() {
-                // Small steps: a surface fills an eighth of its block, doubling would waste a quarter of the map.
+                // Small steps: a surface fills an eighth of its block, doubling would waste a quarter of the
+                // map.
                 self.voxels.reserve_exact(16);
             }
             self.voxels.push(Voxel::default());
@@ -50,7 +52,8 @@ impl VoxelBlock {
         self.uncolored.get(usize::from(index)).copied().unwrap_or(0)
     }
 
-    /// Adds a voxel's readings, of which those with the weight `uncolored` have no colour, to the voxel at a place.
+    /// Adds a voxel's readings, of which those with the weight `uncolored` have no colour, to the voxel at a
+    /// place.
     pub(crate) fn merge(&mut self, place: usize, voxel: &Voxel, uncolored: u64) {
         let index = self.index_or_insert(place);
         self.voxels[usize::from(index)].merge(voxel);

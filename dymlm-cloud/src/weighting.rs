@@ -7,8 +7,9 @@ use crate::voxel::Voxel;
 const LEAST_UNIT: i32 = 1 << 12;
 /// ... and at most this: the sums of 2^34 readings still fit into their 64 bits.
 const GREATEST_UNIT: i32 = 1 << 21;
-/// The weight of the farthest reading, at least: rounding changes it by an eighth at most. With less, far readings lose
-/// their digits (`far_readings_of_a_stereo_pair_keep_their_digits`); with more, a Kinect's sums would not be what they were.
+/// The weight of the farthest reading, at least: rounding changes it by an eighth at most. With less, far
+/// readings lose their digits (`far_readings_of_a_stereo_pair_keep_their_digits`); with more, a Kinect's sums
+/// would not be what they were.
 const LEAST_WEIGHT: f32 = 4.0;
 
 /// What a sensor's readings weigh: 1 / sigma(z)^2, as an integer.
@@ -46,8 +47,9 @@ impl Weighting {
         voxel.weight() as f64 / f64::from(self.unit)
     }
 
-    /// Standard deviation of one of a voxel's readings along the line of sight, metres, from their mean weight. Where
-    /// several readings of a frame fall into the voxel, that is near the camera, it comes out too small.
+    /// Standard deviation of one of a voxel's readings along the line of sight, metres, from their mean
+    /// weight. Where several readings of a frame fall into the voxel, that is near the camera, it comes out
+    /// too small.
     pub(crate) fn standard_deviation(&self, voxel: &Voxel) -> f64 {
         let weight_per_frame = self.total(voxel) / f64::from(voxel.observations.max(1));
         f64::from(self.sensor.noise.floor) / weight_per_frame.max(1e-9).sqrt()

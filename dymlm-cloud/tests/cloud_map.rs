@@ -96,7 +96,8 @@ fn naive(frames: &[(Frame, Pose)], voxel_size: f64) -> BTreeMap<[i64; 3], NaiveV
 
 #[test]
 fn agrees_with_the_naive_map() {
-    // Voxels of 8 cm hold several readings each. A reading within rounding of a border may change sides: few do.
+    // Voxels of 8 cm hold several readings each. A reading within rounding of a border may change sides: few
+    // do.
     let frames: Vec<(Frame, Pose)> = (0..4).map(|seed| (uneven(seed), pose(seed))).collect();
     let mut map = CloudMap::new(config(0.08), SensorModel::kinect()).unwrap();
     for (frame, world_from_camera) in &frames {
@@ -239,7 +240,8 @@ fn a_movers_trace_beside_a_long_seen_surface_is_removed() {
     assert_eq!(beside(map.point_cloud(Selection::Static).points()), 0);
 }
 
-/// A wall at `depth` as a noisy sensor reads it: normal noise of the axial deviation, the same for every seed.
+/// A wall at `depth` as a noisy sensor reads it: normal noise of the axial deviation, the same for every
+/// seed.
 fn noisy_wall(seed: u32, depth: f32, sensor: &SensorModel) -> Frame {
     frame(f64::from(seed), |u, v| {
         let uniform = |k: u32| {
@@ -282,7 +284,8 @@ fn a_far_noisy_surface_is_thinned_and_keeps_no_hole_whatever_the_sensor() {
 
 #[test]
 fn what_was_seen_from_near_is_left_as_it_is() {
-    // At 0.5 m the deviation is 1.2 mm. The wall lies across a border of voxels, so that one layer is heavier.
+    // At 0.5 m the deviation is 1.2 mm. The wall lies across a border of voxels, so that one layer is
+    // heavier.
     let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
     for seed in 0..10 {
         map.insert(&noisy_wall(seed, 0.5, &SensorModel::kinect()), None, &Pose::identity()).unwrap();

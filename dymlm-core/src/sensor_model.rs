@@ -74,7 +74,8 @@ impl SensorModel {
     #[must_use]
     pub fn tolerance(&self, z: f32, place_sigma: f64) -> f64 {
         let sigma = f64::from(self.sigma(z));
-        // Not hypot: nothing here is near the limits of f64, and this is asked for each block of the evidence.
+        // Not hypot: nothing here is near the limits of f64, and this is asked for each block of the
+        // evidence.
         TOLERANCE_SIGMAS * (sigma * sigma + place_sigma * place_sigma).sqrt()
     }
 

@@ -2,16 +2,17 @@ use dymlm_core::{BoundingBox, DepthImage, Frame};
 
 use crate::Foreground;
 
-/// Pixels of a line that must continue the foreground for a side to move past it, in an image of 640x480: more than a stray
-/// reading, less than a wrist at 3 m.
+/// Pixels of a line that must continue the foreground for a side to move past it, in an image of 640x480:
+/// more than a stray reading, less than a wrist at 3 m.
 const MIN_PIXELS: u8 = 3;
 /// Widest gap without depth that is bridged, in the same pixels: the shadow rim of a structured-light sensor.
 const MAX_GAP: u8 = 6;
 
 /// Corrects boxes that cut a mover short: paper section III-A.
 ///
-/// A box first takes in the parts of the foreground that were found around it. Then each side moves outward, line by line, while pixels just outside it continue the foreground in depth, at most
-/// `max_extension` pixels in all. Sides never move inward. Left and right sides go first, so that the upper and lower ones
+/// A box first takes in the parts of the foreground that were found around it. Then each side moves outward,
+/// line by line, while pixels just outside it continue the foreground in depth, at most `max_extension`
+/// pixels in all. Sides never move inward. Left and right sides go first, so that the upper and lower ones
 /// see arms that stick out; then all sides may use what is left of their allowance.
 ///
 /// Costs O(perimeter times extension).
@@ -55,8 +56,8 @@ impl BoxCorrector {
         Self { max_extension: max_extension.into(), wave: Vec::new(), next: Vec::new() }
     }
 
-    /// The corrected box. Sides that do not move keep their fractions of a pixel, and their parts outside the image;
-    /// without a foreground, or without a pixel in the image, the box stays as it is.
+    /// The corrected box. Sides that do not move keep their fractions of a pixel, and their parts outside the
+    /// image; without a foreground, or without a pixel in the image, the box stays as it is.
     pub(crate) fn correct(
         &mut self,
         frame: &Frame,

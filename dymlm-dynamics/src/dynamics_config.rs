@@ -4,8 +4,8 @@ use crate::{MaskConfig, TrackerConfig};
 
 /// Settings of [`Preprocessor`](crate::Preprocessor).
 ///
-/// The default does all that can be done. Plain systems are settings too: every box a detector gives, as it is, is
-/// `tracker.max_coast = 0`, `max_extension = 0` and `mask.mode = MaskMode::Box`.
+/// The default does all that can be done. Plain systems are settings too: every box a detector gives, as it
+/// is, is `tracker.max_coast = 0`, `max_extension = 0` and `mask.mode = MaskMode::Box`.
 ///
 /// ```
 /// use dymlm_core::SensorModel;
@@ -22,15 +22,15 @@ use crate::{MaskConfig, TrackerConfig};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct DynamicsConfig {
-    /// Classes of COCO that are potential movers beside person and the animals, which always are; default none. A name that
-    /// is no class of COCO is refused.
+    /// Classes of COCO that are potential movers beside person and the animals, which always are; default
+    /// none. A name that is no class of COCO is refused.
     pub mover_labels: Vec<String>,
     /// Potential movers among a detector's own classes, of any name; default none.
     pub own_mover_labels: Vec<String>,
     /// Tracking of boxes.
     pub tracker: TrackerConfig,
-    /// Furthest that the side of a box that cuts its mover short moves outward, in pixels of an image of 640x480 (other
-    /// images: in proportion); 0..=640, default 50 (the paper's); 0 = boxes stay as they are.
+    /// Furthest that the side of a box that cuts its mover short moves outward, in pixels of an image of
+    /// 640x480 (other images: in proportion); 0..=640, default 50 (the paper's); 0 = boxes stay as they are.
     pub max_extension: f32,
     /// The static mask.
     pub mask: MaskConfig,

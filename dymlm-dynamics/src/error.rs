@@ -12,8 +12,8 @@ pub enum Error {
         /// Time of the refused frame, seconds.
         timestamp: f64,
     },
-    /// A timestamp that is no number of seconds: not finite, or so large that it is in another unit (epoch times
-    /// in milliseconds, microseconds or nanoseconds all are).
+    /// A timestamp that is no number of seconds: not finite, or so large that it is in another unit (epoch
+    /// times in milliseconds, microseconds or nanoseconds all are).
     #[error("a timestamp of {0} s: it must be finite and at most 1e11 in magnitude; is it in seconds?")]
     Timestamp(f64),
     /// A detection's instance mask of another size than the frame.

@@ -1,6 +1,7 @@
 //! Finds the moving things of an RGB-D frame: box tracking, missed detections, box correction, static mask.
 //!
-//! The preprocessing of the multi-level map (paper section III-A). [`Preprocessor::process`] runs it, a step a file:
+//! The preprocessing of the multi-level map (paper section III-A). [`Preprocessor::process`] runs it, a step
+//! a file:
 //!
 //! 1. `tracking` follows the detector's boxes from frame to frame and predicts those it misses.
 //! 2. `foreground` finds the mover among the readings of its box.

@@ -8,8 +8,8 @@ use crate::{
     ForegroundSearch, MaskRegion, Mover, StaticMaskBuilder, View, mask_body,
 };
 
-/// All of paper section III-A up to the point cloud: from a frame and its detections to the movers' corrected boxes
-/// and the mask of static pixels.
+/// All of paper section III-A up to the point cloud: from a frame and its detections to the movers' corrected
+/// boxes and the mask of static pixels.
 ///
 /// Buffers are kept: after the first frames nothing large is allocated.
 ///
@@ -86,11 +86,12 @@ impl Preprocessor {
         self.tracker.check_time(frame.timestamp()).map(|_| ())
     }
 
-    /// Preprocesses one frame. `carried` are bodies that move and whose place in the world is known by other means, such as
-    /// a tracked object in somebody's hands: readings in them are masked too.
+    /// Preprocesses one frame. `carried` are bodies that move and whose place in the world is known by other
+    /// means, such as a tracked object in somebody's hands: readings in them are masked too.
     ///
-    /// `detections` is `None` when the detector did not run on this frame, which says nothing about who is in it: tracks
-    /// are predicted, and none counts as missed. An empty slice means that the detector found nobody.
+    /// `detections` is `None` when the detector did not run on this frame, which says nothing about who is in
+    /// it: tracks are predicted, and none counts as missed. An empty slice means that the detector found
+    /// nobody.
     ///
     /// # Errors
     ///
@@ -115,7 +116,8 @@ impl Preprocessor {
         Ok(Preprocessed { movers: &self.movers, static_mask: &self.static_mask })
     }
 
-    /// Tracks the boxes of potential movers. All of them become movers: detected ones, confirmed or not, and predicted ones.
+    /// Tracks the boxes of potential movers. All of them become movers: detected ones, confirmed or not, and
+    /// predicted ones.
     fn track(
         &mut self,
         frame: &Frame,
@@ -157,8 +159,8 @@ impl Preprocessor {
         }
     }
 
-    /// Drops predicted movers whose box does not hold them, puts the boxes of the others around what was found, and remembers
-    /// the depth of those that are detected.
+    /// Drops predicted movers whose box does not hold them, puts the boxes of the others around what was
+    /// found, and remembers the depth of those that are detected.
     fn compensate_misses(&mut self) {
         let mut kept = 0;
         for index in 0..self.movers.len() {

@@ -8,8 +8,8 @@ fn boxed([x_min, y_min, x_max, y_max]: [f32; 4]) -> BoundingBox {
     BoundingBox::new(x_min, y_min, x_max, y_max).unwrap()
 }
 
-/// Figures of filterpy 2.0.0, `KalmanFilter(dim_x=7, dim_z=4)` set up as in the published `sort.py`: x and the diagonal
-/// of P after each frame, with a detection in all frames but the third.
+/// Figures of filterpy 2.0.0, `KalmanFilter(dim_x=7, dim_z=4)` set up as in the published `sort.py`: x and
+/// the diagonal of P after each frame, with a detection in all frames but the third.
 #[test]
 #[allow(clippy::unreadable_literal, clippy::excessive_precision, reason = "figures of another program")]
 fn is_the_filter_of_seven_states() {

@@ -47,8 +47,9 @@ fn masks_cover_the_people() {
         coverage: MaskScore::default(),
     };
     let mut rows = Vec::new();
-    // A little below what is reached; the table that this test prints has the figures themselves. At scores of 0.7 and
-    // above the detector misses one person view in five, many of them before the first or after the last detection.
+    // A little below what is reached; the table that this test prints has the figures themselves. At scores
+    // of 0.7 and above the detector misses one person view in five, many of them before the first or after
+    // the last detection.
     for (min_score, least) in [
         (0.25, [[0.987, 0.58], [0.988, 0.57], [0.996, 0.50], [0.995, 0.84]]),
         (0.7, [[0.929, 0.58], [0.964, 0.57], [0.972, 0.50], [0.971, 0.84]]),

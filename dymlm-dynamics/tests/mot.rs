@@ -25,8 +25,8 @@ fn read(file: &Path) -> Tracks {
     tracks
 }
 
-/// The settings under which the tracker is SORT (gate 0.3, 3 hits, no coasting), but for one thing: it remembers
-/// tracks for a second instead of a frame.
+/// The settings under which the tracker is SORT (gate 0.3, 3 hits, no coasting), but for one thing: it
+/// remembers tracks for a second instead of a frame.
 fn sort() -> TrackerConfig {
     let mut config = TrackerConfig::default();
     config.confirm_after = 2.0 / 30.0;
@@ -72,9 +72,9 @@ fn score(truth: &Tracks, tracks: &Tracks) -> Score {
     Score { mota: score.mota.unwrap(), idf1: score.idf1.unwrap() }
 }
 
-/// The figures to reach are those of SORT itself: the published `sort.py`, written anew on filterpy 2.0.0 and scipy's
-/// `linear_sum_assignment`, scored by motmetrics 1.4.0 (`iou_matrix`, `max_iou` 0.5). Those of `example_tracks.txt`,
-/// by motmetrics too, check the score above.
+/// The figures to reach are those of SORT itself: the published `sort.py`, written anew on filterpy 2.0.0 and
+/// scipy's `linear_sum_assignment`, scored by motmetrics 1.4.0 (`iou_matrix`, `max_iou` 0.5). Those of
+/// `example_tracks.txt`, by motmetrics too, check the score above.
 #[test]
 fn tracks_at_least_as_well_as_sort() {
     let Some(folder) = recording("mot") else { return };

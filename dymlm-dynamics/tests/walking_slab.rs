@@ -1,5 +1,5 @@
-//! All steps on a scene with exact answers: a slab the shape of a person walks before a wall, beside a box on the
-//! floor; the detector misses, and cuts it short.
+//! All steps on a scene with exact answers: a slab the shape of a person walks before a wall, beside a box on
+//! the floor; the detector misses, and cuts it short.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose, SensorModel};
@@ -164,7 +164,8 @@ fn the_limit_scales_with_the_image() {
 #[test]
 fn furniture_before_and_beside_a_person_stays() {
     let walker = person(200, 2.0);
-    // A chair 30 cm before the legs, going on outside the box, and a cupboard 30 cm behind, at the person's side.
+    // A chair 30 cm before the legs, going on outside the box, and a cupboard 30 cm behind, at the person's
+    // side.
     let chair = slab([150, 250], [330, 480], 1.7);
     let cupboard = slab([280, 400], [200, 480], 2.3);
     let (_, mask) =
@@ -434,8 +435,9 @@ fn a_mover_label_adds_to_the_usual_ones_and_must_be_known() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Boxes anywhere, over people anywhere: whatever the order of the detections, the mask is the same, a second run
-    /// gives the same bits, sides never move inward, and silhouettes stay within the corrected boxes.
+    /// Boxes anywhere, over people anywhere: whatever the order of the detections, the mask is the same, a
+    /// second run gives the same bits, sides never move inward, and silhouettes stay within the corrected
+    /// boxes.
     #[test]
     fn masks_are_determined(
         people in proptest::collection::vec((0_usize..560, 0.6_f32..2.9), 0..4),
@@ -505,7 +507,8 @@ fn misses_are_bridged_at_every_frame_rate() {
     }
 }
 
-/// A detector at a third of the camera's rate: whoever it saw once is masked until it looks again, then no longer.
+/// A detector at a third of the camera's rate: whoever it saw once is masked until it looks again, then no
+/// longer.
 #[test]
 fn frames_without_a_detector_s_run_are_no_misses() {
     let mut preprocessor = preprocessor(bare);

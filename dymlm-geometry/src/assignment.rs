@@ -1,10 +1,10 @@
-/// Pairs rows with columns so that the sum of the pairs' weights is greatest (the linear sum assignment problem, of which
-/// a part may stay unpaired): boxes with tracks, detections with objects.
+/// Pairs rows with columns so that the sum of the pairs' weights is greatest (the linear sum assignment
+/// problem, of which a part may stay unpaired): boxes with tracks, detections with objects.
 ///
-/// Successive shortest augmenting paths with potentials (Kuhn 1955, Munkres 1957; in the form of Jonker and Volgenant,
-/// "A Shortest Augmenting Path Algorithm for Dense and Sparse Linear Assignment Problems", 1987, without their
-/// heuristics): O(n^2 m) for n <= m. Weights are integers, so that sums compare exactly on every machine; real weights
-/// come as fixed point. The buffers stay for the next call.
+/// Successive shortest augmenting paths with potentials (Kuhn 1955, Munkres 1957; in the form of Jonker and
+/// Volgenant, "A Shortest Augmenting Path Algorithm for Dense and Sparse Linear Assignment Problems", 1987,
+/// without their heuristics): O(n^2 m) for n <= m. Weights are integers, so that sums compare exactly on
+/// every machine; real weights come as fixed point. The buffers stay for the next call.
 ///
 /// ```
 /// use dymlm_geometry::Assignment;
@@ -39,8 +39,8 @@ impl Assignment {
     /// Largest weight; larger ones are taken for it. Sums over a million of pairs stay exact.
     pub const MAX_WEIGHT: i64 = 1 << 42;
 
-    /// The column of each row, or `None`. Only pairs of positive weight are made; of several best choices always the same
-    /// one is taken.
+    /// The column of each row, or `None`. Only pairs of positive weight are made; of several best choices
+    /// always the same one is taken.
     pub fn solve(
         &mut self,
         rows: usize,
@@ -107,8 +107,8 @@ impl Assignment {
         }
     }
 
-    /// Goes on from a column that has been reached to the nearest that has not: that column and the length of its path.
-    /// Of columns as near, a free one ends the search.
+    /// Goes on from a column that has been reached to the nearest that has not: that column and the length of
+    /// its path. Of columns as near, a free one ends the search.
     fn reach_next(&mut self, from: usize, length: i64, columns: usize) -> (usize, i64) {
         let row = self.row_of[from];
         let costs = &self.costs[row * columns..(row + 1) * columns];

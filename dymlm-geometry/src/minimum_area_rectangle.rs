@@ -39,20 +39,20 @@ impl OrientedRectangle {
 /// The rectangle of least area around points in the plane; `None` when there is no finite point.
 ///
 /// One side of it lies on an edge of the points' convex hull. Of edges with equal areas the first one counts,
-/// counter-clockwise from the hull's leftmost (of several, lowest) corner. Points on one line have a rectangle
-/// without width, points at one place one without length either, its axis along x. Points that are not finite or
-/// have a coordinate beyond 1e120 are passed over.
+/// counter-clockwise from the hull's leftmost (of several, lowest) corner. Points on one line have a
+/// rectangle without width, points at one place one without length either, its axis along x. Points that are
+/// not finite or have a coordinate beyond 1e120 are passed over.
 ///
 /// # Algorithm
 ///
-/// Rotating calipers over the [`convex_hull`](crate::convex_hull()): as the edge below the rectangle goes around,
-/// so do the corners that touch its three other sides. They are advanced by the directions of edges rather than by
-/// comparing distances, so that corners closer to each other than rounding do not hold them up. O(h) for the h
-/// corners of the hull, after the hull.
+/// Rotating calipers over the [`convex_hull`](crate::convex_hull()): as the edge below the rectangle goes
+/// around, so do the corners that touch its three other sides. They are advanced by the directions of edges
+/// rather than by comparing distances, so that corners closer to each other than rounding do not hold them
+/// up. O(h) for the h corners of the hull, after the hull.
 ///
 /// Freeman, Shapira: "Determining the minimum-area encasing rectangle for an arbitrary closed curve",
-/// Communications of the ACM 18, 1975; Toussaint: "Solving geometric problems with the rotating calipers", IEEE
-/// MELECON 1983. The paper's footprint correction (eq. 7, 8).
+/// Communications of the ACM 18, 1975; Toussaint: "Solving geometric problems with the rotating calipers",
+/// IEEE MELECON 1983. The paper's footprint correction (eq. 7, 8).
 ///
 /// ```
 /// use dymlm_geometry::minimum_area_rectangle;
@@ -66,8 +66,8 @@ pub fn minimum_area_rectangle(points: &[[f64; 2]]) -> Option<OrientedRectangle> 
     minimum_area_rectangle_with(points, &mut MinimumAreaRectangleScratch::new())
 }
 
-/// [`minimum_area_rectangle`] with a caller's working memory, whose content does not matter: allocates nothing once
-/// it has grown.
+/// [`minimum_area_rectangle`] with a caller's working memory, whose content does not matter: allocates
+/// nothing once it has grown.
 pub fn minimum_area_rectangle_with(
     points: &[[f64; 2]],
     scratch: &mut MinimumAreaRectangleScratch,
@@ -131,8 +131,8 @@ impl Calipers {
     }
 }
 
-/// The area of the rectangle on an edge of this direction and length that touches its own, a right, a top and a left
-/// corner; without a root, since most are not the least. Rounding makes no side negative.
+/// The area of the rectangle on an edge of this direction and length that touches its own, a right, a top and
+/// a left corner; without a root, since most are not the least. Rounding makes no side negative.
 fn area_on(below: [f64; 2], touching: [[f64; 2]; 4]) -> f64 {
     let [_, right, top, left] = touching.map(|corner| difference(corner, touching[0]));
     let width_by_edge = (dot(below, right) - dot(below, left).min(0.0)) / dot(below, below);

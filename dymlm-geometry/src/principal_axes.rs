@@ -6,13 +6,14 @@ use crate::finite::is_finite;
 /// Deviations below this many roundings of the coordinates count as 0.
 const ROUNDINGS: f64 = 4.0;
 
-/// Principal component analysis of a cloud: its centroid, its covariance, and the directions in which it extends.
+/// Principal component analysis of a cloud: its centroid, its covariance, and the directions in which it
+/// extends.
 ///
 /// The axes are ordered by descending variance and right-handed. Their signs are those of
-/// [`symmetric_eigen3`](dymlm_core::symmetric_eigen3()): of the first two, the component of greatest magnitude is
-/// positive. Axes of equal variances are some basis of their space, the same on each call. Sums are taken in f64
-/// relative to a point of the cloud, so that its distance from the origin costs no digits. Points that are not
-/// finite are passed over. O(n), without allocation.
+/// [`symmetric_eigen3`](dymlm_core::symmetric_eigen3()): of the first two, the component of greatest
+/// magnitude is positive. Axes of equal variances are some basis of their space, the same on each call. Sums
+/// are taken in f64 relative to a point of the cloud, so that its distance from the origin costs no digits.
+/// Points that are not finite are passed over. O(n), without allocation.
 ///
 /// Pearson: "On lines and planes of closest fit to systems of points in space", Philosophical Magazine 1901.
 ///
@@ -38,8 +39,8 @@ pub struct PrincipalAxes {
     pub axes: [[f64; 3]; 3],
     /// Variances along the axes, descending, at least 0, square metres.
     pub variances: [f64; 3],
-    /// Number of axes along which the points extend beyond the rounding of their coordinates: 0 for one place,
-    /// 1 for a line, 2 for a plane, else 3.
+    /// Number of axes along which the points extend beyond the rounding of their coordinates: 0 for one
+    /// place, 1 for a line, 2 for a plane, else 3.
     pub rank: usize,
     /// Number of finite points (of positive weight).
     pub count: usize,
@@ -56,8 +57,8 @@ impl PrincipalAxes {
         moments.axes()
     }
 
-    /// The axes of a cloud whose points count by their weights; `None` when no finite point has a weight. Weights
-    /// that are not finite or not above 0 count as 0, and so do missing ones.
+    /// The axes of a cloud whose points count by their weights; `None` when no finite point has a weight.
+    /// Weights that are not finite or not above 0 count as 0, and so do missing ones.
     pub fn weighted(points: &[Point], weights: &[f32]) -> Option<Self> {
         let weighted = || points.iter().zip(weights).filter(|(point, weight)| counts(point, **weight));
         let (origin, _) = weighted().next()?;

@@ -1,4 +1,5 @@
-//! Isolation forests against scikit-learn's quality, against the definition of their score, and on degenerate rows.
+//! Isolation forests against scikit-learn's quality, against the definition of their score, and on degenerate
+//! rows.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use dymlm_core::Point;
@@ -160,15 +161,15 @@ proptest! {
     }
 }
 
-/// Two rows are always parted by the first cut: path 1 = c(2), score 1/2. Of three on a line, the last but far one is
-/// cut off first with a probability known in closed form.
+/// Two rows are always parted by the first cut: path 1 = c(2), score 1/2. Of three on a line, the last but
+/// far one is cut off first with a probability known in closed form.
 #[test]
 fn path_lengths_of_small_samples_are_those_of_the_definition() {
     let trees = forest(50, 2, 0).fit(&[[0.0], [1.0]]);
     assert_eq!(trees.scores(&[[0.0], [1.0], [0.5]]), [0.5; 3]);
 
-    // Height limit 2; the first cut falls with probability 9/10 between 1 and 10. The far row's path is 1 then, else
-    // 2; a near row's is 2 or, cut off first, 1. c(3) = 1.2074.
+    // Height limit 2; the first cut falls with probability 9/10 between 1 and 10. The far row's path is 1
+    // then, else 2; a near row's is 2 or, cut off first, 1. c(3) = 1.2074.
     let trees = forest(10_000, 3, 0).fit(&[[0.0], [1.0], [10.0]]);
     let normal = 2.0 * (2f64.ln() + 0.577_215_664_901_532_9) - 4.0 / 3.0;
     let mean_path = |score: f64| -score.log2() * normal;

@@ -10,8 +10,8 @@ use dymlm_geometry::{
 use dymlm_test_support::shuffle;
 use proptest::prelude::*;
 
-/// Points of every kind: spread, on the sides of a rectangle, on a small lattice (duplicates, many on a line), on one
-/// line, on a circle, two clusters far apart.
+/// Points of every kind: spread, on the sides of a rectangle, on a small lattice (duplicates, many on a
+/// line), on one line, on a circle, two clusters far apart.
 fn clouds(most: usize) -> impl Strategy<Value = Vec<[f64; 2]>> {
     let points = move |point: BoxedStrategy<[f64; 2]>| prop::collection::vec(point, 1..most);
     let lattice = prop::array::uniform2(-3..4_i8).prop_map(|p| p.map(f64::from)).boxed();
@@ -45,7 +45,8 @@ fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Ordering {
     ((b[0] - a[0]) * (c[1] - a[1])).cmp(&((b[1] - a[1]) * (c[0] - a[0])))
 }
 
-/// Whether a lattice point is a strict corner: no other two enclose it in a segment, no other three in a triangle.
+/// Whether a lattice point is a strict corner: no other two enclose it in a segment, no other three in a
+/// triangle.
 fn is_corner(point: [f64; 2], others: &[[f64; 2]]) -> bool {
     let between = |a: [f64; 2], b: [f64; 2]| {
         let (to_a, to_b) = ([a[0] - point[0], a[1] - point[1]], [b[0] - point[0], b[1] - point[1]]);
@@ -232,7 +233,8 @@ proptest! {
     }
 }
 
-/// A million random cases: `cargo test --release -p dymlm-geometry --test minimum_area_rectangle -- --ignored`.
+/// A million random cases: `cargo test --release -p dymlm-geometry --test minimum_area_rectangle --
+/// --ignored`.
 #[test]
 #[ignore = "a minute"]
 fn a_million_rectangles_equal_brute_force() {

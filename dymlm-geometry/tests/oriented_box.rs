@@ -192,7 +192,8 @@ fn known_volumes() {
     let axis = [1.0, -1.0, 0.0];
     let on_corner = turned(axis, (1.0 / 3.0_f64.sqrt()).acos(), [0.0; 3], [1.0; 3]);
     close(on_corner.intersection_volume(&at([0.0, 0.0, 5.0], [10.0; 3])), 0.5);
-    // Its tip: of the three edges that meet in it, all are cut at one height h below; h^3 sqrt 3 / 2 is the tetrahedron.
+    // Its tip: of the three edges that meet in it, all are cut at one height h below; h^3 sqrt 3 / 2 is the
+    // tetrahedron.
     let (tip, h) = (0.5 * 3.0_f64.sqrt(), 0.2);
     close(
         on_corner.intersection_volume(&at([0.0, 0.0, tip - h + 5.0], [10.0; 3])),

@@ -89,7 +89,8 @@ proptest! {
         }
     }
 
-    /// Sizes do not change with the frame (nor does the order of the points matter, beyond rounding of their sums).
+    /// Sizes do not change with the frame (nor does the order of the points matter, beyond rounding of their
+    /// sums).
     #[test]
     fn sizes_follow_rigid_motions(
         points in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f32).prop_map(|[x, y, z]| [3.0 * x, 2.0 * y, z]), 30..300),
@@ -103,7 +104,8 @@ proptest! {
             other => other,
         };
         let (here, there) = (fit_oriented_box(&points, fit).unwrap(), fit_oriented_box(&there, fit_there).unwrap());
-        // f32 coordinates move by 1e-7; another edge of nearly the same area may win, principal axes turn a little.
+        // f32 coordinates move by 1e-7; another edge of nearly the same area may win, principal axes turn a
+        // little.
         prop_assert!((here.volume() - there.volume()).abs() < 1e-4 * here.volume(), "{here:?} {there:?}");
     }
 

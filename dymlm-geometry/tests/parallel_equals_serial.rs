@@ -1,5 +1,6 @@
-//! The same bits with and without the feature `parallel`: the gate runs these tests under both, and both must give the
-//! checksums written here. Inputs are made of integers, so that no library of elementary functions has a say.
+//! The same bits with and without the feature `parallel`: the gate runs these tests under both, and both must
+//! give the checksums written here. Inputs are made of integers, so that no library of elementary functions
+//! has a say.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

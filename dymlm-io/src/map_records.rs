@@ -73,7 +73,8 @@ struct Objects<List> {
     objects: List,
 }
 
-/// Writes a `planes.json` to a stream: `write_atomically(path, |out| encode_planes(out, &planes))` makes a file.
+/// Writes a `planes.json` to a stream: `write_atomically(path, |out| encode_planes(out, &planes))` makes a
+/// file.
 ///
 /// # Errors
 ///

@@ -1,7 +1,7 @@
 use dymlm_geometry::Assignment;
 
-/// Pairs rows with columns so that the sum of the pairs' weights is greatest; only pairs of positive weight are made.
-/// Answers (row, column), by ascending row.
+/// Pairs rows with columns so that the sum of the pairs' weights is greatest; only pairs of positive weight
+/// are made. Answers (row, column), by ascending row.
 pub(crate) fn assign(
     rows: usize,
     columns: usize,

@@ -3,8 +3,8 @@ use dymlm_core::{Point, PointCloud};
 use crate::SpaceTruth;
 use crate::nearest::share_within;
 
-/// How far a cloud is from the truth. With d(p) the distance of a point p of the cloud to the nearest static surface,
-/// and n the number of finite points:
+/// How far a cloud is from the truth. With d(p) the distance of a point p of the cloud to the nearest static
+/// surface, and n the number of finite points:
 ///
 /// - residue = #{p: d(p) > 6 cm, p in the volume swept by movers} / n,
 /// - stray = #{p: d(p) > 6 cm, p outside that volume} / n,
@@ -14,11 +14,14 @@ use crate::nearest::share_within;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct CloudScore {
-    /// Share of the points further than 6 cm from every static surface and within the volume swept by movers, 0..=1.
+    /// Share of the points further than 6 cm from every static surface and within the volume swept by movers,
+    /// 0..=1.
     pub residue: f64,
-    /// Share of the points further than 6 cm from every static surface and outside the volume swept by movers, 0..=1.
+    /// Share of the points further than 6 cm from every static surface and outside the volume swept by
+    /// movers, 0..=1.
     pub stray: f64,
-    /// Share of the visible surface points with a point of the cloud within 5 cm, 0..=1; 1 when none is visible.
+    /// Share of the visible surface points with a point of the cloud within 5 cm, 0..=1; 1 when none is
+    /// visible.
     pub completeness: f64,
     /// Median distance of the points to the nearest static surface, metres.
     pub median_distance: f64,

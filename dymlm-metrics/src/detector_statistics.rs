@@ -1,12 +1,12 @@
 use dymlm_core::{BoundingBox, Detection, Mask};
 
-/// How a 2D detector errs on things whose exact boxes are known: gathers frames, simulated or recorded, and gives
-/// [`DetectorFigures`].
+/// How a 2D detector errs on things whose exact boxes are known: gathers frames, simulated or recorded, and
+/// gives [`DetectorFigures`].
 ///
-/// Only boxes of one label count. In each frame, boxes take views in the order of their scores, each the view of the
-/// largest `IoU` that is still free, from 0.3 on (the matching of PASCAL VOC at a lower bar, since cut boxes are to be
-/// measured). A view is found at a score when a box of at least that score took it; boxes that took none are surplus.
-/// O(boxes x views + pixels) a frame.
+/// Only boxes of one label count. In each frame, boxes take views in the order of their scores, each the view
+/// of the largest `IoU` that is still free, from 0.3 on (the matching of PASCAL VOC at a lower bar, since cut
+/// boxes are to be measured). A view is found at a score when a box of at least that score took it; boxes
+/// that took none are surplus. O(boxes x views + pixels) a frame.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, Detection, Mask};
@@ -99,8 +99,9 @@ pub struct SizeFigures {
     pub found: [f64; 3],
 }
 
-/// Where one side of the boxes lies, relative to the exact box and in units of its extent across that side; positive
-/// inwards, where the box is cut. Only sides count that the exact box has within the image. All 0 without any.
+/// Where one side of the boxes lies, relative to the exact box and in units of its extent across that side;
+/// positive inwards, where the box is cut. Only sides count that the exact box has within the image. All 0
+/// without any.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -196,8 +197,8 @@ impl DetectorStatistics {
         }
     }
 
-    /// Adds the next frame: what the detector found, all views of things of the label, and the pixels that show any of
-    /// them (its size is the image's).
+    /// Adds the next frame: what the detector found, all views of things of the label, and the pixels that
+    /// show any of them (its size is the image's).
     pub fn add(&mut self, detections: &[Detection], views: &[ExactView], shown: &Mask) {
         let size = [shown.width(), shown.height()];
         let boxes: Vec<&Detection> = self.of_label(detections);

@@ -7,24 +7,26 @@ use crate::voxel_key::{VoxelKey, VoxelMap};
 
 /// Distance within which a point of the map stands for a reading, metres: the benchmark's.
 const TOLERANCE: f32 = 0.05;
-/// Side of the voxels that readings of one label are gathered in, metres. Smaller ones ask for each reading more exactly
-/// and take more memory; at this side the shares are off by less than 2 %.
+/// Side of the voxels that readings of one label are gathered in, metres. Smaller ones ask for each reading
+/// more exactly and take more memory; at this side the shares are off by less than 2 %.
 const VOXEL_SIZE: f64 = 0.02;
 
-/// Which of all readings a cleaned map keeps: static and dynamic accuracy as the `DynamicMap` benchmark has them (Zhang,
-/// Duberg, Geng, Jia, Wang, Jensfelt: "A Dynamic Points Removal Benchmark in Point Cloud Maps", ITSC 2023).
+/// Which of all readings a cleaned map keeps: static and dynamic accuracy as the `DynamicMap` benchmark has
+/// them (Zhang, Duberg, Geng, Jia, Wang, Jensfelt: "A Dynamic Points Removal Benchmark in Point Cloud Maps",
+/// ITSC 2023).
 ///
-/// The readings of all frames, in the world, are the ground truth, each labelled static or dynamic by the frame's exact
-/// mask. The map keeps a reading when one of its points lies within the tolerance, and otherwise has removed it:
+/// The readings of all frames, in the world, are the ground truth, each labelled static or dynamic by the
+/// frame's exact mask. The map keeps a reading when one of its points lies within the tolerance, and
+/// otherwise has removed it:
 ///
 /// - SA = static readings kept / static readings,
 /// - DA = dynamic readings removed / dynamic readings,
 /// - AA = sqrt(SA DA), the associated accuracy,
 /// - HA = 2 SA DA / (SA + DA), the harmonic accuracy.
 ///
-/// The benchmark asks for each reading by itself. Here those of one label in a voxel are asked for together, at their
-/// mean, and count as many as they are; so memory does not grow with the frames. A mover's reading within the tolerance
-/// of a static surface, such as a foot's, counts as kept, there as here.
+/// The benchmark asks for each reading by itself. Here those of one label in a voxel are asked for together,
+/// at their mean, and count as many as they are; so memory does not grow with the frames. A mover's reading
+/// within the tolerance of a static surface, such as a foot's, counts as kept, there as here.
 ///
 /// Adding a frame of n pixels costs O(n), scoring O(m log m) in the numbers of voxels and points of the map.
 ///
@@ -112,8 +114,8 @@ impl DynamicMapScorer {
         Ok(())
     }
 
-    /// Scores the points of a map in the world: of a cloud, or the centres of an octree's occupied cells. Points that
-    /// are not finite are passed over; their order and number do not matter.
+    /// Scores the points of a map in the world: of a cloud, or the centres of an octree's occupied cells.
+    /// Points that are not finite are passed over; their order and number do not matter.
     pub fn score(&self, map: &[Point]) -> DynamicMapScore {
         let map: Vec<Point> =
             map.iter().copied().filter(|point| point.iter().all(|c| c.is_finite())).collect();

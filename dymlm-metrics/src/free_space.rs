@@ -4,10 +4,11 @@ use dymlm_core::{DepthImage, Error, Frame, Mask, Point, Pose};
 
 use crate::SeenPoints;
 
-/// Points of the air that readings were seen through: samples along the rays of a grid of pixels, from the camera to
-/// the reading or the exact surface, whichever is nearer.
+/// Points of the air that readings were seen through: samples along the rays of a grid of pixels, from the
+/// camera to the reading or the exact surface, whichever is nearer.
 ///
-/// The grid of pixels moves from frame to frame, so that a camera at rest sees through all of its image in time.
+/// The grid of pixels moves from frame to frame, so that a camera at rest sees through all of its image in
+/// time.
 #[derive(Debug, Clone)]
 pub(crate) struct FreeSpace {
     depths: RangeInclusive<f32>,

@@ -30,7 +30,8 @@ pub struct MaskScore {
 }
 
 impl MaskScore {
-    /// Adds a frame: `masked` is `true` where a pixel is kept out of the map, `movers` where it shows a mover.
+    /// Adds a frame: `masked` is `true` where a pixel is kept out of the map, `movers` where it shows a
+    /// mover.
     ///
     /// # Errors
     ///

@@ -29,8 +29,8 @@ impl Neighbors {
     }
 }
 
-/// Share of the `asked` points with one of `points` within `reach` metres; `None` when nothing is asked. All must be
-/// finite.
+/// Share of the `asked` points with one of `points` within `reach` metres; `None` when nothing is asked. All
+/// must be finite.
 pub(crate) fn share_within(asked: &[Point], points: &[Point], reach: f32) -> Option<f64> {
     if asked.is_empty() {
         return None;

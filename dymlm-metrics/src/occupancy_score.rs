@@ -31,21 +31,23 @@ pub struct OccupiedCell {
 
 /// Scores a map of occupied, free and unknown space, such as an octree, against the exact truth.
 ///
-/// It watches the frames that a map is made of, to know what the map can know: space that no reading was seen through
-/// and the inside of bodies are not scored. What is asked, for a map of cells of side r with the diagonal D = sqrt(3) r:
+/// It watches the frames that a map is made of, to know what the map can know: space that no reading was seen
+/// through and the inside of bodies are not scored. What is asked, for a map of cells of side r with the
+/// diagonal D = sqrt(3) r:
 ///
-/// - **Free space**: points along the rays to readings of static surfaces, before the exact surface, that at least
-///   three frames looked through, and further than 6 cm + D from every static surface: no cell that holds such a
-///   point has a reason to be occupied. -> [`FreeSpaceScore`]
-/// - **Visible surface** ([`SpaceTruth::visible_points`]): covered when an occupied cell lies within D / 2 of it.
-///   -> [`SurfaceScore`]
-/// - **Occupied cells**, by volume: the distance of their centres to the nearest static surface; off it when further
-///   than 6 cm + D / 2. -> [`OccupiedCellScore`]
+/// - **Free space**: points along the rays to readings of static surfaces, before the exact surface, that at
+///   least three frames looked through, and further than 6 cm + D from every static surface: no cell that
+///   holds such a point has a reason to be occupied. -> [`FreeSpaceScore`]
+/// - **Visible surface** ([`SpaceTruth::visible_points`]): covered when an occupied cell lies within D / 2 of
+///   it. -> [`SurfaceScore`]
+/// - **Occupied cells**, by volume: the distance of their centres to the nearest static surface; off it when
+///   further than 6 cm + D / 2. -> [`OccupiedCellScore`]
 ///
 /// Rays that end on movers are not looked along: a map that leaves movers out knows nothing of them.
 ///
-/// Observing costs about 6 ms a frame whatever its size, scoring O(n log n) in the numbers of cells and points, about a
-/// second for a room. Frames may be observed in any order, but which point of a cube is asked for depends on it.
+/// Observing costs about 6 ms a frame whatever its size, scoring O(n log n) in the numbers of cells and
+/// points, about a second for a room. Frames may be observed in any order, but which point of a cube is asked
+/// for depends on it.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Frame, Mask, PinholeCamera, Pose};
@@ -106,7 +108,8 @@ pub struct FreeSpaceScore {
     pub swept_points: usize,
 }
 
-/// Shares of the visible surface points by what the map holds there: `completeness + false_free + unknown` = 1.
+/// Shares of the visible surface points by what the map holds there: `completeness + false_free + unknown` =
+/// 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -121,8 +124,8 @@ pub struct SurfaceScore {
     pub points: usize,
 }
 
-/// Distances of the occupied cells' centres to the nearest static surface. Each cell counts by its volume; a cell
-/// larger than the smallest counts as so many of the smallest, as if it had not been pruned.
+/// Distances of the occupied cells' centres to the nearest static surface. Each cell counts by its volume; a
+/// cell larger than the smallest counts as so many of the smallest, as if it had not been pruned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -148,8 +151,9 @@ impl OccupancyScorer {
         Self { free_space: FreeSpace::new(depths) }
     }
 
-    /// Notes which space a frame looks through: along rays to readings of static surface, as far as the reading or the
-    /// exact depth, whichever is nearer. `movers` is `true` where a pixel shows a mover. Each frame is to be shown once.
+    /// Notes which space a frame looks through: along rays to readings of static surface, as far as the
+    /// reading or the exact depth, whichever is nearer. `movers` is `true` where a pixel shows a mover. Each
+    /// frame is to be shown once.
     ///
     /// # Errors
     ///
@@ -164,9 +168,9 @@ impl OccupancyScorer {
         self.free_space.observe(frame, exact_depth, movers, world_from_camera)
     }
 
-    /// Scores a map whose smallest cells have the side `resolution`, metres, 0.001..=100: its `occupied` cells of any
-    /// sizes, and what it holds the points of the world to be. Cells that are not finite or have no size are passed
-    /// over; their order does not matter.
+    /// Scores a map whose smallest cells have the side `resolution`, metres, 0.001..=100: its `occupied`
+    /// cells of any sizes, and what it holds the points of the world to be. Cells that are not finite or have
+    /// no size are passed over; their order does not matter.
     ///
     /// # Errors
     ///
@@ -331,7 +335,8 @@ fn score_cells(pieces: &[Piece], truth: &impl SpaceTruth) -> Option<OccupiedCell
     })
 }
 
-/// The smallest value that is not exceeded by `share` of the cells; the values ascend, each with its number of cells.
+/// The smallest value that is not exceeded by `share` of the cells; the values ascend, each with its number
+/// of cells.
 fn quantile(ascending: &[(f32, u64)], total: u64, share: f64) -> Option<f64> {
     let wanted = (total as f64 * share).ceil() as u64;
     let mut passed = 0_u64;

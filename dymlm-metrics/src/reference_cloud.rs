@@ -3,14 +3,14 @@ use dymlm_core::{ConfigError, Frame, Point, Pose, check_range};
 use crate::nearest::share_within;
 use crate::voxel_key::{VoxelKey, VoxelMap};
 
-/// All frames of a recording without movers stitched together as they are: what a map of the same recording with
-/// movers is compared with when there is no exact truth.
+/// All frames of a recording without movers stitched together as they are: what a map of the same recording
+/// with movers is compared with when there is no exact truth.
 ///
-/// Everything is counted in voxels of one lattice (corner at the world's origin); a voxel stands at the mean of the
-/// points in it, of the reference's readings or of the map's points:
+/// Everything is counted in voxels of one lattice (corner at the world's origin); a voxel stands at the mean
+/// of the points in it, of the reference's readings or of the map's points:
 /// - residue: share of the map's voxels further than 6 cm from every voxel of the reference,
-/// - completeness: share of the reference's voxels that at least three frames hit and that have a voxel of the
-///   map within 5 cm.
+/// - completeness: share of the reference's voxels that at least three frames hit and that have a voxel of
+///   the map within 5 cm.
 ///
 /// Adding a frame of n pixels costs O(n), scoring O(m log m) in the number of voxels.
 ///
@@ -67,10 +67,11 @@ const MIN_FRAMES: u32 = 3;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ReferenceScore {
-    /// Share of the map's voxels further than 6 cm from every voxel of the reference, 0..=1; 0 for an empty map.
+    /// Share of the map's voxels further than 6 cm from every voxel of the reference, 0..=1; 0 for an empty
+    /// map.
     pub residue: f64,
-    /// Share of the reference's voxels hit by at least three frames with a map voxel within 5 cm, 0..=1; 1 when
-    /// there are no such voxels.
+    /// Share of the reference's voxels hit by at least three frames with a map voxel within 5 cm, 0..=1; 1
+    /// when there are no such voxels.
     pub completeness: f64,
     /// Number of voxels of the map.
     pub map_voxels: usize,

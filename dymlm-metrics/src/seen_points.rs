@@ -2,7 +2,8 @@ use dymlm_core::Point;
 
 use crate::voxel_key::{VoxelKey, VoxelMap};
 
-/// Points thinned to one a cube of a lattice, the first that came, with the number of frames that saw their cube.
+/// Points thinned to one a cube of a lattice, the first that came, with the number of frames that saw their
+/// cube.
 #[derive(Debug, Clone)]
 pub struct SeenPoints {
     cubes_per_metre: f32,

@@ -5,13 +5,13 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::nearest::Neighbors;
 
-/// What a cloud or an occupancy map is scored against: where static surface is, where movers have been, and which of
-/// the surface could be seen. All in the frame of the map, metres.
+/// What a cloud or an occupancy map is scored against: where static surface is, where movers have been, and
+/// which of the surface could be seen. All in the frame of the map, metres.
 ///
 /// `dymlm_sim::Truth` knows it exactly. Whoever has scans of the empty room has [`PointTruth`].
 pub trait SpaceTruth {
-    /// Distance of a point to the nearest static surface, from outside or from within a body, metres; infinite for a point
-    /// that is not finite.
+    /// Distance of a point to the nearest static surface, from outside or from within a body, metres;
+    /// infinite for a point that is not finite.
     fn surface_distance(&self, point: Point) -> f32;
 
     /// Whether a point lies in the volume that movers filled at the times of the frames.
@@ -23,8 +23,8 @@ pub trait SpaceTruth {
 
 /// Truth from measured points: a scan of the static world, and the readings of movers.
 ///
-/// Surface is as dense as the points: those of a scan should be no further apart than 2 cm, a third of the 6 cm at which
-/// a point of a map counts as off all surface.
+/// Surface is as dense as the points: those of a scan should be no further apart than 2 cm, a third of the 6
+/// cm at which a point of a map counts as off all surface.
 ///
 /// ```
 /// use dymlm_core::PointCloud;
@@ -50,8 +50,8 @@ pub struct PointTruth {
 }
 
 impl PointTruth {
-    /// The static `surface`, and what movers filled: everything within `margin` metres, 0..=10, of their readings. Points
-    /// that are not finite are passed over.
+    /// The static `surface`, and what movers filled: everything within `margin` metres, 0..=10, of their
+    /// readings. Points that are not finite are passed over.
     ///
     /// # Errors
     ///

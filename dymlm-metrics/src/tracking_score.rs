@@ -16,8 +16,8 @@ pub struct IdentifiedBox {
 
 /// Intersection over union from which an output box is at a true one: that of the MOT Challenge.
 const MIN_IOU: f64 = 0.5;
-/// Intersection over union below which no detection shows a true box, so that it is missed: the gate of SORT's
-/// association.
+/// Intersection over union below which no detection shows a true box, so that it is missed: the gate of
+/// SORT's association.
 const MISSED_IOU: f64 = 0.3;
 
 /// Why a frame was refused. A refused frame changes nothing.
@@ -36,20 +36,20 @@ pub enum TrackingScoreError {
 
 /// Scores the boxes that a tracker puts out, frame by frame, against the true boxes.
 ///
-/// - **MOTA** = 1 - (misses + false boxes + switches) / true boxes, after Bernardin, Stiefelhagen: "Evaluating Multiple
-///   Object Tracking Performance: The CLEAR MOT Metrics", 2008. In each frame a true box first keeps the id that it was
-///   last paired with, if that box still overlaps it by `min_iou` (0.5); the others are paired so that the pairs are as many,
-///   and then their overlaps as great, as can be. A pair with another id than the last is a switch, however long ago the
-///   last was.
-/// - **IDF1** = 2 IDTP / (true boxes + output boxes), after Ristani, Solera, Zou, Cucchiara, Tomasi: "Performance
-///   Measures and a Data Set for Multi-Target, Multi-Camera Tracking", 2016. IDTP is the greatest number of frames in
-///   which true and output boxes overlap by `min_iou`, when over the whole sequence each true id is given one output id
-///   at most, and each output id to one true id.
-/// - **Misses recovered** = share of the true boxes that no raw detection overlaps by 0.3 but an output box overlaps by
-///   `min_iou`.
+/// - **MOTA** = 1 - (misses + false boxes + switches) / true boxes, after Bernardin, Stiefelhagen:
+///   "Evaluating Multiple Object Tracking Performance: The CLEAR MOT Metrics", 2008. In each frame a true box
+///   first keeps the id that it was last paired with, if that box still overlaps it by `min_iou` (0.5); the
+///   others are paired so that the pairs are as many, and then their overlaps as great, as can be. A pair
+///   with another id than the last is a switch, however long ago the last was.
+/// - **IDF1** = 2 IDTP / (true boxes + output boxes), after Ristani, Solera, Zou, Cucchiara, Tomasi:
+///   "Performance Measures and a Data Set for Multi-Target, Multi-Camera Tracking", 2016. IDTP is the
+///   greatest number of frames in which true and output boxes overlap by `min_iou`, when over the whole
+///   sequence each true id is given one output id at most, and each output id to one true id.
+/// - **Misses recovered** = share of the true boxes that no raw detection overlaps by 0.3 but an output box
+///   overlaps by `min_iou`.
 ///
-/// The figures are those of the Python package `motmetrics`. A frame of n true and m output boxes costs O(n m), and
-/// O(n m^2) among boxes that compete; IDF1 O(n m^2) in the numbers of ids.
+/// The figures are those of the Python package `motmetrics`. A frame of n true and m output boxes costs O(n
+/// m), and O(n m^2) among boxes that compete; IDF1 O(n m^2) in the numbers of ids.
 ///
 /// ```
 /// use dymlm_core::BoundingBox;
@@ -81,8 +81,8 @@ pub struct TrackingScorer {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrackingScore {
-    /// 1 - (misses + false boxes + switches) / true boxes, at most 1 and below 0 for many errors; `None` without true
-    /// boxes.
+    /// 1 - (misses + false boxes + switches) / true boxes, at most 1 and below 0 for many errors; `None`
+    /// without true boxes.
     pub mota: Option<f64>,
     /// 2 IDTP / (true boxes + output boxes), 0..=1; `None` without any boxes.
     pub idf1: Option<f64>,
@@ -124,8 +124,8 @@ impl Default for TrackingScorer {
 }
 
 impl TrackingScorer {
-    /// A scorer without frames, for which a box is at a true one from an intersection over union of 0.5 on, as in the
-    /// MOT Challenge.
+    /// A scorer without frames, for which a box is at a true one from an intersection over union of 0.5 on,
+    /// as in the MOT Challenge.
     pub fn new() -> Self {
         Self::of_overlap(MIN_IOU)
     }
@@ -144,9 +144,9 @@ impl TrackingScorer {
         Self { min_iou, counts: Counts::default(), partners: BTreeMap::new(), together: BTreeMap::new() }
     }
 
-    /// Adds a frame, in the order of time: the true boxes of the movers in view, the boxes that the tracker puts out,
-    /// and the raw detections, if the misses that the tracker makes up for are to be counted. The order within each does
-    /// not matter.
+    /// Adds a frame, in the order of time: the true boxes of the movers in view, the boxes that the tracker
+    /// puts out, and the raw detections, if the misses that the tracker makes up for are to be counted. The
+    /// order within each does not matter.
     ///
     /// # Errors
     ///
@@ -160,9 +160,10 @@ impl TrackingScorer {
         self.add_frame_ignoring(&[], truth, output, detections)
     }
 
-    /// Adds a frame in which some things may be found or not, such as slivers of people at the image's border: `ignored`
-    /// are their true boxes. As in the MOT Challenge (Milan et al.: "MOT16", 2016), the output boxes are first assigned to
-    /// true and ignored boxes together, and those that fall to ignored ones are left out.
+    /// Adds a frame in which some things may be found or not, such as slivers of people at the image's
+    /// border: `ignored` are their true boxes. As in the MOT Challenge (Milan et al.: "MOT16", 2016), the
+    /// output boxes are first assigned to true and ignored boxes together, and those that fall to ignored
+    /// ones are left out.
     ///
     /// # Errors
     ///

@@ -11,8 +11,8 @@ pub struct TrueObject {
     pub id: usize,
     /// COCO label.
     pub label: String,
-    /// The smallest box around all parts of the thing along its own axes, in the world. Its z axis is the scene's
-    /// vertical.
+    /// The smallest box around all parts of the thing along its own axes, in the world. Its z axis is the
+    /// scene's vertical.
     pub oriented_box: OrientedBox,
     /// How far it can be turned about the vertical before its box or its shape tells.
     pub symmetry: YawSymmetry,
@@ -22,8 +22,8 @@ pub struct TrueObject {
     pub visible_share: f64,
 }
 
-/// By which turns about the vertical a thing is indistinguishable. Boxes have no front, so that every thing's is
-/// half a turn at most.
+/// By which turns about the vertical a thing is indistinguishable. Boxes have no front, so that every thing's
+/// is half a turn at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum YawSymmetry {
@@ -31,13 +31,14 @@ pub enum YawSymmetry {
     HalfTurn,
     /// A quarter turn: a square footprint, its sides within 10 % of each other.
     QuarterTurn,
-    /// Any turn: bodies that are round about one upright axis make up 80 % of the volume. A cup is round, its handle
-    /// notwithstanding.
+    /// Any turn: bodies that are round about one upright axis make up 80 % of the volume. A cup is round, its
+    /// handle notwithstanding.
     Full,
 }
 
 impl TrueObject {
-    /// A thing that was wholly visible in `frames_visible` frames, not round; its box's z axis is the vertical.
+    /// A thing that was wholly visible in `frames_visible` frames, not round; its box's z axis is the
+    /// vertical.
     pub fn new(id: usize, label: &str, oriented_box: OrientedBox, frames_visible: u32) -> Self {
         let [length, width, _] = oriented_box.lengths();
         let symmetry =

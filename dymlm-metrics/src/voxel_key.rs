@@ -13,8 +13,8 @@ const LIMIT: i32 = (1 << 20) - 1;
 pub struct VoxelKey(u64);
 
 impl VoxelKey {
-    /// The voxel that holds a point; `None` when the point is not finite. Points more than 2^20 voxels from the
-    /// origin fall to the outermost voxels.
+    /// The voxel that holds a point; `None` when the point is not finite. Points more than 2^20 voxels from
+    /// the origin fall to the outermost voxels.
     #[inline]
     pub fn of(point: Point, voxels_per_metre: f32) -> Option<Self> {
         let [x, y, z] = point.map(|c| c * voxels_per_metre);

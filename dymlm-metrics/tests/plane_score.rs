@@ -8,7 +8,8 @@ use proptest::prelude::*;
 
 const CELL: f64 = 0.02;
 
-/// A rectangle about `center` with sides along `u` and `v`, unit vectors at right angles; its normal is u x v.
+/// A rectangle about `center` with sides along `u` and `v`, unit vectors at right angles; its normal is u x
+/// v.
 fn rectangle(center: [f64; 3], u: [f64; 3], v: [f64; 3], size: [f64; 2]) -> Vec<[f64; 3]> {
     [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]
         .map(|[a, b]| std::array::from_fn(|k| center[k] + a * size[0] * u[k] + b * size[1] * v[k]))
@@ -26,8 +27,8 @@ const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 const MINUS_X: [f64; 3] = [-1.0, 0.0, 0.0];
 
-/// Floor 4 x 3 m; two desks of one height, 1.2 x 0.6 m, 40 cm apart; both sides of a partition 5 cm thick, 2 x 1 m; a
-/// book of 0.04 m2: all seen as wholes.
+/// Floor 4 x 3 m; two desks of one height, 1.2 x 0.6 m, 40 cm apart; both sides of a partition 5 cm thick, 2
+/// x 1 m; a book of 0.04 m2: all seen as wholes.
 fn room() -> Vec<TrueFace> {
     vec![
         face(0, [0.0, 0.0, 0.0], X, Y, [4.0, 3.0]),

@@ -85,10 +85,10 @@ fn nothing_is_scored_as_nothing() {
 }
 
 /// The kitchen recording with people cut in, against the one without. The expected shares were computed
-/// independently of this crate when the data set was made: residue of all frames stitched as they are 31.6 %, with
-/// the raw person boxes removed 2.08 %, with those of score >= 0.7 only 6.27 %, with the exact masks 0.000 %;
-/// completeness 99.9 % each. How they round boxes to pixels is not known: whole pixels less at the far sides make
-/// 2.087 and 6.268 % here, pixel centres within half-open boxes 2.058 and 6.240 %.
+/// independently of this crate when the data set was made: residue of all frames stitched as they are 31.6 %,
+/// with the raw person boxes removed 2.08 %, with those of score >= 0.7 only 6.27 %, with the exact masks
+/// 0.000 %; completeness 99.9 % each. How they round boxes to pixels is not known: whole pixels less at the
+/// far sides make 2.087 and 6.268 % here, pixel centres within half-open boxes 2.058 and 6.240 %.
 #[test]
 fn the_kitchen_gives_its_known_figures() {
     let Some(people) = recording("kitchen_people") else { return };

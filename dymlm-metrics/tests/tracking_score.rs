@@ -23,7 +23,8 @@ fn score(frames: &[Frame], min_iou: f64) -> TrackingScore {
     scorer.score()
 }
 
-/// Two people walk for ten frames, far apart; the output is the truth under ids of its own, the detector sees all.
+/// Two people walk for ten frames, far apart; the output is the truth under ids of its own, the detector sees
+/// all.
 fn two_people() -> Vec<Frame> {
     let frame = |f: i64| {
         let at = |id: u64, x: i64| IdentifiedBox { id, bounding_box: rectangle(x + 3 * f, 50, 40, 120) };
@@ -49,8 +50,8 @@ impl Lcg {
     }
 }
 
-/// Five objects for 80 frames: hidden now and then; boxes missing, shifted and resized, under ids that change with time
-/// and that two objects exchange at frame 30; false boxes; a detector that misses four of ten.
+/// Five objects for 80 frames: hidden now and then; boxes missing, shifted and resized, under ids that change
+/// with time and that two objects exchange at frame 30; false boxes; a detector that misses four of ten.
 fn random_case() -> Vec<Frame> {
     let mut lcg = Lcg(12345);
     let frame = |f: i64| {
@@ -88,9 +89,10 @@ fn random_case() -> Vec<Frame> {
 }
 
 /// The figures are those of motmetrics 1.4.0 on the same boxes, made in Python by the same generator:
-/// `MOTAccumulator(auto_id=True)`, `distances.iou_matrix(.., max_iou=1 - min_iou)`, and `mota, idf1, motp, num_objects,
-/// num_predictions, num_misses, num_false_positives, num_switches` of `metrics.create().compute`; its `motp` is the mean
-/// of one minus the overlap. Detections were compared by `iou_matrix(.., max_iou=0.7)`, and the true boxes without any counted.
+/// `MOTAccumulator(auto_id=True)`, `distances.iou_matrix(.., max_iou=1 - min_iou)`, and `mota, idf1, motp,
+/// num_objects, num_predictions, num_misses, num_false_positives, num_switches` of
+/// `metrics.create().compute`; its `motp` is the mean of one minus the overlap. Detections were compared by
+/// `iou_matrix(.., max_iou=0.7)`, and the true boxes without any counted.
 #[test]
 fn agrees_with_motmetrics() {
     let frames = random_case();

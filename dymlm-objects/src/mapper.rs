@@ -20,8 +20,8 @@ use crate::{
 
 /// Builds the object map, one frame at a time (paper IV).
 ///
-/// [`insert`](Self::insert) runs the steps in order. A refused frame changes nothing. The cost of a frame does not grow with
-/// the number of frames before.
+/// [`insert`](Self::insert) runs the steps in order. A refused frame changes nothing. The cost of a frame
+/// does not grow with the number of frames before.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
@@ -65,12 +65,13 @@ pub struct ObjectMapper {
     report: ObjectReport,
 }
 
-/// Farthest that a camera may be from the world's origin on an axis, metres: places stay exact to a micrometre.
+/// Farthest that a camera may be from the world's origin on an axis, metres: places stay exact to a
+/// micrometre.
 const REACH: f64 = 1e8;
 /// Share of an observation's points in an object's cells that makes it a part of what is there.
 const OCCUPIED: f64 = 0.6;
-/// Intersection over union of an object's projection and a box that makes the box the object's, with the same label and
-/// with another.
+/// Intersection over union of an object's projection and a box that makes the box the object's, with the same
+/// label and with another.
 const EXPLAINED: f64 = 0.35;
 const EXPLAINED_OTHER_LABEL: f64 = 0.5;
 /// The same for an object of another label that holds the observation's points.
@@ -232,8 +233,9 @@ impl ObjectMapper {
         }
     }
 
-    /// Says that somebody carries an object: until it is [released](Self::release) or [moved](Self::move_object), it stays in
-    /// the map where it stood, and frames have no say about it. Any number of objects can be held at once.
+    /// Says that somebody carries an object: until it is [released](Self::release) or
+    /// [moved](Self::move_object), it stays in the map where it stood, and frames have no say about it. Any
+    /// number of objects can be held at once.
     pub fn hold(&mut self, object: ObjectId) {
         self.held.insert(self.map.current_id(object));
     }
@@ -243,8 +245,8 @@ impl ObjectMapper {
         self.held.remove(&self.map.current_id(object));
     }
 
-    /// Moves an object with all that is known of it, and [releases](Self::release) it. Gives its new box; `None` when the map
-    /// has no object of this id.
+    /// Moves an object with all that is known of it, and [releases](Self::release) it. Gives its new box;
+    /// `None` when the map has no object of this id.
     pub fn move_object(&mut self, object: ObjectId, new_from_old: &Pose) -> Option<OrientedBox> {
         let object = self.map.current_id(object);
         let place = self.map.place(object)?;
@@ -312,7 +314,8 @@ impl ObjectMapper {
         }
     }
 
-    /// The plane that things beside an object stand on, if the object's foot is hidden and not too far above it.
+    /// The plane that things beside an object stand on, if the object's foot is hidden and not too far above
+    /// it.
     fn support_beside(&self, place: usize) -> Option<SupportPlane> {
         let object = self.map.objects.get(place).filter(|object| object.seen_support().is_none())?;
         let vertical = unit(self.upward).filter(|_| object.axes.pose() == UprightPose::Upright)?;
@@ -359,8 +362,8 @@ impl ObjectMapper {
         self.observed.push(id);
     }
 
-    /// Whether most of an observation's points are those of an object that is believed, and that has the same label or is
-    /// about as large: a cup is no part of the table that its points went to as well.
+    /// Whether most of an observation's points are those of an object that is believed, and that has the same
+    /// label or is about as large: a cup is no part of the table that its points went to as well.
     fn is_occupied(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
         let step = observation.points.len().div_ceil(64).max(1);
         let places = || {
@@ -380,8 +383,8 @@ impl ObjectMapper {
         })
     }
 
-    /// Whether the detector most likely means an object that is believed and that no other detection is of: its projection
-    /// looks like the box. What was found in the box is something before or behind it.
+    /// Whether the detector most likely means an object that is believed and that no other detection is of:
+    /// its projection looks like the box. What was found in the box is something before or behind it.
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
         self.map.objects().any(|object| {
             let is_matched = self
@@ -459,8 +462,9 @@ impl ObjectMapper {
         }
     }
 
-    /// Removes objects that a better known one of the same label explains: it looks like them in the views that they were found
-    /// in, and both were hardly ever found at once. They began before it was known, with something before or behind it.
+    /// Removes objects that a better known one of the same label explains: it looks like them in the views
+    /// that they were found in, and both were hardly ever found at once. They began before it was known, with
+    /// something before or behind it.
     fn remove_explained(&mut self) {
         let explains = |known: &MapObject, own: &MapObject| {
             let pair = (known.id.min(own.id), known.id.max(own.id));
@@ -481,8 +485,8 @@ impl ObjectMapper {
         self.report.removed.sort_unstable();
     }
 
-    /// An object is believed when it was observed often enough, not too seldom while in view, and is of a size that things
-    /// of its label have.
+    /// An object is believed when it was observed often enough, not too seldom while in view, and is of a
+    /// size that things of its label have.
     fn judge_belief(&mut self) {
         let update = &self.config.update;
         for object in &mut self.map.objects {

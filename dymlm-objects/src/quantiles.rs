@@ -1,14 +1,14 @@
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
-/// The value below which a Student t variable with `degrees` degrees of freedom lies with probability `p`; `None` when `p`
-/// is not within 0 < p < 1 or there are no degrees of freedom.
+/// The value below which a Student t variable with `degrees` degrees of freedom lies with probability `p`;
+/// `None` when `p` is not within 0 < p < 1 or there are no degrees of freedom.
 pub(crate) fn student_t_quantile(p: f64, degrees: f64) -> Option<f64> {
     let distribution = StudentsT::new(0.0, 1.0, degrees).ok().filter(|_| degrees.is_finite())?;
     is_probability(p).then(|| distribution.inverse_cdf(p))
 }
 
-/// The value below which a Fisher F variable with these degrees of freedom lies with probability `p`; `None` when `p` is
-/// not within 0 < p < 1 or a number of degrees of freedom is not positive.
+/// The value below which a Fisher F variable with these degrees of freedom lies with probability `p`; `None`
+/// when `p` is not within 0 < p < 1 or a number of degrees of freedom is not positive.
 pub(crate) fn fisher_f_quantile(p: f64, numerator: f64, denominator: f64) -> Option<f64> {
     // 1 / F is distributed with the degrees of freedom exchanged; near p = 1 its quantile keeps the digits.
     let inverse = FisherSnedecor::new(denominator, numerator).ok()?;
@@ -26,7 +26,8 @@ mod tests {
 
     #[test]
     fn quantiles_are_those_of_scipy() {
-        // scipy.stats.t.ppf(p, nu) and f.ppf(p, d1, d2) of scipy 1.17; F(1, n) is also the square of Student's t(n).
+        // scipy.stats.t.ppf(p, nu) and f.ppf(p, d1, d2) of scipy 1.17; F(1, n) is also the square of
+        // Student's t(n).
         for (p, degrees, expected) in [
             (0.975, 1.0, 12.706_204_736_174_694),
             (0.975, 2.0, 4.302_652_729_749_462),

@@ -17,8 +17,8 @@ pub struct ObjectReport {
     pub kept_parameters: Vec<ObjectId>,
     /// Objects that are confirmed from now on, ascending ids.
     pub confirmed: Vec<ObjectId>,
-    /// Objects that are candidates again, ascending ids: the detector too seldom finds what is in view, or no thing of
-    /// the label is of that size.
+    /// Objects that are candidates again, ascending ids: the detector too seldom finds what is in view, or no
+    /// thing of the label is of that size.
     pub unconfirmed: Vec<ObjectId>,
     /// Objects that went into others, in the order in which that happened.
     pub merged: Vec<ObjectMerge>,
@@ -75,7 +75,7 @@ pub enum RejectionCause {
     Size,
     /// It lies within an object of the map but was not associated with it.
     Occupied,
-    /// A confirmed object that no other detection is of projects to its box, but what was found in the box is before or
-    /// behind that object.
+    /// A confirmed object that no other detection is of projects to its box, but what was found in the box is
+    /// before or behind that object.
     Explained,
 }

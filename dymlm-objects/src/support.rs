@@ -24,8 +24,8 @@ impl SupportPlane {
     }
 }
 
-/// The finite planes of a map, asked for what is near a point. A closure of the same arguments as [`near`](Self::near) is one
-/// too.
+/// The finite planes of a map, asked for what is near a point. A closure of the same arguments as
+/// [`near`](Self::near) is one too.
 ///
 /// ```
 /// use dymlm_core::{Plane, PlaneId};
@@ -44,11 +44,12 @@ impl SupportPlane {
 /// # Ok::<(), dymlm_core::Error>(())
 /// ```
 pub trait SupportingPlanes {
-    /// Adds to `found` the planes whose finite patch lies within `reach` metres of a point of the world. Walls and
-    /// ceilings among them do no harm.
+    /// Adds to `found` the planes whose finite patch lies within `reach` metres of a point of the world.
+    /// Walls and ceilings among them do no harm.
     fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>);
 
-    /// What a plane that objects were seen to stand on is called now: after a merge, the plane that it went into.
+    /// What a plane that objects were seen to stand on is called now: after a merge, the plane that it went
+    /// into.
     fn current_id(&self, id: PlaneId) -> PlaneId {
         id
     }
@@ -72,7 +73,8 @@ impl SupportingPlanes for NoPlanes {
 #[derive(Clone, Copy)]
 pub(crate) struct LevelPlanes<'a> {
     pub(crate) planes: &'a dyn SupportingPlanes,
-    /// The vertical, and the least cosine between it and a level plane's normal; without it all planes are as good.
+    /// The vertical, and the least cosine between it and a level plane's normal; without it all planes are as
+    /// good.
     pub(crate) vertical: Option<[f64; 3]>,
     pub(crate) least_cosine: f64,
 }

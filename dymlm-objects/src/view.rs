@@ -35,8 +35,9 @@ impl SightedPoint {
 }
 
 impl<'a> ObjectView<'a> {
-    /// A frame, what a detector found in it, and the pose that takes its camera coordinates to the world. An empty slice
-    /// means that the detector looked and found nothing, which counts against the objects in view.
+    /// A frame, what a detector found in it, and the pose that takes its camera coordinates to the world. An
+    /// empty slice means that the detector looked and found nothing, which counts against the objects in
+    /// view.
     pub fn new(frame: &'a Frame, detections: &'a [Detection], world_from_camera: &Pose) -> Self {
         Self { detections: Some(detections), ..Self::without_detector_run(frame, world_from_camera) }
     }
@@ -71,8 +72,8 @@ impl<'a> ObjectView<'a> {
         self
     }
 
-    /// Adds the caller's map points. Two observations of one object share most of those on it, which tells it from its
-    /// neighbours; without them the voxels of its cloud are compared.
+    /// Adds the caller's map points. Two observations of one object share most of those on it, which tells it
+    /// from its neighbours; without them the voxels of its cloud are compared.
     #[must_use]
     pub fn with_sighted_points(mut self, sighted_points: &'a [SightedPoint]) -> Self {
         self.sighted_points = sighted_points;

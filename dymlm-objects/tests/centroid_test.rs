@@ -4,7 +4,8 @@ use dymlm_core::SplitMix64;
 use dymlm_objects::{CentroidCloud, CentroidTest, CentroidVerdict};
 use dymlm_test_support::normal;
 
-/// An observation's centroid: the axes are correlated, and of spreads as different as those of a thing far away.
+/// An observation's centroid: the axes are correlated, and of spreads as different as those of a thing far
+/// away.
 fn centroid(random: &mut SplitMix64) -> [f64; 3] {
     let [a, b, c] = [0.02, 0.005, 0.001].map(|spread| spread * normal(random));
     [100.0 + a, -30.0 + 0.5 * a + b, 1.0 - 0.3 * a + 0.2 * b + c]
@@ -35,8 +36,8 @@ fn the_default_rejects_true_observations_with_probability_alpha() {
 
 #[test]
 fn the_papers_rejects_nearly_all_once_an_object_is_well_known() {
-    // It asks each of three axes whether the observation is the mean; the axes here are correlated, so that more pass than
-    // of independent ones (14 % and 2.5 %).
+    // It asks each of three axes whether the observation is the mean; the axes here are correlated, so that
+    // more pass than of independent ones (14 % and 2.5 %).
     let (few, many) = (
         acceptance(CentroidTest::OneSampleT, 9, 0.05, 2000),
         acceptance(CentroidTest::OneSampleT, 30, 0.05, 2000),

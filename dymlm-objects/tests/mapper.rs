@@ -75,7 +75,8 @@ fn things_become_objects_with_stable_ids() {
     assert_eq!(mapper.map().object(id(1)).unwrap().shape().kind(), ShapeKind::Ellipsoid);
 }
 
-/// A plane that a plane detector laid through the table's front and the things behind, at its own height nearby.
+/// A plane that a plane detector laid through the table's front and the things behind, at its own height
+/// nearby.
 #[test]
 fn what_slopes_carries_nothing_once_the_vertical_is_known() {
     const SLOPE: PlaneId = PlaneId::new(9);

@@ -118,7 +118,8 @@ proptest! {
         if let Some((_, seen)) = rasterized(&own, ShapeKind::Ellipsoid, &Pose::identity()) {
             prop_assert!(seen.iter().all(|pixel| outline.contains(*pixel)));
         }
-        // The rays of the outline touch the ellipsoid: as tangent planes through the camera they satisfy p^T Q p = 0.
+        // The rays of the outline touch the ellipsoid: as tangent planes through the camera they satisfy p^T
+        // Q p = 0.
         let matrix = quadric.matrix();
         let points: Vec<[f64; 2]> = outline.outline(64).collect();
         for (k, point) in points.iter().enumerate() {

@@ -17,10 +17,10 @@ pub struct OctreeMotion {
 }
 
 impl Octree {
-    /// A body was moved: its surface points went from `from` to `to` (metres, world; in pairs). Cells that held it are
-    /// free now, as after one look through them, unless they also hold one of the points that `stayed`; cells that it
-    /// came to are as surely occupied as those that it left, and no less than after one hit. Points outside the map and
-    /// those with NaN are passed over. O(points log points).
+    /// A body was moved: its surface points went from `from` to `to` (metres, world; in pairs). Cells that
+    /// held it are free now, as after one look through them, unless they also hold one of the points that
+    /// `stayed`; cells that it came to are as surely occupied as those that it left, and no less than after
+    /// one hit. Points outside the map and those with NaN are passed over. O(points log points).
     pub fn move_body(&mut self, from: &[Point], to: &[Point], stayed: &[Point]) -> OctreeMotion {
         let key_of = |point: &Point| self.lattice.key(point.map(f64::from));
         let stayed: BTreeSet<Key> = stayed.iter().filter_map(key_of).collect();

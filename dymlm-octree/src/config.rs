@@ -7,26 +7,27 @@ use dymlm_core::{ConfigError, check_range};
 #[non_exhaustive]
 pub enum RayMode {
     /// One ray for each distinct cell that holds points, to the cell's centre: OctoMap's
-    /// `insertPointCloud(.., discretize = true)`. Much faster on depth frames, where many pixels share a cell.
+    /// `insertPointCloud(.., discretize = true)`. Much faster on depth frames, where many pixels share a
+    /// cell.
     #[default]
     PerCell,
     /// One ray for each point, to the point itself: OctoMap's default.
     PerPoint,
 }
 
-/// Settings of an [`Octree`](crate::Octree). The defaults are OctoMap's, with the range limit of an indoor depth
-/// camera.
+/// Settings of an [`Octree`](crate::Octree). The defaults are OctoMap's, with the range limit of an indoor
+/// depth camera.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct OctreeConfig {
-    /// Side of the smallest cell, metres, `1e-4..=1e4`. The map spans 65536 cells along each axis, with the world's
-    /// origin at its centre. Default 0.05, common for rooms.
+    /// Side of the smallest cell, metres, `1e-4..=1e4`. The map spans 65536 cells along each axis, with the
+    /// world's origin at its centre. Default 0.05, common for rooms.
     pub resolution: f64,
-    /// Readings beyond this distance from the sensor, metres, free the cells up to it and set nothing occupied;
-    /// any positive value, infinite (in JSON: null) for no limit. Default 5.0: beyond it a structured-light camera's depth error
-    /// exceeds a cell.
+    /// Readings beyond this distance from the sensor, metres, free the cells up to it and set nothing
+    /// occupied; any positive value, infinite (in JSON: null) for no limit. Default 5.0: beyond it a
+    /// structured-light camera's depth error exceeds a cell.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "null_is_infinite"))]
     pub max_range: f64,
     /// Probability that a cell is occupied given one hit, `0.5..=0.999999`. Default 0.7 (`OctoMap`).
@@ -39,9 +40,9 @@ pub struct OctreeConfig {
     pub p_clamp_max: f64,
     /// What rays a scan is turned into. Default one for each distinct cell.
     pub rays: RayMode,
-    /// Whether leaves carry a colour; then `.ot` files have the id `ColorOcTree`. The colours given with a scan are
-    /// averaged within each cell, and the average is blended half and half with the colour the cell had
-    /// (`averageNodeColor` in `OctoMap`). Default off.
+    /// Whether leaves carry a colour; then `.ot` files have the id `ColorOcTree`. The colours given with a
+    /// scan are averaged within each cell, and the average is blended half and half with the colour the cell
+    /// had (`averageNodeColor` in `OctoMap`). Default off.
     pub color: bool,
 }
 

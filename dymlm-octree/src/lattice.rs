@@ -42,7 +42,8 @@ impl Lattice {
         Some((floor + CENTER) as u16)
     }
 
-    /// [`Self::index`] of many coordinates at once, without a branch; [`OUTSIDE`] and more for those without one.
+    /// [`Self::index`] of many coordinates at once, without a branch; [`OUTSIDE`] and more for those without
+    /// one.
     #[inline]
     pub(crate) fn indices(&self, coordinates: &[f32], indices: &mut [u32]) {
         // Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, and leaves it in the low bits.

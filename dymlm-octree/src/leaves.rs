@@ -60,8 +60,8 @@ impl Octree {
         Leaves { map: self, stack: vec![(Subtree::ROOT, [0; 3])], min: [0; 3], max: [u16::MAX; 3] }
     }
 
-    /// The leaves that share a cell with the box from `min` to `max`, metres. A box that ends before it begins, lies
-    /// outside the map or has a NaN holds none.
+    /// The leaves that share a cell with the box from `min` to `max`, metres. A box that ends before it
+    /// begins, lies outside the map or has a NaN holds none.
     pub fn leaves_in_box(&self, min: [f64; 3], max: [f64; 3]) -> Leaves<'_> {
         let mut leaves = self.leaves();
         let bounds = [0, 1, 2].map(|axis| self.lattice.index_range(min[axis], max[axis]));

@@ -1,11 +1,12 @@
 //! Probabilistic occupancy octree with the model and the files of OctoMap.
 //!
-//! Use it when a robot needs to know which space is occupied, free, or unseen: it inserts scans and depth frames,
-//! answers queries and ray casts, and reads and writes the `.bt` and `.ot` files of OctoMap and its tools. The same
-//! scans give the same leaves as OctoMap, bit by bit, many times faster. It is no signed distance field and holds no
-//! surface finer than its cells.
+//! Use it when a robot needs to know which space is occupied, free, or unseen: it inserts scans and depth
+//! frames, answers queries and ray casts, and reads and writes the `.bt` and `.ot` files of OctoMap and its
+//! tools. The same scans give the same leaves as OctoMap, bit by bit, many times faster. It is no signed
+//! distance field and holds no surface finer than its cells.
 //!
-//! - [`Octree`]: the map. Insertion: [`Octree::insert_scan`], [`Octree::insert_depth`], [`Octree::from_cloud`].
+//! - [`Octree`]: the map. Insertion: [`Octree::insert_scan`], [`Octree::insert_depth`],
+//!   [`Octree::from_cloud`].
 //! - Queries: [`Octree::state`], [`Octree::cast_ray`], [`Octree::nearest_obstacle`], [`Octree::leaves`],
 //!   [`Octree::leaves_in_box`]; [`Octree::accessor`] for many queries in one neighbourhood.
 //! - Files: [`Octree::read_ot`], [`Octree::write_ot`], [`Octree::read_bt`], [`Octree::write_bt`].

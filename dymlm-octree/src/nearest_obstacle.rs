@@ -30,12 +30,12 @@ struct Candidate {
 }
 
 impl Octree {
-    /// The occupied leaf nearest to `point`, if one is within `max_distance` metres (infinite for no limit). Of leaves
-    /// equally near, the one with the lowest key (x before y before z) is the answer. `None` also when the point is
-    /// not finite.
+    /// The occupied leaf nearest to `point`, if one is within `max_distance` metres (infinite for no limit).
+    /// Of leaves equally near, the one with the lowest key (x before y before z) is the answer. `None` also
+    /// when the point is not finite.
     ///
-    /// Best-first search (Hjaltason and Samet 1999) over the nodes that hold anything occupied: O(log n) nodes for an
-    /// obstacle close by.
+    /// Best-first search (Hjaltason and Samet 1999) over the nodes that hold anything occupied: O(log n)
+    /// nodes for an obstacle close by.
     ///
     /// ```
     /// # use dymlm_octree::{Octree, OctreeConfig};

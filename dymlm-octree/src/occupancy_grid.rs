@@ -11,8 +11,8 @@ use crate::{CellState, Error, Octree};
 
 /// A 2D map seen from above, as ROS `map_server` reads it: what is in the way of a robot of a certain height.
 ///
-/// The grid lies in the plane of its own x and y axes; its z axis is "up". Cells are square, row by row from the lowest
-/// y, x running fastest.
+/// The grid lies in the plane of its own x and y axes; its z axis is "up". Cells are square, row by row from
+/// the lowest y, x running fastest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OccupancyGrid {
     width: usize,
@@ -24,13 +24,13 @@ pub struct OccupancyGrid {
 }
 
 impl Octree {
-    /// Projects the cells between two heights onto a 2D grid. Heights are measured along `up` (any length, any
-    /// direction) from the world's origin, metres; infinite heights mean no limit.
+    /// Projects the cells between two heights onto a 2D grid. Heights are measured along `up` (any length,
+    /// any direction) from the world's origin, metres; infinite heights mean no limit.
     ///
-    /// A grid cell is occupied when the line along `up` through its centre meets an occupied cell between the heights,
-    /// else free when it meets a free one, else unknown. The grid's x and y axes are the world's, turned on the
-    /// shortest way that takes z to `up`; for `up` = z its cells are columns of the octree's. Costs
-    /// O(grid cells x cells in a column).
+    /// A grid cell is occupied when the line along `up` through its centre meets an occupied cell between the
+    /// heights, else free when it meets a free one, else unknown. The grid's x and y axes are the world's,
+    /// turned on the shortest way that takes z to `up`; for `up` = z its cells are columns of the octree's.
+    /// Costs O(grid cells x cells in a column).
     ///
     /// # Errors
     ///
@@ -168,7 +168,8 @@ impl OccupancyGrid {
         [at(self.origin[0], x), at(self.origin[1], y)]
     }
 
-    /// Writes the image that `map_server` reads: binary PGM, the highest y on top; occupied 0, free 254, unknown 205.
+    /// Writes the image that `map_server` reads: binary PGM, the highest y on top; occupied 0, free 254,
+    /// unknown 205.
     ///
     /// # Errors
     ///

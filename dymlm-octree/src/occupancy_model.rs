@@ -1,10 +1,11 @@
 use crate::{CellState, OctreeConfig};
 
-/// A cell is occupied from probability 0.5 on: OctoMap's threshold, which its server for ROS does not let one set either.
+/// A cell is occupied from probability 0.5 on: OctoMap's threshold, which its server for ROS does not let one
+/// set either.
 const OCCUPIED: f32 = 0.0;
 
-/// What one hit and one miss say of a cell, and how sure a cell can become: the probabilities of an [`OctreeConfig`] as
-/// log-odds, in single precision as OctoMap keeps them.
+/// What one hit and one miss say of a cell, and how sure a cell can become: the probabilities of an
+/// [`OctreeConfig`] as log-odds, in single precision as OctoMap keeps them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OccupancyModel {
     pub(crate) hit: f32,

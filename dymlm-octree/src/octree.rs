@@ -6,12 +6,13 @@ use crate::occupancy_model::{OccupancyModel, probability};
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree};
 use crate::{CellState, Error, OctreeConfig};
 
-/// A probabilistic occupancy octree with OctoMap's model (Hornung, Wurm, Bennewitz, Stachniss, Burgard: "`OctoMap`: an
-/// efficient probabilistic 3D mapping framework based on octrees", Autonomous Robots 34, 2013).
+/// A probabilistic occupancy octree with OctoMap's model (Hornung, Wurm, Bennewitz, Stachniss, Burgard:
+/// "`OctoMap`: an efficient probabilistic 3D mapping framework based on octrees", Autonomous Robots 34,
+/// 2013).
 ///
-/// Space is divided into 65536 cells along each axis around the world's origin, whose log-odds of being occupied are
-/// summed over the scans and clamped. Eight equal neighbours are one leaf, up to the largest cubes that are equal
-/// throughout: the octree has 16 levels and is always pruned.
+/// Space is divided into 65536 cells along each axis around the world's origin, whose log-odds of being
+/// occupied are summed over the scans and clamped. Eight equal neighbours are one leaf, up to the largest
+/// cubes that are equal throughout: the octree has 16 levels and is always pruned.
 ///
 /// A cell is found in O(1) (six steps at most), a scan costs O(points + cells passed by its rays).
 ///
@@ -77,8 +78,9 @@ impl Octree {
         })
     }
 
-    /// The paper's plain conversion: every cell that holds points of a cloud of static points is hit once, and is
-    /// occupied. Nothing is free. With [`OctreeConfig::color`] a leaf has the mean colour of its points.
+    /// The paper's plain conversion: every cell that holds points of a cloud of static points is hit once,
+    /// and is occupied. Nothing is free. With [`OctreeConfig::color`] a leaf has the mean colour of its
+    /// points.
     ///
     /// Points that are not finite or outside the map are skipped.
     ///
@@ -127,8 +129,8 @@ impl Octree {
         OccupancyModel::state(self.log_odds(point))
     }
 
-    /// What is known of the octree cell at `depth` (0: the whole map, 16: the smallest cells; more counts as 16) that
-    /// holds a point: occupied when any cell in it is, else free when any cell in it is.
+    /// What is known of the octree cell at `depth` (0: the whole map, 16: the smallest cells; more counts as
+    /// 16) that holds a point: occupied when any cell in it is, else free when any cell in it is.
     pub fn state_at_depth(&self, point: [f64; 3], depth: u8) -> CellState {
         let max = self.lattice.key(point).and_then(|key| {
             let subtree = self.tree.subtree_at(key, depth.min(DEPTH));
@@ -155,8 +157,8 @@ impl Octree {
         (color != NO_COLOR).then_some(color)
     }
 
-    /// Sets the log-odds of the cell at a point, clamped; `None` makes it unknown again, and so does NaN. Nothing
-    /// happens outside the map.
+    /// Sets the log-odds of the cell at a point, clamped; `None` makes it unknown again, and so does NaN.
+    /// Nothing happens outside the map.
     pub fn set_log_odds(&mut self, point: [f64; 3], log_odds: Option<f32>) {
         if let Some(key) = self.lattice.key(point) {
             let log_odds = log_odds.filter(|value| !value.is_nan()).map(|value| self.model.clamped(value));
@@ -209,15 +211,15 @@ impl Octree {
         extent
     }
 
-    /// Rounds every leaf to the clamping bound on its side of the occupancy threshold, which makes larger leaves: what
-    /// [`Self::write_bt`] keeps of a map.
+    /// Rounds every leaf to the clamping bound on its side of the occupancy threshold, which makes larger
+    /// leaves: what [`Self::write_bt`] keeps of a map.
     pub fn to_max_likelihood(&mut self) {
         let model = self.model;
         self.tree.map_values(|log_odds| model.most_likely(log_odds));
     }
 
-    /// Adds another map's observations as independent evidence: log-odds add up, clamped; colours are blended half
-    /// and half.
+    /// Adds another map's observations as independent evidence: log-odds add up, clamped; colours are blended
+    /// half and half.
     ///
     /// # Errors
     ///

@@ -42,8 +42,8 @@ pub struct RayHit {
 
 impl Octree {
     /// Follows a ray through free cells to the first occupied one. `direction` need not be of unit length;
-    /// `max_range` in metres, infinite for no limit. `None` when the origin lies outside the map, or the direction is
-    /// zero or not finite.
+    /// `max_range` in metres, infinite for no limit. `None` when the origin lies outside the map, or the
+    /// direction is zero or not finite.
     ///
     /// Answers are those of OctoMap's `castRay`, to the cell. O(cells passed).
     ///
@@ -100,8 +100,8 @@ impl Accessor<'_> {
     }
 }
 
-/// The cells along a ray, with the arithmetic of OctoMap's `castRay`. (It differs from `computeRayKeys`, which
-/// insertion uses, in where it rounds to single precision.)
+/// The cells along a ray, with the arithmetic of OctoMap's `castRay`. (It differs from `computeRayKeys`,
+/// which insertion uses, in where it rounds to single precision.)
 pub(crate) struct Walk {
     origin: [f32; 3],
     pub(crate) key: Key,

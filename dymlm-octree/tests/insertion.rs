@@ -326,7 +326,8 @@ fn plain_conversion_hits_each_cell_once() {
     assert!(empty.is_empty());
 }
 
-/// The square of the offset underflows in single precision: a ray without a length, from one cell into the next.
+/// The square of the offset underflows in single precision: a ray without a length, from one cell into the
+/// next.
 #[test]
 fn rays_without_a_length_end_in_their_first_cell() {
     for end in [[-1e-30, 0.0, 0.0], [-1e-30, -1e-30, 0.0], [-1e-30; 3]] {

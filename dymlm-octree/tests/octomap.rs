@@ -155,8 +155,8 @@ fn tree_data(file: &[u8]) -> &[u8] {
     &file[end + 6..]
 }
 
-/// `ScanGraph::readBinary` and `insertPointCloud(node, max_range, false, discretize)` at 0.1 m, then `write`: the
-/// number of nodes, leaves, occupied leaves, and the FNV-1a hash of the file, by OctoMap 1.9.7.
+/// `ScanGraph::readBinary` and `insertPointCloud(node, max_range, false, discretize)` at 0.1 m, then `write`:
+/// the number of nodes, leaves, occupied leaves, and the FNV-1a hash of the file, by OctoMap 1.9.7.
 #[test]
 fn the_spherical_scan_gives_the_same_files() {
     let Some(path) = recording("octomap/spherical_scan.graph") else { return };

@@ -181,7 +181,8 @@ fn of_equally_near_obstacles_the_lowest_is_the_answer() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Rays against small steps along them: no sample before the end may lie in a cell that would have stopped it.
+    /// Rays against small steps along them: no sample before the end may lie in a cell that would have
+    /// stopped it.
     #[test]
     fn rays_stop_at_the_first_cell_that_stops_them(seed in 0..50_u64, origin in [-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], direction in [-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], pass: bool, max_range in 0.5..8.0_f64) {
         let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();

@@ -1,7 +1,8 @@
 //! Planes in RGB-D frames: extraction, robust refinement, association, and a map of finite planes.
 //!
-//! The plane map of "`DyMLM`" (paper III-B) in two parts: [`PlaneDetector`] finds the planes of a frame, [`PlaneMap`]
-//! associates them with those it knows, fuses them and merges what proves to be one plane. [`PlaneMapper`] joins the two.
+//! The plane map of "`DyMLM`" (paper III-B) in two parts: [`PlaneDetector`] finds the planes of a frame,
+//! [`PlaneMap`] associates them with those it knows, fuses them and merges what proves to be one plane.
+//! [`PlaneMapper`] joins the two.
 
 mod association;
 mod boundary;

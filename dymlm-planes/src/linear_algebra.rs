@@ -23,7 +23,8 @@ pub(crate) fn quadratic_form(matrix: &Symmetric3, v: [f64; 3]) -> f64 {
 
 /// Two unit vectors that complete a unit `normal` to a right-handed frame (u, v, normal).
 ///
-/// The first lies in the coordinate plane of the normal's two largest components, so equal normals give equal frames.
+/// The first lies in the coordinate plane of the normal's two largest components, so equal normals give equal
+/// frames.
 pub(crate) fn plane_axes(normal: [f64; 3]) -> [[f64; 3]; 2] {
     let [x, y, z] = normal.map(f64::abs);
     let helper = if x <= y && x <= z {

@@ -45,8 +45,8 @@ impl PlaneMapper {
         })
     }
 
-    /// Adds the planes of a key frame to the map. Pixels whose entry in `static_mask` is false take no part; `movers`
-    /// are the corrected boxes of potential movers.
+    /// Adds the planes of a key frame to the map. Pixels whose entry in `static_mask` is false take no part;
+    /// `movers` are the corrected boxes of potential movers.
     ///
     /// # Errors
     ///

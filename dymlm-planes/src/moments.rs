@@ -3,8 +3,8 @@ use dymlm_core::{Plane, Pose};
 
 use crate::linear_algebra::{Symmetric3, quadratic_form};
 
-/// Sums over weighted points up to second order: all that a least-squares plane needs. They add up and can be taken
-/// apart, so a plane of two sets of points costs the same as one of two points.
+/// Sums over weighted points up to second order: all that a least-squares plane needs. They add up and can be
+/// taken apart, so a plane of two sets of points costs the same as one of two points.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Moments {
@@ -16,7 +16,8 @@ pub(crate) struct Moments {
     pub(crate) second: Symmetric3,
 }
 
-/// Weighted sums over points z (a, b, 1) of one row of an image, which share b: it enters once a row, not once a point.
+/// Weighted sums over points z (a, b, 1) of one row of an image, which share b: it enters once a row, not
+/// once a point.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct RowSums {
     pub(crate) weight: f64,
@@ -86,7 +87,8 @@ impl Moments {
         self.covariance_about(self.centroid())
     }
 
-    /// The covariance, for a centroid that is known. One division instead of nine: clustering asks this of every pair.
+    /// The covariance, for a centroid that is known. One division instead of nine: clustering asks this of
+    /// every pair.
     #[inline]
     fn covariance_about(&self, [x, y, z]: [f64; 3]) -> Symmetric3 {
         let share = 1.0 / self.weight;
@@ -112,12 +114,14 @@ impl Moments {
         quadratic_form(&self.covariance(), normal).max(0.0) + offset * offset
     }
 
-    /// The best plane for noise that runs along the ray from the origin to the centroid: the camera's. `None` when the
-    /// points have none (too few, a line, one place, or only planes through the camera) or are not finite.
+    /// The best plane for noise that runs along the ray from the origin to the centroid: the camera's. `None`
+    /// when the points have none (too few, a line, one place, or only planes through the camera) or are not
+    /// finite.
     ///
-    /// A depth camera errs along its rays. Far away a block's noise is as large as the block; least squares across the
-    /// plane then finds planes that stand along the ray. Minimizing n' C n / (n . r)^2 instead, for covariance C and ray r,
-    /// gives n = C^-1 r in closed form, here with the adjugate, which flat points leave finite.
+    /// A depth camera errs along its rays. Far away a block's noise is as large as the block; least squares
+    /// across the plane then finds planes that stand along the ray. Minimizing n' C n / (n . r)^2 instead,
+    /// for covariance C and ray r, gives n = C^-1 r in closed form, here with the adjugate, which flat points
+    /// leave finite.
     pub(crate) fn fit(&self) -> Option<Fit> {
         if self.weight.is_nan() || self.weight <= 0.0 {
             return None;
@@ -234,8 +238,8 @@ mod tests {
 
     #[test]
     fn noise_along_the_ray_does_not_turn_the_plane() {
-        // A block of 6 cm at 3 m, tilted by 30 degrees, with noise of 3 cm in depth: least squares across the plane would
-        // lay it along the ray.
+        // A block of 6 cm at 3 m, tilted by 30 degrees, with noise of 3 cm in depth: least squares across the
+        // plane would lay it along the ray.
         let slope = 30_f64.to_radians().tan();
         let mut moments = Moments::default();
         for i in -5..=5 {

@@ -5,8 +5,8 @@ use dymlm_core::Pose;
 const BITS: u32 = 21;
 const HALF: i64 = 1 << (BITS - 1);
 
-/// The voxels of a plane's inliers with the number of samples in each, in the order of their keys. Counts add up and
-/// can be taken out again.
+/// The voxels of a plane's inliers with the number of samples in each, in the order of their keys. Counts add
+/// up and can be taken out again.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Patch {
     voxels: Vec<PatchVoxel>,
@@ -177,8 +177,8 @@ impl Patch {
         Self { voxels }
     }
 
-    /// The cells of 2^level voxels a side that hold voxels within `reach` voxels of a box, each once, in a fixed order.
-    /// O(n) and sorting what is found.
+    /// The cells of 2^level voxels a side that hold voxels within `reach` voxels of a box, each once, in a
+    /// fixed order. O(n) and sorting what is found.
     pub(crate) fn coarse_cells_near(&self, bounds: &Bounds, reach: i32, level: u32) -> Vec<CoarseCell> {
         let mut cells: Vec<CoarseCell> = Vec::new();
         let min = bounds.min.map(|c| c.saturating_sub(reach));

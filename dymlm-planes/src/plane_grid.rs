@@ -86,8 +86,8 @@ pub(crate) fn cells_of(patch: &Patch, voxel_size: f64, frame: &PlaneFrame) -> im
 /// A single map plane of more cells is none that was ever seen.
 const MOST_CELLS: usize = 1 << 27;
 
-/// A cell is filled from this share of the mean weight around it on: half of what is inside an edge, when a third of the
-/// cells around hold nothing.
+/// A cell is filled from this share of the mean weight around it on: half of what is inside an edge, when a
+/// third of the cells around hold nothing.
 const FILLED_SHARE: f64 = 0.6;
 
 impl PlaneGrid {
@@ -108,8 +108,9 @@ impl PlaneGrid {
         Some(grid)
     }
 
-    /// The cells that are at least half full. A cell that the rim passes through holds fewer samples than those inside,
-    /// so the number of samples, shared out to the four cells nearest to each voxel, tells how full it is.
+    /// The cells that are at least half full. A cell that the rim passes through holds fewer samples than
+    /// those inside, so the number of samples, shared out to the four cells nearest to each voxel, tells how
+    /// full it is.
     pub(crate) fn filled_by(patch: &Patch, voxel_size: f64, frame: PlaneFrame) -> Option<Self> {
         let range = CellRange::of(cells_of(patch, voxel_size, &frame))?.grown(1);
         let mut grid = Self::empty(frame, voxel_size, range)?;
@@ -214,12 +215,12 @@ impl PlaneGrid {
 
 /// Patches adjoin with this many voxels, 20 cm of a rim at 2.5 cm, ...
 const MOST_CONTACT: usize = 8;
-/// ... small ones with one out of so many. In a long recording a few voxels stray from any patch, over the gap between two
-/// screens for one.
+/// ... small ones with one out of so many. In a long recording a few voxels stray from any patch, over the
+/// gap between two screens for one.
 const CONTACT_SHARE: usize = 10;
 
-/// Whether two patches overlap on a plane, or no more than `max_gap` metres (to a voxel) lie between them: where enough voxels
-/// of the one are as near to the other.
+/// Whether two patches overlap on a plane, or no more than `max_gap` metres (to a voxel) lie between them:
+/// where enough voxels of the one are as near to the other.
 ///
 /// O(voxels) when they overlap or are far apart.
 pub(crate) fn patches_adjoin(

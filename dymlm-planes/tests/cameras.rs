@@ -38,8 +38,8 @@ fn map_of_room(sensor: SensorModel, camera: PinholeCamera, views: &[Pose]) -> Pl
     mapper.into_map()
 }
 
-/// Each of the room's four planes is one of the map's, within an angle (degrees) and an offset (metres), and there is no
-/// other.
+/// Each of the room's four planes is one of the map's, within an angle (degrees) and an offset (metres), and
+/// there is no other.
 fn check_room(map: &PlaneMap, max_angle: f64, max_offset: f64, what: &str) {
     let expected: [([f64; 3], [f64; 3]); 4] = [
         ([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]),
@@ -97,7 +97,8 @@ fn a_camera_rolled_by_a_quarter_sees_the_same_room() {
 
 #[test]
 fn far_walls_are_planes_as_far_as_the_sensor_is_used() {
-    // 0.6 m before the end of the range, where a stereo pair errs by some centimetres, and samples are sparser than voxels.
+    // 0.6 m before the end of the range, where a stereo pair errs by some centimetres, and samples are
+    // sparser than voxels.
     for sensor in [SensorModel::kinect(), SensorModel::realsense_d4xx(), SensorModel::time_of_flight()] {
         let distance = f64::from(sensor.max_depth) - 0.6;
         let wall = World::of(&[common::upright([0.0, distance, 0.0], 1.2, 0.9)]);

@@ -76,8 +76,8 @@ fn two_desks_of_the_same_height_stay_two_planes() {
     assert_eq!(planes_like(&together, [0.0, 0.0, 1.0], [0.0, 0.0, 0.75]).len(), 1);
 }
 
-/// Two screens side by side, 15 cm apart and 20 cm before a wall, seen at 80 degrees: in the image the gap is two pixels
-/// wide.
+/// Two screens side by side, 15 cm apart and 20 cm before a wall, seen at 80 degrees: in the image the gap is
+/// two pixels wide.
 #[test]
 fn twin_screens_seen_aslant_stay_two_planes() {
     let screens = [-0.345, 0.345].map(|x| upright([x, 1.4, 0.9], 0.27, 0.165));

@@ -1,5 +1,5 @@
-//! Parts of one surface that no frame shows together: they are one where key frames see that something nearer hides what joins
-//! them, and two where key frames look through between them.
+//! Parts of one surface that no frame shows together: they are one where key frames see that something nearer
+//! hides what joins them, and two where key frames look through between them.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -12,7 +12,8 @@ use dymlm_core::{DepthImage, Frame, Pose, SensorModel};
 use dymlm_planes::{DetectedPlane, MapPlane, PlaneConfig, PlaneMap, PlaneMapper};
 use proptest::prelude::*;
 
-/// A board over the floor, as deep as a bench. From the eye of [`near`] and [`far`] it hides the floor from y = 1.38 to 1.82.
+/// A board over the floor, as deep as a bench. From the eye of [`near`] and [`far`] it hides the floor from y
+/// = 1.38 to 1.82.
 fn board() -> common::Rectangle {
     level([0.0, 0.1, 0.75], 2.5, 0.1)
 }
@@ -52,7 +53,8 @@ fn map_of(world: &World, views: &[Pose]) -> PlaneMap {
     for (k, view) in views.iter().enumerate() {
         let frame = world.frame(camera(), view, k as u64);
         mapper.insert(&frame, None, &[], view).unwrap();
-        // What the tests are about: all that this frame sees of the floor or the desks is on one side of the gap.
+        // What the tests are about: all that this frame sees of the floor or the desks is on one side of the
+        // gap.
         let seen = mapper.detector().planes().iter();
         let seen = seen.filter(|plane| plane.plane.transformed(view).normal()[2] > 0.99);
         let places: Vec<[f64; 3]> = seen.map(|plane| view.transform_point(plane.centroid)).collect();

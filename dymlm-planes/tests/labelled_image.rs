@@ -1,5 +1,5 @@
-//! Segmentation against labels by hand: the labelled depth image of the data folder (EVOPS labels on ICL-NUIM), and a
-//! rendered counterpart whose labels are exact.
+//! Segmentation against labels by hand: the labelled depth image of the data folder (EVOPS labels on
+//! ICL-NUIM), and a rendered counterpart whose labels are exact.
 //!
 //! `cargo test -p dymlm-planes --test labelled_image -- --nocapture` prints the figures.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
@@ -14,7 +14,8 @@ use dymlm_test_support::recording;
 /// How well labels of pixels agree with those by hand; 0 is no plane in both.
 #[derive(Debug)]
 struct Agreement {
-    /// Labelled planes, and how many of them share more than half of the union with one found: then no other can.
+    /// Labelled planes, and how many of them share more than half of the union with one found: then no other
+    /// can.
     labelled: usize,
     matched: usize,
     /// Planes found.
@@ -26,8 +27,8 @@ struct Agreement {
 }
 
 impl Agreement {
-    /// Of labelled planes of at least `min_pixels`; smaller ones count neither as labelled nor, where they are found, as
-    /// found.
+    /// Of labelled planes of at least `min_pixels`; smaller ones count neither as labelled nor, where they
+    /// are found, as found.
     fn of(truth: &[u16], labels: &[u16], min_pixels: usize) -> Self {
         let planes = |labels: &[u16]| usize::from(labels.iter().copied().max().unwrap_or(0)) + 1;
         let (rows, columns) = (planes(truth), planes(labels));
@@ -96,8 +97,8 @@ fn labels_agree_with_those_by_hand() {
     let exact = SensorModel { noise: DepthNoise::constant(0.001), ..SensorModel::kinect() };
     let with_exact = score(&labels_of(pinhole, depth, &exact));
     with_exact.print("tolerances of an exact image");
-    // A little under what stands. The picture on the wall is a plane of its own here, by hand it is the wall's; cushions and
-    // the sofa's back are not flat; of the rest most are smaller than 3000 pixels.
+    // A little under what stands. The picture on the wall is a plane of its own here, by hand it is the
+    // wall's; cushions and the sofa's back are not flat; of the rest most are smaller than 3000 pixels.
     assert!(with_defaults.matched >= 6 && with_defaults.weighted_iou > 0.8, "{with_defaults:?}");
     assert!(with_exact.matched >= 5 && with_exact.weighted_iou > 0.82, "{with_exact:?}");
     score(&read_labels(&folder.join("pred_labels.png"))).print("the detector that comes with the sample");

@@ -109,7 +109,8 @@ fn a_key_frame_can_be_taken_out_without_a_trace() {
 
 #[test]
 fn taking_out_a_key_frame_parts_what_it_had_merged() {
-    // Three pieces of a wall, 0.4 m apart, are three planes until a frame sees two of them joined, and another the whole.
+    // Three pieces of a wall, 0.4 m apart, are three planes until a frame sees two of them joined, and
+    // another the whole.
     let piece = |x: f64, half: f64| World::of(&[common::upright([x, 1.5, 1.0], half, 0.6)]);
     let view = common::look_at([0.0, 0.0, 1.0], [0.0, 1.5, 1.0]);
     let mut map = empty_map();

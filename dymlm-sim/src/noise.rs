@@ -38,8 +38,8 @@ impl NormalTable {
     }
 }
 
-/// The x below which a standard normal variable lies with probability `p`; infinite at 0 and 1. Relative error below
-/// 1.2e-9 (P. J. Acklam's rational approximation, 2003).
+/// The x below which a standard normal variable lies with probability `p`; infinite at 0 and 1. Relative
+/// error below 1.2e-9 (P. J. Acklam's rational approximation, 2003).
 pub(crate) fn normal_quantile(p: f64) -> f64 {
     const TAIL: f64 = 0.02425;
     if p <= 0.0 {

@@ -6,8 +6,8 @@ use dymlm_metrics::{DetectorFigures, DetectorStatistics, ExactView};
 use dymlm_sim::{DetectionRates, DetectorConfig, SensorConfig, Sequence, SequenceConfig, SimulatedFrame};
 use dymlm_test_support::{recorded_frames, recording};
 
-/// What `DetectorStatistics` finds on the recording (YOLOX-Nano, score >= 0.25; 200 frames of 640x480 at 6 Hz with 202 views
-/// of two people), to be compared with where there is no data.
+/// What `DetectorStatistics` finds on the recording (YOLOX-Nano, score >= 0.25; 200 frames of 640x480 at 6 Hz
+/// with 202 views of two people), to be compared with where there is no data.
 struct Recorded {
     /// Views below 1.6 %, to 5 %, to 10 % of the image, and above.
     views: [usize; 4],
@@ -83,8 +83,8 @@ fn the_committed_figures_are_those_of_the_recording() {
     }
 }
 
-/// The defaults, where the recording tells: what differs is within what so few views can tell, or follows from the scene
-/// (there, feet and lower legs are mostly behind a table; here, below the image).
+/// The defaults, where the recording tells: what differs is within what so few views can tell, or follows
+/// from the scene (there, feet and lower legs are mostly behind a table; here, below the image).
 #[test]
 fn the_defaults_are_like_the_recording() {
     let mut statistics = DetectorStatistics::new("person");

@@ -135,8 +135,8 @@ fn the_exact_map_is_faultless() {
     assert!(cells.p95_distance < 0.044, "{cells:?}");
 }
 
-/// Each point asked for as free is on the way to a reading: some frame sees it at the centre of a pixel without a mover,
-/// before both the reading and the exact surface.
+/// Each point asked for as free is on the way to a reading: some frame sees it at the centre of a pixel
+/// without a mover, before both the reading and the exact surface.
 #[test]
 fn free_space_was_seen_through_and_is_clear_of_surfaces() {
     let clearance = 0.06 + 3.0_f32.sqrt() * RESOLUTION as f32;
@@ -267,7 +267,8 @@ fn a_hole_is_incomplete_and_false_free_or_unknown() {
 
 #[test]
 fn a_shifted_map_is_off_by_the_shift() {
-    // Two cells along the scene's z, which is along the world's: floor and desk are off by it, walls not at all.
+    // Two cells along the scene's z, which is along the world's: floor and desk are off by it, walls not at
+    // all.
     let up =
         Pose::new([0.0; 3], [0.5, -0.5, 0.5, 0.5]).unwrap().rotate([0.0, 0.0, 1.0]).map(|c| c.round() as i32);
     let shifted = |cells: i32| {

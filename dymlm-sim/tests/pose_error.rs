@@ -74,8 +74,8 @@ fn the_relative_error_over_a_second_is_the_published_one() {
         }
     }
     let [translation, rotation] = sums.map(|sum: f64| (sum / count).sqrt());
-    // DS-SLAM on walking_static: 0.0102 m and 0.269 degrees a second. (Over two knots only, a smooth walk is a little
-    // shorter than a rough one.)
+    // DS-SLAM on walking_static: 0.0102 m and 0.269 degrees a second. (Over two knots only, a smooth walk is
+    // a little shorter than a rough one.)
     assert!((0.008..0.0125).contains(&translation), "{translation} m");
     assert!((0.21..0.33).contains(&rotation.to_degrees()), "{} degrees", rotation.to_degrees());
 }

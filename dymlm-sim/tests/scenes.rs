@@ -1,4 +1,5 @@
-//! What the rooms and the named sequences promise: people and things in view, the same room for the same seed.
+//! What the rooms and the named sequences promise: people and things in view, the same room for the same
+//! seed.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::collections::BTreeSet;

@@ -1,4 +1,5 @@
-//! What a sequence promises: determinism, truth that agrees with the images, noise and failures at their rates.
+//! What a sequence promises: determinism, truth that agrees with the images, noise and failures at their
+//! rates.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use dymlm_core::{BoundingBox, DepthNoise, Error, Mask, PinholeCamera, Pose};

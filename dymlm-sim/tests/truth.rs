@@ -89,7 +89,8 @@ fn a_map_of_a_rooms_visible_faces_is_faultless() {
 
 #[test]
 fn a_plane_on_a_face_seen_too_steeply_is_no_error() {
-    // With a limit of 60 degrees the desk and the floor are not seen, and nobody asks for them; maps may have them.
+    // With a limit of 60 degrees the desk and the floor are not seen, and nobody asks for them; maps may have
+    // them.
     let mut config = SequenceConfig::default();
     config.frames = 4;
     config.frame_rate = 1.0;
@@ -154,7 +155,8 @@ fn the_objects_of_a_room_hold_the_points_that_show_them() {
         assert!((0..3).all(|axis| (z[axis] - up[axis]).abs() < 1e-6), "upright");
         assert!((0.0..=1.0).contains(&object.visible_share));
         assert!(object.frames_visible <= frames_of.get(&object.id).copied().unwrap_or(0));
-        // A box is tight: its sides touch the thing's surface somewhere. Corners and the middle are within its reach.
+        // A box is tight: its sides touch the thing's surface somewhere. Corners and the middle are within
+        // its reach.
         let reach =
             object.oriented_box.lengths().iter().map(|length| 0.25 * length * length).sum::<f64>().sqrt();
         let center = object.oriented_box.center().map(|c| c as f32);

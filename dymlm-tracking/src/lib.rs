@@ -5,11 +5,12 @@
 //!
 //! - [`KcfTracker`]: where a window of the image has gone (kernelized correlation filter);
 //! - [`OpticalFlow`], [`CornerDetector`], [`ImagePyramid`]: where points have gone (pyramidal Lucas-Kanade);
-//! - [`rigid_alignment`], [`p3p`], [`PoseRansac`], [`PoseRefiner`]: poses from points in space, from pixels, or both;
+//! - [`rigid_alignment`], [`p3p`], [`PoseRansac`], [`PoseRefiner`]: poses from points in space, from pixels,
+//!   or both;
 //! - [`ObjectTracker`]: all of it, with states for what is occluded, lost, found again and at rest.
 //!
-//! Images are grey, f32, 0..=1 ([`GrayImage`]). The same input gives the same bits, on any machine that computes f32
-//! and f64 as IEEE 754 says.
+//! Images are grey, f32, 0..=1 ([`GrayImage`]). The same input gives the same bits, on any machine that
+//! computes f32 and f64 as IEEE 754 says.
 
 mod error;
 mod flow;

@@ -7,8 +7,8 @@ use dymlm_tracking::{
 
 use crate::{Error, MapBuilder};
 
-/// Rim around an object in which readings may be its own, metres: noise and mixed pixels. When it stands and the maps
-/// are changed, and while it moves and readings are only left out.
+/// Rim around an object in which readings may be its own, metres: noise and mixed pixels. When it stands and
+/// the maps are changed, and while it moves and readings are only left out.
 const RIM_AT_REST: f64 = 0.02;
 const RIM_WHILE_MOVING: f64 = 0.04;
 /// What lies lower than this above the plane that the object stood on belongs to the plane, metres.
@@ -38,12 +38,13 @@ pub struct ObjectMove {
 impl MapBuilder {
     /// Chooses an object of the map to be followed from a frame on in which it stands where the map has it.
     ///
-    /// The tracker's object frame is the object's box: origin in its middle, axes along its sides. Cuboids are followed
-    /// by their box, other things by their points.
+    /// The tracker's object frame is the object's box: origin in its middle, axes along its sides. Cuboids
+    /// are followed by their box, other things by their points.
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownObject`]; [`Error::Tracking`] when it is not seen in the frame or the settings are refused.
+    /// [`Error::UnknownObject`]; [`Error::Tracking`] when it is not seen in the frame or the settings are
+    /// refused.
     pub fn track_object(
         &self,
         object: ObjectId,
@@ -59,13 +60,13 @@ impl MapBuilder {
         Ok(ObjectTracker::new(frame, world_from_camera, model, label, &world_from_object, sensor, config)?)
     }
 
-    /// Tells the maps what the tracker of an object has found in a frame; call it before [`insert`](Self::insert)ing that
-    /// frame, once for each object that is followed.
+    /// Tells the maps what the tracker of an object has found in a frame; call it before
+    /// [`insert`](Self::insert)ing that frame, once for each object that is followed.
     ///
-    /// While the object moves, its pixels are kept out of the maps, and the object map shows it where it stood. Once it
-    /// has come to rest, the object stands at its new pose and its old place is empty in all maps: its points of the cloud
-    /// go with it, the octree's cells that held it are free, planes that were its faces go with it, and the object itself
-    /// keeps its id and all that is known of it.
+    /// While the object moves, its pixels are kept out of the maps, and the object map shows it where it
+    /// stood. Once it has come to rest, the object stands at its new pose and its old place is empty in all
+    /// maps: its points of the cloud go with it, the octree's cells that held it are free, planes that were
+    /// its faces go with it, and the object itself keeps its id and all that is known of it.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{Detection, Frame, Pose}, tracking::ObjectTrackerConfig};
@@ -86,7 +87,8 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownObject`]; [`Error::Planes`] when it went out of what the maps can reach. Nothing has changed.
+    /// [`Error::UnknownObject`]; [`Error::Planes`] when it went out of what the maps can reach. Nothing has
+    /// changed.
     pub fn follow_object(
         &mut self,
         object: ObjectId,

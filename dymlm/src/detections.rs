@@ -2,8 +2,9 @@ use dymlm_core::Detection;
 
 /// What the 2D detector says of a frame.
 ///
-/// A detector is often slower than the camera. "It did not run" and "it ran and found nothing" are different evidence:
-/// the first says nothing about who is in view, the second speaks against each known mover and object.
+/// A detector is often slower than the camera. "It did not run" and "it ran and found nothing" are different
+/// evidence: the first says nothing about who is in view, the second speaks against each known mover and
+/// object.
 ///
 /// ```
 /// use dymlm::Detections;
@@ -19,7 +20,8 @@ pub enum Detections<'a> {
     Found(&'a [Detection]),
     /// The detector did not run on this frame, and will not.
     NotRun,
-    /// The detector runs still; [`MapBuilder::detections_for`](crate::MapBuilder::detections_for) brings its result.
+    /// The detector runs still; [`MapBuilder::detections_for`](crate::MapBuilder::detections_for) brings its
+    /// result.
     Pending,
 }
 

@@ -4,8 +4,8 @@ use dymlm_core::{ConfigError, FrameId, ObjectId};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A field of the key frames' config outside its range. The other parts' fields are refused by their own crates,
-    /// through the variants below.
+    /// A field of the key frames' config outside its range. The other parts' fields are refused by their own
+    /// crates, through the variants below.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A frame that the sensor's stride leaves without a camera.
@@ -32,8 +32,8 @@ pub enum Error {
         /// The id asked for.
         object: ObjectId,
     },
-    /// No detections of this frame are awaited: it was never inserted as pending, has them already, or was processed
-    /// without because they came too late.
+    /// No detections of this frame are awaited: it was never inserted as pending, has them already, or was
+    /// processed without because they came too late.
     #[error("frame {frame} awaits no detections")]
     NotPending {
         /// The frame named.

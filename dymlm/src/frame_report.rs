@@ -17,13 +17,15 @@ pub struct FrameReport {
     pub timestamp: f64,
     /// What became of the frame.
     pub outcome: FrameOutcome,
-    /// Potential movers in the frame, detected or predicted, by ascending track id. None while the frame waits.
+    /// Potential movers in the frame, detected or predicted, by ascending track id. None while the frame
+    /// waits.
     pub movers: Vec<Mover>,
     /// Pixels that were masked as moving.
     pub masked_pixels: usize,
     /// How long each step took.
     pub stages: StageTimes,
-    /// Reports of the other frames that this call has processed, in the order of time: they had waited for detections.
+    /// Reports of the other frames that this call has processed, in the order of time: they had waited for
+    /// detections.
     pub released: Vec<FrameReport>,
 }
 

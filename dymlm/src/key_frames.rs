@@ -2,9 +2,9 @@ use dymlm_core::{ConfigError, Pose, check_range};
 
 /// Which frames are mapped. The others are only tracked, so that movers are followed without gaps.
 ///
-/// A frame is a key frame when the camera has moved by either amount since the last one; an amount of 0 does not count.
-/// By default both are 0 and every frame is mapped: right for callers that hand in their SLAM's key frames, or all
-/// frames at a rate that one core keeps up with.
+/// A frame is a key frame when the camera has moved by either amount since the last one; an amount of 0 does
+/// not count. By default both are 0 and every frame is mapped: right for callers that hand in their SLAM's
+/// key frames, or all frames at a rate that one core keeps up with.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]

@@ -1,8 +1,8 @@
-//! Multi-level maps of the static world from RGB-D frames, 2D detections and camera poses, while people walk through
-//! the scene.
+//! Multi-level maps of the static world from RGB-D frames, 2D detections and camera poses, while people walk
+//! through the scene.
 //!
-//! After the paper "Multi-level Map Construction for Dynamic Scenes" (X. Hu). A [`MapBuilder`] takes frames one by one
-//! and orders the steps of the crates beneath it; [`MultiLevelMap`] holds what has been built:
+//! After the paper "Multi-level Map Construction for Dynamic Scenes" (X. Hu). A [`MapBuilder`] takes frames
+//! one by one and orders the steps of the crates beneath it; [`MultiLevelMap`] holds what has been built:
 //!
 //! - the dense coloured cloud of what stands still ([`CloudMap`]), people and their traces taken out,
 //! - the occupancy octree ([`Octree`]), with the model and the files of `OctoMap`,

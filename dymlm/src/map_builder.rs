@@ -17,9 +17,9 @@ use crate::{
 
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
 ///
-/// Frames come in the order of their time. Each is a [`FrameInput`]: images, what the detector says ([`Detections`]), and
-/// the pose. The cost of a frame does not grow with the number of frames before, but for the moment in which two map
-/// planes prove to be one (all key frames are looked through once).
+/// Frames come in the order of their time. Each is a [`FrameInput`]: images, what the detector says
+/// ([`Detections`]), and the pose. The cost of a frame does not grow with the number of frames before, but
+/// for the moment in which two map planes prove to be one (all key frames are looked through once).
 #[derive(Debug)]
 pub struct MapBuilder {
     config: MapConfig,
@@ -58,17 +58,17 @@ impl MapBuilder {
         })
     }
 
-    /// Takes in one frame: what the detector says of it (all labels; which of them may move is configuration) and the pose
-    /// that takes its camera coordinates to the world.
+    /// Takes in one frame: what the detector says of it (all labels; which of them may move is configuration)
+    /// and the pose that takes its camera coordinates to the world.
     ///
-    /// A frame with [`Detections::Pending`] waits for [`detections_for`](Self::detections_for), and all that follow wait
-    /// behind it, for at most [`MapConfig::max_detection_delay`].
+    /// A frame with [`Detections::Pending`] waits for [`detections_for`](Self::detections_for), and all that
+    /// follow wait behind it, for at most [`MapConfig::max_detection_delay`].
     ///
     /// # Errors
     ///
     /// [`Error::Dynamics`] when time runs backwards or an instance mask is of another size than the frame;
-    /// [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies outside what the maps can reach. The
-    /// builder stays as it was.
+    /// [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies outside what the maps can
+    /// reach. The builder stays as it was.
     #[doc(alias = "integrate")]
     pub fn insert<'a>(
         &mut self,
@@ -105,13 +105,14 @@ impl MapBuilder {
         Ok(report)
     }
 
-    /// Brings the detections of a frame that was inserted with [`Detections::Pending`], and processes it and those behind
-    /// it that need wait no longer. Its report is that of the frame, which waits still where an older one does.
+    /// Brings the detections of a frame that was inserted with [`Detections::Pending`], and processes it and
+    /// those behind it that need wait no longer. Its report is that of the frame, which waits still where an
+    /// older one does.
     ///
     /// # Errors
     ///
-    /// [`Error::NotPending`] when the frame awaits no detections; [`Error::Dynamics`] when an instance mask is of another
-    /// size than the frame. The builder stays as it was.
+    /// [`Error::NotPending`] when the frame awaits no detections; [`Error::Dynamics`] when an instance mask
+    /// is of another size than the frame. The builder stays as it was.
     pub fn detections_for(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
         let waiting = self.waiting.pending(frame)?;
         self.preprocessor.check(&waiting.frame, found)?;

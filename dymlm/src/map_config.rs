@@ -27,8 +27,9 @@ use crate::KeyFrameConfig;
 pub struct MapConfig {
     /// The depth camera: noise and range of what all maps read.
     pub sensor: SensorModel,
-    /// How long a frame waits for its detections at the most, seconds between it and the newest frame, 0..=60. Default
-    /// 0.5: detectors that take longer are better told that they did not run. Memory holds the frames of that time.
+    /// How long a frame waits for its detections at the most, seconds between it and the newest frame,
+    /// 0..=60. Default 0.5: detectors that take longer are better told that they did not run. Memory holds
+    /// the frames of that time.
     pub max_detection_delay: f64,
     /// Which frames are mapped.
     pub key_frames: KeyFrameConfig,
@@ -66,8 +67,8 @@ impl MapConfig {
         Self::default()
     }
 
-    /// For a robot that maps while it drives: a key frame every 5 cm or 3 degrees, cloud voxels of 2 cm; half of the
-    /// processor time of each key frame, and nothing but tracking between them.
+    /// For a robot that maps while it drives: a key frame every 5 cm or 3 degrees, cloud voxels of 2 cm; half
+    /// of the processor time of each key frame, and nothing but tracking between them.
     #[must_use]
     pub fn robot() -> Self {
         let key_frames = KeyFrameConfig { min_translation: 0.05, min_rotation: 3_f64.to_radians() };

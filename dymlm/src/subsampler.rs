@@ -4,7 +4,8 @@ use dymlm_objects::SightedPoint;
 
 use crate::{Error, FrameInput};
 
-/// Takes every `stride`-th pixel of every `stride`-th row of a frame, once, before any step: no step knows of a stride.
+/// Takes every `stride`-th pixel of every `stride`-th row of a frame, once, before any step: no step knows of
+/// a stride.
 #[derive(Debug, Clone)]
 pub(crate) struct Subsampler {
     stride: usize,

@@ -194,7 +194,8 @@ fn frames_that_wait_for_their_detections_give_the_same_maps() {
     let mut at_once = MapBuilder::new(config()).unwrap();
     insert_all(&mut at_once, &frames);
 
-    // The detector takes the time of three frames, and the second frame's result comes last of the first three.
+    // The detector takes the time of three frames, and the second frame's result comes last of the first
+    // three.
     let mut patient = config();
     patient.max_detection_delay = 10.0;
     let mut late = MapBuilder::new(patient).unwrap();

@@ -32,7 +32,8 @@ enum Unit {
     Plain,
 }
 
-/// The figures of one row by their columns' keys; SI units, shares as 0..=1. What was not measured is not there.
+/// The figures of one row by their columns' keys; SI units, shares as 0..=1. What was not measured is not
+/// there.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(transparent)]
 pub(crate) struct Scores(BTreeMap<&'static str, f64>);

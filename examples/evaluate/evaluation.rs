@@ -33,8 +33,8 @@ pub(crate) struct Row {
     pub(crate) scores: Scores,
 }
 
-/// Late removal (ghosts by the evidence of all frames, noise by thinning) concerns the cloud; other maps are scored
-/// with the finished cloud.
+/// Late removal (ghosts by the evidence of all frames, noise by thinning) concerns the cloud; other maps are
+/// scored with the finished cloud.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Stage {
@@ -69,8 +69,8 @@ pub(crate) struct Evaluation {
     pub(crate) panels: Vec<Panel>,
 }
 
-/// Maps every subject in every way, on all cores: a sequence a core. The rows come in the order of the subjects,
-/// whichever is done first, and do not depend on the number of cores (but for the times).
+/// Maps every subject in every way, on all cores: a sequence a core. The rows come in the order of the
+/// subjects, whichever is done first, and do not depend on the number of cores (but for the times).
 pub(crate) fn evaluate(
     subjects: &[Subject],
     treatments: &[Treatment],

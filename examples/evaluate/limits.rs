@@ -47,8 +47,9 @@ pub(crate) const QUICK: &[SequenceLimit] = &[
     ("sitting", "objects.iou", AtLeast(0.58)),
 ];
 
-/// Limits of the run over depth cameras, which hold with every third frame too. Not held yet, and so without a limit: planes of
-/// a stereo pair (a quarter of the faces found), masks at 110 degrees of view (three quarters of the people).
+/// Limits of the run over depth cameras, which hold with every third frame too. Not held yet, and so without
+/// a limit: planes of a stereo pair (a quarter of the faces found), masks at 110 degrees of view (three
+/// quarters of the people).
 pub(crate) const SENSORS: &[SequenceLimit] = &[
     ("kinect", "cloud.residue", AtMost(0.0005)),
     ("kinect", "cloud.completeness", AtLeast(0.99)),

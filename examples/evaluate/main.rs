@@ -1,12 +1,14 @@
 //! Measures all maps: on the synthetic sequences against their exact truth, or on a recording against another
 //! recording of the same place without people.
 //!
-//! `cargo run --release --example evaluate -- [--baseline] [--quick] [--every N] [--random-rooms N] [--out DIR]`
-//! prints one table, a block a map, and writes it as `evaluation.json` and `evaluation.md`; `--baseline` treats movers
-//! in the paper's ways too. `--quick` takes two short sequences and fails when a figure is worse than it should be.
+//! `cargo run --release --example evaluate -- [--baseline] [--quick] [--every N] [--random-rooms N] [--out
+//! DIR]` prints one table, a block a map, and writes it as `evaluation.json` and `evaluation.md`;
+//! `--baseline` treats movers in the paper's ways too. `--quick` takes two short sequences and fails when a
+//! figure is worse than it should be.
 //!
-//! `--sensors` maps `walking_xyz` as several depth cameras see it, each with its own sensor model; `--detector-rate 10`
-//! takes sequences at 30 Hz with detections in each frame and, beside them, in every third.
+//! `--sensors` maps `walking_xyz` as several depth cameras see it, each with its own sensor model;
+//! `--detector-rate 10` takes sequences at 30 Hz with detections in each frame and, beside them, in every
+//! third.
 //!
 //! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
 
@@ -50,8 +52,8 @@ struct Arguments {
     /// Poses drift as a SLAM's do
     #[arg(long)]
     pose_noise: bool,
-    /// Other depth cameras instead: stereo, time of flight, 320x240, 1280x720, 110 degrees of view, rolled; held against
-    /// thresholds
+    /// Other depth cameras instead: stereo, time of flight, 320x240, 1280x720, 110 degrees of view, rolled;
+    /// held against thresholds
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
     sensors: bool,
     /// Frames at 30 Hz, with detections in all of them and, beside, only this many times a second

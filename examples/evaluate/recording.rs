@@ -1,6 +1,6 @@
-//! A recording with people against one of the same place without: rows for what is done about movers, all detections
-//! and only the surer ones; columns for the masks against exact masks where there are any, and for the cloud before
-//! and after late removal.
+//! A recording with people against one of the same place without: rows for what is done about movers, all
+//! detections and only the surer ones; columns for the masks against exact masks where there are any, and for
+//! the cloud before and after late removal.
 
 use std::path::Path;
 

@@ -14,9 +14,11 @@ pub(crate) struct Panel {
 }
 
 const RED: Rgb = [230, 0, 30];
-/// As [`dymlm_metrics::score_cloud`] has it: further from all static surfaces than this is residue or stray, metres.
+/// As [`dymlm_metrics::score_cloud`] has it: further from all static surfaces than this is residue or stray,
+/// metres.
 const OFF_SURFACE: f32 = 0.06;
-/// Side of the squares that points are drawn as, metres: residue is made large enough to be seen when it is little.
+/// Side of the squares that points are drawn as, metres: residue is made large enough to be seen when it is
+/// little.
 const POINT: f64 = 0.01;
 const RESIDUE: f64 = 0.03;
 /// What is higher above the floor hides the room, metres.
@@ -59,7 +61,8 @@ impl Panel {
     }
 }
 
-/// Writes the panels of one sequence side by side: a column a treatment, before late removal above, after it below.
+/// Writes the panels of one sequence side by side: a column a treatment, before late removal above, after it
+/// below.
 pub(crate) fn write(panels: &[Panel], sequence: &str, folder: &Path) -> Result<(), AnyError> {
     let Some(first) = panels.first() else { return Ok(()) };
     let columns = panels.len().div_ceil(2);

@@ -20,8 +20,8 @@ pub(crate) struct Run {
     reports: Vec<FrameReport>,
 }
 
-/// Share of the image below which a view of a mover is a sliver, and neither asked for nor wrong when it is found: 5000
-/// pixels of 640x480, as the figures of detectors have it.
+/// Share of the image below which a view of a mover is a sliver, and neither asked for nor wrong when it is
+/// found: 5000 pixels of 640x480, as the figures of detectors have it.
 const SLIVER: f64 = 5000.0 / (640.0 * 480.0);
 
 /// The steps that are timed, by column.

@@ -44,8 +44,8 @@ pub(crate) fn chosen(arguments: &Arguments) -> Result<Vec<Subject>, AnyError> {
 /// Frames a second of a camera that is faster than the detector.
 pub(crate) const FAST_FRAME_RATE: f64 = 30.0;
 
-/// `walking_xyz` as other depth cameras see it, each with its own model: other noise, other sizes of image (the largest with
-/// every second pixel of every second row used), a wide angle, and the camera on its side.
+/// `walking_xyz` as other depth cameras see it, each with its own model: other noise, other sizes of image
+/// (the largest with every second pixel of every second row used), a wide angle, and the camera on its side.
 pub(crate) fn sensors(every_nth: usize) -> Result<Vec<Subject>, AnyError> {
     let camera = |width: usize, height: usize, focal_length: f64| {
         let [cx, cy] = [width, height].map(|side| (side as f64 - 1.0) / 2.0);

@@ -70,7 +70,8 @@ impl Treatment {
         config
     }
 
-    /// The detections that reach the builder: all those of objects, and of movers unless the detector is not asked.
+    /// The detections that reach the builder: all those of objects, and of movers unless the detector is not
+    /// asked.
     pub(crate) fn detections(self, detections: &[Detection]) -> Vec<Detection> {
         match self {
             Self::NoDetections => Vec::new(),

@@ -60,8 +60,8 @@ impl FrameSource {
         Ok(Self::Synthetic(Box::new(Sequence::new(config)?)))
     }
 
-    /// A recorded dataset. `detections` is a JSON-lines file or a YOLO folder (class names in `names.txt` there);
-    /// without it the dataset's own `detections.jsonl` is taken, if there is one.
+    /// A recorded dataset. `detections` is a JSON-lines file or a YOLO folder (class names in `names.txt`
+    /// there); without it the dataset's own `detections.jsonl` is taken, if there is one.
     ///
     /// # Errors
     ///
@@ -102,7 +102,8 @@ impl FrameSource {
         }
     }
 
-    /// Faults of the dataset's lists and detections that concern no frame that can be loaded, worth a warning.
+    /// Faults of the dataset's lists and detections that concern no frame that can be loaded, worth a
+    /// warning.
     pub fn faults(&self) -> Vec<String> {
         let Self::Recorded(recording) = self else { return Vec::new() };
         let mut faults: Vec<String> = recording.dataset.faults().iter().map(ToString::to_string).collect();

@@ -21,8 +21,8 @@ const LONG_SIDE: f64 = 1000.0;
 const BACKGROUND: Rgb = [255, 255, 255];
 
 impl Orthographic {
-    /// A view along `forward`, with `down` (about) downward in the picture, onto these points. The lowest and highest
-    /// half per cent of them on each side may fall outside: strays shall not shrink the picture.
+    /// A view along `forward`, with `down` (about) downward in the picture, onto these points. The lowest and
+    /// highest half per cent of them on each side may fall outside: strays shall not shrink the picture.
     pub fn onto(forward: [f64; 3], down: [f64; 3], points: impl Iterator<Item = [f64; 3]>) -> Self {
         let forward = unit(forward).unwrap_or([0.0, 0.0, 1.0]);
         let right = unit(cross(down, forward)).unwrap_or_else(|| any_across(forward));

@@ -5,8 +5,8 @@ use dymlm_metrics::ExactView;
 
 use crate::AnyError;
 
-/// Who is where in a frame of a recording, exactly: 8-bit PNGs in the folder `masks` beside the images, named as the
-/// colour images are, 0 where nobody is, else the number of the person.
+/// Who is where in a frame of a recording, exactly: 8-bit PNGs in the folder `masks` beside the images, named
+/// as the colour images are, 0 where nobody is, else the number of the person.
 #[derive(Debug, Clone)]
 pub struct PeopleMasks {
     width: usize,

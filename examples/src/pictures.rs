@@ -124,7 +124,8 @@ pub fn planes_from_camera(planes: &PlaneMap, frame: &Frame, world_from_camera: &
     Picture { name: "planes_camera.png", width, height, pixels }
 }
 
-/// Draws from above what lies below the highest tenth (a ceiling would hide the room), and from the side everything.
+/// Draws from above what lies below the highest tenth (a ceiling would hide the room), and from the side
+/// everything.
 fn draw_two_sides(
     above: &'static str,
     side: &'static str,

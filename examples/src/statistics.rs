@@ -25,8 +25,8 @@ impl Milliseconds {
     }
 }
 
-/// The mean direction of "up" in the images of these poses, in the world: for pictures, when nobody says where up is.
-/// People hold cameras upright on average.
+/// The mean direction of "up" in the images of these poses, in the world: for pictures, when nobody says
+/// where up is. People hold cameras upright on average.
 pub fn mean_up(poses: impl Iterator<Item = Pose>) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for pose in poses {
@@ -37,8 +37,8 @@ pub fn mean_up(poses: impl Iterator<Item = Pose>) -> [f64; 3] {
     if length > 1e-9 { sum.map(|c| c / length) } else { [0.0, 0.0, 1.0] }
 }
 
-/// Up as the largest level plane has it (floor, table), given about where up is; that itself when there is none
-/// within 45 degrees of it.
+/// Up as the largest level plane has it (floor, table), given about where up is; that itself when there is
+/// none within 45 degrees of it.
 pub fn up_of_planes(planes: &PlaneMap, about: [f64; 3]) -> [f64; 3] {
     let cosine = |normal: [f64; 3]| (0..3).map(|axis| normal[axis] * about[axis]).sum::<f64>();
     let level = planes.iter().filter(|plane| cosine(plane.plane().normal()) > 0.5_f64.sqrt());

@@ -1,4 +1,5 @@
-//! `build_map` as a program: what it writes, how it treats broken frames, and that it never leaves half an output.
+//! `build_map` as a program: what it writes, how it treats broken frames, and that it never leaves half an
+//! output.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 

@@ -1,7 +1,7 @@
 //! The object map of a real kitchen, from a real detector's boxes, beside a count by hand: each thing once?
 //!
-//! `cargo test -p dymlm-examples --test kitchen_objects -- --nocapture` prints both lists. The rendered counterparts, whose
-//! truth is exact, are the objects columns of the example `evaluate`.
+//! `cargo test -p dymlm-examples --test kitchen_objects -- --nocapture` prints both lists. The rendered
+//! counterparts, whose truth is exact, are the objects columns of the example `evaluate`.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use std::path::Path;
@@ -12,9 +12,10 @@ use dymlm_examples::FrameSource;
 use dymlm_io::TumOptions;
 use dymlm_test_support::recording;
 
-/// A thing that was counted by eye in the colour images of `kitchen`. Its place was read off the map and checked by
-/// projecting it into images from several sides; the keyboard's and the near right chair's, which the map lacks, were estimated
-/// from the images. So this test guards what stands; it is no independent evidence.
+/// A thing that was counted by eye in the colour images of `kitchen`. Its place was read off the map and
+/// checked by projecting it into images from several sides; the keyboard's and the near right chair's, which
+/// the map lacks, were estimated from the images. So this test guards what stands; it is no independent
+/// evidence.
 struct Thing {
     name: &'static str,
     label: &'static str,
@@ -64,9 +65,9 @@ const THINGS: [Thing; 15] = [
     thing("keyboard", "keyboard", [0.1, -0.75, 3.05], 0.4, Misses),
 ];
 
-/// Objects that are nothing of their label, at most. Three are there but the detector gives them a wrong name again and
-/// again: two wooden stands (sink) and a wooden case (microwave) on the counter. The fourth are bags in the corner (chair), in
-/// `kitchen_people`.
+/// Objects that are nothing of their label, at most. Three are there but the detector gives them a wrong name
+/// again and again: two wooden stands (sink) and a wooden case (microwave) on the counter. The fourth are
+/// bags in the corner (chair), in `kitchen_people`.
 const MOST_WRONG: usize = 4;
 
 #[test]

@@ -1,8 +1,8 @@
-//! The plane map of a real kitchen, with people walking through it and without, from the recordings of the data folder:
-//! is each surface one plane, and does none stand on a person?
+//! The plane map of a real kitchen, with people walking through it and without, from the recordings of the
+//! data folder: is each surface one plane, and does none stand on a person?
 //!
-//! `cargo test -p dymlm-examples --test kitchen_planes -- --nocapture` prints what each surface is made of. The rendered
-//! counterparts, whose truth is exact, are the quick rows of the example `evaluate`.
+//! `cargo test -p dymlm-examples --test kitchen_planes -- --nocapture` prints what each surface is made of.
+//! The rendered counterparts, whose truth is exact, are the quick rows of the example `evaluate`.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use std::collections::BTreeMap;
@@ -15,8 +15,8 @@ use dymlm_examples::FrameSource;
 use dymlm_io::TumOptions;
 use dymlm_test_support::recording;
 
-/// A surface of the kitchen. Its place was read off the map of `kitchen` and checked by eye in the pictures; all else
-/// about it is judged.
+/// A surface of the kitchen. Its place was read off the map of `kitchen` and checked by eye in the pictures;
+/// all else about it is judged.
 struct Surface {
     name: &'static str,
     /// A point on it, metres, and its normal; world.
@@ -26,7 +26,8 @@ struct Surface {
     reach: f64,
 }
 
-/// Least share of a surface's mapped area that one plane must hold: a little less than what stands, which is all of it.
+/// Least share of a surface's mapped area that one plane must hold: a little less than what stands, which is
+/// all of it.
 const LEAST_SHARE: f64 = 0.9;
 
 const UP: [f64; 3] = [0.0089, -0.9044, -0.4265];

@@ -13,8 +13,8 @@ pub(crate) struct Errors {
 }
 
 impl Errors {
-    /// Adds a frame: the object's pose as tracked and as it was, both of the same frame on the object. Gives its
-    /// distance and angle.
+    /// Adds a frame: the object's pose as tracked and as it was, both of the same frame on the object. Gives
+    /// its distance and angle.
     pub(crate) fn add(&mut self, kind: CarriedKind, tracked: &Pose, truth: &Pose) -> [f64; 2] {
         let errors = [100.0 * tracked.distance(truth), angle(kind, tracked, truth).to_degrees()];
         self.distances.push(errors[0]);

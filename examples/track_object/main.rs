@@ -1,12 +1,13 @@
-//! Follows an object of the map that a hand moves, and brings it to its new place in all maps (the paper's section V-D).
+//! Follows an object of the map that a hand moves, and brings it to its new place in all maps (the paper's
+//! section V-D).
 //!
-//! `cargo run --release --example track_object -- [--dataset DIR --object LABEL [--map-until SECONDS]] [--no-depth]
-//! [--out DIR]` maps, chooses an object and follows it; it writes `poses_LABEL.txt` (TUM format, world from object), a
-//! picture strip `object_tracking.png`, and, where there is truth, prints the errors. Without --dataset a hand carries a
-//! book and then a bottle through the rendered office.
+//! `cargo run --release --example track_object -- [--dataset DIR --object LABEL [--map-until SECONDS]]
+//! [--no-depth] [--out DIR]` maps, chooses an object and follows it; it writes `poses_LABEL.txt` (TUM format,
+//! world from object), a picture strip `object_tracking.png`, and, where there is truth, prints the errors.
+//! Without --dataset a hand carries a book and then a bottle through the rendered office.
 //!
-//! `... -- --ten-sequences [--no-depth] [--handheld] [--only TEXT]` prints the table of the ten synthetic sequences,
-//! and fails when one of them misses its bounds.
+//! `... -- --ten-sequences [--no-depth] [--handheld] [--only TEXT]` prints the table of the ten synthetic
+//! sequences, and fails when one of them misses its bounds.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 

@@ -9,8 +9,8 @@ use dymlm_io::TumOptions;
 
 use crate::follow::{Followed, Follower};
 
-/// Follows the nearest object of a label through a recording, from the first frame on that shows one whole, but not before
-/// `map_until` seconds.
+/// Follows the nearest object of a label through a recording, from the first frame on that shows one whole,
+/// but not before `map_until` seconds.
 pub(crate) fn follow(
     dataset: &Path,
     label: &str,

@@ -6,7 +6,8 @@ use dymlm::geometry::OrientedBox;
 use dymlm::objects::{MapObject, ObjectShape};
 use dymlm_examples::{Picture, draw_object};
 
-/// One moment: the object map on the left, what the camera saw on the right (the paper's figure of object tracking).
+/// One moment: the object map on the left, what the camera saw on the right (the paper's figure of object
+/// tracking).
 pub(crate) struct Panel {
     caption: &'static str,
     width: usize,

@@ -61,8 +61,8 @@ impl Figures {
     }
 }
 
-/// Follows each with the exact model of its surface and its exact pose in the first frame, and prints how far from the
-/// truth.
+/// Follows each with the exact model of its surface and its exact pose in the first frame, and prints how far
+/// from the truth.
 ///
 /// # Errors
 ///

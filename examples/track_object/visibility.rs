@@ -6,8 +6,8 @@ use dymlm_sim::SimulatedFrame;
 /// Share of the thing's outline that shows it from which on it counts as in view.
 pub(crate) const IN_VIEW: f64 = 1.0 / 3.0;
 
-/// Share of the carried thing's outline (the hull of its projected surface) in whose pixels it is seen: the rest lies
-/// behind hands or beyond the image. By the truth.
+/// Share of the carried thing's outline (the hull of its projected surface) in whose pixels it is seen: the
+/// rest lies behind hands or beyond the image. By the truth.
 pub(crate) fn visible_share(frame: &SimulatedFrame, model: &ObjectModel) -> Option<f64> {
     let thing = frame.carried?;
     let camera_from_thing = frame.world_from_camera.inverse() * thing.world_from_object;

@@ -33,7 +33,8 @@ impl RecordedFrame {
     }
 }
 
-/// The frames of a TUM folder with its detections.jsonl and its exact masks in masks/, if it has them, read one by one.
+/// The frames of a TUM folder with its detections.jsonl and its exact masks in masks/, if it has them, read
+/// one by one.
 pub fn recorded_frames(folder: &Path) -> impl Iterator<Item = RecordedFrame> + use<> {
     let dataset = TumDataset::open(folder, &TumOptions::default()).unwrap();
     let detections = folder.join("detections.jsonl");

@@ -134,8 +134,8 @@ impl World {
         self.image(camera, world_from_camera, |_, exact| exact as f32)
     }
 
-    /// What a good Kinect sees: half of the usual axial noise and disparity steps of 1/8 pixel, a function of `seed`
-    /// alone, which is the frame's time too.
+    /// What a good Kinect sees: half of the usual axial noise and disparity steps of 1/8 pixel, a function of
+    /// `seed` alone, which is the frame's time too.
     pub fn frame(&self, camera: PinholeCamera, world_from_camera: &Pose, seed: u64) -> Frame {
         let noise = DepthNoise::kinect();
         let depth = self.image(&camera, world_from_camera, |pixel, exact| {

@@ -24,8 +24,9 @@ pub(crate) struct Foreground {
     max_step: f32,
 }
 
-/// How far the depth of a surface changes from a pixel to the next, in units of their distance on a surface that faces the
-/// camera: a standard deviation. Lower values part a person's flanks from the body, higher ones join people and furniture.
+/// How far the depth of a surface changes from a pixel to the next, in units of their distance on a surface
+/// that faces the camera: a standard deviation. Lower values part a person's flanks from the body, higher
+/// ones join people and furniture.
 const SLOPE_SIGMA: f64 = 3.0;
 
 impl Foreground {
@@ -45,8 +46,9 @@ impl Foreground {
         (self.near, self.far) = (self.near.min(z), self.far.max(z));
     }
 
-    /// Sets by how much neighbouring pixels may differ in depth: by the noise at the foreground's depth, and by how much a
-    /// surface recedes from one pixel to the next; `pitch` is their distance at a depth of 1 m, metres.
+    /// Sets by how much neighbouring pixels may differ in depth: by the noise at the foreground's depth, and
+    /// by how much a surface recedes from one pixel to the next; `pitch` is their distance at a depth of 1 m,
+    /// metres.
     pub(super) fn set_step(&mut self, sensor: &SensorModel, pitch: f64) {
         let z = self.median;
         self.max_step = if self.is_empty() {
@@ -68,7 +70,8 @@ impl Foreground {
         (!self.is_empty()).then_some(self.median)
     }
 
-    /// Whether a pixel of depth `z` > 0 lies on the foreground's surface: a cell around it holds about that depth.
+    /// Whether a pixel of depth `z` > 0 lies on the foreground's surface: a cell around it holds about that
+    /// depth.
     #[inline]
     pub(crate) fn holds(&self, u: usize, v: usize, z: f32) -> bool {
         if self.is_empty() {

@@ -4,23 +4,25 @@ use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, SampleGrid, Segmentation
 use super::Foreground;
 use crate::miss_compensation::DEPTH_CHANGE;
 
-/// Samples at which the margin cuts a cluster, in square roots of its size, above which it is no part of a mover: 2 to 4
-/// for furniture and walls, which go on outside, and 0 for limbs.
+/// Samples at which the margin cuts a cluster, in square roots of its size, above which it is no part of a
+/// mover: 2 to 4 for furniture and walls, which go on outside, and 0 for limbs.
 const MAX_CUT: f32 = 0.5;
 /// How far the mover's surface may reach before and behind its median depth, metres: an outstretched arm.
 const MAX_REACH: f32 = 0.6;
-/// How far the mean depth of another cluster may be before and behind the mover's median depth for it to be a part of the
-/// mover, metres: a forearm before the body; a leg behind it, a person leaning.
+/// How far the mean depth of another cluster may be before and behind the mover's median depth for it to be a
+/// part of the mover, metres: a forearm before the body; a leg behind it, a person leaning.
 const PART_REACH: [f32; 2] = [0.35, 0.5];
 
 /// Finds the mover among the pixels of its box: paper section III-A, "DBSCAN to extract foreground points".
 ///
-/// The readings of the box and of a margin around it are clustered by a [`BoxSegmenter`]. The cluster is chosen by its
-/// number of samples, each weighted by how central it lies in the box, how near to the camera or how close to the depth at
-/// which the track was expected, and by how little of the cluster goes on outside the margin, as walls and tables do.
+/// The readings of the box and of a margin around it are clustered by a [`BoxSegmenter`]. The cluster is
+/// chosen by its number of samples, each weighted by how central it lies in the box, how near to the camera
+/// or how close to the depth at which the track was expected, and by how little of the cluster goes on
+/// outside the margin, as walls and tables do.
 ///
-/// Other clusters at the mover's depth that end within the margin are parts of the mover: what an occluder, another
-/// limb or a gap without depth has parted, such as legs seen through the back of a chair, or a foot beside the box.
+/// Other clusters at the mover's depth that end within the margin are parts of the mover: what an occluder,
+/// another limb or a gap without depth has parted, such as legs seen through the back of a chair, or a foot
+/// beside the box.
 ///
 /// Costs O(n log n) for n samples, a few thousand for a person.
 #[derive(Debug)]
@@ -92,8 +94,9 @@ impl ForegroundFinder {
         )
     }
 
-    /// Writes the samples of the mover into the foreground: those of the chosen cluster, and of all others at its depth that
-    /// end within the margin. Of a chosen cluster that goes on outside only what is in the box is kept.
+    /// Writes the samples of the mover into the foreground: those of the chosen cluster, and of all others at
+    /// its depth that end within the margin. Of a chosen cluster that goes on outside only what is in the box
+    /// is kept.
     fn keep(&mut self, chosen: usize, foreground: &mut Foreground) {
         let (grid, clusters) = (&self.grid, self.segmenter.clusters());
         let members = || self.segmenter.members().map(|(sample, cluster)| (&grid.samples[sample], cluster));

@@ -1,8 +1,9 @@
 use dymlm_core::{Frame, Mask};
 use dymlm_geometry::OrientedBox;
 
-/// Takes the pixels out of a mask whose readings lie in a box, given in the camera's frame: a body that moves and whose
-/// place is known. A mask of another size than the frame stays as it is. O(pixels of the box's projection).
+/// Takes the pixels out of a mask whose readings lie in a box, given in the camera's frame: a body that moves
+/// and whose place is known. A mask of another size than the frame stays as it is. O(pixels of the box's
+/// projection).
 pub(crate) fn mask_body(frame: &Frame, camera_from_body: &OrientedBox, static_mask: &mut Mask) {
     let camera = frame.camera();
     let (width, height) = (camera.width(), camera.height());

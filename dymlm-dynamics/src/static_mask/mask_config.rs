@@ -21,11 +21,11 @@ pub enum MaskMode {
 pub struct MaskConfig {
     /// What of a box is masked; default [`MaskMode::Silhouette`].
     pub mode: MaskMode,
-    /// Width of the rim masked around a silhouette, in pixels of an image of 640x480 (other images: in proportion);
-    /// 0..=64, default 3: depth edges lie one to three pixels off colour edges on a Kinect.
+    /// Width of the rim masked around a silhouette, in pixels of an image of 640x480 (other images: in
+    /// proportion); 0..=64, default 3: depth edges lie one to three pixels off colour edges on a Kinect.
     pub dilation: f32,
-    /// Width of the rim where it has no depth, in the same pixels; 0..=64, default 8: the shadow at the side of a
-    /// structured-light silhouette. Never less than `dilation`.
+    /// Width of the rim where it has no depth, in the same pixels; 0..=64, default 8: the shadow at the side
+    /// of a structured-light silhouette. Never less than `dilation`.
     pub shadow: f32,
 }
 

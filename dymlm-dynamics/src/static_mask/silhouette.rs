@@ -7,7 +7,8 @@ use crate::Foreground;
 
 /// The pixels of one mover in its box.
 ///
-/// The box is copied with a border of one pixel around it, so that no step has to ask whether a neighbour exists.
+/// The box is copied with a border of one pixel around it, so that no step has to ask whether a neighbour
+/// exists.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Silhouette {
     columns: Range<usize>,
@@ -115,8 +116,8 @@ impl Silhouette {
         }
     }
 
-    /// Adds neighbours that continue the surface, until there are none. Leaves in `next_front` all pixels of the mover
-    /// that may have a neighbour outside it.
+    /// Adds neighbours that continue the surface, until there are none. Leaves in `next_front` all pixels of
+    /// the mover that may have a neighbour outside it.
     fn grow(&mut self, foreground: &Foreground) {
         self.collect_front();
         self.next_front.clear();
@@ -139,8 +140,8 @@ impl Silhouette {
         }
     }
 
-    /// Adds layers of pixels around the silhouette: all pixels for `dilation` layers, from then on to `shadow` only
-    /// those without depth.
+    /// Adds layers of pixels around the silhouette: all pixels for `dilation` layers, from then on to
+    /// `shadow` only those without depth.
     fn add_rim(&mut self, dilation: usize, shadow: usize) {
         for layer in 0..shadow {
             std::mem::swap(&mut self.front, &mut self.next_front);

@@ -17,10 +17,10 @@ pub(crate) struct MaskRegion<'a> {
 
 /// Builds the mask of static pixels: paper section III-A.
 ///
-/// In [`MaskMode::Silhouette`] the pixels on the foreground's surface are taken; from them the silhouette grows over
-/// neighbours that continue the surface in depth and lie within the foreground's range of depths; then a rim is
-/// added, wider where there is no depth. All of it stays within the corrected box, so the background between legs
-/// and beside a head is kept.
+/// In [`MaskMode::Silhouette`] the pixels on the foreground's surface are taken; from them the silhouette
+/// grows over neighbours that continue the surface in depth and lie within the foreground's range of depths;
+/// then a rim is added, wider where there is no depth. All of it stays within the corrected box, so the
+/// background between legs and beside a head is kept.
 ///
 /// Costs O(pixels in the boxes).
 #[derive(Debug, Clone)]
@@ -34,8 +34,8 @@ impl StaticMaskBuilder {
         Self { config, silhouette: Silhouette::default() }
     }
 
-    /// Fills the mask: `true` = static, `false` = inside a mover. A mask of another size than the depth image is
-    /// made anew.
+    /// Fills the mask: `true` = static, `false` = inside a mover. A mask of another size than the depth image
+    /// is made anew.
     pub(crate) fn build<'a>(
         &mut self,
         movers: impl IntoIterator<Item = MaskRegion<'a>>,

@@ -3,8 +3,8 @@ use dymlm_geometry::Assignment;
 /// `IoU` in fixed point: sums of assignments compare exactly, on every machine.
 const ONE: u64 = 1 << 40;
 
-/// Pairs rows with columns so that the sum of `iou` over pairs is greatest; only pairs of at least `min_iou` count,
-/// and none else is made. `iou` is row-major and within 0..=1. Answers the column of each row.
+/// Pairs rows with columns so that the sum of `iou` over pairs is greatest; only pairs of at least `min_iou`
+/// count, and none else is made. `iou` is row-major and within 0..=1. Answers the column of each row.
 pub(super) fn pair_by_iou<'a>(
     assignment: &'a mut Assignment,
     iou: &[f64],

@@ -1,7 +1,8 @@
 use dymlm_core::BoundingBox;
 
-/// Noise of one part of a box: process noise of the value and of its rate a frame of 1/30 s, measurement noise, initial
-/// variances of the value and the rate. Only their ratios matter, so that they hold for images of any size.
+/// Noise of one part of a box: process noise of the value and of its rate a frame of 1/30 s, measurement
+/// noise, initial variances of the value and the rate. Only their ratios matter, so that they hold for images
+/// of any size.
 struct Noise {
     value_q: f64,
     rate_q: f64,
@@ -19,16 +20,16 @@ const ASPECT: Noise = Noise { value_q: 1.0, rate_q: 0.0, r: 10.0, value_p0: 10.0
 /// The frame that the noise is published for, 1/s.
 const FRAME_RATE: f64 = 30.0;
 
-/// Motion of one box: the constant-velocity Kalman filter of SORT over (u, v, s, r, u', v', s'), where (u, v) is
-/// the centre in pixels, s the area in square pixels, r the aspect ratio width / height.
+/// Motion of one box: the constant-velocity Kalman filter of SORT over (u, v, s, r, u', v', s'), where (u, v)
+/// is the centre in pixels, s the area in square pixels, r the aspect ratio width / height.
 ///
-/// Source: Bewley, Ge, Ott, Ramos, Upcroft: "Simple Online and Realtime Tracking", ICIP 2016, with the noise of the
-/// published program: R = diag(1, 1, 10, 10), P0 = diag(10, 10, 10, 10, 1e4, 1e4, 1e4),
-/// Q = diag(1, 1, 1, 1, 0.01, 0.01, 1e-4) a frame of 1/30 s. Rates are kept a frame; a step of any duration is so
-/// many frames, and Q grows with it.
+/// Source: Bewley, Ge, Ott, Ramos, Upcroft: "Simple Online and Realtime Tracking", ICIP 2016, with the noise
+/// of the published program: R = diag(1, 1, 10, 10), P0 = diag(10, 10, 10, 10, 1e4, 1e4, 1e4), Q = diag(1, 1,
+/// 1, 1, 0.01, 0.01, 1e-4) a frame of 1/30 s. Rates are kept a frame; a step of any duration is so many
+/// frames, and Q grows with it.
 ///
-/// P0, Q and R are diagonal, and the motion couples only u with u', v with v', s with s'. The covariance so stays
-/// block-diagonal, and the filter of seven states is, exactly, four small ones. A step costs O(1).
+/// P0, Q and R are diagonal, and the motion couples only u with u', v with v', s with s'. The covariance so
+/// stays block-diagonal, and the filter of seven states is, exactly, four small ones. A step costs O(1).
 ///
 /// ```
 /// use dymlm_core::BoundingBox;

@@ -18,19 +18,20 @@ const TIME_SLACK: f64 = 1e-3;
 
 /// Tracks the boxes of a 2D detector from frame to frame, label by label.
 ///
-/// SORT (Bewley, Ge, Ott, Ramos, Upcroft: "Simple Online and Realtime Tracking", ICIP 2016): each track's box is
-/// predicted by a [`BoxKalman`] and paired with the frame's detections so that the sum of the intersections over
-/// union is greatest. Added to it:
-/// - a second association of the tracks left over with the weak detections (Zhang et al.: "`ByteTrack`: Multi-Object
-///   Tracking by Associating Every Detection Box", ECCV 2022), for a weak box often is the missed person;
+/// SORT (Bewley, Ge, Ott, Ramos, Upcroft: "Simple Online and Realtime Tracking", ICIP 2016): each track's box
+/// is predicted by a [`BoxKalman`] and paired with the frame's detections so that the sum of the
+/// intersections over union is greatest. Added to it:
+/// - a second association of the tracks left over with the weak detections (Zhang et al.: "`ByteTrack`:
+///   Multi-Object Tracking by Associating Every Detection Box", ECCV 2022), for a weak box often is the
+///   missed person;
 /// - true time steps instead of frame counts;
-/// - ego-motion compensation, when the camera's [`View`] is given: a track is first re-projected from the image
-///   before as a thing at rest, at the depth given to [`Self::observe_depth`] (without one, only the camera's rotation
-///   is undone);
+/// - ego-motion compensation, when the camera's [`View`] is given: a track is first re-projected from the
+///   image before as a thing at rest, at the depth given to [`Self::observe_depth`] (without one, only the
+///   camera's rotation is undone);
 /// - unmatched tracks are output, for a while, as [`BoxSource::Predicted`].
 ///
-/// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. The order of the
-/// detections does not matter. Empty boxes are ignored.
+/// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. The order of
+/// the detections does not matter. Empty boxes are ignored.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, Detection};
@@ -108,11 +109,12 @@ impl BoxTracker {
         })
     }
 
-    /// Takes the detections of one frame, at `timestamp` seconds, and answers the boxes of all tracks that are in
-    /// view or coasting, by ascending track id. `view` says from where the frame was seen; without it nothing is
-    /// known of the camera's motion.
+    /// Takes the detections of one frame, at `timestamp` seconds, and answers the boxes of all tracks that
+    /// are in view or coasting, by ascending track id. `view` says from where the frame was seen; without it
+    /// nothing is known of the camera's motion.
     ///
-    /// Frames may be missing and of any rate; a frame of the same time as the last one is a step of no duration.
+    /// Frames may be missing and of any rate; a frame of the same time as the last one is a step of no
+    /// duration.
     ///
     /// # Errors
     ///
@@ -150,8 +152,8 @@ impl BoxTracker {
         Ok(self.finish(timestamp, view))
     }
 
-    /// A frame on which the detector did not run, which says nothing about who is in it: the boxes of all tracks that were
-    /// in view or coasting when it last ran, as their motion puts them now.
+    /// A frame on which the detector did not run, which says nothing about who is in it: the boxes of all
+    /// tracks that were in view or coasting when it last ran, as their motion puts them now.
     ///
     /// # Errors
     ///
@@ -175,8 +177,8 @@ impl BoxTracker {
         &self.boxes
     }
 
-    /// Tells the depth of a track's foreground in the present frame, metres. Depths that are no reading and ids that
-    /// are no longer known are passed over.
+    /// Tells the depth of a track's foreground in the present frame, metres. Depths that are no reading and
+    /// ids that are no longer known are passed over.
     pub fn observe_depth(&mut self, track_id: TrackId, depth: f32) {
         if depth > 0.0
             && depth.is_finite()
@@ -211,7 +213,8 @@ impl BoxTracker {
         self.tracks.retain(|track| track.filter.bounding_box().is_some());
     }
 
-    /// Chooses the detections that take part and puts them into an order that does not depend on the caller's.
+    /// Chooses the detections that take part and puts them into an order that does not depend on the
+    /// caller's.
     fn choose_candidates(&mut self, detections: &[Detection], wanted: impl Fn(&Detection) -> bool) {
         let candidates = &mut self.scratch.candidates;
         candidates.clear();
@@ -222,7 +225,8 @@ impl BoxTracker {
         candidates.sort_by(|&a, &b| canonical_order(&detections[a], &detections[b]));
     }
 
-    /// Pairs tracks and detections, label by label: first with the strong detections, then with the weak ones.
+    /// Pairs tracks and detections, label by label: first with the strong detections, then with the weak
+    /// ones.
     fn associate(&mut self, timestamp: f64, detections: &[Detection]) {
         let candidates = std::mem::take(&mut self.scratch.candidates);
         for of_label in candidates.chunk_by(|&a, &b| detections[a].label() == detections[b].label()) {

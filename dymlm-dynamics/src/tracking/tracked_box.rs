@@ -11,7 +11,8 @@ pub struct TrackedBox {
     pub track_id: TrackId,
     /// Class label; all detections of a track have it.
     pub label: Arc<str>,
-    /// The detector's confidence in this frame's detection, or in the last one when the box is predicted; 0..=1.
+    /// The detector's confidence in this frame's detection, or in the last one when the box is predicted;
+    /// 0..=1.
     pub score: f32,
     /// The box as detected, or as predicted; pixels.
     pub bounding_box: BoundingBox,
@@ -22,8 +23,8 @@ pub struct TrackedBox {
     pub source: BoxSource,
     /// Whether the track has been seen often enough to be relied upon.
     pub state: TrackState,
-    /// Depth of the track's foreground as last observed, carried over into the present camera; metres. `None` when
-    /// it was never given to [`BoxTracker::observe_depth`](crate::BoxTracker::observe_depth).
+    /// Depth of the track's foreground as last observed, carried over into the present camera; metres. `None`
+    /// when it was never given to [`BoxTracker::observe_depth`](crate::BoxTracker::observe_depth).
     pub expected_depth: Option<f32>,
 }
 

@@ -17,19 +17,21 @@ use dymlm_core::{ConfigError, check_range};
 pub struct TrackerConfig {
     /// Detections at or above this score are associated first; 0..=1, default 0.5 (`ByteTrack`).
     pub high_score: f32,
-    /// Detections at or above this score start a track; 0..=1, default 0.25, the score at which common detectors
-    /// cut off.
+    /// Detections at or above this score start a track; 0..=1, default 0.25, the score at which common
+    /// detectors cut off.
     pub min_score: f32,
     /// Least intersection over union of a track's predicted box with a detection; 0..=1, default 0.3 (SORT).
     pub min_iou: f32,
-    /// Time from a track's first detection to the one that confirms it, seconds; 0..=10, default 0.03: the second at up to 30
-    /// Hz. (SORT: the third at 30 Hz, 0.06; there an unconfirmed track is not output at all, here it only may not coast.)
+    /// Time from a track's first detection to the one that confirms it, seconds; 0..=10, default 0.03: the
+    /// second at up to 30 Hz. (SORT: the third at 30 Hz, 0.06; there an unconfirmed track is not output at
+    /// all, here it only may not coast.)
     pub confirm_after: f64,
-    /// How long a confirmed track without a detection is output with its predicted box, seconds; 0..=60, default
-    /// 0.5; 0 = never. Else it is output for one missed detection at least, however slow the detector is.
+    /// How long a confirmed track without a detection is output with its predicted box, seconds; 0..=60,
+    /// default 0.5; 0 = never. Else it is output for one missed detection at least, however slow the detector
+    /// is.
     pub max_coast: f64,
-    /// How long a track without a detection is remembered, seconds; 0..=600, default 1 (`ByteTrack`'s 30 frames).
-    /// Never less than `max_coast`.
+    /// How long a track without a detection is remembered, seconds; 0..=600, default 1 (`ByteTrack`'s 30
+    /// frames). Never less than `max_coast`.
     pub max_age: f64,
 }
 

@@ -3,17 +3,17 @@ const COLUMNS: usize = 128;
 /// Adding this to a number between -2^51 and 2^51 leaves its nearest integer in the lowest bits.
 const ROUNDER: u64 = 3 << 51;
 
-/// Distance from the hull within which nothing is surely inside, as a share of the extent. All is computed about a point
-/// of the hull, so rounding is some 1e-15 of the extent in x. It costs that times the slope in y, which is at most one
-/// over the distance from the left or right end in these shares.
+/// Distance from the hull within which nothing is surely inside, as a share of the extent. All is computed
+/// about a point of the hull, so rounding is some 1e-15 of the extent in x. It costs that times the slope in
+/// y, which is at most one over the distance from the left or right end in these shares.
 const MARGIN_Y: f64 = 1e-9;
 const MARGIN_X: f64 = 1e-5;
 const SMALLEST_EXTENT: f64 = 1e-100;
 /// Up to this many times the extent, coordinates have digits enough to resolve the margins.
 const GREATEST_OFFSET: f64 = 1e8;
 
-/// The part of a convex polygon that is inside by more than rounding: in each column of x, what is between a chord of the
-/// lower and a chord of the upper side.
+/// The part of a convex polygon that is inside by more than rounding: in each column of x, what is between a
+/// chord of the lower and a chord of the upper side.
 #[derive(Debug, Clone)]
 pub(super) struct InnerColumns {
     /// The middle of the first column, and the polygon's lowest y.
@@ -59,8 +59,8 @@ impl Default for InnerColumns {
 }
 
 impl InnerColumns {
-    /// Takes the columns from a hull, counter-clockwise from its leftmost point. Nothing is in those of a hull that is too
-    /// narrow.
+    /// Takes the columns from a hull, counter-clockwise from its leftmost point. Nothing is in those of a
+    /// hull that is too narrow.
     pub(super) fn fill(&mut self, hull: &[[f64; 2]]) {
         let Some(extent) = Extent::of(hull).filter(Extent::is_resolved) else {
             self.columns.fill(Column::default());

@@ -1,5 +1,5 @@
-/// An ellipse that is inside a convex polygon by more than rounding: about the polygon's centroid, with the axes of its
-/// distribution of area, as large as fits.
+/// An ellipse that is inside a convex polygon by more than rounding: about the polygon's centroid, with the
+/// axes of its distribution of area, as large as fits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct InnerEllipse {
     center: [f64; 2],
@@ -9,7 +9,8 @@ pub(super) struct InnerEllipse {
     yy: f64,
 }
 
-/// Share of its radius by which it is smaller than it could be, and how thin it may be for rounding to be far below that.
+/// Share of its radius by which it is smaller than it could be, and how thin it may be for rounding to be far
+/// below that.
 const MARGIN: f64 = 1e-6;
 const THINNEST: f64 = 1e-6;
 
@@ -67,8 +68,8 @@ fn centroid(hull: &[[f64; 2]]) -> Option<[f64; 2]> {
     Some([about[0] + first[0] / (3.0 * area), about[1] + first[1] / (3.0 * area)])
 }
 
-/// xx, xy, yy of the triangles between a centre and the sides, each taken for one point: what becomes of the polygon under
-/// a linear map becomes of this.
+/// xx, xy, yy of the triangles between a centre and the sides, each taken for one point: what becomes of the
+/// polygon under a linear map becomes of this.
 fn shape(hull: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
     let triangles = sides(hull).map(|side| side.map(|end| [end[0] - center[0], end[1] - center[1]]));
     triangles.fold([0.0; 3], |[xx, xy, yy], [a, b]| {

@@ -2,16 +2,16 @@ use super::inner_columns::InnerColumns;
 use super::inner_ellipse::InnerEllipse;
 use super::usable::usable;
 
-/// Tells points that lie surely within a hull from those that may be outside: by an ellipse, which is quick, then by
-/// columns, which are tight.
+/// Tells points that lie surely within a hull from those that may be outside: by an ellipse, which is quick,
+/// then by columns, which are tight.
 #[derive(Debug, Clone, Default)]
 pub(super) struct InnerRegion {
     ellipse: Option<InnerEllipse>,
     columns: InnerColumns,
 }
 
-/// The ellipse is given up when more than one in this many fours of points is not inside: branches that a processor cannot
-/// predict cost more than the columns.
+/// The ellipse is given up when more than one in this many fours of points is not inside: branches that a
+/// processor cannot predict cost more than the columns.
 const MISSED_OF: usize = 4;
 
 impl InnerRegion {

@@ -2,8 +2,8 @@ use std::cmp::Ordering;
 
 /// Sorts points by x, then y; keeps its working memory.
 ///
-/// Points are dealt out to columns of equal width, as many as there are points, and each column is sorted: O(n) when x
-/// spreads them, O(n log n) at worst.
+/// Points are dealt out to columns of equal width, as many as there are points, and each column is sorted:
+/// O(n) when x spreads them, O(n log n) at worst.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LeftToRight {
     /// Where each column ends.

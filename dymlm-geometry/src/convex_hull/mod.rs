@@ -22,33 +22,35 @@ const FEW: usize = 512;
 const SPAN: usize = 256;
 const SAMPLE: usize = 4;
 
-/// Points are compared with the hull of those before in blocks of this many, after each of which it may be computed anew.
+/// Points are compared with the hull of those before in blocks of this many, after each of which it may be
+/// computed anew.
 const BLOCK: usize = 1024;
 
-/// The hull is computed anew when there are more candidates than `MANY` and `MANY_FOR_CORNER` for each of its corners. So
-/// all computations together cost little more than the last.
+/// The hull is computed anew when there are more candidates than `MANY` and `MANY_FOR_CORNER` for each of its
+/// corners. So all computations together cost little more than the last.
 const MANY: usize = 128;
 const MANY_FOR_CORNER: usize = 3;
 
-/// The vertices of the convex hull of points in the plane, counter-clockwise from the leftmost (of several, the
-/// lowest).
+/// The vertices of the convex hull of points in the plane, counter-clockwise from the leftmost (of several,
+/// the lowest).
 ///
-/// Every vertex is a strict corner: points on an edge and repeated points are left out. The hull of points on one
-/// line is its two ends, that of one place a single vertex, that of nothing is empty. Points that are not finite
-/// or have a coordinate beyond 1e120 are passed over. All decisions are exact (coordinates between 1e-120 and
-/// 1e120 in magnitude, or 0), so no rounding ever drops a corner or keeps a dent.
+/// Every vertex is a strict corner: points on an edge and repeated points are left out. The hull of points on
+/// one line is its two ends, that of one place a single vertex, that of nothing is empty. Points that are not
+/// finite or have a coordinate beyond 1e120 are passed over. All decisions are exact (coordinates between
+/// 1e-120 and 1e120 in magnitude, or 0), so no rounding ever drops a corner or keeps a dent.
 ///
 /// # Algorithm
 ///
-/// Graham's scan as Andrew orders it: points by x, then y; the lower chain on the way out, the upper chain on the
-/// way back, each popping the corners that do not turn left. Of many points most lie well within the hull of a few,
-/// at first of the outline of a sample; one pass drops what is surely inside, and takes the hull anew when many have
-/// turned out not to be. O(n log n) at worst, O(n) when few points lie near the hull, as in scans of things.
+/// Graham's scan as Andrew orders it: points by x, then y; the lower chain on the way out, the upper chain on
+/// the way back, each popping the corners that do not turn left. Of many points most lie well within the hull
+/// of a few, at first of the outline of a sample; one pass drops what is surely inside, and takes the hull
+/// anew when many have turned out not to be. O(n log n) at worst, O(n) when few points lie near the hull, as
+/// in scans of things.
 ///
-/// Graham: "An efficient algorithm for determining the convex hull of a finite planar set", Information Processing
-/// Letters 1, 1972; Andrew: "Another efficient algorithm for convex hulls in two dimensions", Information
-/// Processing Letters 9, 1979. Dropping inner points first: Akl, Toussaint: "A fast convex hull algorithm",
-/// Information Processing Letters 7, 1978.
+/// Graham: "An efficient algorithm for determining the convex hull of a finite planar set", Information
+/// Processing Letters 1, 1972; Andrew: "Another efficient algorithm for convex hulls in two dimensions",
+/// Information Processing Letters 9, 1979. Dropping inner points first: Akl, Toussaint: "A fast convex hull
+/// algorithm", Information Processing Letters 7, 1978.
 ///
 /// ```
 /// use dymlm_geometry::convex_hull;
@@ -62,7 +64,8 @@ pub fn convex_hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     hull
 }
 
-/// [`convex_hull`] into a caller's buffers, whose content does not matter: allocates nothing once they have grown.
+/// [`convex_hull`] into a caller's buffers, whose content does not matter: allocates nothing once they have
+/// grown.
 pub fn convex_hull_into(points: &[[f64; 2]], scratch: &mut ConvexHullScratch, hull: &mut Vec<[f64; 2]>) {
     let ConvexHullScratch { candidates, outline, inner, left_to_right } = scratch;
     let mut scan = |candidates: &mut Vec<[f64; 2]>, hull: &mut Vec<[f64; 2]>| {

@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 
-/// Which way the path a -> b -> c turns: `Greater` to the left (counter-clockwise), `Less` to the right, `Equal` not
-/// at all. Exact for finite coordinates with magnitudes of 1e-120 to 1e120, or 0.
+/// Which way the path a -> b -> c turns: `Greater` to the left (counter-clockwise), `Less` to the right,
+/// `Equal` not at all. Exact for finite coordinates with magnitudes of 1e-120 to 1e120, or 0.
 ///
 /// A floating-point determinant decides where its error bound allows; else its six products are added without
 /// rounding. Shewchuk: "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
@@ -80,7 +80,8 @@ mod tests {
         let mut turns = [0; 3];
         for i in 0..64 {
             for k in 0..64 {
-                // Kettner and others: "Classroom examples of robustness problems in geometric computations", 2008.
+                // Kettner and others: "Classroom examples of robustness problems in geometric computations",
+                // 2008.
                 let points = [[0.5 + f64::from(i) * ulp, 0.5 + f64::from(k) * ulp], [1.5, 1.5], [3.0, 3.0]];
                 let turn = orientation(points[0], points[1], points[2]);
                 assert_eq!(turn, in_integers(points), "{points:?}");

@@ -40,8 +40,8 @@ use grid::Grid;
 /// cell of `min_points` points or more has core points only, and the core points of a cell belong to one
 /// cluster. What is left is to count neighbours in sparse cells, and to join cells by a union-find, looking
 /// for one near pair among the two cells' core points and only while the cells are not joined yet. The grid
-/// is a sorted list of blocks of eight cells, walked along its rows: no hash table, and memory of O(n) for any
-/// extent.
+/// is a sorted list of blocks of eight cells, walked along its rows: no hash table, and memory of O(n) for
+/// any extent.
 ///
 /// Time is O(`min_points` n) on data of bounded density, less where cells are full; O(n^2) at worst, for
 /// pairs of crowded cells that just fail to touch. The same bits come out with feature `parallel`, on any

@@ -3,7 +3,8 @@ use super::path_length::mean_path_length;
 use super::trees::{IsolationTrees, Node, height_limit};
 use dymlm_core::SplitMix64;
 
-/// Working memory of [`IsolationForest::fit_into`](crate::IsolationForest::fit_into); kept between calls, it saves all allocation.
+/// Working memory of [`IsolationForest::fit_into`](crate::IsolationForest::fit_into); kept between calls, it
+/// saves all allocation.
 #[derive(Debug, Clone, Default)]
 pub struct IsolationForestScratch<const D: usize> {
     /// Rows to draw from.

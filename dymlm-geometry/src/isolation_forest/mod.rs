@@ -15,19 +15,19 @@ use grow::grow;
 
 /// Finds rows that stand apart: those that random cuts separate from all others after few steps.
 ///
-/// Each tree is grown on [`sample_size`](IsolationForestConfig::sample_size) rows drawn without replacement. A node
-/// cuts along a column chosen at random among those in which its rows differ, at a value drawn uniformly between
-/// their least and greatest, until each row is alone, all rows are equal or the tree is as high as a balanced one,
-/// ceil(log2 of the sample). A row's score is 2^(-E/c): E is the mean over the trees of the steps to its leaf, plus
-/// c(m) for a leaf that holds m rows of the sample, and c(n) the mean path of n rows. Scores near 1 are outliers,
-/// well below 0.5 ordinary rows.
+/// Each tree is grown on [`sample_size`](IsolationForestConfig::sample_size) rows drawn without replacement.
+/// A node cuts along a column chosen at random among those in which its rows differ, at a value drawn
+/// uniformly between their least and greatest, until each row is alone, all rows are equal or the tree is as
+/// high as a balanced one, ceil(log2 of the sample). A row's score is 2^(-E/c): E is the mean over the trees
+/// of the steps to its leaf, plus c(m) for a leaf that holds m rows of the sample, and c(n) the mean path of
+/// n rows. Scores near 1 are outliers, well below 0.5 ordinary rows.
 ///
-/// A row is an array of `D` numbers: a [`Point`](dymlm_core::Point), or any features; flat row-major data is split
-/// by `as_chunks`. Rows that are not finite are not drawn, and score 1. Without a second row that differs nothing
-/// stands apart: all finite rows score 0.5.
+/// A row is an array of `D` numbers: a [`Point`](dymlm_core::Point), or any features; flat row-major data is
+/// split by `as_chunks`. Rows that are not finite are not drawn, and score 1. Without a second row that
+/// differs nothing stands apart: all finite rows score 0.5.
 ///
-/// Growing takes O(trees * sample * log sample), scoring O(n * trees * log sample) at most. The same seed gives the
-/// same trees on every machine.
+/// Growing takes O(trees * sample * log sample), scoring O(n * trees * log sample) at most. The same seed
+/// gives the same trees on every machine.
 ///
 /// Liu, Ting, Zhou: "Isolation Forest", ICDM 2008; "Isolation-Based Anomaly Detection", ACM TKDD 6, 2012.
 ///
@@ -66,7 +66,8 @@ impl IsolationForest {
         trees
     }
 
-    /// Grows the trees in a caller's buffers, whose content does not matter. Allocates nothing once they have grown.
+    /// Grows the trees in a caller's buffers, whose content does not matter. Allocates nothing once they have
+    /// grown.
     pub fn fit_into<const D: usize>(
         &self,
         rows: &[[f32; D]],
@@ -76,8 +77,8 @@ impl IsolationForest {
         grow(&self.config, rows, scratch, trees);
     }
 
-    /// Indices of the rows that score at most the [`threshold`](IsolationForestConfig::threshold) in trees grown on
-    /// them all, ascending.
+    /// Indices of the rows that score at most the [`threshold`](IsolationForestConfig::threshold) in trees
+    /// grown on them all, ascending.
     pub fn inliers<const D: usize>(&self, rows: &[[f32; D]]) -> Vec<usize> {
         let scores = self.fit(rows).scores(rows);
         (0..rows.len()).filter(|&row| scores[row] <= self.config.threshold).collect()

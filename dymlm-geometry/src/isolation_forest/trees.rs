@@ -2,9 +2,9 @@ use super::path_length::mean_path_length;
 
 /// Grown trees of an [`IsolationForest`](crate::IsolationForest), over rows of `D` columns.
 ///
-/// Every tree is stored as a full binary tree of the same height: a node's children are found without pointers, and
-/// each row takes the same number of steps, without a branch to predict. A leaf further up has nodes below it that
-/// send every row to the left.
+/// Every tree is stored as a full binary tree of the same height: a node's children are found without
+/// pointers, and each row takes the same number of steps, without a branch to predict. A leaf further up has
+/// nodes below it that send every row to the left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IsolationTrees<const D: usize> {
     /// Cuts on the way to a leaf.
@@ -52,8 +52,8 @@ fn key(x: f32) -> u32 {
 /// Rows on their way at once: their steps do not wait for one another.
 const ROWS_AT_ONCE: usize = 8;
 
-/// Every tree has at least so many steps, which makes short work of samples up to the default size: their number is
-/// known when the program is compiled.
+/// Every tree has at least so many steps, which makes short work of samples up to the default size: their
+/// number is known when the program is compiled.
 const COMMON_HEIGHT: u32 = 8;
 const COMMON_SIZE: usize = 1 << COMMON_HEIGHT;
 
@@ -136,8 +136,8 @@ struct Tree<'a> {
 }
 
 impl Tree<'_> {
-    /// Adds to each sum the length of its row's path. These are f32 of 1 and more, or 0: multiples of 2^-23, so that
-    /// the sums in f64 are exact and the order of trees does not matter.
+    /// Adds to each sum the length of its row's path. These are f32 of 1 and more, or 0: multiples of 2^-23,
+    /// so that the sums in f64 are exact and the order of trees does not matter.
     #[inline]
     fn add_paths<const D: usize, const N: usize>(&self, keys: &[[u32; D]; N], sums: &mut [f64; N]) {
         let places = match self.nodes.first_chunk::<COMMON_SIZE>() {

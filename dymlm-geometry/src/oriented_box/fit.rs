@@ -12,27 +12,29 @@ use crate::principal_axes::PrincipalAxes;
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum BoxFit {
-    /// Along the [`PrincipalAxes`], by descending variance: the paper's eq. 6. Robust, but turned by uneven sampling,
-    /// and by up to 45 degrees when the footprint is nearly square.
+    /// Along the [`PrincipalAxes`], by descending variance: the paper's eq. 6. Robust, but turned by uneven
+    /// sampling, and by up to 45 degrees when the footprint is nearly square.
     PrincipalAxes,
     /// The third principal axis, and across it the sides of the footprint's
-    /// [`minimum_area_rectangle`](crate::minimum_area_rectangle()), the longer first: the paper's eq. 7 and 8.
+    /// [`minimum_area_rectangle`](crate::minimum_area_rectangle()), the longer first: the paper's eq. 7 and
+    /// 8.
     MinimumRectangle,
-    /// The same about a known direction, for example the normal of the plane that the thing stands on: it is the
-    /// box's third axis, whatever the points say. Of any length.
+    /// The same about a known direction, for example the normal of the plane that the thing stands on: it is
+    /// the box's third axis, whatever the points say. Of any length.
     Upright {
         /// Direction of the box's third axis.
         up: [f64; 3],
     },
 }
 
-/// The box around a cloud, with axes chosen by `fit`; `None` without a finite point, without an upward direction
-/// where one is asked for, or when the points are more than [`OrientedBox::MAX_LENGTH`] apart.
+/// The box around a cloud, with axes chosen by `fit`; `None` without a finite point, without an upward
+/// direction where one is asked for, or when the points are more than [`OrientedBox::MAX_LENGTH`] apart.
 ///
-/// The box [`contains`](OrientedBox::contains) every finite point: its lengths are rounded up, by some 1e-15 of the
-/// coordinates. Of the first two axes, the component of greatest magnitude is positive; with
-/// [`Upright`](BoxFit::Upright) this is so for the first. The axes are right-handed. Points at one place, on a line or
-/// in a plane have boxes without length, width or height. Points that are not finite are passed over.
+/// The box [`contains`](OrientedBox::contains) every finite point: its lengths are rounded up, by some 1e-15
+/// of the coordinates. Of the first two axes, the component of greatest magnitude is positive; with
+/// [`Upright`](BoxFit::Upright) this is so for the first. The axes are right-handed. Points at one place, on
+/// a line or in a plane have boxes without length, width or height. Points that are not finite are passed
+/// over.
 ///
 /// O(n), and the convex hull of the footprint.
 ///
@@ -49,8 +51,8 @@ pub fn fit_oriented_box(points: &[Point], fit: BoxFit) -> Option<OrientedBox> {
     fit_oriented_box_with(points, fit, &mut OrientedBoxScratch::new())
 }
 
-/// [`fit_oriented_box`] with a caller's working memory, whose content does not matter: allocates nothing once it has
-/// grown.
+/// [`fit_oriented_box`] with a caller's working memory, whose content does not matter: allocates nothing once
+/// it has grown.
 pub fn fit_oriented_box_with(
     points: &[Point],
     fit: BoxFit,
@@ -131,8 +133,8 @@ fn around(points: &[Point], origin: Vector3, axes: [Vector3; 3]) -> Option<Orien
     OrientedBox::new(world_from_box, rounded_up(lengths, center)).ok()
 }
 
-/// Lengths that hold against the rounding of the pose and of its application to the points, of which each is some
-/// units in the last place of the greatest coordinate.
+/// Lengths that hold against the rounding of the pose and of its application to the points, of which each is
+/// some units in the last place of the greatest coordinate.
 fn rounded_up(lengths: Vector3, center: Vector3) -> Vector3 {
     const ROUNDINGS: f64 = 16.0;
     let greatest = lengths.into_iter().chain(center.map(f64::abs)).fold(0.0, f64::max);

@@ -6,8 +6,8 @@ pub use fit::{BoxFit, OrientedBoxScratch, fit_oriented_box, fit_oriented_box_wit
 
 use dymlm_core::Pose;
 
-/// A box in space: where its own frame stands, and how long it is along that frame's axes. Its frame's origin is its
-/// centre.
+/// A box in space: where its own frame stands, and how long it is along that frame's axes. Its frame's origin
+/// is its centre.
 ///
 /// Boxes may be flat (a length of zero): they have corners and contain points, and volume zero.
 ///
@@ -150,7 +150,8 @@ impl OrientedBox {
     ///
     /// # Errors
     ///
-    /// [`OrientedBoxError`] when a length becomes negative, not finite or above [`MAX_LENGTH`](Self::MAX_LENGTH).
+    /// [`OrientedBoxError`] when a length becomes negative, not finite or above
+    /// [`MAX_LENGTH`](Self::MAX_LENGTH).
     pub fn with_rim(&self, rim: f64) -> Result<Self, OrientedBoxError> {
         Self::new(self.world_from_box, self.lengths.map(|length| length + 2.0 * rim))
     }

@@ -4,10 +4,10 @@ use super::polyhedron::Polyhedron;
 impl OrientedBox {
     /// Volume that two boxes share, cubic metres, exact to rounding: some 1e-15 of the larger box's volume.
     ///
-    /// One box is clipped by the six half spaces of the other, face by face (Sutherland and Hodgman, "Reentrant polygon
-    /// clipping", 1974), each clip closing the surface with a new face; the volume follows from the divergence
-    /// theorem. Neighbouring faces share their vertices, so that the surface stays closed however rounding decides where
-    /// the boxes share planes.
+    /// One box is clipped by the six half spaces of the other, face by face (Sutherland and Hodgman,
+    /// "Reentrant polygon clipping", 1974), each clip closing the surface with a new face; the volume follows
+    /// from the divergence theorem. Neighbouring faces share their vertices, so that the surface stays closed
+    /// however rounding decides where the boxes share planes.
     ///
     /// Constant time, two to three microseconds where the boxes cross, and no allocation.
     pub fn intersection_volume(&self, other: &Self) -> f64 {
@@ -45,7 +45,8 @@ fn length(vector: [f64; 3]) -> f64 {
     vector.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-/// Corners of a box in another's frame, in the order of [`OrientedBox::corners`]; `None` when their spheres do not meet.
+/// Corners of a box in another's frame, in the order of [`OrientedBox::corners`]; `None` when their spheres
+/// do not meet.
 fn corners_in(own: &OrientedBox, other: &OrientedBox) -> Option<[[f64; 3]; 8]> {
     // Far from the origin, centres are compared before anything is multiplied.
     let (from, to) = (other.center(), own.center());

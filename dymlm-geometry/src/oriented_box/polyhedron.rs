@@ -7,9 +7,9 @@ const MOST_CORNERS: usize = 23;
 
 /// A convex polyhedron as a closed surface of faces that share vertices.
 ///
-/// A vertex is inside or outside a half space once and for all its faces, and neighbours cut an edge at one and the same
-/// new vertex. So the surface stays closed whatever rounding decides about vertices on the clipping plane, and the
-/// volume is wrong by no more than rounding, where boxes share planes too.
+/// A vertex is inside or outside a half space once and for all its faces, and neighbours cut an edge at one
+/// and the same new vertex. So the surface stays closed whatever rounding decides about vertices on the
+/// clipping plane, and the volume is wrong by no more than rounding, where boxes share planes too.
 #[derive(Debug, Clone)]
 pub(super) struct Polyhedron {
     vertices: [[f64; 3]; MOST_VERTICES],
@@ -43,8 +43,8 @@ struct CutEdges {
     count: usize,
 }
 
-/// Corners of the six sides of a box, counterclockwise seen from outside; corner k lies on the positive side of axis i
-/// where bit i of k is set.
+/// Corners of the six sides of a box, counterclockwise seen from outside; corner k lies on the positive side
+/// of axis i where bit i of k is set.
 const SIDES: [[u8; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
@@ -152,8 +152,8 @@ impl Polyhedron {
         }
     }
 
-    /// Volume: a sixth of the sum, over the triangles of the surface, of their determinants (the divergence theorem for
-    /// the field x / 3).
+    /// Volume: a sixth of the sum, over the triangles of the surface, of their determinants (the divergence
+    /// theorem for the field x / 3).
     pub(super) fn volume(&self) -> f64 {
         let faces = &self.faces[..self.face_count];
         let Some(first) = faces.first() else { return 0.0 };

@@ -6,9 +6,9 @@ use crate::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 
 /// Finds the clusters of a box's samples, and the one that is the thing in the box.
 ///
-/// DBSCAN runs in the coordinates (column, row, depth), each in units of its own radius: columns and rows by the distance of
-/// the samples, depths by the sensor's noise and by how much a sloping surface recedes from one sample to the next, both at
-/// their depth. So the same settings hold for every camera and depth.
+/// DBSCAN runs in the coordinates (column, row, depth), each in units of its own radius: columns and rows by
+/// the distance of the samples, depths by the sensor's noise and by how much a sloping surface recedes from
+/// one sample to the next, both at their depth. So the same settings hold for every camera and depth.
 ///
 /// Costs O(n log n) for n samples.
 ///
@@ -47,8 +47,8 @@ pub struct BoxSegmenter {
 
 /// Radius of DBSCAN in the image, in distances between samples: two, and the diagonals among them.
 const EPS_SAMPLES: f32 = 2.5;
-/// Neighbours that make a core sample, itself counted: those that a strip one sample wide has within the radius, such as a leg
-/// seen through the slats of a chair.
+/// Neighbours that make a core sample, itself counted: those that a strip one sample wide has within the
+/// radius, such as a leg seen through the slats of a chair.
 const MIN_POINTS: usize = 5;
 
 impl BoxSegmenter {
@@ -116,8 +116,8 @@ impl BoxSegmenter {
         labelled.filter_map(|(&sample, label)| label.map(|label| (sample as usize, label as usize)))
     }
 
-    /// The cluster of the highest score: the sum over its samples in the box of `weight`, times `factor`. The first of
-    /// equals; `None` when no score is positive.
+    /// The cluster of the highest score: the sum over its samples in the box of `weight`, times `factor`. The
+    /// first of equals; `None` when no score is positive.
     pub fn best(
         &mut self,
         grid: &SampleGrid,

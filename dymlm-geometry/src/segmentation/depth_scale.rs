@@ -1,7 +1,7 @@
 use dymlm_core::SensorModel;
 
-/// How far apart in depth two neighbours on one surface may be: by the sensor's noise, by how much a surface recedes from
-/// one sample to the next, and by a constant.
+/// How far apart in depth two neighbours on one surface may be: by the sensor's noise, by how much a surface
+/// recedes from one sample to the next, and by a constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct DepthRadius {
     pub(super) sensor: SensorModel,
@@ -24,7 +24,8 @@ impl DepthRadius {
     }
 }
 
-/// Depths in units of a radius that grows with depth: the integral of 1 / radius, so that one radius of 1 serves all depths.
+/// Depths in units of a radius that grows with depth: the integral of 1 / radius, so that one radius of 1
+/// serves all depths.
 #[derive(Debug, Clone, Default)]
 pub(super) struct DepthScale {
     radius: Option<DepthRadius>,

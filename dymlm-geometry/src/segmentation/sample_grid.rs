@@ -52,7 +52,9 @@ impl<'a> BoxView<'a> {
     }
 }
 
-/// Samples on a grid over a box and a margin around it ([`BoxSegmenter::sample`](crate::BoxSegmenter::sample)), one a cell of `stride` pixels a side, at its middle pixel.
+/// Samples on a grid over a box and a margin around it
+/// ([`BoxSegmenter::sample`](crate::BoxSegmenter::sample)), one a cell of `stride` pixels a side, at its
+/// middle pixel.
 ///
 /// A buffer to keep: filled again for each box, it allocates only to grow.
 #[derive(Debug, Clone, Default)]
@@ -249,8 +251,8 @@ fn widened(own: &BoundingBox, x: f32, y: f32) -> BoundingBox {
     BoundingBox::try_from(sides).unwrap_or(*own)
 }
 
-/// Mean of the static readings around a pixel that can be of its surface: their noise divided by three or more, and
-/// unbiased on slopes, since places are averaged with depths.
+/// Mean of the static readings around a pixel that can be of its surface: their noise divided by three or
+/// more, and unbiased on slopes, since places are averaged with depths.
 fn smoothed(view: &BoxView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
     let camera = view.camera;
     let (width, height) = (camera.width(), camera.height());

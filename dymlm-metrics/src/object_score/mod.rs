@@ -27,20 +27,20 @@ pub struct EstimatedObject {
 
 /// Scores the objects of a map against the true ones. Both are compared as boxes, of which volumes are exact.
 ///
-/// - **Match**: estimates and true objects are paired one to one, so that the sum of their intersections over unions is
-///   greatest, from pairs of at least 0.25, the threshold of
-///   the `ScanNet` and SUN RGB-D benchmarks; labels play no part in it.
+/// - **Match**: estimates and true objects are paired one to one, so that the sum of their intersections over
+///   unions is greatest, from pairs of at least 0.25, the threshold of the `ScanNet` and SUN RGB-D
+///   benchmarks; labels play no part in it.
 /// - **Asked for** is an object that at least 8 frames saw. A match with another
 ///   object counts as right in all that follows but recall.
-/// - **Recall** = objects asked for with a match / objects asked for. **Precision** = estimates with a match /
-///   estimates. **Label accuracy** = matches with the right label / matches.
-/// - **Duplicates**: estimates without a match that reach 0.25 with an object that has one, or whose centre lies in its
-///   box. They are missing in precision too.
+/// - **Recall** = objects asked for with a match / objects asked for. **Precision** = estimates with a match
+///   / estimates. **Label accuracy** = matches with the right label / matches.
+/// - **Duplicates**: estimates without a match that reach 0.25 with an object that has one, or whose centre
+///   lies in its box. They are missing in precision too.
 /// - **Mean `IoU`** of the matches' boxes, oriented, in 3D. **Centre error**: distance between the centres.
-/// - **Yaw error**: angle about the true box's z axis (the vertical) between the longer horizontal axes of the two boxes,
-///   up to half a turn; for a square footprint between any horizontal axes, up to a quarter turn; for a round object
-///   none. The estimate's horizontal axes are the two that are furthest from the vertical, in whichever order it
-///   names them.
+/// - **Yaw error**: angle about the true box's z axis (the vertical) between the longer horizontal axes of
+///   the two boxes, up to half a turn; for a square footprint between any horizontal axes, up to a quarter
+///   turn; for a round object none. The estimate's horizontal axes are the two that are furthest from the
+///   vertical, in whichever order it names them.
 ///
 /// O(n m) overlaps of microseconds each, and O((n + m)^3) for the assignment.
 ///

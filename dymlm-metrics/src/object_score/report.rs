@@ -1,6 +1,7 @@
 use crate::Spread;
 
-/// How a map's objects compare with the true ones; see [`score_objects`](crate::score_objects) for the formulas.
+/// How a map's objects compare with the true ones; see [`score_objects`](crate::score_objects) for the
+/// formulas.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -34,14 +35,15 @@ pub struct ObjectMatch {
     pub estimate: usize,
     /// Id of the true object.
     pub object: usize,
-    /// Whether the object was asked for: others are visible in too few frames, and their match is neither a hit nor
-    /// an error.
+    /// Whether the object was asked for: others are visible in too few frames, and their match is neither a
+    /// hit nor an error.
     pub demand: Demand,
     /// Intersection over union of the boxes' volumes.
     pub iou: f64,
     /// Distance between the centres, metres.
     pub center_error: f64,
-    /// Angle about the vertical between the boxes, up to the object's symmetry, degrees; `None` for a round object.
+    /// Angle about the vertical between the boxes, up to the object's symmetry, degrees; `None` for a round
+    /// object.
     pub yaw_error_degrees: Option<f64>,
     /// Whether the labels are the same.
     pub label: LabelVerdict,

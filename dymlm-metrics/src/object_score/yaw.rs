@@ -3,7 +3,8 @@ use dymlm_geometry::OrientedBox;
 
 use crate::YawSymmetry;
 
-/// Angle about the true box's z axis between the two boxes, degrees, up to the symmetry; `None` for round things.
+/// Angle about the true box's z axis between the two boxes, degrees, up to the symmetry; `None` for round
+/// things.
 pub(super) fn yaw_error_degrees(
     estimate: &OrientedBox,
     truth: &OrientedBox,

@@ -32,8 +32,8 @@ pub(super) fn asked_faces(faces: &[TrueFace]) -> Vec<AskedFace> {
     asked.collect()
 }
 
-/// Area of the seen cells that lie in a square of side `width`, three quarters of which are seen; by sums over the
-/// rectangles from the first corner, O(cells x cells of a square).
+/// Area of the seen cells that lie in a square of side `width`, three quarters of which are seen; by sums
+/// over the rectangles from the first corner, O(cells x cells of a square).
 fn wide_area(face: &TrueFace, width: f64) -> f64 {
     let raster = &face.cells.raster;
     let (columns, rows) = (raster.columns(), raster.rows());
@@ -100,7 +100,8 @@ mod tests {
     #[test]
     fn wide_area_is_what_squares_cover() {
         assert!((wide_area(&rectangle(0.4, 0.2), 0.1) - 0.08).abs() < 1e-9);
-        // A strip of 4 cm along a square of 40 cm: as far as squares of 10 cm that are seen by three quarters reach.
+        // A strip of 4 cm along a square of 40 cm: as far as squares of 10 cm that are seen by three quarters
+        // reach.
         let mut face = rectangle(1.0, 0.4);
         for (cell, seen) in face.cells.seen.iter_mut().enumerate() {
             *seen = cell % 50 < 20 || cell / 50 < 2;

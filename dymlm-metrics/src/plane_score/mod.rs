@@ -16,31 +16,32 @@ use crate::TrueFace;
 
 /// Scores the finite planes of a map against the true faces.
 ///
-/// A plane is divided into cells of 2 cm within its boundary. A cell lies on a face when the cell's middle, projected
-/// along the face's normal, falls within the face's outline, no further than 5 cm away, and the angle between plane and
-/// face is at most 10 degrees, up to sign; on the nearest such face if there are several (one that faces the other way
-/// is taken to be 2 cm further away), of those of which there is any reading. All areas below are counted in such cells,
-/// or in the faces' own. A face and its
+/// A plane is divided into cells of 2 cm within its boundary. A cell lies on a face when the cell's middle,
+/// projected along the face's normal, falls within the face's outline, no further than 5 cm away, and the
+/// angle between plane and face is at most 10 degrees, up to sign; on the nearest such face if there are
+/// several (one that faces the other way is taken to be 2 cm further away), of those of which there is any
+/// reading. All areas below are counted in such cells, or in the faces' own. A face and its
 /// [reliefs](TrueFace::relief) are asked for together, and are called a face here.
 ///
 /// - **Match**: a plane stands for the face that holds most of its area, if that is more than half of it.
-/// - **Asked for** is a face whose visible area is at least 0.08 m2, strips narrower than 10 cm not counted. Its reliefs
-///   below 0.08 m2 may be covered or not, in all that follows.
-/// - **Recall** = faces found / faces asked for; found is a face with a matching plane, when all its matching planes
-///   cover at least a quarter of its visible area.
+/// - **Asked for** is a face whose visible area is at least 0.08 m2, strips narrower than 10 cm not counted.
+///   Its reliefs below 0.08 m2 may be covered or not, in all that follows.
+/// - **Recall** = faces found / faces asked for; found is a face with a matching plane, when all its matching
+///   planes cover at least a quarter of its visible area.
 /// - **Precision** = planes with a match / planes.
-/// - **Duplicates**: planes that match the same face as an earlier one. On a face with reliefs, two planes that have most
-///   of their areas on different members are duplicates only if both spread over several members (four fifths of
-///   neither lie on one) and overlap by a fifth of the smaller one: a map may tell a keyboard from the desk, but need
-///   not.
-/// - **Wrongly merged**: planes with substantial parts of their area (above a fifth of it, or above 0.08 m2) on each of
-///   several faces asked for.
+/// - **Duplicates**: planes that match the same face as an earlier one. On a face with reliefs, two planes
+///   that have most of their areas on different members are duplicates only if both spread over several
+///   members (four fifths of neither lie on one) and overlap by a fifth of the smaller one: a map may tell a
+///   keyboard from the desk, but need not.
+/// - **Wrongly merged**: planes with substantial parts of their area (above a fifth of it, or above 0.08 m2)
+///   on each of several faces asked for.
 /// - **Area recall** = visible area of the faces asked for that any plane covers / their visible area. **Area
-///   precision** = area of the planes on parts of faces with a reading / that area and the area on no face. Area on
-///   parts without a reading (below things that stand there) is left out.
-/// - **Angle** of a match: between the normals, up to sign; a normal of the wrong sign is a sign error. **Offset**: mean
-///   over the plane's area on the face of the signed distance to it, absolute.
-/// - **Boundary `IoU`** of a face: seen cells covered by its planes / (seen cells + area of its planes beyond it).
+///   precision** = area of the planes on parts of faces with a reading / that area and the area on no face.
+///   Area on parts without a reading (below things that stand there) is left out.
+/// - **Angle** of a match: between the normals, up to sign; a normal of the wrong sign is a sign error.
+///   **Offset**: mean over the plane's area on the face of the signed distance to it, absolute.
+/// - **Boundary `IoU`** of a face: seen cells covered by its planes / (seen cells + area of its planes beyond
+///   it).
 ///
 /// O(planes x cells x faces within reach); 50 planes of a room take well below a second.
 ///
@@ -185,7 +186,8 @@ fn angle_degrees(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(sine, sine).sqrt().atan2(dot(a, b).abs()).to_degrees()
 }
 
-/// Seen area of some faces that planes cover, while they lie on the face of id `relief` or on one of its reliefs.
+/// Seen area of some faces that planes cover, while they lie on the face of id `relief` or on one of its
+/// reliefs.
 fn covered_area(members: &[usize], relief: usize, planes: &[&PlacedPlane<'_>], faces: &[TrueFace]) -> f64 {
     let belongs = |index: usize| faces[index].relief == relief;
     let covered = members.iter().map(|&member| {

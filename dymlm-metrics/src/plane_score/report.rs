@@ -1,6 +1,7 @@
 use crate::Spread;
 
-/// How a map's planes compare with the true faces; see [`score_planes`](crate::score_planes) for the formulas.
+/// How a map's planes compare with the true faces; see [`score_planes`](crate::score_planes) for the
+/// formulas.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -19,10 +20,11 @@ pub struct PlaneScore {
     pub wrongly_merged: Vec<MergedPlane>,
     /// Visible area of the faces asked for, square metres.
     pub visible_area: f64,
-    /// Share of the visible area of the faces asked for that planes cover, 0..=1; `None` when none is asked for.
+    /// Share of the visible area of the faces asked for that planes cover, 0..=1; `None` when none is asked
+    /// for.
     pub area_recall: Option<f64>,
-    /// Share of the planes' area that lies on faces, what lies on parts of them without a reading left out, 0..=1; `None`
-    /// without planes.
+    /// Share of the planes' area that lies on faces, what lies on parts of them without a reading left out,
+    /// 0..=1; `None` without planes.
     pub area_precision: Option<f64>,
     /// Angles between matched planes and their faces, up to sign, degrees; `None` without a match.
     pub angle_degrees: Option<Spread>,
@@ -47,8 +49,9 @@ pub struct PlaneMatch {
     pub face_share: f64,
     /// Angle between the normals, up to sign, degrees.
     pub angle_degrees: f64,
-    /// Mean over the plane's area on the face and its reliefs of its signed distance from them, metres: positive where
-    /// the plane lies before the face. For a single face this is the distance at the centroid of that area.
+    /// Mean over the plane's area on the face and its reliefs of its signed distance from them, metres:
+    /// positive where the plane lies before the face. For a single face this is the distance at the centroid
+    /// of that area.
     pub offset: f64,
     /// Which way the plane's normal points.
     pub facing: Facing,
@@ -75,8 +78,8 @@ pub struct FaceScore {
     pub visible_area: f64,
     /// Share of that area that the planes matching it cover, 0..=1.
     pub coverage: f64,
-    /// Intersection over union of what is seen and what the planes matching it cover; unseen parts within the outline
-    /// count neither way. 0 when no plane matches it.
+    /// Intersection over union of what is seen and what the planes matching it cover; unseen parts within the
+    /// outline count neither way. 0 when no plane matches it.
     pub boundary_iou: f64,
     /// Whether it was found.
     pub state: FaceState,

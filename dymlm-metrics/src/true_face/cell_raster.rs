@@ -1,6 +1,7 @@
 use dymlm_core::vector3::{along, cross, difference, dot, unit};
 
-/// A piece of a plane divided into rectangular cells, whose coordinates run from 0 to the extents along two axes.
+/// A piece of a plane divided into rectangular cells, whose coordinates run from 0 to the extents along two
+/// axes.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CellRaster {
@@ -17,9 +18,10 @@ pub struct CellRaster {
 const MOST_CELLS: f64 = 2000.0;
 
 impl CellRaster {
-    /// Cells of about `cell` metres over the bounds of some points of a plane, of which `along_u` is a direction. The
-    /// cells' sides are adapted so that whole cells fill the bounds: the cells of a rectangle that `along_u` is a
-    /// side of have exactly its area. `None` when the points span no area or are not finite.
+    /// Cells of about `cell` metres over the bounds of some points of a plane, of which `along_u` is a
+    /// direction. The cells' sides are adapted so that whole cells fill the bounds: the cells of a rectangle
+    /// that `along_u` is a side of have exactly its area. `None` when the points span no area or are not
+    /// finite.
     pub fn around(
         points: impl Iterator<Item = [f64; 3]>,
         normal: [f64; 3],
@@ -121,8 +123,9 @@ impl CellRaster {
         along(along(self.corner, u, self.axes[0]), v, self.axes[1])
     }
 
-    /// The cells whose middles lie within polygons, by the even-odd rule over all rings (so a ring within a ring is a
-    /// hole), after projection onto the plane. Points that are not finite are left out of their rings.
+    /// The cells whose middles lie within polygons, by the even-odd rule over all rings (so a ring within a
+    /// ring is a hole), after projection onto the plane. Points that are not finite are left out of their
+    /// rings.
     ///
     /// O(cells + sum of the rows that each edge spans).
     pub fn fill(&self, rings: &[Vec<[f64; 3]>]) -> Vec<bool> {

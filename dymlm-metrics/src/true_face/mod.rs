@@ -8,26 +8,28 @@ use dymlm_core::Plane;
 use dymlm_core::vector3::difference;
 use rings::rings_around;
 
-/// A finite plane face of the true world: one flat side of things, as large as it is, and which part of it was seen.
+/// A finite plane face of the true world: one flat side of things, as large as it is, and which part of it
+/// was seen.
 ///
-/// For a recording whose faces were measured by hand, make them with [`new`](Self::new); who knows which parts of a face
-/// were seen, with [`from_cells`](Self::from_cells). `dymlm_sim::Truth` has those of its sequences.
+/// For a recording whose faces were measured by hand, make them with [`new`](Self::new); who knows which
+/// parts of a face were seen, with [`from_cells`](Self::from_cells). `dymlm_sim::Truth` has those of its
+/// sequences.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrueFace {
     /// Tells faces apart.
     pub id: usize,
-    /// The face that this one is no more than 3 cm in front of (or behind), within its outline: a keyboard's and a
-    /// paper's face on a desk, drawers before a cabinet. Its own `id` for all others. Such faces are asked
-    /// for together, since a depth camera can hardly tell them apart.
+    /// The face that this one is no more than 3 cm in front of (or behind), within its outline: a keyboard's
+    /// and a paper's face on a desk, drawers before a cabinet. Its own `id` for all others. Such faces are
+    /// asked for together, since a depth camera can hardly tell them apart.
     pub relief: usize,
     /// COCO label of the thing whose face it is.
     pub label: Option<String>,
     /// The face in the world; the normal points outwards, to where it can be seen from.
     pub plane: Plane,
-    /// Polygons in the world, counterclockwise about the normal, one a flat piece that the face is made of; the pieces
-    /// touch or overlap. Discs are polygons of 48 corners.
+    /// Polygons in the world, counterclockwise about the normal, one a flat piece that the face is made of;
+    /// the pieces touch or overlap. Discs are polygons of 48 corners.
     pub outline: Vec<Vec<[f64; 3]>>,
     /// Area within the outline, square metres, seen or not; to a cell of the raster.
     pub area: f64,
@@ -51,8 +53,8 @@ pub struct FaceCells {
 }
 
 impl TrueFace {
-    /// A face that was seen as a whole, from polygons on a plane and in cells of about `cell` metres. `None` when the
-    /// polygons enclose no cell.
+    /// A face that was seen as a whole, from polygons on a plane and in cells of about `cell` metres. `None`
+    /// when the polygons enclose no cell.
     ///
     /// ```
     /// use dymlm_core::Plane;
@@ -86,8 +88,8 @@ impl TrueFace {
         &self.cells
     }
 
-    /// The seen part as polygons in the world: outer rings counterclockwise about the normal, holes clockwise, along the
-    /// sides of the cells.
+    /// The seen part as polygons in the world: outer rings counterclockwise about the normal, holes
+    /// clockwise, along the sides of the cells.
     pub fn visible_boundary(&self) -> Vec<Vec<[f64; 3]>> {
         rings_around(&self.cells.raster, &self.cells.seen)
     }

@@ -5,8 +5,8 @@ use super::cell_raster::CellRaster;
 /// A corner of cells: row and column, counted from the first corner.
 type Corner = (usize, usize);
 
-/// Rings along the outer sides of the marked cells: counterclockwise round cells, clockwise round holes. Where two cells
-/// meet at a corner only, their rings stay apart.
+/// Rings along the outer sides of the marked cells: counterclockwise round cells, clockwise round holes.
+/// Where two cells meet at a corner only, their rings stay apart.
 ///
 /// O(n log n) in the number of sides.
 pub(super) fn rings_around(raster: &CellRaster, marked: &[bool]) -> Vec<Vec<[f64; 3]>> {
@@ -53,7 +53,8 @@ fn outer_sides(raster: &CellRaster, marked: &[bool]) -> BTreeMap<Corner, Vec<Cor
     sides
 }
 
-/// Takes the side that goes on from `at`; at a corner where two go on, the one that turns left, round the same cell.
+/// Takes the side that goes on from `at`; at a corner where two go on, the one that turns left, round the
+/// same cell.
 fn take_next(sides: &mut BTreeMap<Corner, Vec<Corner>>, at: Corner, from: Option<Corner>) -> Option<Corner> {
     let onward = sides.get_mut(&at)?;
     let left = from.and_then(|from| onward.iter().position(|&to| turn(from, at, to) > 0));

@@ -8,8 +8,8 @@ use crate::{MapObject, ObjectObservation, ObjectView};
 /// Affinities in fixed point: sums of assignments compare exactly, on every machine.
 const ONE: f64 = (1_u64 << 38) as f64;
 
-/// What the four tests say of a detection and an object; `None` where a test has nothing to say. A pair that fails the
-/// first is not asked further.
+/// What the four tests say of a detection and an object; `None` where a test has nothing to say. A pair that
+/// fails the first is not asked further.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

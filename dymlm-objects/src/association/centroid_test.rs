@@ -24,15 +24,16 @@ use crate::quantiles::{fisher_f_quantile, student_t_quantile};
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum CentroidTest {
-    /// Hotelling's T^2 for one new observation: with m centroids of mean x and sample covariance S,
-    /// T^2 = m / (m + 1) (c - x)^T S^-1 (c - x) is distributed as 3 (m - 1) / (m - 3) F(3, m - 3), so that a true
+    /// Hotelling's T^2 for one new observation: with m centroids of mean x and sample covariance S, T^2 = m /
+    /// (m + 1) (c - x)^T S^-1 (c - x) is distributed as 3 (m - 1) / (m - 3) F(3, m - 3), so that a true
     /// observation is rejected with probability alpha. From m = 4 on.
     ///
     /// Hotelling: "The Generalization of Student's Ratio", Annals of Mathematical Statistics 1931.
     #[default]
     Prediction,
-    /// The paper's eq. 9 to 12: |t| <= `t_{alpha/2, m-1}` on each axis, with t = (x - c) / (sigma / sqrt m). It asks whether c
-    /// is the *mean* of the cloud, and so rejects nearly every true observation once m is large. From m = 2 on.
+    /// The paper's eq. 9 to 12: |t| <= `t_{alpha/2, m-1}` on each axis, with t = (x - c) / (sigma / sqrt m).
+    /// It asks whether c is the *mean* of the cloud, and so rejects nearly every true observation once m is
+    /// large. From m = 2 on.
     OneSampleT,
 }
 

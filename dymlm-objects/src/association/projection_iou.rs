@@ -2,8 +2,8 @@ use dymlm_core::{BoundingBox, PinholeCamera};
 
 use crate::{Completeness, SideView};
 
-/// Intersection over union of a projected and a detected box, as far as both can be compared: the projection is clipped
-/// to the image, and on sides where something else ends the detection it may reach further.
+/// Intersection over union of a projected and a detected box, as far as both can be compared: the projection
+/// is clipped to the image, and on sides where something else ends the detection it may reach further.
 pub(crate) fn visible_iou(
     projected: &BoundingBox,
     detected: &BoundingBox,

@@ -5,9 +5,9 @@ use crate::{MapObject, ObjectObservation};
 /// Points of an observation that are looked for, at most.
 const MAX_POINTS: usize = 128;
 
-/// Share of an observation's points that an object has too, 0..=1: of the caller's map points, when both have some, else
-/// of the surface points, which lie in the cells of the object's cloud or not. `places` are the observation's points in the
-/// world. `None` when there is nothing to compare.
+/// Share of an observation's points that an object has too, 0..=1: of the caller's map points, when both have
+/// some, else of the surface points, which lie in the cells of the object's cloud or not. `places` are the
+/// observation's points in the world. `None` when there is nothing to compare.
 pub(super) fn shared_share(
     observation: &ObjectObservation,
     places: &[Vector3],

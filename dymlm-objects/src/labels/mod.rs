@@ -1,4 +1,5 @@
-//! What is known of an object from its label alone: how large such things are, and what shape stands for them.
+//! What is known of an object from its label alone: how large such things are, and what shape stands for
+//! them.
 
 mod coco_sizes;
 mod shape_table;

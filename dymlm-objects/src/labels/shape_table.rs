@@ -21,8 +21,9 @@ impl ShapeKind {
     }
 }
 
-/// The shapes of labels; one that is not listed is an ellipsoid. By default the regular things of COCO are cuboids, as in the
-/// paper: tv, laptop, keyboard, book and so on. In a config file the labels listed extend the default:
+/// The shapes of labels; one that is not listed is an ellipsoid. By default the regular things of COCO are
+/// cuboids, as in the paper: tv, laptop, keyboard, book and so on. In a config file the labels listed extend
+/// the default:
 ///
 /// ```toml
 /// [objects.shapes]

@@ -32,13 +32,13 @@ impl From<SizeRange> for [f64; 3] {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Footprint {
-    /// About as wide as long, whichever way it is turned: a bottle, a chair. Its unseen side is as far away as its
-    /// seen sides are from each other.
+    /// About as wide as long, whichever way it is turned: a bottle, a chair. Its unseen side is as far away
+    /// as its seen sides are from each other.
     Even,
     /// Longer than wide: a keyboard, a book.
     Oblong,
-    /// An upright plate on a foot that is wider than it, before and behind it: a monitor. The foot is mostly hidden or lost
-    /// in the noise.
+    /// An upright plate on a foot that is wider than it, before and behind it: a monitor. The foot is mostly
+    /// hidden or lost in the noise.
     Plate,
 }
 
@@ -75,9 +75,10 @@ impl SizePrior {
         Self { label: label.into(), length, width, height, footprint }
     }
 
-    /// Whether a thing of these dimensions may be of this kind: length, width and height of an upright one, else in any
-    /// order. None is above the greatest plausible one by more than the factor `slack`, and none is below the least by more,
-    /// except the width (of unknown pose: the shortest), which is what noise and view make of it.
+    /// Whether a thing of these dimensions may be of this kind: length, width and height of an upright one,
+    /// else in any order. None is above the greatest plausible one by more than the factor `slack`, and none
+    /// is below the least by more, except the width (of unknown pose: the shortest), which is what noise and
+    /// view make of it.
     pub fn admits(&self, dimensions: [f64; 3], pose: UprightPose, slack: f64) -> bool {
         let least = self.limits(pose, |range| range.min);
         let own = in_order(dimensions, pose);
@@ -92,7 +93,8 @@ impl SizePrior {
         (0..3).all(|axis| own[axis] <= slack * most[axis])
     }
 
-    /// The least height above what it stands on, metres, at which its upper end can be; noise and trimmed ends considered.
+    /// The least height above what it stands on, metres, at which its upper end can be; noise and trimmed
+    /// ends considered.
     pub(crate) fn least_standing_height(&self) -> f64 {
         self.height.min / STANDING_SLACK
     }
@@ -125,8 +127,8 @@ fn in_order([a, b, c]: [f64; 3], pose: UprightPose) -> [f64; 3] {
     }
 }
 
-/// The sizes of all labels known; by default those of COCO's things that do not move by themselves. In a config file, a list of
-/// [`SizePrior`]s extends the default: `[[objects.sizes]]`.
+/// The sizes of all labels known; by default those of COCO's things that do not move by themselves. In a
+/// config file, a list of [`SizePrior`]s extends the default: `[[objects.sizes]]`.
 ///
 /// ```
 /// use dymlm_objects::{Footprint, SizePrior, SizePriors};

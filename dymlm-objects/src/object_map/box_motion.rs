@@ -1,6 +1,7 @@
 use dymlm_core::BoundingBox;
 
-/// The last two boxes of an object in the image, and where the next one is expected: the motion goes on as it was.
+/// The last two boxes of an object in the image, and where the next one is expected: the motion goes on as it
+/// was.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BoxMotion {
     last: Option<TimedBox>,

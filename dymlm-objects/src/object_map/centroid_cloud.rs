@@ -1,7 +1,8 @@
 use dymlm_core::Pose;
 use dymlm_core::vector3::{Vector3, difference};
 
-/// The centroids of an object's observations: their number, mean and spread (paper IV-B, the centroid cluster C).
+/// The centroids of an object's observations: their number, mean and spread (paper IV-B, the centroid cluster
+/// C).
 ///
 /// Running sums (Welford 1962), three axes at once.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -74,7 +75,8 @@ impl CentroidCloud {
         self.mean
     }
 
-    /// Their sample covariance (divided by one less than their number), square metres; `None` of fewer than two.
+    /// Their sample covariance (divided by one less than their number), square metres; `None` of fewer than
+    /// two.
     pub fn covariance(&self) -> Option<[[f64; 3]; 3]> {
         let degrees = f64::from(self.count.checked_sub(1).filter(|&degrees| degrees > 0)?);
         let [xx, xy, xz, yy, yz, zz] = self.products.map(|product| product / degrees);

@@ -22,8 +22,8 @@ impl KeyView {
     }
 }
 
-/// A bounded choice of an object's views, spread evenly over its observations: when there are too many, every second one
-/// goes, and from then on only every second is taken.
+/// A bounded choice of an object's views, spread evenly over its observations: when there are too many, every
+/// second one goes, and from then on only every second is taken.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct KeyViews {
     views: Vec<KeyView>,

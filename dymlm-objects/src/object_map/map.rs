@@ -6,9 +6,9 @@ use super::{MapObject, ObjectState};
 
 /// The objects of the static world.
 ///
-/// Its length, its iteration and all its queries mean objects that are confirmed; [`candidates`](Self::candidates) are those
-/// seen too seldom. Ids are given once and never again: of two merged objects the one with more observations keeps its id,
-/// and the other's leads to it.
+/// Its length, its iteration and all its queries mean objects that are confirmed;
+/// [`candidates`](Self::candidates) are those seen too seldom. Ids are given once and never again: of two
+/// merged objects the one with more observations keeps its id, and the other's leads to it.
 #[derive(Debug, Clone, Default)]
 pub struct ObjectMap {
     /// By ascending id.
@@ -31,7 +31,8 @@ impl ObjectMap {
         self.objects.iter().filter(|object| object.state == ObjectState::Tentative)
     }
 
-    /// The object of an id, confirmed or not; of a merged object the one that it went into. `None` once it was removed.
+    /// The object of an id, confirmed or not; of a merged object the one that it went into. `None` once it
+    /// was removed.
     pub fn object(&self, id: ObjectId) -> Option<&MapObject> {
         self.place(self.current_id(id)).and_then(|place| self.objects.get(place))
     }

@@ -142,8 +142,8 @@ impl MapObject {
         self.last_seen
     }
 
-    /// The plane that it stands on, as most observations have it; when its foot is hidden in all, the one that things beside
-    /// it stand on.
+    /// The plane that it stands on, as most observations have it; when its foot is hidden in all, the one
+    /// that things beside it stand on.
     pub fn support(&self) -> Option<SupportPlane> {
         self.seen_support().or(self.borrowed_support)
     }
@@ -258,7 +258,8 @@ impl MapObject {
         patch
     }
 
-    /// The points of an observation that can be the object's: once it is known, those in its box and somewhat around.
+    /// The points of an observation that can be the object's: once it is known, those in its box and somewhat
+    /// around.
     fn patch(
         &self,
         observation: &ObjectObservation,
@@ -330,8 +331,8 @@ impl MapObject {
     }
 }
 
-/// Share of the observations that must have found an object on a plane of the map, or on a level patch, of which a cluttered
-/// table has many.
+/// Share of the observations that must have found an object on a plane of the map, or on a level patch, of
+/// which a cluttered table has many.
 const MAP_PLANE_SHARE: f64 = 0.1;
 const LEVEL_PATCH_SHARE: f64 = 0.3;
 /// Observations after which an object's box tells which points can be its.

@@ -5,8 +5,8 @@ use dymlm_core::{Point, Pose, SensorModel};
 
 /// The fused surface points of an object, in voxels about its first centroid.
 ///
-/// Sums are integers: what was added can be taken out again without a trace, and the order does not matter. When there are
-/// too many voxels, their side doubles.
+/// Sums are integers: what was added can be taken out again without a trace, and the order does not matter.
+/// When there are too many voxels, their side doubles.
 #[derive(Debug, Clone)]
 pub(crate) struct ObjectCloud {
     origin: Vector3,
@@ -58,7 +58,8 @@ impl ObjectCloud {
         self.voxels.len()
     }
 
-    /// The points of an observation, in the camera frame, as voxels; of those that `is_wanted`, asked in the world.
+    /// The points of an observation, in the camera frame, as voxels; of those that `is_wanted`, asked in the
+    /// world.
     pub(crate) fn patch(
         &self,
         points: &[Point],

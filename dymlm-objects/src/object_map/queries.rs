@@ -31,8 +31,8 @@ impl ObjectMap {
         near.into_iter().map(|(_, object)| object).collect()
     }
 
-    /// The objects that a ray meets, nearest first (by id among equals): boxes or ellipsoids, as their shapes are.
-    /// Nothing is met along a direction that has no length.
+    /// The objects that a ray meets, nearest first (by id among equals): boxes or ellipsoids, as their shapes
+    /// are. Nothing is met along a direction that has no length.
     pub fn along_ray(&self, origin: [f64; 3], direction: [f64; 3]) -> Vec<RayHit<'_>> {
         let Some(direction) = unit(direction) else { return Vec::new() };
         let hit = |object| {

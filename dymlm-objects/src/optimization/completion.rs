@@ -5,12 +5,12 @@ use dymlm_geometry::OrientedBox;
 use crate::object_map::{KeyView, KeyViews};
 use crate::{Footprint, SideView, SizePrior};
 
-/// Grows a box where no camera has seen the object's end, to the size that such a thing usually has: away from the cameras,
-/// and to the sides that something hides in most of the views. What was measured is never shortened, and an `upright` box
-/// keeps its height.
+/// Grows a box where no camera has seen the object's end, to the size that such a thing usually has: away
+/// from the cameras, and to the sides that something hides in most of the views. What was measured is never
+/// shortened, and an `upright` box keeps its height.
 ///
-/// A thing with an even footprint is as deep as it is wide, give or take what is usual; of an oblong one the side that fits
-/// better is its length; the foot of a plate reaches as far before it as behind.
+/// A thing with an even footprint is as deep as it is wide, give or take what is usual; of an oblong one the
+/// side that fits better is its length; the foot of a plate reaches as far before it as behind.
 pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, upright: bool) -> OrientedBox {
     let Some(mean_view) = mean_view(own, views) else { return *own };
     let axes = axes_of(own);
@@ -39,7 +39,8 @@ pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, u
     widen(&grown, depth, [-away, away], shares, usual.depth)
 }
 
-/// Grows an upright box of which no view shows the foot, and under which no plane is known, down to the usual height.
+/// Grows an upright box of which no view shows the foot, and under which no plane is known, down to the usual
+/// height.
 pub(super) fn complete_foot(own: &OrientedBox, prior: &SizePrior, views: &KeyViews) -> OrientedBox {
     let up = axes_of(own)[2];
     if is_foot_hidden(up, views) {
@@ -81,7 +82,8 @@ fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> Us
     }
 }
 
-/// Moves the ends of an axis outwards until it has a length, by shares of what is missing; as it is when nothing is.
+/// Moves the ends of an axis outwards until it has a length, by shares of what is missing; as it is when
+/// nothing is.
 fn widen(own: &OrientedBox, axis: usize, sides: [f64; 2], shares: [f64; 2], length: f64) -> OrientedBox {
     let mut lengths = own.lengths();
     let missing = length - lengths[axis];
@@ -101,7 +103,8 @@ pub(crate) fn is_foot_hidden(vertical: Vector3, views: &KeyViews) -> bool {
     is_hidden(vertical.map(|c| -c), views)
 }
 
-/// Whether something hides the end of the object in a direction of the world in most of the views that show it sideways.
+/// Whether something hides the end of the object in a direction of the world in most of the views that show
+/// it sideways.
 fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
     let sides = views.iter().filter_map(|view| side_toward(direction, view));
     let (hidden, all) =
@@ -109,7 +112,8 @@ fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
     all > 0 && f64::from(hidden) >= HIDDEN * f64::from(all)
 }
 
-/// What ends the view on the side of the image to which a direction points; `None` when it points mostly along the view.
+/// What ends the view on the side of the image to which a direction points; `None` when it points mostly
+/// along the view.
 fn side_toward(direction: Vector3, view: &KeyView) -> Option<SideView> {
     let [x, y, z] = view.world_from_camera.inverse().rotate(direction);
     let completeness = &view.completeness;

@@ -11,14 +11,16 @@ pub struct UpdateConfig {
     pub voxel_size: f64,
     /// Voxels of an object, at most; with more their side doubles. 64..=1000000, default 2500.
     pub max_voxels: usize,
-    /// The isolation forest. Default 50 trees (Liu 2008: path lengths settle between 50 and 100), else as published.
+    /// The isolation forest. Default 50 trees (Liu 2008: path lengths settle between 50 and 100), else as
+    /// published.
     pub isolation_forest: IsolationForestConfig,
     /// Observations that make an object believed, 1..=1000. Default 3.
     pub min_observations: u32,
-    /// Share of the frames in view that must have detected an object for it to be believed, 0..=1. Default 0.25:
-    /// detectors find most of what is in view.
+    /// Share of the frames in view that must have detected an object for it to be believed, 0..=1. Default
+    /// 0.25: detectors find most of what is in view.
     pub min_detected_share: f64,
-    /// Frames that must have looked through an object, beyond its observations, to remove it, 1..=1000. Default 3.
+    /// Frames that must have looked through an object, beyond its observations, to remove it, 1..=1000.
+    /// Default 3.
     pub min_looked_through: u32,
 }
 

@@ -9,13 +9,13 @@ const MIN_IOU: f64 = 0.2;
 const MIN_INSIDE: f64 = 0.5;
 /// Least intersection over union with other labels, 0..=1. Lower makes a cup on a book a part of the book.
 const MIN_IOU_OTHER_LABEL: f64 = 0.4;
-/// Whatever else, boxes with the same label whose intersection over union is this, 0..=1, are one: solid things do not stand in
-/// each other.
+/// Whatever else, boxes with the same label whose intersection over union is this, 0..=1, are one: solid
+/// things do not stand in each other.
 const SOLID_IOU: f64 = 0.25;
 /// The same with other labels: detectors report one thing under two names at once.
 const SOLID_IOU_OTHER_LABEL: f64 = 0.5;
-/// Largest share of the less observed object's observations that were in one frame with the other's, 0..=1: what is often seen
-/// side by side are two things.
+/// Largest share of the less observed object's observations that were in one frame with the other's, 0..=1:
+/// what is often seen side by side are two things.
 pub(crate) const MAX_TOGETHER: f64 = 0.2;
 
 /// The first pair of objects that are one; `None` when there is none. The one with fewer observations goes.

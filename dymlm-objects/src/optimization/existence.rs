@@ -15,16 +15,17 @@ pub(crate) enum Existence {
 
 /// Points of an object that are asked, at most.
 const MAX_POINTS: usize = 64;
-/// How well an object's points are known where they are, metres, as a standard deviation: errors of poses, and of points that
-/// were fused from several sides. Lower removes objects when poses drift, higher keeps low ones whose place is read.
+/// How well an object's points are known where they are, metres, as a standard deviation: errors of poses,
+/// and of points that were fused from several sides. Lower removes objects when poses drift, higher keeps low
+/// ones whose place is read.
 const PLACE_SIGMA: f64 = 0.05 / 3.0;
 /// Share of the points asked that must have an answer.
 const LEAST_ANSWERED: f64 = 0.6;
 /// Share of the answers that must be absent.
 const MOSTLY_ABSENT: f64 = 0.6;
 
-/// Projects some of the object's points: most of them must be in the image, static and not occluded for the frame to say
-/// anything.
+/// Projects some of the object's points: most of them must be in the image, static and not occluded for the
+/// frame to say anything.
 pub(crate) fn judge_existence(view: &ObjectView<'_>, object: &MapObject, sensor: &SensorModel) -> Existence {
     let camera = view.frame.camera();
     let camera_from_world = view.world_from_camera.inverse();

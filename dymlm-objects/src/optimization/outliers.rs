@@ -3,8 +3,8 @@ use dymlm_geometry::{IsolationForest, IsolationForestConfig, IsolationForestScra
 
 use crate::object_map::ObjectCloud;
 
-/// Chooses the points of a cloud that are the object: those that enough observations have, that are above the supporting
-/// plane, and that the isolation forest does not set apart (paper IV-C).
+/// Chooses the points of a cloud that are the object: those that enough observations have, that are above the
+/// supporting plane, and that the isolation forest does not set apart (paper IV-C).
 #[derive(Debug)]
 pub(super) struct OutlierFilter {
     forest: IsolationForest,
@@ -33,8 +33,8 @@ impl OutlierFilter {
         })
     }
 
-    /// Puts the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting plane in the same
-    /// frame, `share` the part of the usual number of observations a voxel that counts.
+    /// Puts the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting
+    /// plane in the same frame, `share` the part of the usual number of observations a voxel that counts.
     pub(super) fn choose(
         &mut self,
         cloud: &ObjectCloud,

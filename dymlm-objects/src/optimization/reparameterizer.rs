@@ -27,8 +27,8 @@ pub(crate) enum Proposal {
 
 /// Below this distance from its supporting plane, an object's points are the plane's, metres.
 const FOOT: f64 = 0.004;
-/// Share of the usual number of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1: what is seen now
-/// and then at the rim is noise.
+/// Share of the usual number of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1:
+/// what is seen now and then at the rim is noise.
 const VOXEL_SHARE: f64 = 0.12;
 /// The same of a flat thing.
 const FLAT_SHARE: f64 = 0.4;
@@ -36,13 +36,14 @@ const FLAT_SHARE: f64 = 0.4;
 const TRIM: f64 = 0.01;
 /// By what factor an object may exceed its size prior, 1 or more.
 pub(crate) const PRIOR_SLACK: f64 = 1.3;
-/// By how much the mean intersection over union of the projections with the boxes of the key views may fall with new
-/// parameters, 0..=1: below that it is the detector's jitter.
+/// By how much the mean intersection over union of the projections with the boxes of the key views may fall
+/// with new parameters, 0..=1: below that it is the detector's jitter.
 const MAX_IOU_LOSS: f64 = 0.05;
-/// After so many refusals in a row new parameters are accepted all the same: what comes out of the data again and again is
-/// right, and the old ones were fitted to one view.
+/// After so many refusals in a row new parameters are accepted all the same: what comes out of the data again
+/// and again is right, and the old ones were fitted to one view.
 const MAX_REFUSALS: u32 = 5;
-/// An object is parameterized anew when its observations have grown by this share since; always while there are few.
+/// An object is parameterized anew when its observations have grown by this share since; always while there
+/// are few.
 const DUE_GROWTH: f64 = 0.2;
 
 impl Reparameterizer {
@@ -118,7 +119,8 @@ impl Reparameterizer {
 
     fn choose_points(&mut self, object: &MapObject, plane: Option<&Plane>) {
         let Self { outliers, points, plane_tolerance, .. } = self;
-        // What lies flat is at its plane's height, and the parts of its plane that were taken for it differ from view to view.
+        // What lies flat is at its plane's height, and the parts of its plane that were taken for it differ
+        // from view to view.
         let (plane, share) = match object.relief() {
             Relief::Flat => (None, FLAT_SHARE),
             Relief::Raised => (plane, VOXEL_SHARE),

@@ -11,16 +11,19 @@ use crate::UprightPose;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BoxFitterConfig {
-    /// Whether, of the rectangles around a footprint that are nearly as small as the smallest, the one along whose sides the
-    /// points lie is taken. Default false, as in the paper; the objects of the map are fitted with it: a thing seen at a corner
-    /// leaves an L, around which the rectangle on the long side and the one on the diagonal have the same area.
+    /// Whether, of the rectangles around a footprint that are nearly as small as the smallest, the one along
+    /// whose sides the points lie is taken. Default false, as in the paper; the objects of the map are fitted
+    /// with it: a thing seen at a corner leaves an L, around which the rectangle on the long side and the one
+    /// on the diagonal have the same area.
     pub along_edges: bool,
-    /// Share of the points that is left out at each end of each axis, 0..=0.2. Default 0: the extrema, as in the paper.
+    /// Share of the points that is left out at each end of each axis, 0..=0.2. Default 0: the extrema, as in
+    /// the paper.
     pub trim: f64,
 }
 
-/// The rectangle corrects the yaw when its area is below this share of that along the principal axes. Near-square footprints,
-/// clusters and outliers, where principal axes point anywhere, gain 5 to 50 %; what gains less is noise.
+/// The rectangle corrects the yaw when its area is below this share of that along the principal axes.
+/// Near-square footprints, clusters and outliers, where principal axes point anywhere, gain 5 to 50 %; what
+/// gains less is noise.
 const RECTANGLE_GAIN: f64 = 0.97;
 
 impl Default for BoxFitterConfig {
@@ -37,12 +40,12 @@ impl BoxFitterConfig {
 
 /// Fits an oriented box around points: the paper's object parameterization O = {R, t, s}.
 ///
-/// - **Principal axes** (eq. 6): the covariance's eigenvectors by descending eigenvalue, right-handed, with fixed signs;
-///   extents along them; the centre in the middle of the extents.
-/// - **Minimum-area rectangle** (eq. 7, 8, corrected: directions are turned, not moved): in the plane of the two long
-///   axes it corrects the yaw where its area is markedly smaller.
-/// - **Vertical axis**: with one or two faces in view the third principal axis is wrong; when the vertical is known from
-///   a supporting plane, it is the third axis, and the footprint is fitted across it.
+/// - **Principal axes** (eq. 6): the covariance's eigenvectors by descending eigenvalue, right-handed, with
+///   fixed signs; extents along them; the centre in the middle of the extents.
+/// - **Minimum-area rectangle** (eq. 7, 8, corrected: directions are turned, not moved): in the plane of the
+///   two long axes it corrects the yaw where its area is markedly smaller.
+/// - **Vertical axis**: with one or two faces in view the third principal axis is wrong; when the vertical is
+///   known from a supporting plane, it is the third axis, and the footprint is fitted across it.
 ///
 /// O(n log n) at worst for the hull; no allocation once the scratch has grown.
 ///
@@ -74,8 +77,8 @@ pub struct BoxFitter {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BoxFit {
-    /// The box, in the points' frame. Its axes are by descending variance; with a vertical the third is that, and the
-    /// first along the longer side of the footprint.
+    /// The box, in the points' frame. Its axes are by descending variance; with a vertical the third is that,
+    /// and the first along the longer side of the footprint.
     pub oriented_box: OrientedBox,
     /// Where its axes come from.
     pub axes: BoxAxes,
@@ -110,8 +113,8 @@ impl BoxAxes {
 }
 
 impl BoxFit {
-    /// The box of something that lies on a plane, whose normal is its third axis, and is at least `height` metres high:
-    /// its sides between the plane and its upper side.
+    /// The box of something that lies on a plane, whose normal is its third axis, and is at least `height`
+    /// metres high: its sides between the plane and its upper side.
     #[must_use]
     pub(crate) fn flat_on(self, plane: &Plane, height: f64) -> Self {
         let [length, width, own] = self.oriented_box.lengths();
@@ -126,8 +129,8 @@ impl BoxFit {
         }
     }
 
-    /// The box with its lower side moved down to the plane that it stands on, whose normal is its third axis; as it is
-    /// when it does not stand above the plane.
+    /// The box with its lower side moved down to the plane that it stands on, whose normal is its third axis;
+    /// as it is when it does not stand above the plane.
     #[must_use]
     pub fn standing_on(self, plane: &Plane) -> Self {
         let [length, width, height] = self.oriented_box.lengths();
@@ -160,8 +163,8 @@ impl BoxFitter {
         })
     }
 
-    /// The box around points; `None` when none is finite. `vertical` is the normal of what they stand on, a unit vector in
-    /// their frame. Points that are not finite are passed over.
+    /// The box around points; `None` when none is finite. `vertical` is the normal of what they stand on, a
+    /// unit vector in their frame. Points that are not finite are passed over.
     pub fn fit(&mut self, points: &[Point], vertical: Option<[f64; 3]>) -> Option<BoxFit> {
         let principal = PrincipalAxes::of(points)?;
         let (frame, is_upright) = match vertical.and_then(unit) {
@@ -198,7 +201,8 @@ impl BoxFitter {
         [long, cross(normal, long), normal]
     }
 
-    /// The axes turned about the third by the minimum-area rectangle, if that makes the footprint markedly smaller.
+    /// The axes turned about the third by the minimum-area rectangle, if that makes the footprint markedly
+    /// smaller.
     fn corrected(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], bool) {
         let [long, wide, up] = axes;
         self.lay_footprint(points, center, long, wide);

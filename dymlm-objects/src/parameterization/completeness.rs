@@ -72,11 +72,12 @@ const RIM: f32 = 0.2;
 const PARTIAL: f32 = 0.3;
 /// Farthest place that is asked, samples beyond the object's last.
 const FARTHEST: i64 = 4;
-/// How well the depth beyond an object's edge is known from the sample at the edge, metres, as a standard deviation: the
-/// surface goes on. Lower calls a thing's own slope an occluder, higher overlooks low things before it.
+/// How well the depth beyond an object's edge is known from the sample at the edge, metres, as a standard
+/// deviation: the surface goes on. Lower calls a thing's own slope an occluder, higher overlooks low things
+/// before it.
 const EDGE_SIGMA: f64 = 0.04 / 3.0;
-/// How far from a plane the lower end may be of what stands on it, metres: above, samples are that far apart; below, only
-/// noise is.
+/// How far from a plane the lower end may be of what stands on it, metres: above, samples are that far apart;
+/// below, only noise is.
 const STANDING: RangeInclusive<f64> = -0.03..=0.06;
 
 impl Surroundings<'_> {
@@ -131,8 +132,8 @@ impl Surroundings<'_> {
         most.map_or(SideView::Whole, |(cause, _)| cause)
     }
 
-    /// Whether a sample of the object is at the height of the ground that another cell shows. The edge of a table before a
-    /// thing hides it like anything else.
+    /// Whether a sample of the object is at the height of the ground that another cell shows. The edge of a
+    /// table before a thing hides it like anything else.
     fn stands_on(&self, sample: &Sample, cell: u32) -> bool {
         let shown = self.window.samples.get(cell as usize).filter(|_| cell != NONE);
         shown.is_some_and(|shown| {

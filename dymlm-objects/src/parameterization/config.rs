@@ -8,19 +8,22 @@ use dymlm_core::{ConfigError, check_range};
 pub struct ParameterizationConfig {
     /// Detections of a lower score are passed over, 0..=1. Default 0.25: detectors report none below.
     pub min_score: f32,
-    /// Labels of what people sit or lie on: when a mover hides much of it, the rest is at the mover's depth. What else is hidden
-    /// may be anywhere behind. Default: bed, bench, bicycle, chair, couch, motorcycle, toilet.
+    /// Labels of what people sit or lie on: when a mover hides much of it, the rest is at the mover's depth.
+    /// What else is hidden may be anywhere behind. Default: bed, bench, bicycle, chair, couch, motorcycle,
+    /// toilet.
     pub seats: Vec<String>,
-    /// How far from a supporting plane a point counts as its, metres, 0..=0.2, before the noise is added. Default 0.006.
+    /// How far from a supporting plane a point counts as its, metres, 0..=0.2, before the noise is added.
+    /// Default 0.006.
     pub plane_tolerance: f64,
-    /// Largest angle between a supporting plane's normal and the camera's upward direction, radians, 0..=pi/2. Default
-    /// 0.9: cameras are carried upright, give or take.
+    /// Largest angle between a supporting plane's normal and the camera's upward direction, radians,
+    /// 0..=pi/2. Default 0.9: cameras are carried upright, give or take.
     pub max_support_tilt: f64,
-    /// Largest angle between a supporting plane's normal and the vertical, once that is known, radians, 0..=pi/2. Default
-    /// 0.14 (8 degrees): what things stand on is level; what slopes was laid through edges and rows of things.
+    /// Largest angle between a supporting plane's normal and the vertical, once that is known, radians,
+    /// 0..=pi/2. Default 0.14 (8 degrees): what things stand on is level; what slopes was laid through edges
+    /// and rows of things.
     pub max_support_slope: f64,
-    /// Farthest that an object's lowest point may be above the plane that it stands on, metres, 0..=2. Default 0.08. When
-    /// its lower side is hidden, as far as its size prior allows.
+    /// Farthest that an object's lowest point may be above the plane that it stands on, metres, 0..=2.
+    /// Default 0.08. When its lower side is hidden, as far as its size prior allows.
     pub max_support_gap: f64,
 }
 

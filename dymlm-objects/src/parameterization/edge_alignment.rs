@@ -1,11 +1,11 @@
 /// Finds the rectangle along whose sides the points of a footprint lie.
 ///
-/// Directions are tried in steps over a quarter turn; of those whose rectangle is nearly as small as the smallest, the one
-/// of the greatest closeness counts: the sum over the points of 1 / max(d, d0), d the distance to the nearest side. O(48 n)
-/// for n points, of which 256 at most are looked at.
+/// Directions are tried in steps over a quarter turn; of those whose rectangle is nearly as small as the
+/// smallest, the one of the greatest closeness counts: the sum over the points of 1 / max(d, d0), d the
+/// distance to the nearest side. O(48 n) for n points, of which 256 at most are looked at.
 ///
-/// Zhang, Xu, Dong, Dolan: "Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners", IV 2017 (the closeness
-/// criterion).
+/// Zhang, Xu, Dong, Dolan: "Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners", IV 2017
+/// (the closeness criterion).
 #[derive(Debug, Clone, Default)]
 pub(super) struct EdgeAlignment {
     places: Vec<[f64; 2]>,

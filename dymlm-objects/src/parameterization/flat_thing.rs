@@ -5,9 +5,9 @@ use crate::{ObjectView, SupportPlane};
 
 /// Finds what lies so flat on a plane that depth does not tell both apart: magazines, sheets, a phone.
 ///
-/// The colours of the plane around the box tell what in the box is the plane: a sample is the thing's when its colour is more
-/// frequent in the box than around it (the ratio of both histograms, Swain and Ballard 1991). Without colours the whole box
-/// is the thing, and the views of several frames cut it out. O(samples).
+/// The colours of the plane around the box tell what in the box is the plane: a sample is the thing's when
+/// its colour is more frequent in the box than around it (the ratio of both histograms, Swain and Ballard
+/// 1991). Without colours the whole box is the thing, and the views of several frames cut it out. O(samples).
 #[derive(Debug)]
 pub(super) struct FlatThing {
     inside: Vec<f32>,
@@ -38,8 +38,9 @@ impl Default for FlatThing {
 }
 
 impl FlatThing {
-    /// Marks the samples that cannot be a thing lying on a plane (camera frame): the plane itself, and what rises more than
-    /// `height` above it. Answers false, with nothing marked, when too little of the box lies on the plane.
+    /// Marks the samples that cannot be a thing lying on a plane (camera frame): the plane itself, and what
+    /// rises more than `height` above it. Answers false, with nothing marked, when too little of the box lies
+    /// on the plane.
     pub(super) fn mark(
         &mut self,
         view: &ObjectView<'_>,
@@ -99,7 +100,8 @@ impl FlatThing {
         }
     }
 
-    /// The histogram of the surroundings, each colour counted in its neighbours' bins too: light changes over a table.
+    /// The histogram of the surroundings, each colour counted in its neighbours' bins too: light changes over
+    /// a table.
     fn spread(&mut self) {
         self.smooth.copy_from_slice(&self.outside);
         for stride in [1, LEVELS, LEVELS * LEVELS] {

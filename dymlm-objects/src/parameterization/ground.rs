@@ -37,8 +37,8 @@ impl Candidate {
         Self { support, plane, samples: 0, outside: 0, middle: [0.0; 3] }
     }
 
-    /// Whether it is the upper side of the thing in the box: mostly in the box, and close above a parallel plane that shows
-    /// more around it.
+    /// Whether it is the upper side of the thing in the box: mostly in the box, and close above a parallel
+    /// plane that shows more around it.
     fn is_top_above(&self, other: &Self, max_height: f64) -> bool {
         let height = other.plane.signed_distance(self.middle);
         self.samples > 2 * self.outside
@@ -48,8 +48,8 @@ impl Candidate {
     }
 }
 
-/// Standard deviations of the depth noise that are added to a plane's tolerance: no more, as samples are means of 9 readings or
-/// more.
+/// Standard deviations of the depth noise that are added to a plane's tolerance: no more, as samples are
+/// means of 9 readings or more.
 const PLANE_SIGMAS: f64 = 1.0;
 /// Samples at which planes are asked for, along each side of the window.
 const PROBES: usize = 5;
@@ -70,8 +70,8 @@ const PARALLEL: f64 = 0.99;
 const LEAST_TOP: f64 = 0.008;
 
 impl Ground {
-    /// Finds the upright planes of the map in a window that go on outside its box, and the samples on them. The upper side of a
-    /// thing up to `max_height` metres high is none.
+    /// Finds the upright planes of the map in a window that go on outside its box, and the samples on them.
+    /// The upper side of a thing up to `max_height` metres high is none.
     pub(super) fn find(
         &mut self,
         window: &Window,
@@ -86,8 +86,8 @@ impl Ground {
         self.mark(window, config, sensor);
     }
 
-    /// Adds level patches around the box that are no planes of the map: a table of which too little is seen. Answers how
-    /// many.
+    /// Adds level patches around the box that are no planes of the map: a table of which too little is seen.
+    /// Answers how many.
     pub(super) fn find_level_patches(
         &mut self,
         window: &Window,
@@ -166,7 +166,8 @@ impl Ground {
     ) {
         for candidate in &mut self.candidates {
             let (mut samples, mut outside, mut sum) = (0, 0, [0.0; 3]);
-            // What is below a plane lies on it as little as what is above: the table under a keyboard's upper side.
+            // What is below a plane lies on it as little as what is above: the table under a keyboard's upper
+            // side.
             let is_at = |sample: &&Sample| {
                 let distance = candidate.plane.signed_distance(sample.point.map(f64::from));
                 distance.abs() <= tolerance(candidate, sample, config, sensor)
@@ -232,8 +233,9 @@ impl Ground {
         Some(LyingPlane { support: most.support, plane: most.plane })
     }
 
-    /// The highest plane that the samples stand on: nearly all of them are above it, the lowest no farther than `max_gap`
-    /// metres, the highest `min_height` or more. What hides a thing's foot is often a level plane just below what is seen.
+    /// The highest plane that the samples stand on: nearly all of them are above it, the lowest no farther
+    /// than `max_gap` metres, the highest `min_height` or more. What hides a thing's foot is often a level
+    /// plane just below what is seen.
     pub(super) fn under<'a>(
         &self,
         samples: &(impl Iterator<Item = &'a Sample> + Clone),
@@ -266,7 +268,8 @@ impl Ground {
     }
 }
 
-/// The middle of the narrow band that holds most of some ascending heights; `None` when it holds fewer than `least`.
+/// The middle of the narrow band that holds most of some ascending heights; `None` when it holds fewer than
+/// `least`.
 fn densest(heights: &[f64], least: f64) -> Option<f64> {
     let mut best = None;
     let (mut low, mut most) = (0, 0);

@@ -5,9 +5,9 @@ use crate::SizePrior;
 
 /// Finds the samples of a box that are the object.
 ///
-/// The cluster is chosen by its size, each sample weighted by how central it lies, by how little of it goes on outside the
-/// box, as background does, and by how well it fills the box from side to side. Clusters at about the same depth that end
-/// within the margin are parts of the object: legs below a seat.
+/// The cluster is chosen by its size, each sample weighted by how central it lies, by how little of it goes
+/// on outside the box, as background does, and by how well it fills the box from side to side. Clusters at
+/// about the same depth that end within the margin are parts of the object: legs below a seat.
 #[derive(Debug)]
 pub(super) struct ObjectCluster {
     segmenter: BoxSegmenter,
@@ -36,8 +36,8 @@ pub(super) struct ClusterSearch<'a> {
 }
 
 impl ClusterSearch<'_> {
-    /// Factor for a cluster so far, in depth, from a mover that hides much of the box: a seat is at its depth; what nobody
-    /// sits on is not, but what is left of the mover is.
+    /// Factor for a cluster so far, in depth, from a mover that hides much of the box: a seat is at its
+    /// depth; what nobody sits on is not, but what is left of the mover is.
     fn mover_factor(&self, apart: f32) -> f32 {
         match (self.is_seat, apart.abs() <= if self.is_seat { SEAT_REACH } else { MOVER_REACH }) {
             (true, true) | (false, false) => 1.0,
@@ -46,8 +46,8 @@ impl ClusterSearch<'_> {
         }
     }
 
-    /// How usual the size is that the box has at a depth, 0..=1: log-normal, two deviations from the least to the usual and on
-    /// to the greatest.
+    /// How usual the size is that the box has at a depth, 0..=1: log-normal, two deviations from the least to
+    /// the usual and on to the greatest.
     fn size_factor(&self, prior: &SizePrior, depth: f32) -> f32 {
         let metres_per_pixel = depth / self.focal_length;
         let (wide, high) =
@@ -89,14 +89,15 @@ impl ClusterSearch<'_> {
 
 /// Pixels of a box that are looked at, at most (a grid of them).
 const MAX_SAMPLES: usize = 1600;
-/// How far around the box is looked, as a share of its longer side, 0..=1; at least 6 pixels. What a cluster does outside tells
-/// things from their background.
+/// How far around the box is looked, as a share of its longer side, 0..=1; at least 6 pixels. What a cluster
+/// does outside tells things from their background.
 const MARGIN_SHARE: f32 = 0.15;
 /// Share of a box hidden by movers from which on they tell where the thing is.
 const HIDDEN: f32 = 0.2;
 /// How far a seat may be from who sits on it, in depth, metres.
 const SEAT_REACH: f32 = 0.5;
-/// What is nearer to a mover than this, in depth, metres, may be a rest of it; its score is multiplied by so much.
+/// What is nearer to a mover than this, in depth, metres, may be a rest of it; its score is multiplied by so
+/// much.
 const MOVER_REACH: f32 = 0.25;
 const MOVER_REST: f32 = 0.1;
 /// Share of a cluster outside the box at which its score is halved.
@@ -157,7 +158,8 @@ impl ObjectCluster {
         }
     }
 
-    /// How well the object fills the detector's box from side to side: intersection over union of the box around its samples.
+    /// How well the object fills the detector's box from side to side: intersection over union of the box
+    /// around its samples.
     pub(super) fn fill(&self, grid: &SampleGrid, bounding_box: &BoundingBox) -> f64 {
         let members = self.members.iter().filter_map(|&index| grid.samples.get(index as usize));
         grid.bounds(members).map_or(0.0, |own| own.iou(bounding_box))

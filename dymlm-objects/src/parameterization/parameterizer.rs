@@ -11,10 +11,10 @@ use crate::{BoxFitterConfig, ObjectView, SizePrior, SizePriors, SupportPlane, Su
 
 /// From detections to boxes in space: the paper's object parameterization (section IV-A).
 ///
-/// For each detection, in this order: static readings on a grid over the box and a margin, each the mean of the readings
-/// around it; points on supporting planes go; DBSCAN; which cluster the object is; the plane under it; how much of it is
-/// seen; the box around it ([`BoxFitter`]). Constant time a detection, half a millisecond or less: the grid has
-/// a bounded number of points.
+/// For each detection, in this order: static readings on a grid over the box and a margin, each the mean of
+/// the readings around it; points on supporting planes go; DBSCAN; which cluster the object is; the plane
+/// under it; how much of it is seen; the box around it ([`BoxFitter`]). Constant time a detection, half a
+/// millisecond or less: the grid has a bounded number of points.
 #[derive(Debug)]
 pub(crate) struct Parameterizer {
     config: ParameterizationConfig,
@@ -31,8 +31,8 @@ pub(crate) struct Parameterizer {
 
 /// Fewest samples of an object.
 const MIN_SAMPLES: usize = 12;
-/// Least share of the box's samples (of those a sensor could read or not) that must be the object, 0..=1: less is a
-/// rest of something else.
+/// Least share of the box's samples (of those a sensor could read or not) that must be the object, 0..=1:
+/// less is a rest of something else.
 const MIN_FILL: f32 = 0.04;
 /// Farthest that a part may be from its object in depth when the size of such things is not known, metres.
 const USUAL_REACH: f64 = 0.3;
@@ -71,8 +71,9 @@ impl Parameterizer {
         })
     }
 
-    /// Adds to `observations` those of a frame's detections in whose box a thing is found. `vertical`, a unit vector of the
-    /// world, is the third axis of what stands on no known plane; without it principal axes are.
+    /// Adds to `observations` those of a frame's detections in whose box a thing is found. `vertical`, a unit
+    /// vector of the world, is the third axis of what stands on no known plane; without it principal axes
+    /// are.
     pub(crate) fn parameterize(
         &mut self,
         view: &ObjectView<'_>,

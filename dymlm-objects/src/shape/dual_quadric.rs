@@ -5,12 +5,12 @@ use super::ImageEllipse;
 
 /// An ellipsoid as the set of its tangent planes: p^T Q p = 0 for the planes p = (normal, d) that touch it.
 ///
-/// Q = Z diag(a^2, b^2, c^2, -1) Z^T with the semi-axes a, b, c and Z = `world_from_object`. A camera with the
-/// projection matrix P sees the dual conic P Q P^T, whose tangent lines outline it: an ellipse, as long as all of the
-/// ellipsoid is in front of the camera.
+/// Q = Z diag(a^2, b^2, c^2, -1) Z^T with the semi-axes a, b, c and Z = `world_from_object`. A camera with
+/// the projection matrix P sees the dual conic P Q P^T, whose tangent lines outline it: an ellipse, as long
+/// as all of the ellipsoid is in front of the camera.
 ///
-/// Rubino, Crocco, Del Bue: "3D Object Localisation from Multi-View Image Detections", PAMI 2018; Nicholson, Milford,
-/// Sünderhauf: "`QuadricSLAM`", RA-L 2019.
+/// Rubino, Crocco, Del Bue: "3D Object Localisation from Multi-View Image Detections", PAMI 2018; Nicholson,
+/// Milford, Sünderhauf: "`QuadricSLAM`", RA-L 2019.
 ///
 /// ```
 /// use dymlm_core::{PinholeCamera, Pose};

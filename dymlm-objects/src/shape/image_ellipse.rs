@@ -14,8 +14,8 @@ pub struct ImageEllipse {
 }
 
 impl ImageEllipse {
-    /// The ellipse of points c + E^(1/2) x for the unit vectors x; `shape` is (uu, uv, vv) of E. `None` when E has a
-    /// negative or no eigenvalue.
+    /// The ellipse of points c + E^(1/2) x for the unit vectors x; `shape` is (uu, uv, vv) of E. `None` when
+    /// E has a negative or no eigenvalue.
     pub(super) fn from_shape_matrix(center: [f64; 2], [uu, uv, vv]: [f64; 3]) -> Option<Self> {
         let (mean, half_difference) = (0.5 * (uu + vv), 0.5 * (uu - vv));
         let spread = half_difference.hypot(uv);

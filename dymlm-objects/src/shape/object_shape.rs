@@ -44,8 +44,9 @@ impl ObjectShape {
         self.oriented_box
     }
 
-    /// The smallest box in the image around the shape, not clipped to the image; `None` when nothing of it is in front
-    /// of the camera. Of a box that reaches behind the camera the part in front; of such an ellipsoid that of its box.
+    /// The smallest box in the image around the shape, not clipped to the image; `None` when nothing of it is
+    /// in front of the camera. Of a box that reaches behind the camera the part in front; of such an
+    /// ellipsoid that of its box.
     pub fn image_box(&self, camera: &PinholeCamera, world_from_camera: &Pose) -> Option<BoundingBox> {
         let ellipse = match self.kind {
             ShapeKind::Cuboid => None,

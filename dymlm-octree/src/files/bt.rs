@@ -17,8 +17,8 @@ const INNER: u16 = 0b11;
 
 /// The compact format, `.bt`: only free or occupied, two bits a node.
 impl Octree {
-    /// Writes the maximum-likelihood map (see [`Self::to_max_likelihood`]), as OctoMap's `writeBinary` does; this map
-    /// stays as it is. Write to a buffered writer.
+    /// Writes the maximum-likelihood map (see [`Self::to_max_likelihood`]), as OctoMap's `writeBinary` does;
+    /// this map stays as it is. Write to a buffered writer.
     ///
     /// # Errors
     ///
@@ -40,15 +40,15 @@ impl Octree {
         Ok(())
     }
 
-    /// Reads a map. Free and occupied leaves get the clamping bounds of `config`; the cell size comes from the file,
-    /// and there are no colours. The reader is left at the first byte after the tree.
+    /// Reads a map. Free and occupied leaves get the clamping bounds of `config`; the cell size comes from
+    /// the file, and there are no colours. The reader is left at the first byte after the tree.
     ///
     /// Memory grows with what has been read, whatever the header promises.
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] for anything that is not the tree the header promises, [`Error::UnsupportedTree`],
-    /// [`Error::Config`], [`Error::Io`].
+    /// [`Error::Malformed`] for anything that is not the tree the header promises,
+    /// [`Error::UnsupportedTree`], [`Error::Config`], [`Error::Io`].
     ///
     /// ```
     /// # use dymlm_octree::{Octree, OctreeConfig};
@@ -77,8 +77,8 @@ impl Octree {
         Ok(Self::from_parts(config, tree))
     }
 
-    /// [`Self::write_bt`] to a file: under another name in its folder first, so that an older file is replaced by a
-    /// whole one or stays.
+    /// [`Self::write_bt`] to a file: under another name in its folder first, so that an older file is
+    /// replaced by a whole one or stays.
     ///
     /// # Errors
     ///
@@ -97,8 +97,8 @@ impl Octree {
     }
 }
 
-/// Two bits for each child, children 0 to 3 in the first byte, then those children that are no leaves. At most 16
-/// calls deep.
+/// Two bits for each child, children 0 to 3 in the first byte, then those children that are no leaves. At
+/// most 16 calls deep.
 fn write_children(tree: &Tree, subtree: Subtree, writer: &mut impl Write) -> Result<(), Error> {
     let children: [Subtree; 8] = std::array::from_fn(|i| tree.child(subtree, i as u8));
     let bits = children.iter().rev().fold(0, |bits, &child| {

@@ -35,8 +35,8 @@ fn load(path: &Path, read: impl FnOnce(BufReader<File>) -> Result<Octree, Error>
     read(BufReader::new(file)).map_err(at(path))
 }
 
-/// Writes a file so that it is there whole or not at all: beside its place, then renamed. When that fails, an older
-/// file stays as it was. Errors name the file.
+/// Writes a file so that it is there whole or not at all: beside its place, then renamed. When that fails, an
+/// older file stays as it was. Errors name the file.
 pub(crate) fn save(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,

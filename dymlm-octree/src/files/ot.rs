@@ -28,15 +28,15 @@ impl Octree {
         Ok(())
     }
 
-    /// Reads a map. Cell size and colour mode come from the file, all else from `config`. The reader is left at the
-    /// first byte after the tree. A tree that was written unpruned is pruned.
+    /// Reads a map. Cell size and colour mode come from the file, all else from `config`. The reader is left
+    /// at the first byte after the tree. A tree that was written unpruned is pruned.
     ///
     /// Memory grows with what has been read, whatever the header promises.
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] for anything that is not the tree the header promises, [`Error::UnsupportedTree`],
-    /// [`Error::Config`], [`Error::Io`].
+    /// [`Error::Malformed`] for anything that is not the tree the header promises,
+    /// [`Error::UnsupportedTree`], [`Error::Config`], [`Error::Io`].
     ///
     /// ```
     /// # use dymlm_octree::{Octree, OctreeConfig};
@@ -66,8 +66,8 @@ impl Octree {
         Ok(Self::from_parts(config, tree))
     }
 
-    /// [`Self::write_ot`] to a file: under another name in its folder first, so that an older file is replaced by a
-    /// whole one or stays.
+    /// [`Self::write_ot`] to a file: under another name in its folder first, so that an older file is
+    /// replaced by a whole one or stays.
     ///
     /// # Errors
     ///
@@ -86,8 +86,8 @@ impl Octree {
     }
 }
 
-/// A node: log-odds (f32), colour (three bytes, only in a `ColorOcTree`), one bit for each child that exists, then the
-/// children. At most 16 calls deep.
+/// A node: log-odds (f32), colour (three bytes, only in a `ColorOcTree`), one bit for each child that exists,
+/// then the children. At most 16 calls deep.
 fn write_node(tree: &Tree, subtree: Subtree, writer: &mut impl Write) -> Result<(), Error> {
     let kind = tree.kind(subtree);
     let log_odds = match kind {

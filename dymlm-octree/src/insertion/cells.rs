@@ -41,11 +41,12 @@ impl Bounds {
     }
 }
 
-/// Index along x of a pixel without a reading; far from all that [`Lattice::indices`] finds, inside the map and outside.
+/// Index along x of a pixel without a reading; far from all that [`Lattice::indices`] finds, inside the map
+/// and outside.
 const NO_READING: u32 = 1 << 31;
 
-/// Some readings side by side: a row of a depth image, or a stretch of a cloud. An array for each of x, y, z, so that
-/// the compiler makes vector code of the loops over them.
+/// Some readings side by side: a row of a depth image, or a stretch of a cloud. An array for each of x, y, z,
+/// so that the compiler makes vector code of the loops over them.
 #[derive(Debug, Default)]
 pub(crate) struct Row {
     /// Direction of each column's pixel on the camera's horizon, in the world. (Depth images only.)
@@ -56,7 +57,8 @@ pub(crate) struct Row {
     indices: [Vec<u32>; 3],
     /// Not 0 where the cell differs from the one before, or `is_cut` does.
     changes: Vec<u32>,
-    /// 1 where the reading is beyond the sensor's range, and the point was set to the end of the range on its ray; else 0.
+    /// 1 where the reading is beyond the sensor's range, and the point was set to the end of the range on its
+    /// ray; else 0.
     is_cut: Vec<u32>,
 }
 
@@ -70,8 +72,8 @@ struct RowSummary {
 /// Points of a cloud that are looked at together.
 const STRETCH: usize = 512;
 
-/// Finds the cells of readings: fills `hits` and `cut` of the scratch, and sums up colours. Returns the box around
-/// the cells and the origin.
+/// Finds the cells of readings: fills `hits` and `cut` of the scratch, and sums up colours. Returns the box
+/// around the cells and the origin.
 pub(crate) fn find_cells(
     readings: &Readings<'_>,
     origin: &RayOrigin,

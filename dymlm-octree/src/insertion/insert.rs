@@ -30,18 +30,19 @@ pub struct InsertReport {
 
 /// Inserting scans.
 impl Octree {
-    /// Inserts a scan: the cell of every reading within the range is hit once, every cell that a ray from the origin
-    /// to a reading passes before its end is missed once, and hits win over misses. Readings beyond the range miss
-    /// the cells up to it.
+    /// Inserts a scan: the cell of every reading within the range is hit once, every cell that a ray from the
+    /// origin to a reading passes before its end is missed once, and hits win over misses. Readings beyond
+    /// the range miss the cells up to it.
     ///
-    /// `origin` (the sensor) and `points` are in the world, metres; both in single precision as OctoMap's, the origin
-    /// is rounded to it. The leaves afterwards are those of OctoMap's
-    /// `insertPointCloud(points, origin, max_range, lazy_eval = false, discretize)`, bit by bit, with `discretize`
-    /// true for [`RayMode::PerCell`] and false for [`RayMode::PerPoint`]. Points that are not finite or outside the
+    /// `origin` (the sensor) and `points` are in the world, metres; both in single precision as OctoMap's,
+    /// the origin is rounded to it. The leaves afterwards are those of OctoMap's `insertPointCloud(points,
+    /// origin, max_range, lazy_eval = false, discretize)`, bit by bit, with `discretize` true for
+    /// [`RayMode::PerCell`] and false for [`RayMode::PerPoint`]. Points that are not finite or outside the
     /// map are skipped and counted (`OctoMap` wraps them round to the other side).
     ///
-    /// Costs O(points + cells passed by rays + v / 64), where v is the number of cells in the box around the scan (not
-    /// counted above 2^27 cells, where marks go to a hash map instead), and allocates nothing once its buffers have grown.
+    /// Costs O(points + cells passed by rays + v / 64), where v is the number of cells in the box around the
+    /// scan (not counted above 2^27 cells, where marks go to a hash map instead), and allocates nothing once
+    /// its buffers have grown.
     ///
     /// # Errors
     ///
@@ -63,7 +64,8 @@ impl Octree {
         Ok(self.insert(&origin, &Readings::Points { points, colors: None }))
     }
 
-    /// [`Self::insert_scan`] with a colour for each point. Without [`OctreeConfig::color`](crate::OctreeConfig::color) the colours are ignored.
+    /// [`Self::insert_scan`] with a colour for each point. Without
+    /// [`OctreeConfig::color`](crate::OctreeConfig::color) the colours are ignored.
     ///
     /// # Errors
     ///
@@ -82,12 +84,13 @@ impl Octree {
         Ok(self.insert(&origin, &Readings::Points { points, colors }))
     }
 
-    /// Inserts a depth frame: exactly [`Self::insert_scan`] of its back-projected readings within the sensor's range,
-    /// while those beyond [`max_depth`](SensorModel::max_depth) are cut there: their rays free cells and hit nothing.
+    /// Inserts a depth frame: exactly [`Self::insert_scan`] of its back-projected readings within the
+    /// sensor's range, while those beyond [`max_depth`](SensorModel::max_depth) are cut there: their rays
+    /// free cells and hit nothing.
     ///
-    /// A reading is a pixel with a depth of at least [`min_depth`](SensorModel::min_depth) that is `true` in `static_mask`
-    /// (all are without one); any other pixel says nothing, neither of its surface nor of the space before it.
-    /// Back-projection is in single precision: within 1e-5 m of exact in a room.
+    /// A reading is a pixel with a depth of at least [`min_depth`](SensorModel::min_depth) that is `true` in
+    /// `static_mask` (all are without one); any other pixel says nothing, neither of its surface nor of the
+    /// space before it. Back-projection is in single precision: within 1e-5 m of exact in a room.
     ///
     /// # Errors
     ///
@@ -109,8 +112,8 @@ impl Octree {
         Ok(self.insert(&origin, &readings))
     }
 
-    /// Whether a sensor at `origin` (world, metres) can insert here: the one thing about a pose that an insertion
-    /// refuses.
+    /// Whether a sensor at `origin` (world, metres) can insert here: the one thing about a pose that an
+    /// insertion refuses.
     ///
     /// # Errors
     ///

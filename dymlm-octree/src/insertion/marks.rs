@@ -21,7 +21,7 @@ pub(crate) trait Marks {
     /// Marks the cell as passed.
     fn pass(&mut self, cursor: &Self::Cursor);
 
-    /// Hands over every block that holds marks as (lower corner, passed but not hit, hit), in a fixed order, and
-    /// takes all marks away.
+    /// Hands over every block that holds marks as (lower corner, passed but not hit, hit), in a fixed order,
+    /// and takes all marks away.
     fn drain(&mut self, f: impl FnMut(Key, &Bits, &Bits));
 }

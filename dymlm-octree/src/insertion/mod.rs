@@ -1,8 +1,8 @@
 //! Scans into cells: which cells does a scan hit, which do its rays pass, and the update of the map.
 //!
-//! A scan marks bits first (one for each cell hit, one for each cell passed) and changes the map afterwards, block
-//! by block. So a cell is updated once a scan, hits win over misses, and the map is searched once a block rather
-//! than once a cell.
+//! A scan marks bits first (one for each cell hit, one for each cell passed) and changes the map afterwards,
+//! block by block. So a cell is updated once a scan, hits win over misses, and the map is searched once a
+//! block rather than once a cell.
 
 mod cell_colors;
 mod cells;

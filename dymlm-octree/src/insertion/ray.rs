@@ -35,7 +35,8 @@ impl RayOrigin {
         Self { point, key, resolution, borders }
     }
 
-    /// Distance to a point as OctoMap computes it: squares summed in single precision, the root taken in double.
+    /// Distance to a point as OctoMap computes it: squares summed in single precision, the root taken in
+    /// double.
     #[inline]
     pub(crate) fn distance(&self, point: [f32; 3]) -> f64 {
         norm(difference(point, self.point))

@@ -10,9 +10,10 @@ const MARGIN: i32 = 2;
 
 /// Marks in a dense box of cells around one scan.
 ///
-/// The address of a cell interleaves fixed bits of x, y and z: within an 8^3 block they are in Morton order, so that a
-/// block's marks are the map's own bit masks, and the number of blocks along each axis is rounded up to a power of
-/// two. So a step along one axis is one addition with carry through that axis's bits ("dilated integers").
+/// The address of a cell interleaves fixed bits of x, y and z: within an 8^3 block they are in Morton order,
+/// so that a block's marks are the map's own bit masks, and the number of blocks along each axis is rounded
+/// up to a power of two. So a step along one axis is one addition with carry through that axis's bits
+/// ("dilated integers").
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WindowMarks {
     /// Key of the first cell; a multiple of 8, may be negative.
@@ -104,8 +105,8 @@ impl Marks for WindowMarks {
 
     #[inline]
     fn cursor(&self, key: Key, up: [bool; 3]) -> WindowCursor {
-        // Up: the bits of the other axes are ones, so that the carry runs through them. Down: they are zeros, and
-        // the borrow does.
+        // Up: the bits of the other axes are ones, so that the carry runs through them. Down: they are zeros,
+        // and the borrow does.
         let step = |axis: usize| if up[axis] { (!self.masks[axis]).wrapping_add(1) } else { u32::MAX };
         WindowCursor { axes: self.axes_of(key), masks: self.masks, steps: [step(0), step(1), step(2)] }
     }

@@ -1,12 +1,13 @@
-//! Where cells are kept: a tree of nodes with 8 x 8 x 8 entries, that is three octree levels a node, in arenas.
+//! Where cells are kept: a tree of nodes with 8 x 8 x 8 entries, that is three octree levels a node, in
+//! arenas.
 //!
-//! A node of level L has entries that cover `2^(3 L)` cells along each axis: blocks (level 0) hold cells, branches
-//! (levels 1 to 5) hold children or leaves larger than a cell, and the root (level 5) uses its first eight entries.
-//! Entries are in Morton order, so that the eight children of an octree node are eight neighbours in memory, and
-//! eight bits of a mask.
+//! A node of level L has entries that cover `2^(3 L)` cells along each axis: blocks (level 0) hold cells,
+//! branches (levels 1 to 5) hold children or leaves larger than a cell, and the root (level 5) uses its first
+//! eight entries. Entries are in Morton order, so that the eight children of an octree node are eight
+//! neighbours in memory, and eight bits of a mask.
 //!
-//! From outside this is an octree of 16 levels that is always pruned: [`Subtree`] shows it as such.
-//! Two rules hold between calls. No node but the root is empty or is one single leaf. `max` of a node is the largest
+//! From outside this is an octree of 16 levels that is always pruned: [`Subtree`] shows it as such. Two rules
+//! hold between calls. No node but the root is empty or is one single leaf. `max` of a node is the largest
 //! log-odds below it.
 
 mod block;

@@ -207,7 +207,8 @@ impl Tree {
         Some(node)
     }
 
-    /// Puts a node in the place of an entry that has none. What was a leaf is spread over the new node's entries.
+    /// Puts a node in the place of an entry that has none. What was a leaf is spread over the new node's
+    /// entries.
     fn add_child(&mut self, parent: u32, level: u8, entry: usize, old: Entry) -> u32 {
         let color = match (&self.colors, old) {
             (Some(colors), Entry::Leaf(_)) => colors.branches[parent as usize][entry],
@@ -307,8 +308,8 @@ impl Tree {
         self.branches[node as usize].set(entry, replacement);
     }
 
-    /// Makes an octree node at `depth` that begins at `corner` one leaf, as a file says. Only where nothing is
-    /// known yet; to be followed by [`Self::settle_all`].
+    /// Makes an octree node at `depth` that begins at `corner` one leaf, as a file says. Only where nothing
+    /// is known yet; to be followed by [`Self::settle_all`].
     pub(crate) fn fill(&mut self, corner: Key, depth: u8, log_odds: f32, color: Rgb) {
         let (target, log8) = ((DEPTH - depth) / 3, (DEPTH - depth) % 3);
         let mut node = 0;

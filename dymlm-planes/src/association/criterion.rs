@@ -14,8 +14,8 @@ pub(crate) struct FinitePlane<'a> {
     pub(crate) patch: &'a Patch,
     /// The box around the patch.
     pub(crate) bounds: Bounds,
-    /// The points that equation 3 counts (`B_c)`: those along its edge; a plane of the map, whose edge moves with each
-    /// fusion, gives all its inliers.
+    /// The points that equation 3 counts (`B_c)`: those along its edge; a plane of the map, whose edge moves
+    /// with each fusion, gives all its inliers.
     pub(crate) edge_points: Option<&'a [[f64; 3]]>,
 }
 
@@ -32,16 +32,18 @@ pub(crate) struct Agreement {
     pub(crate) flipped: bool,
 }
 
-/// The test whether a plane `P_c`, seen now, is the plane `P_w` of the map: equation 1 and (equation 2 or equation 3), and the
-/// patches adjoin. Paper III-B, with corrections:
+/// The test whether a plane `P_c`, seen now, is the plane `P_w` of the map: equation 1 and (equation 2 or
+/// equation 3), and the patches adjoin. Paper III-B, with corrections:
 ///
 /// - everything is compared in the world, n = `R_wc` `n_c`, d = `d_c` - n . `t_wc`;
-/// - normals point to the camera that saw them, and equation 1 has no absolute value: from its other side a thin thing
-///   shows another face ([`Sides`]);
-/// - offsets are compared at the detected patch; at the world's origin a small angle makes a large difference;
-/// - equation 3 counts |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind the plane count;
-/// - patches must overlap or nearly touch: two desks of one height are two planes. (Unless key frames showed that something
-///   nearer occludes what joins them; see [`Self::test_across_gap`].)
+/// - normals point to the camera that saw them, and equation 1 has no absolute value: from its other side a
+///   thin thing shows another face ([`Sides`]);
+/// - offsets are compared at the detected patch; at the world's origin a small angle makes a large
+///   difference;
+/// - equation 3 counts |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind the plane
+///   count;
+/// - patches must overlap or nearly touch: two desks of one height are two planes. (Unless key frames showed
+///   that something nearer occludes what joins them; see [`Self::test_across_gap`].)
 #[derive(Debug, Clone)]
 pub(crate) struct Criterion {
     config: AssociationConfig,
@@ -66,8 +68,8 @@ impl Criterion {
         self.patches_adjoin(detected, mapped).then_some(agreement)
     }
 
-    /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better: equations 1 and 2, the
-    /// two together within what either alone may be off.
+    /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better:
+    /// equations 1 and 2, the two together within what either alone may be off.
     pub(crate) fn test_across_gap(
         &self,
         detected: &FinitePlane<'_>,
@@ -83,13 +85,15 @@ impl Criterion {
         Some(Agreement { angle, distance, flipped })
     }
 
-    /// Whether the boxes around the patches are near enough for the patches to adjoin: spares most pairs the tests.
+    /// Whether the boxes around the patches are near enough for the patches to adjoin: spares most pairs the
+    /// tests.
     fn are_within_reach(&self, a: &FinitePlane<'_>, b: &FinitePlane<'_>) -> bool {
         let apart = self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size;
         a.bounds.distance(&b.bounds) <= self.config.max_gap + 2.0 * apart
     }
 
-    /// Equation 1: the angle beta between the normals is below `beta_Th`. The angle, and whether one is to be turned round.
+    /// Equation 1: the angle beta between the normals is below `beta_Th`. The angle, and whether one is to be
+    /// turned round.
     fn normals_agree(&self, a: &Plane, b: &Plane) -> Option<(f64, bool)> {
         let cosine = dot(a.normal(), b.normal());
         let flipped = self.config.sides == Sides::Joined && cosine < 0.0;

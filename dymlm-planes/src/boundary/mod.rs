@@ -1,8 +1,9 @@
 //! The boundary of a finite plane as polygons with holes.
 //!
-//! The cells of the plane that hold inliers are a picture; small holes are filled, the sides between filled and empty cells
-//! are walked round into rings (the marching squares of a picture whose samples are its cells), and the rings lose the corners that
-//! are but steps of cells. Everything up to the last step is in whole numbers, so it is exact and deterministic. O(cells).
+//! The cells of the plane that hold inliers are a picture; small holes are filled, the sides between filled
+//! and empty cells are walked round into rings (the marching squares of a picture whose samples are its
+//! cells), and the rings lose the corners that are but steps of cells. Everything up to the last step is in
+//! whole numbers, so it is exact and deterministic. O(cells).
 
 mod outline;
 mod polygon;

@@ -6,7 +6,8 @@ pub(super) struct CellPicture {
     pub(super) cells: Vec<bool>,
 }
 
-/// A closed ring of cell corners; the first is not repeated. Outlines run counterclockwise (u right, v up), holes clockwise.
+/// A closed ring of cell corners; the first is not repeated. Outlines run counterclockwise (u right, v up),
+/// holes clockwise.
 pub(super) type Ring = Vec<[i64; 2]>;
 
 impl CellPicture {
@@ -18,7 +19,8 @@ impl CellPicture {
             && self.cells[v as usize * self.width + u as usize]
     }
 
-    /// Fills holes (empty cells that touch no border of the picture, joined by their sides and corners) of at most `largest` cells.
+    /// Fills holes (empty cells that touch no border of the picture, joined by their sides and corners) of at
+    /// most `largest` cells.
     pub(super) fn fill_holes(&mut self, largest: usize) {
         let mut seen = self.cells.clone();
         let mut hole = Vec::new();
@@ -57,7 +59,8 @@ impl CellPicture {
         }
     }
 
-    /// The rings around the filled cells: each side between a filled and an empty cell belongs to one ring, filled cells on its left.
+    /// The rings around the filled cells: each side between a filled and an empty cell belongs to one ring,
+    /// filled cells on its left.
     ///
     /// Where two filled cells touch at a corner only, the ring turns so that they stay apart. O(cells).
     pub(super) fn rings(&self) -> Vec<Ring> {
@@ -119,10 +122,12 @@ pub(super) fn doubled_area(ring: &[[i64; 2]]) -> i64 {
     ring.iter().zip(next).map(|([a, b], [c, d])| a * d - b * c).sum()
 }
 
-/// Whether a point, given at doubled coordinates so that cell centres are whole, lies inside a ring (even-odd rule).
+/// Whether a point, given at doubled coordinates so that cell centres are whole, lies inside a ring (even-odd
+/// rule).
 pub(super) fn contains(ring: &[[i64; 2]], [u, v]: [i64; 2]) -> bool {
     let next = ring.iter().cycle().skip(1);
-    // Rings run along the axes: only upright sides cross a level ray, and no cell centre lies level with a corner.
+    // Rings run along the axes: only upright sides cross a level ray, and no cell centre lies level with a
+    // corner.
     let crossings = ring.iter().zip(next).filter(|(a, b)| {
         let (low, high) = (2 * a[1].min(b[1]), 2 * a[1].max(b[1]));
         a[0] == b[0] && 2 * a[0] > u && (low..high).contains(&v)

@@ -2,8 +2,8 @@ use dymlm_core::vector3::{cross, dot};
 
 /// One connected piece of a plane's boundary: an outline and the holes in it. World frame, metres.
 ///
-/// Rings are closed without repeating their first corner. Seen from the side that the plane's normal points to, outlines
-/// run counterclockwise and holes clockwise.
+/// Rings are closed without repeating their first corner. Seen from the side that the plane's normal points
+/// to, outlines run counterclockwise and holes clockwise.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

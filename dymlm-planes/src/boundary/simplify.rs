@@ -1,7 +1,8 @@
-/// Leaves out corners of a closed ring that lie within `tolerance` of the line between the corners kept around them.
+/// Leaves out corners of a closed ring that lie within `tolerance` of the line between the corners kept
+/// around them.
 ///
-/// Douglas, Peucker (1973), on the two halves of the ring between the corner nearest to the start of the coordinates' order and
-/// the corner farthest from it. O(n log n) mostly.
+/// Douglas, Peucker (1973), on the two halves of the ring between the corner nearest to the start of the
+/// coordinates' order and the corner farthest from it. O(n log n) mostly.
 pub(super) fn simplify_ring(ring: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     if ring.len() <= 4 {
         return ring.to_vec();

@@ -3,11 +3,11 @@ use dymlm_core::vector3::dot;
 use crate::linear_algebra::{plane_axes, quadratic_form};
 use crate::moments::Moments;
 
-/// How uncertain a plane is: three degrees of freedom, taken at the plane's centroid, where the tilt and the offset do not
-/// depend on each other.
+/// How uncertain a plane is: three degrees of freedom, taken at the plane's centroid, where the tilt and the
+/// offset do not depend on each other.
 ///
-/// The plane's normal may turn to n + a u + b v, with (u, v) the plane's [axes](Self::axes) and a, b small angles in
-/// radians, and the plane may shift by s metres along n.
+/// The plane's normal may turn to n + a u + b v, with (u, v) the plane's [axes](Self::axes) and a, b small
+/// angles in radians, and the plane may shift by s metres along n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -23,8 +23,8 @@ pub struct PlaneCovariance {
 }
 
 impl PlaneCovariance {
-    /// From the sums of inliers with weights 1 / variance, for the plane of unit `normal`. `inflation` multiplies all
-    /// variances. `None` when the inliers lie on a line.
+    /// From the sums of inliers with weights 1 / variance, for the plane of unit `normal`. `inflation`
+    /// multiplies all variances. `None` when the inliers lie on a line.
     pub(crate) fn new(moments: &Moments, normal: [f64; 3], inflation: f64) -> Option<Self> {
         let axes = plane_axes(normal);
         let covariance = moments.covariance();

@@ -5,8 +5,8 @@ use crate::moments::Moments;
 
 /// One plane seen in one frame, refined: what the map is built from. Camera frame.
 ///
-/// It holds all that the map needs, and no pixels: a key frame's planes can be kept and inserted again at another
-/// pose.
+/// It holds all that the map needs, and no pixels: a key frame's planes can be kept and inserted again at
+/// another pose.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -27,7 +27,8 @@ pub struct DetectedPlane {
     pub area: f64,
     /// Every fourth inlier along rows and columns, set onto the plane: its patch.
     pub samples: Vec<Point>,
-    /// Points along the rim of the segment and of its holes, without outliers, set onto the plane: the paper's `B_c`.
+    /// Points along the rim of the segment and of its holes, without outliers, set onto the plane: the
+    /// paper's `B_c`.
     pub edge_points: Vec<Point>,
     /// The label of its pixels in [`PlaneDetector::labels`](crate::PlaneDetector::labels).
     pub label: u16,

@@ -38,14 +38,14 @@ pub struct RejectedPlane {
     pub cause: RejectionCause,
 }
 
-/// Largest standard deviation of the normal's direction, radians: 3 degrees. Without the rule half a plane a room more is
-/// mapped, and a false one in 200; planes are 0.1 mm worse.
+/// Largest standard deviation of the normal's direction, radians: 3 degrees. Without the rule half a plane a
+/// room more is mapped, and a false one in 200; planes are 0.1 mm worse.
 const MAX_ANGLE_DEVIATION: f64 = 0.052;
 
 /// Keeps planes from the map that are too small, too uncertain, or on a mover (paper III-B).
 ///
-/// Pixels of the static mask's movers never were part of a plane; what this drops is what the mask has left over.
-/// O(pixels in boxes).
+/// Pixels of the static mask's movers never were part of a plane; what this drops is what the mask has left
+/// over. O(pixels in boxes).
 #[derive(Debug, Clone)]
 pub(super) struct PlaneFilter {
     min_area: f64,
@@ -61,8 +61,8 @@ impl PlaneFilter {
         Self { min_area, max_mover_overlap, in_boxes: Vec::new(), rejected: Vec::new() }
     }
 
-    /// Rejects planes that do not pass, each with the first cause. `movers` are the corrected boxes of potential movers,
-    /// pixels.
+    /// Rejects planes that do not pass, each with the first cause. `movers` are the corrected boxes of
+    /// potential movers, pixels.
     pub(super) fn filter(
         &mut self,
         planes: &mut Vec<DetectedPlane>,

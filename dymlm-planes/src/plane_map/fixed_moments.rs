@@ -9,10 +9,11 @@ const UNITS: f64 = 1_048_576.0;
 /// Units of weight a reading at 0.4 m: 2^12.
 const WEIGHT_UNITS: f64 = 4096.0;
 
-/// Moment sums in the world as integers: what was added can be taken out again without a trace, in any order, anywhere.
+/// Moment sums in the world as integers: what was added can be taken out again without a trace, in any order,
+/// anywhere.
 ///
-/// With places up to 2^15 m (35 bits), weights of 2^12 and up to 2^38 readings, a sum of squares stays below 2^121.
-/// Moving the origin of integer sums is exact, so no digit is lost far from the world's origin.
+/// With places up to 2^15 m (35 bits), weights of 2^12 and up to 2^38 readings, a sum of squares stays below
+/// 2^121. Moving the origin of integer sums is exact, so no digit is lost far from the world's origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FixedMoments {
     weight: i128,

@@ -11,13 +11,15 @@ const MOST_CELLS: usize = 192;
 /// Ways across a gap that are looked along, and places on each.
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
-/// A gap is occluded while at most this share of its places, and of the key frames that look there, look through it: noise
-/// at the rims. With 0 one floor stays two planes (0.2 duplicates a room), with more two desks become one.
+/// A gap is occluded while at most this share of its places, and of the key frames that look there, look
+/// through it: noise at the rims. With 0 one floor stays two planes (0.2 duplicates a room), with more two
+/// desks become one.
 pub(super) const MAX_THROUGH: f64 = 0.1;
 /// Standard deviation of a place's height over the two planes, metres: they may be off by some centimetres.
 const PLACE_SIGMA: f64 = 0.01;
 
-/// What lies between two patches of one plane: the shortest ways from the one to the other, where they are nearest.
+/// What lies between two patches of one plane: the shortest ways from the one to the other, where they are
+/// nearest.
 #[derive(Debug, Clone)]
 pub(super) struct Gap {
     /// Places on the ways. World frame.
@@ -64,8 +66,8 @@ impl Gap {
         (!places.is_empty()).then_some(Self { places })
     }
 
-    /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings, or sees the plane
-    /// go on. O(places), at most 96.
+    /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings,
+    /// or sees the plane go on. O(places), at most 96.
     pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
         let (mut occluded, mut through, mut all) = (0.0, 0.0, self.places.len() as f64);
         for place in &self.places {
@@ -85,8 +87,8 @@ impl Gap {
     }
 }
 
-/// From each cell of the one patch to the nearest of the other: the ways that are at most a cell longer than the shortest, some
-/// of them, spread over all. In voxels.
+/// From each cell of the one patch to the nearest of the other: the ways that are at most a cell longer than
+/// the shortest, some of them, spread over all. In voxels.
 fn shortest_ways(
     of_a: &[CoarseCell],
     of_b: &[CoarseCell],

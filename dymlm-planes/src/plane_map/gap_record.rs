@@ -49,8 +49,8 @@ pub(super) fn pair_of(a: PlaneId, b: PlaneId) -> PlanePair {
     if a < b { [a, b] } else { [b, a] }
 }
 
-/// A key frame's looks between planes by the ids that `resolve` gives to the planes now. Where pairs have become one, what was looked
-/// through counts.
+/// A key frame's looks between planes by the ids that `resolve` gives to the planes now. Where pairs have
+/// become one, what was looked through counts.
 pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(PlaneId) -> PlaneId) -> GapLooks {
     let mut resolved = GapLooks::new();
     for (&[a, b], &gap_look) in gap_looks {

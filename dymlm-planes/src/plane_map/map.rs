@@ -21,21 +21,22 @@ use crate::patch::Patch;
 
 /// The map of finite planes (paper III-B).
 ///
-/// A key frame's planes are brought to the world, associated with the planes of the map, and fused with them; then
-/// planes of the map that have become one merge. The association is the paper's (equation 1 and (equation 2 or
-/// equation 3)) with corrections; see [`AssociationConfig`](crate::AssociationConfig).
+/// A key frame's planes are brought to the world, associated with the planes of the map, and fused with them;
+/// then planes of the map that have become one merge. The association is the paper's (equation 1 and
+/// (equation 2 or equation 3)) with corrections; see [`AssociationConfig`](crate::AssociationConfig).
 ///
-/// Patches of one plane that do not adjoin are one surface where something nearer occludes what joins them (a wall behind a
-/// person, a floor on both sides of a table), and two where one looks through between them (two desks of one height). Each key
-/// frame that touches one of the two is asked what it sees on the shortest ways between them; when enough saw them occluded and
-/// hardly any looked through, they merge. What has merged is not parted when a later key frame looks through after all.
+/// Patches of one plane that do not adjoin are one surface where something nearer occludes what joins them (a
+/// wall behind a person, a floor on both sides of a table), and two where one looks through between them (two
+/// desks of one height). Each key frame that touches one of the two is asked what it sees on the shortest
+/// ways between them; when enough saw them occluded and hardly any looked through, they merge. What has
+/// merged is not parted when a later key frame looks through after all.
 ///
-/// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key frame out
-/// exactly: the planes are those that they would be if it had added nothing, and merges that it brought about, or that it was
-/// needed for as a witness of what is occluded, are undone.
+/// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key
+/// frame out exactly: the planes are those that they would be if it had added nothing, and merges that it
+/// brought about, or that it was needed for as a witness of what is occluded, are undone.
 ///
-/// Cost of an insertion: O(planes in the map + voxels of the planes seen and of those near them on the same plane); no key frame
-/// is looked at again.
+/// Cost of an insertion: O(planes in the map + voxels of the planes seen and of those near them on the same
+/// plane); no key frame is looked at again.
 #[derive(Debug, Clone)]
 pub struct PlaneMap {
     config: PlaneMapConfig,
@@ -110,13 +111,14 @@ impl PlaneMap {
         })
     }
 
-    /// Adds the planes of a key frame, given in its camera's frame, and looks in its depth image at what lies between planes of
-    /// the map that may be one surface behind something: see
+    /// Adds the planes of a key frame, given in its camera's frame, and looks in its depth image at what lies
+    /// between planes of the map that may be one surface behind something: see
     /// [`max_occluded_gap`](crate::AssociationConfig::max_occluded_gap).
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfReach`] when a plane lies so far out that it cannot be summed exactly. The map stays as it was.
+    /// [`Error::OutOfReach`] when a plane lies so far out that it cannot be summed exactly. The map stays as
+    /// it was.
     #[doc(alias = "integrate")]
     pub fn insert(
         &mut self,
@@ -204,7 +206,8 @@ impl PlaneMap {
             .collect()
     }
 
-    /// The best plane of the map for each detected one. Several detected ones may share it: parts of one surface.
+    /// The best plane of the map for each detected one. Several detected ones may share it: parts of one
+    /// surface.
     fn associate(&self, observations: &[Observation]) -> Vec<Option<Pairing>> {
         let best = |observation: &Observation| {
             let candidates = self.planes.iter().enumerate().filter_map(|(mapped, plane)| {

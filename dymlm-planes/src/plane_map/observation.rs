@@ -47,8 +47,8 @@ impl Observation {
         })
     }
 
-    /// How far from the world's origin planes can be summed, metres: a frame's samples lie within a hundred metres of
-    /// their centroid.
+    /// How far from the world's origin planes can be summed, metres: a frame's samples lie within a hundred
+    /// metres of their centroid.
     pub(super) fn reach(voxel_size: f64) -> f64 {
         REACH.min(reach(voxel_size)) - 100.0
     }

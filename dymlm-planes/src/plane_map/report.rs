@@ -29,8 +29,8 @@ pub struct PlaneReport {
     pub merged: Vec<PlaneMerge>,
     /// For each detected plane the map plane that holds it now.
     pub associations: Vec<PlaneId>,
-    /// Detected planes that the filter kept from the map; a [`PlaneMap`](crate::PlaneMap) alone, which does not see them, leaves
-    /// it empty.
+    /// Detected planes that the filter kept from the map; a [`PlaneMap`](crate::PlaneMap) alone, which does
+    /// not see them, leaves it empty.
     pub rejected: Vec<RejectedPlane>,
 }
 

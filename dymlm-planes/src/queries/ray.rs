@@ -17,8 +17,8 @@ pub struct PlaneHit {
 }
 
 impl PlaneMap {
-    /// The first confirmed plane that a ray meets within `max_range` metres, from either side; a plane counts where its inliers
-    /// are, to a voxel. A direction without length meets nothing. O(planes).
+    /// The first confirmed plane that a ray meets within `max_range` metres, from either side; a plane counts
+    /// where its inliers are, to a voxel. A direction without length meets nothing. O(planes).
     pub fn cast_ray(&self, origin: [f64; 3], direction: [f64; 3], max_range: f64) -> Option<PlaneHit> {
         let direction = unit(direction)?;
         let hits = self.iter().filter_map(|plane| hit(plane, origin, direction, max_range));

@@ -9,10 +9,10 @@ use crate::scene::{Part, Scene};
 
 /// A 2D detector: from exact masks to boxes.
 ///
-/// How sure it is of a thing, which sides of its box it cuts and what it takes it for are smooth random functions of
-/// time, one a thing, so that failures come in bursts; a failure happens where the function is below the normal
-/// quantile of its rate. Confidence grows with the size of the view. Jitter and surplus boxes are drawn anew each frame.
-/// Of boxes of one label that overlap much, the best remains. O(pixels).
+/// How sure it is of a thing, which sides of its box it cuts and what it takes it for are smooth random
+/// functions of time, one a thing, so that failures come in bursts; a failure happens where the function is
+/// below the normal quantile of its rate. Confidence grows with the size of the view. Jitter and surplus
+/// boxes are drawn anew each frame. Of boxes of one label that overlap much, the best remains. O(pixels).
 #[derive(Debug, Clone)]
 pub(crate) struct Detector {
     config: DetectorConfig,
@@ -101,7 +101,8 @@ impl Detector {
         score_of(self.mood(Mood::Confidence, instance, time) + rates.size_gain * octaves, rates)
     }
 
-    /// Drops the boxes that overlap much with a better one of the same label (class-wise non-maximum suppression).
+    /// Drops the boxes that overlap much with a better one of the same label (class-wise non-maximum
+    /// suppression).
     fn merge(&self, found: &mut Vec<Detection>) {
         found.sort_by(|a, b| b.score().total_cmp(&a.score()));
         let mut kept: Vec<Detection> = Vec::with_capacity(found.len());
@@ -154,7 +155,8 @@ impl Detector {
         if below > 0.0 { self.config.cut_depth * (0.2 + 0.8 * below).min(1.0) } else { 0.0 }
     }
 
-    /// A smooth random function of time: at each moment a standard normal variable, decorrelated after two burst times.
+    /// A smooth random function of time: at each moment a standard normal variable, decorrelated after two
+    /// burst times.
     fn mood(&self, mood: Mood, instance: usize, time: f64) -> f64 {
         let position = (time / self.config.burst_time).max(0.0);
         let (knot, fraction) = (position.floor(), position.fract());
@@ -188,8 +190,8 @@ pub(crate) fn visible_things(exact: &Rendering, parts: &[Part], things: usize) -
     visible
 }
 
-/// The score at a confidence (a standard normal variable): piecewise linear through the quantiles that the rates
-/// name, `None` below the first.
+/// The score at a confidence (a standard normal variable): piecewise linear through the quantiles that the
+/// rates name, `None` below the first.
 fn score_of(confidence: f64, rates: &DetectionRates) -> Option<f64> {
     let top = (2.5, BEST_SCORE);
     let usual = (normal_quantile(0.5), USUAL_SCORE);

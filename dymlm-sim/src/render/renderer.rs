@@ -29,8 +29,9 @@ pub(crate) const NOTHING: u16 = u16::MAX;
 
 /// Casts one ray a pixel at the parts.
 ///
-/// Each part is bounded by a rectangle of the image and by its nearest depth; a tile's rays ask only the parts whose
-/// rectangles meet it, nearest first, until the rest lies behind the hit: O(pixels x parts that overlap there).
+/// Each part is bounded by a rectangle of the image and by its nearest depth; a tile's rays ask only the
+/// parts whose rectangles meet it, nearest first, until the rest lies behind the hit: O(pixels x parts that
+/// overlap there).
 pub(crate) fn render(
     camera: &PinholeCamera,
     scene_from_camera: &Pose3,
@@ -171,7 +172,8 @@ fn render_row(row: &mut Row<'_>, rays: &Rays<'_>, candidates: &[&View<'_>], shad
     }
 }
 
-/// The first hit of the `k`-th ray among views that reach the row, nearest first, and its depth: a direction with z = 1 makes the parameter of a hit its depth.
+/// The first hit of the `k`-th ray among views that reach the row, nearest first, and its depth: a direction
+/// with z = 1 makes the parameter of a hit its depth.
 #[inline]
 fn cast<'a>(rays: &Rays<'_>, k: usize, candidates: &[&'a View<'a>]) -> Option<(&'a View<'a>, f32)> {
     let u = rays.first_column + k;

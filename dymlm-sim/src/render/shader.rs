@@ -9,8 +9,8 @@ pub(super) const TILE: [usize; 2] = [32, 16];
 /// Light that comes from all sides, beside the two lamps.
 const AMBIENT: f32 = 0.48;
 
-/// Gives colours to neighbouring pixels of a row that show one part: its material in the light of the room (Lambert).
-/// The pixels go through each step together, in loops without branches, which become vector code.
+/// Gives colours to neighbouring pixels of a row that show one part: its material in the light of the room
+/// (Lambert). The pixels go through each step together, in loops without branches, which become vector code.
 #[derive(Debug)]
 pub(super) struct Shader {
     /// Along the surface, metres.
@@ -28,8 +28,8 @@ impl Default for Shader {
 }
 
 impl Shader {
-    /// Shades at most a tile's width of pixels: rays (x, y, 1) in the camera, each hitting the part at its depth. All
-    /// lists are of one length.
+    /// Shades at most a tile's width of pixels: rays (x, y, 1) in the camera, each hitting the part at its
+    /// depth. All lists are of one length.
     pub(super) fn shade(
         &mut self,
         view: &View<'_>,

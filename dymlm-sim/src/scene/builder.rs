@@ -5,8 +5,8 @@ use super::person::{Action, Clothes};
 use super::shape::capsule_between;
 use super::{Instance, Material, Motion, Part, Person, Shape};
 
-/// Puts a scene together thing by thing. A thing's parts are given in a frame of its own: origin on the floor (or
-/// on what it stands on), z up, front towards -y.
+/// Puts a scene together thing by thing. A thing's parts are given in a frame of its own: origin on the floor
+/// (or on what it stands on), z up, front towards -y.
 #[derive(Debug, Default)]
 pub(super) struct Builder {
     pub(super) parts: Vec<Part>,

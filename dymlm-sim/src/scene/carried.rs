@@ -60,7 +60,8 @@ impl CarriedObject {
         Self { kind, motion }
     }
 
-    /// Ten of them for judging trackers: translation, turns about each axis, partial occlusion and fast motion.
+    /// Ten of them for judging trackers: translation, turns about each axis, partial occlusion and fast
+    /// motion.
     pub fn ten() -> [Self; 10] {
         [
             Self::new(CarriedKind::Book, CarriedMotion::RotationX),
@@ -114,8 +115,8 @@ const LAST_YAW: f32 = 0.35;
 /// From where it is looked at, about (the office's viewpoint).
 const EYE: Vec3 = Vec3::new(0.15, -1.45, 1.45);
 
-/// What the camera looks at: beyond the carried thing and below, as far as the desk, so that its glances stay as wide as
-/// they are.
+/// What the camera looks at: beyond the carried thing and below, as far as the desk, so that its glances stay
+/// as wide as they are.
 pub(super) const TARGET: Vec3 = Vec3::new(0.0, 1.5, 0.35);
 
 const SKIN: Material = Material::new(Noise, 0.03, [0.72, 0.52, 0.42], [0.86, 0.67, 0.56]);
@@ -146,8 +147,8 @@ pub(super) struct CarriedSet {
 }
 
 impl CarriedSet {
-    /// A small table before the camera's station, and on it a thing that a hand takes up, moves, and puts down; the first
-    /// of its instances has the number `first`.
+    /// A small table before the camera's station, and on it a thing that a hand takes up, moves, and puts
+    /// down; the first of its instances has the number `first`.
     pub(super) fn new(what: CarriedObject, first: usize) -> Self {
         let mut table = Builder::default();
         furniture::table(&mut table, TABLE.0, 0.0, TABLE.1, TABLE.2, super::palette::OAK);
@@ -194,7 +195,8 @@ impl Carried {
         self.what.kind
     }
 
-    /// Where the thing's frame stands: origin in its middle, at rest x to the right, y away from the camera, z upwards.
+    /// Where the thing's frame stands: origin in its middle, at rest x to the right, y away from the camera,
+    /// z upwards.
     pub(crate) fn scene_from_object(&self, time: f64) -> Pose3 {
         let progress = ((time as f32 - START) / DURATION).clamp(0.0, 1.0);
         let held = smooth(0.0, 0.2, progress) * smooth(1.0, 0.8, progress);

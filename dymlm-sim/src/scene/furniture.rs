@@ -1,4 +1,5 @@
-//! What stands on the floor. Fronts look towards -y of the thing's frame, but one sits on a chair looking along +y.
+//! What stands on the floor. Fronts look towards -y of the thing's frame, but one sits on a chair looking
+//! along +y.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 

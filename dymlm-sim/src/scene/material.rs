@@ -37,8 +37,9 @@ impl Material {
         self
     }
 
-    /// How much of the second colour there is at each of some places of the surface, 0..=1; the places are given by
-    /// their [`surface_coordinates`] in metres. `seed` tells equal things apart. The lists are of one length.
+    /// How much of the second colour there is at each of some places of the surface, 0..=1; the places are
+    /// given by their [`surface_coordinates`] in metres. `seed` tells equal things apart. The lists are of
+    /// one length.
     pub(crate) fn mix(&self, s: &[f32], t: &[f32], seed: u32, mix: &mut [f32]) {
         // One loop a pattern, without a branch inside, so that it becomes vector code.
         match self.pattern {

@@ -14,9 +14,9 @@ use super::{Person, Scene, Shape, Viewpoint, things};
 const DESK: f32 = 0.74;
 
 impl Scene {
-    /// An office of 6.0 x 6.4 m: a desk before a partition with two monitors, keyboards and small things, three
-    /// swivel chairs, a cabinet, a shelf, a plant, and up to two people who walk between the desk and the camera.
-    /// `choice` (two values of 0..1 a person) sets where they start and how fast they walk.
+    /// An office of 6.0 x 6.4 m: a desk before a partition with two monitors, keyboards and small things,
+    /// three swivel chairs, a cabinet, a shelf, a plant, and up to two people who walk between the desk and
+    /// the camera. `choice` (two values of 0..1 a person) sets where they start and how fast they walk.
     pub(crate) fn office(people: usize, choice: [[f64; 2]; 2]) -> Self {
         let mut b = Builder::default();
         room(&mut b);
@@ -32,8 +32,9 @@ impl Scene {
         Self::of(b, Viewpoint::OFFICE)
     }
 
-    /// The same office with up to two people who sit on swivel chairs before the ends of the desk, half turned to each
-    /// other, so that the desk is seen between them; a third chair is empty. `choice` sets their gestures apart.
+    /// The same office with up to two people who sit on swivel chairs before the ends of the desk, half
+    /// turned to each other, so that the desk is seen between them; a third chair is empty. `choice` sets
+    /// their gestures apart.
     pub(crate) fn seated_office(people: usize, choice: [[f64; 2]; 2]) -> Self {
         let mut b = Builder::default();
         room(&mut b);

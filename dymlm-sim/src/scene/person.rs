@@ -7,9 +7,9 @@ use super::shape::capsule_between;
 use super::walk::{Step, Walk};
 use super::{Material, Part, Shape};
 
-/// Somebody who walks or sits: an articulated body of eighteen capsules and ellipsoids. Arms and legs of a walker
-/// swing with the way walked; somebody who sits gestures, leans and turns the head. Proportions after Drillis and
-/// Contini (1966): hip at 0.53, shoulder at 0.82 of the height.
+/// Somebody who walks or sits: an articulated body of eighteen capsules and ellipsoids. Arms and legs of a
+/// walker swing with the way walked; somebody who sits gestures, leans and turns the head. Proportions after
+/// Drillis and Contini (1966): hip at 0.53, shoulder at 0.82 of the height.
 #[derive(Debug, Clone)]
 pub(crate) struct Person {
     pub(super) action: Action,
@@ -176,8 +176,8 @@ fn head(body: &mut Body<'_>, lift: Vec3, clothes: &Clothes) {
     body.ellipsoid(lift + Vec3::new(0.01, 0.0, 1.645), [0.1, 0.082, 0.1], clothes.hair);
 }
 
-/// Hip and knee follow the walking phase: the leg swings by 25 degrees to both sides, and the knee bends while it
-/// comes forward.
+/// Hip and knee follow the walking phase: the leg swings by 25 degrees to both sides, and the knee bends
+/// while it comes forward.
 fn leg(body: &mut Body<'_>, lift: Vec3, phase: f32, side: Side, clothes: &Clothes) {
     let (y, phase) = on(side, 0.09, phase);
     let swing = 0.43 * phase.sin();
@@ -214,8 +214,8 @@ fn seated_leg(body: &mut Body<'_>, lift: Vec3, sway: f32, side: Side, clothes: &
     body.limb(ankle - 0.04 * Vec3::X, ankle + 0.15 * Vec3::X, 0.045, clothes.shoes);
 }
 
-/// The upper arm hangs, swung forward by `swing`; the forearm points forward and up as far as it is `raised` (0..1),
-/// the hands a little inwards.
+/// The upper arm hangs, swung forward by `swing`; the forearm points forward and up as far as it is `raised`
+/// (0..1), the hands a little inwards.
 fn gesturing_arm(body: &mut Body<'_>, lift: Vec3, [swing, raised]: [f32; 2], side: Side, clothes: &Clothes) {
     let shoulder = lift + Vec3::new(0.0, 0.215 * side.sign(), 1.39);
     let elbow = shoulder + 0.29 * hanging(swing);

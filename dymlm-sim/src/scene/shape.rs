@@ -41,8 +41,8 @@ impl Shape {
         }
     }
 
-    /// The parameter of the ray's first hit from outside (for a room: from inside), below `farthest`; the direction
-    /// need not be a unit vector. A ray from inside a body hits nothing.
+    /// The parameter of the ray's first hit from outside (for a room: from inside), below `farthest`; the
+    /// direction need not be a unit vector. A ray from inside a body hits nothing.
     #[inline]
     pub(crate) fn cast(&self, ray: &Ray, farthest: f32) -> Option<f32> {
         let hit = match self {
@@ -119,7 +119,8 @@ pub(crate) fn face_normal(p: Vec3) -> Vec3 {
     }
 }
 
-/// First hit of a cylinder about y from outside. (parry has rays at cylinders only by its general GJK iteration.)
+/// First hit of a cylinder about y from outside. (parry has rays at cylinders only by its general GJK
+/// iteration.)
 fn cast_cylinder(cylinder: Cylinder, ray: &Ray, farthest: f32) -> Option<f32> {
     let (origin, dir) = (ray.origin, ray.dir);
     let within = |t: f32| (t > 0.0 && t <= farthest).then_some(t);
@@ -149,9 +150,9 @@ fn cast_cylinder(cylinder: Cylinder, ray: &Ray, farthest: f32) -> Option<f32> {
     ((origin.y + dir.y * t).abs() <= cylinder.half_height).then_some(t).and_then(within)
 }
 
-/// Distance of a point to an ellipsoid's surface: the nearest point is (r^2 p / (r^2 + t)) for the largest root t of
-/// sum (r p / (r^2 + t))^2 = 1, found by bisection (Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or
-/// a Hyperellipsoid", 2013).
+/// Distance of a point to an ellipsoid's surface: the nearest point is (r^2 p / (r^2 + t)) for the largest
+/// root t of sum (r p / (r^2 + t))^2 = 1, found by bisection (Eberly, "Distance from a Point to an Ellipse,
+/// an Ellipsoid, or a Hyperellipsoid", 2013).
 fn distance_to_ellipsoid(radii: Vec3, point: Vec3) -> f32 {
     let r = radii.to_array().map(f64::from);
     let p = point.to_array().map(|c| f64::from(c.abs()));

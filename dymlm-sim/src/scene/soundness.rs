@@ -1,4 +1,5 @@
-//! What holds in every room: things stand apart from each other and on something, people and cameras move through air.
+//! What holds in every room: things stand apart from each other and on something, people and cameras move
+//! through air.
 
 use std::sync::LazyLock;
 
@@ -110,7 +111,8 @@ fn things_do_not_intersect() {
         for (i, a) in parts.iter().enumerate().filter(|(_, part)| !is_room(part)) {
             for (j, b) in parts.iter().enumerate() {
                 if a.instance != b.instance && !is_room(b) && near(a, b) {
-                    // The office's carpet of 1 cm gives way to what stands on it, and a mouse lies on a sheet of paper.
+                    // The office's carpet of 1 cm gives way to what stands on it, and a mouse lies on a sheet
+                    // of paper.
                     let office = scene.viewpoint == Viewpoint::OFFICE;
                     let depth = depth_of(&points[i], b);
                     assert!(

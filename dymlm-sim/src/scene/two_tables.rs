@@ -22,9 +22,10 @@ const VIEWPOINT: Viewpoint = Viewpoint {
 };
 
 impl Scene {
-    /// A room of 6.4 x 6.6 m with a dining table and a high table that stand askew, a pillar, a plant and a cabinet. Two
-    /// people walk between the camera and the tables and round the high one, or sit before the tables. `choice` (two
-    /// values of 0..1 a person) sets where they start and how fast they walk, or their gestures apart.
+    /// A room of 6.4 x 6.6 m with a dining table and a high table that stand askew, a pillar, a plant and a
+    /// cabinet. Two people walk between the camera and the tables and round the high one, or sit before the
+    /// tables. `choice` (two values of 0..1 a person) sets where they start and how fast they walk, or their
+    /// gestures apart.
     pub(super) fn two_tables(activity: Activity, people: usize, choice: [[f64; 2]; 2]) -> Self {
         let mut b = Builder::default();
         b.walls_and_floor([0.0, -0.2], [6.4, 6.6, 2.7], MINT, PLANKS);

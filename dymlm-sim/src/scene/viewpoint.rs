@@ -1,8 +1,8 @@
 use parry3d::math::{Pose3, Vec3};
 
-/// Where a camera finds its place in a room, in a frame of its own: x to the right, y to what it looks at, z up from
-/// the floor. The paths keep within 0.85 m of the line from the pivot to the station, 0.3 m behind and 0.75 m before the
-/// station.
+/// Where a camera finds its place in a room, in a frame of its own: x to the right, y to what it looks at, z
+/// up from the floor. The paths keep within 0.85 m of the line from the pivot to the station, 0.3 m behind
+/// and 0.75 m before the station.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Viewpoint {
     pub(crate) scene_from_view: Pose3,

@@ -1,19 +1,21 @@
 use dymlm_core::{ConfigError, DepthNoise, check_range};
 
 /// How a depth camera errs. The default is [`kinect`](Self::kinect); there are also a stereo pair
-/// ([`realsense_d435`](Self::realsense_d435)), [`time_of_flight`](Self::time_of_flight), and a camera that does not err
-/// ([`ideal`](Self::ideal)).
+/// ([`realsense_d435`](Self::realsense_d435)), [`time_of_flight`](Self::time_of_flight), and a camera that
+/// does not err ([`ideal`](Self::ideal)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SensorConfig {
-    /// Nearest depth with a reading, metres, 0..=100, default 0.5 (Kinect for Windows, near limit in practice).
+    /// Nearest depth with a reading, metres, 0..=100, default 0.5 (Kinect for Windows, near limit in
+    /// practice).
     pub min_depth: f64,
     /// Farthest depth with a reading, metres, 0..=1000, default 6.
     pub max_depth: f64,
-    /// Noise along the optical axis by depth; its floor and growth 0..=1, its start 0..=100 m. Default: the Kinect's.
+    /// Noise along the optical axis by depth; its floor and growth 0..=1, its start 0..=100 m. Default: the
+    /// Kinect's.
     pub noise: DepthNoise,
-    /// Factor on the noise that steep views add, 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2 m for an incidence theta
-    /// above 53 degrees (Nguyen 2012), 0..=10, default 1.
+    /// Factor on the noise that steep views add, 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2 m for an
+    /// incidence theta above 53 degrees (Nguyen 2012), 0..=10, default 1.
     pub steep_noise: f64,
     /// Standard deviation of the ray's place in the image, pixels, 0..=5, default 0.8 (Nguyen 2012, lateral
     /// noise, about the same at all depths).
@@ -21,11 +23,11 @@ pub struct SensorConfig {
     /// Depth step at 1 m, metres, 0..=0.1, default 0.00285: disparities come in steps of 1/8 px, so that with
     /// f = 585 px and a baseline of 7.5 cm the step is z^2 / 351 m, 1.1 cm at 2 m. 0 = no quantization.
     pub quantization: f64,
-    /// Distance from the camera to the projector along x, metres, -1..=1, default 0.075 (Kinect). Surfaces that
-    /// the projector does not reach have no reading: the shadow beside near things. 0 = no shadow.
+    /// Distance from the camera to the projector along x, metres, -1..=1, default 0.075 (Kinect). Surfaces
+    /// that the projector does not reach have no reading: the shadow beside near things. 0 = no shadow.
     pub baseline: f64,
-    /// Distance over which a depth edge is felt, pixels of an image 640 wide, 0..=20, default 2: the ring without
-    /// depth around silhouettes.
+    /// Distance over which a depth edge is felt, pixels of an image 640 wide, 0..=20, default 2: the ring
+    /// without depth around silhouettes.
     pub edge_width: f64,
     /// Share of the pixels near an edge that have no reading, 0..=1, default 0.6.
     pub edge_dropout: f64,
@@ -69,9 +71,10 @@ impl SensorConfig {
         }
     }
 
-    /// Stereo of a `RealSense` D435 at 848x480 (f = 425 px, baseline 5 cm, 0.08 px of disparity, steps of 1/32 px), with
-    /// the noise of [`SensorModel::realsense_d4xx`](dymlm_core::SensorModel::realsense_d4xx). Edges are felt further than
-    /// with structured light (the matching window), and more of the pixels there read a depth between the surfaces.
+    /// Stereo of a `RealSense` D435 at 848x480 (f = 425 px, baseline 5 cm, 0.08 px of disparity, steps of
+    /// 1/32 px), with the noise of [`SensorModel::realsense_d4xx`](dymlm_core::SensorModel::realsense_d4xx).
+    /// Edges are felt further than with structured light (the matching window), and more of the pixels there
+    /// read a depth between the surfaces.
     #[must_use]
     pub fn realsense_d435() -> Self {
         Self {
@@ -87,8 +90,9 @@ impl SensorConfig {
         }
     }
 
-    /// Time of flight, with the noise of [`SensorModel::time_of_flight`](dymlm_core::SensorModel::time_of_flight): no
-    /// shadow, no disparity steps, and many readings between the surfaces at edges.
+    /// Time of flight, with the noise of
+    /// [`SensorModel::time_of_flight`](dymlm_core::SensorModel::time_of_flight): no shadow, no disparity
+    /// steps, and many readings between the surfaces at edges.
     #[must_use]
     pub const fn time_of_flight() -> Self {
         Self {

@@ -10,10 +10,10 @@ use crate::scene::Part;
 
 /// A depth camera: from exact depth to readings.
 ///
-/// In the order of the light's way: the projector's shadow; readings lost or mixed at depth edges; the jitter of the
-/// place that a pixel looks at; surfaces that send nothing back; axial noise; disparity steps; range. Models: Nguyen,
-/// Izadi, Lovell (3DIMPVT 2012) for axial and lateral noise; Khoshelham, Elberink (Sensors 2012) for quantization;
-/// lateral jitter before axial noise as in Handa et al. (ICRA 2014). O(pixels).
+/// In the order of the light's way: the projector's shadow; readings lost or mixed at depth edges; the jitter
+/// of the place that a pixel looks at; surfaces that send nothing back; axial noise; disparity steps; range.
+/// Models: Nguyen, Izadi, Lovell (3DIMPVT 2012) for axial and lateral noise; Khoshelham, Elberink (Sensors
+/// 2012) for quantization; lateral jitter before axial noise as in Handa et al. (ICRA 2014). O(pixels).
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor {
     config: SensorConfig,
@@ -23,7 +23,8 @@ pub(crate) struct Sensor {
     steep: f32,
 }
 
-/// What a frame shows: exact depth, what each pixel looks at, and the share of readings that each part swallows.
+/// What a frame shows: exact depth, what each pixel looks at, and the share of readings that each part
+/// swallows.
 #[derive(Debug, Clone, Copy)]
 struct Seen<'a> {
     exact: &'a Rendering,
@@ -236,9 +237,9 @@ fn mark_edges(places: &mut [Place], exact: &Rendering, reach: usize) {
     }
 }
 
-/// Marks what the projector, beside the camera on its x axis, does not reach. The projector sees a pixel at u at its
-/// own column u - disparity; going away from the projector's side, a column already passed is hidden behind what
-/// passed it.
+/// Marks what the projector, beside the camera on its x axis, does not reach. The projector sees a pixel at u
+/// at its own column u - disparity; going away from the projector's side, a column already passed is hidden
+/// behind what passed it.
 fn mark_shadow(places: &mut [Place], depths: &[f32], disparity_at_1m: f32) {
     let mut passed = f32::INFINITY;
     let mut visit = |u: usize, toward: f32| {

@@ -6,12 +6,13 @@ use crate::scene::Viewpoint;
 
 /// How the camera moves through the room, after the sequence types of the TUM RGB-D benchmark (Sturm 2012).
 ///
-/// All paths begin at a station that the room gives and look at what it shows there (in the office about 3 m before the
-/// desk); the people are between.
+/// All paths begin at a station that the room gives and look at what it shows there (in the office about 3 m
+/// before the desk); the people are between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum CameraPath {
-    /// Somebody carries the camera: steps of half a metre to all sides and slow turns, with a walker's tremor.
+    /// Somebody carries the camera: steps of half a metre to all sides and slow turns, with a walker's
+    /// tremor.
     #[default]
     Handheld,
     /// On a tripod.

@@ -16,8 +16,8 @@ pub struct SequenceConfig {
     pub frames: usize,
     /// Frames a second, 0.1..=1000, default 10.
     pub frame_rate: f64,
-    /// Seed of all that is random: noise, the detector's failures, the people's start, speed and gestures, and the
-    /// whole room when it is [`Room::Random`]. Default 7.
+    /// Seed of all that is random: noise, the detector's failures, the people's start, speed and gestures,
+    /// and the whole room when it is [`Room::Random`]. Default 7.
     pub seed: u64,
     /// The camera. Default `None`: 640x480, f = 525 px, principal point in the middle (a Kinect).
     pub camera: Option<PinholeCamera>,
@@ -27,15 +27,16 @@ pub struct SequenceConfig {
     pub activity: Activity,
     /// How the camera moves. Default [`CameraPath::Handheld`].
     pub path: CameraPath,
-    /// Turn of the camera about its optical axis, radians, -pi..=pi, default 0: a quarter turn holds it on its side.
+    /// Turn of the camera about its optical axis, radians, -pi..=pi, default 0: a quarter turn holds it on
+    /// its side.
     pub camera_roll: f64,
     /// Where the room stands in the world; in its own frame z is up and the floor is z = 0. Default identity.
     /// A tilted world shows whether a map depends on which way is up.
     pub world_from_scene: Pose,
     /// Number of people, 0..=2, default 2.
     pub people: usize,
-    /// A thing that a hand takes from a small table before the camera's station, moves for six seconds and puts down
-    /// again; the camera looks at it. Only in [`Room::Office`]. Default `None`.
+    /// A thing that a hand takes from a small table before the camera's station, moves for six seconds and
+    /// puts down again; the camera looks at it. Only in [`Room::Office`]. Default `None`.
     pub carried: Option<CarriedObject>,
     /// The depth camera's errors.
     pub sensor: SensorConfig,
@@ -67,9 +68,9 @@ impl Default for SequenceConfig {
 }
 
 impl SequenceConfig {
-    /// A sequence in a room made up from `seed`, with one of the camera's paths. The rooms of odd seeds stand in a
-    /// world that is turned and shifted at random ([`world_from_scene`](Self::world_from_scene)), those of even ones
-    /// stand upright.
+    /// A sequence in a room made up from `seed`, with one of the camera's paths. The rooms of odd seeds stand
+    /// in a world that is turned and shifted at random ([`world_from_scene`](Self::world_from_scene)), those
+    /// of even ones stand upright.
     ///
     /// ```
     /// use dymlm_sim::{Activity, Sequence, SequenceConfig};
@@ -100,8 +101,8 @@ impl SequenceConfig {
     }
 }
 
-/// A rotation drawn evenly from all (Shoemake, "Uniform random rotations", 1992) and a shift of up to 5 m an axis,
-/// from six values of 0..1.
+/// A rotation drawn evenly from all (Shoemake, "Uniform random rotations", 1992) and a shift of up to 5 m an
+/// axis, from six values of 0..1.
 fn random_pose([u, v, w, x, y, z]: [f64; 6]) -> Pose {
     let (first, second) = ((1.0 - u).sqrt(), u.sqrt());
     let ((sin_v, cos_v), (sin_w, cos_w)) = ((TAU * v).sin_cos(), (TAU * w).sin_cos());

@@ -5,8 +5,8 @@ use crate::render::Rendering;
 use crate::scene::Part;
 use crate::sensor::Places;
 
-/// Buffers that a [`Sequence`](crate::Sequence) renders into: with one of them, and frames handed back when they are
-/// done with, a further frame allocates no images.
+/// Buffers that a [`Sequence`](crate::Sequence) renders into: with one of them, and frames handed back when
+/// they are done with, a further frame allocates no images.
 ///
 /// ```
 /// use dymlm_core::PinholeCamera;

@@ -6,12 +6,12 @@ use crate::noise::{NormalTable, Use, stream};
 
 /// The poses that a SLAM system would estimate.
 ///
-/// Odometry adds a small error to each step in the camera's frame, estimate <- estimate * step * exp(n), which makes the
-/// drift a random walk in SE(3); n is the integral of a velocity that is linear between independent normal values, so
-/// that the walk is smooth. When the loop with the first frame closes at time T, the error there,
-/// C = exact(T) estimate(T)^-1, is found, and the correction of frame t <= T goes the share t / T of the way from the
-/// identity to C (Lu and Milios 1997 for equally sure links in a chain); frames after T are corrected by C.
-/// Jitter of a frame alone comes on top.
+/// Odometry adds a small error to each step in the camera's frame, estimate <- estimate * step * exp(n),
+/// which makes the drift a random walk in SE(3); n is the integral of a velocity that is linear between
+/// independent normal values, so that the walk is smooth. When the loop with the first frame closes at time
+/// T, the error there, C = exact(T) estimate(T)^-1, is found, and the correction of frame t <= T goes the
+/// share t / T of the way from the identity to C (Lu and Milios 1997 for equally sure links in a chain);
+/// frames after T are corrected by C. Jitter of a frame alone comes on top.
 ///
 /// The walk is followed once, O(frames); each pose then costs O(1).
 #[derive(Debug, Clone)]
@@ -19,7 +19,8 @@ pub(super) struct PoseError {
     config: PoseErrorConfig,
     seed: u64,
     normals: NormalTable,
-    /// The first camera's exact frame in the world: all errors are seen from there, wherever the world's origin is.
+    /// The first camera's exact frame in the world: all errors are seen from there, wherever the world's
+    /// origin is.
     world_from_first: Pose,
     /// Odometry's estimates.
     first_from_camera: Vec<Pose>,
@@ -51,8 +52,8 @@ enum Part {
 type Twist = [f64; 6];
 
 impl PoseError {
-    /// Follows the random walk along the exact poses, one a frame, `frame_time` seconds apart; `None` when the
-    /// config asks for exact poses.
+    /// Follows the random walk along the exact poses, one a frame, `frame_time` seconds apart; `None` when
+    /// the config asks for exact poses.
     pub(super) fn new(
         config: &PoseErrorConfig,
         seed: u64,
@@ -139,8 +140,9 @@ impl PoseError {
         self.closure = closure;
     }
 
-    /// The error of a step: white noise of unit power, scaled by the rates. With knots of unit variance every `spacing`
-    /// seconds, the integral over a time t >> spacing has variance t / spacing in units of the spacing.
+    /// The error of a step: white noise of unit power, scaled by the rates. With knots of unit variance every
+    /// `spacing` seconds, the integral over a time t >> spacing has variance t / spacing in units of the
+    /// spacing.
     fn scaled(&self, drift: Twist, step: &Pose, frame_time: f64, spacing: f64) -> Pose {
         let rate = |per_second: f64, per_motion: f64, motion: f64| {
             let variance = per_second.powi(2) + per_motion.powi(2) * motion / frame_time;

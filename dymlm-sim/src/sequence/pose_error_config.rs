@@ -2,9 +2,9 @@ use dymlm_core::{ConfigError, check_range};
 
 /// How the poses that a SLAM front end estimates depart from the exact ones. By default they do not.
 ///
-/// All errors happen in the camera's frame, so that they do not depend on where the world's origin is. Random walks
-/// are given by the root mean square of the whole translation or rotation (not of one axis) after one unit of time or
-/// motion; after n units it is sqrt(n) times as much.
+/// All errors happen in the camera's frame, so that they do not depend on where the world's origin is. Random
+/// walks are given by the root mean square of the whole translation or rotation (not of one axis) after one
+/// unit of time or motion; after n units it is sqrt(n) times as much.
 ///
 /// ```
 /// use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
@@ -34,16 +34,17 @@ pub struct PoseErrorConfig {
     pub translation_per_metre: f64,
     /// Further drift of the rotation by motion, radians after a radian turned (sqrt(rad)), 0..=1, default 0.
     pub rotation_per_radian: f64,
-    /// Time over which the drift keeps its direction, seconds, 0.01..=100, default 0.5: between its moments the drift's
-    /// velocity changes linearly, so that the error is a smooth function of time. (A frame's time when that is longer.)
+    /// Time over which the drift keeps its direction, seconds, 0.01..=100, default 0.5: between its moments
+    /// the drift's velocity changes linearly, so that the error is a smooth function of time. (A frame's time
+    /// when that is longer.)
     pub smoothness: f64,
     /// Error of the position of each frame alone, metres (root mean square of its length), 0..=1, default 0.
     pub translation_jitter: f64,
     /// Error of the rotation of each frame alone, radians (root mean square of its angle), 0..=1, default 0.
     pub rotation_jitter: f64,
-    /// Time at which the back end closes a loop with the first frame, seconds, 0..=1e9, default `None`. It finds out the
-    /// whole drift and spreads it evenly over the frames so far, as pose-graph optimization does with equally sure
-    /// odometry steps; later frames drift on from there.
+    /// Time at which the back end closes a loop with the first frame, seconds, 0..=1e9, default `None`. It
+    /// finds out the whole drift and spreads it evenly over the frames so far, as pose-graph optimization
+    /// does with equally sure odometry steps; later frames drift on from there.
     pub loop_closure: Option<f64>,
 }
 
@@ -63,11 +64,12 @@ impl Default for PoseErrorConfig {
 }
 
 impl PoseErrorConfig {
-    /// RGB-D SLAM among walking people: 1 cm and 0.27 degrees a second, and a jitter of 1 mm and 0.03 degrees.
+    /// RGB-D SLAM among walking people: 1 cm and 0.27 degrees a second, and a jitter of 1 mm and 0.03
+    /// degrees.
     ///
-    /// The drift is the relative pose error over a second (RMSE) that Yu et al. ("DS-SLAM", IROS 2018, tables II and III)
-    /// report on TUM's `fr3_walking_static`: 0.0102 m and 0.269 degrees; with moving cameras it is two to three times as
-    /// much there. The jitter is an estimate.
+    /// The drift is the relative pose error over a second (RMSE) that Yu et al. ("DS-SLAM", IROS 2018, tables
+    /// II and III) report on TUM's `fr3_walking_static`: 0.0102 m and 0.269 degrees; with moving cameras it
+    /// is two to three times as much there. The jitter is an estimate.
     #[must_use]
     pub fn slam() -> Self {
         Self {

@@ -1,8 +1,8 @@
 use crate::{Activity, CameraPath, SequenceConfig};
 
-/// The eight kinds of sequence that dynamic SLAM is measured on, after those of the TUM RGB-D benchmark (Sturm 2012,
-/// `freiburg3_sitting_static` and so on): two people sit at a desk or walk past it, and the camera stands, moves along
-/// its axes, on a half sphere, or turns.
+/// The eight kinds of sequence that dynamic SLAM is measured on, after those of the TUM RGB-D benchmark
+/// (Sturm 2012, `freiburg3_sitting_static` and so on): two people sit at a desk or walk past it, and the
+/// camera stands, moves along its axes, on a half sphere, or turns.
 ///
 /// ```
 /// use dymlm_sim::{Sequence, SequenceType};

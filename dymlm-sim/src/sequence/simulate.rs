@@ -40,8 +40,9 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// The sequence that a config describes. By default an office with people walking through it: one walks up and down
-    /// before the desk, the other round the room, at 0.6 to 1 m/s and mostly 1 to 2.5 m from the camera.
+    /// The sequence that a config describes. By default an office with people walking through it: one walks
+    /// up and down before the desk, the other round the room, at 0.6 to 1 m/s and mostly 1 to 2.5 m from the
+    /// camera.
     ///
     /// # Errors
     ///
@@ -102,15 +103,16 @@ impl Sequence {
         self.config.world_from_scene * to_pose(&self.scene_from_camera(index))
     }
 
-    /// The pose of frame `index` as it is estimated when the frame is taken; the exact one when the config asks for no
-    /// errors, and past the end.
+    /// The pose of frame `index` as it is estimated when the frame is taken; the exact one when the config
+    /// asks for no errors, and past the end.
     pub fn estimated_pose(&self, index: usize) -> Pose {
         let estimate = self.pose_error.as_ref().and_then(|error| error.estimate(index));
         estimate.unwrap_or_else(|| self.world_from_camera(index))
     }
 
-    /// The poses of frames 0 to `at_frame` (or to the end) as the back end knows them when frame `at_frame` is taken:
-    /// before a loop closure those that were estimated, from it on the corrected ones of all frames.
+    /// The poses of frames 0 to `at_frame` (or to the end) as the back end knows them when frame `at_frame`
+    /// is taken: before a loop closure those that were estimated, from it on the corrected ones of all
+    /// frames.
     pub fn corrected_poses(&self, at_frame: usize) -> Vec<Pose> {
         match &self.pose_error {
             Some(error) => error.estimates_at(at_frame),
@@ -121,12 +123,14 @@ impl Sequence {
     }
 
     /// The frame from which on the loop is closed: those who follow the poses take
-    /// [`corrected_poses`](Self::corrected_poses) then. `None` when no loop closes within the sequence, or poses are exact.
+    /// [`corrected_poses`](Self::corrected_poses) then. `None` when no loop closes within the sequence, or
+    /// poses are exact.
     pub fn loop_closure_frame(&self) -> Option<usize> {
         self.pose_error.as_ref().and_then(PoseError::closure_frame)
     }
 
-    /// The thing that a hand carries in frame `index`, past the end as well; `None` when the config asks for none.
+    /// The thing that a hand carries in frame `index`, past the end as well; `None` when the config asks for
+    /// none.
     pub fn carried_thing(&self, index: usize) -> Option<CarriedThing> {
         let carried = self.scene.carried.as_ref()?;
         let scene_from_object = carried.scene_from_object(self.timestamp(index));

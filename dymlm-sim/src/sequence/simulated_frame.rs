@@ -11,7 +11,8 @@ pub struct SimulatedFrame {
     pub detections: Vec<Detection>,
     /// The exact pose.
     pub world_from_camera: Pose,
-    /// The pose that a SLAM front end estimates ([`PoseErrorConfig`](crate::PoseErrorConfig)): the exact one by default.
+    /// The pose that a SLAM front end estimates ([`PoseErrorConfig`](crate::PoseErrorConfig)): the exact one
+    /// by default.
     pub estimated_world_from_camera: Pose,
     /// The exact depth, without range limits.
     pub true_depth: DepthImage,
@@ -21,7 +22,8 @@ pub struct SimulatedFrame {
     pub visible_things: Vec<VisibleThing>,
     /// The exact place of the thing that a hand carries, if the config asks for one.
     pub carried: Option<CarriedThing>,
-    /// Index of the static part that each pixel shows; movers' parts and nothing at all lie beyond the static ones.
+    /// Index of the static part that each pixel shows; movers' parts and nothing at all lie beyond the static
+    /// ones.
     pub(crate) parts: Vec<u16>,
 }
 
@@ -33,7 +35,8 @@ pub struct CarriedThing {
     pub id: usize,
     /// COCO label.
     pub label: &'static str,
-    /// Where it is. Its own frame has its origin in the middle; at rest x points to the right, y away from the camera, z up.
+    /// Where it is. Its own frame has its origin in the middle; at rest x points to the right, y away from
+    /// the camera, z up.
     pub world_from_object: Pose,
     /// Full lengths along its axes, metres (a cup's without the handle).
     pub lengths: [f64; 3],

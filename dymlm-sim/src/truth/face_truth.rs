@@ -61,8 +61,8 @@ pub(super) struct FaceView<'a> {
 
 /// Cosine of the angle within which a face has the orientation of another that it lies on: 3 degrees.
 const SAME_ORIENTATION: f64 = 0.998_63;
-/// Height of the relief that a depth camera can hardly tell from the face that it lies on, metres: two standard
-/// deviations of a Kinect's depth at 3 m.
+/// Height of the relief that a depth camera can hardly tell from the face that it lies on, metres: two
+/// standard deviations of a Kinect's depth at 3 m.
 const RELIEF_HEIGHT: f64 = 0.03;
 /// Share of a face that must lie within the outline of the one that it is a relief of.
 const RELIEF_SHARE: f64 = 0.8;
@@ -86,8 +86,8 @@ impl FaceTruth {
         Self { faces, bodies }
     }
 
-    /// Begins frame number `frame` (from 1). Faces are seen well at depths in `range` and under at most the angle of
-    /// `least_cosine` between ray and normal.
+    /// Begins frame number `frame` (from 1). Faces are seen well at depths in `range` and under at most the
+    /// angle of `least_cosine` between ray and normal.
     pub(super) fn view(
         &mut self,
         scene_from_camera: Pose,
@@ -173,8 +173,8 @@ fn continued_sides(sides: &[FlatSide]) -> Vec<Vec<usize>> {
     (0..sides.len()).filter(|&side| first[side] == side).map(members).collect()
 }
 
-/// Assigns each face to the largest one that it lies on. Large faces come first, and one that lies on another has no
-/// relief of its own: reliefs do not chain.
+/// Assigns each face to the largest one that it lies on. Large faces come first, and one that lies on another
+/// has no relief of its own: reliefs do not chain.
 fn find_reliefs(faces: &mut [SceneFace]) {
     let area = |face: &SceneFace| {
         face.inside.iter().filter(|&&inside| inside).count() as f64 * face.raster.cell_area()
@@ -306,7 +306,8 @@ mod tests {
 
     #[test]
     fn what_lies_flat_on_a_face_is_its_relief() {
-        // A desk, a keyboard, a block of 4 cm, a sheet that sticks out by a half, and a stack: a sheet on the keyboard.
+        // A desk, a keyboard, a block of 4 cm, a sheet that sticks out by a half, and a stack: a sheet on the
+        // keyboard.
         let faces = upper(&cuboids(&[
             ([0.0, 0.0, 0.5], [1.6, 0.8, 0.04]),
             ([0.0, 0.0, 0.532], [0.4, 0.14, 0.024]),

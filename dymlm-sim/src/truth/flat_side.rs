@@ -109,7 +109,8 @@ impl FlatSide {
             && other.gap_to(self) <= TOUCHING
     }
 
-    /// Width of the widest strip along one of this side's edges that keeps the two apart; negative when they overlap.
+    /// Width of the widest strip along one of this side's edges that keeps the two apart; negative when they
+    /// overlap.
     fn gap_to(&self, other: &Self) -> f64 {
         let next = self.corners.iter().cycle().skip(1);
         let edges = self.corners.iter().zip(next);
@@ -124,7 +125,8 @@ impl FlatSide {
     }
 }
 
-/// Sides no further off each other's planes than this are one face, metres: a tenth of a Kinect's noise at 2.5 m.
+/// Sides no further off each other's planes than this are one face, metres: a tenth of a Kinect's noise at
+/// 2.5 m.
 const COPLANAR: f64 = 0.002;
 /// Sides no further apart than this on their plane touch, metres: a pixel at 4 m is 0.8 cm wide.
 const TOUCHING: f64 = 0.015;

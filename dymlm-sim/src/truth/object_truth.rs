@@ -63,7 +63,8 @@ impl ObjectTruth {
         truth
     }
 
-    /// Notes that a pixel of frame number `frame` (from 1) shows the point of the scene on the static body `part`.
+    /// Notes that a pixel of frame number `frame` (from 1) shows the point of the scene on the static body
+    /// `part`.
     #[inline]
     pub(super) fn see(&mut self, part: u16, point: [f64; 3], frame: u32) {
         let Some(&Some(object)) = self.object_of_part.get(usize::from(part)) else { return };
@@ -133,8 +134,8 @@ fn at(center: [f64; 3]) -> Pose {
     Pose::new(center, [0.0, 0.0, 0.0, 1.0]).unwrap_or_default()
 }
 
-/// Centre and full lengths of the bounds of bodies along the axes of a thing; what sinks into the ground that the thing
-/// stands on (z = 0 of its frame) is left out.
+/// Centre and full lengths of the bounds of bodies along the axes of a thing; what sinks into the ground that
+/// the thing stands on (z = 0 of its frame) is left out.
 fn bounds_along(thing_from_scene: &Pose, parts: &[&Part]) -> Option<([f64; 3], [f64; 3])> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for part in parts {
@@ -237,8 +238,8 @@ fn surface_cubes(thing_from_scene: &Pose, parts: &[&Part], cube: f64) -> VoxelMa
     cubes
 }
 
-/// The cube that holds a point. Bodies are built in whole millimetres: the cubes are shifted, so that flat sides do not lie
-/// between two of them, where rounding would decide.
+/// The cube that holds a point. Bodies are built in whole millimetres: the cubes are shifted, so that flat
+/// sides do not lie between two of them, where rounding would decide.
 fn cube_of(local: Point, cubes_per_metre: f32) -> Option<VoxelKey> {
     VoxelKey::of(local.map(|c| c + 0.313_7 / cubes_per_metre), cubes_per_metre)
 }

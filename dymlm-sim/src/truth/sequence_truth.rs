@@ -17,18 +17,18 @@ pub struct TruthConfig {
     pub max_depth: f64,
     /// Frames that must see a surface point before a map is asked for it, 1..=1000000, default 3.
     pub min_views: u32,
-    /// Largest angle between ray and normal at which a plane face counts as seen, degrees, 10..=90, default 80: a
-    /// Kinect reads little beyond (Nguyen 2012), and no plane is fitted to it.
+    /// Largest angle between ray and normal at which a plane face counts as seen, degrees, 10..=90, default
+    /// 80: a Kinect reads little beyond (Nguyen 2012), and no plane is fitted to it.
     pub max_incidence_deg: f64,
 }
 
 /// Side of the cubes that visible surface is sampled by, and of the cells of plane faces, metres.
 const SAMPLE_DISTANCE: f64 = 0.02;
-/// How far around the movers' bodies a point counts as left by them, metres: three sigma of a Kinect's noise at 3.5 m and
-/// the grid's rounding.
+/// How far around the movers' bodies a point counts as left by them, metres: three sigma of a Kinect's noise
+/// at 3.5 m and the grid's rounding.
 const SWEPT_MARGIN: f32 = 0.1;
-/// Pixels of a labelled thing with a reading within range that make it visible in a frame of 640x480; of other sizes, in
-/// proportion to their area.
+/// Pixels of a labelled thing with a reading within range that make it visible in a frame of 640x480; of
+/// other sizes, in proportion to their area.
 const MIN_OBJECT_PIXELS: f64 = 100.0;
 
 impl Default for TruthConfig {
@@ -46,11 +46,11 @@ impl TruthConfig {
     }
 }
 
-/// The exact truth about a sequence, in its world frame: static surfaces, the volume that movers swept, the surface
-/// points that were seen, flat faces and labelled objects.
+/// The exact truth about a sequence, in its world frame: static surfaces, the volume that movers swept, the
+/// surface points that were seen, flat faces and labelled objects.
 ///
-/// Distances are exact to the analytic bodies (f32), the swept volume is kept in cells of 5 cm. Gathering costs about
-/// as much as rendering a frame or two, observing O(pixels) a frame.
+/// Distances are exact to the analytic bodies (f32), the swept volume is kept in cells of 5 cm. Gathering
+/// costs about as much as rendering a frame or two, observing O(pixels) a frame.
 #[derive(Debug, Clone)]
 pub struct Truth {
     config: TruthConfig,
@@ -94,8 +94,8 @@ impl Truth {
         Ok(truth)
     }
 
-    /// Notes which surface points, faces and objects a frame sees: where the sensor has a reading, the exact depth is within range, and
-    /// no mover is in the way. Each frame is to be shown once.
+    /// Notes which surface points, faces and objects a frame sees: where the sensor has a reading, the exact
+    /// depth is within range, and no mover is in the way. Each frame is to be shown once.
     pub fn observe(&mut self, frame: &SimulatedFrame) {
         let number = self.seen.next_frame();
         let camera = frame.frame.camera();
@@ -123,10 +123,10 @@ impl Truth {
         self.objects.end_frame(MIN_OBJECT_PIXELS * image_share);
     }
 
-    /// All flat faces of the static scene, seen or not, in a fixed order: sides of cuboids, caps of cylinders, the inner
-    /// sides of the room. Sides that lie on one plane to 2 mm, face the same way and touch (to 1.5 cm) are one face, of one
-    /// thing or of several. A cell of a face (2 cm) is seen when at least `min_views` frames have a reading of it within
-    /// range and not too steep.
+    /// All flat faces of the static scene, seen or not, in a fixed order: sides of cuboids, caps of
+    /// cylinders, the inner sides of the room. Sides that lie on one plane to 2 mm, face the same way and
+    /// touch (to 1.5 cm) are one face, of one thing or of several. A cell of a face (2 cm) is seen when at
+    /// least `min_views` frames have a reading of it within range and not too steep.
     pub fn faces(&self) -> Vec<TrueFace> {
         self.faces.in_world(&self.scene_from_world.inverse(), self.config.min_views)
     }

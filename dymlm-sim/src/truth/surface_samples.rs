@@ -3,8 +3,8 @@ use parry3d::query::Ray;
 
 use crate::scene::Shape;
 
-/// Points of a convex body's surface, in its own frame: where the rays to its centre from the points of a grid on its
-/// bounding box, `spacing` metres apart, meet it.
+/// Points of a convex body's surface, in its own frame: where the rays to its centre from the points of a
+/// grid on its bounding box, `spacing` metres apart, meet it.
 pub(super) fn surface_samples(shape: &Shape, spacing: f32) -> Vec<Vec3> {
     let half = shape.half_extents();
     let mut samples = Vec::new();

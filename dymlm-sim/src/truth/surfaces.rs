@@ -6,8 +6,8 @@ use crate::scene::{Part, Shape};
 
 /// Exact distances to the surfaces of many bodies.
 ///
-/// A grid of 25 cm keeps for each cell the bodies that can be nearest to any point of it: those not further from its
-/// centre than the nearest plus the cell's diagonal. A query asks those few only.
+/// A grid of 25 cm keeps for each cell the bodies that can be nearest to any point of it: those not further
+/// from its centre than the nearest plus the cell's diagonal. A query asks those few only.
 #[derive(Debug, Clone)]
 pub(super) struct Surfaces {
     bodies: Vec<Body>,

@@ -4,7 +4,8 @@ use parry3d::math::Vec3;
 use super::cell_grid::{CellGrid, bounds};
 use crate::scene::Scene;
 
-/// The cells of 5 cm whose centres lie in a mover's body, or within a margin of it, at one of the given times.
+/// The cells of 5 cm whose centres lie in a mover's body, or within a margin of it, at one of the given
+/// times.
 #[derive(Debug, Clone)]
 pub(super) struct SweptVolume {
     grid: CellGrid,

@@ -23,8 +23,8 @@ pub struct FlowConfig {
     pub window_radius: usize,
     /// Levels above the image itself, 0..=15, default 3: motions of up to about 2^3 window radii are found.
     pub halvings: usize,
-    /// How far a point tracked forth and back may end from its start, pixels; 0..=100, default 0.7. `None` = the way back
-    /// is not tried, which saves half of the time.
+    /// How far a point tracked forth and back may end from its start, pixels; 0..=100, default 0.7. `None` =
+    /// the way back is not tried, which saves half of the time.
     pub max_forward_backward: Option<f32>,
     /// How light may change. Default [`Lighting::Constant`].
     pub lighting: Lighting,

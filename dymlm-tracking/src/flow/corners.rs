@@ -5,7 +5,8 @@ use crate::{Error, GrayImage};
 
 /// Gradients are summed over a window of 2 radius + 1 pixels a side.
 const WINDOW_RADIUS: usize = 2;
-/// Least strength of a corner, squared grey levels a squared pixel (levels of 0..=1): below, corners are noise.
+/// Least strength of a corner, squared grey levels a squared pixel (levels of 0..=1): below, corners are
+/// noise.
 const LEAST_STRENGTH: f32 = 1e-5;
 
 /// Settings of [`CornerDetector`].
@@ -103,8 +104,8 @@ impl CornerDetector {
         corners
     }
 
-    /// [`Self::detect`] into the caller's buffer, where `allowed(u, v)` says so, and keeping the least distance to the
-    /// points in `present` as well.
+    /// [`Self::detect`] into the caller's buffer, where `allowed(u, v)` says so, and keeping the least
+    /// distance to the points in `present` as well.
     pub fn detect_into(
         &mut self,
         image: &GrayImage,
@@ -207,7 +208,8 @@ impl CornerDetector {
         self.candidates.sort_by(|a, b| b.strength.total_cmp(&a.strength));
     }
 
-    /// The strongest first, each at its distance from all before. (Corners are few: no grid is worth its making.)
+    /// The strongest first, each at its distance from all before. (Corners are few: no grid is worth its
+    /// making.)
     fn choose(&self, present: &[[f32; 2]], corners: &mut Vec<Corner>) {
         let least = self.config.min_distance * self.config.min_distance;
         let is_far = |a: [f32; 2], b: [f32; 2]| {

@@ -1,10 +1,12 @@
 use crate::GrayImage;
 
-/// Number of levels that a pyramid has at most: at the last of them the largest allowed image is a few pixels wide.
+/// Number of levels that a pyramid has at most: at the last of them the largest allowed image is a few pixels
+/// wide.
 const MOST_LEVELS: usize = 16;
 
-/// An image and its halves: level k is 2^k times smaller, each smoothed by the binomial filter 1 4 6 4 1 before every
-/// other pixel is taken (Burt, Adelson 1983). Pixel (u, v) of a level lies on (2u, 2v) of the one before.
+/// An image and its halves: level k is 2^k times smaller, each smoothed by the binomial filter 1 4 6 4 1
+/// before every other pixel is taken (Burt, Adelson 1983). Pixel (u, v) of a level lies on (2u, 2v) of the
+/// one before.
 ///
 /// O(pixels); [`Self::build`] into a pyramid of the same size allocates nothing.
 ///

@@ -4,7 +4,8 @@ use super::sampling::is_within;
 use super::template::{AlignmentLimits, Template};
 use crate::{Error, GrayImage};
 
-/// When a window's alignment ends (`OpenCV`'s defaults): steps, and the pixels of a step that is no more than noise.
+/// When a window's alignment ends (`OpenCV`'s defaults): steps, and the pixels of a step that is no more than
+/// noise.
 const ITERATIONS: usize = 30;
 const EPSILON: f32 = 0.01;
 /// Least eigenvalue of the mean gradient matrix, squared grey levels a squared pixel (levels of 0..=1).
@@ -14,10 +15,10 @@ const MOST_RESIDUAL: f32 = 0.15;
 
 /// Follows points from one image to the next by pyramidal Lucas-Kanade.
 ///
-/// Bouguet: "Pyramidal Implementation of the Lucas Kanade Feature Tracker", Intel 2000. A point's window is aligned on
-/// the coarsest level first, and what is found there is where the next finer level begins. The way back must end where
-/// the way forth began (Kalal 2010). O(points x levels x iterations x pixels of the window); nothing is allocated in
-/// [`Self::track_into`] once the buffers have grown.
+/// Bouguet: "Pyramidal Implementation of the Lucas Kanade Feature Tracker", Intel 2000. A point's window is
+/// aligned on the coarsest level first, and what is found there is where the next finer level begins. The way
+/// back must end where the way forth began (Kalal 2010). O(points x levels x iterations x pixels of the
+/// window); nothing is allocated in [`Self::track_into`] once the buffers have grown.
 ///
 /// ```
 /// use dymlm_tracking::{FlowConfig, FlowStatus, GrayImage, ImagePyramid, OpticalFlow};
@@ -51,7 +52,8 @@ pub struct FlowPoint {
     pub point: [f32; 2],
     /// Whether it can be relied on.
     pub status: FlowStatus,
-    /// Root mean square difference of the two windows, grey levels of 0..=1; infinite when they were not compared.
+    /// Root mean square difference of the two windows, grey levels of 0..=1; infinite when they were not
+    /// compared.
     pub residual: f32,
     /// How far from its start the way back ended, pixels; 0 when it was not tried.
     pub forward_backward: f32,
@@ -91,16 +93,16 @@ impl OpticalFlow {
         &self.config
     }
 
-    /// Where each of `points` has gone from one image to the next, in the same order. Levels that either pyramid lacks
-    /// are not used.
+    /// Where each of `points` has gone from one image to the next, in the same order. Levels that either
+    /// pyramid lacks are not used.
     pub fn track(&mut self, from: &ImagePyramid, to: &ImagePyramid, points: &[[f32; 2]]) -> Vec<FlowPoint> {
         let mut found = Vec::with_capacity(points.len());
         self.track_into(from, to, points, points, &mut found);
         found
     }
 
-    /// [`Self::track`] that begins to search each point at its guess (points without a guess: where they were), into the
-    /// caller's buffer.
+    /// [`Self::track`] that begins to search each point at its guess (points without a guess: where they
+    /// were), into the caller's buffer.
     pub fn track_into(
         &mut self,
         from: &ImagePyramid,

@@ -21,8 +21,8 @@ impl Region<'_> {
 /// Most values of an interpolated row: the widest window with its rim and padding.
 const MOST_COLUMNS: usize = 40;
 
-/// Samples `size[0]` x `size[1]` values at steps of one pixel from `corner` on, bilinearly, and hands them over row by
-/// row. Beyond the image its border is repeated; `patch` is working memory for that.
+/// Samples `size[0]` x `size[1]` values at steps of one pixel from `corner` on, bilinearly, and hands them
+/// over row by row. Beyond the image its border is repeated; `patch` is working memory for that.
 #[inline]
 pub(super) fn interpolate(
     image: &GrayImage,

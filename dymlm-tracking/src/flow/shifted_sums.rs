@@ -7,11 +7,13 @@ use super::sampling::Region;
 /// Values that are worked on at once.
 pub(super) const LANES: usize = 4;
 
-/// Sums of the products of two planes of a template with an image, at the four whole-pixel shifts about a corner.
+/// Sums of the products of two planes of a template with an image, at the four whole-pixel shifts about a
+/// corner.
 ///
-/// An image between pixels is a blend of its four shifts, so a sum of products with it is the same blend of four sums:
-/// `sum g(p) I(p + d) = sum over shifts s of w_s(d) sum g(p) I(p + s)`. While `d` stays between the same pixels the four
-/// stay as they are, and an iteration costs four multiplications instead of a pass over the window.
+/// An image between pixels is a blend of its four shifts, so a sum of products with it is the same blend of
+/// four sums: `sum g(p) I(p + d) = sum over shifts s of w_s(d) sum g(p) I(p + s)`. While `d` stays between
+/// the same pixels the four stay as they are, and an iteration costs four multiplications instead of a pass
+/// over the window.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ShiftedSums {
     /// For each plane, its sums at the shifts (0, 0), (1, 0), (0, 1) and (1, 1).
@@ -19,7 +21,8 @@ pub(super) struct ShiftedSums {
 }
 
 impl ShiftedSums {
-    /// Of planes with rows of `stride` values, a multiple of [`LANES`]; the region has a column and a row more.
+    /// Of planes with rows of `stride` values, a multiple of [`LANES`]; the region has a column and a row
+    /// more.
     pub(super) fn of(planes: [&[f32]; 2], stride: usize, region: Region<'_>) -> Self {
         let mut sums = [f32x4::ZERO; 8];
         let rows = planes[0].chunks_exact(stride).zip(planes[1].chunks_exact(stride));

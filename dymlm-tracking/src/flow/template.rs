@@ -7,9 +7,9 @@ use crate::GrayImage;
 
 /// A window of an image with its gradients, to be found again in another: one level of Lucas-Kanade.
 ///
-/// Gradients are taken once, of the window itself (Bouguet 2000; Baker, Matthews 2004), and the other image is summed
-/// with them once for each pixel that the search comes to ([`ShiftedSums`]), not once an iteration. Rows are padded with
-/// pixels of no gradient, which count for nothing.
+/// Gradients are taken once, of the window itself (Bouguet 2000; Baker, Matthews 2004), and the other image
+/// is summed with them once for each pixel that the search comes to ([`ShiftedSums`]), not once an iteration.
+/// Rows are padded with pixels of no gradient, which count for nothing.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Template {
     radius: usize,
@@ -83,12 +83,13 @@ impl Template {
         self.prepare();
     }
 
-    /// Takes a window whose pixel (x, y) from its centre shows `center + a (x, y)` of the image: what the window will
-    /// look like where the surface is turned. `a` by rows. Where `mask`, of the image's size, is below [`MASKED`] the
-    /// window shows something else and does not count.
+    /// Takes a window whose pixel (x, y) from its centre shows `center + a (x, y)` of the image: what the
+    /// window will look like where the surface is turned. `a` by rows. Where `mask`, of the image's size, is
+    /// below [`MASKED`] the window shows something else and does not count.
     ///
-    /// On a turned surface light changes by a slope as well: slopes are taken out of values and gradients, so that those
-    /// of the other image meet nothing (Hager, Belhumeur 1998; Baker, Matthews 2004, part 3: project out).
+    /// On a turned surface light changes by a slope as well: slopes are taken out of values and gradients, so
+    /// that those of the other image meet nothing (Hager, Belhumeur 1998; Baker, Matthews 2004, part 3:
+    /// project out).
     pub(crate) fn take_warped(
         &mut self,
         image: &GrayImage,
@@ -272,8 +273,8 @@ impl Template {
         }
     }
 
-    /// Gradient-weighted difference of the window at `point` to the template. `sums` of the iteration before are used
-    /// again when the window lies between the same pixels.
+    /// Gradient-weighted difference of the window at `point` to the template. `sums` of the iteration before
+    /// are used again when the window lies between the same pixels.
     fn mismatch(
         &mut self,
         image: &GrayImage,

@@ -3,8 +3,9 @@ use rustfft::num_complex::Complex;
 use super::config::KcfFeatures;
 use super::fhog::{CHANNELS, Fhog};
 
-/// Turns templates into channels under a cosine window, two channels packed as real and imaginary part of one plane:
-/// half as many transforms, and sums of products over all channels come out just the same (see `correlation`).
+/// Turns templates into channels under a cosine window, two channels packed as real and imaginary part of one
+/// plane: half as many transforms, and sums of products over all channels come out just the same (see
+/// `correlation`).
 #[derive(Debug, Clone)]
 pub(super) struct Channels {
     features: KcfFeatures,

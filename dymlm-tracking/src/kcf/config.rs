@@ -21,12 +21,12 @@ pub enum KcfFeatures {
 pub struct KcfConfig {
     /// What is seen of the image. Default [`KcfFeatures::HogAndIntensity`].
     pub features: KcfFeatures,
-    /// Side of the search window as a multiple of the target's, 1.2..=8, default 1.8: on crossing pedestrians Henriques'
-    /// 2.5 takes in passers-by and follows them. A target that moves by more than about (padding - 1) / 2 of its size
-    /// between updates leaves the window.
+    /// Side of the search window as a multiple of the target's, 1.2..=8, default 1.8: on crossing pedestrians
+    /// Henriques' 2.5 takes in passers-by and follows them. A target that moves by more than about (padding -
+    /// 1) / 2 of its size between updates leaves the window.
     pub padding: f32,
-    /// Longer side of the template to which the window is resampled, pixels, 16..=512, default 128. Time grows with its
-    /// square.
+    /// Longer side of the template to which the window is resampled, pixels, 16..=512, default 128. Time
+    /// grows with its square.
     pub template_size: usize,
 }
 
@@ -43,7 +43,8 @@ impl KcfConfig {
     }
 }
 
-/// The published settings for a kind of features: Henriques 2015, table 2, and for gradients its multi-scale variant.
+/// The published settings for a kind of features: Henriques 2015, table 2, and for gradients its multi-scale
+/// variant.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Published {
     /// Side of a cell of gradients, pixels of the template.

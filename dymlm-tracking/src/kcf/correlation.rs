@@ -4,9 +4,9 @@ use super::fourier::Fourier;
 
 /// Gaussian kernel correlation of packed spectra (Henriques 2015, eq. 31).
 ///
-/// Channels are packed in pairs, z = a + i b, and the transform is linear: the real part of the inverse transform of
-/// conj(X) Z, summed over planes, is the sum of the channels' circular correlations, since what mixes a and b comes
-/// out purely imaginary. So nothing is unpacked. O(planes x values) and two transforms.
+/// Channels are packed in pairs, z = a + i b, and the transform is linear: the real part of the inverse
+/// transform of conj(X) Z, summed over planes, is the sum of the channels' circular correlations, since what
+/// mixes a and b comes out purely imaginary. So nothing is unpacked. O(planes x values) and two transforms.
 #[derive(Debug, Clone)]
 pub(super) struct KernelCorrelation {
     /// Number of values a plane.
@@ -35,8 +35,8 @@ impl KernelCorrelation {
             }
         }
         fourier.inverse(kernel);
-        // Parseval: sums of squares in space are those of the spectrum, divided by the number of values, as is what
-        // the inverse transform returned.
+        // Parseval: sums of squares in space are those of the spectrum, divided by the number of values, as
+        // is what the inverse transform returned.
         let energies = energy(x) + energy(z);
         let scale = 1.0 / self.count as f32;
         for value in kernel.iter_mut() {

@@ -13,18 +13,19 @@ const TEXTURE: f32 = 0.2357;
 /// Added to a block's energy: gradients of about 1e-3 are noise.
 const EPSILON: f32 = 1e-4;
 
-/// Histograms of oriented gradients with contrast-sensitive and insensitive orientations and texture: Felzenszwalb,
-/// Girshick, `McAllester`, Ramanan: "Object Detection with Discriminatively Trained Part-Based Models", TPAMI 2010,
-/// section 6.
+/// Histograms of oriented gradients with contrast-sensitive and insensitive orientations and texture:
+/// Felzenszwalb, Girshick, `McAllester`, Ramanan: "Object Detection with Discriminatively Trained Part-Based
+/// Models", TPAMI 2010, section 6.
 ///
-/// Each pixel votes with its gradient's length for one of 18 orientations in the four nearest cells, bilinearly; each
-/// cell is normalized by its four 2x2 blocks in turn and the results added. Cells beyond the border repeat it.
-/// O(pixels x 9).
+/// Each pixel votes with its gradient's length for one of 18 orientations in the four nearest cells,
+/// bilinearly; each cell is normalized by its four 2x2 blocks in turn and the results added. Cells beyond the
+/// border repeat it. O(pixels x 9).
 #[derive(Debug, Clone)]
 pub(super) struct Fhog {
     cells: [usize; 2],
     cell: usize,
-    /// For each pixel of a row: its left cell (in the padded histogram) and that cell's weight. The same for rows.
+    /// For each pixel of a row: its left cell (in the padded histogram) and that cell's weight. The same for
+    /// rows.
     column_votes: Vec<Vote>,
     row_votes: Vec<Vote>,
     length: Vec<f32>,

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
-/// Two-dimensional Fourier transforms of planes of one size. Spectra are stored column by column, as the transform
-/// leaves them.
+/// Two-dimensional Fourier transforms of planes of one size. Spectra are stored column by column, as the
+/// transform leaves them.
 #[derive(Clone)]
 pub(super) struct Fourier {
     size: [usize; 2],

@@ -13,8 +13,8 @@ pub(super) struct Peak {
 }
 
 impl Peak {
-    /// Finds it in a cyclic response of `size[0]` columns whose entry (0, 0) stands for no shift. `radius`: half side of
-    /// the window that belongs to the peak, cells.
+    /// Finds it in a cyclic response of `size[0]` columns whose entry (0, 0) stands for no shift. `radius`:
+    /// half side of the window that belongs to the peak, cells.
     pub(super) fn find(response: &[Complex<f32>], size: [usize; 2], radius: usize) -> Self {
         let (mut best, mut value) = (0, f32::NEG_INFINITY);
         for (i, entry) in response.iter().enumerate() {

@@ -15,20 +15,23 @@ const LEAST_SIDE: f32 = 6.0;
 const REGULARIZATION: f32 = 1e-4;
 /// Ratio between the scales that are tried (its published multi-scale variant).
 const SCALE_STEP: f32 = 1.05;
-/// Factor on the response at another scale than the last one: the size changes only when that clearly fits better.
+/// Factor on the response at another scale than the last one: the size changes only when that clearly fits
+/// better.
 const SCALE_WEIGHT: f32 = 0.98;
-/// Least peak-to-sidelobe ratio at which a view is learned: below it the target is probably occluded, and what occludes
-/// it must not be learned.
+/// Least peak-to-sidelobe ratio at which a view is learned: below it the target is probably occluded, and
+/// what occludes it must not be learned.
 const LEAST_LEARNING_RATIO: f32 = 5.0;
 
 /// Follows a window of the image by a kernelized correlation filter.
 ///
-/// Henriques, Caseiro, Martins, Batista: "High-Speed Tracking with Kernelized Correlation Filters", TPAMI 2015:
-/// kernel ridge regression over all cyclic shifts of a padded window, learned and evaluated in the frequency domain.
-/// The window is resampled to a template of fixed size; its size follows by trying neighbouring scales.
+/// Henriques, Caseiro, Martins, Batista: "High-Speed Tracking with Kernelized Correlation Filters", TPAMI
+/// 2015: kernel ridge regression over all cyclic shifts of a padded window, learned and evaluated in the
+/// frequency domain. The window is resampled to a template of fixed size; its size follows by trying
+/// neighbouring scales.
 ///
-/// An update costs O(s n log n) for s scales and n cells, and O(pixels of the window); it allocates nothing. The
-/// tracker follows what it saw first and slowly adapts to what it sees; it cannot find a target that left its window.
+/// An update costs O(s n log n) for s scales and n cells, and O(pixels of the window); it allocates nothing.
+/// The tracker follows what it saw first and slowly adapts to what it sees; it cannot find a target that left
+/// its window.
 ///
 /// ```
 /// use dymlm_core::BoundingBox;
@@ -94,8 +97,8 @@ pub struct KcfUpdate {
     pub scale: f32,
     /// The response's height, 1 for a view like the learned ones.
     pub peak: f32,
-    /// How far the peak stands out from the rest of the response, in standard deviations of that (Bolme 2010): the
-    /// confidence. Above 8 or so on a target in full view; below 5 it is probably hidden or lost.
+    /// How far the peak stands out from the rest of the response, in standard deviations of that (Bolme
+    /// 2010): the confidence. Above 8 or so on a target in full view; below 5 it is probably hidden or lost.
     pub peak_to_sidelobe: f32,
     /// Whether the view went into the model.
     pub learning: Learning,
@@ -168,10 +171,12 @@ impl KcfTracker {
         update
     }
 
-    /// Finds the target in an image and moves there without learning from it. The target's centre stays on the image.
+    /// Finds the target in an image and moves there without learning from it. The target's centre stays on
+    /// the image.
     pub fn locate(&mut self, image: &GrayImage) -> KcfUpdate {
         let mut found = self.detect(image, self.scale);
-        // Far from the middle of the window its taper draws the peak inwards: once more, with the target in the middle.
+        // Far from the middle of the window its taper draws the peak inwards: once more, with the target in
+        // the middle.
         if found.shift[0].abs().max(found.shift[1].abs()) >= 1.0 {
             self.shift_by(&found, self.scale, image);
             found = self.detect(image, self.scale);
@@ -201,8 +206,8 @@ impl KcfTracker {
         self.learn_at_rate(image, self.published.learning_rate);
     }
 
-    /// Says where the target is, when somebody knows better; what was learned stays. The box keeps the first one's
-    /// ratio of width to height: its area counts.
+    /// Says where the target is, when somebody knows better; what was learned stays. The box keeps the first
+    /// one's ratio of width to height: its area counts.
     ///
     /// # Errors
     ///

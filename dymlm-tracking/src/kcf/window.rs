@@ -1,7 +1,7 @@
 use crate::GrayImage;
 
-/// Resamples a window of an image to a template, with a triangle filter as wide as a template pixel so that fine
-/// texture does not alias. What lies outside the image repeats its border.
+/// Resamples a window of an image to a template, with a triangle filter as wide as a template pixel so that
+/// fine texture does not alias. What lies outside the image repeats its border.
 ///
 /// Rows are blended first, over whole runs of columns: O(rows of the window x its columns + template).
 #[derive(Debug, Clone, Default)]

@@ -27,8 +27,8 @@ pub(super) struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// Boxes of the object's label (any label, when it has none) that have its size and colour, best score first, then
-    /// `others`.
+    /// Boxes of the object's label (any label, when it has none) that have its size and colour, best score
+    /// first, then `others`.
     pub(super) fn places(
         &self,
         scene: Scene<'_>,

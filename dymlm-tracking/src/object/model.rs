@@ -39,9 +39,9 @@ pub struct SurfacePoint {
 }
 
 impl ObjectModel {
-    /// From the object's cloud in its own frame, whose origin should lie near its centre. The cloud is thinned to cells
-    /// of 1/40 of its longest side; normals come from the 16 nearest points and face away from the middle. Points that
-    /// are not finite are passed over. O(points + cells^2).
+    /// From the object's cloud in its own frame, whose origin should lie near its centre. The cloud is
+    /// thinned to cells of 1/40 of its longest side; normals come from the 16 nearest points and face away
+    /// from the middle. Points that are not finite are passed over. O(points + cells^2).
     ///
     /// # Errors
     ///

@@ -10,12 +10,13 @@ const GIVEN: [f64; 2] = [0.02, 0.01];
 /// How fast an object that is found again may move, radians a second and metres a second.
 const FOUND_RATE: [f64; 2] = [3.0, 1.0];
 
-/// Where the object is and how it moves: a Kalman filter whose accelerations are noise, constant from one frame to the
-/// next (Bar-Shalom, Li, Kirubarajan 2001, section 6.3.2).
+/// Where the object is and how it moves: a Kalman filter whose accelerations are noise, constant from one
+/// frame to the next (Bar-Shalom, Li, Kirubarajan 2001, section 6.3.2).
 ///
-/// A frame's pose is fitted with the prediction as one more observation ([`PosePrior`]); what the fit then knows of the
-/// pose is taken over as it is, and the rates follow by their correlation with it. So directions about which a frame
-/// tells little - without depth the distance, and turns out of the image plane - keep what earlier frames told.
+/// A frame's pose is fitted with the prediction as one more observation ([`PosePrior`]); what the fit then
+/// knows of the pose is taken over as it is, and the rates follow by their correlation with it. So directions
+/// about which a frame tells little - without depth the distance, and turns out of the image plane - keep
+/// what earlier frames told.
 ///
 /// Vectors of six are turns about the world's axes, radians, then moves of the origin, metres.
 #[derive(Debug, Clone)]
@@ -32,7 +33,8 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// An object that stands still. The accelerations' standard deviations in radians and metres per second squared.
+    /// An object that stands still. The accelerations' standard deviations in radians and metres per second
+    /// squared.
     pub(super) fn at_rest(pose: Pose, time: f64, [angular, linear]: [f64; 2]) -> Self {
         Self {
             pose,
@@ -65,7 +67,8 @@ impl Motion {
         })
     }
 
-    /// Takes the pose of a later frame, fitted with [`prior`](Self::prior), and its covariance in the camera's frame.
+    /// Takes the pose of a later frame, fitted with [`prior`](Self::prior), and its covariance in the
+    /// camera's frame.
     pub(super) fn observe(
         &mut self,
         pose: &Pose,

@@ -2,8 +2,8 @@ use super::fit::Fit;
 use super::scene::Scene;
 use super::view::View;
 
-/// Tells without depth where something stands before the object: by the points of views that were found there and those
-/// that were not.
+/// Tells without depth where something stands before the object: by the points of views that were found there
+/// and those that were not.
 pub(super) struct PointOcclusion {
     found: Vec<[f64; 2]>,
     missed: Vec<[f64; 2]>,

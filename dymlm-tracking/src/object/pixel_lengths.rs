@@ -1,6 +1,7 @@
 use dymlm_core::PinholeCamera;
 
-/// Lengths in the image that stand for angles, chosen for a Kinect's image (f = 525 px) and scaled to the camera's.
+/// Lengths in the image that stand for angles, chosen for a Kinect's image (f = 525 px) and scaled to the
+/// camera's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PixelLengths {
     /// Rim of the image kept around the object's box, so that windows at its outline are whole.
@@ -26,7 +27,8 @@ impl PixelLengths {
     pub(super) fn of(camera: &PinholeCamera) -> Self {
         let scale = camera.focal_scale();
         let narrow = scale as f32;
-        // A window of fewer than 7x7 pixels, or of more than 31x31, is no longer matched reliably, or in time.
+        // A window of fewer than 7x7 pixels, or of more than 31x31, is no longer matched reliably, or in
+        // time.
         let radius = |radius: f64| (radius * scale).round().clamp(3.0, 15.0) as usize;
         Self {
             rim: 24.0 * narrow,

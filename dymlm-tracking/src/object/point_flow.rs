@@ -26,8 +26,8 @@ impl PointFlow {
         Ok(Self { flow: OpticalFlow::new(&config)?, from, guesses, found })
     }
 
-    /// Where the points of the last frame are in the scene, when the object is about at `start`. Those not found are left
-    /// out.
+    /// Where the points of the last frame are in the scene, when the object is about at `start`. Those not
+    /// found are left out.
     pub(super) fn follow(
         &mut self,
         last: &ImagePyramid,

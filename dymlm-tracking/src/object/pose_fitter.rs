@@ -11,11 +11,11 @@ use crate::{Error, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, Robus
 
 /// Least number of points that agree on a pose.
 pub(super) const LEAST_INLIERS: usize = 6;
-/// Factor on the sensor's noise for the reading at a point: neighbouring readings err alike. With 1 a cup is off by 1.5
-/// mm instead of 0.8.
+/// Factor on the sensor's noise for the reading at a point: neighbouring readings err alike. With 1 a cup is
+/// off by 1.5 mm instead of 0.8.
 const LIKE_READINGS: f64 = 2.0;
-/// A pose less certain than these standard deviations, radians and metres, tells nothing. Without the limit a tilted
-/// keyboard is off by half as much again without depth.
+/// A pose less certain than these standard deviations, radians and metres, tells nothing. Without the limit a
+/// tilted keyboard is off by half as much again without depth.
 const TELLING: [f64; 2] = [0.15, 0.05];
 
 /// Fits the object's pose to what a frame shows of it.
@@ -70,8 +70,8 @@ impl PoseFitter {
         Some(refined.camera_from_body)
     }
 
-    /// Finds points of stored views near a coarse pose, and fits the pose to them and to the surface's readings. `None`
-    /// when too few agree, or the pose is hardly known.
+    /// Finds points of stored views near a coarse pose, and fits the pose to them and to the surface's
+    /// readings. `None` when too few agree, or the pose is hardly known.
     pub(super) fn fit(
         &mut self,
         scene: Scene<'_>,
@@ -88,7 +88,8 @@ impl PoseFitter {
         let mut pose = *coarse;
         let mut covariance = None;
         let mut surface = SurfaceReadings::default();
-        // Which reading belongs to which point of the surface depends on the pose: a second time with the better one.
+        // Which reading belongs to which point of the surface depends on the pose: a second time with the
+        // better one.
         for _ in 0..2 {
             self.observations.clear();
             for found in &matches {

@@ -12,7 +12,8 @@ pub(super) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// The reading at the pixel nearest to a point of the image, metres, if there is one within the sensor's range.
+    /// The reading at the pixel nearest to a point of the image, metres, if there is one within the sensor's
+    /// range.
     pub(super) fn reading_at(&self, pixel: [f32; 2]) -> Option<f64> {
         let [u, v] = pixel.map(f32::round);
         if !(u >= 0.0 && v >= 0.0) {

@@ -86,13 +86,14 @@ impl Search {
     }
 }
 
-/// How a lost object may be turned, as poses at any place: as it was last, and as the stored views show it, the nearest
-/// first.
+/// How a lost object may be turned, as poses at any place: as it was last, and as the stored views show it,
+/// the nearest first.
 fn attitudes(views: &ViewStore, predicted: &Pose) -> Vec<Pose> {
     std::iter::once(*predicted).chain(views.poses(predicted).take(MOST_VIEWS_SEARCHED)).collect()
 }
 
-/// The pose about a rough one at which the image shows points of the view that is nearest to it, from coarse to fine.
+/// The pose about a rough one at which the image shows points of the view that is nearest to it, from coarse
+/// to fine.
 fn pose_near(scene: Scene<'_>, views: &mut ViewStore, fitter: &mut PoseFitter, start: &Pose) -> Option<Pose> {
     let mut found = None;
     // Coarse levels may tell nothing: they only prepare.

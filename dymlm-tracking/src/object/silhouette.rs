@@ -5,11 +5,11 @@ use dymlm_core::{PinholeCamera, Pose};
 use super::model::ObjectModel;
 use crate::GrayImage;
 
-/// Which pixels of a part of the image show a model at a pose: 1 where they do, else 0. A rim of one pixel, in which
-/// gradients are those of the outline, counts as outside.
+/// Which pixels of a part of the image show a model at a pose: 1 where they do, else 0. A rim of one pixel,
+/// in which gradients are those of the outline, counts as outside.
 ///
-/// The model's points are drawn as squares as large as their distance, and what the squares add on the outline is taken
-/// off again (a morphological closing). O(pixels x size of the squares).
+/// The model's points are drawn as squares as large as their distance, and what the squares add on the
+/// outline is taken off again (a morphological closing). O(pixels x size of the squares).
 pub(super) fn silhouette(
     model: &ObjectModel,
     camera: &PinholeCamera,

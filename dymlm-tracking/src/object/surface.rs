@@ -6,8 +6,8 @@ use crate::PoseObservation;
 
 /// Readings used at most; more tell nothing new.
 const MOST_READINGS: usize = 250;
-/// Readings of one surface err alike: as observations of its pose they count as if their noise were this much larger.
-/// With 2 the surface outvotes the points: a bottle leans 0.6 degrees more than it does.
+/// Readings of one surface err alike: as observations of its pose they count as if their noise were this much
+/// larger. With 2 the surface outvotes the points: a bottle leans 0.6 degrees more than it does.
 const LIKE_READINGS: f64 = 4.0;
 /// Fewer readings tell nothing about a surface.
 const ENOUGH: usize = 20;
@@ -60,7 +60,8 @@ impl SurfaceReadings {
 }
 
 /// Compares the model's surface at a pose with the readings (projective association), and adds those of it as
-/// point-to-plane observations. `model_sigma`: standard deviation of the model's surface from the object's, metres.
+/// point-to-plane observations. `model_sigma`: standard deviation of the model's surface from the object's,
+/// metres.
 pub(super) fn observe_surface(
     model: &ObjectModel,
     scene: Scene<'_>,

@@ -9,9 +9,9 @@ use super::scene::Scene;
 const PLANE_STEPS: isize = 2;
 /// Fewer readings of the 25 near the middle one give no plane: the pixel lies at an edge.
 const LEAST_READINGS: usize = 13;
-/// Standard deviation with which neighbouring readings of one oblique surface lie about the middle one, as a share of
-/// their distance: surfaces at 45 degrees over the grid's four pixels. Without a limit planes go over edges: a bottle is
-/// off by 1.7 mm instead of 1.2.
+/// Standard deviation with which neighbouring readings of one oblique surface lie about the middle one, as a
+/// share of their distance: surfaces at 45 degrees over the grid's four pixels. Without a limit planes go
+/// over edges: a bottle is off by 1.7 mm instead of 1.2.
 const SLOPE: f64 = 0.01;
 
 /// A place on the object's surface that a pixel shows, with its unit normal, in the camera's frame.
@@ -23,7 +23,8 @@ pub(super) struct SurfacePlace {
     pub(super) sigma: f64,
 }
 
-/// Finds what place of the object a pixel shows: by the readings about it, or, where there are none, on the model.
+/// Finds what place of the object a pixel shows: by the readings about it, or, where there are none, on the
+/// model.
 pub(super) struct SurfaceFinder<'a> {
     scene: Scene<'a>,
     plane_step: isize,

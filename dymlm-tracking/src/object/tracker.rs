@@ -31,15 +31,15 @@ const LIKE_TIME: f64 = 0.3;
 ///
 /// The paper's application (section V-D). In each frame
 /// 1. a correlation filter ([`KcfTracker`]) and the last motion say about where it is;
-/// 2. optical flow ([`OpticalFlow`]) takes its points there, and a consensus on their motion - 3D-3D where there is
-///    depth, else perspective-n-point ([`PoseRansac`]) - gives a pose;
-/// 3. points of stored views, warped to that pose, are found in the image to a fraction of a pixel, and the depth inside
-///    the silhouette is compared with the model's surface: a fit to all of it ([`PoseRefiner`]) is the frame's pose. Both
-///    are anchored to the object, so errors do not add up from frame to frame;
+/// 2. optical flow ([`OpticalFlow`]) takes its points there, and a consensus on their motion - 3D-3D where
+///   there is depth, else perspective-n-point ([`PoseRansac`]) - gives a pose;
+/// 3. points of stored views, warped to that pose, are found in the image to a fraction of a pixel, and the
+///   depth inside the silhouette is compared with the model's surface: a fit to all of it ([`PoseRefiner`])
+///   is the frame's pose. Both are anchored to the object, so errors do not add up from frame to frame;
 /// 4. when a new face is seen, a view is stored; when the object stands still, that is reported.
 ///
-/// When no pose is found, the object is searched where detector boxes of its label, size and colour are, where the
-/// filter saw it, and where it was last. Without depth readings it works from pixels alone.
+/// When no pose is found, the object is searched where detector boxes of its label, size and colour are,
+/// where the filter saw it, and where it was last. Without depth readings it works from pixels alone.
 ///
 /// Some 10 ms a frame at 640x480; working memory is kept.
 #[derive(Debug, Clone)]
@@ -75,12 +75,13 @@ pub struct ObjectUpdate {
     pub world_from_object: Pose,
     /// The same in the camera's frame.
     pub camera_from_object: Pose,
-    /// Covariance of (rotation about the camera's axes, radians; origin, metres), by rows; `None` when this frame gave
-    /// no pose, or one that leaves a direction free.
+    /// Covariance of (rotation about the camera's axes, radians; origin, metres), by rows; `None` when this
+    /// frame gave no pose, or one that leaves a direction free.
     pub covariance: Option<[[f64; 6]; 6]>,
     /// Points that agree on the pose.
     pub inliers: usize,
-    /// Share of the measured points that agree, times the share of the surface in view that nothing hides; 0..=1.
+    /// Share of the measured points that agree, times the share of the surface in view that nothing hides;
+    /// 0..=1.
     pub confidence: f64,
     /// The box of the object's bounds in the image, pixels; parts may lie outside. `None` behind the camera.
     pub bounding_box: Option<BoundingBox>,
@@ -89,13 +90,13 @@ pub struct ObjectUpdate {
 }
 
 impl ObjectTracker {
-    /// Chooses an object that stands at `world_from_object` and is in view. `label`: the detector's name for it, for
-    /// finding it again. Its lengths in pixels are those of the frame's camera.
+    /// Chooses an object that stands at `world_from_object` and is in view. `label`: the detector's name for
+    /// it, for finding it again. Its lengths in pixels are those of the frame's camera.
     ///
     /// # Errors
     ///
-    /// [`Error::Config`], of the sensor too; [`Error::NoColor`]; [`Error::TargetSize`] when too little of the object is
-    /// on the image; [`Error::NotSeen`] when fewer than six corners are found on it.
+    /// [`Error::Config`], of the sensor too; [`Error::NoColor`]; [`Error::TargetSize`] when too little of the
+    /// object is on the image; [`Error::NotSeen`] when fewer than six corners are found on it.
     pub fn new(
         frame: &Frame,
         world_from_camera: &Pose,
@@ -145,8 +146,8 @@ impl ObjectTracker {
         })
     }
 
-    /// Follows the object into the next frame. `detections` are looked at only when it has to be found again; they may
-    /// be empty.
+    /// Follows the object into the next frame. `detections` are looked at only when it has to be found again;
+    /// they may be empty.
     ///
     /// # Errors
     ///
@@ -202,8 +203,8 @@ impl ObjectTracker {
         self.views.len()
     }
 
-    /// From the last frame: by the flow of its points, or by the motion alone; from where the motion leads, or from where
-    /// the window tracker sees it.
+    /// From the last frame: by the flow of its points, or by the motion alone; from where the motion leads,
+    /// or from where the window tracker sees it.
     fn follow(
         &mut self,
         frame: &Frame,
@@ -279,8 +280,8 @@ impl ObjectTracker {
         }
     }
 
-    /// Whether an object at rest of which no point is found stands where it stood: half of it is out of view, or the depth
-    /// shows it.
+    /// Whether an object at rest of which no point is found stands where it stood: half of it is out of view,
+    /// or the depth shows it.
     fn stands(&self, frame: &Frame, camera_from_object: &Pose) -> bool {
         if !self.rest.is_resting() {
             return false;

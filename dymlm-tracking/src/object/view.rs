@@ -11,17 +11,17 @@ use crate::flow::{AlignmentLimits, Template};
 use crate::pose::pixel_motion;
 use crate::{CornerDetector, ImagePyramid, Lighting};
 
-/// How far outside of the model's bounds a reading may lie to belong to the object, metres: the noise at the distance of
-/// a hand. With none, a covered book has no pose in 56 frames instead of 30, and a leaning bottle is off by 2 mm instead
-/// of 1.
+/// How far outside of the model's bounds a reading may lie to belong to the object, metres: the noise at the
+/// distance of a hand. With none, a covered book has no pose in 56 frames instead of 30, and a leaning bottle
+/// is off by 2 mm instead of 1.
 pub(super) const MARGIN: f64 = 0.006;
 /// Standard deviation of a tracked pixel, pixels.
 pub(super) const PIXEL_SIGMA: f64 = 0.5;
-/// Least share of a window that shows the object. Without it a covered book is off by up to 15 cm without depth, with it
-/// by up to 9.
+/// Least share of a window that shows the object. Without it a covered book is off by up to 15 cm without
+/// depth, with it by up to 9.
 const LEAST_SHARE: f32 = 0.4;
-/// Least correlation of two windows that show the same. Without it a covered book is taken for what covers it: 38 cm off
-/// without depth.
+/// Least correlation of two windows that show the same. Without it a covered book is taken for what covers
+/// it: 38 cm off without depth.
 const LEAST_CORRELATION: f32 = 0.6;
 
 /// The object as one frame showed it: a cut-out of the image, and points on its surface.
@@ -43,7 +43,8 @@ struct ViewPoint {
     normal: [f64; 3],
     /// In the cut-out, pixels.
     pixel: [f32; 2],
-    /// From the view's camera to the point, of unit length, object frame: along it the point's place is uncertain.
+    /// From the view's camera to the point, of unit length, object frame: along it the point's place is
+    /// uncertain.
     ray: [f64; 3],
     /// Variance of the place along the ray, square metres.
     variance: f64,
@@ -63,8 +64,8 @@ pub(super) struct PointMatch {
 }
 
 impl View {
-    /// Finds corners on the object in a frame in which its pose is known, where `is_shown` says that nothing hides it;
-    /// `None` when there are none.
+    /// Finds corners on the object in a frame in which its pose is known, where `is_shown` says that nothing
+    /// hides it; `None` when there are none.
     pub(super) fn take(
         scene: Scene<'_>,
         model: &ObjectModel,
@@ -133,10 +134,10 @@ impl View {
         }
     }
 
-    /// Corrects the place of a point along its ray by where it was seen at a pose of the given covariance: without depth
-    /// it was laid on the model's surface, which may not be the object's. From the side from which the view was taken
-    /// nothing is learned. `repeated`: factor on the pixel's standard deviation, since frames that follow each other err
-    /// alike.
+    /// Corrects the place of a point along its ray by where it was seen at a pose of the given covariance:
+    /// without depth it was laid on the model's surface, which may not be the object's. From the side from
+    /// which the view was taken nothing is learned. `repeated`: factor on the pixel's standard deviation,
+    /// since frames that follow each other err alike.
     pub(super) fn correct(
         &mut self,
         found: &PointMatch,
@@ -167,8 +168,8 @@ impl View {
         point.variance *= 1.0 - gain * slope;
     }
 
-    /// Finds one of its points, `source[1]`, in the scene's image halved `halvings` times, near where it should be at a
-    /// pose.
+    /// Finds one of its points, `source[1]`, in the scene's image halved `halvings` times, near where it
+    /// should be at a pose.
     pub(super) fn find(
         &self,
         source: [usize; 2],
@@ -225,8 +226,8 @@ impl View {
         facing.map(|point| camera_from_object.transform_point(point.position))
     }
 
-    /// From pixels about the point in an image to pixels about it in this view, to first order; `None` where either sees
-    /// the surface too obliquely or too small.
+    /// From pixels about the point in an image to pixels about it in this view, to first order; `None` where
+    /// either sees the surface too obliquely or too small.
     fn warp(&self, point: &ViewPoint, scene: Scene<'_>, pose: &Pose) -> Option<Matrix2<f64>> {
         let here = surface_jacobian(scene, pose, point)?;
         let there = surface_jacobian(scene, &self.camera_from_object, point)?;
@@ -235,14 +236,15 @@ impl View {
     }
 }
 
-/// How much less sure a window's place is than that of one with a correlation of 0.8: what the windows do not share is
-/// noise to what they share, and the error of an alignment goes with the noise.
+/// How much less sure a window's place is than that of one with a correlation of 0.8: what the windows do not
+/// share is noise to what they share, and the error of an alignment goes with the noise.
 fn blur(correlation: f32) -> f64 {
     let correlation = f64::from(correlation);
     ((1.0 - correlation * correlation).max(0.0).sqrt() / (0.75 * correlation)).clamp(0.5, 10.0)
 }
 
-/// How pixels move with a point on its surface: the derivative by two tangents. `None` when it does not face the camera.
+/// How pixels move with a point on its surface: the derivative by two tangents. `None` when it does not face
+/// the camera.
 fn surface_jacobian(scene: Scene<'_>, pose: &Pose, point: &ViewPoint) -> Option<Matrix2<f64>> {
     let place = Vector3::from(pose.transform_point(point.position));
     let normal = Vector3::from(pose.rotate(point.normal));

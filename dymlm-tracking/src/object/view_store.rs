@@ -17,9 +17,9 @@ const MOST_CORNERS: usize = 80;
 const MOST_VIEWS: usize = 48;
 /// A view is added when the object has turned by this much from all stored ones, radians (15 degrees).
 const VIEW_ANGLE: f64 = 0.26;
-/// Views whose directions differ by less than this, radians, show the same; the older one is nearer to the truth. With
-/// depth, which corrects each view as it is taken, and without. With 0.1 for both a covered book is off by 6 cm without
-/// depth in every twentieth frame, instead of 2.
+/// Views whose directions differ by less than this, radians, show the same; the older one is nearer to the
+/// truth. With depth, which corrects each view as it is taken, and without. With 0.1 for both a covered book
+/// is off by 6 cm without depth in every twentieth frame, instead of 2.
 const SAME_DIRECTION: [f64; 2] = [0.1, 0.7];
 /// Points that agree at least before what is seen becomes a view of its own.
 const LEAST_FOR_VIEW: usize = 12;
@@ -27,8 +27,8 @@ const LEAST_FOR_VIEW: usize = 12;
 const POINTS_SEARCHED: usize = 30;
 /// Without depth a view is taken only of a pose known to these standard deviations, radians and metres.
 const SURE: [f64; 2] = [0.03, 0.015];
-/// Least share of a view's points that are found where, without depth, what is seen becomes a view of its own: else
-/// something stands before the object.
+/// Least share of a view's points that are found where, without depth, what is seen becomes a view of its
+/// own: else something stands before the object.
 const LEAST_SHOWN: f64 = 0.4;
 
 /// What the object looks like from all sides that were seen.
@@ -101,8 +101,8 @@ impl ViewStore {
         matches
     }
 
-    /// Finds points of the view nearest in direction to `side` about a pose, in an image halved some times, which reaches
-    /// further.
+    /// Finds points of the view nearest in direction to `side` about a pose, in an image halved some times,
+    /// which reaches further.
     pub(super) fn find_coarsely(
         &mut self,
         scene: Scene<'_>,
@@ -168,7 +168,8 @@ impl ViewStore {
         self.views.extend(View::take(scene, model, pose, corners, lengths, sigma, is_shown));
     }
 
-    /// Indices of the views, those nearest in direction first, in steps of `step` radians; older ones first within a step.
+    /// Indices of the views, those nearest in direction first, in steps of `step` radians; older ones first
+    /// within a step.
     fn by_angle(&self, pose: &Pose, step: f64) -> Vec<usize> {
         let mut order: Vec<(f64, usize)> = self
             .views

@@ -1,8 +1,8 @@
 /// What a camera tells about the place of one point of a body.
 ///
-/// Points and normals are in the body's frame, measurements in the camera's; `sigma` is the standard deviation of the
-/// measurement in its own unit. Observations that hold a number that is not finite, or a `sigma` that is not positive,
-/// count for nothing.
+/// Points and normals are in the body's frame, measurements in the camera's; `sigma` is the standard
+/// deviation of the measurement in its own unit. Observations that hold a number that is not finite, or a
+/// `sigma` that is not positive, count for nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

@@ -4,15 +4,15 @@ use nalgebra::{Matrix3, Vector3};
 /// Newton steps on the three distances: two reach the precision of f64.
 const POLISHING_STEPS: usize = 3;
 
-/// The poses from which a camera sees three points of a body along three given directions: `camera_from_body`, up to
-/// four.
+/// The poses from which a camera sees three points of a body along three given directions:
+/// `camera_from_body`, up to four.
 ///
-/// Persson, Nordberg: "Lambda Twist: An Accurate Fast Robust Perspective Three Point (P3P) Solver", ECCV 2018. The
-/// distances to the points satisfy three quadratic equations; a root of one cubic makes a combination of them
-/// degenerate, which splits into two planes, and each leaves a quadratic. O(1).
+/// Persson, Nordberg: "Lambda Twist: An Accurate Fast Robust Perspective Three Point (P3P) Solver", ECCV
+/// 2018. The distances to the points satisfy three quadratic equations; a root of one cubic makes a
+/// combination of them degenerate, which splits into two planes, and each leaves a quadratic. O(1).
 ///
-/// `directions` in the camera's frame, of any length; `points` in the body's, metres. Empty when the points lie on a
-/// line or a number is not finite.
+/// `directions` in the camera's frame, of any length; `points` in the body's, metres. Empty when the points
+/// lie on a line or a number is not finite.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -33,7 +33,8 @@ pub fn p3p(directions: &[[f64; 3]; 3], points: &[[f64; 3]; 3]) -> Vec<Pose> {
     poses
 }
 
-/// The quadratic equations between distances l: `l_i^2 + l_j^2 + b_ij l_i l_j = a_ij`, in the order 12, 13, 23.
+/// The quadratic equations between distances l: `l_i^2 + l_j^2 + b_ij l_i l_j = a_ij`, in the order 12, 13,
+/// 23.
 struct Equations {
     a: [f64; 3],
     b: [f64; 3],
@@ -94,8 +95,8 @@ impl Equations {
         found
     }
 
-    /// D1 + gamma D2 with determinant 0, for D1 = a23 M12 - a12 M23 and D2 = a13 M23 - a23 M13, where M are the matrices
-    /// of the equations' left sides: any solution makes both forms vanish.
+    /// D1 + gamma D2 with determinant 0, for D1 = a23 M12 - a12 M23 and D2 = a13 M23 - a23 M13, where M are
+    /// the matrices of the equations' left sides: any solution makes both forms vanish.
     fn degenerate_conic(&self) -> Option<Matrix3<f64>> {
         let [a12, a13, a23] = self.a;
         let [b12, b13, b23] = self.b.map(|b| 0.5 * b);

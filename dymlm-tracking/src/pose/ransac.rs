@@ -42,9 +42,9 @@ impl RansacConfig {
 
 /// Finds a pose that many pairs agree on, however wrong the others are.
 ///
-/// Fischler, Bolles: "Random Sample Consensus", CACM 1981, with the truncated cost of Torr, Zisserman 2000 (MSAC), an
-/// adaptive number of samples, and a final fit to all inliers. Seeded: the same pairs give the same pose.
-/// O(samples x pairs).
+/// Fischler, Bolles: "Random Sample Consensus", CACM 1981, with the truncated cost of Torr, Zisserman 2000
+/// (MSAC), an adaptive number of samples, and a final fit to all inliers. Seeded: the same pairs give the
+/// same pose. O(samples x pairs).
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -89,8 +89,8 @@ impl PoseRansac {
         Ok(Self { config: config.clone(), refiner: PoseRefiner::new(RobustKernel::Huber(1.345))? })
     }
 
-    /// The motion `a_from_b` between points in space, by Umeyama's fit to samples of three pairs. `None` when too few
-    /// pairs agree. Points that are not finite agree with nothing.
+    /// The motion `a_from_b` between points in space, by Umeyama's fit to samples of three pairs. `None` when
+    /// too few pairs agree. Points that are not finite agree with nothing.
     pub fn align(&self, in_b: &[[f64; 3]], in_a: &[[f64; 3]]) -> Option<PoseConsensus> {
         let error = |pose: &Pose, i: usize| {
             let [p, q] = [pose.transform_point(in_b[i]), in_a[i]];
@@ -107,8 +107,9 @@ impl PoseRansac {
         self.search(in_b.len().min(in_a.len()), propose, error, fit)
     }
 
-    /// The pose `camera_from_body` from which points of a body are seen at pixels, by P3P on samples of three, refined by
-    /// Gauss-Newton. `None` when too few agree. Points that are not finite agree with nothing.
+    /// The pose `camera_from_body` from which points of a body are seen at pixels, by P3P on samples of
+    /// three, refined by Gauss-Newton. `None` when too few agree. Points that are not finite agree with
+    /// nothing.
     pub fn pnp(
         &self,
         camera: &PinholeCamera,

@@ -78,8 +78,9 @@ impl Default for RobustKernel {
 
 /// Improves a pose until it fits pixels, depths and surfaces best, each in its own standard deviations.
 ///
-/// Levenberg-Marquardt on the pose's six parameters, with weights by the robust kernel (iteratively reweighted least
-/// squares). O(observations x iterations). Directions that no observation tells about stay as they were.
+/// Levenberg-Marquardt on the pose's six parameters, with weights by the robust kernel (iteratively
+/// reweighted least squares). O(observations x iterations). Directions that no observation tells about stay
+/// as they were.
 ///
 /// ```
 /// use dymlm_core::{PinholeCamera, Pose};
@@ -113,8 +114,9 @@ pub struct PoseRefiner {
 pub struct RefinedPose {
     /// The pose.
     pub camera_from_body: Pose,
-    /// Covariance of (rotation, radians about the camera's axes; place of the body's origin, metres), by rows, from the
-    /// curvature and the residuals at the end. `None` when the observations leave a direction free.
+    /// Covariance of (rotation, radians about the camera's axes; place of the body's origin, metres), by
+    /// rows, from the curvature and the residuals at the end. `None` when the observations leave a direction
+    /// free.
     pub covariance: Option<[[f64; 6]; 6]>,
     /// Observations within three standard deviations.
     pub inliers: usize,
@@ -163,7 +165,8 @@ impl PoseRefiner {
         Ok(Self { kernel })
     }
 
-    /// The best pose near `start`, a `camera_from_body`; `None` when there are fewer than three usable observations.
+    /// The best pose near `start`, a `camera_from_body`; `None` when there are fewer than three usable
+    /// observations.
     pub fn refine(
         &self,
         camera: &PinholeCamera,
@@ -313,8 +316,8 @@ fn pixel_gradients(camera: &PinholeCamera, seen: Vector3<f64>) -> [Vector3<f64>;
     ]
 }
 
-/// How the pixel of a body's point moves when the body does ([`moved`]), and when the point does along `direction`, both
-/// in the body's frame.
+/// How the pixel of a body's point moves when the body does ([`moved`]), and when the point does along
+/// `direction`, both in the body's frame.
 pub(crate) fn pixel_motion(
     camera: &PinholeCamera,
     camera_from_body: &Pose,

@@ -4,11 +4,12 @@ use nalgebra::{Matrix3, Vector3};
 /// Points whose spread across their line is below this share of that along it have no rotation.
 const LEAST_SPREAD: f64 = 1e-6;
 
-/// The motion that takes points of frame b to their partners in frame a with the least sum of squares, `a_from_b`.
+/// The motion that takes points of frame b to their partners in frame a with the least sum of squares,
+/// `a_from_b`.
 ///
-/// Umeyama: "Least-Squares Estimation of Transformation Parameters Between Two Point Patterns", TPAMI 1991, without
-/// scale. O(points). `None` when fewer than three pairs are finite or all points lie on a line; pairs beyond the shorter
-/// list are passed over.
+/// Umeyama: "Least-Squares Estimation of Transformation Parameters Between Two Point Patterns", TPAMI 1991,
+/// without scale. O(points). `None` when fewer than three pairs are finite or all points lie on a line; pairs
+/// beyond the shorter list are passed over.
 ///
 /// ```
 /// use dymlm_core::Pose;

@@ -1,8 +1,8 @@
 use dymlm_core::Pose;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 
-/// Turns a body about its own origin and moves that: (rotation vector, radians; move, metres), both along the axes of
-/// the frame that the pose leads to.
+/// Turns a body about its own origin and moves that: (rotation vector, radians; move, metres), both along the
+/// axes of the frame that the pose leads to.
 pub(crate) fn moved(pose: &Pose, step: &Vector6<f64>) -> Pose {
     let turn = rotation_about([step[0], step[1], step[2]]);
     let [x, y, z] = pose.translation();

@@ -18,9 +18,9 @@ pub enum ConfigFileError {
 }
 
 impl MapConfig {
-    /// Reads a config file. It names what differs from a preset: at its top `preset = "default"`, `"offline"` or
-    /// `"robot"`, in `[sensor]` `preset = "kinect"`, `"realsense_d4xx"` or `"time_of_flight"`; whatever it leaves out is as
-    /// there. Ranges are checked by [`MapBuilder::new`](crate::MapBuilder::new).
+    /// Reads a config file. It names what differs from a preset: at its top `preset = "default"`, `"offline"`
+    /// or `"robot"`, in `[sensor]` `preset = "kinect"`, `"realsense_d4xx"` or `"time_of_flight"`; whatever it
+    /// leaves out is as there. Ranges are checked by [`MapBuilder::new`](crate::MapBuilder::new).
     ///
     /// # Errors
     ///

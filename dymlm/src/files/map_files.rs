@@ -7,8 +7,8 @@ use super::{object_records, plane_cloud, plane_records};
 use crate::{MapConfig, MultiLevelMap};
 
 impl MultiLevelMap {
-    /// Writes the standard files of a map into a folder that is being made: `cloud.ply` (the static cloud), `octree.bt`,
-    /// `octree.ot`, `planes.json`, `planes.ply` (inliers, a colour a plane) and `objects.json`.
+    /// Writes the standard files of a map into a folder that is being made: `cloud.ply` (the static cloud),
+    /// `octree.bt`, `octree.ot`, `planes.json`, `planes.ply` (inliers, a colour a plane) and `objects.json`.
     ///
     /// # Errors
     ///
@@ -22,9 +22,9 @@ impl MultiLevelMap {
         folder.file("planes.ply", |out| encode_ply(out, &plane_cloud(self.planes())))
     }
 
-    /// Writes a map folder: [`write_files`](Self::write_files) and a manifest with the config and the counts. A crash
-    /// leaves the older map or the new one, never half of it. Other programs read the files; a builder does not go on
-    /// from them.
+    /// Writes a map folder: [`write_files`](Self::write_files) and a manifest with the config and the counts.
+    /// A crash leaves the older map or the new one, never half of it. Other programs read the files; a
+    /// builder does not go on from them.
     ///
     /// # Errors
     ///

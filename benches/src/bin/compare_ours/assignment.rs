@@ -15,8 +15,8 @@ pub(crate) struct Assignments {
     engine: Assignment,
 }
 
-/// `assignment input= size=`: pairs rows with columns in each of the file's matrices of `size` x `size` whole numbers, so
-/// that the sum is greatest.
+/// `assignment input= size=`: pairs rows with columns in each of the file's matrices of `size` x `size` whole
+/// numbers, so that the sum is greatest.
 pub(crate) fn run(request: &Request, inputs: &mut Inputs, kept: &mut Assignments) -> Result<Timing, Failure> {
     let path = request.text("input")?;
     if !kept.weights.contains_key(path) {

@@ -1,8 +1,8 @@
 //! Input files, each read once: the requests of later rounds find it in memory.
 //!
 //! - points: x, y, z as f32, nothing else;
-//! - frames: for each frame the sensor's position as 3 f32, the number of points as u32, and the points; all in the
-//!   world;
+//! - frames: for each frame the sensor's position as 3 f32, the number of points as u32, and the points; all
+//!   in the world;
 //! - rays: origin and direction, 6 f32 each;
 //! - depth images and matrices: f32, decoded by the operation, which keeps what it makes of them.
 

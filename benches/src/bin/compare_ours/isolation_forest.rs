@@ -19,8 +19,8 @@ pub(crate) fn fit(request: &Request, inputs: &mut Inputs, kept: &mut Buffers) ->
     run(request, inputs, kept, Timed::Fit)
 }
 
-/// `isolation_forest_scores input= trees= sample_size= buffers=kept|fresh`: of the points that the trees were grown
-/// on.
+/// `isolation_forest_scores input= trees= sample_size= buffers=kept|fresh`: of the points that the trees were
+/// grown on.
 pub(crate) fn scores(request: &Request, inputs: &mut Inputs, kept: &mut Buffers) -> Result<Timing, Failure> {
     run(request, inputs, kept, Timed::Scores)
 }

@@ -1,11 +1,13 @@
-//! Our side of `benches/compare`: runs one operation on given input whenever it is asked to, and says how long it
-//! took. `compare.py` starts it beside the other libraries' programs, which speak the same protocol:
+//! Our side of `benches/compare`: runs one operation on given input whenever it is asked to, and says how
+//! long it took. `compare.py` starts it beside the other libraries' programs, which speak the same protocol:
 //!
 //! - a request is a line on standard input, `operation key=value key=value ..`;
 //! - the answer is a line on standard output, `ok wall_seconds cpu_seconds` or `error message`;
-//! - with `result=PATH` in the request, what was computed is written to that file after the clock has stopped.
+//! - with `result=PATH` in the request, what was computed is written to that file after the clock has
+//!   stopped.
 //!
-//! Inputs are read once and kept. Files are raw little-endian numbers, described in [`inputs`] and [`results`].
+//! Inputs are read once and kept. Files are raw little-endian numbers, described in [`inputs`] and
+//! [`results`].
 
 mod assignment;
 mod dbscan;

@@ -13,8 +13,8 @@ use crate::timing::{Timing, timed};
 #[derive(Default)]
 pub(crate) struct Maps(BTreeMap<String, Octree>);
 
-/// `octree_insert frames= limit= resolution= max_range= rays=per_cell|per_point`: the first `limit` frames into a new
-/// map.
+/// `octree_insert frames= limit= resolution= max_range= rays=per_cell|per_point`: the first `limit` frames
+/// into a new map.
 pub(crate) fn insert(request: &Request, inputs: &mut Inputs) -> Result<Timing, Failure> {
     let mut map = Octree::new(config(request)?)?;
     let frames = inputs.frames(request.text("frames")?)?;
@@ -28,7 +28,8 @@ pub(crate) fn insert(request: &Request, inputs: &mut Inputs) -> Result<Timing, F
     Ok(timing)
 }
 
-/// `octree_cast frames= resolution= max_range= rays_file= cast_range=`: through unknown cells, to the first occupied.
+/// `octree_cast frames= resolution= max_range= rays_file= cast_range=`: through unknown cells, to the first
+/// occupied.
 pub(crate) fn cast(request: &Request, inputs: &mut Inputs, maps: &mut Maps) -> Result<Timing, Failure> {
     let map = maps.get(request, inputs)?;
     let range = request.number("cast_range")?;
@@ -51,7 +52,8 @@ pub(crate) fn cast(request: &Request, inputs: &mut Inputs, maps: &mut Maps) -> R
     Ok(timing)
 }
 
-/// `octree_query frames= resolution= max_range= points= reader=map|accessor`: the state of the cell at each point.
+/// `octree_query frames= resolution= max_range= points= reader=map|accessor`: the state of the cell at each
+/// point.
 pub(crate) fn query(request: &Request, inputs: &mut Inputs, maps: &mut Maps) -> Result<Timing, Failure> {
     let map = maps.get(request, inputs)?;
     let points = inputs.points(request.text("points")?)?;

@@ -39,7 +39,8 @@ impl Request {
         text.parse().map_err(|_| format!("{key}={text} is no number").into())
     }
 
-    /// Whether working memory and output are those of the run before (`buffers=kept`) or new (`buffers=fresh`).
+    /// Whether working memory and output are those of the run before (`buffers=kept`) or new
+    /// (`buffers=fresh`).
     pub(crate) fn keeps_buffers(&self) -> Result<bool, Failure> {
         match self.text("buffers")? {
             "kept" => Ok(true),

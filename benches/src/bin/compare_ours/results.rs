@@ -20,8 +20,8 @@ pub(crate) fn write_points(path: &Path, points: &[Point]) -> Result<(), Failure>
     write(path, points.as_flattened(), |coordinate| coordinate.to_le_bytes())
 }
 
-/// An octree: the number of its nodes as u64, then for each leaf the key of its lowest cell as 3 u16, its depth as
-/// u16, its log-odds as f32.
+/// An octree: the number of its nodes as u64, then for each leaf the key of its lowest cell as 3 u16, its
+/// depth as u16, its log-odds as f32.
 pub(crate) fn write_leaves(path: &Path, map: &Octree) -> Result<(), Failure> {
     let mut file = BufWriter::new(File::create(path)?);
     file.write_all(&(map.counts().nodes as u64).to_le_bytes())?;

@@ -6,7 +6,8 @@ use dymlm_benches::processor_time;
 pub(crate) struct Timing {
     /// By the clock on the wall.
     pub(crate) wall: Duration,
-    /// Processor time of this process, all its threads: what other programs on the machine do hardly changes it.
+    /// Processor time of this process, all its threads: what other programs on the machine do hardly changes
+    /// it.
     pub(crate) cpu: Duration,
 }
 

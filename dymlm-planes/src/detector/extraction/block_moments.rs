@@ -4,8 +4,8 @@ use crate::moments::Moments;
 
 /// Sums over the readings of one block's columns, for some columns side by side.
 ///
-/// A point is z (a, b, 1) with a = `ray_x` of its column and b = `ray_y` of its row, so the sums over a column need no a
-/// at all: it enters once a column, not once a pixel.
+/// A point is z (a, b, 1) with a = `ray_x` of its column and b = `ray_y` of its row, so the sums over a
+/// column need no a at all: it enters once a column, not once a pixel.
 #[derive(Debug, Clone, Copy)]
 struct ColumnSums<const N: usize> {
     count: [f32; N],
@@ -16,7 +16,8 @@ struct ColumnSums<const N: usize> {
     bbzz: [f64; N],
 }
 
-/// Sums up the points of a row of blocks, in f64. `depths` are the rows of pixels that they lie in (0 = no reading).
+/// Sums up the points of a row of blocks, in f64. `depths` are the rows of pixels that they lie in (0 = no
+/// reading).
 ///
 /// O(pixels), four multiplications a pixel, some columns at a time.
 pub(super) fn sum_blocks(depths: &[f32], grid: &BlockGrid, row: usize, rays: &Rays, out: &mut Vec<Moments>) {

@@ -10,13 +10,15 @@ use crate::moments::{Fit, Moments};
 /// No block, no entry.
 const NONE: u32 = u32::MAX;
 
-/// A cluster merges with one of every so many neighbours, and at least one, before its neighbours are listed again ...
+/// A cluster merges with one of every so many neighbours, and at least one, before its neighbours are listed
+/// again ...
 const NEIGHBORS_PER_MERGE: usize = 16;
 /// ... as long as it stays as flat as this times the flattest that waits.
 const TURN: f64 = 1.03;
 
-/// A cluster of blocks that is waiting to grow: the bits of its mean squared distance in single precision, which are in the
-/// order of the numbers since none is negative, then its number. Another distance now means that the entry is out of date.
+/// A cluster of blocks that is waiting to grow: the bits of its mean squared distance in single precision,
+/// which are in the order of the numbers since none is negative, then its number. Another distance now means
+/// that the entry is out of date.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Waiting(u64);
 
@@ -36,13 +38,14 @@ impl Waiting {
 
 /// Agglomerative hierarchical clustering of blocks (Feng 2014, algorithm 1).
 ///
-/// The flattest cluster of all is taken from a heap and merged with the neighbour that leaves it flattest, as long as
-/// the plane of both is flat enough for its depth; a cluster without such a neighbour waits to be taken by another (the
-/// paper ends it there, which leaves blocks of unlucky noise behind). Two tests are added
-/// to the paper's: normals must agree, and the common plane must lie on each of the two by itself, but for its noise. For
-/// a few blocks hardly show in the mean of many (so a large plane eats the step beside it), and far away two surfaces a
-/// hand apart are no rougher than the noise of one. Noise is what is left about the planes of single blocks: it does not
-/// average out over a block of a hundred pixels, while a misfit does not go away.
+/// The flattest cluster of all is taken from a heap and merged with the neighbour that leaves it flattest, as
+/// long as the plane of both is flat enough for its depth; a cluster without such a neighbour waits to be
+/// taken by another (the paper ends it there, which leaves blocks of unlucky noise behind). Two tests are
+/// added to the paper's: normals must agree, and the common plane must lie on each of the two by itself, but
+/// for its noise. For a few blocks hardly show in the mean of many (so a large plane eats the step beside
+/// it), and far away two surfaces a hand apart are no rougher than the noise of one. Noise is what is left
+/// about the planes of single blocks: it does not average out over a block of a hundred pixels, while a
+/// misfit does not go away.
 ///
 /// O(n log n) in the number of blocks for heap and clusters, plus the neighbours looked at.
 #[derive(Debug, Clone, Default)]
@@ -52,7 +55,8 @@ pub(super) struct Clustering {
     parent: Vec<u32>,
     moments: Vec<Moments>,
     fits: Vec<Fit>,
-    /// Sum of squared distances in depth of each cluster's points from the planes of their own blocks: the noise.
+    /// Sum of squared distances in depth of each cluster's points from the planes of their own blocks: the
+    /// noise.
     noise: Vec<f64>,
     blocks: Vec<u32>,
     /// Neighbours of each cluster: linked lists through `next`, four entries a block; `heads`, `tails`.
@@ -72,8 +76,8 @@ struct Candidate {
 }
 
 impl Clustering {
-    /// Clusters the blocks whose fit is `Some`, along `edges` (whether a block is joined to its right and to its lower
-    /// neighbour).
+    /// Clusters the blocks whose fit is `Some`, along `edges` (whether a block is joined to its right and to
+    /// its lower neighbour).
     pub(super) fn run(
         &mut self,
         grid: &BlockGrid,
@@ -96,8 +100,9 @@ impl Clustering {
         }
     }
 
-    /// Merges a cluster with the neighbour that leaves it flattest. A large one, which would soon be back, takes several of its
-    /// neighbours: to list a hundred for each merge takes most of the time on large planes, and their order hardly changes.
+    /// Merges a cluster with the neighbour that leaves it flattest. A large one, which would soon be back,
+    /// takes several of its neighbours: to list a hundred for each merge takes most of the time on large
+    /// planes, and their order hardly changes.
     fn grow(&mut self, cluster: u32, tolerance: &Tolerance) {
         let most = (self.candidates.len() / NEIGHBORS_PER_MERGE).max(1);
         let mut grown = None;
@@ -186,8 +191,8 @@ impl Clustering {
         self.tails[block] = entry;
     }
 
-    /// Lists the neighbours of a cluster once each, with the flatness of the plane of both; entries that have become
-    /// doubled or part of the cluster itself leave its list.
+    /// Lists the neighbours of a cluster once each, with the flatness of the plane of both; entries that have
+    /// become doubled or part of the cluster itself leave its list.
     fn find_candidates(&mut self, cluster: u32, visit: u32) {
         self.candidates.clear();
         let own = self.moments[cluster as usize];
@@ -261,8 +266,8 @@ impl Clustering {
     }
 }
 
-/// The plane of two sets of points, when it is flat enough for its depth and lies on each of the two but for its noise;
-/// `noise` are their mean squared distances in depth from the planes of their blocks.
+/// The plane of two sets of points, when it is flat enough for its depth and lies on each of the two but for
+/// its noise; `noise` are their mean squared distances in depth from the planes of their blocks.
 pub(super) fn fit_of_both(parts: [&Moments; 2], noise: [f64; 2], tolerance: &Tolerance) -> Option<Fit> {
     let fit = parts[0].plus(parts[1]).fit()?;
     let one_plane = tolerance.holds_plane(&fit)

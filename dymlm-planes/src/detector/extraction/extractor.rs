@@ -15,11 +15,11 @@ use crate::moments::{Fit, Moments};
 
 /// Share of a block's pixels that must have a reading. (Feng 2014 demands all, but a Kinect leaves holes.)
 const MIN_BLOCK_FILL: f64 = 0.5;
-/// A block is rough from this many times the expected variance on: five standard deviations of the variance of 64
-/// readings. Without the rule planes of random rooms are 0.1 mm and 0.03 degrees worse.
+/// A block is rough from this many times the expected variance on: five standard deviations of the variance
+/// of 64 readings. Without the rule planes of random rooms are 0.1 mm and 0.03 degrees worse.
 const ROUGH: f64 = 2.0;
-/// Standard deviation of the place that a pixel looks at, pixels of a Kinect (Nguyen 2012). With 0 slanted blocks are rough
-/// (recall of faces 77 instead of 92 %).
+/// Standard deviation of the place that a pixel looks at, pixels of a Kinect (Nguyen 2012). With 0 slanted
+/// blocks are rough (recall of faces 77 instead of 92 %).
 const LATERAL_NOISE: f64 = 0.8;
 
 /// Planes meet when this many sides of a block of their pixels touch: a few stray ones do at every corner.
@@ -32,14 +32,14 @@ const SEED_SHARE: f64 = 0.3;
 ///
 /// Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
 /// Clustering", ICRA 2014. The image is cut into blocks of 8x8 pixels; blocks that are flat become nodes, and
-/// neighbours without a step between them edges of a graph; clusters merge as long as their common plane stays flat
-/// for the noise at its depth; then the rims are given up and grown again pixel by pixel, and planes that meet and agree
-/// merge. All fits come from moment sums, so merging two planes costs the same as merging two points. Two tests
-/// are added, see the sources of `cluster.rs` and `growing.rs`: a small part must fit the common plane by itself,
-/// and a flat block takes no part in a plane that cuts through it.
+/// neighbours without a step between them edges of a graph; clusters merge as long as their common plane
+/// stays flat for the noise at its depth; then the rims are given up and grown again pixel by pixel, and
+/// planes that meet and agree merge. All fits come from moment sums, so merging two planes costs the same as
+/// merging two points. Two tests are added, see the sources of `cluster.rs` and `growing.rs`: a small part
+/// must fit the common plane by itself, and a flat block takes no part in a plane that cuts through it.
 ///
-/// Lengths in pixels scale with the camera's focal length. O(pixels + blocks log blocks). The extractor owns its buffers:
-/// after the first frame nothing is allocated.
+/// Lengths in pixels scale with the camera's focal length. O(pixels + blocks log blocks). The extractor owns
+/// its buffers: after the first frame nothing is allocated.
 #[derive(Debug, Clone)]
 pub(in crate::detector) struct PlaneExtractor {
     block_size: usize,
@@ -109,7 +109,8 @@ impl PlaneExtractor {
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] when the image or the mask is of another size than the camera; the last extraction stays.
+    /// [`Error::Core`] when the image or the mask is of another size than the camera; the last extraction
+    /// stays.
     pub(in crate::detector) fn extract(
         &mut self,
         camera: &PinholeCamera,
@@ -149,7 +150,8 @@ impl PlaneExtractor {
         &self.rays
     }
 
-    /// Chooses the readings and sums them up by blocks, a row of blocks at a time: chosen, they are still at hand.
+    /// Chooses the readings and sums them up by blocks, a row of blocks at a time: chosen, they are still at
+    /// hand.
     fn read(&mut self, depth: &DepthImage, static_mask: Option<&Mask>) {
         self.depth.clear();
         self.moments.clear();
@@ -182,8 +184,8 @@ impl PlaneExtractor {
         }));
     }
 
-    /// Takes blocks that are rougher than the sensor's noise from the nodes: they hold a step or an edge. How noisy the
-    /// sensor is, compared with the model, is read off the median block.
+    /// Takes blocks that are rougher than the sensor's noise from the nodes: they hold a step or an edge. How
+    /// noisy the sensor is, compared with the model, is read off the median block.
     fn drop_rough_blocks(&mut self, camera: &PinholeCamera) {
         let tolerance = &self.tolerance;
         let model = |fit: &Fit| tolerance.variance(fit.centroid[2]);
@@ -241,7 +243,8 @@ impl PlaneExtractor {
         level > steps
     }
 
-    /// How far neighbouring blocks are from a common plane: the median of all joined pairs, most of which lie on one.
+    /// How far neighbouring blocks are from a common plane: the median of all joined pairs, most of which lie
+    /// on one.
     fn measure_unevenness(&mut self) {
         self.ratios.clear();
         for (block, [_, below]) in self.edges.iter().enumerate() {
@@ -293,7 +296,8 @@ impl PlaneExtractor {
         }
     }
 
-    /// Takes the blocks from planes that are nowhere two blocks wide both ways: mostly steps between two surfaces.
+    /// Takes the blocks from planes that are nowhere two blocks wide both ways: mostly steps between two
+    /// surfaces.
     fn drop_strips(&mut self) {
         self.is_wide.clear();
         self.is_wide.resize(self.seeds.len() + 1, false);
@@ -393,7 +397,8 @@ impl PlaneExtractor {
         best.map(|(_, a, b)| (a, b))
     }
 
-    /// Keeps the planes with enough support that have not turned out bent, largest first, and writes the final labels.
+    /// Keeps the planes with enough support that have not turned out bent, largest first, and writes the
+    /// final labels.
     fn write_planes(&mut self) {
         let mut order: Vec<u16> = (1..=self.sums.len() as u16).collect();
         let support = |label: u16| self.sums[usize::from(label) - 1].weight;

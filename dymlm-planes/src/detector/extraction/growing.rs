@@ -24,8 +24,8 @@ pub(super) struct Seed {
     normal: [f32; 3],
     d: f32,
     sensor: SensorModel,
-    /// Pixels nearer than this times the sensor's noise join: at least those that its noise explains, however exact the
-    /// image (`labels_agree_with_a_rendered_room`).
+    /// Pixels nearer than this times the sensor's noise join: at least those that its noise explains, however
+    /// exact the image (`labels_agree_with_a_rendered_room`).
     limit_per_noise: f32,
 }
 
@@ -58,7 +58,8 @@ impl Seed {
     }
 }
 
-/// The planes that compete for one block: labels, in the order in which they came, and the sides that each came in by.
+/// The planes that compete for one block: labels, in the order in which they came, and the sides that each
+/// came in by.
 #[derive(Debug, Clone, Copy, Default)]
 struct Candidates {
     labels: [u16; MOST_CANDIDATES],
@@ -103,9 +104,10 @@ impl Candidates {
 
 /// Region growing pixel by pixel, but only where planes end (Feng 2014, algorithm 4).
 ///
-/// Blocks at the rim of a plane are no longer its own whole (eroded). There it competes with the planes that grow from the
-/// blocks inside, and so it does in blocks of no plane, a block at a time: each pixel goes to the nearest plane of those that reached the block, if it is
-/// near enough for its noise; across a side of the block a plane goes on when a fifth of that side is its own.
+/// Blocks at the rim of a plane are no longer its own whole (eroded). There it competes with the planes that
+/// grow from the blocks inside, and so it does in blocks of no plane, a block at a time: each pixel goes to
+/// the nearest plane of those that reached the block, if it is near enough for its noise; across a side of
+/// the block a plane goes on when a fifth of that side is its own.
 ///
 /// O(pixels of the blocks grown into, times planes that meet in them).
 #[derive(Debug, Clone, Default)]
@@ -248,15 +250,16 @@ impl Growing {
     }
 }
 
-/// A block that is flat by itself but does not lie on a plane is another surface, even where the plane cuts through it.
+/// A block that is flat by itself but does not lie on a plane is another surface, even where the plane cuts
+/// through it.
 fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
     let Some(fit) = &scene.fits[block] else { return true };
     let plane = &scene.seeds[usize::from(label) - 1].fit;
     scene.tolerance.is_block_of(&scene.moments[block], fit.depth_mse, plane)
 }
 
-/// Gives each reading of a block to the nearest of some planes, of those that have a way to it. A plane that reaches all that is
-/// near it need not come in by another side.
+/// Gives each reading of a block to the nearest of some planes, of those that have a way to it. A plane that
+/// reaches all that is near it need not come in by another side.
 fn label_pixels(
     scene: &Scene<'_>,
     block: usize,
@@ -289,7 +292,8 @@ fn label_pixels(
     }
 }
 
-/// Measures how far each reading of a block is from a plane, row by row; infinity where it is not near enough to join.
+/// Measures how far each reading of a block is from a plane, row by row; infinity where it is not near enough
+/// to join.
 fn find_near(scene: &Scene<'_>, block: usize, seed: &Seed, distances: &mut Vec<f32>) {
     let columns = scene.grid.pixel_columns(block);
     let (ray_x, last_ray_x) = scene.rays.x_single[columns.clone()].as_chunks::<OCTET>();

@@ -6,12 +6,12 @@ const RIGHT: u8 = 0b0010;
 const ABOVE: u8 = 0b0100;
 const BELOW: u8 = 0b1000;
 
-/// Keeps those pixels of a block, `width` to a row, that a growing plane has a way to: from the sides that it came in by, over
-/// pixels that are near it (of finite distance) and touch, be it at a corner. The others' distances become infinite. Whether there
-/// are no others.
+/// Keeps those pixels of a block, `width` to a row, that a growing plane has a way to: from the sides that it
+/// came in by, over pixels that are near it (of finite distance) and touch, be it at a corner. The others'
+/// distances become infinite. Whether there are no others.
 ///
-/// Planes grow a block at a time. Without this they would leap, within a block, over the gap between two screens that stand side
-/// by side, and far away and aslant a gap of 15 cm is 3 pixels wide.
+/// Planes grow a block at a time. Without this they would leap, within a block, over the gap between two
+/// screens that stand side by side, and far away and aslant a gap of 15 cm is 3 pixels wide.
 ///
 /// O(rows of the block) for most shapes: whole rows are spread at once.
 pub(super) fn keep_reached(distances: &mut [f32], width: usize, sides: u8) -> bool {

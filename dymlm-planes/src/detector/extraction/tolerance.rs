@@ -8,8 +8,8 @@ use crate::moments::{Fit, Moments};
 #[derive(Debug, Clone)]
 pub(super) struct Tolerance {
     sensor: SensorModel,
-    /// Variance of neighbouring blocks about their common plane beyond their noise, as measured in the frame, over the
-    /// sensor's variance.
+    /// Variance of neighbouring blocks about their common plane beyond their noise, as measured in the frame,
+    /// over the sensor's variance.
     unevenness: f64,
 }
 
@@ -17,18 +17,21 @@ pub(super) struct Tolerance {
 const BLOCK_TOLERANCE: f64 = 0.005;
 /// ... and merged planes this (Feng 2014) ...
 const MERGE_TOLERANCE: f64 = 0.008;
-/// ... plus so many sigma(z) times the cosine of incidence: with 1 the blocks at the end of the range are no nodes, with
-/// more a block over a step is one. `far_walls_are_planes_as_far_as_the_sensor_is_used` fails with 0.
+/// ... plus so many sigma(z) times the cosine of incidence: with 1 the blocks at the end of the range are no
+/// nodes, with more a block over a step is one. `far_walls_are_planes_as_far_as_the_sensor_is_used` fails
+/// with 0.
 const TOLERANCE_SIGMAS: f64 = 1.4;
-/// A part joins a plane when the plane's misfit to it, beyond the part's own noise, is at most this, metres ...
+/// A part joins a plane when the plane's misfit to it, beyond the part's own noise, is at most this, metres
+/// ...
 const MISFIT: f64 = 0.003;
 /// ... and, as variances add, this many times the unevenness of neighbouring blocks. The
 /// unevenness is the frame's median: with pure noise an eighth of it, with a Kinect's disparity steps more.
 const MISFIT_FACTOR: f64 = 6.5;
-/// A plane's misfit is at most this share of its width: a strip of a round thing that spans 12 degrees of it. The error of
-/// the estimate and the unevenness of the sensor are allowed in addition.
+/// A plane's misfit is at most this share of its width: a strip of a round thing that spans 12 degrees of it.
+/// The error of the estimate and the unevenness of the sensor are allowed in addition.
 const MAX_BEND: f64 = 0.008;
-/// Neighbouring pixels belong to one surface when their depths differ by less than this, metres (Feng 2014) ...
+/// Neighbouring pixels belong to one surface when their depths differ by less than this, metres (Feng 2014)
+/// ...
 const JUMP: f32 = 0.02;
 /// ... plus this times the depth (Feng 2014).
 const JUMP_PER_DEPTH: f32 = 0.04;
@@ -57,8 +60,8 @@ impl Tolerance {
         self.unevenness = unevenness;
     }
 
-    /// How far a pair of neighbouring blocks is from their common plane, beyond their noise, as a variance over the
-    /// sensor's; `None` when they have none.
+    /// How far a pair of neighbouring blocks is from their common plane, beyond their noise, as a variance
+    /// over the sensor's; `None` when they have none.
     pub(super) fn unevenness_of(&self, moments: [&Moments; 2], fits: [&Fit; 2]) -> Option<f64> {
         let sum = moments[0].plus(moments[1]);
         let both = sum.fit()?;
@@ -102,8 +105,8 @@ impl Tolerance {
         (misfit - error) * slant * slant > (MAX_BEND * width).powi(2) + uneven
     }
 
-    /// Noise runs along the ray, so its share across the plane falls with the angle of incidence; a plane laid through a
-    /// step of depth is steep, and its misfit is not.
+    /// Noise runs along the ray, so its share across the plane falls with the angle of incidence; a plane
+    /// laid through a step of depth is steep, and its misfit is not.
     #[inline]
     fn largest_mse(&self, at_zero: f64, fit: &Fit) -> f64 {
         let z = fit.centroid[2];
@@ -112,8 +115,8 @@ impl Tolerance {
         rms * rms
     }
 
-    /// Whether a part lies on a plane but for its noise, the mean squared distance in depth of its points from the planes of
-    /// their blocks.
+    /// Whether a part lies on a plane but for its noise, the mean squared distance in depth of its points
+    /// from the planes of their blocks.
     #[inline]
     pub(super) fn is_part(&self, part: &Moments, noise: f64, plane: &Fit) -> bool {
         self.misfit_share(part, noise, plane) < 1.0

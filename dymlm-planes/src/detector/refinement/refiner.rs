@@ -10,31 +10,34 @@ use super::reweighting::{Kernel, Trial, WeightedSums};
 use super::runs::{Run, find_runs};
 use crate::moments::Fit;
 
-/// Readings farther off than this many standard deviations weigh nothing while fitting: Tukey's biweight then keeps 95 % of
-/// the efficiency of least squares on clean data.
+/// Readings farther off than this many standard deviations weigh nothing while fitting: Tukey's biweight then
+/// keeps 95 % of the efficiency of least squares on clean data.
 const TUKEY_WIDTH: f64 = 4.685;
 /// Readings within this many standard deviations are inliers.
 const INLIER_WIDTH: f64 = 3.0;
-/// Neighbouring readings share one error, this many of them: a structured-light camera matches windows of the image. It
-/// scales the covariance and nothing else.
+/// Neighbouring readings share one error, this many of them: a structured-light camera matches windows of the
+/// image. It scales the covariance and nothing else.
 const CORRELATED_PIXELS: f64 = 9.0;
-/// Readings noisier than this do not enter the patch, metres: about a voxel of the map, a Kinect's noise at 4 m. They help to
-/// fit the plane, but what lies beyond its rim is read as its own: with a Kinect's whole range the map has twice as many
-/// false planes (`evaluate`: precision 95 to 91 %); with half of it, far walls are cut short.
+/// Readings noisier than this do not enter the patch, metres: about a voxel of the map, a Kinect's noise at 4
+/// m. They help to fit the plane, but what lies beyond its rim is read as its own: with a Kinect's whole
+/// range the map has twice as many false planes (`evaluate`: precision 95 to 91 %); with half of it, far
+/// walls are cut short.
 const MAX_SAMPLE_NOISE: f32 = 0.026;
 /// Every how many pixels of a Kinect the patch and its edge are sampled: 3 cm at 4 m.
 const SAMPLE_STRIDE: f64 = 4.0;
-/// While reweighting every second row is read: neighbouring readings share their errors, and the last fit reads all.
+/// While reweighting every second row is read: neighbouring readings share their errors, and the last fit
+/// reads all.
 const ROWS_WHILE_REWEIGHTING: u32 = 2;
 /// No plane is taken to be less noisy than this share of the sensor's model.
 const SMALLEST_NOISE_RATIO: f64 = 0.05;
 
 /// Fits extracted planes again, robustly: inliers, edge points, covariance.
 ///
-/// Iteratively reweighted least squares with Tukey's biweight (Holland, Welsch 1977) on distances in units of the
-/// sensor's axial noise, each reading weighted by 1 / sigma(z)^2 as in the cloud map. The paper's second fit uses PCL's
-/// RANSAC; reweighting needs no random numbers, starts from the extraction's good fit, and ends on all inliers. The noise's
-/// scale is measured for each plane, so other sensors than the model's are served too.
+/// Iteratively reweighted least squares with Tukey's biweight (Holland, Welsch 1977) on distances in units of
+/// the sensor's axial noise, each reading weighted by 1 / sigma(z)^2 as in the cloud map. The paper's second
+/// fit uses PCL's RANSAC; reweighting needs no random numbers, starts from the extraction's good fit, and
+/// ends on all inliers. The noise's scale is measured for each plane, so other sensors than the model's are
+/// served too.
 ///
 /// O(pixels) a round. The refiner owns its buffers.
 #[derive(Debug, Clone)]
@@ -72,7 +75,8 @@ impl PlaneRefiner {
         }
     }
 
-    /// Refines the planes of an extraction of the same image. A segment whose inliers make no plane is left out.
+    /// Refines the planes of an extraction of the same image. A segment whose inliers make no plane is left
+    /// out.
     pub(in crate::detector) fn refine(
         &mut self,
         camera: &PinholeCamera,

@@ -29,7 +29,8 @@ pub(super) struct WeightedSums {
     pub(super) moments: Moments,
     /// Number of readings with a weight.
     pub(super) readings: usize,
-    /// Sum of weights times squared distance over squared noise of the sensor; the weights without 1 / sigma^2.
+    /// Sum of weights times squared distance over squared noise of the sensor; the weights without 1 /
+    /// sigma^2.
     pub(super) squares: f64,
     pub(super) kernel_weight: f64,
 }

@@ -6,13 +6,14 @@ use super::{KeyFrame, PlaneMap};
 
 /// Planes that so many key frames have seen are confirmed, however many have looked past them.
 const SURE_OBSERVATIONS: u32 = 20;
-/// Cosine of the angle from its optical axis within which a key frame looks at a place: 25 degrees, the inner half of a
-/// Kinect's view.
+/// Cosine of the angle from its optical axis within which a key frame looks at a place: 25 degrees, the inner
+/// half of a Kinect's view.
 const COS_VIEW: f64 = 0.906_308;
 
 /// Which planes are believed.
 impl PlaneMap {
-    /// Judges all planes after a key frame: those that it touched anew, for the others it counts as a look at most.
+    /// Judges all planes after a key frame: those that it touched anew, for the others it counts as a look at
+    /// most.
     pub(super) fn confirm_after(&mut self, world_from_camera: &Pose, is_touched: impl Fn(&MapPlane) -> bool) {
         let mut planes = std::mem::take(&mut self.planes);
         for plane in &mut planes {

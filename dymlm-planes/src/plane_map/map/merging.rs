@@ -26,7 +26,8 @@ enum Tie {
 
 /// Planes of the map that prove to be one.
 impl PlaneMap {
-    /// Looks at what lies between planes that this key frame has touched and planes of the map that are coplanar with them.
+    /// Looks at what lies between planes that this key frame has touched and planes of the map that are
+    /// coplanar with them.
     pub(super) fn look_between(&mut self, report: &PlaneReport, frame: &Frame, world_from_camera: &Pose) {
         let camera_from_world = world_from_camera.inverse();
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
@@ -61,7 +62,8 @@ impl PlaneMap {
         Gap::between(&from, &into, self.config.voxel_size, width)
     }
 
-    /// Merges planes that this key frame has touched with planes that they have become one with, best pair first.
+    /// Merges planes that this key frame has touched with planes that they have become one with, best pair
+    /// first.
     pub(super) fn merge(&mut self, report: &mut PlaneReport) {
         let mut touched: Vec<PlaneId> = report.touched().collect();
         let mut merges = Vec::new();
@@ -134,8 +136,8 @@ impl PlaneMap {
         })
     }
 
-    /// What all key frames saw between planes, by the ids that the planes have now. O(looks between planes of all key frames), when ids or
-    /// key frames have gone.
+    /// What all key frames saw between planes, by the ids that the planes have now. O(looks between planes of
+    /// all key frames), when ids or key frames have gone.
     pub(super) fn collect_gaps(&mut self) {
         let mut gaps = GapRecord::default();
         for key_frame in self.key_frames.values() {
@@ -156,7 +158,8 @@ impl PlaneMap {
     }
 }
 
-/// The plane of two that the other would go into, and the other: that with more observations, the older of equals.
+/// The plane of two that the other would go into, and the other: that with more observations, the older of
+/// equals.
 fn in_order<'a>(a: &'a MapPlane, b: &'a MapPlane) -> (&'a MapPlane, &'a MapPlane) {
     let rank = |plane: &MapPlane| (plane.sightings.count, std::cmp::Reverse(plane.id));
     if rank(a) > rank(b) { (a, b) } else { (b, a) }

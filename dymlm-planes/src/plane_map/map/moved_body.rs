@@ -12,12 +12,12 @@ const BODY_SHARE: f64 = 0.6;
 
 /// What stands elsewhere from now on.
 impl PlaneMap {
-    /// Moves the planes of a body that was moved, `is_body` telling which places are the body's: planes most of whose
-    /// inliers (60 %) are its own go where `new_from_old` takes them, from all others its inliers are taken out. Gives the
-    /// ids of the planes that went.
+    /// Moves the planes of a body that was moved, `is_body` telling which places are the body's: planes most
+    /// of whose inliers (60 %) are its own go where `new_from_old` takes them, from all others its inliers
+    /// are taken out. Gives the ids of the planes that went.
     ///
-    /// What key frames from before have added moves with them, so [`Self::remove`] stays exact. O(all contributions to
-    /// the planes that change).
+    /// What key frames from before have added moves with them, so [`Self::remove`] stays exact. O(all
+    /// contributions to the planes that change).
     ///
     /// # Errors
     ///

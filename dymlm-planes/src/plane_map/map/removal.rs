@@ -64,7 +64,8 @@ impl PlaneMap {
         taken
     }
 
-    /// Parts planes that a key frame made one, or that it was needed as a witness for, and makes all that it touched anew without it.
+    /// Parts planes that a key frame made one, or that it was needed as a witness for, and makes all that it
+    /// touched anew without it.
     fn undo_merges(&mut self, gone: &KeyFrame, undone: &[PlaneMerge]) {
         let mut touched: Vec<PlaneId> =
             gone.contributions.iter().map(|share| self.resolve(share.plane)).collect();

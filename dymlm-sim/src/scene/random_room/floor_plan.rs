@@ -41,8 +41,8 @@ impl Footprint {
         self.half.x * direction.dot(along).abs() + self.half.y * direction.dot(across).abs()
     }
 
-    /// Whether a line along one of both rectangles' axes parts them by at least `gap` metres (the separating axis
-    /// theorem).
+    /// Whether a line along one of both rectangles' axes parts them by at least `gap` metres (the separating
+    /// axis theorem).
     fn clear_of(&self, other: &Self, gap: f32) -> bool {
         let offset = other.center - self.center;
         let parts = |axis: &Vec2| offset.dot(*axis).abs() >= self.reach(*axis) + other.reach(*axis) + gap;

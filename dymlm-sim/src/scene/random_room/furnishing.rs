@@ -53,7 +53,8 @@ struct Table {
 const THROWS: usize = 30;
 
 impl Furnished {
-    /// A room of random size with two or three tables, things on them and two seats; `None` when the seats do not fit.
+    /// A room of random size with two or three tables, things on them and two seats; `None` when the seats do
+    /// not fit.
     pub(super) fn with_tables(rng: &mut ChaCha8Rng) -> Option<Self> {
         let size = [0, 1].map(|_| rng.random_range(4.8_f32..6.8));
         let height = rng.random_range(2.4_f32..3.0);
@@ -118,8 +119,8 @@ impl Furnished {
         }
     }
 
-    /// A place with its back to a random wall, for something of the given half lengths: the centre and the yaw with
-    /// which its front (-y) looks into the room.
+    /// A place with its back to a random wall, for something of the given half lengths: the centre and the
+    /// yaw with which its front (-y) looks into the room.
     fn at_wall(&self, rng: &mut ChaCha8Rng, half_width: f32, half_depth: f32) -> (Vec2, f32) {
         let wall = rng.random_range(0..4_u8);
         let half = self.floor.half;

@@ -28,10 +28,10 @@ struct Plan {
 }
 
 impl Scene {
-    /// A room that nobody designed. Tables and seats are thrown in until they fit, things are put on them, a station is
-    /// chosen that sees them, ways are sought over the free floor, and more furniture is put where none of them is; a
-    /// room where something of this fails, or in which the station sees too little, is torn down and the next one begun.
-    /// The room is the same whatever the people do in it.
+    /// A room that nobody designed. Tables and seats are thrown in until they fit, things are put on them, a
+    /// station is chosen that sees them, ways are sought over the free floor, and more furniture is put where
+    /// none of them is; a room where something of this fails, or in which the station sees too little, is
+    /// torn down and the next one begun. The room is the same whatever the people do in it.
     pub(super) fn random_room(activity: Activity, people: usize, seed: u64) -> Self {
         match (0..ATTEMPTS).find_map(|attempt| plan(seed, attempt)) {
             Some(plan) => plan.with_people(activity, people, seed),

@@ -109,7 +109,8 @@ impl Station {
         things.iter().filter(|(thing, point)| self.sees(furnished, *point, Some(*thing))).count()
     }
 
-    /// Whether a point is well within the image, at most 4 m away, and nothing but the thing itself before it.
+    /// Whether a point is well within the image, at most 4 m away, and nothing but the thing itself before
+    /// it.
     pub(super) fn sees(&self, furnished: &Furnished, point: Vec3, thing: Option<usize>) -> bool {
         let eye = Vec3::new(0.0, 0.0, self.height);
         let local = self.scene_from_view.inverse_transform_point(point) - eye;

@@ -31,8 +31,8 @@ const OTHERS: [Thing; 9] = [
 /// Gap between things, metres.
 const GAP: f32 = 0.015;
 
-/// Sets a table at random: half of them as a desk (screens at the back, keyboards before them), half with a laptop or
-/// none, and on all of them `count` other things that fit.
+/// Sets a table at random: half of them as a desk (screens at the back, keyboards before them), half with a
+/// laptop or none, and on all of them `count` other things that fit.
 pub(super) fn set_table(b: &mut Builder, top: &TableTop, count: usize, rng: &mut ChaCha8Rng) {
     let half = 0.5 * Vec2::from(top.size);
     let mut setting = FloorPlan::new(half - Vec2::splat(0.015));

@@ -26,8 +26,8 @@ pub(super) struct Way {
     pub(super) samples: Vec<Vec2>,
 }
 
-/// Ways over the free floor, much of them in view: two that keep apart from each other, or one on which two can walk;
-/// `None` when none was found.
+/// Ways over the free floor, much of them in view: two that keep apart from each other, or one on which two
+/// can walk; `None` when none was found.
 pub(super) fn choose_ways(
     furnished: &Furnished,
     station: &Station,
