@@ -10,11 +10,11 @@ use crate::error::Error;
 /// Finds the planes of a frame (the first half of the paper's section III-B).
 ///
 /// 1. **Extraction** by agglomerative clustering of blocks of the depth image, then growing pixel by pixel
-///   (Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
-///   Clustering", ICRA 2014).
+///    (Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
+///    Clustering", ICRA 2014).
 /// 2. **Refinement**: a robust fit (reweighted least squares with Tukey's biweight) with inliers, edge points
-///   and covariance. The paper uses PCL's RANSAC; reweighting needs no random numbers and ends on all
-///   inliers.
+///    and covariance. The paper uses PCL's RANSAC; reweighting needs no random numbers and ends on all
+///    inliers.
 /// 3. **Filter**: planes that are small, uncertain, or on a mover are rejected.
 ///
 /// Tolerances are physical: they follow the sensor's noise. O(pixels + blocks log blocks). The detector owns

@@ -32,10 +32,10 @@ const LIKE_TIME: f64 = 0.3;
 /// The paper's application (section V-D). In each frame
 /// 1. a correlation filter ([`KcfTracker`]) and the last motion say about where it is;
 /// 2. optical flow ([`OpticalFlow`](crate::OpticalFlow)) takes its points there, and a consensus on their motion - 3D-3D where
-///   there is depth, else perspective-n-point ([`PoseRansac`](crate::PoseRansac)) - gives a pose;
+///    there is depth, else perspective-n-point ([`PoseRansac`](crate::PoseRansac)) - gives a pose;
 /// 3. points of stored views, warped to that pose, are found in the image to a fraction of a pixel, and the
-///   depth inside the silhouette is compared with the model's surface: a fit to all of it ([`PoseRefiner`](crate::PoseRefiner))
-///   is the frame's pose. Both are anchored to the object, so errors do not add up from frame to frame;
+///    depth inside the silhouette is compared with the model's surface: a fit to all of it ([`PoseRefiner`](crate::PoseRefiner))
+///    is the frame's pose. Both are anchored to the object, so errors do not add up from frame to frame;
 /// 4. when a new face is seen, a view is stored; when the object stands still, that is reported.
 ///
 /// When no pose is found, the object is searched where detector boxes of its label, size and colour are,
