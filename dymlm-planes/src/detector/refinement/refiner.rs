@@ -18,11 +18,11 @@ const INLIER_WIDTH: f64 = 3.0;
 /// Neighbouring readings share one error, this many of them: a structured-light camera matches windows of the
 /// image. It scales the covariance and nothing else.
 const CORRELATED_PIXELS: f64 = 9.0;
-/// Readings noisier than this do not enter the patch, metres: about a voxel of the map, a Kinect's noise at 4
-/// m. They help to fit the plane, but what lies beyond its rim is read as its own: with a Kinect's whole
-/// range the map has twice as many false planes (`evaluate`: precision 95 to 91 %); with half of it, far
-/// walls are cut short.
-const MAX_SAMPLE_NOISE: f32 = 0.026;
+/// Share of the sensor's range up to which readings enter the patch: 4 m of a Kinect's 4.5. Nearer to the end of
+/// the range they are a biased lot, since those whose noise puts them beyond it are missing; they help to fit
+/// the plane, but not to draw its rim. With 1 the map has twice as many false planes (`evaluate`: precision 95 to
+/// 91 %); with less, far walls are cut short (`far_walls_are_planes_as_far_as_the_sensor_is_used`).
+const PATCH_RANGE: f32 = 0.89;
 /// Every how many pixels of a Kinect the patch and its edge are sampled: 3 cm at 4 m.
 const SAMPLE_STRIDE: f64 = 4.0;
 /// While reweighting every second row is read: neighbouring readings share their errors, and the last fit
@@ -221,7 +221,7 @@ impl PlaneRefiner {
         let index = extraction.segment_at(u, v)?;
         let place = (*self.places.get(index)?)?;
         let (a, b, z) = (rays.x[u], rays.y[v], depth.at(u, v));
-        if self.sensor.sigma(z) > MAX_SAMPLE_NOISE || !self.trials[index].is_inlier(z, a as f32, b as f32) {
+        if z > PATCH_RANGE * self.sensor.max_depth || !self.trials[index].is_inlier(z, a as f32, b as f32) {
             return None;
         }
         // Onto the plane along its normal, so that noise does not blur the patch.
