@@ -14,8 +14,8 @@ pub(super) struct DepthRadius {
 /// Deviations of noise: those of a sample's neighbours add up to clusters, so two are as good as three.
 const SIGMAS: f32 = 2.0;
 /// Greatest slope of a surface against the image, as a tangent: 54 degrees. 2 joins people who sit with the
-/// desk before them: `evaluate --quick` falls below its limits for the sitting sequence (accuracy of what moves
-/// 76 to 65 %). Less parts surfaces that are seen at a glance.
+/// desk before them: `evaluate --quick` falls below its limits for the sitting sequence (accuracy of what
+/// moves 76 to 65 %). A lower value parts surfaces that are seen at a grazing angle.
 const SLOPE: f32 = 1.4;
 
 impl DepthRadius {
