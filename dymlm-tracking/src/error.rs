@@ -16,18 +16,6 @@ pub enum Error {
         /// Least side, pixels.
         least: f32,
     },
-    /// Two images that should have the same size.
-    #[error("an image of {actual_width}x{actual_height} pixels where {width}x{height} were expected")]
-    ImageSize {
-        /// Expected width, pixels.
-        width: usize,
-        /// Expected height, pixels.
-        height: usize,
-        /// Given width, pixels.
-        actual_width: usize,
-        /// Given height, pixels.
-        actual_height: usize,
-    },
     /// A frame older than the one before it, or whose time is not finite.
     #[error("a frame of time {timestamp} s after one of time {previous} s: time must not go backwards")]
     TimeReversed {

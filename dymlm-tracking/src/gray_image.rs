@@ -109,32 +109,3 @@ impl GrayImage {
 fn luma([r, g, b]: Rgb) -> f32 {
     LUMA[0] * f32::from(r) + LUMA[1] * f32::from(g) + LUMA[2] * f32::from(b)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn refuses_a_buffer_of_another_length_and_absurd_sizes() {
-        assert_eq!(
-            GrayImage::new(3, 2, vec![0.0; 5]),
-            Err(Error::Core(dymlm_core::Error::BufferLength { width: 3, height: 2, expected: 6, actual: 5 }))
-        );
-        assert!(GrayImage::new(0, 0, Vec::new()).is_err());
-        assert!(GrayImage::new(usize::MAX, 3, Vec::new()).is_err());
-    }
-
-    #[test]
-    fn nan_becomes_black() {
-        let image = GrayImage::new(2, 1, vec![f32::NAN, 0.5]).unwrap();
-        assert_eq!(image.data(), [0.0, 0.5]);
-    }
-
-    #[test]
-    fn a_buffer_is_used_again_for_another_size() {
-        let mut image = GrayImage::new(3, 2, vec![0.25; 6]).unwrap();
-        image.assign_color(&ColorImage::new(1, 2, vec![[0; 3], [255; 3]]).unwrap());
-        assert_eq!((image.width(), image.height(), image.at(0, 0)), (1, 2, 0.0));
-        assert!((image.at(0, 1) - 1.0).abs() < 1e-6);
-    }
-}

@@ -26,7 +26,7 @@ pub use flow::{
     OpticalFlow,
 };
 pub use gray_image::GrayImage;
-pub use kcf::{KcfConfig, KcfFeatures, KcfTracker, KcfUpdate, Learning};
+pub use kcf::{KcfConfig, KcfTracker, KcfUpdate};
 pub use object::{
     ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate, RestReport, SurfacePoint,
 };
@@ -34,22 +34,3 @@ pub use pose::{
     PoseConsensus, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, RefinedPose, RobustKernel, p3p,
     rigid_alignment,
 };
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn trackers_and_results_go_between_threads() {
-        fn check<T: Clone + Send + Sync>() {}
-        check::<ObjectTracker>();
-        check::<ObjectUpdate>();
-        check::<ObjectModel>();
-        check::<KcfTracker>();
-        check::<OpticalFlow>();
-        check::<CornerDetector>();
-        check::<PoseRansac>();
-        check::<PoseRefiner>();
-        check::<Error>();
-    }
-}

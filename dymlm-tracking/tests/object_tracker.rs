@@ -8,7 +8,8 @@ use dymlm_sim::{
     SimulatedFrame,
 };
 use dymlm_tracking::{
-    Error, ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate, RestReport,
+    CornerDetector, Error, KcfTracker, ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig,
+    ObjectUpdate, OpticalFlow, PoseRansac, PoseRefiner, RestReport,
 };
 
 fn sequence(kind: CarriedKind, motion: CarriedMotion, frames: usize) -> Sequence {
@@ -270,4 +271,18 @@ fn empty_views_and_strange_detections_do_no_harm() {
     let found = tracker.track(&again, &first.detections, &first.world_from_camera).unwrap();
     assert_eq!(found.state, ObjectState::Recovered);
     assert!(found.world_from_object.distance(&first.carried.unwrap().world_from_object) < 0.01);
+}
+
+#[test]
+fn trackers_and_results_go_between_threads() {
+    fn check<T: Clone + Send + Sync>() {}
+    check::<ObjectTracker>();
+    check::<ObjectUpdate>();
+    check::<ObjectModel>();
+    check::<KcfTracker>();
+    check::<OpticalFlow>();
+    check::<CornerDetector>();
+    check::<PoseRansac>();
+    check::<PoseRefiner>();
+    check::<Error>();
 }

@@ -235,3 +235,18 @@ fn configs_are_checked() {
     let refused = PoseRefiner::new(RobustKernel::Tukey(f64::NAN)).unwrap_err().to_string();
     assert!(refused.starts_with("kernel = NaN"), "{refused}");
 }
+
+#[test]
+fn a_pose_without_inliers_does_not_end_the_search() {
+    // A first sample of two good pairs and a bad one fits nothing; with any seed the search must go on.
+    let in_b: Vec<[f64; 3]> =
+        (0..30).map(|i| [f64::from(i % 5), f64::from(i / 5), f64::from(i * i % 7)]).collect();
+    let mut in_a = in_b.clone();
+    in_a.iter_mut().step_by(3).for_each(|point| point[1] += 0.7);
+    for seed in 0..50 {
+        let mut config = RansacConfig::default();
+        config.seed = seed;
+        let found = PoseRansac::new(&config).unwrap().align(&in_b, &in_a);
+        assert_eq!(found.map(|found| found.inliers.len()), Some(20), "seed {seed}");
+    }
+}

@@ -100,18 +100,16 @@ impl CornerDetector {
     /// Corners in a region, strongest first, where the mask (of the image's size) says `true`.
     pub fn detect(&mut self, image: &GrayImage, region: BoundingBox, mask: Option<&Mask>) -> Vec<Corner> {
         let mut corners = Vec::new();
-        self.detect_into(image, region, |u, v| mask.is_none_or(|mask| mask.at(u, v)), &[], &mut corners);
+        self.detect_into(image, region, |u, v| mask.is_none_or(|mask| mask.at(u, v)), &mut corners);
         corners
     }
 
-    /// [`Self::detect`] into the caller's buffer, where `allowed(u, v)` says so, and keeping the least
-    /// distance to the points in `present` as well.
+    /// [`Self::detect`] into the caller's buffer, where `allowed(u, v)` says so.
     pub fn detect_into(
         &mut self,
         image: &GrayImage,
         region: BoundingBox,
         allowed: impl Fn(usize, usize) -> bool,
-        present: &[[f32; 2]],
         corners: &mut Vec<Corner>,
     ) {
         corners.clear();
@@ -123,7 +121,7 @@ impl CornerDetector {
         self.measure_gradients(image, region);
         self.measure_strength(region);
         self.find_maxima(region, allowed);
-        self.choose(present, corners);
+        self.choose(corners);
     }
 
     fn measure_gradients(&mut self, image: &GrayImage, Region { first, size }: Region) {
@@ -210,7 +208,7 @@ impl CornerDetector {
 
     /// The strongest first, each at its distance from all before. (Corners are few: no grid is worth its
     /// making.)
-    fn choose(&self, present: &[[f32; 2]], corners: &mut Vec<Corner>) {
+    fn choose(&self, corners: &mut Vec<Corner>) {
         let least = self.config.min_distance * self.config.min_distance;
         let is_far = |a: [f32; 2], b: [f32; 2]| {
             let [du, dv] = [a[0] - b[0], a[1] - b[1]];
@@ -220,9 +218,7 @@ impl CornerDetector {
             if corners.len() >= self.config.max_corners {
                 return;
             }
-            let is_free = present.iter().all(|&point| is_far(point, candidate.point))
-                && corners.iter().all(|corner| is_far(corner.point, candidate.point));
-            if is_free {
+            if corners.iter().all(|corner| is_far(corner.point, candidate.point)) {
                 corners.push(candidate);
             }
         }

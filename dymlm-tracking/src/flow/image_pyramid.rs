@@ -97,34 +97,3 @@ fn halve(source: &GrayImage, target: &mut GrayImage, blended: &mut Vec<f32>) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_ramp_stays_a_ramp() {
-        for width in [32, 33] {
-            let data = (0..width * 20).map(|i| (i % width) as f32 + 3.0 * (i / width) as f32).collect();
-            let pyramid = ImagePyramid::new(&GrayImage::new(width, 20, data).unwrap(), 2);
-            let half = &pyramid.levels()[1];
-            for v in 1..9 {
-                for u in 1..half.width() - 2 {
-                    assert!((half.at(u, v) - (2 * u) as f32 - 6.0 * v as f32).abs() < 1e-3);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn tiny_images_and_deep_pyramids_do_no_harm() {
-        for (width, height) in [(1, 1), (1, 7), (2, 1), (3, 2)] {
-            let pyramid =
-                ImagePyramid::new(&GrayImage::new(width, height, vec![0.5; width * height]).unwrap(), 99);
-            assert_eq!(pyramid.levels().len(), 16);
-            for level in pyramid.levels() {
-                assert!(level.width() > 0 && level.data().iter().all(|value| (value - 0.5).abs() < 1e-6));
-            }
-        }
-    }
-}

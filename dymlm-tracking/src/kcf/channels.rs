@@ -1,14 +1,17 @@
 use rustfft::num_complex::Complex;
 
-use super::config::KcfFeatures;
 use super::fhog::{CHANNELS, Fhog};
+
+/// Channels: Felzenszwalb's of oriented gradients, and the mean intensity.
+pub(super) const COUNT: usize = CHANNELS + 1;
+/// Packed planes.
+pub(super) const PLANES: usize = COUNT.div_ceil(2);
 
 /// Turns templates into channels under a cosine window, two channels packed as real and imaginary part of one
 /// plane: half as many transforms, and sums of products over all channels come out just the same (see
 /// `correlation`).
 #[derive(Debug, Clone)]
 pub(super) struct Channels {
-    features: KcfFeatures,
     cells: [usize; 2],
     cell: usize,
     fhog: Fhog,
@@ -18,37 +21,19 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    pub(super) fn new(features: KcfFeatures, cells: [usize; 2], cell: usize) -> Self {
-        let count = match features {
-            KcfFeatures::HogAndIntensity => CHANNELS + 1,
-            KcfFeatures::Intensity => 1,
-        };
+    pub(super) fn new(cells: [usize; 2], cell: usize) -> Self {
         let [across, down] = cells.map(hann);
         let taper = down.iter().flat_map(|y| across.iter().map(move |x| x * y)).collect();
-        let values = vec![0.0; count * cells[0] * cells[1]];
-        Self { features, cells, cell, fhog: Fhog::new(cells, cell), taper, values }
-    }
-
-    /// Number of channels.
-    pub(super) fn count(&self) -> usize {
-        self.values.len() / self.taper.len()
-    }
-
-    /// Number of packed planes.
-    pub(super) fn planes(&self) -> usize {
-        self.count().div_ceil(2)
+        let values = vec![0.0; COUNT * cells[0] * cells[1]];
+        Self { cells, cell, fhog: Fhog::new(cells, cell), taper, values }
     }
 
     /// Computes the packed, tapered channels of a template.
     pub(super) fn compute(&mut self, template: &[f32], packed: &mut [Complex<f32>]) {
         let count = self.taper.len();
-        if self.features == KcfFeatures::Intensity {
-            mean_intensity(template, self.cells, self.cell, &mut self.values);
-        } else {
-            let (gradients, intensity) = self.values.split_at_mut(CHANNELS * count);
-            self.fhog.compute(template, gradients);
-            mean_intensity(template, self.cells, self.cell, intensity);
-        }
+        let (gradients, intensity) = self.values.split_at_mut(CHANNELS * count);
+        self.fhog.compute(template, gradients);
+        mean_intensity(template, self.cells, self.cell, intensity);
         for (plane, pair) in packed.chunks_exact_mut(count).zip(self.values.chunks(2 * count)) {
             let (real, imaginary) = pair.split_at(count);
             for ((target, &value), &weight) in plane.iter_mut().zip(real).zip(&self.taper) {
@@ -93,21 +78,16 @@ mod tests {
     #[test]
     fn channels_are_packed_in_pairs_under_the_window() {
         let template: Vec<f32> = (0..256).map(|i| (i * 31 % 17) as f32 / 17.0).collect();
-        for (features, count, planes) in
-            [(KcfFeatures::HogAndIntensity, 32, 16), (KcfFeatures::Intensity, 1, 1)]
-        {
-            let mut channels = Channels::new(features, [4, 4], 4);
-            assert_eq!((channels.count(), channels.planes()), (count, planes));
-            let mut packed = vec![Complex::default(); planes * 16];
-            channels.compute(&template, &mut packed);
-            for c in 0..2 * planes {
-                for cell in 0..16 {
-                    let plane = packed[c / 2 * 16 + cell];
-                    let value = if c % 2 == 0 { plane.re } else { plane.im };
-                    let expected =
-                        channels.values.get(c * 16 + cell).map_or(0.0, |value| value * channels.taper[cell]);
-                    assert_eq!(value, expected);
-                }
+        let mut channels = Channels::new([4, 4], 4);
+        let mut packed = vec![Complex::default(); PLANES * 16];
+        channels.compute(&template, &mut packed);
+        for c in 0..2 * PLANES {
+            for cell in 0..16 {
+                let plane = packed[c / 2 * 16 + cell];
+                let value = if c % 2 == 0 { plane.re } else { plane.im };
+                let expected =
+                    channels.values.get(c * 16 + cell).map_or(0.0, |value| value * channels.taper[cell]);
+                assert_eq!(value, expected);
             }
         }
     }

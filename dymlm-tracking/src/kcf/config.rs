@@ -1,26 +1,11 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// What [`KcfTracker`](crate::KcfTracker) sees of an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[non_exhaustive]
-pub enum KcfFeatures {
-    /// Felzenszwalb's 31 channels of oriented gradients a cell, and the cell's mean intensity.
-    #[default]
-    HogAndIntensity,
-    /// The grey value of each pixel of the template, one channel. Faster, and easily misled by light.
-    Intensity,
-}
-
 /// Settings of [`KcfTracker`](crate::KcfTracker).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct KcfConfig {
-    /// What is seen of the image. Default [`KcfFeatures::HogAndIntensity`].
-    pub features: KcfFeatures,
     /// Side of the search window as a multiple of the target's, 1.2..=8, default 1.8: on crossing pedestrians
     /// Henriques' 2.5 takes in passers-by and follows them. A target that moves by more than about (padding -
     /// 1) / 2 of its size between updates leaves the window.
@@ -32,7 +17,7 @@ pub struct KcfConfig {
 
 impl Default for KcfConfig {
     fn default() -> Self {
-        Self { features: KcfFeatures::default(), padding: 1.8, template_size: 128 }
+        Self { padding: 1.8, template_size: 128 }
     }
 }
 
@@ -43,8 +28,8 @@ impl KcfConfig {
     }
 }
 
-/// The published settings for a kind of features: Henriques 2015, table 2, and for gradients its multi-scale
-/// variant.
+/// Settings that nobody would change: Henriques 2015, table 2, for histograms of gradients, and its
+/// multi-scale variant.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Published {
     /// Side of a cell of gradients, pixels of the template.
@@ -57,15 +42,5 @@ pub(super) struct Published {
     pub(super) output_sigma: f32,
 }
 
-impl KcfFeatures {
-    pub(super) fn published(self) -> Published {
-        match self {
-            Self::Intensity => {
-                Published { cell: 1, kernel_sigma: 0.2, learning_rate: 0.075, output_sigma: 0.1 }
-            }
-            Self::HogAndIntensity => {
-                Published { cell: 4, kernel_sigma: 0.6, learning_rate: 0.012, output_sigma: 0.125 }
-            }
-        }
-    }
-}
+pub(super) const PUBLISHED: Published =
+    Published { cell: 4, kernel_sigma: 0.6, learning_rate: 0.012, output_sigma: 0.125 };

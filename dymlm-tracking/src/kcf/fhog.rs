@@ -8,8 +8,6 @@ const SIGNED: usize = 18;
 
 /// Histogram entries are cut off here after normalization.
 const CLIP: f32 = 0.2;
-/// Sum of 18 clipped entries to a texture channel: 1 / sqrt(18).
-const TEXTURE: f32 = 0.2357;
 /// Added to a block's energy: gradients of about 1e-3 are noise.
 const EPSILON: f32 = 1e-4;
 
@@ -148,8 +146,10 @@ impl Fhog {
                     let clipped = norms.map(|norm| ((a + b) * norm).min(CLIP));
                     channels[(SIGNED + o) * count + cell] = 0.5 * clipped.iter().sum::<f32>();
                 }
+                // Divided by the square root of the entries summed, to be about as large as these.
+                let scale = 1.0 / (SIGNED as f32).sqrt();
                 for (o, sum) in texture.iter().enumerate() {
-                    channels[(SIGNED + UNSIGNED + o) * count + cell] = TEXTURE * sum;
+                    channels[(SIGNED + UNSIGNED + o) * count + cell] = scale * sum;
                 }
             }
         }
@@ -219,7 +219,7 @@ mod tests {
                 assert!((value - expected).abs() < 1e-3, "orientation {o}, channel {c}: {value}");
             }
             for c in 27..31 {
-                assert!((found[c * 64 + inner] - TEXTURE * CLIP).abs() < 1e-3);
+                assert!((found[c * 64 + inner] - CLIP / (SIGNED as f32).sqrt()).abs() < 1e-3);
             }
         }
     }

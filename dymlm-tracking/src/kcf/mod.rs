@@ -9,5 +9,5 @@ mod peak;
 mod tracker;
 mod window;
 
-pub use config::{KcfConfig, KcfFeatures};
-pub use tracker::{KcfTracker, KcfUpdate, Learning};
+pub use config::KcfConfig;
+pub use tracker::{KcfTracker, KcfUpdate};

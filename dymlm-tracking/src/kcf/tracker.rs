@@ -1,8 +1,8 @@
 use dymlm_core::BoundingBox;
 use rustfft::num_complex::Complex;
 
-use super::channels::Channels;
-use super::config::{KcfConfig, Published};
+use super::channels::{COUNT, Channels, PLANES};
+use super::config::{KcfConfig, PUBLISHED};
 use super::correlation::KernelCorrelation;
 use super::fourier::{Fourier, fast_length};
 use super::peak::Peak;
@@ -56,7 +56,6 @@ const LEAST_LEARNING_RATIO: f32 = 5.0;
 #[derive(Debug, Clone)]
 pub struct KcfTracker {
     config: KcfConfig,
-    published: Published,
     /// Centre of the target in coordinates of its box (half a pixel to the lower right of pixel coordinates).
     center: [f32; 2],
     /// Size of the target at scale 1, pixels.
@@ -100,19 +99,9 @@ pub struct KcfUpdate {
     /// How far the peak stands out from the rest of the response, in standard deviations of that (Bolme
     /// 2010): the confidence. Above 8 or so on a target in full view; below 5 it is probably hidden or lost.
     pub peak_to_sidelobe: f32,
-    /// Whether the view went into the model.
-    pub learning: Learning,
-}
-
-/// Whether a view went into the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Learning {
-    /// It did.
-    Learned,
-    /// It did not: the peak did not stand out enough, or nobody asked.
-    Paused,
+    /// Whether the view went into the model: it does not where the peak does not stand out enough, or nobody
+    /// asked.
+    pub is_learned: bool,
 }
 
 impl KcfTracker {
@@ -126,25 +115,23 @@ impl KcfTracker {
         check_target(image, target)?;
         let size = [target.width(), target.height()];
         let cells = template_cells(size, config);
-        let published = config.features.published();
-        let cell = published.cell;
+        let cell = PUBLISHED.cell;
         let count = cells[0] * cells[1];
         let mut fourier = Fourier::new(cells);
-        let channels = Channels::new(config.features, cells, cell);
-        let spectra = channels.planes() * count;
+        let channels = Channels::new(cells, cell);
+        let spectra = PLANES * count;
         // Of the template, the target is the part 1 / padding wide and high.
-        let sigma = (count as f32).sqrt() / config.padding * published.output_sigma;
+        let sigma = (count as f32).sqrt() / config.padding * PUBLISHED.output_sigma;
         let zeros = |length: usize| vec![Complex::default(); length];
         let mut tracker = Self {
             config: config.clone(),
-            published,
             center: target.center(),
             size,
             first_box: target,
             scale: 1.0,
             cells,
             peak_radius: (3.0 * sigma).ceil() as usize,
-            correlation: KernelCorrelation::new(count, channels.count(), published.kernel_sigma),
+            correlation: KernelCorrelation::new(count, COUNT, PUBLISHED.kernel_sigma),
             wanted: wanted_response(cells, sigma, &mut fourier),
             fourier,
             channels,
@@ -166,7 +153,7 @@ impl KcfTracker {
         let mut update = self.locate(image);
         if update.peak_to_sidelobe >= LEAST_LEARNING_RATIO {
             self.learn(image);
-            update.learning = Learning::Learned;
+            update.is_learned = true;
         }
         update
     }
@@ -197,13 +184,13 @@ impl KcfTracker {
             scale,
             peak: peak.value,
             peak_to_sidelobe: peak.sidelobe_ratio,
-            learning: Learning::Paused,
+            is_learned: false,
         }
     }
 
     /// Learns how the target looks in an image, where it is now.
     pub fn learn(&mut self, image: &GrayImage) {
-        self.learn_at_rate(image, self.published.learning_rate);
+        self.learn_at_rate(image, PUBLISHED.learning_rate);
     }
 
     /// Says where the target is, when somebody knows better; what was learned stays. The box keeps the first
@@ -269,7 +256,7 @@ impl KcfTracker {
     /// Spectra of the window of the given scale, into `scratch.view`.
     fn observe(&mut self, image: &GrayImage, scale: f32) {
         let extent = self.window_extent(scale);
-        let size = self.cells.map(|count| count * self.published.cell);
+        let size = self.cells.map(|count| count * PUBLISHED.cell);
         // From coordinates of boxes to those of pixels' centres.
         let center = self.center.map(|c| c - 0.5);
         let Scratch { sampler, template, view, .. } = &mut self.scratch;
@@ -305,9 +292,8 @@ fn check_target(image: &GrayImage, target: BoundingBox) -> Result<(), Error> {
 /// Cells of the template: the longer side as configured, the other in proportion, both fast to transform.
 fn template_cells(size: [f32; 2], config: &KcfConfig) -> [usize; 2] {
     let longer = size[0].max(size[1]);
-    let cell = config.features.published().cell as f32;
     size.map(|side| {
-        let cells = (side / longer * config.template_size as f32 / cell).round() as usize;
+        let cells = (side / longer * config.template_size as f32 / PUBLISHED.cell as f32).round() as usize;
         fast_length(cells.max(6))
     })
 }

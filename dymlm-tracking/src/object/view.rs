@@ -90,7 +90,7 @@ impl View {
         let on_object = |u: usize, v: usize| {
             mask.at(u - cut.columns.start, v - cut.rows.start) > 0.0 && is_shown([u as f64, v as f64])
         };
-        detector.detect_into(image, region, on_object, &[], &mut corners);
+        detector.detect_into(image, region, on_object, &mut corners);
 
         let surface = SurfaceFinder::new(scene, model, camera_from_object, lengths, model_sigma);
         let offset = [cut.columns.start as f32, cut.rows.start as f32];
