@@ -7,15 +7,13 @@ use dymlm_geometry::OrientedBox;
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
 use crate::optimization::{
-    Existence, MAX_TOGETHER, PRIOR_SLACK, Proposal, Reparameterizer, find_duplicates, is_foot_hidden,
-    judge_existence,
+    Existence, MAX_TOGETHER, PRIOR_SLACK, Proposal, Reparameterizer, find_duplicates, judge_existence,
 };
 use crate::parameterization::Parameterizer;
 use crate::support::LevelPlanes;
 use crate::{
     Error, MapObject, ObjectAssociation, ObjectConfig, ObjectMap, ObjectObservation, ObjectReport,
-    ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief, SupportPlane, SupportingPlanes,
-    UprightPose,
+    ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief, SupportingPlanes,
 };
 
 /// Builds the object map, one frame at a time (paper IV).
@@ -76,10 +74,6 @@ const EXPLAINED: f64 = 0.35;
 const EXPLAINED_OTHER_LABEL: f64 = 0.5;
 /// The same for an object of another label that holds the observation's points.
 const OCCUPIED_OTHER_LABEL: f64 = 0.2;
-/// How far away things are beside an object, metres.
-const BESIDE: f64 = 1.0;
-/// Share of an object's usual height that may be hidden above its support.
-const HIDDEN_FOOT: f64 = 0.7;
 /// How many times as often an object must have been observed as one that it explains away.
 const SURELY_KNOWN: u32 = 2;
 /// So many things must have stood on planes for these to tell the vertical from a plane that slopes.
@@ -300,9 +294,6 @@ impl ObjectMapper {
         if !Reparameterizer::is_due(object) {
             return;
         }
-        let borrowed_support = self.support_beside(place);
-        let Some(object) = self.map.objects.get_mut(place) else { return };
-        object.borrowed_support = borrowed_support;
         match self.reparameterizer.update(object, unit(self.upward), &self.config.sizes, &self.config.shapes)
         {
             Proposal::Accepted => self.report.updated.push(object.id),
@@ -312,31 +303,6 @@ impl ObjectMapper {
             }
             Proposal::None => {}
         }
-    }
-
-    /// The plane that things beside an object stand on, if the object's foot is hidden and not too far above
-    /// it.
-    fn support_beside(&self, place: usize) -> Option<SupportPlane> {
-        let object = self.map.objects.get(place).filter(|object| object.seen_support().is_none())?;
-        let vertical = unit(self.upward).filter(|_| object.axes.pose() == UprightPose::Upright)?;
-        if !is_foot_hidden(vertical, &object.key_views) {
-            return None;
-        }
-        let prior = self.config.sizes.of(&object.label)?;
-        let lowest = along(object.oriented_box.center(), -0.5 * object.oriented_box.lengths()[2], vertical);
-        let near = self.map.objects().filter(|other| {
-            norm(difference(other.oriented_box.center(), object.oriented_box.center())) <= BESIDE
-        });
-        let gaps = near.filter_map(MapObject::seen_support).map(|support| {
-            let gap = support.plane.signed_distance(lowest);
-            (gap, support)
-        });
-        let seen_height = object.oriented_box.lengths()[2];
-        let reachable = gaps.filter(|(gap, _)| {
-            (-0.02..=HIDDEN_FOOT * prior.height.typical).contains(gap)
-                && gap + seen_height >= prior.least_standing_height()
-        });
-        reachable.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, support)| support)
     }
 
     fn create_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation) {

@@ -139,7 +139,6 @@ fn a_partial_view_does_not_shrink_an_object() {
         show(&mut mapper, &scene, step, &[(0, "microwave")]);
     }
     let before = mapper.map().object(id(0)).unwrap().oriented_box();
-    let centroids = mapper.map().object(id(0)).unwrap().centroids().count();
     // Somebody covers half of it, for as long again.
     for step in 5..10 {
         let pose = pose(step);
@@ -157,7 +156,7 @@ fn a_partial_view_does_not_shrink_an_object() {
     let object = mapper.map().object(id(0)).unwrap();
     assert!(object.oriented_box().volume() > 0.95 * before.volume());
     assert!(object.oriented_box().iou(&scene.boxes[0]) > 0.7);
-    assert_eq!((object.observations(), object.centroids().count()), (10, centroids));
+    assert_eq!(object.observations(), 10);
 }
 
 #[test]

@@ -36,8 +36,7 @@ impl AssociationTests {
 
     /// How well the pair fits: the values of the tests, added.
     fn affinity(&self) -> f64 {
-        let centroid = if self.centroid == Some(CentroidVerdict::Accepted) { 0.5 } else { 0.0 };
-        self.projection_iou + 0.5 * self.motion_iou.unwrap_or(0.0) + self.shared.unwrap_or(0.0) + centroid
+        self.projection_iou + 0.5 * self.motion_iou.unwrap_or(0.0) + self.shared.unwrap_or(0.0)
     }
 }
 

@@ -60,9 +60,6 @@ pub struct SizePrior {
     pub footprint: Footprint,
 }
 
-/// By what factor a thing may look lower than the lowest of its kind.
-const STANDING_SLACK: f64 = 1.5;
-
 impl SizePrior {
     /// The prior of a label.
     pub fn new(
@@ -91,12 +88,6 @@ impl SizePrior {
     pub fn admits_part(&self, dimensions: [f64; 3], pose: UprightPose, slack: f64) -> bool {
         let (own, most) = (in_order(dimensions, pose), self.limits(pose, |range| range.max));
         (0..3).all(|axis| own[axis] <= slack * most[axis])
-    }
-
-    /// The least height above what it stands on, metres, at which its upper end can be; noise and trimmed
-    /// ends considered.
-    pub(crate) fn least_standing_height(&self) -> f64 {
-        self.height.min / STANDING_SLACK
     }
 
     fn limits(&self, pose: UprightPose, of: impl Fn(&SizeRange) -> f64) -> [f64; 3] {

@@ -18,7 +18,6 @@ pub struct MapObject {
     pub(crate) state: ObjectState,
     pub(crate) evidence: LabelEvidence,
     pub(crate) observations: u32,
-    pub(crate) whole_observations: u32,
     /// Observations that told it from its plane by colour only.
     pub(crate) flat_observations: u32,
     /// Frames with a run of the detector in which it was in view, found or not.
@@ -28,8 +27,6 @@ pub struct MapObject {
     pub(crate) first_seen: f64,
     pub(crate) last_seen: f64,
     pub(crate) supports: Vec<SupportVotes>,
-    /// A plane that things beside it stand on, while none was seen under it.
-    pub(crate) borrowed_support: Option<SupportPlane>,
     pub(crate) cloud: ObjectCloud,
     pub(crate) centroids: CentroidCloud,
     pub(crate) key_views: KeyViews,
@@ -142,21 +139,15 @@ impl MapObject {
         self.last_seen
     }
 
-    /// The plane that it stands on, as most observations have it; when its foot is hidden in all, the one
-    /// that things beside it stand on.
+    /// The plane that it stands on, as most observations have it.
     pub fn support(&self) -> Option<SupportPlane> {
-        self.seen_support().or(self.borrowed_support)
-    }
-
-    /// The plane under it as most observations have it.
-    pub(crate) fn seen_support(&self) -> Option<SupportPlane> {
         let most =
             self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most })?;
         let share = if most.support.id.is_some() { MAP_PLANE_SHARE } else { LEVEL_PATCH_SHARE };
         (f64::from(most.votes) >= share * f64::from(self.observations)).then_some(most.support)
     }
 
-    /// The centroids of its whole observations.
+    /// The centroids of its observations.
     pub fn centroids(&self) -> &CentroidCloud {
         &self.centroids
     }
@@ -202,14 +193,12 @@ impl MapObject {
             state: ObjectState::Tentative,
             evidence: LabelEvidence::default(),
             observations: 0,
-            whole_observations: 0,
             flat_observations: 0,
             frames_in_view: 0,
             looked_through: 0,
             first_seen: timestamp,
             last_seen: timestamp,
             supports: Vec::new(),
-            borrowed_support: None,
             cloud: ObjectCloud::new(observation.centroid, limits.voxel_size),
             centroids: CentroidCloud::default(),
             key_views: KeyViews::default(),
@@ -231,10 +220,7 @@ impl MapObject {
     ) -> CloudPatch {
         let patch = self.patch(observation, view, &limits.sensor);
         self.cloud.add(&patch, limits.max_voxels);
-        if !observation.completeness.is_partial() {
-            self.centroids.add(observation.centroid);
-            self.whole_observations += 1;
-        }
+        self.centroids.add(observation.centroid);
         self.flat_observations += u32::from(observation.relief == Relief::Flat);
         self.evidence.add(&observation.label, f64::from(observation.score));
         if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {
@@ -296,7 +282,6 @@ impl MapObject {
                 self.vote(SupportVotes { support: current(&votes.support), ..votes });
             }
         }
-        self.borrowed_support = self.borrowed_support.as_ref().map(current);
     }
 
     fn remember(&mut self, sighted: &[u64]) {
@@ -319,7 +304,6 @@ impl MapObject {
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.remember(&other.sighted_points);
         self.observations += other.observations;
-        self.whole_observations += other.whole_observations;
         self.flat_observations += other.flat_observations;
         self.frames_in_view = self.frames_in_view.max(other.frames_in_view).max(self.observations);
         self.looked_through = self.looked_through.min(other.looked_through);

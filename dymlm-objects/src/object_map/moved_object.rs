@@ -11,7 +11,6 @@ impl MapObject {
         self.centroids = self.centroids.moved(new_from_old);
         self.key_views.move_by(new_from_old);
         self.supports.clear();
-        self.borrowed_support = None;
         self.motion = BoxMotion::default();
         self.sighted_points.clear();
         self.looked_through = 0;

@@ -43,7 +43,7 @@ pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, u
 /// height.
 pub(super) fn complete_foot(own: &OrientedBox, prior: &SizePrior, views: &KeyViews) -> OrientedBox {
     let up = axes_of(own)[2];
-    if is_foot_hidden(up, views) {
+    if is_hidden(up.map(|c| -c), views) {
         widen(own, 2, [-1.0, 1.0], [1.0, 0.0], prior.height.typical)
     } else {
         *own
@@ -96,11 +96,6 @@ fn widen(own: &OrientedBox, axis: usize, sides: [f64; 2], shares: [f64; 2], leng
     lengths[axis] = length;
     let pose = Pose::new(center, own.world_from_box().quaternion()).ok();
     pose.and_then(|pose| OrientedBox::new(pose, lengths).ok()).unwrap_or(*own)
-}
-
-/// Whether something hides an object's foot in most of the views.
-pub(crate) fn is_foot_hidden(vertical: Vector3, views: &KeyViews) -> bool {
-    is_hidden(vertical.map(|c| -c), views)
 }
 
 /// Whether something hides the end of the object in a direction of the world in most of the views that show

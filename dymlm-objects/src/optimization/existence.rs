@@ -29,10 +29,6 @@ const MOSTLY_ABSENT: f64 = 0.6;
 pub(crate) fn judge_existence(view: &ObjectView<'_>, object: &MapObject, sensor: &SensorModel) -> Existence {
     let camera = view.frame.camera();
     let camera_from_world = view.world_from_camera.inverse();
-    let center = camera_from_world.transform_point(object.oriented_box.center());
-    if camera.project(center).is_none_or(|pixel| !camera.sees(pixel)) {
-        return Existence::Unknown;
-    }
     let depths = DepthView::new(camera, view.frame.depth(), sensor);
     let [mut asked, mut present, mut absent] = [0.0; 3];
     for place in object.points().step_by(object.point_count().div_ceil(MAX_POINTS).max(1)) {

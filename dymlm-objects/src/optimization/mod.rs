@@ -7,7 +7,6 @@ mod existence;
 mod outliers;
 mod reparameterizer;
 
-pub(crate) use completion::is_foot_hidden;
 pub use config::UpdateConfig;
 pub(crate) use duplicates::{MAX_TOGETHER, find_duplicates};
 pub(crate) use existence::{Existence, judge_existence};

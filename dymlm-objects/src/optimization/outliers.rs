@@ -70,9 +70,6 @@ impl OutlierFilter {
         self.kept.clear();
         let inliers = points.iter().zip(&self.scores).filter(|(_, score)| **score <= self.threshold);
         self.kept.extend(inliers.map(|(point, _)| *point));
-        // A forest that rejects most of a thing has not understood it.
-        if 2 * self.kept.len() >= points.len() {
-            std::mem::swap(points, &mut self.kept);
-        }
+        std::mem::swap(points, &mut self.kept);
     }
 }

@@ -1,10 +1,6 @@
-use std::ops::RangeInclusive;
-
 use dymlm_core::{SensorModel, Visibility};
-use dymlm_geometry::{GridSample as Sample, NO_SAMPLE as NONE, SampleGrid as Window};
+use dymlm_geometry::{GridSample as Sample, SampleGrid as Window};
 
-use super::ParameterizationConfig;
-use super::ground::Ground;
 use super::object_cluster::ObjectCluster;
 use crate::ObjectView;
 
@@ -23,13 +19,11 @@ pub enum SideView {
     Mover,
     /// Another, nearer thing before it.
     Occluder,
-    /// The range of depths that are used.
-    DepthRange,
 }
 
 /// How much of an object a detection shows, side by side of its box.
 ///
-/// A partial view neither shrinks the object in the map nor counts for where its centroid is.
+/// A partial view does not shrink the object in the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -61,9 +55,7 @@ pub(super) struct Surroundings<'a> {
     pub(super) view: &'a ObjectView<'a>,
     pub(super) window: &'a Window,
     pub(super) cluster: &'a ObjectCluster,
-    pub(super) ground: &'a Ground,
     pub(super) sensor: &'a SensorModel,
-    pub(super) config: &'a ParameterizationConfig,
 }
 
 /// Share of an object's extent, from a side, in which its outermost samples are asked.
@@ -76,10 +68,6 @@ const FARTHEST: i64 = 4;
 /// deviation: the surface goes on. Lower calls a thing's own slope an occluder, higher overlooks low things
 /// before it.
 const EDGE_SIGMA: f64 = 0.04 / 3.0;
-/// How far from a plane the lower end may be of what stands on it, metres: above, samples are that far apart;
-/// below, only noise is.
-const STANDING: RangeInclusive<f64> = -0.03..=0.06;
-
 impl Surroundings<'_> {
     /// How much of the object is seen; of nothing, all.
     pub(super) fn completeness(&self) -> Completeness {
@@ -107,7 +95,7 @@ impl Surroundings<'_> {
         let end = if step < 0 { bounds[0][axis] } else { bounds[1][axis] };
         let direction = if axis == 0 { [step, 0] } else { [0, step] };
         let mut asked = 0.0_f32;
-        let mut counts = [0.0_f32; 4];
+        let mut counts = [0.0_f32; 3];
         for sample in self.members() {
             let cell = [i64::from(sample.column), i64::from(sample.row)];
             let in_rim = (cell[axis] - end).abs() as f32 <= RIM * extent;
@@ -119,26 +107,16 @@ impl Surroundings<'_> {
                     SideView::ImageBorder => counts[0] += 1.0,
                     SideView::Mover => counts[1] += 1.0,
                     SideView::Occluder => counts[2] += 1.0,
-                    SideView::DepthRange => counts[3] += 1.0,
                 }
             }
         }
-        let causes = [SideView::ImageBorder, SideView::Mover, SideView::Occluder, SideView::DepthRange];
+        let causes = [SideView::ImageBorder, SideView::Mover, SideView::Occluder];
         if counts.iter().sum::<f32>() < PARTIAL * asked.max(1.0) {
             return SideView::Whole;
         }
         let most =
             causes.into_iter().zip(counts).reduce(|most, next| if next.1 > most.1 { next } else { most });
         most.map_or(SideView::Whole, |(cause, _)| cause)
-    }
-
-    /// Whether a sample of the object is at the height of the ground that another cell shows. The edge of a
-    /// table before a thing hides it like anything else.
-    fn stands_on(&self, sample: &Sample, cell: u32) -> bool {
-        let shown = self.window.samples.get(cell as usize).filter(|_| cell != NONE);
-        shown.is_some_and(|shown| {
-            self.ground.carries(cell, shown, sample, &STANDING, self.config, self.sensor)
-        })
     }
 
     /// The first thing that can be told beyond a sample.
@@ -158,16 +136,11 @@ impl Surroundings<'_> {
                 return SideView::Mover;
             }
             let other = self.view.frame.depth().data()[pixel];
-            if other > self.sensor.max_depth && other - z < 0.3 {
-                return SideView::DepthRange;
-            }
             if other > 0.0 {
-                let (column, row) = (i64::from(sample.column), i64::from(sample.row));
-                let cell = self.window.sample_at(column + direction[0] * steps, row + direction[1] * steps);
                 let tolerance = self.sensor.tolerance(z, EDGE_SIGMA);
                 let seen = Visibility::of_reading(other.into(), z.into(), tolerance);
-                let is_occluder = seen == Visibility::Occluded && !self.stands_on(sample, cell);
-                return if is_occluder { SideView::Occluder } else { SideView::Whole };
+                let is_occluded = seen == Visibility::Occluded;
+                return if is_occluded { SideView::Occluder } else { SideView::Whole };
             }
         }
         SideView::Whole

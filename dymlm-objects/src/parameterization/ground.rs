@@ -1,6 +1,4 @@
-use std::ops::RangeInclusive;
-
-use dymlm_core::vector3::{along, dot, unit};
+use dymlm_core::vector3::{dot, unit};
 use dymlm_core::{Plane, Pose, SensorModel};
 use dymlm_geometry::{GridSample as Sample, SampleGrid as Window};
 
@@ -15,8 +13,6 @@ pub(super) struct Ground {
     found: Vec<SupportPlane>,
     /// Heights of the samples outside the box.
     heights: Vec<f64>,
-    /// Whether each candidate is the upper side of the thing itself.
-    tops: Vec<bool>,
     /// Whether each sample lies on one of the candidates.
     is_marked: Vec<bool>,
 }
@@ -28,23 +24,11 @@ struct Candidate {
     plane: Plane,
     samples: u32,
     outside: u32,
-    /// Mean of its samples.
-    middle: [f64; 3],
 }
 
 impl Candidate {
     fn new(support: SupportPlane, plane: Plane) -> Self {
-        Self { support, plane, samples: 0, outside: 0, middle: [0.0; 3] }
-    }
-
-    /// Whether it is the upper side of the thing in the box: mostly in the box, and close above a parallel
-    /// plane that shows more around it.
-    fn is_top_above(&self, other: &Self, max_height: f64) -> bool {
-        let height = other.plane.signed_distance(self.middle);
-        self.samples > 2 * self.outside
-            && other.outside > self.outside
-            && dot(self.plane.normal(), other.plane.normal()) > PARALLEL
-            && (LEAST_TOP..=max_height).contains(&height)
+        Self { support, plane, samples: 0, outside: 0 }
     }
 }
 
@@ -64,25 +48,18 @@ const LEAST_LEVEL: f64 = 12.0;
 const MAX_PATCHES: usize = 2;
 /// Least share of a plane's samples that must lie outside the box: its own upper side does not carry a thing.
 const LEAST_OUTSIDE: f64 = 0.08;
-/// Least cosine between the normals of a thing's upper side and of what it lies on.
-const PARALLEL: f64 = 0.99;
-/// Least height of an upper side above it, metres: below, both are one plane of the map, seen twice.
-const LEAST_TOP: f64 = 0.008;
-
 impl Ground {
     /// Finds the upright planes of the map in a window that go on outside its box, and the samples on them.
-    /// The upper side of a thing up to `max_height` metres high is none.
     pub(super) fn find(
         &mut self,
         window: &Window,
         planes: &dyn SupportingPlanes,
         world_from_camera: &Pose,
-        max_height: f64,
         config: &ParameterizationConfig,
         sensor: &SensorModel,
     ) {
         self.ask(window, planes, world_from_camera, config);
-        self.count(window, max_height, config, sensor);
+        self.count(window, config, sensor);
         self.mark(window, config, sensor);
     }
 
@@ -93,13 +70,12 @@ impl Ground {
         window: &Window,
         vertical: [f64; 3],
         world_from_camera: &Pose,
-        max_height: f64,
         config: &ParameterizationConfig,
         sensor: &SensorModel,
     ) -> usize {
         let known = self.candidates.len();
         self.add_level_patches(window, vertical, world_from_camera);
-        self.count(window, max_height, config, sensor);
+        self.count(window, config, sensor);
         self.mark(window, config, sensor);
         self.candidates.len().saturating_sub(known)
     }
@@ -157,40 +133,19 @@ impl Ground {
         }
     }
 
-    fn count(
-        &mut self,
-        window: &Window,
-        max_height: f64,
-        config: &ParameterizationConfig,
-        sensor: &SensorModel,
-    ) {
+    fn count(&mut self, window: &Window, config: &ParameterizationConfig, sensor: &SensorModel) {
         for candidate in &mut self.candidates {
-            let (mut samples, mut outside, mut sum) = (0, 0, [0.0; 3]);
-            // What is below a plane lies on it as little as what is above: the table under a keyboard's upper
-            // side.
-            let is_at = |sample: &&Sample| {
-                let distance = candidate.plane.signed_distance(sample.point.map(f64::from));
-                distance.abs() <= tolerance(candidate, sample, config, sensor)
-            };
-            for sample in window.samples.iter().filter(is_at) {
-                samples += 1;
-                outside += u32::from(!sample.is_in_box);
-                sum = along(sum, 1.0, sample.point.map(f64::from));
-            }
+            let own = *candidate;
+            let on_it = window.samples.iter().filter(|sample| is_on(&own, sample, config, sensor));
+            let (samples, outside) = on_it.fold((0, 0), |(samples, outside), sample| {
+                (samples + 1, outside + u32::from(!sample.is_in_box))
+            });
             (candidate.samples, candidate.outside) = (samples, outside);
-            candidate.middle = sum.map(|c| c / f64::from(samples.max(1)));
         }
         self.candidates.retain(|candidate| {
             f64::from(candidate.outside) > LEAST_OUTSIDE * f64::from(candidate.samples)
                 && candidate.samples >= 4
         });
-        self.tops.clear();
-        let candidates = &self.candidates;
-        self.tops.extend(
-            candidates.iter().map(|own| candidates.iter().any(|other| own.is_top_above(other, max_height))),
-        );
-        let mut is_top = self.tops.iter();
-        self.candidates.retain(|_| is_top.next() != Some(&true));
     }
 
     fn mark(&mut self, window: &Window, config: &ParameterizationConfig, sensor: &SensorModel) {
@@ -205,24 +160,6 @@ impl Ground {
         &self.is_marked
     }
 
-    /// Whether a sample is at these heights, metres, above the plane that another one, of an index, lies on.
-    pub(super) fn carries(
-        &self,
-        index: u32,
-        on_plane: &Sample,
-        sample: &Sample,
-        heights: &RangeInclusive<f64>,
-        config: &ParameterizationConfig,
-        sensor: &SensorModel,
-    ) -> bool {
-        let is_ground = self.is_marked.get(index as usize).copied().unwrap_or(false);
-        is_ground
-            && self.candidates.iter().any(|candidate| {
-                is_on(candidate, on_plane, config, sensor)
-                    && heights.contains(&candidate.plane.signed_distance(sample.point.map(f64::from)))
-            })
-    }
-
     /// The plane on which most of the samples in the box lie.
     pub(super) fn flattest(&self) -> Option<LyingPlane> {
         let in_box = |candidate: &Candidate| candidate.samples - candidate.outside;
@@ -234,13 +171,11 @@ impl Ground {
     }
 
     /// The highest plane that the samples stand on: nearly all of them are above it, the lowest no farther
-    /// than `max_gap` metres, the highest `min_height` or more. What hides a thing's foot is often a level
-    /// plane just below what is seen.
+    /// than `max_gap` metres.
     pub(super) fn under<'a>(
         &self,
         samples: &(impl Iterator<Item = &'a Sample> + Clone),
         max_gap: f64,
-        min_height: f64,
         heights: &mut Vec<f64>,
         config: &ParameterizationConfig,
         sensor: &SensorModel,
@@ -258,9 +193,7 @@ impl Ground {
             }
             let rank = heights.len() / 20;
             let gap = *heights.select_nth_unstable_by(rank, f64::total_cmp).1;
-            let last = heights.len() - 1;
-            let top = *heights.select_nth_unstable_by(last - rank, f64::total_cmp).1;
-            if gap <= max_gap && top >= min_height && nearest.is_none_or(|(least, _)| gap < least) {
+            if gap <= max_gap && nearest.is_none_or(|(least, _)| gap < least) {
                 nearest = Some((gap, candidate.support));
             }
         }
@@ -285,6 +218,7 @@ fn densest(heights: &[f64], least: f64) -> Option<f64> {
     best.filter(|_| most as f64 >= least)
 }
 
+/// What is below a plane lies on it as little as what is above: the table under a keyboard's upper side.
 fn is_on(
     candidate: &Candidate,
     sample: &Sample,
@@ -292,8 +226,7 @@ fn is_on(
     sensor: &SensorModel,
 ) -> bool {
     let distance = candidate.plane.signed_distance(sample.point.map(f64::from));
-    distance <= tolerance(candidate, sample, config, sensor)
-        && distance >= -4.0 * tolerance(candidate, sample, config, sensor)
+    distance.abs() <= tolerance(candidate, sample, config, sensor)
 }
 
 /// How far from a plane a sample counts as its, metres: the noise is along the ray.

@@ -24,15 +24,12 @@ pub(super) struct ObjectCluster {
 pub(super) struct ClusterSearch<'a> {
     /// The detector's box.
     pub(super) bounding_box: BoundingBox,
-    /// The boxes of the frame's other detections.
-    pub(super) others: &'a [BoundingBox],
     /// Whether it is something that people sit on.
     pub(super) is_seat: bool,
     /// How large such things are.
     pub(super) prior: Option<&'a SizePrior>,
     /// How far from the object's depth its parts may be, metres.
     pub(super) reach: f32,
-    pub(super) focal_length: f32,
 }
 
 impl ClusterSearch<'_> {
@@ -46,25 +43,6 @@ impl ClusterSearch<'_> {
         }
     }
 
-    /// How usual the size is that the box has at a depth, 0..=1: log-normal, two deviations from the least to
-    /// the usual and on to the greatest.
-    fn size_factor(&self, prior: &SizePrior, depth: f32) -> f32 {
-        let metres_per_pixel = depth / self.focal_length;
-        let (wide, high) =
-            (self.bounding_box.width() * metres_per_pixel, self.bounding_box.height() * metres_per_pixel);
-        // A flat thing's height in the image is some of its depth.
-        let diagonal = |length: f64, width: f64, height: f64| {
-            (length * length + width * width + height * height).sqrt() as f32
-        };
-        let usual = diagonal(prior.length.typical, prior.width.typical, prior.height.typical);
-        let least = diagonal(prior.length.min, prior.width.min, prior.height.min);
-        let most = diagonal(prior.length.max, prior.width.max, prior.height.max);
-        let deviation = 0.25 * (most / least).ln().max(0.2);
-        // What is cut or hidden may be small, but not large.
-        let excess = (wide.hypot(high) / usual).ln().max(0.0) / deviation;
-        (-0.5 * excess * excess).exp()
-    }
-
     /// How likely a cluster is the object, beside its size.
     fn factor(&self, grid: &SampleGrid, cluster: &BoxCluster) -> f32 {
         let mover = grid.masked_depth.filter(|_| grid.masked_share >= HIDDEN);
@@ -72,18 +50,12 @@ impl ClusterSearch<'_> {
         let share = cluster.outside_share() / OUTSIDE_SCALE;
         let containment = 1.0 / (1.0 + share * share);
         let span = cluster.bounds(grid).map_or(0.0, |own| own.iou(&self.bounding_box) as f32);
-        let size = self.prior.map_or(1.0, |prior| self.size_factor(prior, cluster.depth));
-        containment * (0.1 + span) * size * beside_mover
+        containment * (0.1 + span) * beside_mover
     }
 
     /// Whether a cluster is a part of the object whose main cluster is `main`.
-    fn is_part(&self, grid: &SampleGrid, main: &BoxCluster, cluster: &BoxCluster) -> bool {
-        let of_another =
-            || cluster.bounds(grid).is_some_and(|own| self.others.iter().any(|other| own.iou(other) > 0.3));
-        cluster.inside > 0
-            && is_contained(cluster)
-            && (cluster.depth - main.depth).abs() <= self.reach
-            && !of_another()
+    fn is_part(&self, main: &BoxCluster, cluster: &BoxCluster) -> bool {
+        cluster.inside > 0 && is_contained(cluster) && (cluster.depth - main.depth).abs() <= self.reach
     }
 }
 
@@ -146,7 +118,7 @@ impl ObjectCluster {
     fn keep(&mut self, grid: &SampleGrid, chosen: usize, search: &ClusterSearch<'_>) {
         let clusters = self.segmenter.clusters();
         let Some(main) = clusters.get(chosen) else { return };
-        let is_part = |index, cluster| index == chosen || search.is_part(grid, main, cluster);
+        let is_part = |index, cluster| index == chosen || search.is_part(main, cluster);
         self.is_part.clear();
         self.is_part.extend(clusters.iter().enumerate().map(|(index, cluster)| is_part(index, cluster)));
         for (index, cluster) in self.segmenter.members().filter(|&(_, cluster)| self.is_part[cluster]) {

@@ -24,7 +24,6 @@ pub(crate) struct Parameterizer {
     cluster: ObjectCluster,
     flat: FlatThing,
     fitter: BoxFitter,
-    others: Vec<BoundingBox>,
     heights: Vec<f64>,
     local: Vec<Point>,
 }
@@ -63,7 +62,6 @@ impl Parameterizer {
             cluster: ObjectCluster::new()?,
             flat: FlatThing::default(),
             fitter: BoxFitter::new(BoxFitterConfig::default())?,
-            others: Vec::new(),
             heights: Vec::new(),
             local: Vec::new(),
             config,
@@ -103,17 +101,13 @@ impl Parameterizer {
             .with_static_mask(view.static_mask)
             .with_instance_mask(detection.mask());
         self.cluster.sample(&box_view, &mut self.window);
-        let highest = prior.map_or(USUAL_REACH, |prior| prior.height.max);
-        self.ground.find(&self.window, planes, &view.world_from_camera, highest, &self.config, &self.sensor);
-        let others = self.take_others(view, index);
+        self.ground.find(&self.window, planes, &view.world_from_camera, &self.config, &self.sensor);
         let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
         let search = ClusterSearch {
             bounding_box: detection.bounding_box(),
-            others: &others,
             is_seat: self.config.seats.iter().any(|seat| seat == detection.label()),
             prior,
             reach: reach as f32,
-            focal_length: view.frame.camera().fx().abs() as f32,
         };
         let mut finding = self.find_raised(view, &search);
         if let (None, Some(vertical)) = (finding.support, vertical)
@@ -121,7 +115,6 @@ impl Parameterizer {
                 &self.window,
                 vertical,
                 &view.world_from_camera,
-                highest,
                 &self.config,
                 &self.sensor,
             ) > 0
@@ -131,15 +124,13 @@ impl Parameterizer {
         if let Some(flat) = self.find_flat(view, &search) {
             finding = flat;
         }
-        self.others = others;
         self.describe(view, index, detection, &finding, vertical)
     }
 
     /// What stands out from the ground in depth.
     fn find_raised(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Finding {
         self.cluster.find(&self.window, self.ground.is_ground(), search);
-        let completeness =
-            completeness(view, &self.window, &self.cluster, &self.ground, &self.sensor, &self.config);
+        let completeness = completeness(view, &self.window, &self.cluster, &self.sensor);
         let support = support(
             &self.ground,
             &members(&self.window, &self.cluster),
@@ -165,8 +156,7 @@ impl Parameterizer {
             return None;
         }
         self.cluster.find(&self.window, self.flat.is_other(), search);
-        let completeness =
-            completeness(view, &self.window, &self.cluster, &self.ground, &self.sensor, &self.config);
+        let completeness = completeness(view, &self.window, &self.cluster, &self.sensor);
         Some(Finding { completeness, support: Some(under.support), flat_height: Some(prior.height.min) })
     }
 
@@ -199,14 +189,6 @@ impl Parameterizer {
             completeness: finding.completeness,
             sighted_points: sighted_in(view, &detection.bounding_box()),
         })
-    }
-
-    fn take_others(&mut self, view: &ObjectView<'_>, index: usize) -> Vec<BoundingBox> {
-        let mut boxes = std::mem::take(&mut self.others);
-        boxes.clear();
-        let others = view.detections().iter().enumerate().filter(|&(other, _)| other != index);
-        boxes.extend(others.map(|(_, detection)| detection.bounding_box()));
-        boxes
     }
 
     /// The mean of the points and the box around them, in the world.
@@ -256,20 +238,16 @@ fn support<'a>(
     let hidden_foot = completeness.bottom != SideView::Whole;
     let hidden_height = prior.filter(|_| hidden_foot).map_or(0.0, |prior| 0.7 * prior.height.typical);
     let max_gap = config.max_support_gap.max(hidden_height);
-    let min_height =
-        prior.filter(|_| completeness.top == SideView::Whole).map_or(0.0, SizePrior::least_standing_height);
-    ground.under(members, max_gap, min_height, heights, config, sensor)
+    ground.under(members, max_gap, heights, config, sensor)
 }
 
 fn completeness(
     view: &ObjectView<'_>,
     window: &Window,
     cluster: &ObjectCluster,
-    ground: &Ground,
     sensor: &SensorModel,
-    config: &ParameterizationConfig,
 ) -> Completeness {
-    Surroundings { view, window, cluster, ground, sensor, config }.completeness()
+    Surroundings { view, window, cluster, sensor }.completeness()
 }
 
 fn mean(points: &[Point]) -> Option<[f64; 3]> {
