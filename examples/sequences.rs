@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand};
 use dymlm_examples::{AnyError, FrameSource, depth_colors, named_sequence, named_sequences, progress_bar};
 use dymlm_io::{TumOptions, TumWriter, write_png};
-use dymlm_metrics::{DetectorFigures, DetectorStatistics};
 use dymlm_sim::{Activity, Sequence, SequenceType, SimulatedFrame};
+use dymlm_test_support::{DetectorFigures, DetectorStatistics, ExactView};
 
 /// Draws, exports and describes the synthetic sequences.
 #[derive(Parser)]
@@ -120,7 +120,10 @@ fn simulated_detector() -> Result<DetectorFigures, AnyError> {
         let sequence = Sequence::new(&kind.config())?;
         let bar = progress_bar(sequence.len(), kind.name());
         for frame in sequence.frames() {
-            statistics.add(&frame.detections, &frame.mover_views(), &frame.mover_mask);
+            let movers = frame.visible_things.iter().filter(|thing| thing.moves);
+            let views: Vec<ExactView> =
+                movers.map(|thing| ExactView::new(thing.id, thing.bounding_box, thing.pixels)).collect();
+            statistics.add(&frame.detections, &views, &frame.mover_mask);
             bar.inc(1);
         }
         bar.finish_and_clear();
@@ -135,7 +138,10 @@ fn real_detector(folder: &Path) -> Result<DetectorFigures, AnyError> {
     for index in 0..source.len() {
         let next = source.load(index)?;
         let people = source.people(index)?.ok_or("the dataset has no folder masks")?;
-        statistics.add(next.detections.as_deref().unwrap_or_default(), &people.views()?, &people.anybody()?);
+        let masks = people.each()?;
+        let views: Vec<ExactView> =
+            masks.iter().enumerate().filter_map(|(id, mask)| ExactView::of_mask(id, mask)).collect();
+        statistics.add(next.detections.as_deref().unwrap_or_default(), &views, &people.anybody()?);
         source.recycle(next);
     }
     statistics.figures().ok_or_else(|| "nobody is in view".into())

@@ -1,7 +1,8 @@
 use dymlm_core::{Point, PointCloud};
 
-use crate::SpaceTruth;
-use crate::nearest::share_within;
+use crate::nearest::{MATCHED, OFF_SURFACE, is_finite, share_within};
+use crate::share::share;
+use crate::{SpaceTruth, Spread};
 
 /// How far a cloud is from the truth. With d(p) the distance of a point p of the cloud to the nearest static
 /// surface, and n the number of finite points:
@@ -33,40 +34,27 @@ pub struct CloudScore {
     pub visible_points: usize,
 }
 
-/// Distance beyond which a point belongs to no static surface, metres.
-pub(crate) const OFF_SURFACE: f32 = 0.06;
-/// Distance within which a surface point is mapped, metres.
-const MAPPED: f32 = 0.05;
-
 /// Scores a cloud in the world frame against the truth; `None` when it has no finite point.
 ///
 /// O(n log n) in the number of points; a million takes about a second.
 pub fn score_cloud(cloud: &PointCloud, truth: &impl SpaceTruth) -> Option<CloudScore> {
-    let points: Vec<Point> =
-        cloud.points().iter().copied().filter(|point| point.iter().all(|c| c.is_finite())).collect();
-    let mut distances: Vec<f32> = points.iter().map(|&point| truth.surface_distance(point)).collect();
+    let points: Vec<Point> = cloud.points().iter().copied().filter(is_finite).collect();
+    let distances: Vec<f32> = points.iter().map(|&point| truth.surface_distance(point)).collect();
 
     let off_surface = || points.iter().zip(&distances).filter(|&(_, &distance)| distance > OFF_SURFACE);
-    let off_surface_count = off_surface().count();
     let residue = off_surface().filter(|&(&point, _)| truth.swept_by_movers(point)).count();
-    let share = |count: usize| count as f64 / points.len() as f64;
-    let (residue, stray) = (share(residue), share(off_surface_count - residue));
+    let share = |count: usize| share(count as u64, points.len() as u64);
+    let (residue, stray) = (share(residue)?, share(off_surface().count() - residue)?);
 
     let visible = truth.visible_points();
-    let (median, p95) = (quantile(&mut distances, 50)?, quantile(&mut distances, 95)?);
+    let distance = Spread::of(distances.into_iter().map(f64::from).collect())?;
     Some(CloudScore {
         residue,
         stray,
-        completeness: share_within(&visible, &points, MAPPED).unwrap_or(1.0),
-        median_distance: median.into(),
-        p95_distance: p95.into(),
+        completeness: share_within(&visible, &points, MATCHED).unwrap_or(1.0),
+        median_distance: distance.median,
+        p95_distance: distance.p95,
         points: points.len(),
         visible_points: visible.len(),
     })
-}
-
-/// The smallest value not exceeded by `percent` of the values; reorders them. `None` when there are none.
-fn quantile(values: &mut [f32], percent: usize) -> Option<f32> {
-    let rank = (values.len() * percent).div_ceil(100).max(1) - 1;
-    (rank < values.len()).then(|| *values.select_nth_unstable_by(rank, f32::total_cmp).1)
 }

@@ -2,14 +2,9 @@ use std::ops::RangeInclusive;
 
 use dymlm_core::{Error, Frame, Mask, Point, Pose};
 
-use crate::nearest::Neighbors;
-use crate::voxel_key::{VoxelKey, VoxelMap};
-
-/// Distance within which a point of the map stands for a reading, metres: the benchmark's.
-const TOLERANCE: f32 = 0.05;
-/// Side of the voxels that readings of one label are gathered in, metres. Smaller ones ask for each reading
-/// more exactly and take more memory; at this side the shares are off by less than 2 %.
-const VOXEL_SIZE: f64 = 0.02;
+use crate::nearest::{CELL, MATCHED, Neighbors};
+use crate::share::share;
+use crate::voxel_means::{VoxelMeans, readings};
 
 /// Which of all readings a cleaned map keeps: static and dynamic accuracy as the `DynamicMap` benchmark has
 /// them (Zhang, Duberg, Geng, Jia, Wang, Jensfelt: "A Dynamic Points Removal Benchmark in Point Cloud Maps",
@@ -50,8 +45,8 @@ const VOXEL_SIZE: f64 = 0.02;
 #[derive(Debug, Clone)]
 pub struct DynamicMapScorer {
     depths: RangeInclusive<f32>,
-    static_readings: VoxelMap<Readings>,
-    dynamic_readings: VoxelMap<Readings>,
+    static_readings: VoxelMeans,
+    dynamic_readings: VoxelMeans,
 }
 
 /// What [`DynamicMapScorer::score`] finds.
@@ -73,17 +68,11 @@ pub struct DynamicMapScore {
     pub dynamic_readings: u64,
 }
 
-/// The readings in a voxel.
-#[derive(Debug, Clone, Copy, Default)]
-struct Readings {
-    sum: [f64; 3],
-    count: u64,
-}
-
 impl DynamicMapScorer {
     /// A scorer without readings, for those within `depths`, metres: as far as maps use the sensor.
     pub fn new(depths: RangeInclusive<f32>) -> Self {
-        Self { depths, static_readings: VoxelMap::default(), dynamic_readings: VoxelMap::default() }
+        let none = VoxelMeans::new(CELL);
+        Self { depths, static_readings: none.clone(), dynamic_readings: none }
     }
 
     /// Adds the readings of a frame within range; `movers` is `true` where a pixel shows a mover.
@@ -92,39 +81,25 @@ impl DynamicMapScorer {
     ///
     /// [`Error::SizeMismatch`] when the mask is of another size; nothing is added.
     pub fn add_frame(&mut self, frame: &Frame, movers: &Mask, world_from_camera: &Pose) -> Result<(), Error> {
-        let (camera, depth) = (frame.camera(), frame.depth());
-        camera.check_size("the mask of the movers", movers.width(), movers.height())?;
-        // Neighbouring pixels often share a voxel: each run of them is looked up once.
-        let mut run = Run::default();
-        for (pixel, (&z, mover)) in depth.data().iter().zip(movers.pixels()).enumerate() {
-            if !(z > 0.0 && self.depths.contains(&z)) {
-                continue;
-            }
-            let (u, v) = (pixel % depth.width(), pixel / depth.width());
-            let point = camera.back_project([u as f64, v as f64], z.into());
-            let point = world_from_camera.transform_point(point);
-            let voxel = VoxelKey::of(point.map(|c| c as f32), (1.0 / VOXEL_SIZE) as f32);
-            if (voxel, mover) != (run.voxel, run.mover) {
-                self.add_run(&run);
-                run = Run { voxel, mover, readings: Readings::default() };
-            }
-            run.readings.add(&Readings { sum: point, count: 1 });
+        frame.camera().check_size("the mask of the movers", movers.width(), movers.height())?;
+        let width = movers.width();
+        for (voxels, moves) in [(&mut self.static_readings, false), (&mut self.dynamic_readings, true)] {
+            let readings = readings(frame, world_from_camera, self.depths.clone());
+            let labelled = readings.filter(|(pixel, _)| movers.at(pixel % width, pixel / width) == moves);
+            voxels.add_frame(labelled.map(|(_, point)| point));
         }
-        self.add_run(&run);
         Ok(())
     }
 
     /// Scores the points of a map in the world: of a cloud, or the centres of an octree's occupied cells.
     /// Points that are not finite are passed over; their order and number do not matter.
     pub fn score(&self, map: &[Point]) -> DynamicMapScore {
-        let map: Vec<Point> =
-            map.iter().copied().filter(|point| point.iter().all(|c| c.is_finite())).collect();
-        let map = Neighbors::of(&map, TOLERANCE);
-        let [statics, dynamics] =
-            [&self.static_readings, &self.dynamic_readings].map(|readings| Kept::count(readings, &map));
+        let map = Neighbors::of(map);
+        let [(statics, kept_statics), (dynamics, kept_dynamics)] =
+            [&self.static_readings, &self.dynamic_readings].map(|readings| count_kept(readings, &map));
 
-        let static_accuracy = share(statics.kept, statics.total);
-        let dynamic_accuracy = share(dynamics.total - dynamics.kept, dynamics.total);
+        let static_accuracy = share(kept_statics, statics);
+        let dynamic_accuracy = share(dynamics - kept_dynamics, dynamics);
         let both = static_accuracy.zip(dynamic_accuracy);
         DynamicMapScore {
             static_accuracy,
@@ -132,58 +107,17 @@ impl DynamicMapScorer {
             associated_accuracy: both.map(|(sa, da)| (sa * da).sqrt()),
             harmonic_accuracy: both
                 .map(|(sa, da)| if sa + da > 0.0 { 2.0 * sa * da / (sa + da) } else { 0.0 }),
-            static_readings: statics.total,
-            dynamic_readings: dynamics.total,
+            static_readings: statics,
+            dynamic_readings: dynamics,
         }
     }
-
-    fn add_run(&mut self, run: &Run) {
-        let Some(voxel) = run.voxel else { return };
-        let of_label = if run.mover { &mut self.dynamic_readings } else { &mut self.static_readings };
-        of_label.entry(voxel).or_default().add(&run.readings);
-    }
 }
 
-/// Readings of successive pixels with one label in one voxel.
-#[derive(Default)]
-struct Run {
-    voxel: Option<VoxelKey>,
-    mover: bool,
-    readings: Readings,
-}
-
-impl Readings {
-    fn add(&mut self, other: &Self) {
-        (0..3).for_each(|axis| self.sum[axis] += other.sum[axis]);
-        self.count += other.count;
-    }
-
-    fn mean(&self) -> Point {
-        self.sum.map(|sum| (sum / self.count.max(1) as f64) as f32)
-    }
-}
-
-/// Of how many readings, how many a map keeps.
-struct Kept {
-    kept: u64,
-    total: u64,
-}
-
-impl Kept {
-    fn count(readings: &VoxelMap<Readings>, map: &Neighbors) -> Self {
-        // In the order of the lattice: searches that follow each other go the same way through the tree.
-        let mut in_order: Vec<(VoxelKey, Readings)> =
-            readings.iter().map(|(&voxel, &r)| (voxel, r)).collect();
-        in_order.sort_unstable_by_key(|&(voxel, _)| voxel);
-        let mut sum = Self { kept: 0, total: 0 };
-        for (_, readings) in in_order {
-            sum.total += readings.count;
-            sum.kept += if map.reach(readings.mean()) { readings.count } else { 0 };
-        }
-        sum
-    }
-}
-
-fn share(part: u64, whole: u64) -> Option<f64> {
-    (whole > 0).then(|| part as f64 / whole as f64)
+/// How many readings there are, and how many of them a map keeps.
+fn count_kept(readings: &VoxelMeans, map: &Neighbors) -> (u64, u64) {
+    // In the order of the lattice: searches that follow each other go the same way through the tree.
+    readings.voxels().iter().fold((0, 0), |(all, kept), voxel| {
+        let is_kept = map.reach(voxel.mean(), MATCHED);
+        (all + voxel.points, kept + if is_kept { voxel.points } else { 0 })
+    })
 }

@@ -20,7 +20,7 @@ const SAMPLE_DISTANCE: f64 = 0.05;
 /// Frames that must look through a cube before a map is asked for it.
 const MIN_VIEWS: u32 = 3;
 /// Rays looked along in a frame, about. They cost about 6 ms.
-const RAYS_PER_FRAME: f64 = 2500.0;
+const RAYS_PER_FRAME: u32 = 2500;
 
 impl FreeSpace {
     pub(crate) fn new(depths: RangeInclusive<f32>) -> Self {
@@ -60,7 +60,7 @@ impl FreeSpace {
 
     /// Every how many pixels there is a ray, so that a frame has about as many as wanted.
     fn pixel_stride(pixels: usize) -> usize {
-        (pixels as f64 / RAYS_PER_FRAME).sqrt().round().max(1.0) as usize
+        (pixels as f64 / f64::from(RAYS_PER_FRAME)).sqrt().round().max(1.0) as usize
     }
 
     fn is_used(&self, reading: f32) -> bool {

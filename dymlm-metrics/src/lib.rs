@@ -3,14 +3,13 @@
 //! Nothing here renders or maps anything. Whoever has a map and knows what is there can score it: a cloud
 //! ([`score_cloud`]) and an occupancy grid or octree ([`OccupancyScorer`]) against a [`SpaceTruth`], planes
 //! ([`score_planes`]) against [`TrueFace`]s, objects ([`score_objects`]) against [`TrueObject`]s, masks of
-//! movers ([`MaskScore`]), boxes of a tracker ([`TrackingScorer`]), what a map keeps of all readings
-//! ([`DynamicMapScorer`]), and a 2D detector ([`DetectorStatistics`]). A recording without movers is the
+//! movers ([`MaskScore`]), boxes of a tracker ([`TrackingScorer`]) and what a map keeps of all readings
+//! ([`DynamicMapScorer`]). A recording without movers is the
 //! truth of one with them: [`ReferenceCloud`]. The crate `dymlm-sim` renders sequences of which all of this
 //! truth is known exactly.
 
 mod assignment;
 mod cloud_score;
-mod detector_statistics;
 mod dynamic_map_score;
 mod free_space;
 mod mask_score;
@@ -20,17 +19,16 @@ mod occupancy_score;
 mod plane_score;
 mod reference_cloud;
 mod seen_points;
+mod share;
 mod space_truth;
 mod spread;
 mod tracking_score;
 mod true_face;
 mod true_object;
 mod voxel_key;
+mod voxel_means;
 
 pub use cloud_score::{CloudScore, score_cloud};
-pub use detector_statistics::{
-    DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures,
-};
 pub use dynamic_map_score::{DynamicMapScore, DynamicMapScorer};
 pub use mask_score::MaskScore;
 pub use object_score::{

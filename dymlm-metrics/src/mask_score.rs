@@ -1,5 +1,7 @@
 use dymlm_core::{DepthImage, Error, Mask};
 
+use crate::share::share;
+
 /// How well masks cover the movers, counted over the pixels with a depth reading and summed over frames.
 ///
 /// - recall = masked mover pixels / mover pixels: what is not covered enters the map,
@@ -62,10 +64,6 @@ impl MaskScore {
     pub fn precision(&self) -> Option<f64> {
         share(self.masked_mover_pixels, self.masked_pixels)
     }
-}
-
-fn share(part: u64, whole: u64) -> Option<f64> {
-    (whole > 0).then(|| part as f64 / whole as f64)
 }
 
 #[cfg(test)]

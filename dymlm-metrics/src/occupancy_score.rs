@@ -4,8 +4,8 @@ use dymlm_core::{ConfigError, DepthImage, Error, Frame, Mask, Point, Pose, check
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::SpaceTruth;
-use crate::cloud_score::OFF_SURFACE;
 use crate::free_space::FreeSpace;
+use crate::nearest::OFF_SURFACE;
 
 /// What a map of space holds a point to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

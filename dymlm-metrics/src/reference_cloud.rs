@@ -1,7 +1,7 @@
 use dymlm_core::{ConfigError, Frame, Point, Pose, check_range};
 
-use crate::nearest::share_within;
-use crate::voxel_key::{VoxelKey, VoxelMap};
+use crate::nearest::{MATCHED, OFF_SURFACE, share_within};
+use crate::voxel_means::{Voxel, VoxelMeans, readings};
 
 /// All frames of a recording without movers stitched together as they are: what a map of the same recording
 /// with movers is compared with when there is no exact truth.
@@ -30,35 +30,10 @@ use crate::voxel_key::{VoxelKey, VoxelMap};
 /// ```
 #[derive(Debug, Clone)]
 pub struct ReferenceCloud {
-    voxel_size: f32,
-    frames: u32,
-    voxels: VoxelMap<Voxel>,
+    voxel_size: f64,
+    voxels: VoxelMeans,
 }
 
-/// The points in a voxel, how many frames hit it, and which did so last (counted from 1).
-#[derive(Debug, Clone, Copy, Default)]
-struct Voxel {
-    sum: [f64; 3],
-    points: u32,
-    frames: u32,
-    last_frame: u32,
-}
-
-impl Voxel {
-    fn add(&mut self, other: &Self) {
-        (0..3).for_each(|axis| self.sum[axis] += other.sum[axis]);
-        self.points = self.points.saturating_add(other.points);
-    }
-
-    fn mean(&self) -> Point {
-        self.sum.map(|sum| (sum / f64::from(self.points.max(1))) as f32)
-    }
-}
-
-/// Distance beyond which a map's voxel has no counterpart in the reference, metres.
-const RESIDUE_DISTANCE: f32 = 0.06;
-/// Distance within which a voxel of the reference is mapped, metres.
-const MAPPED_DISTANCE: f32 = 0.05;
 /// Frames that must hit a voxel of the reference before it is asked for.
 const MIN_FRAMES: u32 = 3;
 
@@ -87,41 +62,13 @@ impl ReferenceCloud {
     /// [`ConfigError`] when the size is outside its range.
     pub fn new(voxel_size: f64) -> Result<Self, ConfigError> {
         check_range("reference.voxel_size", voxel_size, 0.002..=1.0)?;
-        Ok(Self { voxel_size: voxel_size as f32, frames: 0, voxels: VoxelMap::default() })
+        Ok(Self { voxel_size, voxels: VoxelMeans::new(voxel_size) })
     }
 
     /// Adds every reading of a frame within `min_depth..=max_depth` metres.
     pub fn add_frame(&mut self, frame: &Frame, world_from_camera: &Pose, min_depth: f32, max_depth: f32) {
-        self.frames += 1;
-        let voxels_per_metre = 1.0 / self.voxel_size;
-        let (camera, depth) = (frame.camera(), frame.depth());
-        // Neighbouring pixels often share a voxel: each run of them is looked up once.
-        let mut run = (None, Voxel::default());
-        for v in 0..depth.height() {
-            for (u, &z) in depth.row(v).iter().enumerate() {
-                if !(z > 0.0 && z >= min_depth && z <= max_depth) {
-                    continue;
-                }
-                let point = camera.back_project([u as f64, v as f64], z.into());
-                let point = world_from_camera.transform_point(point);
-                let key = VoxelKey::of(point.map(|c| c as f32), voxels_per_metre);
-                if key != run.0 {
-                    self.add_run(run);
-                    run = (key, Voxel::default());
-                }
-                run.1.add(&Voxel { sum: point, points: 1, ..Voxel::default() });
-            }
-        }
-        self.add_run(run);
-    }
-
-    fn add_run(&mut self, (key, run): (Option<VoxelKey>, Voxel)) {
-        if let Some(key) = key {
-            let voxel = self.voxels.entry(key).or_default();
-            voxel.add(&run);
-            voxel.frames += u32::from(voxel.last_frame != self.frames);
-            voxel.last_frame = self.frames;
-        }
+        let readings = readings(frame, world_from_camera, min_depth..=max_depth);
+        self.voxels.add_frame(readings.map(|(_, point)| point));
     }
 
     /// Number of voxels that any frame hit.
@@ -131,33 +78,25 @@ impl ReferenceCloud {
 
     /// Whether no frame hit anything.
     pub fn is_empty(&self) -> bool {
-        self.voxels.is_empty()
+        self.len() == 0
     }
 
     /// Scores the points of a map in the world frame. Points that are not finite are passed over.
     pub fn score(&self, map: &[Point]) -> ReferenceScore {
-        let mut map_voxels: VoxelMap<Voxel> = VoxelMap::default();
-        for &point in map {
-            if let Some(key) = VoxelKey::of(point, 1.0 / self.voxel_size) {
-                let point = Voxel { sum: point.map(f64::from), points: 1, ..Voxel::default() };
-                map_voxels.entry(key).or_default().add(&point);
-            }
-        }
-        let map = means(map_voxels.iter());
-        let reference = means(self.voxels.iter());
-        let asked_for = means(self.voxels.iter().filter(|(_, voxel)| voxel.frames >= MIN_FRAMES));
+        let mut gathered = VoxelMeans::new(self.voxel_size);
+        gathered.add_frame(map.iter().map(|point| point.map(f64::from)));
+        let map = means(&gathered, 1);
+        let (reference, asked_for) = (means(&self.voxels, 1), means(&self.voxels, MIN_FRAMES));
         ReferenceScore {
-            residue: 1.0 - share_within(&map, &reference, RESIDUE_DISTANCE).unwrap_or(1.0),
-            completeness: share_within(&asked_for, &map, MAPPED_DISTANCE).unwrap_or(1.0),
+            residue: 1.0 - share_within(&map, &reference, OFF_SURFACE).unwrap_or(1.0),
+            completeness: share_within(&asked_for, &map, MATCHED).unwrap_or(1.0),
             map_voxels: map.len(),
             reference_voxels: asked_for.len(),
         }
     }
 }
 
-/// The voxels' means in the order of the lattice, so that the order of a hash table shows nowhere.
-fn means<'a>(voxels: impl Iterator<Item = (&'a VoxelKey, &'a Voxel)>) -> Vec<Point> {
-    let mut voxels: Vec<(VoxelKey, Point)> = voxels.map(|(&key, voxel)| (key, voxel.mean())).collect();
-    voxels.sort_unstable_by_key(|&(key, _)| key);
-    voxels.into_iter().map(|(_, mean)| mean).collect()
+/// The means of the voxels that so many frames hit.
+fn means(voxels: &VoxelMeans, min_frames: u32) -> Vec<Point> {
+    voxels.voxels().iter().filter(|voxel| voxel.frames >= min_frames).map(Voxel::mean).collect()
 }

@@ -1,9 +1,6 @@
-use std::num::NonZero;
-
 use dymlm_core::{ConfigError, Point, check_range};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
-use crate::nearest::Neighbors;
+use crate::nearest::{Neighbors, is_finite};
 
 /// What a cloud or an occupancy map is scored against: where static surface is, where movers have been, and
 /// which of the surface could be seen. All in the frame of the map, metres.
@@ -44,9 +41,9 @@ pub trait SpaceTruth {
 #[derive(Debug)]
 pub struct PointTruth {
     surface: Vec<Point>,
-    /// No tree of no points.
-    tree: Option<ImmutableKdTree<f32, 3>>,
+    nearest: Neighbors,
     movers: Neighbors,
+    margin: f32,
 }
 
 impl PointTruth {
@@ -58,25 +55,19 @@ impl PointTruth {
     /// [`ConfigError`] when the margin is outside its range.
     pub fn new(mut surface: Vec<Point>, movers: &[Point], margin: f64) -> Result<Self, ConfigError> {
         check_range("margin", margin, 0.0..=10.0)?;
-        let is_finite = |point: &Point| point.iter().all(|c| c.is_finite());
         surface.retain(is_finite);
-        let movers: Vec<Point> = movers.iter().copied().filter(is_finite).collect();
-        let tree = if surface.is_empty() { None } else { ImmutableKdTree::new_from_slice(&surface).ok() };
-        Ok(Self { surface, tree, movers: Neighbors::of(&movers, margin as f32) })
+        let (nearest, movers) = (Neighbors::of(&surface), Neighbors::of(movers));
+        Ok(Self { surface, nearest, movers, margin: margin as f32 })
     }
 }
 
 impl SpaceTruth for PointTruth {
     fn surface_distance(&self, point: Point) -> f32 {
-        let Some(tree) = self.tree.as_ref().filter(|_| point.iter().all(|c| c.is_finite())) else {
-            return f32::INFINITY;
-        };
-        let nearest = tree.query(&point).nearest_n::<SquaredEuclidean<f32>>(NonZero::<usize>::MIN).execute();
-        nearest.first().map_or(f32::INFINITY, |found| found.distance.sqrt())
+        self.nearest.distance(point)
     }
 
     fn swept_by_movers(&self, point: Point) -> bool {
-        point.iter().all(|c| c.is_finite()) && self.movers.reach(point)
+        self.movers.reach(point, self.margin)
     }
 
     fn visible_points(&self) -> Vec<Point> {

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::{BoundingBox, ConfigError, check_range};
 
-use crate::assignment::assign;
+use crate::assignment::{ONE, assign};
 
 /// A box that belongs to somebody: an id that is the same in all frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -287,9 +287,6 @@ impl TrackingScorer {
         pairs.into_iter().map(|(row, column)| frames(row, column) as u64).sum()
     }
 }
-
-/// Intersection over union in fixed point: sums of assignments compare exactly.
-const ONE: i64 = 1 << 32;
 
 /// Intersections over union of true boxes (rows) and output boxes (columns), where they are enough.
 struct Overlaps {

@@ -220,7 +220,8 @@ fn a_flipped_normal_is_a_sign_error_and_nothing_else() {
     }
     let score = score(&planes, &faces);
     assert_eq!((score.sign_errors(), score.recall(), score.precision()), (2, Some(1.0), Some(1.0)));
-    // The partition's other side, 5 cm behind, has the flipped normal and is not taken for the plane's.
+    // The partition's other side, 5 cm behind, has the flipped normal and is not taken for the plane's: the
+    // nearest face counts.
     assert_eq!(score.matches.iter().map(|found| found.face).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
     assert_eq!((score.matches[3].facing, score.matches[4].facing), (Facing::Inwards, Facing::Outwards));
     assert!(score.duplicates.is_empty() && score.angle_degrees.unwrap().p95 < 1e-9);

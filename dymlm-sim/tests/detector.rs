@@ -2,9 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
 use dymlm_core::{Detection, PinholeCamera};
-use dymlm_metrics::{DetectorFigures, DetectorStatistics, ExactView};
 use dymlm_sim::{DetectionRates, DetectorConfig, SensorConfig, Sequence, SequenceConfig, SimulatedFrame};
-use dymlm_test_support::{recorded_frames, recording};
+use dymlm_test_support::{DetectorFigures, DetectorStatistics, ExactView, recorded_frames, recording};
 
 /// What `DetectorStatistics` finds on the recording (YOLOX-Nano, score >= 0.25; 200 frames of 640x480 at 6 Hz
 /// with 202 views of two people), to be compared with where there is no data.
@@ -83,6 +82,12 @@ fn the_committed_figures_are_those_of_the_recording() {
     }
 }
 
+/// The movers in view, as a detector is to find them.
+fn mover_views(frame: &SimulatedFrame) -> Vec<ExactView> {
+    let movers = frame.visible_things.iter().filter(|thing| thing.moves);
+    movers.map(|thing| ExactView::new(thing.id, thing.bounding_box, thing.pixels)).collect()
+}
+
 /// The defaults, where the recording tells: what differs is within what so few views can tell, or follows
 /// from the scene (there, feet and lower legs are mostly behind a table; here, below the image).
 #[test]
@@ -94,7 +99,7 @@ fn the_defaults_are_like_the_recording() {
         config.frames = 200;
         config.frame_rate = 6.0;
         for frame in Sequence::new(&config).unwrap().frames() {
-            statistics.add(&frame.detections, &frame.mover_views(), &frame.mover_mask);
+            statistics.add(&frame.detections, &mover_views(&frame), &frame.mover_mask);
         }
     }
     let figures = statistics.figures().unwrap();
@@ -153,7 +158,7 @@ fn with_camera(width: usize, height: usize) -> SequenceConfig {
 
 fn people(frames: impl Iterator<Item = SimulatedFrame>) -> DetectorFigures {
     let mut statistics = DetectorStatistics::new("person");
-    frames.for_each(|frame| statistics.add(&frame.detections, &frame.mover_views(), &frame.mover_mask));
+    frames.for_each(|frame| statistics.add(&frame.detections, &mover_views(&frame), &frame.mover_mask));
     statistics.figures().unwrap()
 }
 

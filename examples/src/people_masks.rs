@@ -1,7 +1,6 @@
 use std::path::Path;
 
 use dymlm::core::Mask;
-use dymlm_metrics::ExactView;
 
 use crate::AnyError;
 
@@ -35,18 +34,14 @@ impl PeopleMasks {
         self.mask(|person| person > 0)
     }
 
-    /// Each person in view.
+    /// `true` where the first person is, the second ...; not all need be in view.
     ///
     /// # Errors
     ///
     /// When the image is empty.
-    pub fn views(&self) -> Result<Vec<ExactView>, AnyError> {
+    pub fn each(&self) -> Result<Vec<Mask>, AnyError> {
         let last = self.people.iter().copied().max().unwrap_or(0);
-        let mut views = Vec::new();
-        for person in 1..=last {
-            views.extend(ExactView::of_mask(person.into(), &self.mask(|other| other == person)?));
-        }
-        Ok(views)
+        (1..=last).map(|person| self.mask(|other| other == person)).collect()
     }
 
     fn mask(&self, shows: impl Fn(u8) -> bool) -> Result<Mask, AnyError> {

@@ -9,7 +9,7 @@ use yaw::yaw_error_degrees;
 
 use crate::Spread;
 use crate::TrueObject;
-use crate::assignment::assign;
+use crate::assignment::{ONE, assign};
 
 /// An object of a map to be scored: what `objects.json` holds of it.
 ///
@@ -70,7 +70,7 @@ pub fn score_objects(estimates: &[EstimatedObject], objects: &[TrueObject]) -> O
         .flat_map(|own| objects.iter().map(|object| own.map_or(0.0, |own| own.iou(&object.oriented_box))))
         .collect();
     let iou_of = |(estimate, object): (usize, usize)| iou[estimate * objects.len() + object];
-    let weight = |pair| if iou_of(pair) >= MIN_IOU { (iou_of(pair) * ONE).round() as i64 } else { 0 };
+    let weight = |pair| if iou_of(pair) >= MIN_IOU { (iou_of(pair) * ONE as f64) as i64 } else { 0 };
     let pairs = assign(estimates.len(), objects.len(), |estimate, object| weight((estimate, object)));
     let matches: Vec<ObjectMatch> = pairs
         .iter()
@@ -107,8 +107,6 @@ pub fn score_objects(estimates: &[EstimatedObject], objects: &[TrueObject]) -> O
 const MIN_IOU: f64 = 0.25;
 /// Frames that must have seen an object before a map is asked for it.
 const MIN_FRAMES: u32 = 8;
-/// `IoU` in fixed point: sums of assignments compare exactly, on every machine.
-const ONE: f64 = (1_u64 << 40) as f64;
 
 /// What a match is worth.
 fn compare(

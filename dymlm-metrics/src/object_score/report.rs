@@ -1,4 +1,5 @@
 use crate::Spread;
+use crate::share::share;
 
 /// How a map's objects compare with the true ones; see [`score_objects`](crate::score_objects) for the
 /// formulas.
@@ -83,21 +84,17 @@ pub struct DuplicateObject {
 impl ObjectScore {
     /// Share of the objects asked for that have a match; `None` when none is asked for.
     pub fn recall(&self) -> Option<f64> {
-        share(self.asked - self.missed.len(), self.asked)
+        share((self.asked - self.missed.len()) as u64, self.asked as u64)
     }
 
     /// Share of the estimates that have a match; `None` without estimates.
     pub fn precision(&self) -> Option<f64> {
-        share(self.matches.len(), self.estimates)
+        share(self.matches.len() as u64, self.estimates as u64)
     }
 
     /// Share of the matches with the right label; `None` without a match.
     pub fn label_accuracy(&self) -> Option<f64> {
         let right = self.matches.iter().filter(|found| found.label == LabelVerdict::Right).count();
-        share(right, self.matches.len())
+        share(right as u64, self.matches.len() as u64)
     }
-}
-
-fn share(part: usize, whole: usize) -> Option<f64> {
-    (whole > 0).then(|| part as f64 / whole as f64)
 }

@@ -5,7 +5,7 @@ mod placed_plane;
 mod report;
 
 use asked_faces::{AskedFace, asked_faces};
-use criteria::{MERGED_SHARE, MIN_AREA, MIN_COVERAGE, ONE_MEMBER, SAME_AREA};
+use criteria::{MIN_AREA, MIN_COVERAGE};
 use dymlm_core::vector3::{cross, dot};
 pub use estimated_plane::EstimatedPlane;
 use placed_plane::{CellView, OnFace, PlacedPlane};
@@ -19,8 +19,7 @@ use crate::TrueFace;
 /// A plane is divided into cells of 2 cm within its boundary. A cell lies on a face when the cell's middle,
 /// projected along the face's normal, falls within the face's outline, no further than 5 cm away, and the
 /// angle between plane and face is at most 10 degrees, up to sign; on the nearest such face if there are
-/// several (one that faces the other way is taken to be 2 cm further away), of those of which there is any
-/// reading. All areas below are counted in such cells, or in the faces' own. A face and its
+/// several, of those of which there is any reading. All areas below are counted in such cells, or in the faces' own. A face and its
 /// [reliefs](TrueFace::relief) are asked for together, and are called a face here.
 ///
 /// - **Match**: a plane stands for the face that holds most of its area, if that is more than half of it.
@@ -29,12 +28,10 @@ use crate::TrueFace;
 /// - **Recall** = faces found / faces asked for; found is a face with a matching plane, when all its matching
 ///   planes cover at least a quarter of its visible area.
 /// - **Precision** = planes with a match / planes.
-/// - **Duplicates**: planes that match the same face as an earlier one. On a face with reliefs, two planes
-///   that have most of their areas on different members are duplicates only if both spread over several
-///   members (four fifths of neither lie on one) and overlap by a fifth of the smaller one: a map may tell a
-///   keyboard from the desk, but need not.
-/// - **Wrongly merged**: planes with substantial parts of their area (above a fifth of it, or above 0.08 m2)
-///   on each of several faces asked for.
+/// - **Duplicates**: planes that match the same face as an earlier one. Of a face with reliefs, planes that
+///   have most of their areas on different members are none: a map may tell a keyboard from the desk, but need
+///   not.
+/// - **Wrongly merged**: planes with more than 0.08 m2 on each of several faces asked for.
 /// - **Area recall** = visible area of the faces asked for that any plane covers / their visible area. **Area
 ///   precision** = area of the planes on parts of faces with a reading / that area and the area on no face.
 ///   Area on parts without a reading (below things that stand there) is left out.
@@ -80,7 +77,7 @@ pub fn score_planes(planes: &[EstimatedPlane], faces: &[TrueFace]) -> PlaneScore
         planes: planes.len(),
         unmatched: (0..planes.len()).filter(|index| !matched(index)).collect(),
         faces: asked.iter().map(|face| score_face(face, &matches, &placed, &readings, faces)).collect(),
-        duplicates: find_duplicates(&matches, &placed),
+        duplicates: find_duplicates(&matches),
         wrongly_merged: find_merged(&readings, &asked),
         visible_area,
         area_recall: (visible_area > 0.0).then(|| covered / visible_area),
@@ -173,7 +170,6 @@ fn find_match(
         face: face.id,
         relief,
         share,
-        face_share: most.area() / reading.area,
         angle_degrees: angle_degrees(placed.plane.normal(), face.plane.normal()),
         offset: on_relief().map(|on_face| on_face.moment).sum::<f64>() / area,
         facing: if cosine > 0.0 { Facing::Outwards } else { Facing::Inwards },
@@ -225,34 +221,18 @@ fn score_face(
     }
 }
 
-fn find_duplicates(matches: &[PlaneMatch], placed: &[Option<PlacedPlane<'_>>]) -> Vec<DuplicatePlane> {
+fn find_duplicates(matches: &[PlaneMatch]) -> Vec<DuplicatePlane> {
     let duplicate = |(k, found): (usize, &PlaneMatch)| {
-        let same_face = |earlier: &&PlaneMatch| {
-            earlier.relief == found.relief
-                && (earlier.face == found.face
-                    || (earlier.face_share.max(found.face_share) < ONE_MEMBER
-                        && overlap(placed, earlier.plane, found.plane) >= SAME_AREA))
-        };
-        let of = matches[..k].iter().find(same_face)?;
+        let of = matches[..k].iter().find(|earlier| earlier.face == found.face)?;
         Some(DuplicatePlane { plane: found.plane, of: of.plane })
     };
     matches.iter().enumerate().filter_map(duplicate).collect()
 }
 
-/// Share of the smaller of two planes that lies within the other's boundary.
-fn overlap(placed: &[Option<PlacedPlane<'_>>], a: usize, b: usize) -> f64 {
-    let (Some(a), Some(b)) = (&placed[a], &placed[b]) else { return 0.0 };
-    let (small, large) = if a.area() <= b.area() { (a, b) } else { (b, a) };
-    small.share_within(large)
-}
-
 fn find_merged(readings: &[Reading], asked: &[AskedFace]) -> Vec<MergedPlane> {
     let merged = |(plane, reading): (usize, &Reading)| {
-        let substantial = |face: &&AskedFace| {
-            let area = reading.area_on(face.id);
-            area > MIN_AREA || area > MERGED_SHARE * reading.area
-        };
-        let faces: Vec<usize> = asked.iter().filter(substantial).map(|face| face.id).collect();
+        let substantial = asked.iter().filter(|face| reading.area_on(face.id) > MIN_AREA);
+        let faces: Vec<usize> = substantial.map(|face| face.id).collect();
         (faces.len() > 1).then_some(MergedPlane { plane, faces })
     };
     readings.iter().enumerate().filter_map(merged).collect()

@@ -2,7 +2,8 @@ use dymlm_core::Plane;
 use dymlm_core::vector3::{along, dot};
 
 use super::EstimatedPlane;
-use super::criteria::{CELL, LEAST_COSINE, MAX_OFFSET, WRONG_WAY};
+use super::criteria::LEAST_COSINE;
+use crate::nearest::{CELL, MATCHED};
 use crate::true_face::{CellRaster, TrueFace, raster_over};
 
 /// An estimated plane in cells, and the faces that it may stand for.
@@ -21,8 +22,6 @@ pub(super) struct PlacedPlane<'a> {
 struct Candidate<'a> {
     index: usize,
     face: &'a TrueFace,
-    /// By how much the face is taken to be further away than it is, metres.
-    handicap: f64,
 }
 
 /// The face that a point of a plane lies on.
@@ -53,14 +52,12 @@ impl<'a> PlacedPlane<'a> {
         if !filled.contains(&true) {
             return None;
         }
-        let candidates =
-            faces.iter().enumerate().filter_map(|(index, face)| {
-                let cosine = dot(plane.normal(), face.plane.normal());
-                let near = || may_meet(&raster, face, MAX_OFFSET);
-                let handicap = if cosine > 0.0 { 0.0 } else { WRONG_WAY };
-                (cosine.abs() >= LEAST_COSINE && near() && face.cells.read.contains(&true))
-                    .then_some(Candidate { index, face, handicap })
-            });
+        let candidates = faces.iter().enumerate().filter_map(|(index, face)| {
+            let cosine = dot(plane.normal(), face.plane.normal());
+            let near = || may_meet(&raster, face, MATCHED.into());
+            (cosine.abs() >= LEAST_COSINE && near() && face.cells.read.contains(&true))
+                .then_some(Candidate { index, face })
+        });
         let candidates = candidates.collect();
         Some(Self { plane, boundary, raster, filled, candidates })
     }
@@ -81,31 +78,17 @@ impl<'a> PlacedPlane<'a> {
         self.cells().count() as f64 * self.cell_area()
     }
 
-    /// Share of the plane that lies within the other's boundary.
-    pub(super) fn share_within(&self, other: &Self) -> f64 {
-        let is_within = |point: &[f64; 3]| {
-            other.raster.cell_at(other.raster.coordinates(*point)).is_some_and(|cell| other.filled[cell])
-        };
-        self.cells().filter(is_within).count() as f64 / self.cells().count().max(1) as f64
-    }
-
     /// The nearest face, along its normal, whose outline holds the point.
     pub(super) fn face_at(&self, point: [f64; 3]) -> Option<OnFace> {
-        let mut nearest: Option<(f64, OnFace)> = None;
-        for candidate in &self.candidates {
+        let on_faces = self.candidates.iter().filter_map(|candidate| {
             let face = candidate.face;
             let distance = face.plane.signed_distance(point);
-            let cost = distance.abs() + candidate.handicap;
-            if distance.abs() > MAX_OFFSET || nearest.is_some_and(|(least, _)| cost >= least) {
-                continue;
-            }
-            let cell = face.cells.raster.cell_at(face.cells.raster.coordinates(point));
-            if let Some(cell) = cell.filter(|&cell| face.cells.inside[cell]) {
-                let view = if face.cells.read[cell] { CellView::Read } else { CellView::Hidden };
-                nearest = Some((cost, OnFace { index: candidate.index, distance, view }));
-            }
-        }
-        nearest.map(|(_, on_face)| on_face)
+            let cell = face.cells.raster.cell_at(face.cells.raster.coordinates(point))?;
+            let view = if face.cells.read[cell] { CellView::Read } else { CellView::Hidden };
+            let is_on = distance.abs() <= f64::from(MATCHED) && face.cells.inside[cell];
+            is_on.then_some(OnFace { index: candidate.index, distance, view })
+        });
+        on_faces.min_by(|own, other| own.distance.abs().total_cmp(&other.distance.abs()))
     }
 
     /// Which of a face's cells lie within the boundary on the faces that `belongs` accepts.

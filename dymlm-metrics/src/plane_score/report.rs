@@ -1,4 +1,5 @@
 use crate::Spread;
+use crate::share::share;
 
 /// How a map's planes compare with the true faces; see [`score_planes`](crate::score_planes) for the
 /// formulas.
@@ -45,8 +46,6 @@ pub struct PlaneMatch {
     pub relief: usize,
     /// Share of the plane's area that lies on the face and its reliefs, above 0.5.
     pub share: f64,
-    /// Share of the plane's area that lies on `face` itself.
-    pub face_share: f64,
     /// Angle between the normals, up to sign, degrees.
     pub angle_degrees: f64,
     /// Mean over the plane's area on the face and its reliefs of its signed distance from them, metres:
@@ -121,12 +120,12 @@ impl PlaneScore {
     /// Share of the faces asked for that were found; `None` when none is asked for.
     pub fn recall(&self) -> Option<f64> {
         let found = self.faces.iter().filter(|face| face.state == FaceState::Found).count();
-        share(found, self.faces.len())
+        share(found as u64, self.faces.len() as u64)
     }
 
     /// Share of the planes that stand for a face; `None` without planes.
     pub fn precision(&self) -> Option<f64> {
-        share(self.matches.len(), self.planes)
+        share(self.matches.len() as u64, self.planes as u64)
     }
 
     /// Matched planes whose normal points into the thing.
@@ -140,8 +139,4 @@ impl PlaneScore {
         let sum: f64 = found().map(|face| face.boundary_iou).sum();
         (found().count() > 0).then(|| sum / found().count() as f64)
     }
-}
-
-fn share(part: usize, whole: usize) -> Option<f64> {
-    (whole > 0).then(|| part as f64 / whole as f64)
 }

@@ -15,7 +15,7 @@ pub struct CellRaster {
 }
 
 /// Most cells along an axis: rasters of larger things have larger cells.
-const MOST_CELLS: f64 = 2000.0;
+const MOST_CELLS: u16 = 2000;
 
 impl CellRaster {
     /// Cells of about `cell` metres over the bounds of some points of a plane, of which `along_u` is a
@@ -44,7 +44,7 @@ impl CellRaster {
         if !extents.iter().all(|&extent| extent > 0.0 && extent.is_finite()) {
             return None;
         }
-        let counts = extents.map(|extent| (extent / cell).round().clamp(1.0, MOST_CELLS));
+        let counts = extents.map(|extent| (extent / cell).round().clamp(1.0, MOST_CELLS.into()));
         let corner = along(along(origin, low[0], axes[0]), low[1], axes[1]);
         corner.iter().all(|c| c.is_finite()).then_some(Self {
             corner,

@@ -35,7 +35,7 @@ impl DetectionRates {
 /// How a 2D detector errs.
 ///
 /// The defaults are those of YOLOX-Nano (score >= 0.25) on 202 views of people with exact masks, 640x480 at 6
-/// Hz, as `dymlm_metrics::DetectorStatistics` gives them: 92.1 % of the views found, 87.6 % at score >= 0.5,
+/// Hz, as `DetectorStatistics` of the tests gives them: 92.1 % of the views found, 87.6 % at score >= 0.5,
 /// 77.2 % at 0.7; of views by their size, below 1.6 % of the image (5000 pixels), to 5 %, to 10 % and above:
 /// 25 %, 93 %, 96 %, 100 %; misses come in bursts of one to three frames; quartiles of the score 0.77, 0.83,
 /// 0.88; `IoU` with the exact box 0.86 in the median and above 0.67 in nine tenths; 2.6 % of the people's

@@ -1,5 +1,4 @@
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, Pose};
-use dymlm_metrics::ExactView;
 
 /// One frame of a [`Sequence`](crate::Sequence) and the truth about it.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,12 +55,4 @@ pub struct VisibleThing {
     pub bounding_box: BoundingBox,
     /// Number of pixels that show it.
     pub pixels: usize,
-}
-
-impl SimulatedFrame {
-    /// The movers in view, as a detector is to find them.
-    pub fn mover_views(&self) -> Vec<ExactView> {
-        let movers = self.visible_things.iter().filter(|thing| thing.moves);
-        movers.map(|thing| ExactView::new(thing.id, thing.bounding_box, thing.pixels)).collect()
-    }
 }

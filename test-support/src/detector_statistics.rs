@@ -1,7 +1,7 @@
 use dymlm_core::{BoundingBox, Detection, Mask};
 
 /// How a 2D detector errs on things whose exact boxes are known: gathers frames, simulated or recorded, and
-/// gives [`DetectorFigures`].
+/// gives [`DetectorFigures`]. The simulated detector's defaults were set by it.
 ///
 /// Only boxes of one label count. In each frame, boxes take views in the order of their scores, each the view
 /// of the largest `IoU` that is still free, from 0.3 on (the matching of PASCAL VOC at a lower bar, since cut
@@ -10,7 +10,7 @@ use dymlm_core::{BoundingBox, Detection, Mask};
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, Detection, Mask};
-/// use dymlm_metrics::{DetectorStatistics, ExactView};
+/// use dymlm_test_support::{DetectorStatistics, ExactView};
 ///
 /// // A person fills columns 2 to 5 of an image of 8 x 4 pixels; the box misses the last of them.
 /// let person = Mask::new(8, 4, (0..32).map(|pixel| (2..6).contains(&(pixel % 8))).collect())?;
@@ -40,8 +40,6 @@ pub struct DetectorStatistics {
 
 /// A thing as one frame shows it, exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
 pub struct ExactView {
     /// Tells things apart over the frames.
     pub id: usize,
@@ -55,8 +53,6 @@ pub struct ExactView {
 ///
 /// Shares are 0..=1. Figures of boxes are taken over the views that were found.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
 pub struct DetectorFigures {
     /// Number of frames.
     pub frames: usize,
@@ -88,8 +84,6 @@ pub struct DetectorFigures {
 
 /// Views of about one size.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
 pub struct SizeFigures {
     /// Smallest and, excluded, largest share of the image that the views cover.
     pub image_share: [f64; 2],
@@ -103,8 +97,6 @@ pub struct SizeFigures {
 /// positive inwards, where the box is cut. Only sides count that the exact box has within the image. All 0
 /// without any.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
 pub struct SideFigures {
     /// Number of sides.
     pub count: usize,
@@ -118,8 +110,6 @@ pub struct SideFigures {
 
 /// A line of a table of figures.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
 pub struct FigureRow {
     /// What it is, with its unit.
     pub name: String,
