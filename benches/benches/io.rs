@@ -7,8 +7,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use dymlm_benches::{SIZES, blobs, kinect, room_depth};
 use dymlm_core::PointCloud;
 use dymlm_io::{
-    FrameBuffers, PcdCloud, PcdEncoding, StampedPose, Trajectory, TumDataset, TumOptions, decode_pcd,
-    decode_ply, encode_pcd, encode_ply, write_depth_png, write_png,
+    FrameBuffers, StampedPose, Trajectory, TumDataset, TumOptions, decode_pcd, decode_ply, encode_pcd,
+    encode_ply, write_depth_png, write_png,
 };
 
 fn colored(n: usize) -> PointCloud {
@@ -32,7 +32,7 @@ fn ply(c: &mut Criterion) {
                         encode_ply(&mut bytes, &cloud).unwrap();
                     });
                 } else {
-                    b.iter(|| black_box(decode_ply(bytes.as_slice(), "bench").unwrap()));
+                    b.iter(|| black_box(decode_ply(&bytes, "bench").unwrap()));
                 }
             });
         }
@@ -40,26 +40,20 @@ fn ply(c: &mut Criterion) {
 }
 
 fn pcd(c: &mut Criterion) {
-    for (encoding, name) in [
-        (PcdEncoding::Ascii, "ascii"),
-        (PcdEncoding::Binary, "binary"),
-        (PcdEncoding::BinaryCompressed, "binary_compressed"),
-    ] {
-        let n = 100_000;
-        let cloud = PcdCloud::new(colored(n));
-        let mut bytes = Vec::new();
-        encode_pcd(&mut bytes, &cloud, encoding).unwrap();
-        let mut group = c.benchmark_group(format!("io/pcd_{name}"));
-        group.sample_size(10).throughput(Throughput::Elements(n as u64));
-        group.bench_function("read", |b| b.iter(|| black_box(decode_pcd(&bytes, "bench").unwrap())));
-        group.bench_function("write", |b| {
-            let mut out = Vec::new();
-            b.iter(|| {
-                out.clear();
-                encode_pcd(&mut out, &cloud, encoding).unwrap();
-            });
+    let n = 100_000;
+    let cloud = colored(n);
+    let mut bytes = Vec::new();
+    encode_pcd(&mut bytes, &cloud).unwrap();
+    let mut group = c.benchmark_group("io/pcd_binary");
+    group.sample_size(10).throughput(Throughput::Elements(n as u64));
+    group.bench_function("read", |b| b.iter(|| black_box(decode_pcd(&bytes, "bench").unwrap())));
+    group.bench_function("write", |b| {
+        let mut out = Vec::new();
+        b.iter(|| {
+            out.clear();
+            encode_pcd(&mut out, &cloud).unwrap();
         });
-    }
+    });
 }
 
 /// A frame of 640x480: a 16-bit depth PNG and a colour PNG.

@@ -77,14 +77,6 @@ pub enum Error {
         /// Number of frames.
         count: usize,
     },
-    /// A field that does not fit its cloud.
-    #[error("the PCD field {field:?}: {reason}")]
-    PcdField {
-        /// The field.
-        field: String,
-        /// What is wrong with it.
-        reason: String,
-    },
     /// A buffer whose length is not width times height.
     #[error("{}: a buffer of {actual} pixels for an image of {width}x{height}", path.display())]
     BufferLength {

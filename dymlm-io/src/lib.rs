@@ -37,7 +37,7 @@ pub use map_folder::{MapFolder, MapFolderWriter};
 pub use map_records::{
     ObjectRecord, PlaneRecord, ShapeRecord, encode_objects, encode_planes, read_objects, read_planes,
 };
-pub use pcd::{PcdCloud, PcdEncoding, PcdField, PcdValues, decode_pcd, encode_pcd, read_pcd, write_pcd};
+pub use pcd::{PcdCloud, PcdField, decode_pcd, encode_pcd, read_pcd, write_pcd};
 pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap};
 pub use tum::{FrameBuffers, PosedFrame, TumCamera, TumDataset, TumFrame, TumOptions, TumWriter};

@@ -1,48 +1,48 @@
 //! The scalar types of point clouds' fields.
 
-/// All scalar types: runs a macro on their names and types.
-macro_rules! with_scalars {
-    ($macro:ident) => {
-        $macro! { I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 i64, U64 u64, F32 f32, F64 f64 }
-    };
+/// Scalar type of a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
 }
-pub(crate) use with_scalars;
-
-macro_rules! define_scalar {
-    ($($name:ident $type:ty),*) => {
-        /// Scalar type of a field.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub(crate) enum Scalar {
-            $($name),*
-        }
-
-        impl Scalar {
-            /// Bytes.
-            #[inline]
-            pub(crate) fn size(self) -> usize {
-                match self {
-                    $(Self::$name => size_of::<$type>()),*
-                }
-            }
-
-            /// The value whose little-endian bytes come first in `bytes`; 64-bit integers beyond 2^53 are
-            /// rounded.
-            #[inline]
-            #[allow(clippy::cast_lossless, reason = "one line for all types")]
-            pub(crate) fn to_f64(self, bytes: [u8; 8]) -> f64 {
-                match self {
-                    $(Self::$name => {
-                        let own = bytes.first_chunk().copied().unwrap_or_default();
-                        <$type>::from_le_bytes(own) as f64
-                    }),*
-                }
-            }
-        }
-    };
-}
-with_scalars!(define_scalar);
 
 impl Scalar {
+    /// Bytes.
+    #[inline]
+    pub(crate) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    /// The value whose little-endian bytes come first in `bytes`; 64-bit integers beyond 2^53 are rounded.
+    #[inline]
+    pub(crate) fn to_f64(self, bytes: [u8; 8]) -> f64 {
+        let unsigned = u64::from_le_bytes(bytes);
+        // Shifted up and down again, so that the sign is kept and what follows is dropped.
+        let beyond = 64 - 8 * self.size();
+        match self {
+            Self::F32 => f32::from_bits(unsigned as u32).into(),
+            Self::F64 => f64::from_bits(unsigned),
+            Self::I8 | Self::I16 | Self::I32 | Self::I64 => {
+                (unsigned << beyond).cast_signed().wrapping_shr(beyond as u32) as f64
+            }
+            Self::U8 | Self::U16 | Self::U32 | Self::U64 => (unsigned << beyond >> beyond) as f64,
+        }
+    }
+
     /// Whether values are whole numbers.
     pub(crate) fn is_whole(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)

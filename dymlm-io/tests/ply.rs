@@ -164,7 +164,7 @@ fn a_bad_file_is_an_error_naming_file_and_line() {
         ("ply\nformat ascii 1.0\nproperty float x\nend_header\n".into(), "test.ply, line 3"),
         ("ply\nelement vertex 0\nend_header\n".into(), "test.ply"),
         ("ply\nformat ascii 1.0\nend_header\n".into(), "without vertices"),
-        (header.to_owned(), "test.ply, line 7: no PLY file: its header does not end"),
+        (header.to_owned(), "test.ply: no PLY file: its header does not end"),
         (format!("{header}end_header\n1 2 3\n"), "2 elements \"vertex\" are announced, but only 1 follow"),
         (format!("{header}end_header\n1 2 3\n1 2 3 4\n"), "test.ply, line 9: \"4\" is beyond"),
         (header.replace("float z", "float y"), "test.ply, line 6: two properties"),

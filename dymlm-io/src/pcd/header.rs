@@ -2,10 +2,17 @@ use std::path::Path;
 
 use dymlm_core::Pose;
 
-use super::encode::PcdEncoding;
 use crate::Error;
 use crate::scalar::Scalar;
 use crate::text_lines::{number, quoted};
+
+/// How the points are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Ascii,
+    Binary,
+    BinaryCompressed,
+}
 
 /// A field as the header declares it.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +29,7 @@ pub(super) struct PcdHeader {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) viewpoint: Pose,
-    pub(super) encoding: PcdEncoding,
+    pub(super) encoding: Encoding,
     /// Bytes of a point.
     pub(super) stride: usize,
     /// Where the points begin in the file.
@@ -93,7 +100,7 @@ struct Entries<'a> {
     height: Option<usize>,
     points: Option<usize>,
     viewpoint: Option<Pose>,
-    encoding: Option<PcdEncoding>,
+    encoding: Option<Encoding>,
 }
 
 impl<'a> Entries<'a> {
@@ -210,11 +217,11 @@ fn viewpoint(values: &[&str]) -> Result<Pose, String> {
     }
 }
 
-fn encoding(values: &[&str]) -> Result<PcdEncoding, String> {
+fn encoding(values: &[&str]) -> Result<Encoding, String> {
     match values {
-        ["ascii"] => Ok(PcdEncoding::Ascii),
-        ["binary"] => Ok(PcdEncoding::Binary),
-        ["binary_compressed"] => Ok(PcdEncoding::BinaryCompressed),
+        ["ascii"] => Ok(Encoding::Ascii),
+        ["binary"] => Ok(Encoding::Binary),
+        ["binary_compressed"] => Ok(Encoding::BinaryCompressed),
         _ => Err(format!("DATA {} is none of ascii, binary, binary_compressed", quoted(&values.join(" ")))),
     }
 }

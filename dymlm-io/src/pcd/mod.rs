@@ -7,6 +7,6 @@ mod encode;
 mod header;
 mod lzf;
 
-pub use cloud::{PcdCloud, PcdField, PcdValues};
+pub use cloud::{PcdCloud, PcdField};
 pub use decode::{decode_pcd, read_pcd};
-pub use encode::{PcdEncoding, encode_pcd, write_pcd};
+pub use encode::{encode_pcd, write_pcd};

@@ -1,16 +1,12 @@
 use std::fs;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use dymlm_core::PointCloud;
 
-use super::header::{Element, Format, Kind, PlyHeader, Property};
-use super::rows::{Role, Rows, Vertices, row_size};
+use super::header::{Element, Kind, PlyHeader, Property};
+use super::rows::{Role, Rows};
 use crate::Error;
 use crate::scalar::Scalar;
-
-/// More rows are not made room for before they are there.
-const ROWS_AHEAD: usize = 1 << 16;
 
 /// Reads a point cloud from a PLY file: the `x y z` of its vertices, of any scalar type, and their colours
 /// when there are `red green blue` (or `diffuse_red` ...) of type uchar. Everything else (normals, faces ...)
@@ -23,19 +19,19 @@ const ROWS_AHEAD: usize = 1 << 16;
 /// vertices with coordinates or ends before its last vertex.
 pub fn read_ply(path: impl AsRef<Path>) -> Result<PointCloud, Error> {
     let path = path.as_ref();
-    let file = fs::File::open(path).map_err(Error::io(path))?;
-    decode_ply(BufReader::with_capacity(1 << 16, file), path)
+    let file = fs::read(path).map_err(Error::io(path))?;
+    decode_ply(&file, path)
 }
 
-/// Reads a point cloud in PLY format from a stream; `name` is what errors call it.
+/// Reads a point cloud from the bytes of a PLY file; `name` is what errors call it.
 ///
 /// # Errors
 ///
 /// As [`read_ply`].
-pub fn decode_ply(mut stream: impl BufRead, name: impl AsRef<Path>) -> Result<PointCloud, Error> {
+pub fn decode_ply(file: &[u8], name: impl AsRef<Path>) -> Result<PointCloud, Error> {
     let name = name.as_ref();
-    let header = PlyHeader::read(&mut stream, name)?;
-    let mut rows = Rows::new(stream, &header, name);
+    let header = PlyHeader::parse(file, name)?;
+    let mut rows = Rows::new(file, &header, name);
     for element in &header.elements {
         if element.name == "vertex" {
             check_coordinates(element, name)?;
@@ -69,24 +65,22 @@ fn role(property: &Property) -> Role {
     }
 }
 
-fn read_vertices(rows: &mut Rows<'_, impl BufRead>, element: &Element) -> Result<PointCloud, Error> {
+fn read_vertices(rows: &mut Rows<'_>, element: &Element) -> Result<PointCloud, Error> {
     let roles: Vec<(Kind, Role)> = element.properties.iter().map(|p| (p.kind, role(p))).collect();
     let has_colors = (0..3).all(|channel| roles.iter().any(|&(_, role)| role == Role::Color(channel)));
-    let mut vertices = Vertices::with_capacity(element.count.min(ROWS_AHEAD), has_colors);
-    match (rows.format, row_size(element)) {
-        (Format::LittleEndian, Some(size)) => rows.blocks(element, size, &roles, &mut vertices, |_| ())?,
-        (Format::BigEndian, Some(size)) => {
-            rows.blocks(element, size, &roles, &mut vertices, <[u8]>::reverse)?;
-        }
-        _ => {
-            for row in 0..element.count {
-                vertices.push(rows.next(&roles).map_err(|fault| rows.error(fault, element, row))?);
-            }
+    // No more room than for what can be there.
+    let room = element.count.min(rows.bytes_left() / 3);
+    let mut points = Vec::with_capacity(room);
+    let mut colors = Vec::with_capacity(if has_colors { room } else { 0 });
+    for row in 0..element.count {
+        let vertex = rows.next(&roles).map_err(|fault| rows.error(fault, element, row))?;
+        points.push(vertex.point);
+        if has_colors {
+            colors.push(vertex.color);
         }
     }
-    match vertices.colors {
-        Some(colors) => PointCloud::with_colors(vertices.points, colors)
-            .map_err(|error| Error::malformed(rows.path, error.to_string())),
-        None => Ok(PointCloud::new(vertices.points)),
+    if !has_colors {
+        return Ok(PointCloud::new(points));
     }
+    PointCloud::with_colors(points, colors).map_err(|error| Error::malformed(rows.path, error.to_string()))
 }

@@ -1,12 +1,8 @@
-use std::io::{BufRead, Read};
 use std::path::Path;
 
 use crate::Error;
 use crate::scalar::Scalar;
 use crate::text_lines::quoted;
-
-/// Longer lines are no header's, and need not be read to their end to know that.
-const LONGEST_LINE: u64 = 1 << 16;
 
 /// How the values are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +37,8 @@ pub(super) struct Element {
 pub(super) struct PlyHeader {
     pub(super) format: Format,
     pub(super) elements: Vec<Element>,
+    /// Where the values begin in the file.
+    pub(super) body: usize,
     /// Number of lines of the header.
     pub(super) lines: usize,
 }
@@ -60,22 +58,18 @@ fn scalar(name: &str) -> Result<Scalar, String> {
 }
 
 impl PlyHeader {
-    /// Reads a header and leaves the stream at the first value.
-    pub(super) fn read(stream: &mut impl BufRead, path: &Path) -> Result<Self, Error> {
+    /// Reads the header of a file.
+    pub(super) fn parse(file: &[u8], path: &Path) -> Result<Self, Error> {
         let mut format = None;
         let mut elements = Vec::new();
-        let mut lines = 0;
-        loop {
-            let bytes = read_line(stream).map_err(Error::io(path))?;
-            lines += 1;
-            let fault = |reason: String| Error::line(path, lines, reason);
-            if !bytes.ends_with(b"\n") {
-                return Err(fault("no PLY file: its header does not end".to_owned()));
-            }
+        let mut body = 0;
+        for (number, bytes) in (1..).zip(file.split_inclusive(|&byte| byte == b'\n')) {
+            let fault = |reason: String| Error::line(path, number, reason);
+            body += bytes.len();
             // Comments may be in any encoding; nothing else is beyond ASCII.
-            let text = String::from_utf8_lossy(&bytes);
+            let text = String::from_utf8_lossy(bytes);
             let columns: Vec<&str> = text.split_ascii_whitespace().collect();
-            match (lines, columns.as_slice()) {
+            match (number, columns.as_slice()) {
                 (1, ["ply"]) => {}
                 (1, _) => return Err(fault("no PLY file: it does not begin with \"ply\"".to_owned())),
                 (_, ["comment" | "obj_info", ..] | []) => {}
@@ -84,20 +78,15 @@ impl PlyHeader {
                 (_, ["property", kind @ .., name]) => {
                     add_property(elements.last_mut(), kind, name).map_err(fault)?;
                 }
-                (_, ["end_header"]) => {
+                (_, ["end_header"]) if bytes.ends_with(b"\n") => {
                     let format = format.ok_or_else(|| fault("a header without format".to_owned()))?;
-                    return Ok(Self { format, elements, lines });
+                    return Ok(Self { format, elements, body, lines: number });
                 }
                 _ => return Err(fault(format!("{} is no line of a PLY header", quoted(text.trim())))),
             }
         }
+        Err(Error::malformed(path, "no PLY file: its header does not end"))
     }
-}
-
-fn read_line(stream: &mut impl BufRead) -> std::io::Result<Vec<u8>> {
-    let mut line = Vec::new();
-    stream.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
-    Ok(line)
 }
 
 fn parse_format(name: &str) -> Result<Format, String> {
