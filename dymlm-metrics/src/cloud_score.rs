@@ -10,6 +10,7 @@ use crate::{SpaceTruth, Spread};
 /// - residue = #{p: d(p) > 6 cm, p in the volume swept by movers} / n,
 /// - stray = #{p: d(p) > 6 cm, p outside that volume} / n,
 /// - completeness = #{s: some p within 5 cm of s} / #{s} over the visible surface points s of the truth,
+/// - completeness near people: the same over those points s that the truth says are near people,
 /// - median and 95 % quantile of d over the n points (the smallest d that is not exceeded by that share).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -24,6 +25,9 @@ pub struct CloudScore {
     /// Share of the visible surface points with a point of the cloud within 5 cm, 0..=1; 1 when none is
     /// visible.
     pub completeness: f64,
+    /// The same share of the visible points near people ([`SpaceTruth::near_people`]), 0..=1; `None` when there
+    /// are none.
+    pub completeness_near_people: Option<f64>,
     /// Median distance of the points to the nearest static surface, metres.
     pub median_distance: f64,
     /// 95 % quantile of the same distance, metres.
@@ -47,11 +51,13 @@ pub fn score_cloud(cloud: &PointCloud, truth: &impl SpaceTruth) -> Option<CloudS
     let (residue, stray) = (share(residue)?, share(off_surface().count() - residue)?);
 
     let visible = truth.visible_points();
+    let near_people: Vec<Point> = visible.iter().copied().filter(|&point| truth.near_people(point)).collect();
     let distance = Spread::of(distances.into_iter().map(f64::from).collect())?;
     Some(CloudScore {
         residue,
         stray,
         completeness: share_within(&visible, &points, MATCHED).unwrap_or(1.0),
+        completeness_near_people: share_within(&near_people, &points, MATCHED),
         median_distance: distance.median,
         p95_distance: distance.p95,
         points: points.len(),

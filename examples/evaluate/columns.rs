@@ -27,6 +27,8 @@ enum Unit {
     /// Radians as degrees.
     Degrees,
     Milliseconds,
+    /// Seconds; infinite for what never comes to be.
+    Seconds,
     /// Per map: the mean of several has decimals.
     Count,
     Plain,
@@ -61,6 +63,8 @@ pub(crate) const BLOCKS: &[Block] = &[
             column("cloud.residue", "residue", Unit::Percent(4)),
             column("cloud.stray", "stray", Unit::Percent(2)),
             column("cloud.completeness", "complete", Unit::Percent(2)),
+            column("cloud.completeness_near_people", "near people", Unit::Percent(2)),
+            column("cloud.undetected_residue", "of undetected", Unit::Percent(4)),
             column("cloud.median", "median", Unit::Millimetres),
             column("cloud.p95", "95 %", Unit::Millimetres),
             column("cloud.static_accuracy", "SA", Unit::Percent(2)),
@@ -109,6 +113,19 @@ pub(crate) const BLOCKS: &[Block] = &[
         ],
     },
     Block {
+        title: "What is pushed, placed and taken away: time from the first look at a place until each map holds it empty (gone) or filled (there) to the end",
+        columns: &[
+            column("changes.cloud.gone", "cloud: gone", Unit::Seconds),
+            column("changes.octree.gone", "octree: gone", Unit::Seconds),
+            column("changes.planes.gone", "planes: gone", Unit::Seconds),
+            column("changes.objects.gone", "objects: gone", Unit::Seconds),
+            column("changes.cloud.there", "cloud: there", Unit::Seconds),
+            column("changes.octree.there", "octree: there", Unit::Seconds),
+            column("changes.planes.there", "planes: there", Unit::Seconds),
+            column("changes.objects.there", "objects: there", Unit::Seconds),
+        ],
+    },
+    Block {
         title: "Speed (two sequences at once on two cores): median of each step and 95 % of the whole, ms a frame",
         columns: &[
             column("speed.dynamics", "dynamics", Unit::Milliseconds),
@@ -130,6 +147,7 @@ impl Column {
             Unit::Percent(_) => format!("{} %", self.heading.trim_end_matches(" %")),
             Unit::Millimetres => format!("{} mm", self.heading),
             Unit::Degrees => format!("{} deg", self.heading),
+            Unit::Seconds => format!("{} s", self.heading),
             Unit::Milliseconds | Unit::Count | Unit::Plain => self.heading.to_owned(),
         }
     }
@@ -141,8 +159,9 @@ impl Column {
             Unit::Percent(decimals) => format!("{:.decimals$}", 100.0 * value),
             Unit::Degrees => format!("{:.2}", value.to_degrees()),
             Unit::Millimetres | Unit::Milliseconds => format!("{:.1}", 1e3 * value),
+            Unit::Seconds if value.is_infinite() => "never".to_owned(),
             Unit::Count if value.fract() == 0.0 => format!("{value:.0}"),
-            Unit::Count => format!("{value:.1}"),
+            Unit::Count | Unit::Seconds => format!("{value:.1}"),
             Unit::Plain => format!("{value:.2}"),
         }
     }

@@ -8,6 +8,7 @@ use dymlm_sim::FrameScratch;
 use indicatif::ProgressBar;
 use serde::Serialize;
 
+use crate::change_watch::ChangeWatch;
 use crate::columns::Scores;
 use crate::residue_picture::Panel;
 use crate::run::Run;
@@ -69,13 +70,19 @@ pub(crate) struct Evaluation {
     pub(crate) panels: Vec<Panel>,
 }
 
+/// What is fed to each builder.
+pub(crate) struct Ways<'a> {
+    /// What is done about movers.
+    pub(crate) treatments: &'a [Treatment],
+    /// In which frames the detector runs.
+    pub(crate) detectors: &'a [Detector],
+    /// Detections of a lower score are left out.
+    pub(crate) min_score: f32,
+}
+
 /// Maps every subject in every way, on all cores: a sequence a core. The rows come in the order of the
 /// subjects, whichever is done first, and do not depend on the number of cores (but for the times).
-pub(crate) fn evaluate(
-    subjects: &[Subject],
-    treatments: &[Treatment],
-    detectors: &[Detector],
-) -> Result<Vec<Evaluation>, AnyError> {
+pub(crate) fn evaluate(subjects: &[Subject], ways: &Ways<'_>) -> Result<Vec<Evaluation>, AnyError> {
     let frames = subjects.iter().map(|subject| subject.sequence.len()).sum();
     let bar = progress_bar(frames, "evaluating");
     let next = AtomicUsize::new(0);
@@ -86,7 +93,7 @@ pub(crate) fn evaluate(
             let index = next.fetch_add(1, Ordering::Relaxed);
             subjects.get(index).zip(done.get(index))
         } {
-            let evaluation = evaluate_subject(subject, treatments, detectors, &bar);
+            let evaluation = evaluate_subject(subject, ways, &bar);
             if let Ok(mut slot) = slot.lock() {
                 *slot = Some(evaluation);
             }
@@ -100,24 +107,24 @@ pub(crate) fn evaluate(
 }
 
 /// Renders each frame once and feeds it to one builder a treatment.
-fn evaluate_subject(
-    subject: &Subject,
-    treatments: &[Treatment],
-    detectors: &[Detector],
-    bar: &ProgressBar,
-) -> Result<Evaluation, AnyError> {
+fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Result<Evaluation, AnyError> {
     let mut standard = Standard::new(&subject.sequence)?;
-    let ways =
+    let Ways { treatments, detectors, min_score } = *ways;
+    let each =
         treatments.iter().flat_map(|&treatment| detectors.iter().map(move |&detector| (treatment, detector)));
-    let mut runs = ways
-        .map(|(treatment, detector)| Run::new(treatment, detector, subject.sensor))
+    let mut runs = each
+        .map(|(treatment, detector)| Run::new(treatment, detector, min_score, subject.sensor))
         .collect::<Result<Vec<_>, _>>()?;
+    let mut watches: Vec<ChangeWatch> = runs.iter().map(|_| ChangeWatch::new(&subject.sequence)).collect();
     let mut scratch = FrameScratch::default();
     for index in 0..subject.sequence.len() {
         let frame =
             subject.sequence.frame_with(index, &mut scratch).ok_or("a frame could not be rendered")?;
         standard.observe(&frame)?;
-        runs.iter_mut().try_for_each(|run| run.insert(&frame))?;
+        for (run, watch) in runs.iter_mut().zip(&mut watches) {
+            run.insert(&frame)?;
+            watch.check(&frame, run.map(), standard.truth());
+        }
         scratch.recycle(frame);
         bar.inc(1);
     }
@@ -125,7 +132,7 @@ fn evaluate_subject(
     let comparing = treatments.len() > 1;
     let stages: &[Stage] = if comparing { &[Stage::Before, Stage::After] } else { &[Stage::After] };
     let mut evaluation = Evaluation { rows: Vec::new(), panels: Vec::new() };
-    for run in &runs {
+    for (run, watch) in runs.iter().zip(&watches) {
         for &stage in stages {
             let cloud = run.map().cloud().point_cloud(stage.selection());
             let mut scores = Scores::default();
@@ -134,6 +141,7 @@ fn evaluate_subject(
                 standard.score_octree(run.map().octree(), &mut scores)?;
                 standard.score_planes(run.map().planes(), &mut scores);
                 standard.score_objects(run.map().objects(), &mut scores);
+                watch.score(standard.truth(), &mut scores);
                 run.score(&mut scores);
             }
             if comparing {

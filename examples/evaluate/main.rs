@@ -10,10 +10,14 @@
 //! `--detector-rate 10` takes sequences at 30 Hz with detections in each frame and, beside them, in every
 //! third.
 //!
+//! `--unlabelled` takes people and things that move and are never detected, `--fresh SEED` other people in other
+//! rooms (both: the former in the latter); `--no-detections` and `--min-score 0.7` withhold detections.
+//!
 //! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
+mod change_watch;
 mod columns;
 mod evaluation;
 mod limits;
@@ -30,7 +34,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use dymlm_examples::AnyError;
 
-use crate::evaluation::Row;
+use crate::evaluation::{Row, Ways};
 use crate::treatment::{Detector, Treatment};
 
 /// Measures the maps, one row for each sequence and way of treating movers.
@@ -59,6 +63,18 @@ struct Arguments {
     /// Frames at 30 Hz, with detections in all of them and, beside, only this many times a second
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick", "sensors"])]
     detector_rate: Option<f64>,
+    /// Sequences with people and things that move and are never detected instead
+    #[arg(long, conflicts_with_all = ["dataset", "quick", "sensors", "detector_rate"])]
+    unlabelled: bool,
+    /// Sequences with other people, rooms, paths and noise, drawn from this seed, instead
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "detector_rate"])]
+    fresh: Option<u64>,
+    /// No detections at all
+    #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
+    no_detections: bool,
+    /// Only detections of at least this score
+    #[arg(long, default_value_t = 0.0, conflicts_with = "dataset")]
+    min_score: f32,
     /// Only sequences whose names contain this
     #[arg(long)]
     only: Option<String>,
@@ -92,13 +108,21 @@ fn main() -> Result<(), AnyError> {
         subjects::quick()?
     } else if arguments.sensors {
         subjects::sensors(arguments.every)?
+    } else if arguments.unlabelled {
+        subjects::undetected(arguments.fresh, arguments.every)?
+    } else if let Some(seed) = arguments.fresh {
+        subjects::fresh(seed, arguments.every)?
     } else {
         subjects::chosen(&arguments)?
     };
     if let Some(part) = &arguments.only {
         subjects.retain(|subject| subject.name.contains(part));
     }
-    let treatments = if arguments.baseline { Treatment::ALL } else { &[Treatment::Silhouettes] };
+    let treatments = match arguments {
+        Arguments { baseline: true, .. } => Treatment::ALL,
+        Arguments { no_detections: true, .. } => &[Treatment::NoDetections],
+        _ => &[Treatment::Silhouettes],
+    };
     let mut detectors = vec![Detector::EveryFrame];
     if let Some(rate) = arguments.detector_rate {
         if !(rate > 0.0 && rate <= subjects::FAST_FRAME_RATE) {
@@ -106,7 +130,8 @@ fn main() -> Result<(), AnyError> {
         }
         detectors.push(Detector::EveryNth((subjects::FAST_FRAME_RATE / rate).round() as usize));
     }
-    let evaluations = evaluation::evaluate(&subjects, treatments, &detectors)?;
+    let ways = Ways { treatments, detectors: &detectors, min_score: arguments.min_score };
+    let evaluations = evaluation::evaluate(&subjects, &ways)?;
     for (subject, evaluation) in subjects.iter().zip(&evaluations) {
         residue_picture::write(&evaluation.panels, &subject.name, &arguments.out)?;
     }

@@ -12,6 +12,7 @@ use crate::treatment::{Detector, Treatment};
 pub(crate) struct Run {
     treatment: Treatment,
     detector: Detector,
+    min_score: f32,
     stride: usize,
     frames: usize,
     builder: MapBuilder,
@@ -38,6 +39,7 @@ impl Run {
     pub(crate) fn new(
         treatment: Treatment,
         detector: Detector,
+        min_score: f32,
         sensor: SensorModel,
     ) -> Result<Self, AnyError> {
         let mut config = treatment.config();
@@ -45,6 +47,7 @@ impl Run {
         Ok(Self {
             treatment,
             detector,
+            min_score,
             stride: sensor.stride,
             frames: 0,
             builder: MapBuilder::new(config)?,
@@ -67,8 +70,9 @@ impl Run {
     }
 
     pub(crate) fn insert(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
-        let detections = self.treatment.detections(&frame.detections);
-        let runs = self.detector.runs(self.frames);
+        let mut detections = frame.detections.clone();
+        detections.retain(|detection| detection.score() >= self.min_score);
+        let runs = self.treatment != Treatment::NoDetections && self.detector.runs(self.frames);
         let found = if runs { Detections::Found(&detections) } else { Detections::NotRun };
         self.frames += 1;
         let report = self.builder.insert(&frame.frame, found, &frame.estimated_world_from_camera)?;

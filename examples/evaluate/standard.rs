@@ -4,8 +4,8 @@ use dymlm::octree::CellState;
 use dymlm::{ObjectMap, Octree, PlaneMap};
 use dymlm_examples::AnyError;
 use dymlm_metrics::{
-    DynamicMapScorer, EstimatedObject, EstimatedPlane, Occupancy, OccupancyScorer, OccupiedCell, score_cloud,
-    score_objects, score_planes,
+    DynamicMapScorer, EstimatedObject, EstimatedPlane, Occupancy, OccupancyScorer, OccupiedCell, SpaceTruth,
+    score_cloud, score_objects, score_planes,
 };
 use dymlm_sim::{Sequence, SimulatedFrame, Truth, TruthConfig};
 
@@ -16,6 +16,24 @@ pub(crate) struct Standard {
     truth: Truth,
     dynamic_map: DynamicMapScorer,
     occupancy: OccupancyScorer,
+    has_undetected: bool,
+}
+
+/// The truth about the traces of those alone whom no detector reports.
+struct Undetected<'a>(&'a Truth);
+
+impl SpaceTruth for Undetected<'_> {
+    fn surface_distance(&self, point: Point) -> f32 {
+        self.0.surface_distance(point)
+    }
+
+    fn swept_by_movers(&self, point: Point) -> bool {
+        self.0.swept_by_undetected(point)
+    }
+
+    fn visible_points(&self) -> Vec<Point> {
+        Vec::new()
+    }
 }
 
 impl Standard {
@@ -24,15 +42,17 @@ impl Standard {
             truth: Truth::new(sequence, &TruthConfig::default())?,
             dynamic_map: DynamicMapScorer::new(0.5..=4.0),
             occupancy: OccupancyScorer::new(0.5..=4.0),
+            has_undetected: !sequence.config().events.is_empty()
+                || sequence.config().detector.overlooked_people > 0,
         })
     }
 
     /// Takes note of what a frame shows.
     pub(crate) fn observe(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
         self.truth.observe(frame);
-        let (movers, pose) = (&frame.mover_mask, &frame.world_from_camera);
-        self.occupancy.observe(&frame.frame, &frame.true_depth, movers, pose)?;
-        Ok(self.dynamic_map.add_frame(&frame.frame, movers, pose)?)
+        let (transient, pose) = (&frame.transient_mask, &frame.world_from_camera);
+        self.occupancy.observe(&frame.frame, &frame.true_depth, transient, pose)?;
+        Ok(self.dynamic_map.add_frame(&frame.frame, transient, pose)?)
     }
 
     pub(crate) fn truth(&self) -> &Truth {
@@ -44,8 +64,13 @@ impl Standard {
             scores.set("cloud.residue", score.residue);
             scores.set("cloud.stray", score.stray);
             scores.set("cloud.completeness", score.completeness);
+            scores.set("cloud.completeness_near_people", score.completeness_near_people);
             scores.set("cloud.median", score.median_distance);
             scores.set("cloud.p95", score.p95_distance);
+        }
+        if self.has_undetected {
+            let residue = score_cloud(cloud, &Undetected(&self.truth)).map(|score| score.residue);
+            scores.set("cloud.undetected_residue", residue);
         }
         let score = self.dynamic_map.score(cloud.points());
         scores.set("cloud.static_accuracy", score.static_accuracy);

@@ -1,8 +1,11 @@
 use std::f64::consts::FRAC_PI_2;
 
-use dymlm::core::{PinholeCamera, SensorModel};
+use dymlm::core::{PinholeCamera, Pose, SensorModel};
 use dymlm_examples::{AnyError, NamedSequence, SequenceSet, every, named_sequences};
-use dymlm_sim::{PoseErrorConfig, SensorConfig, Sequence, SequenceConfig, SequenceType};
+use dymlm_sim::{
+    Activity, CameraPath, PoseErrorConfig, Room, SceneEvent, SensorConfig, Sequence, SequenceConfig,
+    SequenceType,
+};
 
 use crate::Arguments;
 
@@ -82,6 +85,69 @@ pub(crate) fn sensors(every_nth: usize) -> Result<Vec<Subject>, AnyError> {
         Ok(Subject { name: name.to_owned(), set: SequenceSet::Sensors, sequence, sensor })
     });
     subjects.collect()
+}
+
+/// Sequences with people or things that move and that no detector reports, in known rooms or in fresh ones.
+pub(crate) fn undetected(fresh: Option<u64>, every_nth: usize) -> Result<Vec<Subject>, AnyError> {
+    use SceneEvent::{Door, PlacedPartition, PushedChair, RemovedPartition, Trolley};
+    /// Name, room, activity, people, how many of them are overlooked, what happens.
+    type Design = (&'static str, Room, Activity, usize, usize, &'static [SceneEvent]);
+    let all: [Design; 9] = [
+        ("nobody detected, walking", Room::Office, Activity::Walking, 2, 2, &[]),
+        ("nobody detected, sitting", Room::Office, Activity::Sitting, 2, 2, &[]),
+        ("one of two detected", Room::Random, Activity::Walking, 2, 1, &[]),
+        ("trolley", Room::Office, Activity::Sitting, 1, 0, &[Trolley]),
+        ("trolley, one walks", Room::Random, Activity::Walking, 1, 0, &[Trolley]),
+        ("door", Room::Random, Activity::Sitting, 1, 0, &[Door]),
+        ("chair", Room::Office, Activity::Walking, 1, 0, &[PushedChair]),
+        ("partition comes", Room::Random, Activity::Walking, 1, 0, &[PlacedPartition]),
+        ("partition goes", Room::Random, Activity::Walking, 1, 0, &[RemovedPartition]),
+    ];
+    let subjects = (0..).zip(all).map(|(index, (name, room, activity, people, overlooked, events))| {
+        let of_seed = |seed: u64| {
+            let mut config = SequenceConfig::random_room(seed);
+            if room != Room::Random && fresh.is_none() {
+                (config.room, config.world_from_scene) = (room, Pose::identity());
+            }
+            config.path = PATHS[index % PATHS.len()];
+            (config.activity, config.people) = (activity, people);
+            config.detector.overlooked_people = overlooked;
+            config.events = events.to_vec();
+            config
+        };
+        // In some rooms there is no place for an event.
+        let first = fresh.map_or(KNOWN_SEEDS[index], |seed| 100 * (1000 * seed + index as u64));
+        let config = (first..first + 100).map(of_seed).find(|config| Sequence::new(config).is_ok());
+        let config = config.ok_or_else(|| format!("{name}: no place in a hundred rooms"))?;
+        let sequence = Sequence::new(&every(config, every_nth))?;
+        Ok(Subject {
+            name: name.to_owned(),
+            set: SequenceSet::Undetected,
+            sequence,
+            sensor: SensorModel::default(),
+        })
+    });
+    subjects.collect()
+}
+
+const PATHS: [CameraPath; 4] =
+    [CameraPath::HalfSphere, CameraPath::Xyz, CameraPath::Handheld, CameraPath::Rpy];
+/// Seeds with which what happens is well in view.
+const KNOWN_SEEDS: [u64; 9] = [18, 2, 22, 4, 5, 6, 7, 8, 9];
+
+/// Eight sequences drawn from a seed: four in which people sit, four in which they walk.
+pub(crate) fn fresh(seed: u64, every_nth: usize) -> Result<Vec<Subject>, AnyError> {
+    let sequences = (0..8_u64).map(|index| {
+        let mut config = SequenceConfig::random_room(1_000_000 + 1000 * seed + index);
+        let (activity, set, name) = if index < 4 {
+            (Activity::Sitting, SequenceSet::FreshSitting, "sitting")
+        } else {
+            (Activity::Walking, SequenceSet::FreshWalking, "walking")
+        };
+        config.activity = activity;
+        Subject::new(NamedSequence { name: format!("fresh_{seed}_{name}_{index}"), config, set }, every_nth)
+    });
+    sequences.collect()
 }
 
 /// Frames of a quick sequence, 8 s of which every second is taken.

@@ -81,6 +81,9 @@ fn with_means(rows: &[Row]) -> Vec<Row> {
     let mut all = rows.to_vec();
     all.extend(means(rows, "mean of the eight", SequenceSet::Eight));
     all.extend(means(rows, "mean of random rooms", SequenceSet::RandomRooms));
+    all.extend(means(rows, "mean of fresh, sitting", SequenceSet::FreshSitting));
+    all.extend(means(rows, "mean of fresh, walking", SequenceSet::FreshWalking));
+    all.extend(means(rows, "mean of undetected", SequenceSet::Undetected));
     all
 }
 

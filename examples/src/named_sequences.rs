@@ -22,6 +22,12 @@ pub enum SequenceSet {
     RandomRooms,
     /// One room as several depth cameras see it.
     Sensors,
+    /// People and things that move and are never detected.
+    Undetected,
+    /// Rooms, people and paths drawn from a seed of the command line: people sit.
+    FreshSitting,
+    /// The same: people walk.
+    FreshWalking,
 }
 
 /// Frames of a random room: one round of the camera's path.

@@ -52,6 +52,8 @@ pub struct DetectorConfig {
     /// Scores of all other things. Default 0.3, 0.65, 0.825: the median score of the 918 boxes of other
     /// labels in the same recording is 0.49, a quarter is above 0.7; the misses are an estimate.
     pub objects: DetectionRates,
+    /// Number of people whom it never reports, the first of them, 0..=2, default 0.
+    pub overlooked_people: usize,
     /// Share of the image that a view needs to be seen at all, 0..=1, default 0.0005 (about 150 pixels of
     /// 640x480, the smallest recorded view).
     pub min_area: f64,
@@ -89,6 +91,7 @@ impl Default for DetectorConfig {
         Self {
             movers: DetectionRates { size_gain: 0.85, ..DetectionRates::new(0.005, 0.024, 0.115) },
             objects: DetectionRates::new(0.3, 0.65, 0.825),
+            overlooked_people: 0,
             min_area: 0.0005,
             burst_time: 0.3,
             merged_overlap: 0.45,
@@ -137,6 +140,7 @@ impl DetectorConfig {
             "detector.objects.usual_size",
             "detector.objects.size_gain",
         ])?;
+        check_range("detector.overlooked_people", self.overlooked_people as f64, 0.0..=2.0)?;
         check_range("detector.min_area", self.min_area, 0.0..=1.0)?;
         check_range("detector.burst_time", self.burst_time, 0.001..=100.0)?;
         check_range("detector.merged_overlap", self.merged_overlap, 0.0..=1.0)?;

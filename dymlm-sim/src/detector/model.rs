@@ -63,7 +63,15 @@ impl Detector {
         for (instance, (thing, visible)) in scene.instances.iter().zip(visible).enumerate() {
             let (Some(label), Some(visible)) = (thing.label, visible) else { continue };
             let mut rng = stream(self.seed, Use::Boxes, index as u64, instance as u64 + 1);
-            let moves = scene.moves(instance);
+            let moves = scene.is_mover(instance);
+            if scene
+                .people
+                .iter()
+                .take(self.config.overlooked_people)
+                .any(|person| person.instance == instance)
+            {
+                continue;
+            }
             if let Some(score) = self.score(visible, exact, moves, instance, time) {
                 let label = if moves { label } else { self.label_given(label, instance, time) };
                 let area = self.box_around(visible, exact, instance, time, &mut rng);

@@ -36,6 +36,9 @@ impl<'a> View<'a> {
         camera: &PinholeCamera,
         camera_from_scene: &Pose3,
     ) -> Option<Self> {
+        if part.shape.half_extents() == Vec3::ZERO {
+            return None;
+        }
         let camera_from_part = *camera_from_scene * part.scene_from_part;
         let corners = corners(part.shape.half_extents()).map(|corner| camera_from_part * corner);
         let nearest = match part.shape {

@@ -12,6 +12,8 @@ pub(super) struct Builder {
     pub(super) parts: Vec<Part>,
     pub(super) instances: Vec<Instance>,
     pub(super) people: Vec<Person>,
+    /// The door on the wall.
+    pub(super) door: Option<usize>,
     scene_from_thing: Pose3,
 }
 
@@ -90,6 +92,12 @@ impl Builder {
         self.thing(None, [0.0; 3], 0.0).part(Shape::Interior(Cuboid::new(half)), pose, walls);
         let covered = [size[0] - 0.01, size[1] - 0.01, FLOOR];
         self.thing(None, [0.0; 3], 0.0).cuboid([x, y, -0.5 * FLOOR], covered, floor)
+    }
+
+    /// A door of 0.9 x 2.06 m, flat on a wall.
+    pub(super) fn door(&mut self, [x, y]: [f32; 2], yaw: f32, material: Material) -> &mut Self {
+        self.door = Some(self.instances.len());
+        self.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 1.03], [0.9, 0.06, 2.06], material)
     }
 
     /// Somebody of a `height` in metres. People come after all things that stay.

@@ -322,7 +322,7 @@ impl Carried {
 }
 
 /// From 0 at `zero` to 1 at `one` without a jerk, whichever of the two is larger.
-fn smooth(zero: f32, one: f32, x: f32) -> f32 {
+pub(super) fn smooth(zero: f32, one: f32, x: f32) -> f32 {
     let t = ((x - zero) / (one - zero)).clamp(0.0, 1.0);
     t * t * t * (t * (6.0 * t - 15.0) + 10.0)
 }

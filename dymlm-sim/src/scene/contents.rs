@@ -1,11 +1,17 @@
+use dymlm_geometry::OrientedBox;
+
 use super::builder::Builder;
 use super::carried::{Carried, CarriedObject, CarriedSet, TARGET};
-use super::{Instance, Motion, Part, Person, Viewpoint};
+use super::event::Happening;
+use super::walk::Walk;
+use super::{Instance, Motion, Part, Person, Shape, Viewpoint};
+use crate::to_pose::to_pose;
+use crate::truth::box_around;
 
 /// A room in its own frame: z up, the floor at z = 0, metres.
 #[derive(Debug, Clone)]
 pub(crate) struct Scene {
-    /// The bodies that stay where they are.
+    /// The bodies that stand at the end, and mostly all the time: see [`static_parts_at`](Self::static_parts_at).
     pub(crate) static_parts: Vec<Part>,
     /// The things that parts belong to.
     pub(crate) instances: Vec<Instance>,
@@ -14,13 +20,20 @@ pub(crate) struct Scene {
     pub(crate) carried: Option<Carried>,
     /// Where the camera finds its place.
     pub(crate) viewpoint: Viewpoint,
+    /// What happens beside what people do.
+    pub(crate) happenings: Vec<Happening>,
+    /// The door on the wall.
+    pub(super) door: Option<usize>,
+    /// Where a trolley can roll.
+    pub(super) way: Walk,
 }
 
 impl Scene {
-    /// What was built, seen from a viewpoint.
-    pub(super) fn of(built: Builder, viewpoint: Viewpoint) -> Self {
-        let Builder { parts, instances, people, .. } = built;
-        Self { static_parts: parts, instances, people, carried: None, viewpoint }
+    /// What was built, seen from a viewpoint, with a way for a trolley.
+    pub(super) fn of(built: Builder, viewpoint: Viewpoint, way: Walk) -> Self {
+        let Builder { parts, instances, people, door, .. } = built;
+        let (carried, happenings) = (None, Vec::new());
+        Self { static_parts: parts, instances, people, carried, viewpoint, happenings, door, way }
     }
 
     /// In the office: adds a thing that a hand carries, and the camera looks at it.
@@ -32,15 +45,87 @@ impl Scene {
         self.carried = Some(carried);
     }
 
-    /// Puts the bodies of all people and of the carried thing at `time` seconds into `parts`.
+    /// Puts all bodies at `time` seconds into `parts`, those that stand at the end first, always in the same
+    /// order.
+    pub(crate) fn parts_at(&self, time: f64, parts: &mut Vec<Part>, moving: &mut Vec<Part>) {
+        self.moving_parts(time, moving);
+        parts.clear();
+        parts.extend_from_slice(&self.static_parts);
+        for happening in &self.happenings {
+            for part in parts.iter_mut().filter(|part| part.instance == happening.instance) {
+                match happening.displaced(part, time) {
+                    Some(displaced) => *part = displaced,
+                    None => part.shape = Shape::ABSENT,
+                }
+            }
+        }
+        parts.append(moving);
+    }
+
+    /// Puts the bodies of all people, of the carried thing and of what is gone at the end into `parts`, at
+    /// `time` seconds.
     pub(crate) fn moving_parts(&self, time: f64, parts: &mut Vec<Part>) {
         parts.clear();
         self.people.iter().for_each(|person| person.pose(time, parts));
         self.carried.iter().for_each(|carried| carried.pose(time, parts));
+        self.happenings.iter().for_each(|happening| happening.pose_passing(time, parts));
     }
 
-    /// Whether a thing moves.
-    pub(crate) fn moves(&self, instance: usize) -> bool {
+    /// [`moving_parts`](Self::moving_parts), and the bodies that are not where they stand at the end: all that
+    /// can leave a trace.
+    pub(crate) fn passing_parts(&self, time: f64, parts: &mut Vec<Part>) {
+        self.moving_parts(time, parts);
+        for happening in self.happenings.iter().filter(|happening| happening.is_away(time)) {
+            let own = self.static_parts.iter().filter(|part| part.instance == happening.instance);
+            parts.extend(own.filter_map(|part| happening.displaced(part, time)));
+        }
+    }
+
+    /// Those of [`passing_parts`](Self::passing_parts) that no detector reports: the first `overlooked` people,
+    /// and the things of events.
+    pub(crate) fn undetected_parts(&self, time: f64, overlooked: usize, parts: &mut Vec<Part>) {
+        self.passing_parts(time, parts);
+        let is_event = |part: &Part| self.happening_to(part.instance).next().is_some();
+        let is_overlooked =
+            |part: &Part| self.people.iter().take(overlooked).any(|person| person.instance == part.instance);
+        parts.retain(|part| is_event(part) || is_overlooked(part));
+    }
+
+    /// Puts the bodies of all people at `time` seconds into `parts`.
+    pub(crate) fn people_parts(&self, time: f64, parts: &mut Vec<Part>) {
+        parts.clear();
+        self.people.iter().for_each(|person| person.pose(time, parts));
+    }
+
+    /// Where a thing that an event moves stands before and after; `None` where it is not there.
+    pub(crate) fn places_of(&self, happening: &Happening) -> [Option<OrientedBox>; 2] {
+        [f64::NEG_INFINITY, f64::INFINITY].map(|time| {
+            let mut parts = Vec::new();
+            happening.pose_passing(time, &mut parts);
+            let own = self.static_parts.iter().filter(|part| part.instance == happening.instance);
+            parts.extend(own.filter_map(|part| happening.displaced(part, time)));
+            let parts: Vec<&Part> = parts.iter().collect();
+            let scene_from_thing = happening.scene_from_thing(time, &self.instances[happening.instance]);
+            box_around(&to_pose(&scene_from_thing), &parts)
+        })
+    }
+
+    /// Whether a thing is a mover: of a kind that moves.
+    pub(crate) fn is_mover(&self, instance: usize) -> bool {
         self.instances.get(instance).is_some_and(|thing| thing.motion == Motion::Moves)
+    }
+
+    /// Whether a thing is a mover, or in motion at a time.
+    pub(crate) fn moves(&self, instance: usize, time: f64) -> bool {
+        self.is_mover(instance) || self.happening_to(instance).any(|happening| happening.moves(time))
+    }
+
+    /// Whether a thing is a mover, or not where it stands at the end.
+    pub(crate) fn is_away(&self, instance: usize, time: f64) -> bool {
+        self.is_mover(instance) || self.happening_to(instance).any(|happening| happening.is_away(time))
+    }
+
+    fn happening_to(&self, instance: usize) -> impl Iterator<Item = &Happening> {
+        self.happenings.iter().filter(move |happening| happening.instance == instance)
     }
 }

@@ -143,6 +143,19 @@ pub(super) fn boxes(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
     b.thing(None, [x, y, 0.36], yaw + 0.3).cuboid([0.0, 0.0, 0.13], [0.36, 0.28, 0.26], CARDBOARD);
 }
 
+/// A trolley of 0.72 x 0.44 m with boxes on it; its front looks along +x.
+pub(super) fn trolley(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
+    b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.22], [0.70, 0.44, 0.04], STEEL);
+    for (x, y) in [(-0.28, -0.18), (-0.28, 0.18), (0.28, -0.18), (0.28, 0.18)] {
+        b.ellipsoid([x, y, 0.10], [0.09, 0.03, 0.09], BLACK);
+    }
+    b.cuboid([0.08, 0.0, 0.40], [0.46, 0.36, 0.32], CARDBOARD)
+        .cuboid([0.06, 0.02, 0.67], [0.30, 0.28, 0.22], CARDBOARD)
+        .rod([-0.34, -0.20, 0.22], [-0.36, -0.20, 0.95], 0.018, STEEL)
+        .rod([-0.34, 0.20, 0.22], [-0.36, 0.20, 0.95], 0.018, STEEL)
+        .rod([-0.36, -0.20, 0.95], [-0.36, 0.20, 0.95], 0.02, BLACK);
+}
+
 /// A refrigerator of 0.6 x 0.62 x 1.7 m.
 pub(super) fn refrigerator(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
     b.thing(Some("refrigerator"), [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.85], [0.60, 0.58, 1.70], WHITE);

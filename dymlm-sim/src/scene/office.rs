@@ -10,6 +10,18 @@ use super::person::Action;
 use super::walk::Walk;
 use super::{Person, Scene, Shape, Viewpoint, things};
 
+/// Round the camera, clear of people who sit at the desk.
+const ROUND: [[f32; 2]; 8] = [
+    [2.0, -0.1],
+    [0.7, 0.05],
+    [-0.8, 0.05],
+    [-2.0, -0.15],
+    [-2.05, -1.4],
+    [-1.3, -2.7],
+    [1.2, -2.7],
+    [2.1, -1.3],
+];
+
 /// Height of the desk's top, metres.
 const DESK: f32 = 0.74;
 
@@ -26,10 +38,12 @@ impl Scene {
             furniture::swivel_chair(&mut b, place, yaw, SEAT);
         }
         along_the_walls(&mut b);
-        for (walk, (height, clothes)) in walks(choice).into_iter().zip(PEOPLE).take(people) {
+        let walks = walks(choice);
+        let way = walks[1].ahead();
+        for (walk, (height, clothes)) in walks.into_iter().zip(PEOPLE).take(people) {
             b.person(Action::Walks(walk), height, clothes);
         }
-        Self::of(b, Viewpoint::OFFICE)
+        Self::of(b, Viewpoint::OFFICE, way)
     }
 
     /// The same office with up to two people who sit on swivel chairs before the ends of the desk, half
@@ -50,7 +64,8 @@ impl Scene {
         for (((place, yaw), (height, clothes)), [phase, _]) in sitters {
             b.person(Action::Sits(furniture::seat(place, yaw, phase)), height, clothes);
         }
-        Self::of(b, Viewpoint::OFFICE)
+        let way = Walk::new(&ROUND, 0.6, 0.0);
+        Self::of(b, Viewpoint::OFFICE, way)
     }
 }
 
@@ -61,7 +76,7 @@ fn room(b: &mut Builder) {
     // A carpet that covers the room, 1 cm thick.
     b.thing(None, [0.0; 3], 0.0).cuboid([0.0, -0.125, 0.005], [5.98, 6.43, 0.01], CARPET);
     // A door frame and a poster give the far walls something to look at.
-    b.thing(None, [-2.3, 3.07, 0.0], 0.0).cuboid([0.0, 0.0, 1.03], [0.9, 0.06, 2.06], BEECH);
+    b.door([-2.3, 3.07], 0.0, BEECH);
     b.thing(None, [2.1, 3.09, 1.6], 0.0).cuboid([0.0, 0.0, 0.0], [0.7, 0.02, 0.9], SPINES);
 }
 
@@ -131,7 +146,7 @@ mod tests {
         assert!(scene.static_parts.len() > 80);
         assert_eq!(scene.people.len(), 2);
         for part in &scene.static_parts {
-            assert!(part.instance < scene.instances.len() && !scene.moves(part.instance));
+            assert!(part.instance < scene.instances.len() && !scene.is_mover(part.instance));
             let center = part.scene_from_part.translation;
             assert!(
                 center.x.abs() <= 3.0 && (-3.35..=3.1).contains(&center.y) && (0.0..=2.6).contains(&center.z)

@@ -16,7 +16,7 @@ pub(crate) struct Person {
     /// Height, metres.
     pub(super) height: f32,
     pub(super) clothes: Clothes,
-    pub(super) instance: usize,
+    pub(crate) instance: usize,
 }
 
 #[derive(Debug, Clone)]

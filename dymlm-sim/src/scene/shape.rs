@@ -17,6 +17,9 @@ pub(crate) enum Shape {
 }
 
 impl Shape {
+    /// A body that is not there; none of the others is so small.
+    pub(crate) const ABSENT: Self = Self::Ellipsoid(Vec3::ZERO);
+
     pub(crate) fn cuboid(half_extents: Vec3) -> Self {
         Self::Cuboid(Cuboid::new(half_extents))
     }

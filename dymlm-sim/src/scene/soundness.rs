@@ -136,7 +136,7 @@ fn things_are_in_the_room_and_stand_on_something() {
         let bound = walls.shape.half_extents() + 1e-3;
         for thing in 0..scene.instances.len() {
             let own: Vec<&Part> = parts.iter().filter(|part| part.instance == thing).collect();
-            if own.iter().any(|part| is_room(part)) || scene.moves(thing) {
+            if own.iter().any(|part| is_room(part)) || scene.is_mover(thing) {
                 continue;
             }
             let points: Vec<Vec3> = own.iter().flat_map(|part| surface_points(part, 0.03)).collect();

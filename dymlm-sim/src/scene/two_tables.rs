@@ -33,17 +33,19 @@ impl Scene {
         dining_table(&mut b);
         high_table(&mut b);
         along_the_walls(&mut b);
+        let walks = walks(choice);
+        let way = walks[usize::from(activity == Activity::Walking)].ahead();
         let actions = match activity {
             Activity::Walking => {
                 furniture::swivel_chair(&mut b, [-2.35, 0.55], -1.2, SEAT);
-                walks(choice).map(Action::Walks)
+                walks.map(Action::Walks)
             }
             Activity::Sitting => sitters(&mut b, choice),
         };
         for (action, (height, clothes)) in actions.into_iter().zip(PEOPLE).take(people) {
             b.person(action, height, clothes);
         }
-        Self::of(b, VIEWPOINT)
+        Self::of(b, VIEWPOINT, way)
     }
 }
 
@@ -84,7 +86,7 @@ fn along_the_walls(b: &mut Builder) {
     for z in [0.615, 1.115] {
         things::row_of_books(b, [2.98, 0.55, z], -FRAC_PI_2, [0.05, 0.13], [0.7, 0.2, 0.26]);
     }
-    b.thing(None, [-1.0, 3.07, 0.0], 0.0).cuboid([0.0, 0.0, 1.03], [0.9, 0.06, 2.06], CLAY);
+    b.door([-1.0, 3.07], 0.0, CLAY);
 }
 
 /// Up and down between camera and tables; between the tables and round the high one.

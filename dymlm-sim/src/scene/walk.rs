@@ -44,6 +44,12 @@ impl Walk {
         Self { samples, speed, start }
     }
 
+    /// The same walk a quarter of a round ahead.
+    pub(super) fn ahead(&self) -> Self {
+        let start = self.start + 0.25 * f64::from(self.length());
+        Self { start, ..self.clone() }
+    }
+
     /// Length of one round, metres.
     pub(super) fn length(&self) -> f32 {
         self.samples.last().map_or(0.0, |&(walked, _)| walked)

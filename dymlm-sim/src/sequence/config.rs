@@ -6,7 +6,7 @@ use rand::RngExt;
 
 use super::PoseErrorConfig;
 use crate::noise::{Use, stream};
-use crate::{Activity, CameraPath, CarriedObject, DetectorConfig, Room, SensorConfig};
+use crate::{Activity, CameraPath, CarriedObject, DetectorConfig, Room, SceneEvent, SensorConfig};
 
 /// What a [`Sequence`](crate::Sequence) shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +35,11 @@ pub struct SequenceConfig {
     pub world_from_scene: Pose,
     /// Number of people, 0..=2, default 2.
     pub people: usize,
+    /// What happens beside what the people do, and no detector reports. Default nothing.
+    pub events: Vec<SceneEvent>,
+    /// When events happen, seconds, 0..=1e9. Default `None`: each at a moment of its own in the second quarter
+    /// of the sequence, drawn from the seed.
+    pub event_time: Option<f64>,
     /// A thing that a hand takes from a small table before the camera's station, moves for six seconds and
     /// puts down again; the camera looks at it. Only in [`Room::Office`]. Default `None`.
     pub carried: Option<CarriedObject>,
@@ -59,6 +64,8 @@ impl Default for SequenceConfig {
             camera_roll: 0.0,
             world_from_scene: Pose::identity(),
             people: 2,
+            events: Vec::new(),
+            event_time: None,
             carried: None,
             sensor: SensorConfig::default(),
             detector: DetectorConfig::default(),
@@ -95,6 +102,7 @@ impl SequenceConfig {
         check_range("frame_rate", self.frame_rate, 0.1..=1000.0)?;
         check_range("camera_roll", self.camera_roll, -PI..=PI)?;
         check_range("people", self.people as f64, 0.0..=2.0)?;
+        check_range("event_time", self.event_time.unwrap_or(0.0), 0.0..=1e9)?;
         self.sensor.validate()?;
         self.pose_error.validate()?;
         self.detector.validate()

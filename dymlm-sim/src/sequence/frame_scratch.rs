@@ -30,7 +30,7 @@ pub struct FrameScratch {
     pub(super) readings: Vec<f32>,
     pub(super) parts: Vec<Part>,
     pub(super) moving: Vec<Part>,
-    spare_mask: Option<Mask>,
+    spare_masks: Vec<Mask>,
 }
 
 impl FrameScratch {
@@ -41,12 +41,12 @@ impl FrameScratch {
         self.rendering.color = color.map(dymlm_core::ColorImage::into_data).unwrap_or_default();
         self.rendering.depth = frame.true_depth.into_data();
         self.rendering.part = frame.parts;
-        self.spare_mask = Some(frame.mover_mask);
+        self.spare_masks = vec![frame.mover_mask, frame.transient_mask];
     }
 
     /// A mask of a size, with whatever choices.
     pub(super) fn take_mask(&mut self, width: usize, height: usize) -> Option<Mask> {
-        let spare = self.spare_mask.take();
+        let spare = self.spare_masks.pop();
         let fits = spare.filter(|mask| (mask.width(), mask.height()) == (width, height));
         fits.or_else(|| Mask::filled(width, height, false).ok())
     }

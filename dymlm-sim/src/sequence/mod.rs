@@ -15,4 +15,4 @@ pub use frame_scratch::FrameScratch;
 pub use pose_error_config::PoseErrorConfig;
 pub use sequence_type::SequenceType;
 pub use simulate::Sequence;
-pub use simulated_frame::{CarriedThing, SimulatedFrame, VisibleThing};
+pub use simulated_frame::{CarriedThing, SceneChange, SimulatedFrame, VisibleThing};

@@ -1,14 +1,15 @@
 use std::mem::take;
 
-use dymlm_core::{BoundingBox, ColorImage, DepthImage, Error, Frame, Mask, PinholeCamera, Pose};
+use dymlm_core::{BoundingBox, ColorImage, DepthImage, Error, Frame, Mask, PinholeCamera, Pose, check_range};
+use dymlm_geometry::OrientedBox;
 use parry3d::math::{Pose3, Rot3};
 
 use super::pose_error::PoseError;
-use super::simulated_frame::{CarriedThing, SimulatedFrame, VisibleThing};
+use super::simulated_frame::{CarriedThing, SceneChange, SimulatedFrame, VisibleThing};
 use super::{FrameScratch, SequenceConfig};
 use crate::detector::{Detector, Visible, visible_things};
 use crate::render::{Rendering, render};
-use crate::scene::{Part, Room, Scene};
+use crate::scene::{Part, Room, Scene, Stage};
 use crate::sensor::Sensor;
 use crate::to_pose::to_pose;
 
@@ -64,8 +65,32 @@ impl Sequence {
         if let (Some(what), Room::Office) = (config.carried, config.room) {
             sequence.scene.carry(what);
         }
+        sequence.stage_events()?;
         sequence.pose_error = sequence.pose_errors();
         Ok(sequence)
+    }
+
+    /// Finds places for the events, clear of the camera and well in its view.
+    fn stage_events(&mut self) -> Result<(), Error> {
+        /// Moments of the sequence at which the view is asked.
+        const MOMENTS: usize = 12;
+        let cameras: Vec<Pose3> =
+            (0..MOMENTS).map(|k| self.scene_from_camera(self.len() * k / MOMENTS)).collect();
+        let tangent = |side: usize, focal_length: f64| (0.45 * side as f64 / focal_length) as f32;
+        let stage = Stage {
+            cameras: &cameras,
+            view: [
+                tangent(self.camera.width(), self.camera.fx()),
+                tangent(self.camera.height(), self.camera.fy()),
+            ],
+            duration: self.timestamp(self.len()),
+            time: self.config.event_time,
+        };
+        for (number, &event) in self.config.events.iter().enumerate() {
+            let staged = self.scene.stage(event, &stage, [self.config.seed, number as u64]);
+            check_range("places for an event", f64::from(u8::from(staged.is_some())), 1.0..=f64::INFINITY)?;
+        }
+        Ok(())
     }
 
     fn pose_errors(&self) -> Option<PoseError> {
@@ -142,6 +167,24 @@ impl Sequence {
         })
     }
 
+    /// What the events change, in the order of the config; a trolley, which rests nowhere, and a door, which
+    /// closes again, change nothing.
+    pub fn changes(&self) -> Vec<SceneChange> {
+        let in_world = |area: OrientedBox| area.transformed(&self.config.world_from_scene);
+        let changes = self.scene.happenings.iter().filter_map(|happening| {
+            let [before, after] = self.scene.places_of(happening).map(|place| place.map(in_world));
+            (before != after).then(|| SceneChange {
+                event: happening.event,
+                id: happening.instance,
+                label: self.scene.instances.get(happening.instance).and_then(|thing| thing.label),
+                times: [happening.begin, happening.end],
+                before,
+                after,
+            })
+        });
+        changes.collect()
+    }
+
     /// Renders frame `index`; `None` past the end.
     pub fn frame(&self, index: usize) -> Option<SimulatedFrame> {
         self.frame_with(index, &mut FrameScratch::default())
@@ -154,14 +197,17 @@ impl Sequence {
             return None;
         }
         let time = self.timestamp(index);
-        let mut mover_mask = scratch.take_mask(self.camera.width(), self.camera.height())?;
+        let mut masks = [(); 2].map(|()| scratch.take_mask(self.camera.width(), self.camera.height()));
         let FrameScratch { rendering: exact, places, readings, parts, moving, .. } = scratch;
-        self.parts_at(time, parts, moving);
+        self.scene.parts_at(time, parts, moving);
         render(&self.camera, &self.scene_from_camera(index), parts, exact);
         self.sensor.sense(&self.camera, exact, parts, index, places, readings);
         let visible = visible_things(exact, parts, self.scene.instances.len());
         let detections = self.detector.detect(exact, &visible, &self.scene, index, time);
-        self.mark_movers(exact, parts, &mut mover_mask);
+        let [Some(mover_mask), Some(transient_mask)] = &mut masks else { return None };
+        mark(exact, parts, mover_mask, |thing| self.scene.moves(thing, time));
+        mark(exact, parts, transient_mask, |thing| self.scene.is_away(thing, time));
+        let [mover_mask, transient_mask] = masks;
 
         let (width, height) = (exact.width, exact.height);
         let depth = DepthImage::new(width, height, take(readings)).ok()?;
@@ -172,8 +218,9 @@ impl Sequence {
             world_from_camera: self.world_from_camera(index),
             estimated_world_from_camera: self.estimated_pose(index),
             true_depth: DepthImage::new(width, height, take(&mut exact.depth)).ok()?,
-            mover_mask,
-            visible_things: self.labelled_things(&visible),
+            mover_mask: mover_mask?,
+            transient_mask: transient_mask?,
+            visible_things: self.labelled_things(&visible, time),
             carried: self.carried_thing(index),
             parts: take(&mut exact.part),
         })
@@ -188,7 +235,7 @@ impl Sequence {
         &self.scene
     }
 
-    fn labelled_things(&self, visible: &[Option<Visible>]) -> Vec<VisibleThing> {
+    fn labelled_things(&self, visible: &[Option<Visible>], time: f64) -> Vec<VisibleThing> {
         let things = self.scene.instances.iter().zip(visible).enumerate();
         let labelled = things.filter_map(|(id, (thing, visible))| {
             let (label, visible) = (thing.label?, (*visible)?);
@@ -197,7 +244,7 @@ impl Sequence {
             Some(VisibleThing {
                 id,
                 label,
-                moves: self.scene.moves(id),
+                moves: self.scene.moves(id, time),
                 bounding_box,
                 pixels: visible.pixels,
             })
@@ -211,20 +258,13 @@ impl Sequence {
         // Without a roll the pose stays as it is, to the bit.
         if self.config.camera_roll == 0.0 { upright } else { upright * roll }
     }
+}
 
-    /// All bodies at `time` seconds, those that stay first.
-    fn parts_at(&self, time: f64, parts: &mut Vec<Part>, moving: &mut Vec<Part>) {
-        self.scene.moving_parts(time, moving);
-        parts.clear();
-        parts.extend_from_slice(&self.scene.static_parts);
-        parts.append(moving);
-    }
-
-    fn mark_movers(&self, exact: &Rendering, parts: &[Part], mask: &mut Mask) {
-        let moves: Vec<bool> = parts.iter().map(|part| self.scene.moves(part.instance)).collect();
-        for (pixel, &part) in exact.part.iter().enumerate() {
-            let moves = moves.get(usize::from(part)).copied().unwrap_or(false);
-            mask.set(pixel % exact.width, pixel / exact.width, moves);
-        }
+/// Marks the pixels that show things of a kind.
+fn mark(exact: &Rendering, parts: &[Part], mask: &mut Mask, is_marked: impl Fn(usize) -> bool) {
+    let marked: Vec<bool> = parts.iter().map(|part| is_marked(part.instance)).collect();
+    for (pixel, &part) in exact.part.iter().enumerate() {
+        let is_marked = marked.get(usize::from(part)).copied().unwrap_or(false);
+        mask.set(pixel % exact.width, pixel / exact.width, is_marked);
     }
 }

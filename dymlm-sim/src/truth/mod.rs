@@ -9,4 +9,5 @@ mod surface_samples;
 mod surfaces;
 mod swept_volume;
 
+pub(crate) use object_truth::box_around;
 pub use sequence_truth::{Truth, TruthConfig};

@@ -114,8 +114,7 @@ impl SceneObject {
     ) -> Option<Self> {
         let scene_from_thing = to_pose(scene_from_thing);
         let thing_from_scene = scene_from_thing.inverse();
-        let (center, lengths) = bounds_along(&thing_from_scene, parts)?;
-        let box_in_scene = OrientedBox::new(scene_from_thing * at(center), lengths).ok()?;
+        let box_in_scene = box_around(&scene_from_thing, parts)?;
         Some(Self {
             id,
             label,
@@ -127,6 +126,12 @@ impl SceneObject {
             frames: 0,
         })
     }
+}
+
+/// The smallest box around bodies along the axes of the thing that they belong to.
+pub(crate) fn box_around(scene_from_thing: &Pose, parts: &[&Part]) -> Option<OrientedBox> {
+    let (center, lengths) = bounds_along(&scene_from_thing.inverse(), parts)?;
+    OrientedBox::new(*scene_from_thing * at(center), lengths).ok()
 }
 
 /// A place without a turn.

@@ -27,6 +27,8 @@ const SAMPLE_DISTANCE: f64 = 0.02;
 /// How far around the movers' bodies a point counts as left by them, metres: three sigma of a Kinect's noise
 /// at 3.5 m and the grid's rounding.
 const SWEPT_MARGIN: f32 = 0.1;
+/// How far around people a point is near them, metres.
+const NEAR: f32 = 0.5;
 /// Pixels of a labelled thing with a reading within range that make it visible in a frame of 640x480; of
 /// other sizes, in proportion to their area.
 const MIN_OBJECT_PIXELS: f64 = 100.0;
@@ -57,6 +59,8 @@ pub struct Truth {
     scene_from_world: Pose,
     surfaces: Surfaces,
     swept: SweptVolume,
+    swept_undetected: SweptVolume,
+    near_people: SweptVolume,
     seen: SeenPoints,
     faces: FaceTruth,
     objects: ObjectTruth,
@@ -71,12 +75,23 @@ impl Truth {
     /// [`ConfigError`] when a field is outside its range.
     pub fn new(sequence: &Sequence, config: &TruthConfig) -> Result<Self, ConfigError> {
         config.validate()?;
+        let scene = sequence.scene();
+        let overlooked = sequence.config().detector.overlooked_people;
+        // People hardly leave the neighbourhood of where they were a moment before.
+        let moments =
+            (0..=(2.0 * sequence.timestamp(sequence.len())) as u32).map(|half| 0.5 * f64::from(half));
         let times = (0..sequence.len()).map(|index| sequence.timestamp(index));
         Ok(Self {
             config: *config,
             scene_from_world: sequence.config().world_from_scene.inverse(),
             surfaces: Surfaces::new(&sequence.scene().static_parts),
-            swept: SweptVolume::new(sequence.scene(), times, SWEPT_MARGIN),
+            swept: SweptVolume::new(times.clone(), SWEPT_MARGIN, |time, bodies| {
+                scene.passing_parts(time, bodies);
+            }),
+            swept_undetected: SweptVolume::new(times, SWEPT_MARGIN, |time, bodies| {
+                scene.undetected_parts(time, overlooked, bodies);
+            }),
+            near_people: SweptVolume::new(moments, NEAR, |time, bodies| scene.people_parts(time, bodies)),
             seen: SeenPoints::new(SAMPLE_DISTANCE),
             faces: FaceTruth::new(sequence.scene(), SAMPLE_DISTANCE),
             objects: ObjectTruth::new(sequence.scene(), SAMPLE_DISTANCE),
@@ -95,7 +110,7 @@ impl Truth {
     }
 
     /// Notes which surface points, faces and objects a frame sees: where the sensor has a reading, the exact
-    /// depth is within range, and no mover is in the way. Each frame is to be shown once.
+    /// depth is within range, and what is seen stands there at the end. Each frame is to be shown once.
     pub fn observe(&mut self, frame: &SimulatedFrame) {
         let number = self.seen.next_frame();
         let camera = frame.frame.camera();
@@ -105,9 +120,9 @@ impl Truth {
         let near_enough = self.config.min_depth..=self.config.max_depth;
         let mut faces = self.faces.view(scene_from_camera, least_cosine, near_enough, number);
         let pixels =
-            frame.true_depth.data().iter().zip(frame.frame.depth().data()).zip(frame.mover_mask.pixels());
-        for (pixel, (((&z, &reading), mover), &part)) in pixels.zip(&frame.parts).enumerate() {
-            if mover || reading <= 0.0 {
+            frame.true_depth.data().iter().zip(frame.frame.depth().data()).zip(frame.transient_mask.pixels());
+        for (pixel, (((&z, &reading), is_transient), &part)) in pixels.zip(&frame.parts).enumerate() {
+            if is_transient || reading <= 0.0 {
                 continue;
             }
             let (u, v) = (pixel % camera.width(), pixel / camera.width());
@@ -136,6 +151,12 @@ impl Truth {
         self.objects.in_world(&self.scene_from_world.inverse(), self.config.min_views)
     }
 
+    /// Whether a point lies in the volume that movers filled whom no detector reports: overlooked people, and
+    /// what events move, where it was before. As [`swept_by_movers`](SpaceTruth::swept_by_movers).
+    pub fn swept_by_undetected(&self, point: Point) -> bool {
+        self.in_scene(point).is_some_and(|point| self.swept_undetected.contains(point))
+    }
+
     /// A world point in the scene's frame; `None` when it is not finite.
     fn in_scene(&self, point: Point) -> Option<Point> {
         let point = self.scene_from_world.transform_point(point.map(f64::from)).map(|c| c as f32);
@@ -152,6 +173,11 @@ impl SpaceTruth for Truth {
     /// Grown by the margin; to a cell of 5 cm, whose centre decides.
     fn swept_by_movers(&self, point: Point) -> bool {
         self.in_scene(point).is_some_and(|point| self.swept.contains(point))
+    }
+
+    /// Within half a metre of somebody's body, to a cell of 5 cm.
+    fn near_people(&self, point: Point) -> bool {
+        self.in_scene(point).is_some_and(|point| self.near_people.contains(point))
     }
 
     /// Points that at least `min_views` frames saw, one a cube of 2 cm, in the order of their cubes.

@@ -2,9 +2,9 @@ use dymlm_core::Point;
 use parry3d::math::Vec3;
 
 use super::cell_grid::{CellGrid, bounds};
-use crate::scene::Scene;
+use crate::scene::Part;
 
-/// The cells of 5 cm whose centres lie in a mover's body, or within a margin of it, at one of the given
+/// The cells of 5 cm whose centres lie in one of some bodies, or within a margin of it, at one of the given
 /// times.
 #[derive(Debug, Clone)]
 pub(super) struct SweptVolume {
@@ -15,17 +15,22 @@ pub(super) struct SweptVolume {
 const CELL: f32 = 0.05;
 
 impl SweptVolume {
-    pub(super) fn new(scene: &Scene, times: impl Iterator<Item = f64> + Clone, margin: f32) -> Self {
+    /// `bodies_at` puts the bodies at a time into a list.
+    pub(super) fn new(
+        times: impl Iterator<Item = f64> + Clone,
+        margin: f32,
+        bodies_at: impl Fn(f64, &mut Vec<Part>),
+    ) -> Self {
         let mut bodies = Vec::new();
         let mut grid = CellGrid::EMPTY;
         for time in times.clone() {
-            scene.moving_parts(time, &mut bodies);
+            bodies_at(time, &mut bodies);
             grid = grid.joined(CellGrid::around(&bodies, margin + CELL, CELL));
         }
 
         let mut swept = vec![false; grid.len()];
         for time in times {
-            scene.moving_parts(time, &mut bodies);
+            bodies_at(time, &mut bodies);
             for body in &bodies {
                 let [center, half] = bounds(body);
                 for cell in grid.cells_within([center, half + Vec3::splat(margin)]) {
@@ -45,12 +50,13 @@ impl SweptVolume {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Scene;
 
     #[test]
     fn holds_the_bodies_and_their_margin_and_no_more() {
         let scene = Scene::office(2, [[0.5; 2]; 2]);
         let times = [0.0, 0.7];
-        let swept = SweptVolume::new(&scene, times.into_iter(), 0.1);
+        let swept = SweptVolume::new(times.into_iter(), 0.1, |time, bodies| scene.moving_parts(time, bodies));
         let mut at_times = vec![Vec::new(); 2];
         times.iter().zip(&mut at_times).for_each(|(&time, bodies)| scene.moving_parts(time, bodies));
         let bodies: Vec<_> = at_times.concat();
@@ -70,7 +76,7 @@ mod tests {
             inside += usize::from(contained);
         }
         assert!(inside > 100, "{inside} points inside");
-        let nobody = SweptVolume::new(&Scene::office(0, [[0.5; 2]; 2]), times.into_iter(), 0.1);
+        let nobody = SweptVolume::new(times.into_iter(), 0.1, |_, bodies| bodies.clear());
         assert!(!nobody.contains([0.0, 0.0, 1.0]));
     }
 }

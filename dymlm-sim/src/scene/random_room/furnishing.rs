@@ -102,11 +102,7 @@ impl Furnished {
         if let Some((footprint, at)) = on_wall(self, rng, [0.9, 0.06]) {
             // Nothing stands before the door, even if it would only just touch it.
             self.floor.take(footprint, 0.0);
-            self.builder.thing(None, [at.x, at.y, 0.0], footprint.yaw).cuboid(
-                [0.0, 0.0, 1.03],
-                [0.9, 0.06, 2.06],
-                BEECH,
-            );
+            self.builder.door(at.to_array(), footprint.yaw, BEECH);
         }
         for material in [SPINES, CLAY] {
             if let Some((footprint, at)) = on_wall(self, rng, [0.7, 0.02]) {

@@ -62,6 +62,7 @@ impl Plan {
         let seats = self.furnished.seats.iter().zip(phase);
         let sitting =
             |(chair, phase): (&Chair, f64)| Action::Sits(furniture::seat(chair.place, chair.yaw, phase));
+        let way = self.walks[1].ahead();
         let actions: Vec<Action> = match activity {
             Activity::Walking => self.walks.into_iter().map(Action::Walks).collect(),
             Activity::Sitting => seats.map(sitting).collect(),
@@ -70,7 +71,7 @@ impl Plan {
         for (action, (height, clothes)) in actions.into_iter().zip(PEOPLE).take(people) {
             b.person(action, height, clothes);
         }
-        Scene::of(b, self.station.viewpoint())
+        Scene::of(b, self.station.viewpoint(), way)
     }
 }
 

@@ -1,13 +1,12 @@
 use std::f32::consts::FRAC_PI_2;
 
 use parry3d::math::{Pose3, Rot3, Vec2, Vec3};
-use parry3d::query::Ray;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::floor_plan::Footprint;
 use super::furnishing::{Chair, Furnished};
-use crate::scene::{Part, Shape, Viewpoint};
+use crate::scene::{Part, Viewpoint, first_hit};
 
 /// Where the camera is in a random room.
 #[derive(Debug, Clone, Copy)]
@@ -123,26 +122,6 @@ impl Station {
         let from = self.scene_from_view * eye;
         within && first_hit(&furnished.builder.parts, from, point).is_none_or(|hit| Some(hit) == thing)
     }
-}
-
-/// The thing that is first met on the way from one point to another, walls apart.
-fn first_hit(parts: &[Part], from: Vec3, to: Vec3) -> Option<usize> {
-    let way = to - from;
-    let mut nearest = (1.0, None);
-    for part in parts.iter().filter(|part| !matches!(part.shape, Shape::Interior(_))) {
-        // Most parts are far off the way.
-        let center = part.scene_from_part.translation - from;
-        let along = (center.dot(way) / way.length_squared()).clamp(0.0, 1.0);
-        if (center - along * way).length_squared() > part.shape.half_extents().length_squared() {
-            continue;
-        }
-        let origin = part.scene_from_part.inverse_transform_point(from);
-        let dir = part.scene_from_part.rotation.inverse() * way;
-        if let Some(t) = part.shape.cast(&Ray::new(origin, dir), nearest.0).filter(|&t| t < nearest.0) {
-            nearest = (t, Some(part.instance));
-        }
-    }
-    nearest.1
 }
 
 /// All labelled things with the centre of one of their parts, the largest.

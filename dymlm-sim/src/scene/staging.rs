@@ -1,0 +1,291 @@
+//! Finds the places where events happen.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use parry3d::math::{Pose3, Rot3, Vec3};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::builder::Builder;
+use super::event::{Course, Happening, Place, SceneEvent};
+use super::palette::FABRIC;
+use super::{Instance, Motion, Part, Scene, Shape, first_hit, furniture};
+use crate::noise::{Use, stream};
+
+/// What an event must keep clear of, and be seen by.
+pub(crate) struct Stage<'a> {
+    /// Poses of the camera in the scene, spread over the sequence.
+    pub(crate) cameras: &'a [Pose3],
+    /// Tangents of half the camera's angles of view.
+    pub(crate) view: [f32; 2],
+    /// How long the sequence takes, seconds.
+    pub(crate) duration: f64,
+    /// When events happen; `None` draws a time.
+    pub(crate) time: Option<f64>,
+}
+
+/// Places that are tried before an event is given up.
+const TRIES: usize = 4000;
+/// Distance from other things, metres, and from the middles of moving limbs and the camera.
+const GAP: f32 = 0.02;
+const FROM_LIMBS: f32 = 0.2;
+const FROM_CAMERA: f32 = 0.6;
+/// Depths at which a thing is well seen, metres.
+const SEEN: std::ops::Range<f32> = 0.8..3.6;
+/// Share of the points of a thing that the camera sees on average.
+const LEAST_SEEN: f32 = 0.35;
+/// Width of partitions, metres.
+const WIDTH: f32 = 0.9;
+/// How fast a chair is pushed, metres a second.
+const PUSHED: f64 = 0.7;
+/// How long a door takes to open, stand open and close, seconds.
+const DOOR: f64 = 7.0;
+
+impl Scene {
+    /// Lets something happen; `None` when there is no place for it. `number` tells events of one scene apart.
+    pub(crate) fn stage(
+        &mut self,
+        event: SceneEvent,
+        stage: &Stage<'_>,
+        [seed, number]: [u64; 2],
+    ) -> Option<()> {
+        let mut rng = stream(seed, Use::Scene, 3, number);
+        let begin = rng.random_range(0.25..0.45) * stage.duration;
+        let begin = stage.time.unwrap_or(begin);
+        let mut happening = Happening {
+            event,
+            instance: self.instances.len(),
+            begin,
+            end: begin,
+            course: Course::Appears,
+            passing: Vec::new(),
+        };
+        match event {
+            SceneEvent::Trolley => {
+                (happening.begin, happening.end) = (f64::NEG_INFINITY, f64::INFINITY);
+                happening.course = Course::Rolls(self.way.clone());
+                happening.passing =
+                    self.add(Motion::Moves, Place { at: [0.0; 2], yaw: 0.0 }, furniture::trolley);
+            }
+            SceneEvent::Door => {
+                happening.end = begin + DOOR;
+                happening.instance = self.door?;
+                happening.course = self.door_swing(&mut rng)?;
+            }
+            SceneEvent::PushedChair => {
+                let (instance, from, to) = self.place_for_chair(stage, &mut rng)?;
+                let way = Vec3::new(to.at[0] - from.at[0], to.at[1] - from.at[1], 0.0);
+                happening.end = begin + f64::from(way.length()) / PUSHED;
+                happening.instance = instance;
+                happening.course = Course::Slides { from, to };
+                self.put(instance, &from, &to);
+            }
+            SceneEvent::PlacedPartition | SceneEvent::RemovedPartition => {
+                let place = self.place_for_partition(stage, &mut rng)?;
+                let parts = self.add(Motion::Still, place, partition);
+                if event == SceneEvent::PlacedPartition {
+                    self.static_parts.extend(parts);
+                } else {
+                    (happening.course, happening.passing) = (Course::Vanishes, parts);
+                }
+            }
+        }
+        self.happenings.push(happening);
+        Some(())
+    }
+
+    /// Adds a thing and answers its bodies.
+    fn add(&mut self, motion: Motion, place: Place, build: fn(&mut Builder, [f32; 2], f32)) -> Vec<Part> {
+        let instance = self.instances.len();
+        let scene_from_thing = place.scene_from_thing();
+        self.instances.push(Instance { label: None, motion, scene_from_thing });
+        parts_of(place, build).into_iter().map(|part| Part { instance, ..part }).collect()
+    }
+
+    /// Moves a thing for good.
+    fn put(&mut self, instance: usize, from: &Place, to: &Place) {
+        let moved = to.scene_from_thing() * from.scene_from_thing().inverse();
+        for part in self.static_parts.iter_mut().filter(|part| part.instance == instance) {
+            part.scene_from_part = moved * part.scene_from_part;
+        }
+        self.instances[instance].scene_from_thing = to.scene_from_thing();
+    }
+
+    /// Swings about one of the edges of its front, as far as nothing stands in the way, at most 80 degrees.
+    fn door_swing(&self, rng: &mut ChaCha8Rng) -> Option<Course> {
+        let door = self.door?;
+        let leaf = self.static_parts.iter().find(|part| part.instance == door)?;
+        let half = leaf.shape.half_extents();
+        let side = if rng.random_range(0..2) == 0 { -1.0 } else { 1.0 };
+        [side, -side].into_iter().find_map(|side| {
+            let edge = Pose3::from_translation(Vec3::new(side * half.x, -half.y, 0.0));
+            let scene_from_hinge = leaf.scene_from_part * edge;
+            let steps = (1..=16_u8).take_while(|&step| {
+                let swung = Pose3::from_rotation(Rot3::from_rotation_z(side * 0.0875 * f32::from(step)));
+                let pose = scene_from_hinge * swung * edge.inverse();
+                self.is_free(&Part { scene_from_part: pose, ..leaf.clone() }, door, f32::EPSILON)
+            });
+            let angle = side * 0.0875 * steps.count() as f32;
+            (angle.abs() > 0.7).then_some(Course::Swings { scene_from_hinge, angle })
+        })
+    }
+
+    /// A chair that nobody sits on, where it stands, and a place to which it can be pushed straight.
+    fn place_for_chair(&self, stage: &Stage<'_>, rng: &mut ChaCha8Rng) -> Option<(usize, Place, Place)> {
+        let limbs = self.limbs(stage);
+        let chairs = (0..self.instances.len()).filter(|&id| self.instances[id].label == Some("chair"));
+        let chairs: Vec<(usize, Place, Vec<Part>)> = chairs
+            .filter_map(|id| {
+                let pose = self.instances[id].scene_from_thing;
+                let front = pose.rotation * Vec3::X;
+                let place =
+                    Place { at: [pose.translation.x, pose.translation.y], yaw: front.y.atan2(front.x) };
+                let own = self.static_parts.iter().filter(|part| part.instance == id);
+                let parts: Vec<Part> = own
+                    .map(|part| Part {
+                        scene_from_part: pose.inverse() * part.scene_from_part,
+                        ..part.clone()
+                    })
+                    .collect();
+                let here = posed(&parts, &place);
+                (is_clear(&here, &limbs, FROM_LIMBS) && self.share_seen(&here, stage) > LEAST_SEEN)
+                    .then_some((id, place, parts))
+            })
+            .collect();
+        if chairs.is_empty() {
+            return None;
+        }
+        (0..TRIES).find_map(|_| {
+            let (id, from, parts) = &chairs[rng.random_range(0..chairs.len())];
+            let (sin, cos) = rng.random_range(-PI..PI).sin_cos();
+            let far = rng.random_range(0.8_f32..1.8);
+            let to = Place {
+                at: [from.at[0] + far * cos, from.at[1] + far * sin],
+                yaw: from.yaw + rng.random_range(-1.5..1.5),
+            };
+            let fits = |share: f32| {
+                let there = posed(parts, &from.towards(&to, share));
+                there.iter().all(|part| self.is_free(part, *id, GAP)) && is_clear(&there, &limbs, FROM_LIMBS)
+            };
+            let there = posed(parts, &to);
+            let good = [1.0, 0.8, 0.6, 0.4, 0.2].into_iter().all(fits)
+                && is_clear(&there, stage.cameras, FROM_CAMERA)
+                && self.share_seen(&there, stage) > LEAST_SEEN;
+            good.then_some((*id, *from, to))
+        })
+    }
+
+    /// A place for a partition that more or less faces the camera.
+    fn place_for_partition(&self, stage: &Stage<'_>, rng: &mut ChaCha8Rng) -> Option<Place> {
+        let limbs = self.limbs(stage);
+        (0..TRIES).find_map(|_| {
+            let camera = stage.cameras[rng.random_range(0..stage.cameras.len())];
+            let ahead = camera.rotation * Vec3::Z;
+            let facing = ahead.y.atan2(ahead.x) + rng.random_range(-0.5..0.5);
+            let (sin, cos) = facing.sin_cos();
+            let far = rng.random_range(1.2_f32..3.4);
+            let [x, y] = [camera.translation.x + far * cos, camera.translation.y + far * sin];
+            let place = Place { at: [x, y], yaw: facing - FRAC_PI_2 + rng.random_range(-0.6..0.6) };
+            let parts = parts_of(place, partition);
+            let good = parts.iter().all(|part| self.is_free(part, usize::MAX, GAP))
+                && is_clear(&parts, &limbs, FROM_LIMBS)
+                && is_clear(&parts, stage.cameras, FROM_CAMERA)
+                && self.share_seen(&parts, stage) > LEAST_SEEN;
+            good.then_some(place)
+        })
+    }
+
+    /// Where the limbs of those who move are, ten times a second.
+    fn limbs(&self, stage: &Stage<'_>) -> Vec<Pose3> {
+        let mut bodies = Vec::new();
+        let mut limbs = Vec::new();
+        for step in 0..=(10.0 * stage.duration) as u32 {
+            self.moving_parts(f64::from(step) / 10.0, &mut bodies);
+            limbs.extend(bodies.iter().map(|body| body.scene_from_part));
+        }
+        limbs
+    }
+
+    /// Whether a body, the floor apart, touches nothing but its own thing.
+    fn is_free(&self, body: &Part, instance: usize, gap: f32) -> bool {
+        let reach = body.shape.half_extents().length() + gap;
+        let near = |other: &&Part| {
+            let apart = other.scene_from_part.translation - body.scene_from_part.translation;
+            let is_room = matches!(other.shape, Shape::Interior(_));
+            other.instance != instance
+                && (is_room || apart.length() < reach + other.shape.half_extents().length())
+        };
+        let near: Vec<&Part> = self.static_parts.iter().filter(near).collect();
+        samples(body).filter(|point| point.z > 0.03).all(|point| {
+            near.iter().all(|other| {
+                let gap = if matches!(other.shape, Shape::Interior(_)) { 0.0 } else { gap };
+                !other.shape.reaches(other.scene_from_part.inverse_transform_point(point), gap)
+            })
+        })
+    }
+
+    /// Share of the points of some bodies that the cameras see past all other bodies, on average.
+    fn share_seen(&self, parts: &[Part], stage: &Stage<'_>) -> f32 {
+        let own = parts.first().map_or(usize::MAX, |part| part.instance);
+        let others: Vec<Part> =
+            self.static_parts.iter().filter(|part| part.instance != own).cloned().collect();
+        let points = parts.iter().flat_map(|part| {
+            let half = part.shape.half_extents();
+            [-0.6, 0.0, 0.6].map(|share| part.scene_from_part * (share * half))
+        });
+        let points: Vec<Vec3> = points.collect();
+        let mut seen = 0_u16;
+        for camera in stage.cameras {
+            for &point in &points {
+                let local = camera.inverse_transform_point(point);
+                let is_in_view = SEEN.contains(&local.z)
+                    && local.x.abs() < stage.view[0] * local.z
+                    && local.y.abs() < stage.view[1] * local.z;
+                seen += u16::from(is_in_view && first_hit(&others, camera.translation, point).is_none());
+            }
+        }
+        f32::from(seen) / (points.len() * stage.cameras.len()).max(1) as f32
+    }
+}
+
+fn partition(b: &mut Builder, at: [f32; 2], yaw: f32) {
+    furniture::partition(b, at, yaw, WIDTH, FABRIC);
+}
+
+fn parts_of(place: Place, build: fn(&mut Builder, [f32; 2], f32)) -> Vec<Part> {
+    let mut builder = Builder::default();
+    build(&mut builder, place.at, place.yaw);
+    builder.parts
+}
+
+fn posed(parts: &[Part], place: &Place) -> Vec<Part> {
+    let scene_from_thing = place.scene_from_thing();
+    parts
+        .iter()
+        .map(|part| Part { scene_from_part: scene_from_thing * part.scene_from_part, ..part.clone() })
+        .collect()
+}
+
+/// Whether all bodies' bounding boxes keep a distance from the origins of some poses.
+fn is_clear(parts: &[Part], poses: &[Pose3], distance: f32) -> bool {
+    parts.iter().all(|part| {
+        let half = part.shape.half_extents();
+        poses.iter().all(|pose| {
+            let local = part.scene_from_part.inverse_transform_point(pose.translation);
+            (local.abs() - half).max(Vec3::ZERO).length() > distance
+        })
+    })
+}
+
+/// Points of a body's bounding box at most 4 cm apart, in the scene.
+fn samples(part: &Part) -> impl Iterator<Item = Vec3> + '_ {
+    let half = part.shape.half_extents();
+    let steps = (half / 0.02).ceil().max(Vec3::ONE);
+    let along = move |axis: usize, k: u32| half[axis] * (2.0 * k as f32 / steps[axis] - 1.0);
+    let count = move |axis: usize| 0..=steps[axis] as u32;
+    count(0).flat_map(move |i| {
+        count(1).flat_map(move |j| {
+            count(2).map(move |k| part.scene_from_part * Vec3::new(along(0, i), along(1, j), along(2, k)))
+        })
+    })
+}

@@ -1,0 +1,177 @@
+use std::collections::BTreeSet;
+
+use dymlm::core::Point;
+use dymlm::geometry::OrientedBox;
+use dymlm::octree::CellState;
+use dymlm::planes::MapPlane;
+use dymlm::{MultiLevelMap, Selection};
+use dymlm_metrics::SpaceTruth;
+use dymlm_sim::{SceneChange, Sequence, SimulatedFrame, Truth};
+
+use crate::columns::Scores;
+
+/// Follows how soon a map takes in what events change: a place that is left, and one that is filled.
+pub(crate) struct ChangeWatch {
+    watched: Vec<Watched>,
+    next_check: f64,
+}
+
+struct Watched {
+    change: SceneChange,
+    /// When the freed place, and the filled one, were first looked at.
+    looked: [Option<f64>; 2],
+    checks: Vec<Check>,
+}
+
+/// What a map holds in the place before and in the one afterwards.
+struct Check {
+    time: f64,
+    cells: [[BTreeSet<Cell>; 2]; 3],
+    objects: [bool; 2],
+}
+
+/// A cube of 5 cm.
+type Cell = [i32; 3];
+
+/// Between two looks at a map, seconds.
+const CHECK_TIME: f64 = 0.5;
+/// Of the places' boxes so much is left out below, where the floor is, metres.
+const ABOVE_FLOOR: f64 = 0.06;
+/// What stands there at the end is no ghost: distance of ghosts from it, metres.
+const OFF_SURFACE: f32 = 0.1;
+/// A place is empty when no more than this share of what a map held there is left, and filled when it holds this
+/// share of what was seen of it.
+const EMPTY: f64 = 0.03;
+const FILLED: f64 = 0.5;
+
+impl ChangeWatch {
+    pub(crate) fn new(sequence: &Sequence) -> Self {
+        let watched = |change| Watched { change, looked: [None; 2], checks: Vec::new() };
+        Self { watched: sequence.changes().into_iter().map(watched).collect(), next_check: 0.0 }
+    }
+
+    /// Looks at a map after a frame came in.
+    pub(crate) fn check(&mut self, frame: &SimulatedFrame, map: &MultiLevelMap, truth: &Truth) {
+        let time = frame.frame.timestamp();
+        for watched in &mut self.watched {
+            watched.note_looks(frame);
+        }
+        let begins = self.watched.iter().map(|watched| watched.change.times[0]).fold(f64::INFINITY, f64::min);
+        if time < self.next_check || time < begins - 2.0 * CHECK_TIME {
+            return;
+        }
+        self.next_check = time + CHECK_TIME;
+        let occupied = map.octree().leaves().filter(|leaf| leaf.state == CellState::Occupied);
+        let all = [
+            map.cloud().point_cloud(Selection::Static).points().to_vec(),
+            occupied.map(|leaf| leaf.center.map(|c| c as f32)).collect(),
+            map.planes().iter().flat_map(MapPlane::inlier_points).collect(),
+        ];
+        for Watched { change, checks, .. } in &mut self.watched {
+            let cells = all.each_ref().map(|points| {
+                let off_surface = |point: &&Point| truth.surface_distance(**point) > OFF_SURFACE;
+                let before = change.before.map(|place| cells_in(&place, points.iter().filter(off_surface)));
+                let after = change.after.map(|place| cells_in(&place, points.iter()));
+                [before, after].map(Option::unwrap_or_default)
+            });
+            let objects = [change.before, change.after].map(|place| {
+                let holds = |place: OrientedBox| {
+                    map.objects().objects().any(|object| place.contains(object.oriented_box().center()))
+                };
+                place.is_some_and(holds)
+            });
+            checks.push(Check { time, cells, objects });
+        }
+    }
+
+    /// The slowest of all changes.
+    pub(crate) fn score(&self, truth: &Truth, scores: &mut Scores) {
+        let visible = truth.visible_points();
+        let mut note = |key: &'static str, time: Option<f64>| {
+            let slowest = scores.get(key).into_iter().chain(time).fold(f64::NEG_INFINITY, f64::max);
+            scores.set(key, time.map(|_| slowest));
+        };
+        let gone = ["changes.cloud.gone", "changes.octree.gone", "changes.planes.gone"];
+        let there = ["changes.cloud.there", "changes.octree.there", "changes.planes.there"];
+        for watched in &self.watched {
+            let true_cells =
+                watched.change.after.map(|place| cells_in(&place, visible.iter())).unwrap_or_default();
+            for (map, (gone, there)) in gone.into_iter().zip(there).enumerate() {
+                let held = watched.held_before(|check| check.cells[map][0].len() as f64);
+                note(
+                    gone,
+                    watched.time(0, held > 0.0, |check| check.cells[map][0].len() as f64 <= EMPTY * held),
+                );
+                // A chair has no plane of a size that a map is asked for.
+                let is_asked = !true_cells.is_empty() && (map < 2 || watched.change.label.is_none());
+                let filled = |check: &Check| check.cells[map][1].intersection(&true_cells).count() as f64;
+                note(
+                    there,
+                    watched.time(1, is_asked, |check| filled(check) >= FILLED * true_cells.len() as f64),
+                );
+            }
+            let held = watched.held_before(|check| f64::from(u8::from(check.objects[0])));
+            note("changes.objects.gone", watched.time(0, held > 0.0, |check| !check.objects[0]));
+            let is_asked = watched.change.label.is_some() && watched.change.after.is_some();
+            note("changes.objects.there", watched.time(1, is_asked, |check| check.objects[1]));
+        }
+    }
+}
+
+impl Watched {
+    fn note_looks(&mut self, frame: &SimulatedFrame) {
+        let time = frame.frame.timestamp();
+        let places = [self.change.before, self.change.after];
+        for (place, looked) in places.into_iter().zip(&mut self.looked) {
+            if time >= self.change.times[1] && looked.is_none() {
+                *looked = place.filter(|place| is_looked_at(place, frame)).map(|_| time);
+            }
+        }
+    }
+
+    /// The most that was held while the thing stood where it was.
+    fn held_before(&self, held: impl Fn(&Check) -> f64) -> f64 {
+        let before = self.checks.iter().filter(|check| check.time < self.change.times[0]);
+        before.map(held).fold(0.0, f64::max)
+    }
+
+    /// Time from the first look at a place until something holds to the end; infinite when it never does.
+    fn time(&self, place: usize, is_asked: bool, holds: impl Fn(&Check) -> bool) -> Option<f64> {
+        let looked = self.looked[place].filter(|_| is_asked)?;
+        let after = || self.checks.iter().filter(|check| check.time >= looked);
+        let last_wrong = after().filter(|check| !holds(check)).map(|check| check.time).last();
+        let settled = after().find(|check| last_wrong.is_none_or(|last| check.time > last));
+        Some(settled.map_or(f64::INFINITY, |check| check.time - looked))
+    }
+}
+
+/// The cells with points in a box, its lowest part left out.
+fn cells_in<'a>(place: &OrientedBox, points: impl Iterator<Item = &'a Point>) -> BTreeSet<Cell> {
+    let foot = ABOVE_FLOOR - 0.5 * place.lengths()[2];
+    let box_from_world = place.world_from_box().inverse();
+    let inside = points.filter(|point| {
+        let point = point.map(f64::from);
+        place.contains(point) && box_from_world.transform_point(point)[2] > foot
+    });
+    inside.map(|point| point.map(|c| (20.0 * c).floor() as i32)).collect()
+}
+
+/// Whether half of a box is in view, within range, and nothing before it.
+fn is_looked_at(place: &OrientedBox, frame: &SimulatedFrame) -> bool {
+    let camera_from_world = frame.world_from_camera.inverse();
+    let camera = frame.frame.camera();
+    let half = place.lengths().map(|length| 0.4 * length);
+    let points = (0..27_u8).map(|k| {
+        let [i, j, k] = [k % 3, k / 3 % 3, k / 9].map(|step| f64::from(step) - 1.0);
+        place.world_from_box().transform_point([i * half[0], j * half[1], k * half[2]])
+    });
+    let seen = points.filter(|&point| {
+        let point = camera_from_world.transform_point(point);
+        let pixel = camera.project(point).filter(|&pixel| camera.sees(pixel));
+        pixel.is_some_and(|[u, v]| {
+            let depth = frame.true_depth.at(u.round() as usize, v.round() as usize);
+            (0.5..4.0).contains(&point[2]) && f64::from(depth) > point[2] - 0.3
+        })
+    });
+    seen.count() > 13
+}
