@@ -8,18 +8,15 @@ use dymlm_sim::{
     TruthConfig,
 };
 
-const EVENTS: [SceneEvent; 5] = [
-    SceneEvent::Trolley,
-    SceneEvent::Door,
-    SceneEvent::PushedChair,
-    SceneEvent::PlacedPartition,
-    SceneEvent::RemovedPartition,
-];
+/// Those that have a place in the office, whose door is too far away.
+const EVENTS: [SceneEvent; 4] =
+    [SceneEvent::Trolley, SceneEvent::PushedChair, SceneEvent::PlacedPartition, SceneEvent::RemovedPartition];
 
 /// Small frames without errors; one person sits.
 fn with_events(events: &[SceneEvent], random: bool) -> SequenceConfig {
     let mut config = if random { SequenceConfig::random_room(11) } else { SequenceConfig::default() };
     config.camera = Some(PinholeCamera::new(80, 60, 65.6, 65.6, 39.5, 29.5).unwrap());
+    (config.frames, config.frame_rate) = (30, 2.0);
     config.sensor = SensorConfig::ideal();
     config.detector = DetectorConfig::ideal();
     (config.people, config.activity) = (1, Activity::Sitting);
@@ -42,7 +39,7 @@ fn what_an_event_moves_is_in_the_mask_while_it_moves_and_never_detected_as_a_mov
     for event in EVENTS {
         let sequence = Sequence::new(&with_events(&[event], false)).unwrap();
         let times = sequence.changes().first().map_or([0.0, 15.0], |change| change.times);
-        for index in (0..sequence.len()).step_by(4) {
+        for index in (0..sequence.len()).step_by(2) {
             let frame = sequence.frame(index).unwrap();
             let time = frame.frame.timestamp();
             assert!(contains(&frame.transient_mask, &frame.mover_mask));
@@ -51,16 +48,32 @@ fn what_an_event_moves_is_in_the_mask_while_it_moves_and_never_detected_as_a_mov
             assert!(people <= 1, "{event:?}");
         }
         if matches!(event, SceneEvent::Trolley | SceneEvent::PushedChair) {
-            let most = (0..sequence.len()).map(|index| moving(&sequence.frame(index).unwrap())).max().unwrap();
+            let most =
+                (0..sequence.len()).map(|index| moving(&sequence.frame(index).unwrap())).max().unwrap();
             assert!(most > 100, "{event:?}: {most} pixels");
         }
     }
 }
 
 #[test]
+fn a_door_opens_and_closes_again() {
+    let rooms = (0..40).map(|seed| {
+        let mut config = with_events(&[SceneEvent::Door], true);
+        (config.seed, config.event_time) = (seed, Some(3.0));
+        Sequence::new(&config)
+    });
+    let sequence = rooms.flatten().next().unwrap();
+    let moving: Vec<usize> = sequence.frames().map(|frame| moving(&frame)).collect();
+    // It takes seven seconds.
+    assert!(moving[..6].iter().chain(&moving[20..]).all(|&pixels| pixels == 0), "{moving:?}");
+    assert!(moving[6..20].iter().any(|&pixels| pixels > 50), "{moving:?}");
+    assert!(sequence.changes().is_empty());
+}
+
+#[test]
 fn the_truth_is_what_stands_at_the_end_and_traces_are_where_things_were() {
     for random in [false, true] {
-        for event in &EVENTS[2..] {
+        for event in &EVENTS[1..] {
             let sequence = Sequence::new(&with_events(&[*event], random)).unwrap();
             let truth = Truth::of(&sequence, &TruthConfig::default()).unwrap();
             let change = sequence.changes().remove(0);
@@ -74,7 +87,7 @@ fn the_truth_is_what_stands_at_the_end_and_traces_are_where_things_were() {
             }
             if let Some(after) = change.after {
                 let seen = visible.iter().filter(|point| after.contains(point.map(f64::from))).count();
-                assert!(seen > 100, "{event:?}: {seen} points");
+                assert!(seen > 50, "{event:?}: {seen} points");
                 let object = truth.objects().into_iter().find(|object| object.id == change.id);
                 assert_eq!(object.is_some(), change.label.is_some());
             }
@@ -91,7 +104,7 @@ fn overlooked_people_are_in_the_masks_and_not_among_the_detections() {
     for overlooked in 0..=2 {
         config.detector.overlooked_people = overlooked;
         let sequence = Sequence::new(&config).unwrap();
-        let frame = sequence.frame(20).unwrap();
+        let frame = sequence.frame(4).unwrap();
         let found = frame.detections.iter().filter(|found| found.label() == "person").count();
         assert_eq!(found, 2 - overlooked);
         let views: Vec<BoundingBox> = frame.mover_views().iter().map(|view| view.bounding_box).collect();
@@ -116,12 +129,12 @@ fn overlooked_people_are_in_the_masks_and_not_among_the_detections() {
 fn events_are_drawn_from_the_seed_and_refused_by_name_where_there_is_no_place() {
     let mut config = with_events(&EVENTS, false);
     let first = Sequence::new(&config).unwrap();
-    assert_eq!(first.frame(70), Sequence::new(&config).unwrap().frame(70));
+    assert_eq!(first.frame(14), Sequence::new(&config).unwrap().frame(14));
     config.seed += 1;
     assert_ne!(first.changes(), Sequence::new(&config).unwrap().changes());
     config.event_time = Some(2.0);
     assert!(Sequence::new(&config).unwrap().changes().iter().all(|change| change.times[0] == 2.0));
-    config.events = vec![SceneEvent::PlacedPartition; 200];
+    config.events = vec![SceneEvent::Door];
     let error = Sequence::new(&config).unwrap_err().to_string();
     assert!(error.contains("places for an event"), "{error}");
 }

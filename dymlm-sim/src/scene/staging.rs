@@ -36,6 +36,8 @@ const SEEN: std::ops::Range<f32> = 0.8..3.6;
 const LEAST_SEEN: f32 = 0.35;
 /// Width of partitions, metres.
 const WIDTH: f32 = 0.9;
+/// Steps in which a door is tried, radians.
+const STEP: f32 = 0.0875;
 /// How fast a chair is pushed, metres a second.
 const PUSHED: f64 = 0.7;
 /// How long a door takes to open, stand open and close, seconds.
@@ -70,7 +72,7 @@ impl Scene {
             SceneEvent::Door => {
                 happening.end = begin + DOOR;
                 happening.instance = self.door?;
-                happening.course = self.door_swing(&mut rng)?;
+                happening.course = self.door_swing(stage, &mut rng)?;
             }
             SceneEvent::PushedChair => {
                 let (instance, from, to) = self.place_for_chair(stage, &mut rng)?;
@@ -111,8 +113,9 @@ impl Scene {
         self.instances[instance].scene_from_thing = to.scene_from_thing();
     }
 
-    /// Swings about one of the edges of its front, as far as nothing stands in the way, at most 80 degrees.
-    fn door_swing(&self, rng: &mut ChaCha8Rng) -> Option<Course> {
+    /// Swings about one of the edges of its front, as far as nothing stands in the way, at most 80 degrees;
+    /// the camera sees it open.
+    fn door_swing(&self, stage: &Stage<'_>, rng: &mut ChaCha8Rng) -> Option<Course> {
         let door = self.door?;
         let leaf = self.static_parts.iter().find(|part| part.instance == door)?;
         let half = leaf.shape.half_extents();
@@ -120,13 +123,14 @@ impl Scene {
         [side, -side].into_iter().find_map(|side| {
             let edge = Pose3::from_translation(Vec3::new(side * half.x, -half.y, 0.0));
             let scene_from_hinge = leaf.scene_from_part * edge;
-            let steps = (1..=16_u8).take_while(|&step| {
-                let swung = Pose3::from_rotation(Rot3::from_rotation_z(side * 0.0875 * f32::from(step)));
-                let pose = scene_from_hinge * swung * edge.inverse();
-                self.is_free(&Part { scene_from_part: pose, ..leaf.clone() }, door, f32::EPSILON)
-            });
-            let angle = side * 0.0875 * steps.count() as f32;
-            (angle.abs() > 0.7).then_some(Course::Swings { scene_from_hinge, angle })
+            let leaf_at = |step: u8| {
+                let swung = Pose3::from_rotation(Rot3::from_rotation_z(side * STEP * f32::from(step)));
+                Part { scene_from_part: scene_from_hinge * swung * edge.inverse(), ..leaf.clone() }
+            };
+            let free = (1..=16).take_while(|&step| self.is_free(&leaf_at(step), door, f32::EPSILON));
+            let widest = free.last().filter(|&widest| widest >= 8)?;
+            let is_seen = self.share_seen(&[leaf_at(widest)], stage) > LEAST_SEEN;
+            is_seen.then_some(Course::Swings { scene_from_hinge, angle: side * STEP * f32::from(widest) })
         })
     }
 
