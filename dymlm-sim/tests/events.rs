@@ -1,7 +1,7 @@
 //! What moves without a label: it is in the masks and traces, and the truth is what stands at the end.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm_core::{BoundingBox, Mask, PinholeCamera};
+use dymlm_core::{Mask, PinholeCamera};
 use dymlm_metrics::SpaceTruth;
 use dymlm_sim::{
     Activity, DetectorConfig, SceneEvent, SensorConfig, Sequence, SequenceConfig, SimulatedFrame, Truth,
@@ -107,8 +107,7 @@ fn overlooked_people_are_in_the_masks_and_not_among_the_detections() {
         let frame = sequence.frame(4).unwrap();
         let found = frame.detections.iter().filter(|found| found.label() == "person").count();
         assert_eq!(found, 2 - overlooked);
-        let views: Vec<BoundingBox> = frame.mover_views().iter().map(|view| view.bounding_box).collect();
-        assert_eq!(views.len(), 2);
+        assert_eq!(frame.visible_things.iter().filter(|thing| thing.moves).count(), 2);
 
         let truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
         let (camera, pose) = (frame.frame.camera(), &frame.world_from_camera);
