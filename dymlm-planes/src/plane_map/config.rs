@@ -19,7 +19,7 @@ pub struct PlaneMapConfig {
     pub min_observations: u32,
     /// A plane is confirmed when at least this share of the key frames that looked at its centroid saw it,
     /// 0..=1. Default 0.12: a plane laid through an edge comes up in a frame or two of the many that look
-    /// there. (Twenty observations confirm it in any case.)
+    /// there.
     pub min_observation_share: f64,
     /// Holes of a boundary smaller than this are filled, square metres, 0..=100. Default 0.02: a cup on a
     /// table.

@@ -15,8 +15,6 @@ const PLACES: usize = 12;
 /// through it: noise at the rims. With 0 one floor stays two planes (0.2 duplicates a room), with more two
 /// desks become one.
 pub(super) const MAX_THROUGH: f64 = 0.1;
-/// Standard deviation of a place's height over the two planes, metres: they may be off by some centimetres.
-const PLACE_SIGMA: f64 = 0.01;
 
 /// What lies between two patches of one plane: the shortest ways from the one to the other, where they are
 /// nearest.
@@ -71,7 +69,7 @@ impl Gap {
     pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
         let (mut occluded, mut through, mut all) = (0.0, 0.0, self.places.len() as f64);
         for place in &self.places {
-            match view.look_at_world(camera_from_world, *place, PLACE_SIGMA).visibility {
+            match view.look_at_world(camera_from_world, *place, 0.0).visibility {
                 Visibility::Occluded => occluded += 1.0,
                 Visibility::Absent => through += 1.0,
                 // The plane itself: one of the patches reaches here, or will.

@@ -11,10 +11,8 @@ use crate::moments::{Fit, Moments};
 const NONE: u32 = u32::MAX;
 
 /// A cluster merges with one of every so many neighbours, and at least one, before its neighbours are listed
-/// again ...
+/// again.
 const NEIGHBORS_PER_MERGE: usize = 16;
-/// ... as long as it stays as flat as this times the flattest that waits.
-const TURN: f64 = 1.03;
 
 /// A cluster of blocks that is waiting to grow: the bits of its mean squared distance in single precision,
 /// which are in the order of the numbers since none is negative, then its number. Another distance now means
@@ -29,10 +27,6 @@ impl Waiting {
 
     fn cluster(self) -> u32 {
         self.0 as u32
-    }
-
-    fn mse(self) -> f64 {
-        f64::from(f32::from_bits((self.0 >> 32) as u32))
     }
 }
 
@@ -76,17 +70,16 @@ struct Candidate {
 }
 
 impl Clustering {
-    /// Clusters the blocks whose fit is `Some`, along `edges` (whether a block is joined to its right and to
-    /// its lower neighbour).
+    /// Clusters the blocks whose fit is `Some`; neighbours are joined whatever step is between them (Feng's
+    /// test for one changes nothing, since the common plane of both must be flat).
     pub(super) fn run(
         &mut self,
         grid: &BlockGrid,
         moments: &[Moments],
         fits: &[Option<Fit>],
-        edges: &[[bool; 2]],
         tolerance: &Tolerance,
     ) {
-        self.begin(grid, moments, fits, edges);
+        self.begin(grid, moments, fits);
         let mut visit = 0;
         while let Some(Reverse(waiting)) = self.heap.pop() {
             let cluster = waiting.cluster();
@@ -111,8 +104,7 @@ impl Clustering {
             let other = self.candidates.swap_remove(position).cluster;
             let into = self.merge(cluster, other, fit);
             grown = Some((into, fit.mse));
-            let next = self.heap.peek().map_or(f64::INFINITY, |Reverse(next)| next.mse());
-            if into != cluster || fit.mse > TURN * next {
+            if into != cluster {
                 break;
             }
         }
@@ -145,7 +137,7 @@ impl Clustering {
         self.noise[cluster] / self.moments[cluster].weight
     }
 
-    fn begin(&mut self, grid: &BlockGrid, moments: &[Moments], fits: &[Option<Fit>], edges: &[[bool; 2]]) {
+    fn begin(&mut self, grid: &BlockGrid, moments: &[Moments], fits: &[Option<Fit>]) {
         let count = grid.len();
         self.heap.clear();
         self.parent.clear();
@@ -164,14 +156,13 @@ impl Clustering {
         }
         self.neighbor.clear();
         self.next.clear();
-        for (block, [right, below]) in edges.iter().enumerate() {
-            if *right {
-                self.link(block, block + 1);
-                self.link(block + 1, block);
-            }
-            if *below {
-                self.link(block, block + grid.columns);
-                self.link(block + grid.columns, block);
+        for block in 0..count {
+            let [_, right, _, below] = grid.neighbors(block);
+            for other in [right, below].into_iter().flatten() {
+                if fits[block].is_some() && fits[other].is_some() {
+                    self.link(block, other);
+                    self.link(other, block);
+                }
             }
         }
         let waiting = fits.iter().enumerate();

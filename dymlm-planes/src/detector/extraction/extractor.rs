@@ -32,7 +32,7 @@ const SEED_SHARE: f64 = 0.3;
 ///
 /// Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
 /// Clustering", ICRA 2014. The image is cut into blocks of 8x8 pixels; blocks that are flat become nodes, and
-/// neighbours without a step between them edges of a graph; clusters merge as long as their common plane
+/// neighbours edges of a graph; clusters merge as long as their common plane
 /// stays flat for the noise at its depth; then the rims are given up and grown again pixel by pixel, and
 /// planes that meet and agree merge. All fits come from moment sums, so merging two planes costs the same as
 /// merging two points. Two tests are added, see the sources of `cluster.rs` and `growing.rs`: a small part
@@ -56,8 +56,6 @@ pub(in crate::detector) struct PlaneExtractor {
     fits: Vec<Option<Fit>>,
     /// Roughness of the blocks, then the unevenness of neighbouring ones; over the sensor's variance.
     ratios: Vec<f64>,
-    /// Whether a block is joined to its right and to its lower neighbour.
-    edges: Vec<[bool; 2]>,
     clustering: Clustering,
     /// Label of each cluster by its number, of each block, and the planes of the labels.
     cluster_labels: Vec<u16>,
@@ -90,7 +88,6 @@ impl PlaneExtractor {
             moments: Vec::new(),
             fits: Vec::new(),
             ratios: Vec::new(),
-            edges: Vec::new(),
             clustering: Clustering::default(),
             cluster_labels: Vec::new(),
             is_judged: Vec::new(),
@@ -128,9 +125,8 @@ impl PlaneExtractor {
         self.read(depth, static_mask);
         self.fit_blocks();
         self.drop_rough_blocks(camera);
-        self.join_blocks();
         self.measure_unevenness();
-        self.clustering.run(&self.grid, &self.moments, &self.fits, &self.edges, &self.tolerance);
+        self.clustering.run(&self.grid, &self.moments, &self.fits, &self.tolerance);
         self.choose_seeds();
         self.drop_strips();
         self.grow();
@@ -205,51 +201,14 @@ impl PlaneExtractor {
         }
     }
 
-    /// Joins neighbouring blocks that are flat and have no step between them.
-    fn join_blocks(&mut self) {
-        let width = self.grid.width;
-        self.edges.clear();
-        for block in 0..self.grid.len() {
-            let [_, right, _, below] = self.grid.neighbors(block);
-            let to_right = right.is_some_and(|right| {
-                let u = self.grid.pixel_columns(right).start;
-                self.are_flat(block, right)
-                    && self.are_level(self.grid.pixel_rows(block).map(|v| v * width + u), 1)
-            });
-            let to_below = below.is_some_and(|below| {
-                let v = self.grid.pixel_rows(below).start;
-                self.are_flat(block, below)
-                    && self.are_level(self.grid.pixel_columns(block).map(|u| v * width + u), width)
-            });
-            self.edges.push([to_right, to_below]);
-        }
-    }
-
-    fn are_flat(&self, a: usize, b: usize) -> bool {
-        self.fits[a].is_some() && self.fits[b].is_some()
-    }
-
-    /// Whether at most half of the readings at `pixels` lie a step away from those `before` them.
-    fn are_level(&self, pixels: impl Iterator<Item = usize>, before: usize) -> bool {
-        let (mut level, mut steps) = (0, 0);
-        for pixel in pixels {
-            let (a, b) = (self.depth[pixel - before], self.depth[pixel]);
-            if a > 0.0 && b > 0.0 {
-                let step = (a - b).abs() > Tolerance::jump(a.min(b));
-                steps += usize::from(step);
-                level += usize::from(!step);
-            }
-        }
-        level > steps
-    }
-
-    /// How far neighbouring blocks are from a common plane: the median of all joined pairs, most of which lie
-    /// on one.
+    /// How far neighbouring flat blocks are from a common plane: the median of all pairs, most of which lie on
+    /// one.
     fn measure_unevenness(&mut self) {
         self.ratios.clear();
-        for (block, [_, below]) in self.edges.iter().enumerate() {
-            let other = block + self.grid.columns;
-            if *below && let (Some(a), Some(b)) = (&self.fits[block], &self.fits[other]) {
+        let below = self.grid.columns;
+        for (block, pair) in self.fits.iter().zip(self.fits.iter().skip(below)).enumerate() {
+            let other = block + below;
+            if let (Some(a), Some(b)) = pair {
                 let moments = [&self.moments[block], &self.moments[other]];
                 self.ratios.extend(self.tolerance.unevenness_of(moments, [a, b]));
             }

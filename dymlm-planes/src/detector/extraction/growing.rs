@@ -10,9 +10,6 @@ use crate::moments::{Fit, Moments, RowSums};
 /// Planes that compete for one block's pixels, at most.
 const MOST_CANDIDATES: usize = 6;
 
-/// Share of a block's side that must belong to a plane for it to grow across that side.
-const CONTACT: f64 = 0.2;
-
 /// Pixels join a plane up to this many of its root mean square distances. (Feng 2014: 3.)
 const GROWING_DISTANCE: f64 = 2.5;
 /// A plane that grows.
@@ -107,7 +104,7 @@ impl Candidates {
 /// Blocks at the rim of a plane are no longer its own whole (eroded). There it competes with the planes that
 /// grow from the blocks inside, and so it does in blocks of no plane, a block at a time: each pixel goes to
 /// the nearest plane of those that reached the block, if it is near enough for its noise; across a side of
-/// the block a plane goes on when a fifth of that side is its own.
+/// the block a plane goes on when two pixels of that side are its own.
 ///
 /// O(pixels of the blocks grown into, times planes that meet in them).
 #[derive(Debug, Clone, Default)]
@@ -255,7 +252,7 @@ impl Growing {
 fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
     let Some(fit) = &scene.fits[block] else { return true };
     let plane = &scene.seeds[usize::from(label) - 1].fit;
-    scene.tolerance.is_block_of(&scene.moments[block], fit.depth_mse, plane)
+    scene.tolerance.is_part(&scene.moments[block], fit.depth_mse, plane)
 }
 
 /// Gives each reading of a block to the nearest of some planes, of those that have a way to it. A plane that
@@ -312,7 +309,7 @@ fn find_near(scene: &Scene<'_>, block: usize, seed: &Seed, distances: &mut Vec<f
     }
 }
 
-/// Whether enough pixels along a side (0 left, 1 right, 2 above, 3 below) of a block have a label.
+/// Whether pixels along a side (0 left, 1 right, 2 above, 3 below) of a block have a label.
 fn crosses(grid: &BlockGrid, block: usize, side: usize, label: u16, pixel_labels: &[u16]) -> bool {
     let (columns, rows) = (grid.pixel_columns(block), grid.pixel_rows(block));
     let (columns, rows) = match side {
@@ -321,12 +318,11 @@ fn crosses(grid: &BlockGrid, block: usize, side: usize, label: u16, pixel_labels
         2 => (columns, rows.start..rows.start + 1),
         _ => (columns, rows.end - 1..rows.end),
     };
-    let length = columns.len().max(rows.len());
     let own: usize = rows
         .map(|v| pixel_labels[v * grid.width + columns.start..v * grid.width + columns.end].iter())
         .map(|row| row.filter(|&&other| other == label).count())
         .sum();
-    own >= 2 && own as f64 >= CONTACT * length as f64
+    own >= 2
 }
 
 /// Sums the points of the pixels of a block by their labels.

@@ -28,21 +28,12 @@ const MISFIT: f64 = 0.003;
 /// unevenness is the frame's median: with pure noise an eighth of it, with a Kinect's disparity steps more.
 const MISFIT_FACTOR: f64 = 6.5;
 /// A plane's misfit is at most this share of its width: a strip of a round thing that spans 12 degrees of it.
-/// The error of the estimate and the unevenness of the sensor are allowed in addition.
+/// The unevenness of the sensor is allowed in addition.
 const MAX_BEND: f64 = 0.008;
-/// Neighbouring pixels belong to one surface when their depths differ by less than this, metres (Feng 2014)
-/// ...
-const JUMP: f32 = 0.02;
-/// ... plus this times the depth (Feng 2014).
-const JUMP_PER_DEPTH: f32 = 0.04;
 /// Cosine of the largest angle between planes that merge while clustering: 60 degrees (Feng 2014).
 pub(super) const COS_MERGE_ANGLE: f64 = 0.5;
-/// How many times the allowed misfit a single block may have.
-const BLOCK_SLACK: f64 = 2.0;
 /// Bends up to this many times the unevenness are none (both as variances).
 const UNEVEN_BEND: f64 = 12.0;
-/// Standard deviations of a misfit's estimate that make no cluster bent.
-const MISFIT_DEVIATIONS: f64 = 3.0;
 
 impl Tolerance {
     pub(super) fn new(sensor: SensorModel) -> Self {
@@ -96,13 +87,11 @@ impl Tolerance {
         let z = fit.centroid[2];
         let slant = dot(fit.normal, fit.centroid) / z;
         let misfit = fit.depth_mse - noise;
-        // A variance estimated from n readings errs by sqrt(2 / n) of itself.
-        let error = MISFIT_DEVIATIONS * noise * (2.0 / cluster.weight).sqrt();
         // Of points spread evenly over a width w the variance is w^2 / 12.
         let across = symmetric_eigen3(rows(&cluster.covariance())).map_or(0.0, |eigen| eigen.values[1]);
         let width = (12.0 * across.max(0.0)).sqrt();
         let uneven = UNEVEN_BEND * self.unevenness * self.variance(z);
-        (misfit - error) * slant * slant > (MAX_BEND * width).powi(2) + uneven
+        misfit * slant * slant > (MAX_BEND * width).powi(2) + uneven
     }
 
     /// Noise runs along the ray, so its share across the plane falls with the angle of incidence; a plane
@@ -119,28 +108,10 @@ impl Tolerance {
     /// from the planes of their blocks.
     #[inline]
     pub(super) fn is_part(&self, part: &Moments, noise: f64, plane: &Fit) -> bool {
-        self.misfit_share(part, noise, plane) < 1.0
-    }
-
-    /// Whether a single block lies on a plane: among thousands of blocks some are off by twice the usual.
-    #[inline]
-    pub(super) fn is_block_of(&self, block: &Moments, noise: f64, plane: &Fit) -> bool {
-        self.misfit_share(block, noise, plane) < BLOCK_SLACK * BLOCK_SLACK
-    }
-
-    /// Squared misfit over the squared misfit that is allowed.
-    #[inline]
-    fn misfit_share(&self, part: &Moments, noise: f64, plane: &Fit) -> f64 {
         let centroid = part.centroid();
         let z = centroid[2];
         let slant = dot(plane.normal, centroid) / z;
         let misfit = part.mse_about(plane.normal, plane.centroid) - noise * slant * slant;
-        misfit / (MISFIT * MISFIT + MISFIT_FACTOR.powi(2) * self.unevenness * self.variance(z))
-    }
-
-    /// Smallest difference of neighbouring depths that is an edge.
-    #[inline]
-    pub(super) fn jump(z: f32) -> f32 {
-        JUMP + JUMP_PER_DEPTH * z
+        misfit < MISFIT * MISFIT + MISFIT_FACTOR.powi(2) * self.unevenness * self.variance(z)
     }
 }

@@ -4,32 +4,23 @@ use dymlm_core::{DepthImage, PinholeCamera, Point, SensorModel};
 use super::super::covariance::PlaneCovariance;
 use super::super::detected_plane::DetectedPlane;
 use super::super::extraction::{Extraction, Segment};
+use super::super::patch_range::patch_range;
 use super::super::rays::Rays;
 use super::edge_points::visit_rims;
 use super::reweighting::{Kernel, Trial, WeightedSums};
 use super::runs::{Run, find_runs};
 use crate::moments::Fit;
 
-/// Readings farther off than this many standard deviations weigh nothing while fitting: Tukey's biweight then
-/// keeps 95 % of the efficiency of least squares on clean data.
-const TUKEY_WIDTH: f64 = 4.685;
-/// Readings within this many standard deviations are inliers.
+/// Readings within this many standard deviations are inliers; farther ones weigh nothing while fitting.
 const INLIER_WIDTH: f64 = 3.0;
 /// Neighbouring readings share one error, this many of them: a structured-light camera matches windows of the
 /// image. It scales the covariance and nothing else.
 const CORRELATED_PIXELS: f64 = 9.0;
-/// Share of the sensor's range up to which readings enter the patch: 4 m of a Kinect's 4.5. Nearer to the end of
-/// the range they are a biased lot, since those whose noise puts them beyond it are missing; they help to fit
-/// the plane, but not to draw its rim. With 1 the map has twice as many false planes (`evaluate`: precision 95 to
-/// 91 %); with less, far walls are cut short (`far_walls_are_planes_as_far_as_the_sensor_is_used`).
-const PATCH_RANGE: f32 = 0.89;
 /// Every how many pixels of a Kinect the patch and its edge are sampled: 3 cm at 4 m.
 const SAMPLE_STRIDE: f64 = 4.0;
 /// While reweighting every second row is read: neighbouring readings share their errors, and the last fit
 /// reads all.
 const ROWS_WHILE_REWEIGHTING: u32 = 2;
-/// No plane is taken to be less noisy than this share of the sensor's model.
-const SMALLEST_NOISE_RATIO: f64 = 0.05;
 
 /// Fits extracted planes again, robustly: inliers, edge points, covariance.
 ///
@@ -85,7 +76,7 @@ impl PlaneRefiner {
         extraction: &Extraction,
     ) {
         self.begin(camera, extraction);
-        self.sum_up(depth, rays, Kernel::Tukey, TUKEY_WIDTH, ROWS_WHILE_REWEIGHTING);
+        self.sum_up(depth, rays, Kernel::Tukey, INLIER_WIDTH, ROWS_WHILE_REWEIGHTING);
         self.refit();
         self.sum_up(depth, rays, Kernel::Inlier, INLIER_WIDTH, 1);
         self.refit();
@@ -113,7 +104,7 @@ impl PlaneRefiner {
         self.noise_ratios.clear();
         self.noise_ratios.extend(self.fits.iter().map(|fit| {
             let noise = f64::from(self.sensor.sigma(fit.centroid[2] as f32));
-            (fit.mse.sqrt() / noise).max(SMALLEST_NOISE_RATIO)
+            (fit.mse.sqrt() / noise).max(f64::EPSILON)
         }));
     }
 
@@ -143,7 +134,7 @@ impl PlaneRefiner {
         for ((fit, ratio), sums) in self.fits.iter_mut().zip(&mut self.noise_ratios).zip(&self.sums) {
             if let Some(better) = sums.moments.fit() {
                 *fit = better;
-                *ratio = (sums.squares / sums.kernel_weight).sqrt().max(SMALLEST_NOISE_RATIO);
+                *ratio = (sums.squares / sums.kernel_weight).sqrt().max(f64::EPSILON);
             }
         }
     }
@@ -221,7 +212,7 @@ impl PlaneRefiner {
         let index = extraction.segment_at(u, v)?;
         let place = (*self.places.get(index)?)?;
         let (a, b, z) = (rays.x[u], rays.y[v], depth.at(u, v));
-        if z > PATCH_RANGE * self.sensor.max_depth || !self.trials[index].is_inlier(z, a as f32, b as f32) {
+        if z > patch_range(&self.sensor) || !self.trials[index].is_inlier(z, a as f32, b as f32) {
             return None;
         }
         // Onto the plane along its normal, so that noise does not blur the patch.

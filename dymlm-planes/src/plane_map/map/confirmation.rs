@@ -3,9 +3,8 @@ use dymlm_core::vector3::{difference, dot, norm};
 
 use super::super::map_plane::MapPlane;
 use super::{KeyFrame, PlaneMap};
+use crate::detector::patch_range;
 
-/// Planes that so many key frames have seen are confirmed, however many have looked past them.
-const SURE_OBSERVATIONS: u32 = 20;
 /// Cosine of the angle from its optical axis within which a key frame looks at a place: 25 degrees, the inner
 /// half of a Kinect's view.
 const COS_VIEW: f64 = 0.906_308;
@@ -43,22 +42,23 @@ impl PlaneMap {
             if self.counts_looks(plane) { self.key_frames.values().filter(looks).count() } else { 0 };
     }
 
-    /// Whether it matters how many have looked at a plane: when neither too few nor enough have seen it.
+    /// Whether it matters how many have looked at a plane: when enough have seen it.
     fn counts_looks(&self, plane: &MapPlane) -> bool {
-        (self.config.min_observations..SURE_OBSERVATIONS).contains(&plane.observations())
+        plane.observations() >= self.config.min_observations
     }
 
     fn is_believed(&self, plane: &MapPlane) -> bool {
         let seen = plane.observations();
-        let often = || f64::from(seen) >= self.config.min_observation_share * plane.looks as f64;
-        seen >= self.config.min_observations && (seen >= SURE_OBSERVATIONS || often())
+        seen >= self.config.min_observations
+            && f64::from(seen) >= self.config.min_observation_share * plane.looks as f64
     }
 
-    /// Whether a camera looks at a plane's centroid from before it. What stands in the way is not asked.
+    /// Whether a camera looks at a plane's centroid from before it, and is near enough to draw a patch there.
+    /// What stands in the way is not asked.
     fn looks_at(&self, world_from_camera: &Pose, plane: &MapPlane) -> bool {
         let ray = difference(plane.centroid, world_from_camera.translation());
         let depth = dot(ray, world_from_camera.rotate([0.0, 0.0, 1.0]));
-        (depth > 0.0 && depth <= self.sensor.max_depth.into() && depth >= COS_VIEW * norm(ray))
+        (depth > 0.0 && depth <= patch_range(&self.sensor).into() && depth >= COS_VIEW * norm(ray))
             && dot(ray, plane.plane.normal()) < 0.0
     }
 }
