@@ -112,7 +112,7 @@ pub(crate) fn undetected(fresh: Option<u64>, every_nth: usize) -> Result<Vec<Sub
             config.path = PATHS[index % PATHS.len()];
             (config.activity, config.people) = (activity, people);
             config.detector.overlooked_people = overlooked;
-            config.events = events.to_vec();
+            (config.events, config.strangers) = (events.to_vec(), fresh.is_some());
             config
         };
         // In some rooms there is no place for an event.
@@ -135,16 +135,20 @@ const PATHS: [CameraPath; 4] =
 /// Seeds with which what happens is well in view.
 const KNOWN_SEEDS: [u64; 9] = [18, 2, 22, 4, 5, 6, 7, 8, 9];
 
-/// Eight sequences drawn from a seed: four in which people sit, four in which they walk.
+/// Nine sequences drawn from a seed, with other people in other rooms: three of each activity.
 pub(crate) fn fresh(seed: u64, every_nth: usize) -> Result<Vec<Subject>, AnyError> {
-    let sequences = (0..8_u64).map(|index| {
+    let kinds = [
+        (Activity::Sitting, SequenceSet::FreshSitting, "sitting"),
+        (Activity::AtDesks, SequenceSet::FreshSitting, "at_desks"),
+        (Activity::Walking, SequenceSet::FreshWalking, "walking"),
+    ];
+    let sequences = (0..9_u64).zip(kinds.into_iter().cycle()).map(|(index, (activity, set, name))| {
         let mut config = SequenceConfig::random_room(1_000_000 + 1000 * seed + index);
-        let (activity, set, name) = if index < 4 {
-            (Activity::Sitting, SequenceSet::FreshSitting, "sitting")
-        } else {
-            (Activity::Walking, SequenceSet::FreshWalking, "walking")
-        };
-        config.activity = activity;
+        (config.activity, config.strangers) = (activity, true);
+        // At desks in the office as well.
+        if index == 1 {
+            config.room = Room::Office;
+        }
         Subject::new(NamedSequence { name: format!("fresh_{seed}_{name}_{index}"), config, set }, every_nth)
     });
     sequences.collect()

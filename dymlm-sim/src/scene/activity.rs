@@ -7,4 +7,6 @@ pub enum Activity {
     Walking,
     /// They sit on chairs, gesture and turn their heads: slightly dynamic.
     Sitting,
+    /// They sit close at desks, their legs below, and type: what is behind them is hardly ever seen.
+    AtDesks,
 }

@@ -39,7 +39,7 @@ pub(super) fn swivel_chair(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, seat: f3
 /// The place on a chair that stands at `place`, turned by `yaw`: a little before the backrest.
 pub(super) fn seat([x, y]: [f32; 2], yaw: f32, phase: f64) -> Seat {
     let hips = Rot3::from_rotation_z(yaw) * Vec3::new(0.0, -0.04, 0.0);
-    Seat { position: Vec2::new(x + hips.x, y + hips.y), heading: yaw + FRAC_PI_2, phase }
+    Seat { position: Vec2::new(x + hips.x, y + hips.y), heading: yaw + FRAC_PI_2, phase, types: false }
 }
 
 /// A cabinet of 0.8 x 0.42 x 1.1 m with three drawers.

@@ -3,6 +3,7 @@
 mod activity;
 mod builder;
 mod carried;
+mod cast;
 mod contents;
 mod design;
 mod event;
@@ -28,6 +29,7 @@ mod walk;
 pub use activity::Activity;
 use carried::smooth;
 pub use carried::{CarriedKind, CarriedMotion, CarriedObject};
+pub(crate) use cast::Cast;
 pub(crate) use contents::Scene;
 pub use event::SceneEvent;
 pub(crate) use material::{Material, surface_coordinates};

@@ -5,11 +5,23 @@ use parry3d::shape::Cuboid;
 
 use super::builder::Builder;
 use super::furniture::{self, SEAT};
-use super::palette::{BEECH, CARPET, FABRIC, PAPER, PEOPLE, PLASTER, SPINES, STEEL};
+use super::palette::{BEECH, CARPET, FABRIC, PAPER, PLASTER, SPINES, STEEL};
 use super::person::Action;
 use super::walk::Walk;
-use super::{Person, Scene, Shape, Viewpoint, things};
+use super::{Activity, Cast, Scene, Shape, Viewpoint, things};
 
+/// Up and down between desk and camera, and round the room, passing behind the camera.
+const NEAR: [[f32; 2]; 6] = [[-2.1, 0.2], [-0.7, 0.0], [0.8, -0.15], [2.1, 0.08], [1.0, 0.17], [-0.6, 0.24]];
+const FAR: [[f32; 2]; 8] = [
+    [2.1, 0.4],
+    [0.6, 0.47],
+    [-0.9, 0.46],
+    [-2.1, 0.1],
+    [-2.05, -1.4],
+    [-1.3, -2.7],
+    [1.2, -2.7],
+    [2.1, -1.2],
+];
 /// Round the camera, clear of people who sit at the desk.
 const ROUND: [[f32; 2]; 8] = [
     [2.0, -0.1],
@@ -27,44 +39,36 @@ const DESK: f32 = 0.74;
 
 impl Scene {
     /// An office of 6.0 x 6.4 m: a desk before a partition with two monitors, keyboards and small things,
-    /// three swivel chairs, a cabinet, a shelf, a plant, and up to two people who walk between the desk and
-    /// the camera. `choice` (two values of 0..1 a person) sets where they start and how fast they walk.
-    pub(crate) fn office(people: usize, choice: [[f64; 2]; 2]) -> Self {
+    /// three swivel chairs, a cabinet, a shelf, a plant, and up to two people. They walk between the desk and
+    /// the camera; or sit before the ends of the desk, half turned to each other, so that the desk is seen
+    /// between them; or sit at the desk with their backs to the camera.
+    pub(crate) fn office(cast: &Cast) -> Self {
         let mut b = Builder::default();
         room(&mut b);
         desk(&mut b);
         desk_things(&mut b);
-        for (place, yaw) in [([-0.55, 1.16], 0.5), ([0.62, 1.20], -0.4), ([1.55, 1.20], 2.3)] {
-            furniture::swivel_chair(&mut b, place, yaw, SEAT);
-        }
+        let walks = cast.walk([&NEAR, &FAR]);
+        let way = match cast.activity {
+            Activity::Walking => walks[1].ahead(),
+            Activity::Sitting | Activity::AtDesks => Walk::new(&ROUND, 0.6, 0.0),
+        };
+        let (third, actions) = match cast.activity {
+            Activity::Walking => {
+                for (place, yaw) in [([-0.55, 1.16], 0.5), ([0.62, 1.20], -0.4)] {
+                    furniture::swivel_chair(&mut b, place, yaw, SEAT);
+                }
+                ([1.55, 1.20], walks.map(Action::Walks))
+            }
+            Activity::Sitting => {
+                ([1.75, 1.15], cast.sit(&mut b, [([-0.95, 0.85], -1.25), ([0.95, 0.80], 1.25)]))
+            }
+            Activity::AtDesks => {
+                ([1.75, 1.15], cast.sit(&mut b, [([-0.45, 1.0], 0.06), ([0.40, 1.0], -0.08)]))
+            }
+        };
+        furniture::swivel_chair(&mut b, third, 2.3, SEAT);
         along_the_walls(&mut b);
-        let walks = walks(choice);
-        let way = walks[1].ahead();
-        for (walk, (height, clothes)) in walks.into_iter().zip(PEOPLE).take(people) {
-            b.person(Action::Walks(walk), height, clothes);
-        }
-        Self::of(b, Viewpoint::OFFICE, way)
-    }
-
-    /// The same office with up to two people who sit on swivel chairs before the ends of the desk, half
-    /// turned to each other, so that the desk is seen between them; a third chair is empty. `choice` sets
-    /// their gestures apart.
-    pub(crate) fn seated_office(people: usize, choice: [[f64; 2]; 2]) -> Self {
-        let mut b = Builder::default();
-        room(&mut b);
-        desk(&mut b);
-        desk_things(&mut b);
-        let chairs = [([-0.95, 0.85], -1.25), ([0.95, 0.80], 1.25)];
-        for ((place, yaw), (height, _)) in chairs.into_iter().zip(PEOPLE) {
-            furniture::swivel_chair(&mut b, place, yaw, Person::seat_height(height));
-        }
-        furniture::swivel_chair(&mut b, [1.75, 1.15], 2.3, SEAT);
-        along_the_walls(&mut b);
-        let sitters = chairs.into_iter().zip(PEOPLE).zip(choice).take(people);
-        for (((place, yaw), (height, clothes)), [phase, _]) in sitters {
-            b.person(Action::Sits(furniture::seat(place, yaw, phase)), height, clothes);
-        }
-        let way = Walk::new(&ROUND, 0.6, 0.0);
+        cast.enter(&mut b, actions);
         Self::of(b, Viewpoint::OFFICE, way)
     }
 }
@@ -115,34 +119,13 @@ fn along_the_walls(b: &mut Builder) {
     furniture::plant(b, [1.55, 2.1], 0.0);
 }
 
-/// The first walks up and down between desk and camera, the second round the room, passing behind the camera.
-fn walks(choice: [[f64; 2]; 2]) -> [Walk; 2] {
-    let near = [[-2.1, 0.2], [-0.7, 0.0], [0.8, -0.15], [2.1, 0.08], [1.0, 0.17], [-0.6, 0.24]];
-    let far = [
-        [2.1, 0.4],
-        [0.6, 0.47],
-        [-0.9, 0.46],
-        [-2.1, 0.1],
-        [-2.05, -1.4],
-        [-1.3, -2.7],
-        [1.2, -2.7],
-        [2.1, -1.2],
-    ];
-    [(&near[..], choice[0]), (&far[..], choice[1])].map(|(way, [speed, start])| {
-        // 0.6 to 1 m/s: an unhurried walk indoors.
-        let walk = Walk::new(way, 0.6 + 0.4 * speed, 0.0);
-        let start = start * f64::from(walk.length());
-        Walk::new(way, 0.6 + 0.4 * speed, start)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn everything_stands_in_the_room_and_belongs_to_a_thing() {
-        let scene = Scene::office(2, [[0.5; 2]; 2]);
+        let scene = Scene::office(&Cast::usual(Activity::Walking, 2));
         assert!(scene.static_parts.len() > 80);
         assert_eq!(scene.people.len(), 2);
         for part in &scene.static_parts {
@@ -156,7 +139,9 @@ mod tests {
 
     #[test]
     fn people_walk_through_the_air_only() {
-        let scene = Scene::office(2, [[0.5, 0.0], [0.5, 0.0]]);
+        let mut cast = Cast::usual(Activity::Walking, 2);
+        cast.choice = [[0.5, 0.0]; 2];
+        let scene = Scene::office(&cast);
         let mut bodies = Vec::new();
         for step in 0..400 {
             scene.moving_parts(0.1 * f64::from(step), &mut bodies);

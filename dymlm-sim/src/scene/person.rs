@@ -34,6 +34,8 @@ pub(super) struct Seat {
     pub(super) heading: f32,
     /// Sets the gestures of people apart, 0..1.
     pub(super) phase: f64,
+    /// Whether the hands stay above a desk.
+    pub(super) types: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -123,8 +125,13 @@ impl Person {
         trunk(&mut body, lift, &self.clothes);
         for side in [Side::Left, Side::Right] {
             let raised = 0.5 + 0.5 * wave(3.4, 0.3 * f64::from(side.sign()));
-            let swing = 0.30 + 0.18 * wave(2.3, 0.2 * f64::from(side.sign()));
-            gesturing_arm(&mut body, lift, [swing, raised * raised], side, &self.clothes);
+            let swing = wave(2.3, 0.2 * f64::from(side.sign()));
+            let gesture = if seat.types {
+                [0.45 + 0.03 * swing, 0.30 + 0.05 * raised]
+            } else {
+                [0.30 + 0.18 * swing, raised * raised]
+            };
+            gesturing_arm(&mut body, lift, gesture, side, &self.clothes);
         }
 
         let neck = (lift + Vec3::new(0.0, 0.0, 1.44)) * size;

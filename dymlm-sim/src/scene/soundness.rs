@@ -7,7 +7,7 @@ use parry3d::math::Vec3;
 
 use super::person::Action;
 use super::*;
-use crate::CameraPath;
+use crate::{CameraPath, SequenceConfig};
 
 const PATHS: [CameraPath; 5] =
     [CameraPath::Handheld, CameraPath::Static, CameraPath::Xyz, CameraPath::Rpy, CameraPath::HalfSphere];
@@ -20,8 +20,11 @@ fn rooms(activity: Activity) -> Vec<(String, Scene)> {
     let designed = [Room::Office, Room::TwoTables].map(|room| (room, 7));
     let random = (0..30).map(|seed| (Room::Random, seed));
     let all = designed.into_iter().chain(random);
-    all.map(|(room, seed)| (format!("{room:?} {seed} {activity:?}"), Scene::new(room, activity, 2, seed)))
-        .collect()
+    let scene = |(room, seed)| {
+        let config = SequenceConfig { room, seed, activity, ..SequenceConfig::default() };
+        (format!("{room:?} {seed} {activity:?}"), Scene::new(&config))
+    };
+    all.map(scene).collect()
 }
 
 /// Every arrangement of furniture: random rooms have but one.
@@ -213,7 +216,7 @@ fn sits_on(scene: &Scene, person: usize, thing: usize) -> bool {
 
 #[test]
 fn every_random_room_is_one() {
-    let other = Scene::new(Room::TwoTables, Activity::Walking, 0, 0).viewpoint;
+    let other = Scene::two_tables(&Cast::usual(Activity::Walking, 0)).viewpoint;
     assert!(WALKING.iter().skip(2).all(|(_, scene)| scene.viewpoint != other));
 }
 

@@ -4,15 +4,20 @@ use parry3d::math::{Pose3, Vec3};
 
 use super::builder::Builder;
 use super::furniture::{self, SEAT};
-use super::palette::{CLAY, MINT, OAK, PEOPLE, PLANKS, SPINES, WALNUT, WHITE};
+use super::palette::{CLAY, MINT, OAK, PLANKS, SPINES, WALNUT, WHITE};
 use super::person::Action;
 use super::table_top::TableTop;
-use super::walk::Walk;
-use super::{Activity, Person, Scene, Viewpoint, things};
+use super::{Activity, Cast, Scene, Viewpoint, things};
 
 /// The dining table and the high one.
 const DINING: TableTop = TableTop { center: [-0.95, 1.0], yaw: 0.35, size: [1.6, 0.8], height: 0.72 };
 const HIGH: TableTop = TableTop { center: [1.45, 1.2], yaw: -0.6, size: [1.2, 0.6], height: 0.95 };
+
+/// Up and down between camera and tables; between the tables and round the high one.
+const NEAR: [[f32; 2]; 6] =
+    [[-2.3, -0.75], [-0.8, -1.0], [0.7, -1.0], [2.2, -0.85], [0.7, -0.65], [-0.8, -0.6]];
+const ROUND: [[f32; 2]; 7] =
+    [[0.42, 0.2], [0.36, 1.0], [0.75, 2.0], [1.7, 2.3], [2.4, 1.6], [2.35, 0.45], [1.4, 0.1]];
 
 const VIEWPOINT: Viewpoint = Viewpoint {
     scene_from_view: Pose3::IDENTITY,
@@ -24,27 +29,28 @@ const VIEWPOINT: Viewpoint = Viewpoint {
 impl Scene {
     /// A room of 6.4 x 6.6 m with a dining table and a high table that stand askew, a pillar, a plant and a
     /// cabinet. Two people walk between the camera and the tables and round the high one, or sit before the
-    /// tables. `choice` (two values of 0..1 a person) sets where they start and how fast they walk, or their
-    /// gestures apart.
-    pub(super) fn two_tables(activity: Activity, people: usize, choice: [[f64; 2]; 2]) -> Self {
+    /// tables, or at the dining table.
+    pub(super) fn two_tables(cast: &Cast) -> Self {
         let mut b = Builder::default();
         b.walls_and_floor([0.0, -0.2], [6.4, 6.6, 2.7], MINT, PLANKS);
         b.thing(None, [1.9, 3.09, 1.55], 0.0).cuboid([0.0, 0.0, 0.0], [0.8, 0.02, 0.9], SPINES);
         dining_table(&mut b);
         high_table(&mut b);
         along_the_walls(&mut b);
-        let walks = walks(choice);
-        let way = walks[usize::from(activity == Activity::Walking)].ahead();
-        let actions = match activity {
+        let walks = cast.walk([&NEAR, &ROUND]);
+        let way = walks[usize::from(cast.activity == Activity::Walking)].ahead();
+        let actions = match cast.activity {
             Activity::Walking => {
                 furniture::swivel_chair(&mut b, [-2.35, 0.55], -1.2, SEAT);
                 walks.map(Action::Walks)
             }
-            Activity::Sitting => sitters(&mut b, choice),
+            Activity::Sitting => cast.sit(&mut b, [([-1.05, -0.1], -1.4), ([0.65, 0.2], 1.15)]),
+            Activity::AtDesks => {
+                let seats = [-0.42, 0.36].map(|along| DINING.point([along, -0.74]));
+                cast.sit(&mut b, seats.map(|[x, y, _]| ([x, y], DINING.yaw)))
+            }
         };
-        for (action, (height, clothes)) in actions.into_iter().zip(PEOPLE).take(people) {
-            b.person(action, height, clothes);
-        }
+        cast.enter(&mut b, actions);
         Self::of(b, VIEWPOINT, way)
     }
 }
@@ -87,26 +93,4 @@ fn along_the_walls(b: &mut Builder) {
         things::row_of_books(b, [2.98, 0.55, z], -FRAC_PI_2, [0.05, 0.13], [0.7, 0.2, 0.26]);
     }
     b.door([-1.0, 3.07], 0.0, CLAY);
-}
-
-/// Up and down between camera and tables; between the tables and round the high one.
-fn walks(choice: [[f64; 2]; 2]) -> [Walk; 2] {
-    let near = [[-2.3, -0.75], [-0.8, -1.0], [0.7, -1.0], [2.2, -0.85], [0.7, -0.65], [-0.8, -0.6]];
-    let round = [[0.42, 0.2], [0.36, 1.0], [0.75, 2.0], [1.7, 2.3], [2.4, 1.6], [2.35, 0.45], [1.4, 0.1]];
-    [(&near[..], choice[0]), (&round[..], choice[1])].map(|(way, [speed, start])| {
-        let speed = 0.6 + 0.4 * speed;
-        let length = f64::from(Walk::new(way, speed, 0.0).length());
-        Walk::new(way, speed, start * length)
-    })
-}
-
-/// Chairs before the dining table and before the gap between the tables, and who sits on them.
-fn sitters(b: &mut Builder, choice: [[f64; 2]; 2]) -> [Action; 2] {
-    let seats = [([-1.05, -0.1], -1.4), ([0.65, 0.2], 1.15)];
-    for ((place, yaw), (height, _)) in seats.into_iter().zip(PEOPLE) {
-        furniture::swivel_chair(b, place, yaw, Person::seat_height(height));
-    }
-    let [first, second] = seats;
-    [(first, choice[0]), (second, choice[1])]
-        .map(|((place, yaw), [phase, _])| Action::Sits(furniture::seat(place, yaw, phase)))
 }

@@ -35,6 +35,9 @@ pub struct SequenceConfig {
     pub world_from_scene: Pose,
     /// Number of people, 0..=2, default 2.
     pub people: usize,
+    /// Whether the people have heights and clothes drawn from the seed. Default false: the same two in all
+    /// sequences.
+    pub strangers: bool,
     /// What happens beside what the people do, and no detector reports. Default nothing.
     pub events: Vec<SceneEvent>,
     /// When events happen, seconds, 0..=1e9. Default `None`: each at a moment of its own in the second quarter
@@ -64,6 +67,7 @@ impl Default for SequenceConfig {
             camera_roll: 0.0,
             world_from_scene: Pose::identity(),
             people: 2,
+            strangers: false,
             events: Vec::new(),
             event_time: None,
             carried: None,

@@ -131,7 +131,7 @@ mod tests {
     fn people_keep_apart() {
         for kind in SequenceType::ALL {
             let config = kind.config();
-            let scene = Scene::new(config.room, config.activity, config.people, config.seed);
+            let scene = Scene::new(&config);
             let mut bodies = Vec::new();
             for index in 0..config.frames {
                 scene.moving_parts(index as f64 / config.frame_rate, &mut bodies);

@@ -57,7 +57,7 @@ impl Sequence {
         let mut sequence = Self {
             config: config.clone(),
             camera,
-            scene: Scene::new(config.room, config.activity, config.people, config.seed),
+            scene: Scene::new(config),
             sensor: Sensor::new(config.sensor, config.seed),
             detector: Detector::new(config.detector, config.seed),
             pose_error: None,

@@ -255,11 +255,11 @@ impl SceneFace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Activity, Instance, Material, Motion, Room};
+    use crate::scene::{Activity, Cast, Instance, Material, Motion};
 
     /// A scene of still cuboids of full lengths `sizes` about `centers`.
     fn cuboids(bodies: &[([f32; 3], [f32; 3])]) -> Scene {
-        let mut scene = Scene::new(Room::default(), Activity::Walking, 0, 0);
+        let mut scene = Scene::office(&Cast::usual(Activity::Walking, 0));
         let material: Material = scene.static_parts[0].material;
         scene.instances =
             vec![Instance { label: None, motion: Motion::Still, scene_from_thing: Pose3::IDENTITY }];
@@ -355,7 +355,7 @@ mod tests {
 
     #[test]
     fn the_walls_of_a_room_look_inwards() {
-        let scene = Scene::new(Room::default(), Activity::Walking, 0, 0);
+        let scene = Scene::office(&Cast::usual(Activity::Walking, 0));
         let interior =
             scene.static_parts.iter().position(|part| matches!(part.shape, Shape::Interior(_))).unwrap();
         let center = scene.static_parts[interior].scene_from_part.translation.to_array().map(f64::from);

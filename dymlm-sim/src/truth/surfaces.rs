@@ -83,11 +83,12 @@ impl Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
+    use crate::Activity;
+    use crate::scene::{Cast, Scene};
 
     #[test]
     fn the_grid_changes_no_distance() {
-        let parts = Scene::office(0, [[0.5; 2]; 2]).static_parts;
+        let parts = Scene::office(&Cast::usual(Activity::Walking, 0)).static_parts;
         let surfaces = Surfaces::new(&parts);
         for k in 0..4000 {
             // Low-discrepancy points, some of them outside the room and its grid.

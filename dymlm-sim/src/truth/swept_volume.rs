@@ -50,11 +50,12 @@ impl SweptVolume {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
+    use crate::Activity;
+    use crate::scene::{Cast, Scene};
 
     #[test]
     fn holds_the_bodies_and_their_margin_and_no_more() {
-        let scene = Scene::office(2, [[0.5; 2]; 2]);
+        let scene = Scene::office(&Cast::usual(Activity::Walking, 2));
         let times = [0.0, 0.7];
         let swept = SweptVolume::new(times.into_iter(), 0.1, |time, bodies| scene.moving_parts(time, bodies));
         let mut at_times = vec![Vec::new(); 2];

@@ -9,11 +9,11 @@ use super::table_setting::set_table;
 use crate::scene::builder::Builder;
 use crate::scene::furniture::{self, SEAT};
 use crate::scene::palette::{
-    BEECH, CARPET, CLAY, CUSHION, FABRIC, MINT, OAK, OCHRE, PEOPLE, PLANKS, PLASTER, SPINES, TILES, TWEED,
-    WALNUT, WHITE,
+    BEECH, CARPET, CLAY, CUSHION, FABRIC, MINT, OAK, OCHRE, PLANKS, PLASTER, SPINES, TILES, TWEED, WALNUT,
+    WHITE,
 };
 use crate::scene::table_top::TableTop;
-use crate::scene::{Person, things};
+use crate::scene::{Activity, Cast, things};
 
 /// A room with its furniture.
 #[derive(Debug)]
@@ -25,6 +25,8 @@ pub(super) struct Furnished {
     tables: Vec<Table>,
     /// Chairs with room for somebody's legs, for the first and the second person.
     pub(super) seats: Vec<Chair>,
+    /// Whether people sit close at the tables.
+    pub(super) has_desks: bool,
 }
 
 /// Where a chair stands; one sits on it looking along its y axis.
@@ -49,13 +51,16 @@ struct Table {
     footprint: Footprint,
 }
 
+/// How far hands reach over a desk, metres.
+const HANDS: f32 = 0.28;
+
 /// Throws before a piece of furniture is given up.
 const THROWS: usize = 30;
 
 impl Furnished {
     /// A room of random size with two or three tables, things on them and two seats; `None` when the seats do
     /// not fit.
-    pub(super) fn with_tables(rng: &mut ChaCha8Rng) -> Option<Self> {
+    pub(super) fn with_tables(cast: &Cast, rng: &mut ChaCha8Rng) -> Option<Self> {
         let size = [0, 1].map(|_| rng.random_range(4.8_f32..6.8));
         let height = rng.random_range(2.4_f32..3.0);
         let mut builder = Builder::default();
@@ -63,15 +68,16 @@ impl Furnished {
         let ground = pick(rng, &[CARPET, PLANKS, TILES]);
         builder.walls_and_floor([0.0; 2], [size[0], size[1], height], walls, ground);
         let floor = FloorPlan::new(0.5 * Vec2::from(size) - Vec2::splat(FROM_WALL));
-        let mut room = Self { builder, floor, height, tables: Vec::new(), seats: Vec::new() };
+        let has_desks = cast.activity == Activity::AtDesks;
+        let mut room = Self { builder, floor, height, tables: Vec::new(), seats: Vec::new(), has_desks };
 
         room.hang_things(rng);
         for _ in 0..rng.random_range(2..=3) {
             let table = room.table(rng);
             room.tables.extend(table);
         }
-        for (height, _) in PEOPLE {
-            let seat = room.seat(Person::seat_height(height), rng)?;
+        for height in cast.seat_heights() {
+            let seat = room.seat(height, rng)?;
             room.seats.push(seat);
         }
         Some(room)
@@ -149,7 +155,7 @@ impl Furnished {
     /// A table against a wall, perhaps with a partition behind, or anywhere at any yaw, with things on it.
     fn table(&mut self, rng: &mut ChaCha8Rng) -> Option<Table> {
         let size = [rng.random_range(1.0_f32..1.9), rng.random_range(0.55_f32..0.9)];
-        let height = rng.random_range(0.60..0.95);
+        let height = if self.has_desks { rng.random_range(0.72..0.78) } else { rng.random_range(0.60..0.95) };
         let half = [0.5 * size[0], 0.5 * size[1]];
         let at_wall = rng.random_range(0..3) == 0;
         let footprint = if at_wall {
@@ -167,7 +173,8 @@ impl Furnished {
             height,
             pick(rng, &[BEECH, OAK, WALNUT, WHITE]),
         );
-        set_table(&mut self.builder, &top, rng.random_range(5..=9), rng);
+        let free_front = if self.has_desks { HANDS } else { 0.0 };
+        set_table(&mut self.builder, &top, rng.random_range(5..=9), free_front, rng);
 
         let behind = footprint.point(0.0, half[1] + 0.26);
         let screen = Footprint::new(behind, footprint.yaw, [0.5 * size[0] + 0.1, 0.2]);
@@ -185,6 +192,9 @@ impl Furnished {
     fn seat(&mut self, seat: f32, rng: &mut ChaCha8Rng) -> Option<Chair> {
         let (place, yaw) = (0..3 * THROWS).find_map(|_| {
             let table = self.any_table(rng)?;
+            if self.has_desks {
+                return self.seat_at_desk(&table, rng);
+            }
             let (place, yaw) = beside(&table, rng.random_range(0.70..0.95), rng);
             let yaw = yaw + rng.random_range(-0.9..0.9);
             // From the chair's back to the finger tips.
@@ -193,6 +203,15 @@ impl Furnished {
         })?;
         furniture::swivel_chair(&mut self.builder, place.to_array(), yaw, seat);
         Some(Chair { place: place.to_array(), yaw })
+    }
+
+    /// A place close before a table, the legs below it.
+    fn seat_at_desk(&mut self, table: &Table, rng: &mut ChaCha8Rng) -> Option<(Vec2, f32)> {
+        let half = table.footprint.half;
+        let free = half.x - 0.35;
+        let place = table.footprint.point(rng.random_range(-free..free), -half.y - 0.35);
+        let yaw = table.top.yaw + rng.random_range(-0.08..0.08);
+        self.floor.take(Footprint::new(place, yaw, [0.33, 0.31]), 0.0).then_some((place, yaw))
     }
 
     /// A chair at a table that nobody sits on.
@@ -244,7 +263,7 @@ impl Furnished {
             things::microwave(&mut self.builder, top.point([-0.13, 0.0]), it.yaw);
             things::bowl(&mut self.builder, top.point([0.25, 0.0]), 0.0);
         } else {
-            set_table(&mut self.builder, &top, 4, rng);
+            set_table(&mut self.builder, &top, 4, 0.0, rng);
         }
     }
 
@@ -268,7 +287,7 @@ impl Furnished {
             let rest = 0.52 - length.max(0.0) + 0.56;
             let [x, y, _] = board.point([0.56 - 0.5 * rest, 0.0]);
             let end = TableTop { center: [x, y], yaw: it.yaw, size: [rest, 0.30], height };
-            set_table(&mut self.builder, &end, 2, rng);
+            set_table(&mut self.builder, &end, 2, 0.0, rng);
         }
     }
 

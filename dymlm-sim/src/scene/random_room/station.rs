@@ -79,7 +79,9 @@ impl Station {
         let sees_seat = |chair: &Chair| {
             let [x, y] = chair.place;
             let away = self.scene_from_view.translation.truncate().distance(Vec2::new(x, y));
-            let [chest, head] = [0.85, 1.15].map(|z| Vec3::new(x, y, z));
+            // From behind, a chair hides the chest.
+            let heights = if furnished.has_desks { [1.2, 1.25] } else { [0.85, 1.15] };
+            let [chest, head] = heights.map(|z| Vec3::new(x, y, z));
             (1.4..3.6).contains(&away)
                 && self.sees(furnished, chest, None)
                 && self.sees(furnished, head, None)

@@ -32,8 +32,15 @@ const OTHERS: [Thing; 9] = [
 const GAP: f32 = 0.015;
 
 /// Sets a table at random: half of them as a desk (screens at the back, keyboards before them), half with a
-/// laptop or none, and on all of them `count` other things that fit.
-pub(super) fn set_table(b: &mut Builder, top: &TableTop, count: usize, rng: &mut ChaCha8Rng) {
+/// laptop or none, and on all of them `count` other things that fit, none of them within `free_front` metres of
+/// the front.
+pub(super) fn set_table(
+    b: &mut Builder,
+    top: &TableTop,
+    count: usize,
+    free_front: f32,
+    rng: &mut ChaCha8Rng,
+) {
     let half = 0.5 * Vec2::from(top.size);
     let mut setting = FloorPlan::new(half - Vec2::splat(0.015));
     let mut put = |thing: Thing, at: Vec2, yaw: f32| {
@@ -61,7 +68,8 @@ pub(super) fn set_table(b: &mut Builder, top: &TableTop, count: usize, rng: &mut
         let thing = OTHERS[rng.random_range(0..OTHERS.len())];
         // Some throws, since much of the table may be taken.
         for _ in 0..8 {
-            let at = Vec2::new(rng.random_range(-half.x..half.x), rng.random_range(-half.y..half.y));
+            let at =
+                Vec2::new(rng.random_range(-half.x..half.x), rng.random_range(free_front - half.y..half.y));
             if put(thing, at, rng.random_range(-0.8..0.8)) {
                 break;
             }
