@@ -101,6 +101,7 @@ fn the_truth_is_what_stands_at_the_end_and_traces_are_where_things_were() {
 fn overlooked_people_are_in_the_masks_and_not_among_the_detections() {
     let mut config = with_events(&[], false);
     config.people = 2;
+    (config.frames, config.frame_rate) = (6, 1.0);
     for overlooked in 0..=2 {
         config.detector.overlooked_people = overlooked;
         let sequence = Sequence::new(&config).unwrap();

@@ -13,6 +13,7 @@ const PATHS: [CameraPath; 5] =
     [CameraPath::Handheld, CameraPath::Static, CameraPath::Xyz, CameraPath::Rpy, CameraPath::HalfSphere];
 
 static WALKING: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::Walking));
+static AT_DESKS: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::AtDesks));
 static SITTING: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::Sitting));
 
 /// All designed rooms and thirty random ones, with two people.
@@ -21,7 +22,7 @@ fn rooms(activity: Activity) -> Vec<(String, Scene)> {
     let random = (0..30).map(|seed| (Room::Random, seed));
     let all = designed.into_iter().chain(random);
     let scene = |(room, seed)| {
-        let config = SequenceConfig { room, seed, activity, ..SequenceConfig::default() };
+        let config = SequenceConfig { seed, room, activity, ..SequenceConfig::default() };
         (format!("{room:?} {seed} {activity:?}"), Scene::new(&config))
     };
     all.map(scene).collect()
@@ -180,7 +181,7 @@ fn things_are_in_the_room_and_stand_on_something() {
 
 #[test]
 fn people_meet_no_furniture_but_the_chairs_they_sit_on() {
-    for (name, scene) in WALKING.iter().chain(SITTING.iter()) {
+    for (name, scene) in WALKING.iter().chain(SITTING.iter()).chain(AT_DESKS.iter()) {
         let mut bodies = Vec::new();
         for step in 0..80 {
             scene.moving_parts(0.53 * f64::from(step), &mut bodies);
