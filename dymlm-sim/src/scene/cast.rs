@@ -77,7 +77,7 @@ impl Cast {
 /// Height and clothes of somebody drawn from a seed.
 fn stranger(seed: u64, person: u64) -> (f32, Clothes) {
     let mut rng = stream(seed, Use::Scene, 4, person);
-    let height = rng.random_range(1.60..1.90);
+    let height = rng.random_range(1.66..1.84);
     let patterns = [Checker, Stripes, Noise];
     let mut cloth = |lightest: f32| {
         let pattern = patterns[rng.random_range(0..patterns.len())];

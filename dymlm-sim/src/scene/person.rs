@@ -127,7 +127,7 @@ impl Person {
             let raised = 0.5 + 0.5 * wave(3.4, 0.3 * f64::from(side.sign()));
             let swing = wave(2.3, 0.2 * f64::from(side.sign()));
             let gesture = if seat.types {
-                [0.45 + 0.03 * swing, 0.30 + 0.05 * raised]
+                [0.62 + 0.03 * swing, 0.46 + 0.05 * raised]
             } else {
                 [0.30 + 0.18 * swing, raised * raised]
             };

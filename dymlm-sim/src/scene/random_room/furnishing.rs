@@ -155,7 +155,7 @@ impl Furnished {
     /// A table against a wall, perhaps with a partition behind, or anywhere at any yaw, with things on it.
     fn table(&mut self, rng: &mut ChaCha8Rng) -> Option<Table> {
         let size = [rng.random_range(1.0_f32..1.9), rng.random_range(0.55_f32..0.9)];
-        let height = if self.has_desks { rng.random_range(0.72..0.78) } else { rng.random_range(0.60..0.95) };
+        let height = if self.has_desks { rng.random_range(0.70..0.74) } else { rng.random_range(0.60..0.95) };
         let half = [0.5 * size[0], 0.5 * size[1]];
         let at_wall = rng.random_range(0..3) == 0;
         let footprint = if at_wall {
