@@ -193,7 +193,9 @@ fn people_meet_no_furniture_but_the_chairs_they_sit_on() {
                         continue;
                     }
                     let depth = depth_of(&surface_points(body, 0.05), part);
-                    let allowed = if sits_on(scene, body.instance, part.instance) { 0.03 } else { 0.0 };
+                    // Hands that type touch keys.
+                    let touch = if name.ends_with("AtDesks") { 0.005 } else { 0.0 };
+                    let allowed = if sits_on(scene, body.instance, part.instance) { 0.03 } else { touch };
                     assert!(
                         depth <= allowed,
                         "{name}, step {step}: {depth} m in {:?} at {}",
