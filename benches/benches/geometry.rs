@@ -34,7 +34,7 @@ fn dbscan(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-geometry/dbscan");
     group.sample_size(10);
     for (name, points) in inputs() {
-        let (mut scratch, mut clusters) = (DbscanScratch::new(), Clusters::new());
+        let (mut scratch, mut clusters) = (DbscanScratch::default(), Clusters::default());
         group.throughput(Throughput::Elements(points.len() as u64));
         group.bench_with_input(BenchmarkId::from_parameter(name), &points, |bencher, points| {
             bencher.iter(|| dbscan.cluster_into(black_box(points), &mut scratch, &mut clusters));
@@ -52,7 +52,7 @@ fn voxel_grid(criterion: &mut Criterion) {
         let plain = (name.clone(), PointCloud::new(points.clone()));
         let colored = (name + "_colored", PointCloud::with_colors(points, colors).unwrap());
         for (name, cloud) in [plain, colored] {
-            let (mut scratch, mut downsampled) = (VoxelGridScratch::new(), PointCloud::default());
+            let (mut scratch, mut downsampled) = (VoxelGridScratch::default(), PointCloud::default());
             group.throughput(Throughput::Elements(cloud.len() as u64));
             group.bench_with_input(BenchmarkId::from_parameter(name), &cloud, |bencher, cloud| {
                 bencher.iter(|| grid.downsample_into(black_box(cloud), &mut scratch, &mut downsampled));

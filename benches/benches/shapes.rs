@@ -40,7 +40,7 @@ fn convex_hull(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-geometry/convex_hull");
     for n in SIZES {
         let points = footprint(n);
-        let (mut scratch, mut hull) = (ConvexHullScratch::new(), Vec::new());
+        let (mut scratch, mut hull) = (ConvexHullScratch::default(), Vec::new());
         group.throughput(Throughput::Elements(n as u64));
         group.bench_with_input(BenchmarkId::from_parameter(name(n)), &points, |bencher, points| {
             bencher.iter(|| convex_hull_into(black_box(points), &mut scratch, &mut hull));
@@ -52,7 +52,7 @@ fn minimum_area_rectangle(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-geometry/minimum_area_rectangle");
     for n in SIZES {
         let points = footprint(n);
-        let mut scratch = MinimumAreaRectangleScratch::new();
+        let mut scratch = MinimumAreaRectangleScratch::default();
         group.throughput(Throughput::Elements(n as u64));
         group.bench_with_input(BenchmarkId::from_parameter(name(n)), &points, |bencher, points| {
             bencher.iter(|| minimum_area_rectangle_with(black_box(points), &mut scratch));
@@ -70,7 +70,7 @@ fn fit_oriented_box(criterion: &mut Criterion) {
     for (fit_name, fit) in fits {
         for n in SIZES {
             let points = thing(n);
-            let mut scratch = OrientedBoxScratch::new();
+            let mut scratch = OrientedBoxScratch::default();
             group.throughput(Throughput::Elements(n as u64));
             group.bench_with_input(BenchmarkId::new(fit_name, name(n)), &points, |bencher, points| {
                 bencher.iter(|| fit_oriented_box_with(black_box(points), fit, &mut scratch));
@@ -86,7 +86,7 @@ fn isolation_forest(criterion: &mut Criterion) {
     group.sample_size(10);
     for n in SIZES {
         let points = thing(n);
-        let (mut scratch, mut trees) = (IsolationForestScratch::new(), IsolationTrees::new());
+        let (mut scratch, mut trees) = (IsolationForestScratch::default(), IsolationTrees::default());
         let mut scores = Vec::new();
         group.throughput(Throughput::Elements(n as u64));
         group.bench_with_input(BenchmarkId::new("fit", name(n)), &points, |bencher, points| {

@@ -63,7 +63,7 @@ impl OrientedRectangle {
 /// assert!(rectangle.center.iter().all(|x| x.abs() < 1e-12));
 /// ```
 pub fn minimum_area_rectangle(points: &[[f64; 2]]) -> Option<OrientedRectangle> {
-    minimum_area_rectangle_with(points, &mut MinimumAreaRectangleScratch::new())
+    minimum_area_rectangle_with(points, &mut MinimumAreaRectangleScratch::default())
 }
 
 /// [`minimum_area_rectangle`] with a caller's working memory, whose content does not matter: allocates
@@ -81,13 +81,6 @@ pub fn minimum_area_rectangle_with(
 pub struct MinimumAreaRectangleScratch {
     convex_hull: ConvexHullScratch,
     hull: Vec<[f64; 2]>,
-}
-
-impl MinimumAreaRectangleScratch {
-    /// Empty working memory.
-    pub fn new() -> Self {
-        Self::default()
-    }
 }
 
 /// The rectangle around a convex polygon, counter-clockwise.

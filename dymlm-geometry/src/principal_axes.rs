@@ -4,7 +4,7 @@ use dymlm_core::{Point, symmetric_eigen3};
 use crate::finite::is_finite;
 
 /// Deviations below this many roundings of the coordinates count as 0.
-const ROUNDINGS: f64 = 4.0;
+const ROUNDINGS: u8 = 4;
 
 /// Principal component analysis of a cloud: its centroid, its covariance, and the directions in which it
 /// extends.
@@ -168,6 +168,6 @@ fn add_terms<const N: usize>(lanes: &mut [[f64; N]; SUMS], points: [Point; N], o
 /// How many of the variances are more than the rounding of the coordinates.
 fn rank(centroid: Vector3, variances: [f64; 3]) -> usize {
     let reach = centroid.into_iter().fold(variances[0].sqrt(), |reach, x| reach.max(x.abs()));
-    let rounding = ROUNDINGS * f64::from(f32::EPSILON) * reach;
+    let rounding = f64::from(ROUNDINGS) * f64::from(f32::EPSILON) * reach;
     variances.iter().filter(|variance| variance.sqrt() > rounding).count()
 }

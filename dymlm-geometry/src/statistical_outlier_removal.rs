@@ -5,10 +5,6 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::parallel::{for_each, task_size};
 
-/// Points further than this from the origin are outliers: the square of their distance would leave the range
-/// of f32.
-const FARTHEST: f32 = 1e18;
-
 /// Which points stand apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -33,8 +29,8 @@ impl Default for StatisticalOutlierConfig {
 ///
 /// For each point the mean distance to its nearest neighbours is taken; a point whose distance exceeds the
 /// mean of these distances over the cloud by more than [`std_ratio`](StatisticalOutlierConfig::std_ratio)
-/// standard deviations (of the sample: n - 1) is an outlier. So is a point that is not finite, or further
-/// than 1e18 m from the origin. In a cloud of fewer points than neighbours, all others are the neighbours; a
+/// standard deviations (of the sample: n - 1) is an outlier. So is a point that is not finite, or so far
+/// from the origin (some 9e18 m) that squared distances would leave the range of f32. In a cloud of fewer points than neighbours, all others are the neighbours; a
 /// point alone is an inlier, at distance 0.
 ///
 /// O(n log n), with a k-d tree. The same bits come out with feature `parallel`, on any number of threads.
@@ -103,8 +99,8 @@ impl StatisticalOutlierRemoval {
 }
 
 fn is_near(point: &Point) -> bool {
-    // NaN fails the comparison.
-    point.iter().all(|x| x.abs() < FARTHEST)
+    // Two such points are at most as far apart as one is from its opposite.
+    point.iter().map(|x| (2.0 * x) * (2.0 * x)).sum::<f32>().is_finite()
 }
 
 /// For each point the mean distance to its `neighbors` nearest other points, metres.

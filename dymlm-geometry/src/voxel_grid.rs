@@ -59,13 +59,6 @@ pub struct VoxelGridScratch {
     sums: Sums,
 }
 
-impl VoxelGridScratch {
-    /// Empty working memory.
-    pub fn new() -> Self {
-        Self::default()
-    }
-}
-
 impl VoxelGrid {
     /// Checks the config.
     ///
@@ -80,7 +73,7 @@ impl VoxelGrid {
     /// Downsamples a cloud; with colours if it has them.
     pub fn downsample(&self, cloud: &PointCloud) -> PointCloud {
         let mut downsampled = PointCloud::default();
-        self.downsample_into(cloud, &mut VoxelGridScratch::new(), &mut downsampled);
+        self.downsample_into(cloud, &mut VoxelGridScratch::default(), &mut downsampled);
         downsampled
     }
 

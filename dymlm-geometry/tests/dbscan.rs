@@ -157,7 +157,7 @@ proptest! {
     #[test]
     fn buffers_carry_nothing_over(first in clouds(), second in clouds()) {
         let dbscan = dbscan(0.2, 6);
-        let (mut scratch, mut clusters) = (DbscanScratch::new(), Clusters::new());
+        let (mut scratch, mut clusters) = (DbscanScratch::default(), Clusters::default());
         for points in [&first, &second, &first] {
             dbscan.cluster_into(points, &mut scratch, &mut clusters);
             prop_assert_eq!(&clusters, &dbscan.cluster(points));
@@ -198,7 +198,7 @@ fn equals_scikit_learn() {
 #[test]
 fn degenerate_clouds_have_plain_answers() {
     let three = dbscan(0.1, 3);
-    assert_eq!(three.cluster(&[]), Clusters::new());
+    assert_eq!(three.cluster(&[]), Clusters::default());
     assert_eq!(three.cluster(&[[1.0; 3]]).labels(), [None]);
     assert_eq!(three.cluster(&[[f32::NAN; 3]; 5]).labels(), [None; 5]);
     assert_eq!(three.cluster(&[[0.3, -7.0, 1e30]; 3]).labels(), [Some(0); 3]);

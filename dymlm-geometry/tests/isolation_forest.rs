@@ -123,7 +123,7 @@ proptest! {
     #[test]
     fn old_buffers_do_not_matter(clouds in prop::collection::vec(rows(), 2..4), sample in 2..300_usize) {
         let forest = forest(10, sample, 3);
-        let (mut scratch, mut trees, mut scores) = (IsolationForestScratch::new(), IsolationTrees::new(), Vec::new());
+        let (mut scratch, mut trees, mut scores) = (IsolationForestScratch::default(), IsolationTrees::default(), Vec::new());
         for rows in &clouds {
             forest.fit_into(rows, &mut scratch, &mut trees);
             prop_assert_eq!(&trees, &forest.fit(rows));
@@ -213,7 +213,7 @@ fn degenerate_rows_have_plain_scores() {
     let forest = forest(20, 256, 0);
     let none: [Point; 0] = [];
     assert_eq!(forest.fit(&none).scores(&[[1.0, 2.0, 3.0], [f32::NAN; 3]]), [0.5, 1.0]);
-    assert_eq!(IsolationTrees::<3>::new().scores(&[[1.0; 3], [f32::INFINITY; 3]]), [0.5, 1.0]);
+    assert_eq!(IsolationTrees::<3>::default().scores(&[[1.0; 3], [f32::INFINITY; 3]]), [0.5, 1.0]);
     assert_eq!(forest.fit(&[[f32::NAN; 3]; 10]).scores(&[[1.0; 3]]), [0.5]);
     assert!(forest.inliers(&none).is_empty());
     for count in [1, 2, 300, 1000] {

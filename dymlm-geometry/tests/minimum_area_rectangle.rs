@@ -223,7 +223,7 @@ proptest! {
 
     #[test]
     fn old_buffers_do_not_matter(clouds in prop::collection::vec(clouds(1200), 2..4)) {
-        let (mut hull_scratch, mut scratch) = (ConvexHullScratch::new(), MinimumAreaRectangleScratch::new());
+        let (mut hull_scratch, mut scratch) = (ConvexHullScratch::default(), MinimumAreaRectangleScratch::default());
         let mut hull = Vec::new();
         for points in &clouds {
             convex_hull_into(points, &mut hull_scratch, &mut hull);

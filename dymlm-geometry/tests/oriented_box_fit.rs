@@ -133,7 +133,7 @@ proptest! {
         fit in fits(),
         holes in prop::collection::vec((0..300_usize, 0..3_usize, 0..3_usize), 1..9),
     ) {
-        let mut scratch = OrientedBoxScratch::new();
+        let mut scratch = OrientedBoxScratch::default();
         for points in clouds {
             let mut all = points.clone();
             for &(place, axis, kind) in &holes {

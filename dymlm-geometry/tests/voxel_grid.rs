@@ -74,7 +74,7 @@ proptest! {
     #[test]
     fn buffers_carry_nothing_over(first in clouds(), second in clouds()) {
         let grid = voxel_grid(0.2);
-        let (mut scratch, mut downsampled) = (VoxelGridScratch::new(), PointCloud::default());
+        let (mut scratch, mut downsampled) = (VoxelGridScratch::default(), PointCloud::default());
         for cloud in [&first, &second, &first] {
             grid.downsample_into(cloud, &mut scratch, &mut downsampled);
             prop_assert_eq!(&downsampled, &grid.downsample(cloud));

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import read_core, read_labels, read_leaves, read_numbers, read_points, read_states
+from .files import read_core, read_labels, read_leaves, read_numbers, read_points, read_states, voxel_means
+from .inputs import VOXEL
 
 
 @dataclass
@@ -22,6 +23,22 @@ OURS = "dymlm"
 
 def ours(outputs: Outputs) -> list[str]:
     return [name for name in outputs if name.startswith(OURS)]
+
+
+def static_cloud(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """What of movers is left, and what of the rest is there, by voxels: the score of `dymlm_metrics::ReferenceCloud`."""
+    from scipy.spatial import cKDTree
+
+    folder = Path(parameters["poses"]).parent
+    reference = cKDTree(read_points(folder / "reference.points"))
+    asked = read_points(folder / "asked.points")
+    agreements = {}
+    for name, path in outputs.items():
+        found = voxel_means(read_points(path).astype(np.float64), VOXEL)
+        residue = np.mean(reference.query(found)[0] > 0.06)
+        completeness = np.mean(cKDTree(found).query(asked)[0] <= 0.05)
+        agreements[name] = Agreement(f"residue {100 * residue:.3f} %, completeness {100 * completeness:.2f} %")
+    return agreements
 
 
 def dbscan(_: dict, outputs: Outputs) -> dict[str, Agreement]:

@@ -20,6 +20,7 @@ PYTHON_PEERS = [
     ("OpenCV", "cv2"),
     ("isotree", "isotree"),
     ("scipy", "scipy"),
+    ("DUFOMap", "dufomap"),
 ]
 
 

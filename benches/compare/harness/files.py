@@ -7,6 +7,7 @@
 - labels: i32, -1 for noise; states: u8, 0 unknown, 1 free, 2 occupied; hits: centre as 3 f32, NaN for none;
 - numbers: f64; a rectangle is its four corners, a box its centre, rotation by rows and full lengths, a plane the number of
   its image, normal, offset, centroid and number of pixels;
+- poses: translation and quaternion x y z w, 7 f64, world from camera;
 - leaves: number of nodes as u64, then for each leaf key 3 u16, depth u16, log-odds f32.
 """
 
@@ -99,6 +100,29 @@ def read_core(path: Path) -> np.ndarray:
 
 def read_states(path: Path) -> np.ndarray:
     return np.fromfile(path, dtype=np.uint8)
+
+
+def voxel_means(points: np.ndarray, size: float) -> np.ndarray:
+    """The mean of the points in each voxel of a lattice whose corner is the origin."""
+    return gathered([points], size)[0]
+
+
+def gathered(frames, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """The mean of each voxel's points over some frames, and how many frames hit it."""
+    rows = []
+    for points in frames:
+        keys, place, counts = np.unique(voxel_keys(points, size), return_inverse=True, return_counts=True)
+        sums = [np.bincount(place.ravel(), points[:, axis], len(keys)) for axis in range(3)]
+        rows.append((keys, np.stack([*sums, counts, np.ones(len(keys))], axis=1)))
+    keys, place = np.unique(np.concatenate([keys for keys, _ in rows]), return_inverse=True)
+    totals = np.concatenate([sums for _, sums in rows])
+    totals = np.stack([np.bincount(place.ravel(), column, len(keys)) for column in totals.T], axis=1)
+    return totals[:, :3] / totals[:, 3:4], totals[:, 4].astype(int)
+
+
+def voxel_keys(points: np.ndarray, size: float) -> np.ndarray:
+    x, y, z = (np.floor(points / size).astype(np.int64) + (1 << 20)).T
+    return x << 42 | y << 21 | z
 
 
 def write_numbers(path: Path, numbers: np.ndarray) -> None:

@@ -8,14 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from . import image_sequences, scenes
-from .files import DepthImages, Scan, write_depth_images, write_frames, write_matrices, write_points
+from .files import (
+    DepthImages, Scan, gathered, write_depth_images, write_frames, write_matrices, write_numbers, write_points,
+)  # fmt: skip
 
 SEED = 7
 # Goes up when an input is made in another way, so that old files are not taken for new ones.
-RECIPE = 5
+RECIPE = 6
 FRAMES = 30
 # Each takes Open3D seconds to find planes in.
 PLANE_FRAMES = 4
+# Of the recording with people every so manieth frame is mapped, and readings within this range, metres.
+PEOPLE_EVERY, RANGE = 2, (0.3, 4.5)
+# Voxels that clouds are compared in, metres, and frames that must hit one for it to be asked for.
+VOXEL, ASKED_FROM = 0.02, 3
 # Size and number of the matrices of weights.
 MATRICES = [(10, 1000), (100, 20), (500, 1)]
 
@@ -94,8 +100,44 @@ def make(folder: Path, kitchen: Path | None, data: Path) -> dict[str, str]:
     for size, count in MATRICES:
         write_matrices(folder / f"weights_{size}.matrices", rng.integers(0, 1_000_000, (count, size, size)))
         description[f"{size}x{size}"] = f"{count} matrices of random whole numbers below a million"
+    if kitchen is not None and (data / "kitchen_people" / "groundtruth.txt").exists():
+        description["people"] = people_inputs(folder, kitchen, data / "kitchen_people")
+    else:
+        print("no kitchen_people/ in the data folder: no rows of clouds without movers", flush=True)
     description |= image_inputs(folder, data, rng)
     return description
+
+
+def people_inputs(folder: Path, kitchen: Path, people: Path) -> str:
+    """A recording with people, and what there is to find: the same recording without them."""
+    names, camera = kitchen_listing(people)[::PEOPLE_EVERY], kitchen_camera(people)
+    poses = np.loadtxt(people / "groundtruth.txt")[::PEOPLE_EVERY, 1:]
+    images = np.stack([kitchen_image(people, name) for name in names]).astype(np.float32)
+    write_depth_images(folder / "people.depths", DepthImages(tuple(camera[k] for k in ["fx", "fy", "cx", "cy"]), images))
+    write_numbers(folder / "people.poses", poses)
+    clean = np.loadtxt(kitchen / "groundtruth.txt")[:, 1:]
+    means, hits = gathered((world_points(*frame) for frame in zip(
+        (kitchen_depth(kitchen, name) for name in kitchen_listing(kitchen)), clean)), VOXEL)  # fmt: skip
+    write_points(folder / "reference.points", means)
+    write_points(folder / "asked.points", means[hits >= ASKED_FROM])
+    return f"{len(names)} frames of the kitchen with people, without detections, against the kitchen without people"
+
+
+def world_points(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    """The readings within the range, in the world."""
+    points = points[(points[:, 2] >= RANGE[0]) & (points[:, 2] <= RANGE[1])]
+    return points @ rotation_matrix(pose[3:]).T + pose[:3]
+
+
+def rotation_matrix(quaternion: np.ndarray) -> np.ndarray:
+    x, y, z, w = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def image_inputs(folder: Path, data: Path, rng: np.random.Generator) -> dict[str, str]:
@@ -223,15 +265,7 @@ def kitchen_frames(kitchen: Path, count: int) -> list[Scan]:
     names, poses = kitchen_listing(kitchen), np.loadtxt(kitchen / "groundtruth.txt")
     scans = []
     for i in np.arange(count) * len(names) // count:
-        _, tx, ty, tz, x, y, z, w = poses[i]
-        rotation = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ]
-        )
-        origin = np.array([tx, ty, tz])
+        origin, rotation = poses[i, 1:4], rotation_matrix(poses[i, 4:])
         points = kitchen_depth(kitchen, names[i]) @ rotation.T + origin
         scans.append(Scan(origin.astype(np.float32), points.astype(np.float32)))
     return scans

@@ -6,7 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import read_depth_images, read_matrices, read_points, write_numbers, write_points
+from .files import (
+    read_depth_images, read_matrices, read_numbers, read_points, voxel_means, write_numbers, write_points,
+)  # fmt: skip
+from .inputs import VOXEL, world_points
 
 # What a library's functions take: made once an input, outside the clock.
 CLOUDS: dict[str, object] = {}
@@ -264,9 +267,35 @@ def image_operations(cv2) -> dict:
     return {"kcf": kcf, "optical_flow": optical_flow}
 
 
+def dufomap_package():
+    from dufomap import dufomap
+
+    def static_cloud(request):
+        if not CLOUDS:
+            images, poses = read_depth_images(Path(request["images"])), read_numbers(Path(request["poses"]))
+            poses = poses.reshape(-1, 7)
+            readings = [world_points(images.points(i), pose).astype(np.float32) for i, pose in enumerate(poses)]
+            # It wants w first.
+            CLOUDS["scans"] = list(zip(readings, poses[:, [0, 1, 2, 6, 3, 4, 5]].tolist()))
+        scans = CLOUDS["scans"][: int(request["limit"])]
+        settings = [float(request["cell"]), float(request["hits_grow"]), int(request["unknown_grows"])]
+
+        def clean():
+            engine = dufomap(*settings, num_threads=1)
+            for points, pose in scans:
+                engine.run(points, pose, cloud_transform=False)
+            engine.oncePropagateCluster(if_propagate=True, if_cluster=False)
+            kept = [points[engine.segment(points, pose, cloud_transform=False) == 0] for points, pose in scans]
+            return np.concatenate(kept)
+
+        return clean, lambda path, points: write_points(path, voxel_means(points.astype(np.float64), VOXEL))
+
+    return {"static_cloud": static_cloud}
+
+
 PEERS = {
     "dbscan": dbscan_package, "sklearn": scikit_learn, "open3d": open3d, "cv2": opencv, "isotree": isotree,
-    "scipy": scipy,
+    "scipy": scipy, "dufomap": dufomap_package,
 }  # fmt: skip
 
 

@@ -53,6 +53,7 @@ def rows(inputs: Inputs, quick: bool) -> list[Row]:
         *plane_rows(inputs),
         *assignment_rows(inputs),
         *octree_rows(inputs, quick),
+        *static_cloud_rows(inputs, quick),
         *tracking_rows(inputs),
     ]
 
@@ -187,6 +188,31 @@ def plane_rows(inputs: Inputs) -> list[Row]:
             check=agreement.planes,
             unit=f"image ({PLANE_FRAMES})",
             count=PLANE_FRAMES,
+        )
+    ]
+
+
+def static_cloud_rows(inputs: Inputs, quick: bool) -> list[Row]:
+    if not inputs.path("people.poses").exists():
+        return []
+    frames = inputs.path("people.poses").stat().st_size // 56
+    frames = min(frames, 20) if quick else frames
+    # Cell size, growth of what was hit, growth of the unknown: its defaults first.
+    settings = [(0.1, 0.2, 2), (0.05, 0.1, 1), (0.1, 0.1, 0), (0.05, 0.05, 0)]
+    peers = [
+        Entrant(f"DUFOMap, {cell}, {hits}, {unknown}", "DUFOMap",
+                {"cell": cell, "hits_grow": hits, "unknown_grows": unknown})
+        for cell, hits, unknown in settings
+    ]  # fmt: skip
+    return [
+        Row(
+            name="cloud without movers, no detections",
+            operation="static_cloud",
+            parameters={"images": inputs.path("people.depths"), "poses": inputs.path("people.poses"), "limit": frames},
+            entrants=[OURS, *peers],
+            check=agreement.static_cloud,
+            unit=f"frame ({frames})",
+            count=frames,
         )
     ]
 

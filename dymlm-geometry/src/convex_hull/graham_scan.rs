@@ -1,6 +1,4 @@
-use std::cmp::Ordering;
-
-use super::orientation::orientation;
+use robust::{Coord, orient2d};
 
 /// The hull of points from left to right; see [`convex_hull`](super::convex_hull).
 pub(super) fn graham_scan(points: &[[f64; 2]], hull: &mut Vec<[f64; 2]>) {
@@ -25,9 +23,16 @@ fn append(hull: &mut Vec<[f64; 2]>, start: usize, point: [f64; 2]) {
         return;
     }
     while let [.., before, corner] = hull[start..]
-        && orientation(before, corner, point) != Ordering::Greater
+        && !turns_left(before, corner, point)
     {
         hull.pop();
     }
     hull.push(point);
+}
+
+/// Whether the path a -> b -> c turns to the left (counter-clockwise); exact.
+#[inline]
+fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
+    let [a, b, c] = [a, b, c].map(|[x, y]| Coord { x, y });
+    orient2d(a, b, c) > 0.0
 }

@@ -5,7 +5,6 @@ mod inner_columns;
 mod inner_ellipse;
 mod inner_region;
 mod left_to_right;
-mod orientation;
 mod outline;
 mod usable;
 
@@ -60,7 +59,7 @@ const MANY_FOR_CORNER: usize = 3;
 /// ```
 pub fn convex_hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut hull = Vec::new();
-    convex_hull_into(points, &mut ConvexHullScratch::new(), &mut hull);
+    convex_hull_into(points, &mut ConvexHullScratch::default(), &mut hull);
     hull
 }
 
@@ -99,11 +98,4 @@ pub struct ConvexHullScratch {
     outline: Outline,
     inner: InnerRegion,
     left_to_right: LeftToRight,
-}
-
-impl ConvexHullScratch {
-    /// Empty working memory.
-    pub fn new() -> Self {
-        Self::default()
-    }
 }

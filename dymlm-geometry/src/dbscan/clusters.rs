@@ -12,11 +12,6 @@ pub struct Clusters {
 }
 
 impl Clusters {
-    /// No clusters of no points, to be filled by [`Dbscan::cluster_into`](crate::Dbscan::cluster_into).
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// The cluster of each point, in the order of the cloud; `None` is noise.
     #[inline]
     pub fn labels(&self) -> &[Option<u32>] {

@@ -89,13 +89,6 @@ struct Numbering {
     label_of_cell: Vec<u32>,
 }
 
-impl DbscanScratch {
-    /// Empty working memory.
-    pub fn new() -> Self {
-        Self::default()
-    }
-}
-
 impl Dbscan {
     /// Checks the config.
     ///
@@ -109,8 +102,8 @@ impl Dbscan {
 
     /// Clusters a cloud.
     pub fn cluster(&self, points: &[Point]) -> Clusters {
-        let mut clusters = Clusters::new();
-        self.cluster_into(points, &mut DbscanScratch::new(), &mut clusters);
+        let mut clusters = Clusters::default();
+        self.cluster_into(points, &mut DbscanScratch::default(), &mut clusters);
         clusters
     }
 

@@ -12,13 +12,6 @@ pub struct IsolationForestScratch<const D: usize> {
     sample: Vec<[f32; D]>,
 }
 
-impl<const D: usize> IsolationForestScratch<D> {
-    /// Empty working memory.
-    pub fn new() -> Self {
-        Self { finite: Vec::new(), sample: Vec::new() }
-    }
-}
-
 /// Grows all trees.
 pub(super) fn grow<const D: usize>(
     config: &IsolationForestConfig,

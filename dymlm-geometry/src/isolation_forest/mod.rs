@@ -61,8 +61,8 @@ impl IsolationForest {
 
     /// Grows the trees.
     pub fn fit<const D: usize>(&self, rows: &[[f32; D]]) -> IsolationTrees<D> {
-        let mut trees = IsolationTrees::new();
-        self.fit_into(rows, &mut IsolationForestScratch::new(), &mut trees);
+        let mut trees = IsolationTrees::default();
+        self.fit_into(rows, &mut IsolationForestScratch::default(), &mut trees);
         trees
     }
 

@@ -5,7 +5,7 @@ use super::path_length::mean_path_length;
 /// Every tree is stored as a full binary tree of the same height: a node's children are found without
 /// pointers, and each row takes the same number of steps, without a branch to predict. A leaf further up has
 /// nodes below it that send every row to the left.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct IsolationTrees<const D: usize> {
     /// Cuts on the way to a leaf.
     pub(super) height: u32,
@@ -58,11 +58,6 @@ const COMMON_HEIGHT: u32 = 8;
 const COMMON_SIZE: usize = 1 << COMMON_HEIGHT;
 
 impl<const D: usize> IsolationTrees<D> {
-    /// No trees: every row scores 0.5.
-    pub fn new() -> Self {
-        Self { height: 0, nodes: Vec::new(), paths: Vec::new(), mean_path: 0.0 }
-    }
-
     /// The score of a row, 0 to 1; see [`IsolationForest`](crate::IsolationForest).
     pub fn score(&self, row: &[f32; D]) -> f64 {
         let mut sum = [0.0];
@@ -120,12 +115,6 @@ impl<const D: usize> IsolationTrees<D> {
         let trees = (self.paths.len() >> self.height) as f64;
         let normal = trees * self.mean_path;
         if normal > 0.0 { (-sum / normal).exp2() } else { 0.5 }
-    }
-}
-
-impl<const D: usize> Default for IsolationTrees<D> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

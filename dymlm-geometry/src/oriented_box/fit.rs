@@ -48,7 +48,7 @@ pub enum BoxFit {
 /// assert!(points.iter().all(|point| brick.contains(point.map(f64::from))));
 /// ```
 pub fn fit_oriented_box(points: &[Point], fit: BoxFit) -> Option<OrientedBox> {
-    fit_oriented_box_with(points, fit, &mut OrientedBoxScratch::new())
+    fit_oriented_box_with(points, fit, &mut OrientedBoxScratch::default())
 }
 
 /// [`fit_oriented_box`] with a caller's working memory, whose content does not matter: allocates nothing once
@@ -85,13 +85,6 @@ pub fn fit_oriented_box_with(
 pub struct OrientedBoxScratch {
     footprint: Vec<[f64; 2]>,
     rectangle: MinimumAreaRectangleScratch,
-}
-
-impl OrientedBoxScratch {
-    /// Empty working memory.
-    pub fn new() -> Self {
-        Self::default()
-    }
 }
 
 /// The directions of the footprint's longer and shorter side, and the third axis.
@@ -136,9 +129,9 @@ fn around(points: &[Point], origin: Vector3, axes: [Vector3; 3]) -> Option<Orien
 /// Lengths that hold against the rounding of the pose and of its application to the points, of which each is
 /// some units in the last place of the greatest coordinate.
 fn rounded_up(lengths: Vector3, center: Vector3) -> Vector3 {
-    const ROUNDINGS: f64 = 16.0;
+    const ROUNDINGS: u8 = 16;
     let greatest = lengths.into_iter().chain(center.map(f64::abs)).fold(0.0, f64::max);
-    lengths.map(|length| length + ROUNDINGS * f64::EPSILON * greatest)
+    lengths.map(|length| length + f64::from(ROUNDINGS) * f64::EPSILON * greatest)
 }
 
 fn direction(vector: Vector3) -> Option<Vector3> {

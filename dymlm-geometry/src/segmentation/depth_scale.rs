@@ -31,12 +31,12 @@ impl DepthRadius {
 #[derive(Debug, Clone, Default)]
 pub(super) struct DepthScale {
     radius: Option<DepthRadius>,
-    /// The integral up to each multiple of [`STEP`].
+    /// The integral up to each of the tabulated depths.
     sums: Vec<f32>,
 }
 
-/// Distance of the tabulated depths, metres: the noise hardly changes in between.
-const STEP: f32 = 0.02;
+/// Tabulated depths a metre: the noise hardly changes in between.
+const STEPS_PER_METRE: u16 = 50;
 /// Tabulated depths: up to 20 m. The radius stays as it is beyond.
 const STEPS: usize = 1000;
 
@@ -48,19 +48,21 @@ impl DepthScale {
         }
         self.radius = Some(*radius);
         self.sums.clear();
+        let length = 1.0 / f32::from(STEPS_PER_METRE);
         let mut sum = 0.0_f64;
         for step in 0..=STEPS {
             self.sums.push(sum as f32);
-            sum += f64::from(STEP / radius.at((step as f32 + 0.5) * STEP));
+            sum += f64::from(length / radius.at((step as f32 + 0.5) * length));
         }
     }
 
     /// The scaled depth of `z` >= 0 metres.
     #[inline]
     pub(super) fn at(&self, z: f32) -> f32 {
-        let step = ((z / STEP) as usize).min(STEPS - 1);
+        let place = z / (1.0 / f32::from(STEPS_PER_METRE));
+        let step = (place as usize).min(STEPS - 1);
         match self.sums.get(step..step + 2) {
-            Some(&[low, high]) => low + (z / STEP - step as f32) * (high - low),
+            Some(&[low, high]) => low + (place - step as f32) * (high - low),
             _ => z,
         }
     }

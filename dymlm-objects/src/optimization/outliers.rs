@@ -25,8 +25,8 @@ impl OutlierFilter {
         Ok(Self {
             forest: IsolationForest::new(forest)?,
             threshold: forest.threshold,
-            scratch: IsolationForestScratch::new(),
-            trees: IsolationTrees::new(),
+            scratch: IsolationForestScratch::default(),
+            trees: IsolationTrees::default(),
             counts: Vec::new(),
             kept: Vec::new(),
             scores: Vec::new(),

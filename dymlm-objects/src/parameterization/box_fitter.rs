@@ -156,7 +156,7 @@ impl BoxFitter {
         config.validate()?;
         Ok(Self {
             config,
-            rectangle: MinimumAreaRectangleScratch::new(),
+            rectangle: MinimumAreaRectangleScratch::default(),
             edges: EdgeAlignment::default(),
             footprint: Vec::new(),
             values: Vec::new(),

@@ -19,6 +19,7 @@ mod oriented_box;
 mod planes;
 mod request;
 mod results;
+mod static_cloud;
 mod timing;
 mod tracking;
 mod voxel_grid;
@@ -39,6 +40,7 @@ struct Contestant {
     dbscan: dbscan::Buffers,
     voxel_grid: voxel_grid::Buffers,
     octree: octree::Maps,
+    recordings: static_cloud::Recordings,
     sequences: tracking::Sequences,
     rectangle: dymlm_geometry::MinimumAreaRectangleScratch,
     oriented_box: dymlm_geometry::OrientedBoxScratch,
@@ -67,6 +69,7 @@ impl Contestant {
             }
             "planes" => planes::run(request, &mut self.inputs, &mut self.planes),
             "assignment" => assignment::run(request, &mut self.inputs, &mut self.assignments),
+            "static_cloud" => static_cloud::run(request, &mut self.inputs, &mut self.recordings),
             "kcf" => tracking::kcf(request, &mut self.sequences),
             "optical_flow" => tracking::optical_flow(request, &mut self.sequences),
             unknown => Err(format!("no operation {unknown}").into()),

@@ -15,7 +15,7 @@ pub(crate) fn run(
     let points = inputs.points(request.text("input")?)?;
     let points: Vec<[f64; 2]> = points.iter().map(|[x, y, _]| [f64::from(*x), f64::from(*y)]).collect();
 
-    let mut fresh = MinimumAreaRectangleScratch::new();
+    let mut fresh = MinimumAreaRectangleScratch::default();
     let scratch = if request.keeps_buffers()? { kept } else { &mut fresh };
     let (rectangle, timing) = timed(|| minimum_area_rectangle_with(&points, scratch));
     let rectangle = rectangle.ok_or("no rectangle")?;

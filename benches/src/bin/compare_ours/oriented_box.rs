@@ -19,7 +19,7 @@ pub(crate) fn run(
     };
     let points = inputs.points(request.text("input")?)?;
 
-    let mut fresh = OrientedBoxScratch::new();
+    let mut fresh = OrientedBoxScratch::default();
     let scratch = if request.keeps_buffers()? { kept } else { &mut fresh };
     let (fitted, timing) = timed(|| fit_oriented_box_with(points, fit, scratch));
     let fitted = fitted.ok_or("no box")?;

@@ -60,7 +60,7 @@ fn row(image: usize, plane: dymlm_core::Plane, [cx, cy, cz]: [f64; 3], support: 
 }
 
 /// See `harness/files.py`: width and height share the array of f32 as bits.
-fn read(numbers: &[f32]) -> Result<Vec<Frame>, Failure> {
+pub(crate) fn read(numbers: &[f32]) -> Result<Vec<Frame>, Failure> {
     let Some((&[width, height, fx, fy, cx, cy], rest)) = numbers.split_first_chunk() else {
         return Err("depth images without a header".into());
     };
