@@ -6,26 +6,15 @@
 
 use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
 use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
+use dymlm_test_support::{checksum, whole_numbers};
 
 const CLOUD_MAP: u64 = 9_999_388_368_253_398_468;
-
-/// FNV-1a.
-fn checksum(bytes: impl IntoIterator<Item = u8>) -> u64 {
-    bytes
-        .into_iter()
-        .fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
-}
-
-/// Numbers of 0..1000 without a pattern.
-fn numbers() -> impl Iterator<Item = u32> {
-    (0_u32..).map(|n| (n.wrapping_mul(2_654_435_761) ^ (n >> 3).wrapping_mul(40_503)) >> 7).map(|n| n % 1000)
-}
 
 #[test]
 fn the_static_cloud_has_the_same_bits() {
     let camera = PinholeCamera::new(160, 120, 128.0, 128.0, 79.5, 59.5).unwrap();
     let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
-    let mut numbers = numbers();
+    let mut numbers = whole_numbers();
     for step in 0..6 {
         let depth =
             (0..160 * 120).map(|i| 2.0 + (i % 160) as f32 / 128.0 + numbers.next().unwrap() as f32 * 3e-5);

@@ -8,26 +8,15 @@ use dymlm_core::{Point, PointCloud};
 use dymlm_geometry::{
     Dbscan, DbscanConfig, StatisticalOutlierConfig, StatisticalOutlierRemoval, VoxelGrid, VoxelGridConfig,
 };
-
-/// FNV-1a.
-fn checksum(bytes: impl IntoIterator<Item = u8>) -> u64 {
-    bytes
-        .into_iter()
-        .fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
-}
+use dymlm_test_support::{checksum, whole_numbers};
 
 fn bytes_of(points: &[Point]) -> impl Iterator<Item = u8> + '_ {
     points.iter().flatten().flat_map(|c| c.to_le_bytes())
 }
 
-/// Numbers of 0..1000 without a pattern.
-fn numbers() -> impl Iterator<Item = u32> {
-    (0_u32..).map(|n| (n.wrapping_mul(2_654_435_761) ^ (n >> 3).wrapping_mul(40_503)) >> 7).map(|n| n % 1000)
-}
-
 /// 20000 points in clumps.
 fn points() -> Vec<Point> {
-    let mut numbers = numbers();
+    let mut numbers = whole_numbers();
     let mut next = || numbers.next().unwrap_or(0);
     (0..20_000)
         .map(|_| {

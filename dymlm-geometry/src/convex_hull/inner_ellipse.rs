@@ -9,10 +9,9 @@ pub(super) struct InnerEllipse {
     yy: f64,
 }
 
-/// Share of its radius by which it is smaller than it could be, and how thin it may be for rounding to be far
-/// below that.
+/// Share of its radius by which it is smaller than it could be. It may be as thin as that: rounding, some 1e-15
+/// over the square of the thinness, is far below.
 const MARGIN: f64 = 1e-6;
-const THINNEST: f64 = 1e-6;
 
 impl InnerEllipse {
     /// Of a hull, counter-clockwise; `None` when that is too narrow.
@@ -25,8 +24,7 @@ impl InnerEllipse {
         let circle = Self { center, xx: 1.0 / lxx, yx: -lyx / (lxx * lyy), yy: 1.0 / lyy };
         let radius = (1.0 - MARGIN) * circle.distance(hull)?;
         let own = Self { center, xx: circle.xx / radius, yx: circle.yx / radius, yy: circle.yy / radius };
-        let is_resolved =
-            lyy > THINNEST * cyy.sqrt() && [own.xx, own.yx, own.yy].iter().all(|c| c.is_finite());
+        let is_resolved = lyy > MARGIN * cyy.sqrt() && [own.xx, own.yx, own.yy].iter().all(|c| c.is_finite());
         is_resolved.then_some(own)
     }
 

@@ -49,20 +49,17 @@ impl RadixSort {
 
 #[cfg(test)]
 mod tests {
+    use dymlm_core::SplitMix64;
+
     use super::*;
 
     #[test]
     fn sorts_stably_at_every_key_width() {
         for bits in 0..=32_u32 {
             let max_key = ((1_u64 << bits) - 1) as u32;
-            let mut state = 88_172_645_463_325_252_u64;
-            let mut entries: Vec<u64> = (0..3000_u64)
-                .map(|index| {
-                    state ^= state << 13;
-                    state ^= state >> 7;
-                    state ^= state << 17;
-                    (u64::from(state as u32 & max_key) << 32) | (2999 - index)
-                })
+            let mut random = SplitMix64::new(u64::from(bits));
+            let mut entries: Vec<u64> = (0..3000)
+                .map(|index| (random.below(max_key as usize + 1) as u64) << 32 | (2999 - index))
                 .collect();
             let mut expected = entries.clone();
             expected.sort_by_key(|entry| entry >> 32);

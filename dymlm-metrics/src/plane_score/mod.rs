@@ -105,14 +105,14 @@ struct AreaOnFace {
     face: usize,
     relief: usize,
     read: f64,
-    hidden: f64,
+    unread: f64,
     /// Integral over the area of the signed distance from the face.
     moment: f64,
 }
 
 impl AreaOnFace {
     fn area(&self) -> f64 {
-        self.read + self.hidden
+        self.read + self.unread
     }
 }
 
@@ -127,11 +127,11 @@ impl Reading {
                 continue;
             };
             let empty =
-                AreaOnFace { face: index, relief: faces[index].relief, read: 0.0, hidden: 0.0, moment: 0.0 };
+                AreaOnFace { face: index, relief: faces[index].relief, read: 0.0, unread: 0.0, moment: 0.0 };
             let on_face = by_face[index].get_or_insert(empty);
             match view {
                 CellView::Read => on_face.read += cell_area,
-                CellView::Hidden => on_face.hidden += cell_area,
+                CellView::Unread => on_face.unread += cell_area,
             }
             on_face.moment += distance * cell_area;
         }

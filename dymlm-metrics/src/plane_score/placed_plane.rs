@@ -39,7 +39,7 @@ pub(super) enum CellView {
     /// There is a reading of it.
     Read,
     /// There is none.
-    Hidden,
+    Unread,
 }
 
 impl<'a> PlacedPlane<'a> {
@@ -84,7 +84,7 @@ impl<'a> PlacedPlane<'a> {
             let face = candidate.face;
             let distance = face.plane.signed_distance(point);
             let cell = face.cells.raster.cell_at(face.cells.raster.coordinates(point))?;
-            let view = if face.cells.read[cell] { CellView::Read } else { CellView::Hidden };
+            let view = if face.cells.read[cell] { CellView::Read } else { CellView::Unread };
             let is_on = distance.abs() <= f64::from(MATCHED) && face.cells.inside[cell];
             is_on.then_some(OnFace { index: candidate.index, distance, view })
         });
