@@ -42,7 +42,7 @@ pub struct PrincipalAxes {
     /// Number of axes along which the points extend beyond the rounding of their coordinates: 0 for one
     /// place, 1 for a line, 2 for a plane, else 3.
     pub rank: usize,
-    /// Number of finite points (of positive weight).
+    /// Number of finite points.
     pub count: usize,
 }
 
@@ -56,22 +56,6 @@ impl PrincipalAxes {
         }
         moments.axes()
     }
-
-    /// The axes of a cloud whose points count by their weights; `None` when no finite point has a weight.
-    /// Weights that are not finite or not above 0 count as 0, and so do missing ones.
-    pub fn weighted(points: &[Point], weights: &[f32]) -> Option<Self> {
-        let weighted = || points.iter().zip(weights).filter(|(point, weight)| counts(point, **weight));
-        let (origin, _) = weighted().next()?;
-        let mut moments = Moments::about(*origin);
-        for (point, weight) in weighted() {
-            moments.add_point(*point, f64::from(*weight));
-        }
-        moments.axes()
-    }
-}
-
-fn counts(point: &Point, weight: f32) -> bool {
-    weight > 0.0 && weight.is_finite() && is_finite(point)
 }
 
 /// Points that are added at once, and left out one by one when one of them is not finite.
@@ -87,13 +71,12 @@ const SUMS: usize = 9;
 struct Moments {
     origin: Vector3,
     sums: [f64; SUMS],
-    weight: f64,
     count: usize,
 }
 
 impl Moments {
     fn about(origin: Point) -> Self {
-        Self { origin: origin.map(f64::from), sums: [0.0; SUMS], weight: 0.0, count: 0 }
+        Self { origin: origin.map(f64::from), sums: [0.0; SUMS], count: 0 }
     }
 
     fn add_block(&mut self, points: &[Point]) {
@@ -108,7 +91,6 @@ impl Moments {
             for (sum, more) in self.sums.iter_mut().zip(sums) {
                 *sum += more;
             }
-            self.weight += (points.len() - rest.len()) as f64;
             self.count += points.len() - rest.len();
             self.add_few(rest);
         } else {
@@ -118,22 +100,21 @@ impl Moments {
 
     fn add_few(&mut self, points: &[Point]) {
         for point in points.iter().filter(|point| is_finite(point)) {
-            self.add_point(*point, 1.0);
+            self.add_point(*point);
         }
     }
 
-    fn add_point(&mut self, point: Point, weight: f64) {
+    fn add_point(&mut self, point: Point) {
         let mut terms = [[0.0]; SUMS];
         add_terms(&mut terms, [point], self.origin);
         for (sum, [term]) in self.sums.iter_mut().zip(terms) {
-            *sum += weight * term;
+            *sum += term;
         }
-        self.weight += weight;
         self.count += 1;
     }
 
     fn axes(&self) -> Option<PrincipalAxes> {
-        let [x, y, z, xx, xy, xz, yy, yz, zz] = self.sums.map(|sum| sum / self.weight);
+        let [x, y, z, xx, xy, xz, yy, yz, zz] = self.sums.map(|sum| sum / self.count as f64);
         let (xy, xz, yz) = (xy - x * y, xz - x * z, yz - y * z);
         let covariance = [[xx - x * x, xy, xz], [xy, yy - y * y, yz], [xz, yz, zz - z * z]];
         let eigen = symmetric_eigen3(covariance)?;

@@ -7,21 +7,20 @@ use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 use proptest::prelude::*;
 
 /// Mean and covariance in two passes, point by point.
-fn two_passes(points: &[Point], weights: &[f32]) -> (Vector3<f64>, Matrix3<f64>) {
-    let weighted =
-        || points.iter().zip(weights).map(|(p, w)| (Vector3::from(p.map(f64::from)), f64::from(*w)));
-    let total: f64 = weighted().map(|(_, w)| w).sum();
-    let mean = weighted().map(|(p, w)| p * w).sum::<Vector3<f64>>() / total;
-    let covariance = weighted().map(|(p, w)| (p - mean) * (p - mean).transpose() * w).sum::<Matrix3<f64>>();
-    (mean, covariance / total)
+fn two_passes(points: &[Point]) -> (Vector3<f64>, Matrix3<f64>) {
+    let places = || points.iter().map(|p| Vector3::from(p.map(f64::from)));
+    let count = points.len() as f64;
+    let mean = places().sum::<Vector3<f64>>() / count;
+    let covariance = places().map(|p| (p - mean) * (p - mean).transpose()).sum::<Matrix3<f64>>();
+    (mean, covariance / count)
 }
 
 fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_fn(|row, column| rows[row][column])
 }
 
-fn check(found: &PrincipalAxes, points: &[Point], weights: &[f32]) -> Result<(), TestCaseError> {
-    let (mean, covariance) = two_passes(points, weights);
+fn check(found: &PrincipalAxes, points: &[Point]) -> Result<(), TestCaseError> {
+    let (mean, covariance) = two_passes(points);
     let scale = covariance.amax().max(1e-30);
     let offset = points.iter().flatten().fold(0.0_f32, |greatest, x| greatest.max(x.abs()));
     prop_assert!((Vector3::from(found.centroid) - mean).amax() <= 1e-14 * f64::from(offset));
@@ -58,18 +57,7 @@ proptest! {
     fn equal_two_passes_and_nalgebra(points in clouds()) {
         let found = PrincipalAxes::of(&points).unwrap();
         prop_assert_eq!(found.count, points.len());
-        check(&found, &points, &vec![1.0; points.len()])?;
-    }
-
-    #[test]
-    fn weights_count_points(points in clouds(), seed in 1..1000_usize) {
-        let weights: Vec<f32> = (0..points.len()).map(|i| ((i * seed) % 5) as f32 * 0.25).collect();
-        if let Some(found) = PrincipalAxes::weighted(&points, &weights) {
-            prop_assert_eq!(found.count, weights.iter().filter(|w| **w > 0.0).count());
-            check(&found, &points, &weights)?;
-        } else {
-            prop_assert!(weights.iter().all(|w| *w == 0.0));
-        }
+        check(&found, &points)?;
     }
 
     #[test]
@@ -82,7 +70,7 @@ proptest! {
         }
         let found = PrincipalAxes::of(&all).unwrap();
         prop_assert_eq!(found.count, points.len());
-        check(&found, &points, &vec![1.0; points.len()])?;
+        check(&found, &points)?;
     }
 
     /// A disc of known spread, turned and far off: axes and rank survive f32 coordinates.
@@ -105,8 +93,6 @@ proptest! {
 fn ranks_of_degenerate_clouds() {
     assert_eq!(PrincipalAxes::of(&[]), None);
     assert_eq!(PrincipalAxes::of(&[[f32::NAN; 3], [0.0, f32::INFINITY, 0.0]]), None);
-    assert_eq!(PrincipalAxes::weighted(&[[0.0; 3]], &[]), None);
-    assert_eq!(PrincipalAxes::weighted(&[[0.0; 3]; 3], &[0.0, -1.0, f32::NAN]), None);
     let rank = |points: &[Point]| PrincipalAxes::of(points).unwrap().rank;
     assert_eq!(rank(&[[0.1, 0.2, 0.3]; 100]), 0);
     assert_eq!(rank(&[[0.1, 0.2, 0.3], [0.4, 0.4, 0.4]]), 1);

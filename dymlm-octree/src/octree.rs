@@ -69,13 +69,8 @@ impl Octree {
     /// [`Error::Config`].
     pub fn new(config: OctreeConfig) -> Result<Self, Error> {
         config.validate()?;
-        Ok(Self {
-            lattice: Lattice::new(config.resolution),
-            model: OccupancyModel::new(&config),
-            tree: Tree::new(config.color),
-            scratch: ScanScratch::default(),
-            config,
-        })
+        let tree = Tree::new(config.color);
+        Ok(Self::from_parts(config, tree))
     }
 
     /// The paper's plain conversion: every cell that holds points of a cloud of static points is hit once,

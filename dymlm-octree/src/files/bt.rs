@@ -2,7 +2,7 @@ use std::io::{BufRead, Write};
 use std::path::Path;
 
 use super::header::Header;
-use super::{load, read_error, save};
+use super::{load, read_error, read_tree, save};
 use crate::lattice::{DEPTH, Key};
 use crate::occupancy_model::OccupancyModel;
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
@@ -60,21 +60,10 @@ impl Octree {
     /// assert_eq!(again.state([1.0, 0.0, 0.0]), map.state([1.0, 0.0, 0.0]));
     /// # Ok::<(), dymlm_octree::Error>(())
     /// ```
-    pub fn read_bt(mut reader: impl BufRead, mut config: OctreeConfig) -> Result<Self, Error> {
+    pub fn read_bt(mut reader: impl BufRead, config: OctreeConfig) -> Result<Self, Error> {
         let header = Header::read(&mut reader, FIRST_LINE)?;
-        config.resolution = header.resolution;
-        config.color = false;
-        config.validate()?;
-        let mut tree = Tree::new(false);
-        if header.size > 0 {
-            let nodes = read_nodes(&mut reader, &OccupancyModel::new(&config), &mut tree)?;
-            if nodes != header.size {
-                let promised = header.size;
-                return Err(Error::Malformed(format!("{nodes} nodes, but its header says {promised}")));
-            }
-        }
-        tree.settle_all();
-        Ok(Self::from_parts(config, tree))
+        let model = OccupancyModel::new(&config);
+        read_tree(&header, config, false, |tree| read_nodes(&mut reader, &model, tree))
     }
 
     /// [`Self::write_bt`] to a file: under another name in its folder first, so that an older file is

@@ -9,7 +9,10 @@ use std::fs::{self, File};
 use std::io::{BufReader, BufWriter, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use crate::{Error, Octree};
+use header::Header;
+
+use crate::storage::Tree;
+use crate::{Error, Octree, OctreeConfig};
 
 /// A file that ends too early is damaged; everything else is a failure to read.
 fn read_error(error: std::io::Error) -> Error {
@@ -27,6 +30,25 @@ pub(crate) fn at(path: &Path) -> impl Fn(Error) -> Error {
         Error::Malformed(what) => Error::Malformed(format!("{}: {what}", path.display())),
         other => Error::File { path: path.display().to_string(), source: Box::new(other) },
     }
+}
+
+/// The map of a file: cell size and colours are the file's, all else is `config`'s. `read` fills the tree and
+/// counts its nodes.
+fn read_tree(
+    header: &Header,
+    mut config: OctreeConfig,
+    color: bool,
+    read: impl FnOnce(&mut Tree) -> Result<u64, Error>,
+) -> Result<Octree, Error> {
+    (config.resolution, config.color) = (header.resolution, color);
+    config.validate()?;
+    let mut tree = Tree::new(color);
+    let (promised, nodes) = (header.size, if header.size > 0 { read(&mut tree)? } else { 0 });
+    if nodes != promised {
+        return Err(Error::Malformed(format!("{nodes} nodes, but its header says {promised}")));
+    }
+    tree.settle_all();
+    Ok(Octree::from_parts(config, tree))
 }
 
 /// Reads a file. Errors name it.
@@ -84,7 +106,6 @@ mod tests {
     use std::io::Write;
 
     use super::*;
-    use crate::OctreeConfig;
 
     #[test]
     fn a_failed_save_leaves_the_older_file() {

@@ -4,7 +4,7 @@ use std::path::Path;
 use dymlm_core::Rgb;
 
 use super::header::Header;
-use super::{load, read_error, save};
+use super::{load, read_error, read_tree, save};
 use crate::lattice::{DEPTH, Key};
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
 use crate::{Error, Octree, OctreeConfig};
@@ -48,22 +48,10 @@ impl Octree {
     /// assert!(again.leaves().eq(map.leaves()));
     /// # Ok::<(), dymlm_octree::Error>(())
     /// ```
-    pub fn read_ot(mut reader: impl BufRead, mut config: OctreeConfig) -> Result<Self, Error> {
+    pub fn read_ot(mut reader: impl BufRead, config: OctreeConfig) -> Result<Self, Error> {
         let header = Header::read(&mut reader, FIRST_LINE)?;
         let colored = header.id == "ColorOcTree";
-        config.resolution = header.resolution;
-        config.color = colored;
-        config.validate()?;
-        let mut tree = Tree::new(colored);
-        if header.size > 0 {
-            let nodes = read_nodes(&mut reader, colored, &mut tree)?;
-            if nodes != header.size {
-                let promised = header.size;
-                return Err(Error::Malformed(format!("{nodes} nodes, but its header says {promised}")));
-            }
-        }
-        tree.settle_all();
-        Ok(Self::from_parts(config, tree))
+        read_tree(&header, config, colored, |tree| read_nodes(&mut reader, colored, tree))
     }
 
     /// [`Self::write_ot`] to a file: under another name in its folder first, so that an older file is
