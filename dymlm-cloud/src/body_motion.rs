@@ -34,7 +34,7 @@ impl CloudMap {
     /// Moves all voxels in `region` that `is_body` (asked for the voxel's mean place in the world): takes
     /// them out, and puts them in where `new_from_old` takes them, with their colours, weights and
     /// observations. At the new place the evidence of frames from before, which looked through it, is
-    /// outweighed; at the old place nothing is left.
+    /// forgotten; at the old place nothing is left.
     ///
     /// What was moved is known by where it is, no longer by the frames that saw it: frames from before that
     /// read it cannot be [removed](Self::remove) any more ([`NotInserted`](crate::Error::NotInserted)).
@@ -69,7 +69,7 @@ impl CloudMap {
                 let point = voxel.mean_position(cell, self.config.voxel_size);
                 if voxel.observations >= least
                     && region.contains(point.map(f64::from))
-                    && !self.evidence.is_outvoted(cell, self.config.looks_per_reading)
+                    && !self.evidence.is_outvoted(cell, self.config.looks_per_reading as f32)
                 {
                     points.push(point);
                 }
@@ -102,7 +102,7 @@ impl CloudMap {
             for (place, point) in inside {
                 let (voxel, uncolored) = block.take(place);
                 let cell = key.cell(place);
-                let support = self.evidence.support_of(cell);
+                let support = self.evidence.of_voxel(cell).support;
                 from.push(point);
                 let to = new_from_old.transform_point(point.map(f64::from));
                 moved.push(Moved { cell, to, voxel, uncolored, support });
@@ -144,7 +144,7 @@ impl CloudMap {
             block.merge(place, &voxel.placed(within), uncolored);
             self.voxel_count += block.voxels.len() - count;
         }
-        self.evidence.give_support(cell, support, self.config.looks_per_reading);
+        self.evidence.give_support(cell, support);
     }
 
     /// Keys of the blocks that a box may share voxels with, in their order.

@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, Mask, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
+use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
 use crate::block_store::{BlockKey, BlockStore, split};
 use crate::evidence::{Direction, Evidence, Support};
@@ -8,16 +8,18 @@ use crate::verdict::{Verdict, Verdicts};
 use crate::voxel::SUBVOXELS;
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
-use crate::{CloudMapConfig, Error};
+use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
 
 /// The dense coloured cloud of the static world.
 ///
 /// Each voxel holds the weighted mean of position and colour of the readings in it, weight 1 / sigma(z)^2
 /// with the noise of the [`SensorModel`]. Beside the voxels stands the evidence of all frames, which decides
 /// on output which voxels are static: **late ghost removal**. Each cell of some voxels counts the frames that
-/// read a surface in it and those that looked through it, before or after; a reading outweighs [a few
-/// looks](CloudMapConfig::looks_per_reading), and the cells around vote together. So movers that no detector
-/// has seen vanish too, and a wrong verdict heals with later frames. Then **thinning** leaves out the noise
+/// read a surface in it, those that looked through it, before or after, and those that read a
+/// [mover](MoverMasks) in it; a reading outweighs [a few looks](CloudMapConfig::looks_per_reading), and the
+/// cells around vote together. Newer counts outweigh older ones: what has stood somewhere for some seconds is
+/// believed, whatever was there for hours. So movers that no detector has seen vanish too, people who sit do
+/// not stay where the detector has missed them, and a wrong verdict heals with later frames. Then **thinning** leaves out the noise
 /// around far surfaces and what a single frame has seen
 /// ([`thinning_radius`](CloudMapConfig::thinning_radius),
 /// [`min_observations`](CloudMapConfig::min_observations)).
@@ -95,7 +97,7 @@ pub struct CloudVoxel {
     pub weight: f64,
     /// Number of frames that read it.
     pub observations: u32,
-    /// How many frames speak for and against its cell of the evidence.
+    /// How many frames speak for and against its cell of the evidence, over all time.
     pub evidence: Support,
     /// What follows from the evidence there and around.
     pub verdict: Verdict,
@@ -147,7 +149,7 @@ impl CloudMap {
         self.lattice_of(frame, None, world_from_camera).map(|_| ())
     }
 
-    /// Adds the static pixels of a frame: those whose entry in `static_mask` is true, or all without a mask.
+    /// Adds the static pixels of a frame, all of them without masks, and notes where its movers are.
     ///
     /// # Errors
     ///
@@ -155,15 +157,15 @@ impl CloudMap {
     pub fn insert(
         &mut self,
         frame: &Frame,
-        static_mask: Option<&Mask>,
+        masks: Option<MoverMasks<'_>>,
         world_from_camera: &Pose,
     ) -> Result<CloudFrameReport, Error> {
-        let lattice = self.lattice_of(frame, static_mask, world_from_camera)?;
-        let report = self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Insert);
+        let lattice = self.lattice_of(frame, masks, world_from_camera)?;
+        let report = self.apply(frame, masks, world_from_camera, &lattice, Direction::Insert);
         Ok(report)
     }
 
-    /// Takes a frame out again, exactly: pose and mask must be those it was inserted with.
+    /// Takes a frame out again, exactly: pose and masks must be those it was inserted with.
     ///
     /// # Errors
     ///
@@ -172,13 +174,13 @@ impl CloudMap {
     pub fn remove(
         &mut self,
         frame: &Frame,
-        static_mask: Option<&Mask>,
+        masks: Option<MoverMasks<'_>>,
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
-        let lattice = self.lattice_of(frame, static_mask, world_from_camera)?;
-        self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Remove);
+        let lattice = self.lattice_of(frame, masks, world_from_camera)?;
+        self.apply(frame, masks, world_from_camera, &lattice, Direction::Remove);
         if self.is_overdrawn() {
-            self.apply(frame, static_mask, world_from_camera, &lattice, Direction::Insert);
+            self.apply(frame, masks, world_from_camera, &lattice, Direction::Insert);
             self.drop_empty_voxels();
             return Err(Error::NotInserted { timestamp: frame.timestamp() });
         }
@@ -250,6 +252,17 @@ impl CloudMap {
         PointCloud::with_colors(points, colors).unwrap_or_default()
     }
 
+    /// What was seen of a place (metres, world) over time: since when something stands there, until when it
+    /// did. Empty for a place that was never seen or that lies beyond the map's reach. O(periods).
+    pub fn history(&self, place: [f64; 3]) -> PlaceHistory {
+        let voxel = place.map(|c| (c / self.config.voxel_size).floor());
+        if voxel.iter().all(|c| c.abs() < f64::from(BlockKey::LIMIT)) {
+            self.evidence.history(voxel.map(|c| c as i32), self.config.looks_per_reading as f32)
+        } else {
+            PlaceHistory::default()
+        }
+    }
+
     /// Number of voxels, static or not.
     pub fn len(&self) -> usize {
         self.voxel_count
@@ -285,11 +298,11 @@ impl CloudMap {
     fn lattice_of(
         &self,
         frame: &Frame,
-        static_mask: Option<&Mask>,
+        masks: Option<MoverMasks<'_>>,
         world_from_camera: &Pose,
     ) -> Result<FixedPointFrame, Error> {
-        if let Some(mask) = static_mask {
-            frame.camera().check_size("the static mask", mask.width(), mask.height())?;
+        if let Some(masks) = masks {
+            masks.check(frame.camera())?;
         }
         let voxel_size = self.config.voxel_size;
         let limit = BlockKey::LIMIT.min(i32::MAX / SUBVOXELS) * SUBVOXELS;
@@ -305,18 +318,19 @@ impl CloudMap {
     fn apply(
         &mut self,
         frame: &Frame,
-        static_mask: Option<&Mask>,
+        masks: Option<MoverMasks<'_>>,
         world_from_camera: &Pose,
         lattice: &FixedPointFrame,
         direction: Direction,
     ) -> CloudFrameReport {
-        self.begin_frame(frame.camera(), direction);
-        let report = self.add_readings(frame, static_mask, lattice, direction);
+        self.begin_frame(frame, direction);
+        let report = self.add_readings(frame, masks, lattice, direction);
         self.evidence.count_frame(frame.camera(), frame.depth(), world_from_camera, direction);
         report
     }
 
-    fn begin_frame(&mut self, camera: &PinholeCamera, direction: Direction) {
+    fn begin_frame(&mut self, frame: &Frame, direction: Direction) {
+        self.evidence.begin_frame(frame.timestamp());
         self.frames = self.frames.wrapping_add(direction.unit());
         self.touched.clear();
         self.stamp = self.stamp.wrapping_add(1);
@@ -328,6 +342,7 @@ impl CloudMap {
             }
             self.stamp = 1;
         }
+        let camera: &PinholeCamera = frame.camera();
         self.ray_x.clear();
         self.ray_x.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));
     }
@@ -335,7 +350,7 @@ impl CloudMap {
     fn add_readings(
         &mut self,
         frame: &Frame,
-        static_mask: Option<&Mask>,
+        masks: Option<MoverMasks<'_>>,
         lattice: &FixedPointFrame,
         direction: Direction,
     ) -> CloudFrameReport {
@@ -344,9 +359,12 @@ impl CloudMap {
         for (v, depths) in frame.depth().data().chunks_exact(width).enumerate() {
             let pixels = v * width..(v + 1) * width;
             let colors = frame.color().and_then(|color| color.data().get(pixels));
-            lattice.fill(&mut self.row, v, &self.ray_x, depths, static_mask);
+            lattice.fill(&mut self.row, v, &self.ray_x, depths, masks.map(|masks| masks.static_mask()));
             self.find_voxels_of_row(&mut report);
             self.add_row(colors, direction, &mut report);
+            if let Some(masks) = masks {
+                self.note_movers(&masks, v, depths);
+            }
         }
         self.voxel_count += report.new_voxels;
         report
@@ -402,6 +420,15 @@ impl CloudMap {
                 report.voxels += 1;
                 self.evidence.read(self.row.cell(u));
             }
+        }
+    }
+
+    /// Notes which cells of the evidence a mover was read in.
+    fn note_movers(&mut self, masks: &MoverMasks<'_>, v: usize, depths: &[f32]) {
+        let sensor = *self.weighting.sensor();
+        let is_used = |u: &usize| depths.get(*u).is_some_and(|&z| sensor.is_used(z));
+        for u in masks.mover_columns(v).filter(is_used) {
+            self.evidence.read_mover(self.row.cell(u));
         }
     }
 

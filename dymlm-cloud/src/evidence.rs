@@ -1,27 +1,33 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{BLOCK_CELLS, BlockKey, BlockStore, CellBits, split};
+use crate::epochs::{Epochs, Finding, epoch_of};
 use crate::look_through::{LookThrough, LookedThrough};
+use crate::opinion::Opinion;
+use crate::place_history::{PlaceHistory, PlacePeriod};
 
 /// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are
 /// missed by the one reading at their centre, larger ones hold both a surface and the free space before it.
 const CELL_SIZE: f64 = 0.04;
 
-/// For and against each place being static: how many frames have read a surface there, and how many have
-/// looked through it, over all frames, whether before or after something was mapped there.
+/// For and against each place being static: how many frames have read a surface there, how many a mover, and
+/// how many have looked through it, by [periods](Epochs) of time.
 ///
-/// Counts are integers and each frame adds to each cell at most once, a surface winning over a look through
-/// ([`LookThrough`]), so the evidence does not depend on the order of the frames, and a frame can be taken
-/// out again.
+/// Counts are integers and each frame adds to each cell at most once, a surface winning over a mover and both
+/// over a look through ([`LookThrough`]), so the evidence does not depend on the order of the frames, and a
+/// frame can be taken out again.
 ///
 /// This is the idea of Dynablox (Schmid 2023) and DUFOMap (Duberg 2024), movers betray themselves by having
-/// been in free space, with counts in place of their clocks.
+/// been in free space, with counts in place of their clocks; and of Khronos (Schmid 2024): what is known to
+/// be a mover is no surface, however long it stays.
 #[derive(Debug, Clone)]
 pub(crate) struct Evidence {
     /// A cell has 2^`cell_shift` voxels along its side.
     cell_shift: u32,
     look_through: LookThrough,
     blocks: BlockStore<EvidenceBlock>,
+    /// The epoch of the current frame.
+    epoch: i32,
     /// Slots of blocks with a cell read by the current frame.
     read_blocks: Vec<usize>,
     /// The block read last, and its slot.
@@ -32,12 +38,11 @@ pub(crate) struct Evidence {
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EvidenceBlock {
-    /// Frames that look through all of the block; in addition to what the cells count.
-    looked_through: u32,
-    /// All cells, or none as long as no cell differs from the others.
-    cells: Vec<Support>,
-    /// The cells that the current frame has read, and whether there are any.
+    epochs: Epochs,
+    /// The cells in which the current frame has read a surface, those in which it has read a mover, and
+    /// whether there are any.
     read: CellBits,
+    movers: CellBits,
     is_read: bool,
 }
 
@@ -49,6 +54,8 @@ pub struct Support {
     pub support: u32,
     /// Frames that looked through.
     pub looked_through: u32,
+    /// Frames that read a mover there.
+    pub movers: u32,
 }
 
 /// Whether a frame is put in or taken out.
@@ -76,6 +83,7 @@ impl Evidence {
             cell_shift,
             look_through: LookThrough::new(voxel_size * f64::from(1_u32 << cell_shift), sensor),
             blocks: BlockStore::default(),
+            epoch: 0,
             read_blocks: Vec::new(),
             last_read: None,
             is_overdrawn: false,
@@ -87,9 +95,25 @@ impl Evidence {
         self.look_through.cell_size()
     }
 
+    /// Makes the frame of a time the current one.
+    pub(crate) fn begin_frame(&mut self, timestamp: f64) {
+        self.epoch = epoch_of(timestamp);
+    }
+
     /// Notes that the current frame has read a surface in `voxel`.
     #[inline]
     pub(crate) fn read(&mut self, voxel: [i32; 3]) {
+        self.note(voxel, |block| &mut block.read);
+    }
+
+    /// Notes that the current frame has read a mover in `voxel`.
+    #[inline]
+    pub(crate) fn read_mover(&mut self, voxel: [i32; 3]) {
+        self.note(voxel, |block| &mut block.movers);
+    }
+
+    #[inline]
+    fn note(&mut self, voxel: [i32; 3], cells: impl Fn(&mut EvidenceBlock) -> &mut CellBits) {
         let (block, index) = self.cell_of(voxel);
         let key = BlockKey::new(block);
         // Neighbouring readings mostly share a block.
@@ -103,7 +127,7 @@ impl Evidence {
                 block.is_read = true;
                 self.read_blocks.push(slot);
             }
-            block.read[index / 64] |= 1 << (index % 64);
+            cells(block)[index / 64] |= 1 << (index % 64);
         }
     }
 
@@ -117,8 +141,8 @@ impl Evidence {
     ) {
         self.is_overdrawn = false;
         self.look_through.take_view(camera, depth, world_from_camera);
-        self.count_looked_through(depth, direction.unit());
-        self.count_support(direction.unit());
+        self.count_looked_through(depth, direction);
+        self.count_readings(direction);
     }
 
     /// Block coordinates and index in its block of the cell that holds a voxel.
@@ -127,40 +151,55 @@ impl Evidence {
         split(voxel.map(|c| c >> self.cell_shift))
     }
 
-    /// Frames that read the cell of a voxel.
-    pub(crate) fn support_of(&self, voxel: [i32; 3]) -> u32 {
+    /// What all frames together say of the cell of a voxel.
+    pub(crate) fn of_voxel(&self, voxel: [i32; 3]) -> Support {
         let (block, index) = self.cell_of(voxel);
-        self.blocks.get(BlockKey::new(block)).map_or(0, |block| block.at(index).support)
+        self.blocks.get(BlockKey::new(block)).map_or(Support::default(), |block| block.total(index))
+    }
+
+    /// What was seen of the cell of a voxel over time.
+    pub(crate) fn history(&self, voxel: [i32; 3], looks_per_reading: f32) -> PlaceHistory {
+        let (block, index) = self.cell_of(voxel);
+        let block = self.blocks.get(BlockKey::new(block));
+        let periods = block.into_iter().flat_map(|block| block.epochs.of_cell(index));
+        let seen = periods.filter(|(_, evidence)| *evidence != Support::default());
+        let mut periods: Vec<PlacePeriod> = seen
+            .map(|(period, evidence)| {
+                let [from, to] = period.span();
+                let Support { support, looked_through, movers } = evidence;
+                let is_present = looks_per_reading * support as f32 >= looked_through as f32;
+                let is_occupied = support > 0 && is_present && support >= movers;
+                PlacePeriod { from, to, evidence, is_occupied }
+            })
+            .collect();
+        periods.reverse();
+        PlaceHistory { periods }
     }
 
     /// Whether more speaks against the cell of a voxel than for it.
-    pub(crate) fn is_outvoted(&self, voxel: [i32; 3], looks_per_reading: f64) -> bool {
+    pub(crate) fn is_outvoted(&self, voxel: [i32; 3], looks_per_reading: f32) -> bool {
         let (block, index) = self.cell_of(voxel);
-        let evidence =
-            self.blocks.get(BlockKey::new(block)).map_or(Support::default(), |block| block.at(index));
-        looks_per_reading * f64::from(evidence.support) < f64::from(evidence.looked_through)
+        let block = self.blocks.get(BlockKey::new(block));
+        block.is_none_or(|block| Opinion::of(&block.epochs, index, looks_per_reading).presence < 0.0)
     }
 
     /// Takes out what speaks for the cell of a voxel: what was read there is gone.
     pub(crate) fn clear_support(&mut self, voxel: [i32; 3]) {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot(BlockKey::new(block));
-        let block = slot.and_then(|slot| self.blocks.blocks_mut().get_mut(slot));
-        if let Some(cell) = block.and_then(|block| block.cells.get_mut(index)) {
-            cell.support = 0;
+        if let Some(block) = slot.and_then(|slot| self.blocks.blocks_mut().get_mut(slot)) {
+            block.epochs.clear_support(index);
         }
     }
 
-    /// Raises what speaks for the cell of a voxel until `support` of it is left when all that speaks against
-    /// it is weighed up.
-    pub(crate) fn give_support(&mut self, voxel: [i32; 3], support: u32, looks_per_reading: f64) {
+    /// Forgets what speaks against the cell of a voxel, and gives it `support` frames that speak for it.
+    pub(crate) fn give_support(&mut self, voxel: [i32; 3], support: u32) {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot_or_insert(BlockKey::new(block));
+        let epoch = self.epoch;
         if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
-            let against = (f64::from(block.at(index).looked_through) / looks_per_reading).ceil() as u32;
-            if let Some(cell) = block.cells_mut().get_mut(index) {
-                cell.support = cell.support.max(against.saturating_add(support.max(1)));
-            }
+            block.epochs.period_mut(epoch);
+            block.epochs.give_support(index, support.max(1));
         }
     }
 
@@ -178,92 +217,84 @@ impl Evidence {
         for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks()) {
             let slot = self.blocks.slot_or_insert(*key);
             if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
-                block.looked_through = block.looked_through.wrapping_add(theirs.looked_through);
-                for (index, cell) in theirs.cells.iter().enumerate() {
-                    let ours = &mut block.cells_mut()[index];
-                    ours.support = ours.support.wrapping_add(cell.support);
-                    ours.looked_through = ours.looked_through.wrapping_add(cell.looked_through);
-                }
+                block.epochs.merge(&theirs.epochs);
             }
         }
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let cells: usize = self.blocks.blocks().iter().map(|block| block.cells.capacity()).sum();
-        self.blocks.memory_bytes() + cells * size_of::<Support>()
+        let epochs: usize = self.blocks.blocks().iter().map(|block| block.epochs.memory_bytes()).sum();
+        self.blocks.memory_bytes() + epochs
     }
 
-    fn count_looked_through(&mut self, depth: &DepthImage, unit: u32) {
-        let (blocks, is_overdrawn) = (&mut self.blocks, &mut self.is_overdrawn);
+    fn count_looked_through(&mut self, depth: &DepthImage, direction: Direction) {
+        let (blocks, epoch, is_overdrawn) = (&mut self.blocks, self.epoch, &mut self.is_overdrawn);
         self.look_through.for_each_block(depth, |place, looked_through| {
-            let key = BlockKey::new(place);
-            let read = blocks.get(key).filter(|block| block.is_read).map(|block| block.read);
-            let slot = blocks.slot_or_insert(key);
+            let slot = blocks.slot_or_insert(BlockKey::new(place));
             let Some(block) = blocks.blocks_mut().get_mut(slot) else { return };
-            *is_overdrawn |= match (looked_through, read) {
-                (LookedThrough::All, None) => count(&mut block.looked_through, unit),
-                (LookedThrough::All, Some(read)) => block.count_looked_through(read.map(|word| !word), unit),
-                (LookedThrough::Cells(cells), read) => {
-                    let read = read.unwrap_or_default();
-                    block.count_looked_through(std::array::from_fn(|word| cells[word] & !read[word]), unit)
-                }
-            };
+            *is_overdrawn |= block.count_looked_through(looked_through, epoch, direction);
         });
     }
 
-    fn count_support(&mut self, unit: u32) {
+    fn count_readings(&mut self, direction: Direction) {
         for slot in self.read_blocks.drain(..) {
             if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
-                self.is_overdrawn |= block.count_read(unit);
+                self.is_overdrawn |= block.count_readings(self.epoch, direction);
             }
         }
     }
 }
 
 impl EvidenceBlock {
-    fn cells_mut(&mut self) -> &mut [Support] {
-        if self.cells.is_empty() {
-            self.cells = vec![Support::default(); BLOCK_CELLS];
-        }
-        &mut self.cells
-    }
-
     /// Counts the cells that the current frame has read, and forgets which they were. Like the next, tells
     /// whether a count is overdrawn.
-    fn count_read(&mut self, unit: u32) -> bool {
+    fn count_readings(&mut self, epoch: i32, direction: Direction) -> bool {
         let read = std::mem::take(&mut self.read);
+        let movers = without(std::mem::take(&mut self.movers), read);
         self.is_read = false;
-        let cells = self.cells_mut();
-        any_bit(read, |index| count(&mut cells[index].support, unit))
+        let period = self.epochs.period_mut(epoch);
+        any_bit(read, |index| period.count(index, Finding::Surface, direction))
+            | any_bit(movers, |index| period.count(index, Finding::Mover, direction))
     }
 
-    fn count_looked_through(&mut self, looked_through: CellBits, unit: u32) -> bool {
-        if looked_through == CellBits::default() {
+    fn count_looked_through(&mut self, cells: LookedThrough, epoch: i32, direction: Direction) -> bool {
+        let cells = match cells {
+            LookedThrough::All if !self.is_read => {
+                return self.epochs.period_mut(epoch).count_whole(direction);
+            }
+            LookedThrough::All => [u64::MAX; BLOCK_CELLS / 64],
+            LookedThrough::Cells(cells) => cells,
+        };
+        let cells = without(without(cells, self.read), self.movers);
+        if cells == CellBits::default() {
             return false;
         }
-        let cells = self.cells_mut();
-        any_bit(looked_through, |index| count(&mut cells[index].looked_through, unit))
+        let period = self.epochs.period_mut(epoch);
+        any_bit(cells, |index| period.count(index, Finding::LookedThrough, direction))
     }
 
-    /// The evidence of the cell with this index.
-    #[inline]
-    pub(crate) fn at(&self, index: usize) -> Support {
-        let cell = self.cells.get(index).copied().unwrap_or_default();
-        Support { looked_through: cell.looked_through.wrapping_add(self.looked_through), ..cell }
+    pub(crate) fn epochs(&self) -> &Epochs {
+        &self.epochs
     }
 
-    /// Whether a surface may have been read in it.
+    /// What all frames together say of the cell with this index.
+    pub(crate) fn total(&self, index: usize) -> Support {
+        self.epochs.of_cell(index).fold(Support::default(), |sum, (_, counts)| Support {
+            support: sum.support + counts.support,
+            looked_through: sum.looked_through + counts.looked_through,
+            movers: sum.movers + counts.movers,
+        })
+    }
+
+    /// Whether a surface or a mover may have been read in it.
     #[inline]
-    pub(crate) fn may_be_supported(&self) -> bool {
-        !self.cells.is_empty()
+    pub(crate) fn may_be_read(&self) -> bool {
+        self.epochs.has_cells()
     }
 }
 
-/// Adds +1 or -1; tells whether more was taken out than put in.
-#[inline]
-fn count(counter: &mut u32, unit: u32) -> bool {
-    *counter = counter.wrapping_add(unit);
-    *counter > u32::MAX / 2
+fn without(cells: CellBits, others: CellBits) -> CellBits {
+    std::array::from_fn(|word| cells[word] & !others[word])
 }
 
 /// Calls `count` for each bit, all of them; tells whether any call said so.

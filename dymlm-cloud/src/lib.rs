@@ -8,11 +8,15 @@ mod body_motion;
 mod cloud_map;
 mod config;
 mod depth_tiles;
+mod epochs;
 mod error;
 mod evidence;
 mod fixed_point;
 mod look_through;
+mod mover_masks;
+mod opinion;
 mod parallel;
+mod place_history;
 mod rounding;
 mod thinning;
 mod verdict;
@@ -25,6 +29,8 @@ pub use cloud_map::{CloudFrameReport, CloudMap, CloudVoxel, Selection};
 pub use config::CloudMapConfig;
 pub use error::Error;
 pub use evidence::Support;
+pub use mover_masks::MoverMasks;
+pub use place_history::{PlaceHistory, PlacePeriod};
 pub use verdict::Verdict;
 
 #[cfg(doctest)]

@@ -1,5 +1,6 @@
 use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Neighbor, split};
 use crate::evidence::{Evidence, EvidenceBlock, Support};
+use crate::opinion::Opinion;
 
 /// What the evidence of all frames says of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,20 +15,15 @@ pub enum Verdict {
     Noise,
 }
 
-/// A cell's vote is limited to this many frames either way. With less, a few frames decide as much as many;
-/// without a limit, a surface watched for minutes outvotes the trace of a mover that touched it
-/// (`a_movers_trace_beside_a_long_seen_surface_is_removed`).
-const MAX_VOTE: f32 = 10.0;
-
 /// Cells along the side of a block with its neighbours' nearest cells around it.
 const PADDED: usize = BLOCK_SIDE + 2;
 
 /// The verdict on every cell that was ever read, by a vote of the 3^3 cells around it.
 ///
-/// A cell votes with `looks_per_reading * support - looked_through`, cut to 10 either way; cells in which
-/// nothing was ever read have no vote. A single cell errs: its centre may lie just beside the surface that it
-/// holds, or in the one spot of a mover's trace that no later frame looked through. Its neighbours of the
-/// same thing know better.
+/// A cell votes with its [`Opinion`] of whether something stands there; cells in which nothing was ever read
+/// have no vote. A single cell errs: its centre may lie just beside the surface that it holds, or in the one
+/// spot of a mover's trace that no later frame looked through. Its neighbours of the same thing know better.
+/// Whether it is a mover that stands there each cell decides for itself: movers touch what does not move.
 pub(crate) struct Verdicts<'a> {
     evidence: &'a Evidence,
     static_cells: BlockStore<CellBits>,
@@ -38,11 +34,13 @@ impl<'a> Verdicts<'a> {
         let mut static_cells = BlockStore::default();
         let blocks = evidence.blocks();
         for (&key, block) in blocks.keys().iter().zip(blocks.blocks()) {
-            if block.may_be_supported() {
-                let votes = votes_around(key, blocks, looks_per_reading as f32);
+            if block.may_be_read() {
+                let looks_per_reading = looks_per_reading as f32;
+                let votes = votes_around(key, blocks, looks_per_reading);
                 let slot = static_cells.slot_or_insert(key);
                 if let Some(bits) = static_cells.blocks_mut().get_mut(slot) {
                     *bits = cells_with_majority(votes);
+                    remove_movers(block, looks_per_reading, bits);
                 }
             }
         }
@@ -57,17 +55,22 @@ impl<'a> Verdicts<'a> {
     }
 
     pub(crate) fn evidence_of_voxel(&self, voxel: [i32; 3]) -> Support {
-        let (block, index) = self.evidence.cell_of(voxel);
-        self.evidence.blocks().get(BlockKey::new(block)).map_or(Support::default(), |block| block.at(index))
+        self.evidence.of_voxel(voxel)
     }
 }
 
-fn vote(evidence: Support, looks_per_reading: f32) -> f32 {
-    if evidence.support == 0 {
-        return 0.0;
+/// Takes out the cells that are mostly read as movers.
+fn remove_movers(block: &EvidenceBlock, looks_per_reading: f32, cells: &mut CellBits) {
+    for index in 0..BLOCK_CELLS {
+        if Opinion::of(block.epochs(), index, looks_per_reading).staticness < 0.0 {
+            cells[index / 64] &= !(1 << (index % 64));
+        }
     }
-    let vote = looks_per_reading * evidence.support as f32 - evidence.looked_through as f32;
-    vote.clamp(-MAX_VOTE, MAX_VOTE)
+}
+
+fn vote(block: &EvidenceBlock, index: usize, looks_per_reading: f32) -> f32 {
+    let opinion = Opinion::of(block.epochs(), index, looks_per_reading);
+    if opinion.is_read { opinion.presence } else { 0.0 }
 }
 
 /// The votes of a block and of one layer of cells around it, x fastest.
@@ -78,7 +81,7 @@ fn votes_around(
 ) -> [f32; PADDED * PADDED * PADDED] {
     let mut votes = [0.0; PADDED * PADDED * PADDED];
     for Neighbor { step, key } in key.neighborhood() {
-        let Some(block) = blocks.get(key).filter(|block| block.may_be_supported()) else {
+        let Some(block) = blocks.get(key).filter(|block| block.may_be_read()) else {
             continue;
         };
         // Along an axis: the last cell of the block before, all of this one, the first of the one after.
@@ -93,7 +96,7 @@ fn votes_around(
                     let (_, index) = split([x, y, z]);
                     let [px, py, pz]: [usize; 3] =
                         std::array::from_fn(|axis| ([x, y, z][axis] + 8 * step[axis] + 1) as usize);
-                    votes[(pz * PADDED + py) * PADDED + px] = vote(block.at(index), looks_per_reading);
+                    votes[(pz * PADDED + py) * PADDED + px] = vote(block, index, looks_per_reading);
                 }
             }
         }
@@ -139,13 +142,5 @@ mod tests {
             }
             assert_eq!(bits[index / 64] >> (index % 64) & 1 == 1, sum >= 0.0, "cell {index}");
         }
-    }
-
-    #[test]
-    fn votes_are_cut_and_need_a_reading() {
-        assert_eq!(vote(Support { support: 0, looked_through: 9 }, 2.0), 0.0);
-        assert_eq!(vote(Support { support: 1, looked_through: 9 }, 2.0), -7.0);
-        assert_eq!(vote(Support { support: 100, looked_through: 9 }, 2.0), 10.0);
-        assert_eq!(vote(Support { support: 1, looked_through: 900 }, 2.0), -10.0);
     }
 }

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, Selection, Verdict};
+use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, MoverMasks, Selection, Verdict};
 use dymlm_core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, Point, Pose, Rgb, SensorModel};
 use proptest::prelude::*;
 
@@ -157,7 +157,8 @@ proptest! {
     fn a_frame_is_taken_out_without_a_trace(removed in 0_usize..4, masked in any::<bool>()) {
         let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
         (6..19).for_each(|v| mask.fill_row(v, 0..WIDTH, false));
-        let mask = masked.then_some(&mask);
+        let movers = mask.inverted();
+        let mask = masked.then(|| MoverMasks::new(&mask).with_movers(&movers));
         let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
         let mut without = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
         for seed in 0..4 {
@@ -328,11 +329,122 @@ fn masked_pixels_are_not_mapped() {
     let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
     (0..HEIGHT).for_each(|v| mask.fill_row(v, 20..24, false));
     let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
-    let report = map.insert(&person_before_wall(0.0, 20..24), Some(&mask), &Pose::identity()).unwrap();
+    let report = map
+        .insert(&person_before_wall(0.0, 20..24), Some(MoverMasks::new(&mask)), &Pose::identity())
+        .unwrap();
     assert_eq!(report.readings, (WIDTH - 4) * HEIGHT);
     assert_eq!(report.voxels, report.new_voxels);
     assert_eq!(report.voxels, map.len());
     assert_eq!(ghosts(map.point_cloud(Selection::All).points()), 0);
+}
+
+/// Frames of an empty place for so long, then a wall in it; whether it is believed at the end.
+fn believes_a_new_wall([empty_for, empty_rate]: [f64; 2], [wall_for, rate]: [f64; 2]) -> bool {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    let steps = |from: f64, length: f64, rate: f64| {
+        (0..(length * rate) as usize).map(move |step| from + step as f64 / rate)
+    };
+    for time in steps(0.3, empty_for, empty_rate) {
+        map.insert(&frame(time, |_, _| 2.4), None, &Pose::identity()).unwrap();
+    }
+    for time in steps(0.3 + empty_for, wall_for, rate) {
+        map.insert(&frame(time, |_, _| 1.2), None, &Pose::identity()).unwrap();
+    }
+    let cloud = map.point_cloud(Selection::Static);
+    let near = ghosts(cloud.points());
+    // The wall covers what was behind it, which stays as it was.
+    assert!(near == 0 || near > 100, "{near}");
+    near > 0
+}
+
+#[test]
+fn a_new_wall_is_believed_within_ten_seconds() {
+    for rate in [2.0, 30.0] {
+        for empty in [[10.0, rate], [300.0, 2.0], [3600.0, 0.4]] {
+            assert!(believes_a_new_wall(empty, [10.0, rate]), "{rate} Hz, after {empty:?}");
+            assert!(!believes_a_new_wall(empty, [1.5, rate]), "{rate} Hz, after {empty:?}");
+        }
+    }
+}
+
+#[test]
+fn what_was_taken_away_is_gone_within_ten_seconds() {
+    for rate in [2.0, 30.0] {
+        let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+        let insert = |map: &mut CloudMap, time: f64, z: f32| {
+            map.insert(&frame(time, |_, _| z), None, &Pose::identity()).unwrap();
+        };
+        (0..600).for_each(|step| insert(&mut map, f64::from(step) / 2.0, 1.2));
+        assert!(ghosts(map.point_cloud(Selection::Static).points()) > 100);
+        (0..(10.0 * rate) as usize).for_each(|step| insert(&mut map, 300.4 + step as f64 / rate, 2.4));
+        assert_eq!(ghosts(map.point_cloud(Selection::Static).points()), 0, "{rate} Hz");
+    }
+}
+
+/// Somebody sits in columns 20 to 30 and is masked but in every tenth frame; the mask takes column 31 of the
+/// chair, too, in every third.
+fn insert_sitting(map: &mut CloudMap, step: usize) {
+    let end = if step % 3 == 0 { 32 } else { 31 };
+    let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
+    if step % 10 != 0 {
+        (0..HEIGHT).for_each(|v| mask.fill_row(v, 20..end, false));
+    }
+    let movers = mask.inverted();
+    let masks = MoverMasks::new(&mask).with_movers(&movers);
+    let frame = person_before_wall(step as f64 / 30.0, 20..36);
+    map.insert(&frame, Some(masks), &Pose::identity()).unwrap();
+}
+
+#[test]
+fn who_sits_is_not_mapped_where_the_detector_misses_and_what_stands_beside_is() {
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+    (0..300).for_each(|step| insert_sitting(&mut map, step));
+    let camera = camera();
+    let columns = |cloud: &[Point]| -> Vec<usize> {
+        let near = cloud.iter().filter(|point| point[2] < 2.0);
+        let mut columns: Vec<usize> = near
+            .map(|point| (f64::from(point[0] / point[2]) * camera.fx() + camera.cx()).round() as usize)
+            .collect();
+        columns.sort_unstable();
+        columns.dedup();
+        columns
+    };
+    assert!(columns(map.point_cloud(Selection::All).points()).contains(&25));
+    let cloud = map.point_cloud(Selection::Static);
+    let seen = columns(cloud.points());
+    assert!(seen.iter().all(|&u| u > 29), "{seen:?}");
+    assert!((32..35).all(|u| seen.contains(&u)), "the chair: {seen:?}");
+
+    // Who leaves uncovers nothing but free space: no trace is left.
+    for step in 300..450 {
+        let frame = person_before_wall(step as f64 / 30.0, 31..36);
+        map.insert(&frame, None, &Pose::identity()).unwrap();
+    }
+    let seen = columns(map.point_cloud(Selection::Static).points());
+    assert!(seen.iter().all(|&u| u > 29) && seen.contains(&31), "{seen:?}");
+}
+
+#[test]
+fn a_place_tells_since_when_and_until_when_it_was_occupied() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    let insert = |map: &mut CloudMap, times: std::ops::Range<i32>, z: f32| {
+        for time in times {
+            map.insert(&frame(f64::from(time), |_, _| z), None, &Pose::identity()).unwrap();
+        }
+    };
+    let place = [0.0, 0.0, 1.2];
+    assert_eq!(map.history(place).occupied_since(), None);
+    insert(&mut map, 0..100, 2.4);
+    insert(&mut map, 100..200, 1.2);
+    let since = map.history(place).occupied_since().unwrap();
+    assert!((60.0..=100.0).contains(&since), "{since}: old periods are long");
+    assert_eq!(map.history(place).occupied_until(), Some(200.0));
+    insert(&mut map, 200..300, 2.4);
+    let history = map.history(place);
+    assert_eq!(history.occupied_since(), None);
+    let until = history.occupied_until().unwrap();
+    assert!((200.0..=240.0).contains(&until), "{until}");
+    assert_eq!(map.history([1e9, 0.0, f64::NAN]).periods, []);
 }
 
 #[test]
@@ -360,7 +472,7 @@ fn refused_input_changes_nothing() {
     let before = voxels(&map);
 
     let small_mask = Mask::filled(2, 2, true).unwrap();
-    let error = map.insert(&uneven(1), Some(&small_mask), &pose(1)).unwrap_err();
+    let error = map.insert(&uneven(1), Some(MoverMasks::new(&small_mask)), &pose(1)).unwrap_err();
     assert_eq!(error.to_string(), "the static mask has 2x2 pixels, the camera 48x36");
 
     for place in [1e9, -1e9, 1.7e5, f64::MAX] {
@@ -374,7 +486,10 @@ fn refused_input_changes_nothing() {
     assert!(matches!(map.remove(&uneven(0), None, &pose(1)), Err(Error::NotInserted { .. })));
     let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
     mask.fill_row(0, 0..WIDTH, false);
-    assert!(matches!(map.remove(&uneven(0), Some(&mask), &pose(0)), Err(Error::NotInserted { .. })));
+    assert!(matches!(
+        map.remove(&uneven(0), Some(MoverMasks::new(&mask)), &pose(0)),
+        Err(Error::NotInserted { .. })
+    ));
     // Without any reading in range: only the evidence can tell.
     let beyond = frame(0.0, |_, _| 5.0);
     assert!(matches!(map.remove(&beyond, None, &pose(0)), Err(Error::NotInserted { .. })));

@@ -164,6 +164,7 @@ impl BoxCorrector {
             }
             let before = along.checked_sub(1).and_then(|before| wave.get(before));
             let goes_on = foreground.reaches(z)
+                && !foreground.is_background(u, v, z)
                 && (continues(Some(front), z) || continues(before, z) || continues(wave.get(along + 1), z));
             if goes_on { Front { depth: z, gap: 0 } } else { Front::default() }
         }));

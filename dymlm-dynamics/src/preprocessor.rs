@@ -42,6 +42,7 @@ pub struct Preprocessor {
     /// The foreground of each mover; behind them, buffers for later frames.
     foregrounds: Vec<Foreground>,
     static_mask: Mask,
+    mover_mask: Mask,
 }
 
 /// What [`Preprocessor::process`] found in a frame.
@@ -73,6 +74,7 @@ impl Preprocessor {
             movers: Vec::new(),
             foregrounds: Vec::new(),
             static_mask: Mask::filled(1, 1, true)?,
+            mover_mask: Mask::filled(1, 1, false)?,
         })
     }
 
@@ -196,14 +198,15 @@ impl Preprocessor {
         }
     }
 
-    /// Builds the mask of static pixels.
+    /// Builds the masks of static pixels and of movers.
     fn mask_movers(&mut self, frame: &Frame, detections: &[Detection]) {
         let regions = self.movers.iter().zip(&self.foregrounds).map(|(mover, foreground)| MaskRegion {
             bounding_box: mover.corrected_box,
+            detected_box: matches!(mover.source, BoxSource::Detected { .. }).then_some(mover.bounding_box),
             foreground,
             instance_mask: instance_mask(mover, detections),
         });
-        self.mask_builder.build(regions, frame, &mut self.static_mask);
+        self.mask_builder.build(regions, frame, &mut self.static_mask, &mut self.mover_mask);
     }
 
     /// The movers of the last frame, by ascending track id.
@@ -219,6 +222,12 @@ impl Preprocessor {
     /// The mask of the last frame: `true` = static. A single pixel before the first frame.
     pub fn static_mask(&self) -> &Mask {
         &self.static_mask
+    }
+
+    /// The pixels of the last frame that are surely a mover's (`true`): silhouettes without a rim, within
+    /// detected boxes. Pixels in neither mask may be either. A single pixel before the first frame.
+    pub fn mover_mask(&self) -> &Mask {
+        &self.mover_mask
     }
 }
 

@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use dymlm_cloud::MoverMasks;
 use dymlm_core::{Detection, Frame, FrameId, ObjectId, Pose};
 use dymlm_dynamics::Preprocessor;
 use dymlm_geometry::OrientedBox;
@@ -174,7 +175,8 @@ impl MapBuilder {
             let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
             let view = object_view(&input, preprocessor)?;
 
-            let cloud = clock.time(Stage::Cloud, || map.cloud.insert(frame, mask, pose))?;
+            let masks = MoverMasks::new(static_mask).with_movers(preprocessor.mover_mask());
+            let cloud = clock.time(Stage::Cloud, || map.cloud.insert(frame, Some(masks), pose))?;
             let octree =
                 clock.time(Stage::Octree, || map.octree.insert_depth(frame, &config.sensor, mask, pose))?;
             let detected =

@@ -3,6 +3,8 @@ use std::ops::Range;
 use dymlm_core::{BoundingBox, SensorModel};
 use dymlm_geometry::SampleGrid;
 
+use super::Background;
+
 /// The foreground of a box: depths of the mover's surface on a grid of cells, each `stride` pixels a side.
 ///
 /// A buffer to keep: filled again for each box, it allocates only to grow.
@@ -22,6 +24,8 @@ pub(crate) struct Foreground {
     pub(super) far: f32,
     /// Greatest change of depth from a pixel to the next one on its surface, as a share of the depth.
     max_step: f32,
+    /// Planes that the box shares with what lies around it: never of the foreground.
+    pub(super) background: Background,
 }
 
 /// How far the depth of a surface changes from a pixel to the next, in units of their distance on a surface
@@ -88,6 +92,28 @@ impl Foreground {
         around(v / self.stride, self.rows).any(|row| {
             let cells = self.depths.get(row * self.columns + columns.start..row * self.columns + columns.end);
             cells.unwrap_or(&[]).iter().any(|&depth| self.continues(depth, z))
+        })
+    }
+
+    /// Whether a reading belongs to a plane that the box shares with what lies around it.
+    #[inline]
+    pub(crate) fn is_background(&self, u: usize, v: usize, z: f32) -> bool {
+        let cell = |pixel: usize, first: usize| Some(pixel.checked_sub(first)? / self.stride.max(1));
+        match (cell(u, self.first[0]), cell(v, self.first[1])) {
+            (Some(column), Some(row)) => self.background.holds([column, row], [u, v], z),
+            _ => false,
+        }
+    }
+
+    /// The pixels of the cells that readings of the background may lie in: columns and rows.
+    pub(crate) fn background_cells(&self) -> impl Iterator<Item = [Range<usize>; 2]> + '_ {
+        let cells = (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| [column, row]));
+        cells.filter(|&[column, row]| self.background.is_near(column, row)).map(|cell| {
+            let pixels = |axis: usize| {
+                let start = self.first[axis] + cell[axis] * self.stride;
+                start..start + self.stride
+            };
+            [pixels(0), pixels(1)]
         })
     }
 

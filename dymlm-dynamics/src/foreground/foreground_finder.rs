@@ -72,7 +72,12 @@ impl ForegroundFinder {
             BoxView::new(frame, &self.sensor, search.bounding_box).with_instance_mask(search.instance_mask);
         self.segmenter.sample(&view, &mut self.grid);
         foreground.clear(&self.grid);
-        self.segmenter.cluster(&self.grid, |_| true);
+        foreground.background.find(&self.grid, frame.camera(), &self.sensor);
+        let (samples, background) = (&self.grid.samples, &foreground.background);
+        let is_free = |index: usize| {
+            samples.get(index).is_some_and(|sample| !background.has_cell(sample.column, sample.row))
+        };
+        self.segmenter.cluster(&self.grid, is_free);
         if let Some(chosen) = self.choose(search.expected_depth) {
             self.keep(chosen, foreground);
         }

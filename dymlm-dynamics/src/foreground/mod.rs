@@ -1,8 +1,10 @@
 //! The part of a box's pixels that is the mover.
 
+mod background;
 #[expect(clippy::module_inception, reason = "the type of this name")]
 mod foreground;
 mod foreground_finder;
 
+pub(crate) use background::Background;
 pub(crate) use foreground::Foreground;
 pub(crate) use foreground_finder::{ForegroundFinder, ForegroundSearch};

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use dymlm_core::{DepthImage, Mask};
+use dymlm_core::{BoundingBox, DepthImage, Mask};
 
 use super::MaskRegion;
 use crate::Foreground;
@@ -28,26 +28,22 @@ enum Pixel {
     Inside,
     /// Not (yet) part of it.
     Outside,
+    /// On a plane that goes on outside the box: part of the mover only when the detector's own mask says so.
+    Background,
     /// The border: not part of the box.
     Border,
 }
 
 impl Silhouette {
-    /// Finds the mover's pixels in its box.
-    pub(super) fn trace(
-        &mut self,
-        mover: &MaskRegion<'_>,
-        depth: &DepthImage,
-        dilation: usize,
-        shadow: usize,
-    ) {
+    /// Finds the mover's pixels in its box, without a rim.
+    pub(super) fn trace(&mut self, mover: &MaskRegion<'_>, depth: &DepthImage) {
         self.columns = mover.bounding_box.columns(depth.width());
         self.rows = mover.bounding_box.rows(depth.height());
         self.copy_box(depth);
+        self.exclude_background(mover.foreground);
         self.take_surface(mover.foreground);
         self.take_instance(mover.instance_mask);
         self.grow(mover.foreground);
-        self.add_rim(dilation, shadow);
     }
 
     /// Makes the mover's pixels `false`.
@@ -85,6 +81,23 @@ impl Silhouette {
             let end = start + self.columns.len();
             self.depths[start..end].copy_from_slice(&depth.row(v)[self.columns.clone()]);
             self.pixels[start..end].fill(Pixel::Outside);
+        }
+    }
+
+    /// Keeps floors and walls out.
+    fn exclude_background(&mut self, foreground: &Foreground) {
+        for [columns, rows] in foreground.background_cells() {
+            let columns = within(&columns, &self.columns);
+            for row in within(&rows, &self.rows) {
+                for column in columns.clone() {
+                    let index = self.index(column, row);
+                    let (u, v) = (column + self.columns.start, row + self.rows.start);
+                    let z = self.depths[index];
+                    if z > 0.0 && foreground.is_background(u, v, z) {
+                        self.pixels[index] = Pixel::Background;
+                    }
+                }
+            }
         }
     }
 
@@ -140,9 +153,24 @@ impl Silhouette {
         }
     }
 
+    /// Marks its pixels that lie in a box.
+    pub(super) fn add_to(&self, bounding_box: &BoundingBox, is_mover: &mut Mask) {
+        let columns = within(&bounding_box.columns(is_mover.width()), &self.columns);
+        for row in within(&bounding_box.rows(is_mover.height()), &self.rows) {
+            let pixels = &self.pixels[self.index(columns.start, row)..][..columns.len()];
+            let mut first = self.columns.start + columns.start;
+            for stretch in pixels.chunk_by(|a, b| a == b) {
+                if stretch.first() == Some(&Pixel::Inside) {
+                    is_mover.fill_row(row + self.rows.start, first..first + stretch.len(), true);
+                }
+                first += stretch.len();
+            }
+        }
+    }
+
     /// Adds layers of pixels around the silhouette: all pixels for `dilation` layers, from then on to
     /// `shadow` only those without depth.
-    fn add_rim(&mut self, dilation: usize, shadow: usize) {
+    pub(super) fn add_rim(&mut self, dilation: usize, shadow: usize) {
         for layer in 0..shadow {
             std::mem::swap(&mut self.front, &mut self.next_front);
             self.next_front.clear();

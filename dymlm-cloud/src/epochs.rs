@@ -1,0 +1,297 @@
+use crate::block_store::BLOCK_CELLS;
+use crate::evidence::{Direction, Support};
+
+/// Length of an epoch, seconds. What has come to stand in a place that was free for long is believed after
+/// three of them (`a_new_wall_is_believed_within_ten_seconds`), so an epoch must be shorter than a third of
+/// the time that a map may take; a person who stops for less than that is not believed.
+pub(crate) const EPOCH: f64 = 2.5;
+/// Periods of more than 2^`MAX_LEVEL` epochs, ten minutes, are not made: their counts fit into 16 bits.
+const MAX_LEVEL: u32 = 8;
+/// What lies more than so many epochs, six hours, before a block was seen last is forgotten.
+const MEMORY: i32 = 32 << MAX_LEVEL;
+
+/// The epoch that a time lies in, seconds.
+pub(crate) fn epoch_of(timestamp: f64) -> i32 {
+    // Casts saturate.
+    (timestamp / EPOCH).floor() as i32
+}
+
+/// The counts of a block of cells over time: by epochs where they are recent, by ever longer periods where
+/// they are old.
+///
+/// Counts within a period are sums, so they do not depend on the order of frames, frames can be taken out
+/// again, and two histories add up. Where periods begin and end depends on nothing but the newest epoch in
+/// which the block was seen: a period of 2^k epochs, which starts at a multiple of 2^k, is one as soon as
+/// 2^k epochs have passed since its end. So there are about 1.5 periods for each doubling of time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Epochs {
+    /// By time, the newest last.
+    periods: Vec<Period>,
+}
+
+/// What was counted in 2^`level` epochs.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Period {
+    first: i32,
+    level: u32,
+    /// Frames that look through all of the block; in addition to what the cells count.
+    looked_through: u16,
+    /// All cells, or none as long as no cell differs from the others.
+    cells: Vec<CellCounts>,
+}
+
+/// Frames that say something about a cell in a period. Arithmetic wraps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct CellCounts {
+    support: u16,
+    looked_through: u16,
+    movers: u16,
+}
+
+/// What a frame has found in a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Finding {
+    Surface,
+    Mover,
+    LookedThrough,
+}
+
+impl Epochs {
+    /// The period of an epoch, made when there is none.
+    pub(crate) fn period_mut(&mut self, epoch: i32) -> &mut Period {
+        let place = match self.periods.last() {
+            Some(last) if last.contains(epoch) => self.periods.len() - 1,
+            Some(last) if epoch < last.first => self.place_of_older(epoch),
+            _ => {
+                self.periods.push(Period::new(epoch, 0));
+                self.coarsen();
+                self.periods.len() - 1
+            }
+        };
+        &mut self.periods[place]
+    }
+
+    /// What was counted in a cell, newest period first.
+    pub(crate) fn of_cell(&self, index: usize) -> impl Iterator<Item = (&Period, Support)> {
+        self.periods.iter().rev().map(move |period| (period, period.at(index)))
+    }
+
+    /// Whether any cell differs from the others: only then may a surface or a mover have been read.
+    pub(crate) fn has_cells(&self) -> bool {
+        self.periods.iter().any(|period| !period.cells.is_empty())
+    }
+
+    /// Adds another map's counts of the block.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.periods.extend(other.periods.iter().cloned());
+        self.periods.sort_by_key(|period| period.first);
+        self.coarsen();
+    }
+
+    /// Takes out what speaks for a cell.
+    pub(crate) fn clear_support(&mut self, index: usize) {
+        for cell in self.periods.iter_mut().filter_map(|period| period.cells.get_mut(index)) {
+            cell.support = 0;
+        }
+    }
+
+    /// Makes a cell's history one of nothing but `support` frames in the newest period.
+    pub(crate) fn give_support(&mut self, index: usize, support: u32) {
+        for period in &mut self.periods {
+            // What all cells have in common becomes each cell's own, so that one can lose it.
+            let common = std::mem::take(&mut period.looked_through);
+            for cell in period.cells_mut() {
+                cell.looked_through = cell.looked_through.wrapping_add(common);
+            }
+            period.cells[index] = CellCounts::default();
+        }
+        if let Some(cell) = self.periods.last_mut().and_then(|period| period.cells.get_mut(index)) {
+            cell.support = u16::try_from(support).unwrap_or(u16::MAX);
+        }
+    }
+
+    /// Bytes owned.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let cells: usize = self.periods.iter().map(|period| period.cells.capacity()).sum();
+        self.periods.capacity() * size_of::<Period>() + cells * size_of::<CellCounts>()
+    }
+
+    fn place_of_older(&mut self, epoch: i32) -> usize {
+        let place = self.periods.partition_point(|period| period.end() < i64::from(epoch));
+        if !self.periods[place].contains(epoch) {
+            let newest = self.newest();
+            self.periods.insert(place, Period::new(epoch, level_of(epoch, newest)));
+        }
+        place
+    }
+
+    fn newest(&self) -> i64 {
+        self.periods.last().map_or(0, Period::end)
+    }
+
+    /// Joins what has become one period since the newest epoch has begun.
+    fn coarsen(&mut self) {
+        let newest = self.newest();
+        self.periods.retain(|period| newest - period.end() < i64::from(MEMORY));
+        let mut joined: Vec<Period> = Vec::with_capacity(self.periods.len());
+        for mut period in self.periods.drain(..) {
+            period.grow_to(level_of(period.first, newest));
+            match joined.last_mut() {
+                Some(last) if last.contains(period.first) => last.add(&period),
+                _ => joined.push(period),
+            }
+        }
+        self.periods = joined;
+    }
+}
+
+/// Level of the period that an epoch belongs to when the newest is `newest`.
+fn level_of(epoch: i32, newest: i64) -> u32 {
+    let is_whole = |level: u32| {
+        let length = 1_i64 << level;
+        let end = (i64::from(epoch) >> level) * length + length - 1;
+        newest - end >= length
+    };
+    (1..=MAX_LEVEL).take_while(|&level| is_whole(level)).last().unwrap_or(0)
+}
+
+impl Period {
+    fn new(epoch: i32, level: u32) -> Self {
+        Self { first: epoch >> level << level, level, looked_through: 0, cells: Vec::new() }
+    }
+
+    /// When it begins and ends, seconds.
+    pub(crate) fn span(&self) -> [f64; 2] {
+        [f64::from(self.first) * EPOCH, (self.end() + 1) as f64 * EPOCH]
+    }
+
+    fn end(&self) -> i64 {
+        i64::from(self.first) + (1 << self.level) - 1
+    }
+
+    fn contains(&self, epoch: i32) -> bool {
+        epoch >= self.first && i64::from(epoch) <= self.end()
+    }
+
+    fn grow_to(&mut self, level: u32) {
+        self.level = self.level.max(level);
+        self.first = self.first >> self.level << self.level;
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.grow_to(other.level);
+        self.looked_through = self.looked_through.wrapping_add(other.looked_through);
+        if !other.cells.is_empty() {
+            for (ours, theirs) in self.cells_mut().iter_mut().zip(&other.cells) {
+                ours.support = ours.support.wrapping_add(theirs.support);
+                ours.looked_through = ours.looked_through.wrapping_add(theirs.looked_through);
+                ours.movers = ours.movers.wrapping_add(theirs.movers);
+            }
+        }
+    }
+
+    fn cells_mut(&mut self) -> &mut [CellCounts] {
+        if self.cells.is_empty() {
+            self.cells = vec![CellCounts::default(); BLOCK_CELLS];
+        }
+        &mut self.cells
+    }
+
+    /// Counts a look through all of the block; tells whether more is taken out than was put in.
+    pub(crate) fn count_whole(&mut self, direction: Direction) -> bool {
+        count(&mut self.looked_through, direction)
+    }
+
+    /// Counts a finding in a cell; tells whether more is taken out than was put in.
+    pub(crate) fn count(&mut self, index: usize, finding: Finding, direction: Direction) -> bool {
+        let cell = &mut self.cells_mut()[index];
+        let counter = match finding {
+            Finding::Surface => &mut cell.support,
+            Finding::Mover => &mut cell.movers,
+            Finding::LookedThrough => &mut cell.looked_through,
+        };
+        count(counter, direction)
+    }
+
+    fn at(&self, index: usize) -> Support {
+        let cell = self.cells.get(index).copied().unwrap_or_default();
+        Support {
+            support: cell.support.into(),
+            looked_through: u32::from(cell.looked_through) + u32::from(self.looked_through),
+            movers: cell.movers.into(),
+        }
+    }
+}
+
+#[inline]
+fn count(counter: &mut u16, direction: Direction) -> bool {
+    let is_overdrawn = direction == Direction::Remove && *counter == 0;
+    *counter = counter.wrapping_add(direction.unit() as u16);
+    is_overdrawn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Some frames at irregular epochs.
+    fn frames() -> Vec<(i32, usize, Finding)> {
+        let findings = [Finding::Surface, Finding::Mover, Finding::LookedThrough];
+        (0..400).map(|i| (i * i % 1009 - 300, i as usize % 7, findings[i as usize % 3])).collect()
+    }
+
+    fn counted(frames: impl IntoIterator<Item = (i32, usize, Finding)>) -> Epochs {
+        let mut epochs = Epochs::default();
+        for (epoch, index, finding) in frames {
+            epochs.period_mut(epoch).count(index, finding, Direction::Insert);
+        }
+        epochs
+    }
+
+    #[test]
+    fn the_order_of_frames_does_not_matter() {
+        let mut by_time = frames();
+        by_time.sort_by_key(|frame| frame.0);
+        assert_eq!(counted(frames()), counted(by_time));
+        assert_eq!(counted(frames()), counted(frames().into_iter().rev()));
+    }
+
+    #[test]
+    fn parts_merge_to_the_whole() {
+        let all = frames();
+        let (even, odd): (Vec<_>, Vec<_>) = all.iter().partition(|frame| frame.1 % 2 == 0);
+        let mut merged = counted(even.iter().copied());
+        merged.merge(&counted(odd.iter().copied()));
+        assert_eq!(merged, counted(all));
+        let mut swapped = counted(odd);
+        swapped.merge(&counted(even));
+        assert_eq!(swapped, merged);
+    }
+
+    #[test]
+    fn what_was_counted_is_taken_out_again() {
+        let mut epochs = counted(frames());
+        for (epoch, index, finding) in frames() {
+            assert!(!epochs.period_mut(epoch).count(index, finding, Direction::Remove));
+        }
+        assert!((0..7).flat_map(|cell| epochs.of_cell(cell)).all(|(_, counts)| counts == Support::default()));
+        assert!(epochs.period_mut(5).count(0, Finding::Mover, Direction::Remove), "overdrawn");
+    }
+
+    #[test]
+    fn hours_take_few_periods() {
+        let mut epochs = Epochs::default();
+        let (mut most, mut counted) = (0, 0_u32);
+        for epoch in 0..8 * 1440 {
+            epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);
+            most = most.max(epochs.periods.len());
+            counted += 1;
+        }
+        assert!(most <= 48, "{most} periods");
+        let sum: u32 = epochs.of_cell(0).map(|(_, counts)| counts.support).sum();
+        assert!(sum <= counted && sum >= MEMORY as u32, "{sum} of {counted}");
+        let spans: Vec<[f64; 2]> = epochs.of_cell(0).map(|(period, _)| period.span()).collect();
+        assert!(spans.windows(2).all(|pair| pair[1][1] == pair[0][0]), "no gap, no overlap");
+        assert_eq!(spans[0], [11_519.0 * EPOCH, 11_520.0 * EPOCH]);
+    }
+}

@@ -1,0 +1,44 @@
+use dymlm_core::{Error, Mask, PinholeCamera};
+
+/// What is known of the movers in a frame, pixel by pixel.
+///
+/// Both masks are of the frame's size. A pixel that is in neither, such as the rim around a silhouette or
+/// what may be a part of somebody, is left out of the map and says nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct MoverMasks<'a> {
+    static_mask: &'a Mask,
+    mover_mask: Option<&'a Mask>,
+}
+
+impl<'a> MoverMasks<'a> {
+    /// Only pixels that are `true` in `static_mask` are mapped.
+    pub fn new(static_mask: &'a Mask) -> Self {
+        Self { static_mask, mover_mask: None }
+    }
+
+    /// Adds the pixels (`true`) that are surely a mover's: a place that is mostly read as a mover is none of
+    /// the static world, however long the mover stays and however often the detector misses it. Give it
+    /// silhouettes; a whole box also holds the chair that somebody sits on.
+    #[must_use]
+    pub fn with_movers(mut self, mover_mask: &'a Mask) -> Self {
+        self.mover_mask = Some(mover_mask);
+        self
+    }
+
+    pub(crate) fn static_mask(&self) -> &'a Mask {
+        self.static_mask
+    }
+
+    pub(crate) fn check(&self, camera: &PinholeCamera) -> Result<(), Error> {
+        let mask = self.static_mask;
+        camera.check_size("the static mask", mask.width(), mask.height())?;
+        self.mover_mask
+            .map_or(Ok(()), |mask| camera.check_size("the mask of movers", mask.width(), mask.height()))
+    }
+
+    /// The columns of row `v` that are surely a mover's.
+    pub(crate) fn mover_columns(&self, v: usize) -> impl Iterator<Item = usize> {
+        let mover_mask = self.mover_mask.into_iter().flat_map(move |mask| mask.columns_of_row(v));
+        mover_mask.filter(move |&u| !self.static_mask.at(u, v))
+    }
+}

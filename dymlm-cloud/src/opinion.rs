@@ -1,0 +1,122 @@
+use crate::epochs::Epochs;
+
+/// Most that a cell can say either way. With less, a few frames decide as much as many; without a limit, a
+/// surface watched for minutes outvotes the trace of a mover that touched it
+/// (`a_movers_trace_beside_a_long_seen_surface_is_removed`).
+const MAX_OPINION: f32 = 10.0;
+/// Frames after which a period has said all that it can: a robot that stands still adds no certainty.
+const ENOUGH_FRAMES: f32 = 5.0;
+/// What a period that has said all leaves of what older ones have said. At 0.7 two and a half epochs outweigh
+/// any past (`a_new_wall_is_believed_within_ten_seconds`); with less somebody who stops for two seconds
+/// becomes a part of the map, with more new things wait longer.
+const PAST: f32 = 0.7;
+/// How soon a majority is a clear one: frames that are divided 3 to 1 say all that they can.
+const CLARITY: f32 = 2.0;
+/// Periods that weigh less than this are not asked.
+const NEGLIGIBLE: f32 = 0.01;
+
+/// What the counts of a cell say, newer periods outweighing older ones; each part from -10 to 10.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Opinion {
+    /// Above 0: something stands there; below: it is free.
+    pub(crate) presence: f32,
+    /// Below 0: what is read there is mostly a mover.
+    pub(crate) staticness: f32,
+    /// Whether a surface was ever read there.
+    pub(crate) is_read: bool,
+}
+
+/// A weighted sum over periods, newest first.
+#[derive(Clone, Copy)]
+struct Fold {
+    sum: f32,
+    weight: f32,
+}
+
+impl Opinion {
+    /// One reading of a surface outweighs `looks_per_reading` looks through it.
+    pub(crate) fn of(epochs: &Epochs, index: usize, looks_per_reading: f32) -> Self {
+        let (mut presence, mut staticness) = (Fold::NEW, Fold::NEW);
+        let mut is_read = false;
+        for (_, counts) in epochs.of_cell(index) {
+            let [surface, looked_through, movers] =
+                [counts.support, counts.looked_through, counts.movers].map(|count| count as f32);
+            is_read |= counts.support > 0;
+            presence.add(looks_per_reading * surface - looked_through, surface + looked_through);
+            staticness.add(surface - movers, surface + movers);
+            if presence.weight.max(staticness.weight) < NEGLIGIBLE {
+                break;
+            }
+        }
+        Self { presence: presence.limited(), staticness: staticness.limited(), is_read }
+    }
+}
+
+impl Fold {
+    const NEW: Self = Self { sum: 0.0, weight: 1.0 };
+
+    /// Adds a period of so many frames, which are for or against by this balance.
+    fn add(&mut self, balance: f32, frames: f32) {
+        if frames > 0.0 {
+            let certainty = (frames / ENOUGH_FRAMES).min(1.0);
+            let majority = (CLARITY * balance / frames).clamp(-1.0, 1.0);
+            self.sum += self.weight * certainty * majority * MAX_OPINION;
+            self.weight *= 1.0 - (1.0 - PAST) * certainty;
+        }
+    }
+
+    fn limited(self) -> f32 {
+        self.sum.clamp(-MAX_OPINION, MAX_OPINION)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::epochs::Finding;
+    use crate::evidence::Direction;
+
+    fn opinion(frames: &[(i32, usize, Finding)]) -> Opinion {
+        let mut epochs = Epochs::default();
+        for &(epoch, count, finding) in frames {
+            for _ in 0..count {
+                epochs.period_mut(epoch).count(3, finding, Direction::Insert);
+            }
+        }
+        Opinion::of(&epochs, 3, 2.0)
+    }
+
+    #[test]
+    fn opinions_are_cut_and_need_a_reading() {
+        assert_eq!(opinion(&[]), Opinion::default());
+        assert!(!opinion(&[(0, 9, Finding::LookedThrough)]).is_read);
+        assert_eq!(opinion(&[(0, 5, Finding::Surface)]).presence, 10.0);
+        assert_eq!(opinion(&[(0, 5, Finding::LookedThrough)]).presence, -10.0);
+        // One frame alone says a fifth.
+        assert_eq!(opinion(&[(0, 1, Finding::Surface)]).presence, 2.0);
+        // A reading outweighs two looks.
+        assert_eq!(opinion(&[(0, 3, Finding::Surface), (0, 6, Finding::LookedThrough)]).presence, 0.0);
+    }
+
+    #[test]
+    fn three_epochs_outweigh_any_past_and_one_does_not() {
+        for hours in [1, 1440, 8 * 1440] {
+            let past: Vec<_> = (0..hours).map(|epoch| (epoch, 5, Finding::LookedThrough)).collect();
+            let after = |epochs: i32| {
+                let new = (0..epochs).map(|epoch| (hours + epoch, 5, Finding::Surface));
+                opinion(&past.iter().copied().chain(new).collect::<Vec<_>>()).presence
+            };
+            assert!(after(3) > 0.0, "{hours} epochs before");
+            assert!(hours == 1 || after(1) < 0.0, "{hours} epochs before");
+        }
+    }
+
+    #[test]
+    fn who_stays_is_a_mover_until_static_readings_have_the_newest_majority() {
+        let mut frames = vec![(0, 70, Finding::Mover), (0, 5, Finding::Surface)];
+        frames.extend([(1, 40, Finding::Mover), (1, 35, Finding::Surface)]);
+        assert!(opinion(&frames).staticness < 0.0);
+        frames.extend((2..5).map(|epoch| (epoch, 20, Finding::Surface)));
+        assert!(opinion(&frames).staticness > 0.0);
+    }
+}
