@@ -231,11 +231,11 @@ mod tests {
         let (left, right) = (290..322, 350..382);
         let depth = (0..640 * 480).map(|i| {
             let (u, v) = (i % 640, i / 640);
-            let down = (v as f64 - camera.cy()) / camera.fy();
+            let down = (f64::from(v) - camera.cy()) / camera.fy();
             let floor = if down > 0.0 { CAMERA_HEIGHT / down } else { f64::INFINITY };
             for leg in [&left, &right] {
                 if leg.contains(&u) && (100..410).contains(&v) {
-                    let across = (u as f64 - (leg.start + leg.end) as f64 / 2.0) / 16.0;
+                    let across = (f64::from(u) - f64::from(leg.start + leg.end) / 2.0) / 16.0;
                     return (2.0 - 0.06 * (1.0 - across * across).sqrt()) as f32;
                 }
             }
