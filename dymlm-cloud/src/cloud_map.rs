@@ -4,7 +4,8 @@ use crate::block_store::{BlockKey, BlockStore, split};
 use crate::evidence::{Direction, Evidence, Support};
 use crate::fixed_point::{FixedPointFrame, PixelRow};
 use crate::thinning::Thinning;
-use crate::verdict::{Verdict, Verdicts};
+use crate::verdict::Verdict;
+use crate::verdicts::SharedVerdicts;
 use crate::voxel::SUBVOXELS;
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
@@ -51,6 +52,7 @@ pub struct CloudMap {
     pub(crate) voxels: BlockStore<VoxelBlock>,
     pub(crate) voxel_count: usize,
     pub(crate) evidence: Evidence,
+    pub(crate) verdicts: SharedVerdicts,
     frames: u32,
     /// Number of the current frame for [`Voxel::stamp`].
     stamp: u32,
@@ -130,6 +132,7 @@ impl CloudMap {
             voxels: BlockStore::default(),
             voxel_count: 0,
             evidence,
+            verdicts: SharedVerdicts::default(),
             frames: 0,
             stamp: 0,
             row: PixelRow::default(),
@@ -213,11 +216,11 @@ impl CloudMap {
 
     /// All voxels in a fixed order: by blocks of 8^3, z first, then y, then x, and so within each block.
     ///
-    /// The verdicts are made anew for the whole map at each call: some tenths of a second for a million
-    /// voxels.
+    /// Thinning is made anew for the whole map at each call: some tenths of a second for a million voxels.
     pub fn voxels(&self) -> impl Iterator<Item = CloudVoxel> + '_ {
-        let verdicts = Verdicts::of(&self.evidence, self.config.looks_per_reading);
-        let thinning = Thinning::of(&self.voxels, &verdicts, &self.config, &self.weighting);
+        let verdicts = self.verdicts();
+        let is_ghost = |voxel| verdicts.is_ghost(voxel);
+        let thinning = Thinning::of(&self.voxels, is_ghost, &self.config, &self.weighting);
         let slots = self.voxels.sorted_slots();
         let blocks = crate::parallel::map(slots, |slot| {
             let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
@@ -229,7 +232,7 @@ impl CloudMap {
                         color: block.index(place).and_then(|index| block.mean_color(index)),
                         weight: self.weighting.total(voxel),
                         observations: voxel.observations,
-                        evidence: verdicts.evidence_of_voxel(cell),
+                        evidence: self.evidence.of_voxel(cell),
                         verdict,
                     }
                 });
@@ -255,12 +258,16 @@ impl CloudMap {
     /// What was seen of a place (metres, world) over time: since when something stands there, until when it
     /// did. Empty for a place that was never seen or that lies beyond the map's reach. O(periods).
     pub fn history(&self, place: [f64; 3]) -> PlaceHistory {
+        let voxel = self.voxel_at(place);
+        let history = |voxel| self.evidence.history(voxel, self.config.looks_per_reading as f32);
+        voxel.map_or_else(PlaceHistory::default, history)
+    }
+
+    /// The voxel of a place, metres, world; `None` beyond the map's reach.
+    pub(crate) fn voxel_at(&self, place: [f64; 3]) -> Option<[i32; 3]> {
         let voxel = place.map(|c| (c / self.config.voxel_size).floor());
-        if voxel.iter().all(|c| c.abs() < f64::from(BlockKey::LIMIT)) {
-            self.evidence.history(voxel.map(|c| c as i32), self.config.looks_per_reading as f32)
-        } else {
-            PlaceHistory::default()
-        }
+        let is_in_reach = voxel.iter().all(|c| c.abs() < f64::from(BlockKey::LIMIT));
+        is_in_reach.then(|| voxel.map(|c| c as i32))
     }
 
     /// Number of voxels, static or not.

@@ -28,6 +28,8 @@ pub(crate) struct Evidence {
     blocks: BlockStore<EvidenceBlock>,
     /// The epoch of the current frame.
     epoch: i32,
+    /// Counts changes; see [`EvidenceBlock::revision`].
+    revision: u32,
     /// Slots of blocks with a cell read by the current frame.
     read_blocks: Vec<usize>,
     /// The block read last, and its slot.
@@ -39,6 +41,8 @@ pub(crate) struct Evidence {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EvidenceBlock {
     epochs: Epochs,
+    /// The change of the evidence that was the block's last.
+    revision: u32,
     /// The cells in which the current frame has read a surface, those in which it has read a mover, and
     /// whether there are any.
     read: CellBits,
@@ -84,6 +88,7 @@ impl Evidence {
             look_through: LookThrough::new(voxel_size * f64::from(1_u32 << cell_shift), sensor),
             blocks: BlockStore::default(),
             epoch: 0,
+            revision: 0,
             read_blocks: Vec::new(),
             last_read: None,
             is_overdrawn: false,
@@ -98,6 +103,12 @@ impl Evidence {
     /// Makes the frame of a time the current one.
     pub(crate) fn begin_frame(&mut self, timestamp: f64) {
         self.epoch = epoch_of(timestamp);
+        self.revision += 1;
+    }
+
+    /// The number of the last change.
+    pub(crate) fn revision(&self) -> u32 {
+        self.revision
     }
 
     /// Notes that the current frame has read a surface in `voxel`.
@@ -189,7 +200,9 @@ impl Evidence {
         let slot = self.blocks.slot(BlockKey::new(block));
         if let Some(block) = slot.and_then(|slot| self.blocks.blocks_mut().get_mut(slot)) {
             block.epochs.clear_support(index);
+            block.revision = self.revision + 1;
         }
+        self.revision += 1;
     }
 
     /// Forgets what speaks against the cell of a voxel, and gives it `support` frames that speak for it.
@@ -200,7 +213,9 @@ impl Evidence {
         if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
             block.epochs.period_mut(epoch);
             block.epochs.give_support(index, support.max(1));
+            block.revision = self.revision + 1;
         }
+        self.revision += 1;
     }
 
     /// Whether the frame counted last has taken out more than was put in.
@@ -218,8 +233,10 @@ impl Evidence {
             let slot = self.blocks.slot_or_insert(*key);
             if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
                 block.epochs.merge(&theirs.epochs);
+                block.revision = self.revision + 1;
             }
         }
+        self.revision += 1;
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
@@ -228,10 +245,12 @@ impl Evidence {
     }
 
     fn count_looked_through(&mut self, depth: &DepthImage, direction: Direction) {
-        let (blocks, epoch, is_overdrawn) = (&mut self.blocks, self.epoch, &mut self.is_overdrawn);
+        let (blocks, is_overdrawn) = (&mut self.blocks, &mut self.is_overdrawn);
+        let (epoch, revision) = (self.epoch, self.revision);
         self.look_through.for_each_block(depth, |place, looked_through| {
             let slot = blocks.slot_or_insert(BlockKey::new(place));
             let Some(block) = blocks.blocks_mut().get_mut(slot) else { return };
+            block.revision = revision;
             *is_overdrawn |= block.count_looked_through(looked_through, epoch, direction);
         });
     }
@@ -239,6 +258,7 @@ impl Evidence {
     fn count_readings(&mut self, direction: Direction) {
         for slot in self.read_blocks.drain(..) {
             if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
+                block.revision = self.revision;
                 self.is_overdrawn |= block.count_readings(self.epoch, direction);
             }
         }
@@ -271,6 +291,10 @@ impl EvidenceBlock {
         }
         let period = self.epochs.period_mut(epoch);
         any_bit(cells, |index| period.count(index, Finding::LookedThrough, direction))
+    }
+
+    pub(crate) fn revision(&self) -> u32 {
+        self.revision
     }
 
     pub(crate) fn epochs(&self) -> &Epochs {

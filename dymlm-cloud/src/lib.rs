@@ -20,6 +20,7 @@ mod place_history;
 mod rounding;
 mod thinning;
 mod verdict;
+mod verdicts;
 mod voxel;
 mod voxel_block;
 mod weighting;
@@ -32,6 +33,7 @@ pub use evidence::Support;
 pub use mover_masks::MoverMasks;
 pub use place_history::{PlaceHistory, PlacePeriod};
 pub use verdict::Verdict;
+pub use verdicts::Verdicts;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -1,6 +1,6 @@
 use crate::CloudMapConfig;
 use crate::block_store::{BLOCK_SIDE, BlockKey, BlockStore, Neighbor, cell_in_block};
-use crate::verdict::{Verdict, Verdicts};
+use crate::verdict::Verdict;
 use crate::voxel::Voxel;
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
@@ -45,13 +45,13 @@ struct Offset {
 impl<'a> Thinning<'a> {
     pub(crate) fn of(
         blocks: &'a BlockStore<VoxelBlock>,
-        verdicts: &Verdicts<'_>,
+        is_ghost: impl Fn([i32; 3]) -> bool,
         config: &'a CloudMapConfig,
         weighting: &'a Weighting,
     ) -> Self {
         let weights = |(&key, block): (&BlockKey, &VoxelBlock)| {
             let weight = |(place, voxel): (usize, &Voxel)| {
-                if verdicts.is_ghost(key.cell(place)) { 0.0 } else { weighting.total(voxel) as f32 }
+                if is_ghost(key.cell(place)) { 0.0 } else { weighting.total(voxel) as f32 }
             };
             block.iter().map(weight).collect()
         };

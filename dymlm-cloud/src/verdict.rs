@@ -1,5 +1,5 @@
-use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Neighbor, split};
-use crate::evidence::{Evidence, EvidenceBlock, Support};
+use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, split};
+use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::Opinion;
 
 /// What the evidence of all frames says of a voxel.
@@ -17,6 +17,8 @@ pub enum Verdict {
 
 /// Cells along the side of a block with its neighbours' nearest cells around it.
 const PADDED: usize = BLOCK_SIDE + 2;
+/// Votes are counted in twelfths.
+const VOTE_UNIT: f32 = 12.0;
 
 /// The verdict on every cell that was ever read, by a vote of the 3^3 cells around it.
 ///
@@ -24,88 +26,159 @@ const PADDED: usize = BLOCK_SIDE + 2;
 /// have no vote. A single cell errs: its centre may lie just beside the surface that it holds, or in the one
 /// spot of a mover's trace that no later frame looked through. Its neighbours of the same thing know better.
 /// Whether it is a mover that stands there each cell decides for itself: movers touch what does not move.
-pub(crate) struct Verdicts<'a> {
-    evidence: &'a Evidence,
-    static_cells: BlockStore<CellBits>,
+///
+/// Verdicts are kept, and made anew for the blocks whose evidence has changed and those around them.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct VerdictGrid {
+    /// By the slots of the evidence; none where nothing was ever read.
+    blocks: Vec<Option<Box<BlockVerdict>>>,
+    /// The state of each block of the evidence that its verdicts are of.
+    revisions: Vec<u32>,
 }
 
-impl<'a> Verdicts<'a> {
-    pub(crate) fn of(evidence: &'a Evidence, looks_per_reading: f64) -> Self {
-        let mut static_cells = BlockStore::default();
+#[derive(Debug, Clone)]
+struct BlockVerdict {
+    votes: [i8; BLOCK_CELLS],
+    /// Cells in which a surface or a mover was ever read.
+    read: CellBits,
+    /// Cells that are mostly read as movers.
+    movers: CellBits,
+    /// Cells that the majority around them takes for occupied, by a mover or not.
+    present: CellBits,
+}
+
+impl VerdictGrid {
+    /// Takes in what has changed in the evidence since the last call. O(blocks that changed), and a glance at
+    /// each other.
+    pub(crate) fn refresh(&mut self, evidence: &Evidence, looks_per_reading: f32) {
         let blocks = evidence.blocks();
-        for (&key, block) in blocks.keys().iter().zip(blocks.blocks()) {
-            if block.may_be_read() {
-                let looks_per_reading = looks_per_reading as f32;
-                let votes = votes_around(key, blocks, looks_per_reading);
-                let slot = static_cells.slot_or_insert(key);
-                if let Some(bits) = static_cells.blocks_mut().get_mut(slot) {
-                    *bits = cells_with_majority(votes);
-                    remove_movers(block, looks_per_reading, bits);
+        self.blocks.resize_with(blocks.blocks().len(), || None);
+        self.revisions.resize(blocks.blocks().len(), 0);
+        let has_changed = |slot: &usize| self.revisions[*slot] != blocks.blocks()[*slot].revision();
+        let changed: Vec<usize> = (0..self.revisions.len()).filter(has_changed).collect();
+        if changed.is_empty() {
+            return;
+        }
+        let judged = crate::parallel::map(changed.clone(), |slot| {
+            let block = &blocks.blocks()[slot];
+            block.may_be_read().then(|| Box::new(BlockVerdict::of(block, looks_per_reading)))
+        });
+        for (&slot, verdict) in changed.iter().zip(judged) {
+            self.revisions[slot] = blocks.blocks()[slot].revision();
+            self.blocks[slot] = verdict;
+        }
+
+        let around = changed.iter().flat_map(|&slot| blocks.keys()[slot].neighborhood());
+        let mut around: Vec<usize> = around.filter_map(|neighbor| blocks.slot(neighbor.key)).collect();
+        around.sort_unstable();
+        around.dedup();
+        around.retain(|&slot| self.blocks[slot].is_some());
+        let majorities = crate::parallel::map(around.clone(), |slot| {
+            cells_with_majority(self.votes_around(blocks.keys()[slot], evidence))
+        });
+        for (slot, majority) in around.into_iter().zip(majorities) {
+            if let Some(block) = &mut self.blocks[slot] {
+                block.present = majority;
+            }
+        }
+    }
+
+    /// Whether the cell of a voxel that was read is no part of the static world.
+    #[inline]
+    pub(crate) fn is_ghost(&self, evidence: &Evidence, voxel: [i32; 3]) -> bool {
+        let (block, index) = evidence.cell_of(voxel);
+        self.block(evidence, block).is_none_or(|block| !block.is_static(index))
+    }
+
+    /// The verdict on the cell of a voxel; `None` when nothing was ever read in it.
+    pub(crate) fn of_voxel(&self, evidence: &Evidence, voxel: [i32; 3]) -> Option<Verdict> {
+        let (block, index) = evidence.cell_of(voxel);
+        let block = self.block(evidence, block).filter(|block| has(&block.read, index))?;
+        Some(if block.is_static(index) { Verdict::Static } else { Verdict::Ghost })
+    }
+
+    /// Whether the cell of a voxel is free; `None` when nothing was ever read in it.
+    pub(crate) fn is_free(&self, evidence: &Evidence, voxel: [i32; 3]) -> Option<bool> {
+        let (block, index) = evidence.cell_of(voxel);
+        let block = self.block(evidence, block).filter(|block| has(&block.read, index))?;
+        Some(!has(&block.present, index))
+    }
+
+    /// Slots of blocks that hold a ghost, of those whose evidence has changed since a revision.
+    pub(crate) fn ghost_blocks_since(&self, revision: u32) -> impl Iterator<Item = usize> {
+        let blocks = self.blocks.iter().zip(&self.revisions).enumerate();
+        let recent = blocks.filter(move |(_, (_, changed))| **changed > revision);
+        recent.filter_map(|(slot, (block, _))| {
+            let block = block.as_ref()?;
+            let ghosts = |word: usize| block.read[word] & (!block.present[word] | block.movers[word]);
+            (0..block.read.len()).any(|word| ghosts(word) != 0).then_some(slot)
+        })
+    }
+
+    fn block(&self, evidence: &Evidence, block: [i32; 3]) -> Option<&BlockVerdict> {
+        let slot = evidence.blocks().slot(BlockKey::new(block))?;
+        self.blocks.get(slot)?.as_deref()
+    }
+
+    /// The votes of a block and of one layer of cells around it, x fastest.
+    fn votes_around(&self, key: BlockKey, evidence: &Evidence) -> [i32; PADDED * PADDED * PADDED] {
+        let mut votes = [0; PADDED * PADDED * PADDED];
+        for Neighbor { step, key } in key.neighborhood() {
+            let Some(block) = self.block(evidence, key.block()) else { continue };
+            // Along an axis: the last cell of the block before, all of this one, the first of the one after.
+            let [xs, ys, zs] = step.map(|step| match step {
+                -1 => 7..8,
+                0 => 0..8,
+                _ => 0..1_i32,
+            });
+            for z in zs {
+                for y in ys.clone() {
+                    for x in xs.clone() {
+                        let (_, index) = split([x, y, z]);
+                        let [px, py, pz]: [usize; 3] =
+                            std::array::from_fn(|axis| ([x, y, z][axis] + 8 * step[axis] + 1) as usize);
+                        votes[(pz * PADDED + py) * PADDED + px] = block.votes[index].into();
+                    }
                 }
             }
         }
-        Self { evidence, static_cells }
+        votes
+    }
+}
+
+impl BlockVerdict {
+    fn of(block: &EvidenceBlock, looks_per_reading: f32) -> Self {
+        let none = CellBits::default();
+        let mut verdict = Self { votes: [0; BLOCK_CELLS], read: none, movers: none, present: none };
+        for index in 0..BLOCK_CELLS {
+            let opinion = Opinion::of(block.epochs(), index, looks_per_reading);
+            let bit = 1 << (index % 64);
+            if opinion.is_read {
+                verdict.votes[index] = (opinion.presence * VOTE_UNIT).round() as i8;
+            }
+            if opinion.is_read || opinion.staticness < 0.0 {
+                verdict.read[index / 64] |= bit;
+            }
+            if opinion.staticness < 0.0 {
+                verdict.movers[index / 64] |= bit;
+            }
+        }
+        verdict
     }
 
     #[inline]
-    pub(crate) fn is_ghost(&self, voxel: [i32; 3]) -> bool {
-        let (block, index) = self.evidence.cell_of(voxel);
-        let bits = self.static_cells.get(BlockKey::new(block));
-        bits.is_none_or(|bits| bits[index / 64] >> (index % 64) & 1 == 0)
-    }
-
-    pub(crate) fn evidence_of_voxel(&self, voxel: [i32; 3]) -> Support {
-        self.evidence.of_voxel(voxel)
+    fn is_static(&self, index: usize) -> bool {
+        has(&self.present, index) && !has(&self.movers, index)
     }
 }
 
-/// Takes out the cells that are mostly read as movers.
-fn remove_movers(block: &EvidenceBlock, looks_per_reading: f32, cells: &mut CellBits) {
-    for index in 0..BLOCK_CELLS {
-        if Opinion::of(block.epochs(), index, looks_per_reading).staticness < 0.0 {
-            cells[index / 64] &= !(1 << (index % 64));
-        }
-    }
-}
-
-fn vote(block: &EvidenceBlock, index: usize, looks_per_reading: f32) -> f32 {
-    let opinion = Opinion::of(block.epochs(), index, looks_per_reading);
-    if opinion.is_read { opinion.presence } else { 0.0 }
-}
-
-/// The votes of a block and of one layer of cells around it, x fastest.
-fn votes_around(
-    key: BlockKey,
-    blocks: &BlockStore<EvidenceBlock>,
-    looks_per_reading: f32,
-) -> [f32; PADDED * PADDED * PADDED] {
-    let mut votes = [0.0; PADDED * PADDED * PADDED];
-    for Neighbor { step, key } in key.neighborhood() {
-        let Some(block) = blocks.get(key).filter(|block| block.may_be_read()) else {
-            continue;
-        };
-        // Along an axis: the last cell of the block before, all of this one, the first of the one after.
-        let [xs, ys, zs] = step.map(|step| match step {
-            -1 => 7..8,
-            0 => 0..8,
-            _ => 0..1_i32,
-        });
-        for z in zs {
-            for y in ys.clone() {
-                for x in xs.clone() {
-                    let (_, index) = split([x, y, z]);
-                    let [px, py, pz]: [usize; 3] =
-                        std::array::from_fn(|axis| ([x, y, z][axis] + 8 * step[axis] + 1) as usize);
-                    votes[(pz * PADDED + py) * PADDED + px] = vote(block, index, looks_per_reading);
-                }
-            }
-        }
-    }
-    votes
+#[inline]
+fn has(cells: &CellBits, index: usize) -> bool {
+    cells[index / 64] >> (index % 64) & 1 == 1
 }
 
 /// The cells of the block around which the votes add up to zero or more.
-fn cells_with_majority(mut votes: [f32; PADDED * PADDED * PADDED]) -> CellBits {
+fn cells_with_majority(mut votes: [i32; PADDED * PADDED * PADDED]) -> CellBits {
     // Sums of three along x, then y, then z: each entry becomes the sum from itself on.
     for stride in [1, PADDED, PADDED * PADDED] {
         for first in 0..votes.len() - 2 * stride {
@@ -115,7 +188,7 @@ fn cells_with_majority(mut votes: [f32; PADDED * PADDED * PADDED]) -> CellBits {
     let mut bits = CellBits::default();
     for index in 0..BLOCK_CELLS {
         let [x, y, z] = [index & 7, index >> 3 & 7, index >> 6];
-        if votes[(z * PADDED + y) * PADDED + x] >= 0.0 {
+        if votes[(z * PADDED + y) * PADDED + x] >= 0 {
             bits[index / 64] |= 1 << (index % 64);
         }
     }
@@ -128,19 +201,19 @@ mod tests {
 
     #[test]
     fn the_majority_is_that_of_27_cells() {
-        let mut votes = [0.0; PADDED * PADDED * PADDED];
+        let mut votes = [0; PADDED * PADDED * PADDED];
         for (index, vote) in votes.iter_mut().enumerate() {
-            *vote = ((index * 7919) % 21) as f32 - 10.0;
+            *vote = ((index * 7919) % 21) as i32 - 10;
         }
         let bits = cells_with_majority(votes);
         for index in 0..BLOCK_CELLS {
             let [x, y, z] = [index & 7, index >> 3 & 7, index >> 6];
-            let mut sum = 0.0;
+            let mut sum = 0;
             for neighbor in 0..27 {
                 let (dx, dy, dz) = (neighbor % 3, neighbor / 3 % 3, neighbor / 9);
                 sum += votes[((z + dz) * PADDED + y + dy) * PADDED + x + dx];
             }
-            assert_eq!(bits[index / 64] >> (index % 64) & 1 == 1, sum >= 0.0, "cell {index}");
+            assert_eq!(bits[index / 64] >> (index % 64) & 1 == 1, sum >= 0, "cell {index}");
         }
     }
 }

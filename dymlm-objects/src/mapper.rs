@@ -251,6 +251,29 @@ impl ObjectMapper {
         Some(moved.oriented_box)
     }
 
+    /// Removes the objects whose box reaches into a region (lowest and highest corner, metres, world) and that
+    /// `is_gone` says are; gives their ids. Carried objects stay.
+    pub fn remove_where(
+        &mut self,
+        [min, max]: [[f64; 3]; 2],
+        is_gone: impl Fn(&MapObject) -> bool,
+    ) -> Vec<ObjectId> {
+        let reaches_in = |object: &MapObject| {
+            let corners = object.oriented_box.corners();
+            (0..3).all(|axis| {
+                corners.iter().any(|corner| corner[axis] <= max[axis])
+                    && corners.iter().any(|corner| corner[axis] >= min[axis])
+            })
+        };
+        let objects = self.map.objects.iter().filter(|object| !self.held.contains(&object.id));
+        let gone: Vec<ObjectId> =
+            objects.filter(|object| reaches_in(object) && is_gone(object)).map(MapObject::id).collect();
+        for &id in &gone {
+            self.map.remove(id);
+        }
+        gone
+    }
+
     /// The map as it stands.
     pub fn map(&self) -> &ObjectMap {
         &self.map

@@ -1,7 +1,7 @@
 use dymlm_core::{PointCloud, Rgb};
 
 use crate::insertion::ScanScratch;
-use crate::lattice::{DEPTH, Lattice};
+use crate::lattice::{DEPTH, Key, Lattice};
 use crate::occupancy_model::{OccupancyModel, probability};
 use crate::storage::{Kind, NO_COLOR, Subtree, Tree};
 use crate::{CellState, Error, OctreeConfig};
@@ -162,6 +162,26 @@ impl Octree {
         }
     }
 
+    /// Makes occupied cells free, as after one look through them: those of the smallest cells that share
+    /// something with the box (lowest and highest corner, metres) for whose centres `is_free` says so. Gives
+    /// their number. O(leaves in the box).
+    pub fn free_cells(&mut self, [min, max]: [[f64; 3]; 2], is_free: impl Fn([f64; 3]) -> bool) -> usize {
+        let half = 0.5 * self.resolution();
+        let occupied = self.leaves_in_box(min, max).filter(|leaf| leaf.state == CellState::Occupied);
+        let cells = occupied.flat_map(|leaf| smallest_cells(leaf.key, leaf.depth));
+        let center = |key: Key| self.lattice.corner(key).map(|c| c + half);
+        let overlaps = |center: [f64; 3]| {
+            (0..3).all(|axis| center[axis] + half >= min[axis] && center[axis] - half <= max[axis])
+        };
+        let freed: Vec<Key> = cells.filter(|&key| overlaps(center(key)) && is_free(center(key))).collect();
+        let model = self.model;
+        for &key in &freed {
+            self.tree.change_cell(key, |_| Some(model.clamped(model.miss)));
+        }
+        self.tree.settle();
+        freed.len()
+    }
+
     /// Counts nodes and leaves. O(blocks).
     pub fn counts(&self) -> OctreeCounts {
         let mut counts = OctreeCounts::default();
@@ -236,4 +256,11 @@ impl Octree {
             config,
         }
     }
+}
+
+/// Keys of the smallest cells of the cube that begins at a key.
+fn smallest_cells([x, y, z]: Key, depth: u8) -> impl Iterator<Item = Key> {
+    let side = (1_u32 << (DEPTH - depth)) as u16;
+    let along = move |first: u16| (0..side).map(move |step| first + step);
+    along(z).flat_map(move |z| along(y).flat_map(move |y| along(x).map(move |x| [x, y, z])))
 }

@@ -21,6 +21,14 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
+    /// Whether the box shares something with that from `min` to `max`, metres.
+    pub(crate) fn overlaps(&self, [min, max]: [[f64; 3]; 2]) -> bool {
+        (0..3).all(|axis| {
+            f64::from(self.min[axis]) * self.voxel_size <= max[axis]
+                && f64::from(self.max[axis]) * self.voxel_size >= min[axis]
+        })
+    }
+
     /// Distance between two boxes, metres; vast when one is empty.
     pub(crate) fn distance(&self, other: &Self) -> f64 {
         let mut squares = 0.0;

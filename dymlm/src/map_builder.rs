@@ -7,6 +7,7 @@ use dymlm_geometry::OrientedBox;
 use dymlm_objects::ObjectView;
 use dymlm_planes::PlaneDetector;
 
+use crate::ghost_removal::GhostRemoval;
 use crate::key_frames::KeyFrames;
 use crate::stages::StageClock;
 use crate::subsampler::{Subsampler, in_all_pixels};
@@ -29,6 +30,7 @@ pub struct MapBuilder {
     key_frames: KeyFrames,
     subsampler: Subsampler,
     waiting: WaitingFrames,
+    ghost_removal: GhostRemoval,
     next_id: u64,
     /// Time of the last frame that was inserted, waiting or not.
     newest: f64,
@@ -51,6 +53,7 @@ impl MapBuilder {
             key_frames: KeyFrames::new(config.key_frames)?,
             subsampler: Subsampler::new(config.sensor.stride),
             waiting: WaitingFrames::default(),
+            ghost_removal: GhostRemoval::default(),
             next_id: 0,
             newest: f64::NEG_INFINITY,
             carried: BTreeMap::new(),
@@ -163,7 +166,8 @@ impl MapBuilder {
         input: &FrameInput<'_>,
         carried: &[OrientedBox],
     ) -> Result<FrameReport, Error> {
-        let Self { config, preprocessor, plane_detector, key_frames, subsampler, map, .. } = self;
+        let Self { config, preprocessor, plane_detector, key_frames, subsampler, ghost_removal, map, .. } =
+            self;
         let input = subsampler.subsample(input)?;
         let (frame, found, pose) = (input.frame, input.detections(), &input.world_from_camera);
         let mut clock = StageClock::start();
@@ -182,9 +186,12 @@ impl MapBuilder {
             let detected =
                 clock.time(Stage::PlaneDetection, || plane_detector.detect(frame, mask, &boxes))?;
             let mut planes = clock.time(Stage::PlaneMap, || map.planes.insert(detected, frame, pose))?;
-            let objects =
+            let mut objects =
                 clock.time(Stage::Objects, || map.objects.insert(&view, &MappedPlanes(&map.planes)))?;
 
+            let gone = clock.time(Stage::GhostRemoval, || ghost_removal.run_when_due(frame.timestamp(), map));
+
+            objects.removed.extend(gone);
             planes.rejected = plane_detector.rejected().to_vec();
             FrameOutcome::Mapped(Box::new(MapUpdate { cloud, octree, planes, objects }))
         } else {
@@ -199,6 +206,13 @@ impl MapBuilder {
             stages: clock.finish(),
             released: Vec::new(),
         })
+    }
+
+    /// Takes out of octree, planes and objects what the evidence of the newest frames has found to be no part
+    /// of the static world. The builder does so by itself once a second of the frames' clock; the cloud is
+    /// always up to date.
+    pub fn settle(&mut self) {
+        self.ghost_removal.run(&mut self.map);
     }
 
     /// The maps as they stand.
@@ -223,7 +237,8 @@ impl MapBuilder {
 
     /// Gives the maps away. Frames that wait for detections are not in them: see
     /// [`process_waiting`](Self::process_waiting).
-    pub fn into_map(self) -> MultiLevelMap {
+    pub fn into_map(mut self) -> MultiLevelMap {
+        self.settle();
         self.map
     }
 }

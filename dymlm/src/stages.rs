@@ -16,15 +16,24 @@ pub enum Stage {
     PlaneMap,
     /// Objects fitted, associated, updated, merged and removed.
     Objects,
+    /// What the evidence has found to be no part of the static world leaves octree, planes and objects.
+    GhostRemoval,
 }
 
 /// Number of steps; private, so that more steps break nobody.
-const STAGES: usize = 6;
+const STAGES: usize = 7;
 
 impl Stage {
     /// All steps, in the order in which they run.
-    pub const ALL: &[Self] =
-        &[Self::Dynamics, Self::Cloud, Self::Octree, Self::PlaneDetection, Self::PlaneMap, Self::Objects];
+    pub const ALL: &[Self] = &[
+        Self::Dynamics,
+        Self::Cloud,
+        Self::Octree,
+        Self::PlaneDetection,
+        Self::PlaneMap,
+        Self::Objects,
+        Self::GhostRemoval,
+    ];
 
     /// Name in reports, in lower case.
     pub fn name(self) -> &'static str {
@@ -35,6 +44,7 @@ impl Stage {
             Self::PlaneDetection => "plane_detection",
             Self::PlaneMap => "plane_map",
             Self::Objects => "objects",
+            Self::GhostRemoval => "ghost_removal",
         }
     }
 }

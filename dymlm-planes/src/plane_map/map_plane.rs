@@ -18,9 +18,11 @@ pub struct MapPlane {
     /// Number of key frames that looked at its centroid, where that decides whether it is confirmed; else 0.
     pub(super) looks: usize,
     pub(super) is_confirmed: bool,
+    /// Whether most of it is no part of the static world.
+    pub(super) is_ghost: bool,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
-    bounds: Bounds,
+    pub(super) bounds: Bounds,
     pub(super) shape: ShapeSettings,
 }
 
@@ -65,6 +67,7 @@ impl MapPlane {
             sightings: Sightings::default(),
             looks: 0,
             is_confirmed: false,
+            is_ghost: false,
             moments: FixedMoments::default(),
             bounds: Patch::default().bounds(shape.voxel_size),
             patch: Patch::default(),

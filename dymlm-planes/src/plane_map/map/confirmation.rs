@@ -4,13 +4,38 @@ use dymlm_core::vector3::{difference, dot, norm};
 use super::super::map_plane::MapPlane;
 use super::{KeyFrame, PlaneMap};
 use crate::detector::patch_range;
+use crate::linear_algebra::foot_on;
 
 /// Cosine of the angle from its optical axis within which a key frame looks at a place: 25 degrees, the inner
 /// half of a Kinect's view.
 const COS_VIEW: f64 = 0.906_308;
 
+/// A plane is a ghost when this share of its inliers is.
+const GHOST_SHARE: f64 = 0.5;
+
 /// Which planes are believed.
 impl PlaneMap {
+    /// Judges the planes that reach into a box (lowest and highest corner, metres, world): a plane more than
+    /// half of whose inliers are ghosts, of those of which something is known, is not believed until it is
+    /// judged anew. `is_ghost` tells whether a place is no part of the static world, such as where somebody
+    /// sat; `None` where nothing is known.
+    pub fn judge(&mut self, region: [[f64; 3]; 2], is_ghost: impl Fn([f64; 3]) -> Option<bool>) {
+        let voxel_size = self.config.voxel_size;
+        let mut planes = std::mem::take(&mut self.planes);
+        for plane in planes.iter_mut().filter(|plane| plane.is_ghost || plane.bounds.overlaps(region)) {
+            let voxels = plane.patch.voxels().iter();
+            let places = voxels.map(|voxel| foot_on(&plane.plane, voxel.center(voxel_size)));
+            let (mut known, mut ghosts) = (0_u32, 0_u32);
+            for is_ghost in places.filter_map(&is_ghost) {
+                known += 1;
+                ghosts += u32::from(is_ghost);
+            }
+            plane.is_ghost = f64::from(ghosts) > GHOST_SHARE * f64::from(known);
+            plane.is_confirmed = self.is_believed(plane);
+        }
+        self.planes = planes;
+    }
+
     /// Judges all planes after a key frame: those that it touched anew, for the others it counts as a look at
     /// most.
     pub(super) fn confirm_after(&mut self, world_from_camera: &Pose, is_touched: impl Fn(&MapPlane) -> bool) {
@@ -49,7 +74,8 @@ impl PlaneMap {
 
     fn is_believed(&self, plane: &MapPlane) -> bool {
         let seen = plane.observations();
-        seen >= self.config.min_observations
+        !plane.is_ghost
+            && seen >= self.config.min_observations
             && f64::from(seen) >= self.config.min_observation_share * plane.looks as f64
     }
 

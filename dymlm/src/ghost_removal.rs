@@ -1,0 +1,92 @@
+use dymlm_cloud::{Verdict, Verdicts};
+use dymlm_core::ObjectId;
+use dymlm_objects::MapObject;
+
+use crate::MultiLevelMap;
+
+/// How often the maps are held against the evidence, seconds of the frames' clock: often enough for maps that
+/// change within seconds, seldom enough to cost a frame next to nothing.
+const INTERVAL: f64 = 1.0;
+/// A plane or an object is a ghost when this share of what was read of it is.
+const GHOST_SHARE: f64 = 0.5;
+
+/// Takes out of octree, planes and objects what the cloud's evidence has found to be no part of the static
+/// world.
+#[derive(Debug, Clone)]
+pub(crate) struct GhostRemoval {
+    /// The evidence that the maps were held against last.
+    revision: u32,
+    last: f64,
+}
+
+impl Default for GhostRemoval {
+    fn default() -> Self {
+        Self { revision: 0, last: f64::NEG_INFINITY }
+    }
+}
+
+impl GhostRemoval {
+    /// Holds the maps against the evidence when it is time again; gives the objects that are gone.
+    pub(crate) fn run_when_due(&mut self, timestamp: f64, map: &mut MultiLevelMap) -> Vec<ObjectId> {
+        if timestamp - self.last < INTERVAL {
+            return Vec::new();
+        }
+        self.last = timestamp;
+        self.run(map)
+    }
+
+    /// Holds the maps against the evidence, where it has changed since the last time.
+    pub(crate) fn run(&mut self, map: &mut MultiLevelMap) -> Vec<ObjectId> {
+        let MultiLevelMap { cloud, octree, planes, objects } = map;
+        let verdicts = cloud.verdicts();
+        let boxes: Vec<[[f64; 3]; 2]> = verdicts.ghost_boxes_since(self.revision).collect();
+        self.revision = cloud.evidence_revision();
+        let Some(region) = boxes.iter().copied().reduce(union) else { return Vec::new() };
+
+        let half = 0.5 * octree.resolution();
+        for &around in &boxes {
+            octree.free_cells(around, |center| is_ghost_cell(&verdicts, center, half));
+        }
+        planes.judge(region, |place| verdicts.at(place).map(|verdict| verdict == Verdict::Ghost));
+        objects.remove_where(region, |object| is_free(&verdicts, object))
+    }
+}
+
+fn union(a: [[f64; 3]; 2], b: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
+    let bound =
+        |end: usize, choose: fn(f64, f64) -> f64| [0, 1, 2].map(|axis| choose(a[end][axis], b[end][axis]));
+    [bound(0, f64::min), bound(1, f64::max)]
+}
+
+/// Whether a cube holds a ghost and nothing static.
+fn is_ghost_cell(verdicts: &Verdicts<'_>, center: [f64; 3], half: f64) -> bool {
+    let side = verdicts.cell_size();
+    let [x, y, z] = center.map(|c| {
+        let (first, last) = (((c - half) / side).floor() as i64, ((c + half) / side).floor() as i64);
+        (first..=last).map(move |cell| (cell as f64 + 0.5) * side)
+    });
+    let mut holds_ghost = false;
+    for z in z {
+        for y in y.clone() {
+            for x in x.clone() {
+                match verdicts.at([x, y, z]) {
+                    Some(Verdict::Static) => return false,
+                    Some(_) => holds_ghost = true,
+                    None => {}
+                }
+            }
+        }
+    }
+    holds_ghost
+}
+
+/// Whether most of what was read of an object is free space now. What is only occluded by a person, or masked
+/// with somebody who sits on it, is still there.
+fn is_free(verdicts: &Verdicts<'_>, object: &MapObject) -> bool {
+    let (mut read, mut free) = (0_usize, 0_usize);
+    for is_free in object.points().filter_map(|point| verdicts.is_free(point)) {
+        read += 1;
+        free += usize::from(is_free);
+    }
+    free as f64 > GHOST_SHARE * read as f64
+}
