@@ -60,6 +60,7 @@ fn main() -> Result<(), AnyError> {
     if reports.is_empty() {
         return Err("no frame could be mapped; nothing is written".into());
     }
+    builder.settle();
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
     let counts = builder.map().counts();

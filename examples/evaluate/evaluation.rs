@@ -128,6 +128,7 @@ fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Re
         scratch.recycle(frame);
         bar.inc(1);
     }
+    runs.iter_mut().for_each(Run::settle);
 
     let comparing = treatments.len() > 1;
     let stages: &[Stage] = if comparing { &[Stage::Before, Stage::After] } else { &[Stage::After] };

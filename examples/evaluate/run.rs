@@ -69,6 +69,11 @@ impl Run {
         self.builder.map()
     }
 
+    /// Brings all maps up to date after the last frame.
+    pub(crate) fn settle(&mut self) {
+        self.builder.settle();
+    }
+
     pub(crate) fn insert(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
         let mut detections = frame.detections.clone();
         detections.retain(|detection| detection.score() >= self.min_score);

@@ -62,7 +62,10 @@ impl PlaneMap {
     }
 
     fn recount(&self, plane: &mut MapPlane) {
-        let looks = |key_frame: &&KeyFrame| self.looks_at(&key_frame.world_from_camera, plane);
+        // Before it was seen first, it may not have stood there.
+        let looks = |key_frame: &&KeyFrame| {
+            key_frame.timestamp >= plane.first_seen() && self.looks_at(&key_frame.world_from_camera, plane)
+        };
         plane.looks =
             if self.counts_looks(plane) { self.key_frames.values().filter(looks).count() } else { 0 };
     }
