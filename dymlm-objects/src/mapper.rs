@@ -1,13 +1,13 @@
 use std::collections::BTreeSet;
 
-use dymlm_core::vector3::{along, difference, norm, unit};
+use dymlm_core::vector3::{along, unit};
 use dymlm_core::{ObjectId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
 use crate::optimization::{
-    Existence, MAX_TOGETHER, PRIOR_SLACK, Proposal, Reparameterizer, find_duplicates, judge_existence,
+    Existence, PRIOR_SLACK, Proposal, Reparameterizer, find_duplicates, judge_existence,
 };
 use crate::parameterization::Parameterizer;
 use crate::support::LevelPlanes;
@@ -66,18 +66,10 @@ pub struct ObjectMapper {
 /// Farthest that a camera may be from the world's origin on an axis, metres: places stay exact to a
 /// micrometre.
 const REACH: f64 = 1e8;
-/// Share of an observation's points in an object's cells that makes it a part of what is there.
-const OCCUPIED: f64 = 0.6;
-/// Intersection over union of an object's projection and a box that makes the box the object's, with the same
-/// label and with another.
-const EXPLAINED: f64 = 0.35;
-const EXPLAINED_OTHER_LABEL: f64 = 0.5;
-/// The same for an object of another label that holds the observation's points.
-const OCCUPIED_OTHER_LABEL: f64 = 0.2;
-/// How many times as often an object must have been observed as one that it explains away.
-const SURELY_KNOWN: u32 = 2;
-/// So many things must have stood on planes for these to tell the vertical from a plane that slopes.
-const SURE_OF_VERTICAL: f64 = 20.0;
+/// Intersection over union of an object's projection and a detection's box from which on the detector may mean
+/// the object. Lower loses things before or behind others, higher keeps what was found beside an object
+/// instead of it.
+const LOOKS_LIKE: f64 = 0.4;
 /// Merges a frame, at most; the others wait for the next.
 const MAX_MERGES: usize = 16;
 /// Frames in view after which a thing that was detected once only is given up.
@@ -162,11 +154,8 @@ impl ObjectMapper {
     /// From detections to boxes in space.
     fn parameterize(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
         let vertical = unit(self.upward);
-        let level = LevelPlanes {
-            planes,
-            vertical: vertical.filter(|_| norm(self.upward) >= SURE_OF_VERTICAL),
-            least_cosine: self.config.parameterization.max_support_slope.cos(),
-        };
+        let least_cosine = self.config.parameterization.max_support_slope.cos();
+        let level = LevelPlanes { planes, vertical, least_cosine };
         self.parameterizer.parameterize(view, &level, vertical, &self.config.sizes, &mut self.observations);
         let supports = self.observations.iter().filter_map(|observation| observation.support);
         for support in supports.filter(|support| support.id.is_some()) {
@@ -210,7 +199,7 @@ impl ObjectMapper {
             }
         }
         self.observations = observations;
-        self.note_neighbours();
+        self.observed.sort_unstable();
     }
 
     /// What should be in view but is not, what is confirmed, what is one.
@@ -218,7 +207,6 @@ impl ObjectMapper {
         self.judge_existence(view);
         self.remove_ghosts();
         self.merge_duplicates();
-        self.remove_explained();
         self.judge_belief();
         let report = &mut self.report;
         for ids in [&mut report.updated, &mut report.kept_parameters] {
@@ -244,7 +232,6 @@ impl ObjectMapper {
     pub fn move_object(&mut self, object: ObjectId, new_from_old: &Pose) -> Option<OrientedBox> {
         let object = self.map.current_id(object);
         let place = self.map.place(object)?;
-        self.map.together.retain(|&(one, other), _| one != object && other != object);
         self.held.remove(&object);
         let moved = self.map.objects.get_mut(place)?;
         moved.move_by(new_from_old);
@@ -359,21 +346,21 @@ impl ObjectMapper {
             let chosen = observation.points.iter().step_by(step);
             chosen.map(|point| view.world_from_camera.transform_point(point.map(f64::from)))
         };
-        let count = places().count().max(1) as f64;
+        let count = places().count().max(1);
         // What lies flat shares the cells of the table under it.
         let comparable = |object: &&MapObject| {
             (observation.relief == Relief::Raised || object.relief() == Relief::Flat)
-                && (object.label == observation.label
-                    || looks_like(object, view, observation, OCCUPIED_OTHER_LABEL))
+                && (object.label == observation.label || looks_like(object, view, observation))
         };
         self.map.objects().filter(comparable).any(|object| {
             let shared = places().filter(|&place| object.cloud.holds(place)).count();
-            shared as f64 >= OCCUPIED * count
+            2 * shared >= count
         })
     }
 
     /// Whether the detector most likely means an object that is believed and that no other detection is of:
-    /// its projection looks like the box. What was found in the box is something before or behind it.
+    /// its projection looks like the box, and the depths show its surface. What was found in the box is
+    /// something before or behind it.
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
         self.map.objects().any(|object| {
             let is_matched = self
@@ -381,24 +368,10 @@ impl ObjectMapper {
                 .iter()
                 .flatten()
                 .any(|&place| self.map.objects.get(place).is_some_and(|matched| matched.id == object.id));
-            let same_label = object.label == observation.label;
-            let least = if same_label { EXPLAINED } else { EXPLAINED_OTHER_LABEL };
-            !is_matched && looks_like(object, view, observation, least)
+            !is_matched
+                && looks_like(object, view, observation)
+                && judge_existence(view, object, &self.sensor) == Existence::Present
         })
-    }
-
-    /// Counts pairs of close objects that one frame observed.
-    fn note_neighbours(&mut self) {
-        self.observed.sort_unstable();
-        for (index, &one) in self.observed.iter().enumerate() {
-            for &other in &self.observed[index + 1..] {
-                let Some((a, b)) = self.map.object(one).zip(self.map.object(other)) else { continue };
-                let reach = norm(a.oriented_box.lengths()) + norm(b.oriented_box.lengths());
-                if norm(difference(a.oriented_box.center(), b.oriented_box.center())) <= reach {
-                    *self.map.together.entry((one, other)).or_default() += 1;
-                }
-            }
-        }
     }
 
     fn judge_existence(&mut self, view: &ObjectView<'_>) {
@@ -451,29 +424,6 @@ impl ObjectMapper {
         }
     }
 
-    /// Removes objects that a better known one of the same label explains: it looks like them in the views
-    /// that they were found in, and both were hardly ever found at once. They began before it was known, with
-    /// something before or behind it.
-    fn remove_explained(&mut self) {
-        let explains = |known: &MapObject, own: &MapObject| {
-            let pair = (known.id.min(own.id), known.id.max(own.id));
-            let together = f64::from(self.map.together.get(&pair).copied().unwrap_or(0));
-            known.label == own.label
-                && known.observations >= SURELY_KNOWN * own.observations
-                && together <= MAX_TOGETHER * f64::from(own.observations)
-                && own.key_views.mean_iou(&known.shape()).is_some_and(|iou| iou >= EXPLAINED)
-        };
-        let is_explained =
-            |own: &&MapObject| self.map.objects().any(|known| known.id != own.id && explains(known, own));
-        let explained: Vec<ObjectId> =
-            self.map.objects.iter().filter(is_explained).map(MapObject::id).collect();
-        for id in explained {
-            self.map.remove(id);
-            self.report.removed.push(id);
-        }
-        self.report.removed.sort_unstable();
-    }
-
     /// An object is believed when it was observed often enough, not too seldom while in view, and is of a
     /// size that things of its label have.
     fn judge_belief(&mut self) {
@@ -502,16 +452,11 @@ impl ObjectMapper {
     }
 }
 
-/// Whether an object's projection has this intersection over union with an observation's box.
-fn looks_like(
-    object: &MapObject,
-    view: &ObjectView<'_>,
-    observation: &ObjectObservation,
-    least: f64,
-) -> bool {
+/// Whether an object's projection is much like an observation's box.
+fn looks_like(object: &MapObject, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
     let camera = view.frame.camera();
     let projected = object.shape().image_box(camera, &view.world_from_camera);
     projected.is_some_and(|projected| {
-        visible_iou(&projected, &observation.bounding_box, observation.completeness, camera) >= least
+        visible_iou(&projected, &observation.bounding_box, observation.completeness, camera) >= LOOKS_LIKE
     })
 }

@@ -87,7 +87,7 @@ fn a_vertical_makes_up_for_sides_that_are_not_seen() {
         surface(&own, 20).into_iter().filter(|point| point[1] < -0.149 || point[2] > 0.099).collect();
     let table = Plane::new([0.0, 0.0, 1.0], 0.1).unwrap();
     let alone = fitter(|_| {}).fit(&seen, None).unwrap();
-    let upright = fitter(|_| {}).fit(&seen, Some(table.normal())).unwrap().standing_on(&table);
+    let upright = fitter(|_| {}).fit(&seen, Some(table.normal())).unwrap().standing_on(&table, 0.0);
     assert!(alone.oriented_box.iou(&own) < 0.8, "{}", alone.oriented_box.iou(&own));
     assert!(upright.oriented_box.iou(&own) > 0.999);
     assert_eq!(upright.oriented_box.lengths().map(|length| (100.0 * length).round()), [40.0, 30.0, 20.0]);
@@ -100,10 +100,10 @@ fn a_foot_lost_in_the_noise_is_put_back_on_the_plane() {
     let table = Plane::new([0.0, 0.0, 1.0], 0.1).unwrap();
     let fit = fitter(|_| {}).fit(&seen, Some(table.normal())).unwrap();
     assert!(fit.oriented_box.lengths()[2] < 0.165);
-    assert!(fit.standing_on(&table).oriented_box.iou(&own) > 0.999);
+    assert!(fit.standing_on(&table, 0.0).oriented_box.iou(&own) > 0.999);
     // Wholly below the plane: nothing stands there.
     let above = Plane::new([0.0, 0.0, 1.0], -0.5).unwrap();
-    assert_eq!(fit.standing_on(&above), fit);
+    assert_eq!(fit.standing_on(&above, 0.0), fit);
 }
 
 #[test]

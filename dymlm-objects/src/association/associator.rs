@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use dymlm_core::vector3::Vector3;
 use dymlm_geometry::Assignment;
 
@@ -40,16 +42,6 @@ impl AssociationTests {
     }
 }
 
-/// The greatest statistic that the test of the centroid accepts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Limit {
-    /// Not asked for yet.
-    Unknown,
-    /// There are too few centroids.
-    None,
-    At(f64),
-}
-
 /// Pairs the observations of a frame with the objects of the map.
 #[derive(Debug)]
 pub(crate) struct Associator {
@@ -58,8 +50,8 @@ pub(crate) struct Associator {
     affinities: Vec<f64>,
     places: Vec<Vector3>,
     assignment: Assignment,
-    /// Limits of the centroid test by number of centroids.
-    limits: Vec<Limit>,
+    /// Limits of the centroid test by number of centroids; none where these are too few.
+    limits: BTreeMap<u32, Option<f64>>,
 }
 
 impl Associator {
@@ -70,7 +62,7 @@ impl Associator {
             affinities: Vec::new(),
             places: Vec::new(),
             assignment: Assignment::default(),
-            limits: Vec::new(),
+            limits: BTreeMap::new(),
         }
     }
 
@@ -133,17 +125,9 @@ impl Associator {
     fn centroid_verdict(&mut self, observation: &ObjectObservation, object: &MapObject) -> CentroidVerdict {
         let (test, cloud) = (self.config.centroid_test, &object.centroids);
         // Beyond this many the limits do not change any more.
-        let place = (cloud.count() as usize).min(2000);
-        if self.limits.len() <= place {
-            self.limits.resize(place + 1, Limit::Unknown);
-        }
-        if self.limits[place] == Limit::Unknown {
-            let limit = test.limit(place as u32, self.config.alpha);
-            self.limits[place] = limit.map_or(Limit::None, Limit::At);
-        }
-        match self.limits[place] {
-            Limit::At(limit) => test.verdict_at(cloud, observation.centroid, limit),
-            Limit::None | Limit::Unknown => CentroidVerdict::Undecided,
-        }
+        let count = cloud.count().min(2000);
+        let alpha = self.config.alpha;
+        let limit = *self.limits.entry(count).or_insert_with(|| test.limit(count, alpha));
+        limit.map_or(CentroidVerdict::Undecided, |limit| test.verdict_at(cloud, observation.centroid, limit))
     }
 }

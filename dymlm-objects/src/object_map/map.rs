@@ -14,8 +14,6 @@ pub struct ObjectMap {
     /// By ascending id.
     pub(crate) objects: Vec<MapObject>,
     pub(crate) next_id: u64,
-    /// Frames in which two objects close to each other were both detected, by ids in ascending order.
-    pub(crate) together: BTreeMap<(ObjectId, ObjectId), u32>,
     /// What merged objects went into.
     absorbed_by: BTreeMap<ObjectId, ObjectId>,
 }
@@ -64,7 +62,6 @@ impl ObjectMap {
     /// Takes an object out.
     pub(crate) fn remove(&mut self, id: ObjectId) -> Option<MapObject> {
         let place = self.place(id)?;
-        self.together.retain(|&(one, other), _| one != id && other != id);
         Some(self.objects.remove(place))
     }
 

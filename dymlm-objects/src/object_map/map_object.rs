@@ -143,8 +143,7 @@ impl MapObject {
     pub fn support(&self) -> Option<SupportPlane> {
         let most =
             self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most })?;
-        let share = if most.support.id.is_some() { MAP_PLANE_SHARE } else { LEVEL_PATCH_SHARE };
-        (f64::from(most.votes) >= share * f64::from(self.observations)).then_some(most.support)
+        (f64::from(most.votes) >= SUPPORT_SHARE * f64::from(self.observations)).then_some(most.support)
     }
 
     /// The centroids of its observations.
@@ -257,7 +256,7 @@ impl MapObject {
             return self.cloud.patch(points, world_from_camera, sensor, |_| true);
         }
         let box_from_world = self.oriented_box.world_from_box().inverse();
-        let reach = self.oriented_box.lengths().map(|length| 0.5 * GROWTH * length + MARGIN);
+        let reach = self.oriented_box.lengths().map(|length| 0.5 * GROWTH * length);
         self.cloud.patch(points, world_from_camera, sensor, |place| {
             let local = box_from_world.transform_point(place);
             (0..3).all(|axis| local[axis].abs() <= reach[axis])
@@ -315,12 +314,10 @@ impl MapObject {
     }
 }
 
-/// Share of the observations that must have found an object on a plane of the map, or on a level patch, of
-/// which a cluttered table has many.
-const MAP_PLANE_SHARE: f64 = 0.1;
-const LEVEL_PATCH_SHARE: f64 = 0.3;
+/// Share of the observations that must have found an object on its plane. Lower takes the edge of a table below
+/// it for its support, higher leaves without one what stands among other things.
+const SUPPORT_SHARE: f64 = 0.2;
 /// Observations after which an object's box tells which points can be its.
 const KNOWN: u32 = 4;
-/// By how much the box may grow at once: a factor, and metres on each side.
-const GROWTH: f64 = 1.3;
-const MARGIN: f64 = 0.05;
+/// By what factor the box may grow at once. Lower cuts off what is seen later, higher takes in neighbours.
+const GROWTH: f64 = 1.5;

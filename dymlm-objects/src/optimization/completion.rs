@@ -50,11 +50,6 @@ pub(super) fn complete_foot(own: &OrientedBox, prior: &SizePrior, views: &KeyVie
     }
 }
 
-/// Share of the views in which something must hide a side for it to be unknown.
-const HIDDEN: f64 = 0.6;
-/// Weight of a depth that is less than usual against that of a width: part of it is mostly hidden.
-const DEPTH_WEIGHT: f64 = 0.5;
-
 struct UsualLengths {
     across: f64,
     depth: f64,
@@ -71,9 +66,9 @@ fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> Us
         return UsualLengths { across: side, depth: side };
     }
     let misfit = |usual_across: f64, usual_depth: f64| {
-        let (wide, deep) = ((across / usual_across).ln(), (depth.max(1e-3) / usual_depth).ln());
+        let (wide, deep) = ((across / usual_across).ln(), (depth.max(1e-3) / usual_depth).ln().abs());
         let wide = if is_cut { wide.max(0.0) } else { wide.abs() };
-        wide + if deep < 0.0 { -DEPTH_WEIGHT * deep } else { deep }
+        wide + deep
     };
     if misfit(length, width) <= misfit(width, length) {
         UsualLengths { across: length, depth: width }
@@ -104,7 +99,7 @@ fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
     let sides = views.iter().filter_map(|view| side_toward(direction, view));
     let (hidden, all) =
         sides.fold((0, 0), |(hidden, all), side| (hidden + u32::from(side != SideView::Whole), all + 1));
-    all > 0 && f64::from(hidden) >= HIDDEN * f64::from(all)
+    all > 0 && 2 * hidden >= all
 }
 
 /// What ends the view on the side of the image to which a direction points; `None` when it points mostly

@@ -1,5 +1,6 @@
 use dymlm_core::{DepthView, SensorModel, Visibility};
 
+use crate::view::PLACE_SIGMA;
 use crate::{MapObject, ObjectView};
 
 /// What a frame's depths say of an object that the detector did not find in it.
@@ -15,24 +16,15 @@ pub(crate) enum Existence {
 
 /// Points of an object that are asked, at most.
 const MAX_POINTS: usize = 64;
-/// How well an object's points are known where they are, metres, as a standard deviation: errors of poses,
-/// and of points that were fused from several sides. Lower removes objects when poses drift, higher keeps low
-/// ones whose place is read.
-const PLACE_SIGMA: f64 = 0.05 / 3.0;
-/// Share of the points asked that must have an answer.
-const LEAST_ANSWERED: f64 = 0.6;
-/// Share of the answers that must be absent.
-const MOSTLY_ABSENT: f64 = 0.6;
-
 /// Projects some of the object's points: most of them must be in the image, static and not occluded for the
 /// frame to say anything.
 pub(crate) fn judge_existence(view: &ObjectView<'_>, object: &MapObject, sensor: &SensorModel) -> Existence {
     let camera = view.frame.camera();
     let camera_from_world = view.world_from_camera.inverse();
     let depths = DepthView::new(camera, view.frame.depth(), sensor);
-    let [mut asked, mut present, mut absent] = [0.0; 3];
+    let [mut asked, mut present, mut absent] = [0; 3];
     for place in object.points().step_by(object.point_count().div_ceil(MAX_POINTS).max(1)) {
-        asked += 1.0;
+        asked += 1;
         let place = camera_from_world.transform_point(place);
         let seen = depths.look_at(place, PLACE_SIGMA);
         let [u, v] = seen.pixel;
@@ -40,15 +32,15 @@ pub(crate) fn judge_existence(view: &ObjectView<'_>, object: &MapObject, sensor:
             continue;
         }
         match seen.visibility {
-            Visibility::Present => present += 1.0,
-            Visibility::Absent => absent += 1.0,
+            Visibility::Present => present += 1,
+            Visibility::Absent => absent += 1,
             _ => {}
         }
     }
     let answered = present + absent;
-    if answered == 0.0 || answered < LEAST_ANSWERED * asked {
+    if answered == 0 || 2 * answered < asked {
         Existence::Unknown
-    } else if absent > MOSTLY_ABSENT * answered {
+    } else if 2 * absent > answered {
         Existence::Absent
     } else {
         Existence::Present

@@ -11,7 +11,6 @@ pub(crate) struct Reparameterizer {
     fitter: BoxFitter,
     outliers: OutlierFilter,
     points: Vec<Point>,
-    plane_tolerance: f64,
 }
 
 /// What became of new parameters.
@@ -30,8 +29,6 @@ const FOOT: f64 = 0.004;
 /// Share of the usual number of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1:
 /// what is seen now and then at the rim is noise.
 const VOXEL_SHARE: f64 = 0.12;
-/// The same of a flat thing.
-const FLAT_SHARE: f64 = 0.4;
 /// Share of the cloud that is left out at each end of each axis before the box is laid, 0..=0.2.
 const TRIM: f64 = 0.01;
 /// By what factor an object may exceed its size prior, 1 or more.
@@ -53,7 +50,6 @@ impl Reparameterizer {
             fitter: BoxFitter::new(fitter)?,
             outliers: OutlierFilter::new(forest)?,
             points: Vec::new(),
-            plane_tolerance: FOOT,
         })
     }
 
@@ -100,11 +96,8 @@ impl Reparameterizer {
         let fit = self.fitter.fit(&self.points, vertical)?;
         let prior = priors.of(&object.label);
         let is_flat = object.relief() == Relief::Flat;
-        let fit = match &plane {
-            Some(plane) if is_flat => fit.flat_on(plane, prior.map_or(0.0, |prior| prior.height.min)),
-            Some(plane) => fit.standing_on(plane),
-            None => fit,
-        };
+        let least_height = prior.filter(|_| is_flat).map_or(0.0, |prior| prior.height.min);
+        let fit = plane.map_or(fit, |plane| fit.standing_on(&plane, least_height));
         let mut oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
         // Colours show a flat thing to its ends.
         let prior = prior.filter(|_| !is_flat);
@@ -118,14 +111,11 @@ impl Reparameterizer {
     }
 
     fn choose_points(&mut self, object: &MapObject, plane: Option<&Plane>) {
-        let Self { outliers, points, plane_tolerance, .. } = self;
+        let Self { outliers, points, .. } = self;
         // What lies flat is at its plane's height, and the parts of its plane that were taken for it differ
         // from view to view.
-        let (plane, share) = match object.relief() {
-            Relief::Flat => (None, FLAT_SHARE),
-            Relief::Raised => (plane, VOXEL_SHARE),
-        };
-        outliers.choose(&object.cloud, plane, *plane_tolerance, share, points);
+        let plane = plane.filter(|_| object.relief() == Relief::Raised);
+        outliers.choose(&object.cloud, plane, FOOT, VOXEL_SHARE, points);
     }
 }
 

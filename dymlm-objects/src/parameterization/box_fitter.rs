@@ -1,8 +1,8 @@
-use dymlm_core::vector3::{Vector3, any_across, cross, dot, unit};
+use dymlm_core::vector3::{Vector3, along, any_across, cross, dot, unit};
 use dymlm_core::{ConfigError, Plane, Point, Pose, check_range};
 use dymlm_geometry::{MinimumAreaRectangleScratch, OrientedBox, PrincipalAxes, minimum_area_rectangle_with};
 
-use super::edge_alignment::EdgeAlignment;
+use super::edge_alignment::{EdgeAlignment, trimmed_extent};
 use crate::UprightPose;
 
 /// Settings of [`BoxFitter`].
@@ -113,33 +113,17 @@ impl BoxAxes {
 }
 
 impl BoxFit {
-    /// The box of something that lies on a plane, whose normal is its third axis, and is at least `height`
-    /// metres high: its sides between the plane and its upper side.
+    /// The box from the plane that it stands on, whose normal is its third axis, to its own upper side, and at
+    /// least `least_height` metres high; as it is when it would have no height.
     #[must_use]
-    pub(crate) fn flat_on(self, plane: &Plane, height: f64) -> Self {
+    pub fn standing_on(self, plane: &Plane, least_height: f64) -> Self {
         let [length, width, own] = self.oriented_box.lengths();
         let pose = self.oriented_box.world_from_box();
         let middle = plane.signed_distance(pose.translation());
-        let height = (middle + 0.5 * own).max(height);
-        let center = [0, 1, 2].map(|k| pose.translation()[k] + (0.5 * height - middle) * plane.normal()[k]);
-        let moved = Pose::new(center, pose.quaternion()).ok();
+        let height = (middle + 0.5 * own).max(least_height);
+        let center = along(pose.translation(), 0.5 * height - middle, plane.normal());
+        let moved = Pose::new(center, pose.quaternion()).ok().filter(|_| height > 0.0);
         match moved.and_then(|pose| OrientedBox::new(pose, [length, width, height]).ok()) {
-            Some(oriented_box) => Self { oriented_box, ..self },
-            None => self,
-        }
-    }
-
-    /// The box with its lower side moved down to the plane that it stands on, whose normal is its third axis;
-    /// as it is when it does not stand above the plane.
-    #[must_use]
-    pub fn standing_on(self, plane: &Plane) -> Self {
-        let [length, width, height] = self.oriented_box.lengths();
-        let pose = self.oriented_box.world_from_box();
-        let top = plane.signed_distance(pose.translation()) + 0.5 * height;
-        let rise = 0.5 * top - (top - 0.5 * height);
-        let center = [0, 1, 2].map(|k| pose.translation()[k] + rise * plane.normal()[k]);
-        let grown = Pose::new(center, pose.quaternion()).ok().filter(|_| top > 0.0);
-        match grown.and_then(|pose| OrientedBox::new(pose, [length, width, top]).ok()) {
             Some(oriented_box) => Self { oriented_box, ..self },
             None => self,
         }
@@ -228,7 +212,7 @@ impl BoxFitter {
             return (axes, false);
         }
         self.lay_footprint(points, center, axes[0], axes[1]);
-        match self.edges.find(&self.footprint) {
+        match self.edges.find(&self.footprint, self.config.trim) {
             Some(axis) => (turned(axes, axis), true),
             None => (axes, false),
         }
@@ -264,15 +248,6 @@ impl BoxFitter {
 fn turned([long, wide, up]: [Vector3; 3], [x, y]: [f64; 2]) -> [Vector3; 3] {
     let long = [0, 1, 2].map(|k| x * long[k] + y * wide[k]);
     [long, cross(up, long), up]
-}
-
-/// Least and greatest value when a share of them is left out at each end; `None` of none.
-fn trimmed_extent(values: &mut [f64], trim: f64) -> Option<[f64; 2]> {
-    let last = values.len().checked_sub(1)?;
-    let left_out = ((trim * values.len() as f64) as usize).min(last / 2);
-    let low = *values.select_nth_unstable_by(left_out, f64::total_cmp).1;
-    let high = *values.select_nth_unstable_by(last - left_out, f64::total_cmp).1;
-    Some([low, high])
 }
 
 fn finite(points: &[Point]) -> impl Iterator<Item = Vector3> + '_ {

@@ -3,6 +3,7 @@ use dymlm_geometry::{GridSample as Sample, SampleGrid as Window};
 
 use super::object_cluster::ObjectCluster;
 use crate::ObjectView;
+use crate::view::PLACE_SIGMA;
 
 /// What ends an object's view on one side of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -58,16 +59,12 @@ pub(super) struct Surroundings<'a> {
     pub(super) sensor: &'a SensorModel,
 }
 
-/// Share of an object's extent, from a side, in which its outermost samples are asked.
-const RIM: f32 = 0.2;
-/// Share of these that something else ends, from which on the view is partial.
-const PARTIAL: f32 = 0.3;
+/// Share of an object's extent, from a side, whose samples are asked, and share of these that something else
+/// must end for the view to be partial. Lower calls a view partial for a few samples, higher overlooks what
+/// stands before a corner.
+const RIM: f32 = 0.25;
 /// Farthest place that is asked, samples beyond the object's last.
 const FARTHEST: i64 = 4;
-/// How well the depth beyond an object's edge is known from the sample at the edge, metres, as a standard
-/// deviation: the surface goes on. Lower calls a thing's own slope an occluder, higher overlooks low things
-/// before it.
-const EDGE_SIGMA: f64 = 0.04 / 3.0;
 impl Surroundings<'_> {
     /// How much of the object is seen; of nothing, all.
     pub(super) fn completeness(&self) -> Completeness {
@@ -111,7 +108,7 @@ impl Surroundings<'_> {
             }
         }
         let causes = [SideView::ImageBorder, SideView::Mover, SideView::Occluder];
-        if counts.iter().sum::<f32>() < PARTIAL * asked.max(1.0) {
+        if counts.iter().sum::<f32>() < RIM * asked.max(1.0) {
             return SideView::Whole;
         }
         let most =
@@ -137,7 +134,7 @@ impl Surroundings<'_> {
             }
             let other = self.view.frame.depth().data()[pixel];
             if other > 0.0 {
-                let tolerance = self.sensor.tolerance(z, EDGE_SIGMA);
+                let tolerance = self.sensor.tolerance(z, PLACE_SIGMA);
                 let seen = Visibility::of_reading(other.into(), z.into(), tolerance);
                 let is_occluded = seen == Visibility::Occluded;
                 return if is_occluded { SideView::Occluder } else { SideView::Whole };

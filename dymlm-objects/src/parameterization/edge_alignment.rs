@@ -11,6 +11,7 @@ pub(super) struct EdgeAlignment {
     places: Vec<[f64; 2]>,
     along: Vec<f64>,
     across: Vec<f64>,
+    sorted: Vec<f64>,
 }
 
 /// Directions tried in a quarter turn.
@@ -23,9 +24,6 @@ const NOISE_SHARE: f64 = 0.06;
 const SLACK: f64 = 1.25;
 /// By how much the closeness must exceed that of the axes given.
 const GAIN: f64 = 1.05;
-/// Share of the points that is left out at each end, which with the first that is not are so many at most.
-const TRIM: f64 = 0.02;
-const OUTERMAX_POINTS: usize = (TRIM * MAX_POINTS as f64) as usize + 1;
 
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
@@ -35,16 +33,17 @@ struct Candidate {
 }
 
 impl EdgeAlignment {
-    /// The direction of a side; `None` when the axes given are as good.
-    pub(super) fn find(&mut self, footprint: &[[f64; 2]]) -> Option<[f64; 2]> {
+    /// The direction of a side, when a share `trim` of the points is left out at each end; `None` when the axes
+    /// given are as good.
+    pub(super) fn find(&mut self, footprint: &[[f64; 2]], trim: f64) -> Option<[f64; 2]> {
         let step = footprint.len().div_ceil(MAX_POINTS).max(1);
         self.places.clear();
         self.places.extend(footprint.iter().step_by(step));
         let mut best: Option<Candidate> = None;
-        let given = self.measure([1.0, 0.0])?;
+        let given = self.measure([1.0, 0.0], trim)?;
         let candidates: [Option<Candidate>; STEPS] = std::array::from_fn(|index| {
             let (sin, cos) = (index as f64 * std::f64::consts::FRAC_PI_2 / STEPS as f64).sin_cos();
-            self.measure([cos, sin])
+            self.measure([cos, sin], trim)
         });
         let least = candidates.iter().flatten().map(|candidate| candidate.area).fold(given.area, f64::min);
         for candidate in candidates.into_iter().flatten().filter(|candidate| candidate.area <= SLACK * least)
@@ -57,7 +56,7 @@ impl EdgeAlignment {
         best.filter(|best| is_poor || best.closeness > GAIN * given.closeness).map(|best| best.axis)
     }
 
-    fn measure(&mut self, axis: [f64; 2]) -> Option<Candidate> {
+    fn measure(&mut self, axis: [f64; 2], trim: f64) -> Option<Candidate> {
         let [x, y] = axis;
         self.along.clear();
         self.across.clear();
@@ -65,14 +64,19 @@ impl EdgeAlignment {
             self.along.push(x * place[0] + y * place[1]);
             self.across.push(x * place[1] - y * place[0]);
         }
-        let [left, right] = extent(&self.along)?;
-        let [low, high] = extent(&self.across)?;
+        let Self { along, across, sorted, .. } = self;
+        let mut extent = |values: &[f64]| {
+            sorted.clear();
+            sorted.extend_from_slice(values);
+            trimmed_extent(sorted, trim)
+        };
+        let ([left, right], [low, high]) = (extent(along)?, extent(across)?);
         let area = (right - left) * (high - low);
         let noise = NOISE_SHARE * area.max(0.0).sqrt();
         if noise <= 0.0 {
             return None;
         }
-        let closeness = self.along.iter().zip(&self.across).map(|(along, across)| {
+        let closeness = along.iter().zip(across.iter()).map(|(along, across)| {
             let to_end = (along - left).abs().min((right - along).abs());
             let to_side = (across - low).abs().min((high - across).abs());
             noise / to_end.min(to_side).max(noise)
@@ -81,26 +85,13 @@ impl EdgeAlignment {
     }
 }
 
-/// Least and greatest value when the outermost are left out at each end; `None` of none.
-fn extent(values: &[f64]) -> Option<[f64; 2]> {
-    let left_out = (TRIM * values.len() as f64) as usize;
-    let (mut low, mut high) = ([f64::INFINITY; OUTERMAX_POINTS], [f64::INFINITY; OUTERMAX_POINTS]);
-    for &value in values {
-        keep_least(&mut low, value);
-        keep_least(&mut high, -value);
-    }
-    let is_known = left_out < values.len() && left_out < OUTERMAX_POINTS;
-    is_known.then(|| [low[left_out], -high[left_out]])
-}
-
-/// Puts a value in its place among the least, which ascend.
-#[inline]
-fn keep_least(least: &mut [f64; OUTERMAX_POINTS], value: f64) {
-    if value < least[OUTERMAX_POINTS - 1] {
-        let place = least.partition_point(|own| *own <= value);
-        least.copy_within(place..OUTERMAX_POINTS - 1, place + 1);
-        least[place] = value;
-    }
+/// Least and greatest value when a share of them is left out at each end; `None` of none.
+pub(super) fn trimmed_extent(values: &mut [f64], trim: f64) -> Option<[f64; 2]> {
+    let last = values.len().checked_sub(1)?;
+    let left_out = ((trim * values.len() as f64) as usize).min(last / 2);
+    let low = *values.select_nth_unstable_by(left_out, f64::total_cmp).1;
+    let high = *values.select_nth_unstable_by(last - left_out, f64::total_cmp).1;
+    Some([low, high])
 }
 
 #[cfg(test)]
@@ -115,21 +106,21 @@ mod tests {
         let (sin, cos) = 0.4_f64.sin_cos();
         let points: Vec<[f64; 2]> =
             front.chain(side).map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect();
-        let [x, y] = EdgeAlignment::default().find(&points).unwrap();
+        let [x, y] = EdgeAlignment::default().find(&points, 0.02).unwrap();
         assert!((y.atan2(x) - 0.4).abs() < 0.05, "{}", y.atan2(x));
     }
 
     #[test]
     fn the_outermost_are_left_out() {
-        let values: Vec<f64> = (0..100).map(|k| f64::from(k * 37 % 100)).collect();
-        assert_eq!(extent(&values), Some([2.0, 97.0]));
-        assert_eq!(extent(&[3.0, -1.0]), Some([-1.0, 3.0]));
-        assert_eq!(extent(&[]), None);
+        let mut values: Vec<f64> = (0..100).map(|k| f64::from(k * 37 % 100)).collect();
+        assert_eq!(trimmed_extent(&mut values, 0.02), Some([2.0, 97.0]));
+        assert_eq!(trimmed_extent(&mut [3.0, -1.0], 0.02), Some([-1.0, 3.0]));
+        assert_eq!(trimmed_extent(&mut [], 0.02), None);
     }
 
     #[test]
     fn nothing_is_aligned_with_nothing() {
-        assert_eq!(EdgeAlignment::default().find(&[]), None);
-        assert_eq!(EdgeAlignment::default().find(&[[1.0, 2.0]; 9]), None);
+        assert_eq!(EdgeAlignment::default().find(&[], 0.0), None);
+        assert_eq!(EdgeAlignment::default().find(&[[1.0, 2.0]; 9], 0.0), None);
     }
 }

@@ -33,24 +33,22 @@ pub(super) struct ClusterSearch<'a> {
 }
 
 impl ClusterSearch<'_> {
-    /// Factor for a cluster so far, in depth, from a mover that hides much of the box: a seat is at its
-    /// depth; what nobody sits on is not, but what is left of the mover is.
-    fn mover_factor(&self, apart: f32) -> f32 {
-        match (self.is_seat, apart.abs() <= if self.is_seat { SEAT_REACH } else { MOVER_REACH }) {
-            (true, true) | (false, false) => 1.0,
-            (true, false) => 0.0,
-            (false, true) => MOVER_REST,
-        }
+    /// Whether a cluster so far, in depth, from a mover that hides much of the box can be the thing: a seat is
+    /// at its depth; at that of what nobody sits on is only what is left of the mover.
+    fn may_be_beside_mover(&self, apart: f32) -> bool {
+        self.is_seat == (apart.abs() <= MOVER_REACH)
     }
 
     /// How likely a cluster is the object, beside its size.
     fn factor(&self, grid: &SampleGrid, cluster: &BoxCluster) -> f32 {
         let mover = grid.masked_depth.filter(|_| grid.masked_share >= HIDDEN);
-        let beside_mover = mover.map_or(1.0, |mover| self.mover_factor(cluster.depth - mover));
-        let share = cluster.outside_share() / OUTSIDE_SCALE;
+        if mover.is_some_and(|mover| !self.may_be_beside_mover(cluster.depth - mover)) {
+            return 0.0;
+        }
+        let share = cluster.outside_share() / CONTAINED;
         let containment = 1.0 / (1.0 + share * share);
         let span = cluster.bounds(grid).map_or(0.0, |own| own.iou(&self.bounding_box) as f32);
-        containment * (0.1 + span) * beside_mover
+        containment * (0.1 + span)
     }
 
     /// Whether a cluster is a part of the object whose main cluster is `main`.
@@ -66,16 +64,13 @@ const MAX_SAMPLES: usize = 1600;
 const MARGIN_SHARE: f32 = 0.15;
 /// Share of a box hidden by movers from which on they tell where the thing is.
 const HIDDEN: f32 = 0.2;
-/// How far a seat may be from who sits on it, in depth, metres.
-const SEAT_REACH: f32 = 0.5;
-/// What is nearer to a mover than this, in depth, metres, may be a rest of it; its score is multiplied by so
-/// much.
-const MOVER_REACH: f32 = 0.25;
-const MOVER_REST: f32 = 0.1;
-/// Share of a cluster outside the box at which its score is halved.
-const OUTSIDE_SCALE: f32 = 0.12;
-/// Largest share of a cluster outside the box for it to be a part, or to be taken with what lies outside.
-const CONTAINED: f32 = 0.2;
+/// How far a seat may be from who sits on it, in depth, and what is left of a mover from it, metres. Lower takes
+/// rests of people for things, higher what stands behind a person for a seat.
+const MOVER_REACH: f32 = 0.4;
+/// Share of a cluster outside the box at which its score is halved, and from which on it is no part of the
+/// object, nor taken with what lies outside. Lower cuts off what a tight box leaves out, higher takes in the
+/// background.
+const CONTAINED: f32 = 0.15;
 
 fn is_contained(cluster: &BoxCluster) -> bool {
     cluster.outside_share() <= CONTAINED
@@ -105,11 +100,8 @@ impl ObjectCluster {
         self.is_member.clear();
         self.is_member.resize(grid.samples.len(), false);
         self.segmenter.cluster(grid, |sample| is_ground.get(sample) == Some(&false));
-        let chosen = self.segmenter.best(
-            grid,
-            |sample| 0.05 + sample.centrality,
-            |cluster| search.factor(grid, cluster),
-        );
+        let chosen =
+            self.segmenter.best(grid, |sample| sample.centrality, |cluster| search.factor(grid, cluster));
         if let Some(chosen) = chosen {
             self.keep(grid, chosen, search);
         }

@@ -7,7 +7,7 @@ use super::flat_thing::FlatThing;
 use super::ground::Ground;
 use super::object_cluster::{ClusterSearch, ObjectCluster};
 use super::{Completeness, ObjectObservation, ParameterizationConfig, Relief, SideView};
-use crate::{BoxFitterConfig, ObjectView, SizePrior, SizePriors, SupportPlane, SupportingPlanes};
+use crate::{BoxFitterConfig, ObjectView, SizePriors, SupportPlane, SupportingPlanes};
 
 /// From detections to boxes in space: the paper's object parameterization (section IV-A).
 ///
@@ -24,7 +24,6 @@ pub(crate) struct Parameterizer {
     cluster: ObjectCluster,
     flat: FlatThing,
     fitter: BoxFitter,
-    heights: Vec<f64>,
     local: Vec<Point>,
 }
 
@@ -58,11 +57,10 @@ impl Parameterizer {
     pub(crate) fn new(config: ParameterizationConfig, sensor: SensorModel) -> Result<Self, ConfigError> {
         Ok(Self {
             window: Window::default(),
-            ground: Ground::default(),
+            ground: Ground::new(&config, sensor),
             cluster: ObjectCluster::new()?,
             flat: FlatThing::default(),
             fitter: BoxFitter::new(BoxFitterConfig::default())?,
-            heights: Vec::new(),
             local: Vec::new(),
             config,
             sensor,
@@ -101,7 +99,7 @@ impl Parameterizer {
             .with_static_mask(view.static_mask)
             .with_instance_mask(detection.mask());
         self.cluster.sample(&box_view, &mut self.window);
-        self.ground.find(&self.window, planes, &view.world_from_camera, &self.config, &self.sensor);
+        self.ground.find(&self.window, planes, &view.world_from_camera);
         let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
         let search = ClusterSearch {
             bounding_box: detection.bounding_box(),
@@ -111,13 +109,7 @@ impl Parameterizer {
         };
         let mut finding = self.find_raised(view, &search);
         if let (None, Some(vertical)) = (finding.support, vertical)
-            && self.ground.find_level_patches(
-                &self.window,
-                vertical,
-                &view.world_from_camera,
-                &self.config,
-                &self.sensor,
-            ) > 0
+            && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera) > 0
         {
             finding = self.find_raised(view, &search);
         }
@@ -131,15 +123,11 @@ impl Parameterizer {
     fn find_raised(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Finding {
         self.cluster.find(&self.window, self.ground.is_ground(), search);
         let completeness = completeness(view, &self.window, &self.cluster, &self.sensor);
-        let support = support(
-            &self.ground,
-            &members(&self.window, &self.cluster),
-            search.prior,
-            completeness,
-            &mut self.heights,
-            &self.config,
-            &self.sensor,
-        );
+        // No farther than usual, or than its size allows when its foot is hidden.
+        let hidden_foot = search.prior.filter(|_| completeness.bottom != SideView::Whole);
+        let hidden_height = hidden_foot.map_or(0.0, |prior| prior.height.typical);
+        let max_gap = self.config.max_support_gap.max(hidden_height);
+        let support = self.ground.under(&members(&self.window, &self.cluster), max_gap);
         Finding { completeness, support, flat_height: None }
     }
 
@@ -210,11 +198,8 @@ impl Parameterizer {
         let local_from_world = Pose::new(centroid.map(|c| -c), [0.0, 0.0, 0.0, 1.0]).ok()?;
         let plane = finding.support.map(|support| support.plane.transformed(&local_from_world));
         let fit = self.fitter.fit(&self.local, plane.map(|plane| plane.normal()).or(vertical))?;
-        let fit = match (&plane, finding.flat_height) {
-            (Some(plane), Some(height)) => fit.flat_on(plane, height),
-            (Some(plane), None) => fit.standing_on(plane),
-            (None, _) => fit,
-        };
+        let least_height = finding.flat_height.unwrap_or(0.0);
+        let fit = plane.map_or(fit, |plane| fit.standing_on(&plane, least_height));
         let oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
         Some((centroid, super::BoxFit { oriented_box, ..fit }))
     }
@@ -223,22 +208,6 @@ impl Parameterizer {
 /// The samples that are the object.
 fn members<'a>(window: &'a Window, cluster: &'a ObjectCluster) -> impl Iterator<Item = &'a Sample> + Clone {
     cluster.members.iter().filter_map(|&index| window.samples.get(index as usize))
-}
-
-/// The plane under the object: no farther than usual, or than its size allows when its foot is hidden.
-fn support<'a>(
-    ground: &Ground,
-    members: &(impl Iterator<Item = &'a Sample> + Clone),
-    prior: Option<&SizePrior>,
-    completeness: Completeness,
-    heights: &mut Vec<f64>,
-    config: &ParameterizationConfig,
-    sensor: &SensorModel,
-) -> Option<SupportPlane> {
-    let hidden_foot = completeness.bottom != SideView::Whole;
-    let hidden_height = prior.filter(|_| hidden_foot).map_or(0.0, |prior| 0.7 * prior.height.typical);
-    let max_gap = config.max_support_gap.max(hidden_height);
-    ground.under(members, max_gap, heights, config, sensor)
 }
 
 fn completeness(

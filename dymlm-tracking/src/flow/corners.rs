@@ -5,10 +5,6 @@ use crate::{Error, GrayImage};
 
 /// Gradients are summed over a window of 2 radius + 1 pixels a side.
 const WINDOW_RADIUS: usize = 2;
-/// Least strength of a corner, squared grey levels a squared pixel (levels of 0..=1): below, corners are
-/// noise.
-const LEAST_STRENGTH: f32 = 1e-5;
-
 /// Settings of [`CornerDetector`].
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -184,7 +180,7 @@ impl CornerDetector {
         let [width, height] = size;
         // Below a hundredth of the strongest they are its echoes (as in OpenCV).
         let strongest = self.strength.iter().copied().fold(0.0, f32::max);
-        let least = (0.01 * strongest).max(LEAST_STRENGTH);
+        let least = 0.01 * strongest;
         for y in 1..height - 1 {
             for x in 1..width - 1 {
                 let at = |dx: usize, dy: usize| self.strength[(y + dy - 1) * width + x + dx - 1];

@@ -34,9 +34,6 @@ pub(crate) struct Template {
     patch: Vec<f32>,
 }
 
-/// A mask between 0 and 1 below this says no.
-const MASKED: f32 = 0.95;
-
 /// Sums over the window that stay the same through all iterations.
 #[derive(Debug, Clone, Copy, Default)]
 struct TemplateSums {
@@ -85,7 +82,7 @@ impl Template {
 
     /// Takes a window whose pixel (x, y) from its centre shows `center + a (x, y)` of the image: what the
     /// window will look like where the surface is turned. `a` by rows. Where `mask`, of the image's size, is
-    /// below [`MASKED`] the window shows something else and does not count.
+    /// below a half the window shows something else and does not count.
     ///
     /// On a turned surface light changes by a slope as well: slopes are taken out of values and gradients, so
     /// that those of the other image meet nothing (Hager, Belhumeur 1998; Baker, Matthews 2004, part 3:
@@ -111,7 +108,7 @@ impl Template {
             let radius = radius as f32;
             for (y, row) in self.weights.chunks_exact_mut(self.stride).enumerate() {
                 for (x, weight) in row.iter_mut().take(side - 2).enumerate() {
-                    let shown = nearest(mask, source(x as f32 - radius, y as f32 - radius)) >= MASKED;
+                    let shown = nearest(mask, source(x as f32 - radius, y as f32 - radius)).round() > 0.0;
                     *weight = if shown { 1.0 } else { 0.0 };
                 }
             }

@@ -1,13 +1,10 @@
-use dymlm_core::{BoundingBox, ColorImage, Detection, Pose};
+use dymlm_core::{BoundingBox, Detection, Pose};
 
-use super::appearance::Appearance;
 use super::model::ObjectModel;
 use super::scene::Scene;
 
 /// Places tried in one frame.
 const MOST_PLACES: usize = 2;
-/// Least likeness of colours, Bhattacharyya coefficient.
-const LEAST_LIKENESS: f64 = 0.55;
 
 /// Where a lost object may be: the middle of a box in the image, and how far away.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,18 +18,15 @@ pub(super) struct Place {
 pub(super) struct Wanted<'a> {
     pub(super) model: &'a ObjectModel,
     pub(super) label: Option<&'a str>,
-    pub(super) appearance: Option<&'a Appearance>,
     /// The last pose, or where it may have gone since.
     pub(super) camera_from_object: Pose,
 }
 
 impl Wanted<'_> {
-    /// Boxes of the object's label (any label, when it has none) that have its size and colour, best score
-    /// first, then `others`.
+    /// Boxes of the object's label (any label, when it has none), best score first, then `others`.
     pub(super) fn places(
         &self,
         scene: Scene<'_>,
-        color: &ColorImage,
         detections: &[Detection],
         others: &[BoundingBox],
     ) -> Vec<Place> {
@@ -42,18 +36,13 @@ impl Wanted<'_> {
             .map(|detection| (detection.score(), detection.bounding_box()))
             .collect();
         boxes.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let detected = boxes
-            .iter()
-            .filter_map(|&(_, region)| self.place(scene, region))
-            .filter(|(region, place)| self.has_size(scene, *region, place.depth))
-            .filter(|(region, _)| self.has_color(color, *region))
-            .map(|(_, place)| place);
-        let others = others.iter().filter_map(|&region| Some(self.place(scene, region)?.1));
+        let detected = boxes.iter().filter_map(|&(_, region)| self.place(scene, region));
+        let others = others.iter().filter_map(|&region| self.place(scene, region));
         detected.chain(others).take(MOST_PLACES).collect()
     }
 
-    /// The box's part on the image, and the place that its middle shows.
-    fn place(&self, scene: Scene<'_>, region: BoundingBox) -> Option<(BoundingBox, Place)> {
+    /// The place that the middle of a box's part on the image shows.
+    fn place(&self, scene: Scene<'_>, region: BoundingBox) -> Option<Place> {
         let camera = scene.camera;
         let region = region.clipped(camera.width(), camera.height())?;
         let expected = self.model.bounds_in_image(camera, &self.camera_from_object)?;
@@ -67,27 +56,7 @@ impl Wanted<'_> {
             None => last * f64::from((expected.area() / region.area().max(1.0)).sqrt()),
         };
         let center = [u - 0.5, v - 0.5];
-        (depth.is_finite() && depth > 0.0).then_some((region, Place { center, depth }))
-    }
-
-    /// Whether a box is as large as some side of the object would be at that depth.
-    fn has_size(&self, scene: Scene<'_>, region: BoundingBox, depth: f64) -> bool {
-        let camera = scene.camera;
-        let metres = |pixels: f32, focal: f64| f64::from(pixels) * depth / focal.abs();
-        let diagonal = metres(region.width(), camera.fx()).hypot(metres(region.height(), camera.fy()));
-        let longest = 2.0 * self.model.reach();
-        (0.3 * longest..=2.5 * longest).contains(&diagonal)
-    }
-
-    fn has_color(&self, color: &ColorImage, region: BoundingBox) -> bool {
-        let Some(wanted) = self.appearance else { return true };
-        // The middle of a box mostly shows the object.
-        let [u, v] = region.center();
-        let half = [0.35 * region.width(), 0.35 * region.height()];
-        let Ok(middle) = BoundingBox::new(u - half[0], v - half[1], u + half[0], v + half[1]) else {
-            return false;
-        };
-        Appearance::of(color, middle, |_, _| true).is_some_and(|seen| seen.likeness(wanted) >= LEAST_LIKENESS)
+        (depth.is_finite() && depth > 0.0).then_some(Place { center, depth })
     }
 }
 

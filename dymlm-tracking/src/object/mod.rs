@@ -1,6 +1,5 @@
 //! A chosen object that is moved by hand: where it is, in six degrees of freedom.
 
-mod appearance;
 mod config;
 mod cut_out;
 mod fit;

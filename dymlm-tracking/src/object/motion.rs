@@ -3,8 +3,6 @@ use nalgebra::{Matrix3, Matrix6, Vector6};
 
 use crate::pose::{PosePrior, moved, step_between};
 
-/// A motion is believed to go on for so long, seconds.
-const LONGEST_PREDICTION: f64 = 0.2;
 /// How well the pose that the caller gives is known, radians and metres.
 const GIVEN: [f64; 2] = [0.02, 0.01];
 /// How fast an object that is found again may move, radians a second and metres a second.
@@ -28,14 +26,16 @@ pub(super) struct Motion {
     pose_covariance: Matrix6<f64>,
     cross_covariance: Matrix6<f64>,
     rate_covariance: Matrix6<f64>,
+    /// A motion is believed to go on for so long, seconds.
+    longest: f64,
     /// Standard deviations of the acceleration.
     acceleration: Vector6<f64>,
 }
 
 impl Motion {
     /// An object that stands still. The accelerations' standard deviations in radians and metres per second
-    /// squared.
-    pub(super) fn at_rest(pose: Pose, time: f64, [angular, linear]: [f64; 2]) -> Self {
+    /// squared; for how long a motion is believed to go on, seconds.
+    pub(super) fn at_rest(pose: Pose, time: f64, [angular, linear]: [f64; 2], longest: f64) -> Self {
         Self {
             pose,
             time,
@@ -43,6 +43,7 @@ impl Motion {
             pose_covariance: variances(GIVEN),
             cross_covariance: Matrix6::zeros(),
             rate_covariance: Matrix6::zeros(),
+            longest,
             acceleration: Vector6::new(angular, angular, angular, linear, linear, linear),
         }
     }
@@ -54,7 +55,7 @@ impl Motion {
 
     /// Where the object will be, if it goes on as it went.
     pub(super) fn predict(&self, time: f64) -> Pose {
-        moved(&self.pose, &(self.rate * (time - self.time).clamp(0.0, LONGEST_PREDICTION)))
+        moved(&self.pose, &(self.rate * (time - self.time).clamp(0.0, self.longest)))
     }
 
     /// The same in a camera's frame, with how well that is known.
@@ -116,7 +117,7 @@ impl Motion {
             pose_covariance,
             cross_covariance: Matrix6::zeros(),
             rate_covariance: variances(FOUND_RATE),
-            acceleration: self.acceleration,
+            ..*self
         };
     }
 
@@ -171,7 +172,7 @@ mod tests {
     fn observed(frames: u32, known: [f64; 2]) -> Motion {
         let covariance = variances(known);
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)]));
-        let mut motion = Motion::at_rest(at(0.0), 0.0, ACCELERATIONS);
+        let mut motion = Motion::at_rest(at(0.0), 0.0, ACCELERATIONS, 0.2);
         for frame in 1..=frames {
             let time = f64::from(frame) / 30.0;
             motion.observe(&at(time), Some(&rows), time, &Pose::identity());

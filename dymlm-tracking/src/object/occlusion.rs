@@ -26,11 +26,6 @@ impl PointOcclusion {
         Self { found, missed }
     }
 
-    /// Share of the points that were found.
-    pub(super) fn shown_share(&self) -> f64 {
-        self.found.len() as f64 / (self.found.len() + self.missed.len()).max(1) as f64
-    }
-
     /// Whether the point nearest to a pixel was found.
     pub(super) fn is_shown(&self, pixel: [f64; 2]) -> bool {
         let nearest = |points: &[[f64; 2]]| {

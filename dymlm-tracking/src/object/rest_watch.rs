@@ -8,8 +8,6 @@ pub(super) struct RestWatch {
     /// The pose that the object has not left since `since`.
     anchor: Pose,
     since: f64,
-    /// Time of the last pose.
-    time: f64,
     /// The place of the last rest.
     place: Pose,
     is_resting: bool,
@@ -17,8 +15,6 @@ pub(super) struct RestWatch {
 
 /// What stands counts as moved beyond this many times the limits: poses of real cameras waver.
 const LEAVING: f64 = 3.0;
-/// Time in which the place of what stands follows such wavering, seconds.
-const DRIFT_TIME: f64 = 2.0;
 
 /// When an object counts as standing still.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +33,7 @@ impl RestLimits {
 impl RestWatch {
     /// An object that stands at `place`.
     pub(super) fn new(place: Pose, time: f64) -> Self {
-        Self { anchor: place, since: time, time, place, is_resting: true }
+        Self { anchor: place, since: time, place, is_resting: true }
     }
 
     pub(super) fn is_resting(&self) -> bool {
@@ -46,17 +42,11 @@ impl RestWatch {
 
     /// Takes the pose of a frame; tells of a new place of rest once.
     pub(super) fn observe(&mut self, pose: &Pose, time: f64, limits: RestLimits) -> Option<RestReport> {
-        let elapsed = time - std::mem::replace(&mut self.time, time);
         if !limits.holds(&self.anchor, pose, if self.is_resting { LEAVING } else { 1.0 }) {
             (self.anchor, self.since, self.is_resting) = (*pose, time, false);
             return None;
         }
-        if self.is_resting {
-            // The camera's poses drift, and with them all that stands.
-            self.anchor = self.anchor.interpolate(pose, (elapsed / DRIFT_TIME).min(1.0));
-            return None;
-        }
-        if time - self.since < limits.time {
+        if self.is_resting || time - self.since < limits.time {
             return None;
         }
         self.is_resting = true;

@@ -1,7 +1,6 @@
 use dymlm_core::vector3::{cross, norm, unit};
-use dymlm_core::{BoundingBox, ColorImage, Detection, PinholeCamera, Pose};
+use dymlm_core::{BoundingBox, Detection, PinholeCamera, Pose};
 
-use super::appearance::Appearance;
 use super::fit::Fit;
 use super::likely_places::{Place, Wanted};
 use super::model::ObjectModel;
@@ -20,14 +19,12 @@ const MOST_VIEWS_SEARCHED: usize = 8;
 #[derive(Debug, Clone)]
 pub(super) struct Search {
     label: Option<String>,
-    appearance: Option<Appearance>,
     /// Counts the frames of a search, so that it goes through all attitudes.
     frames: usize,
 }
 
 /// Where a search begins.
 pub(super) struct Clues<'a> {
-    pub(super) color: &'a ColorImage,
     pub(super) detections: &'a [Detection],
     /// The last pose, or where it may have gone since.
     pub(super) predicted: Pose,
@@ -36,8 +33,8 @@ pub(super) struct Clues<'a> {
 }
 
 impl Search {
-    pub(super) fn new(label: Option<&str>, appearance: Option<Appearance>) -> Self {
-        Self { label: label.map(str::to_owned), appearance, frames: 0 }
+    pub(super) fn new(label: Option<&str>) -> Self {
+        Self { label: label.map(str::to_owned), frames: 0 }
     }
 
     /// The object is found: the next search begins anew.
@@ -57,12 +54,7 @@ impl Search {
         self.frames += 1;
         let last_box = model.bounds_in_image(scene.camera, &clues.predicted);
         let others: Vec<BoundingBox> = std::iter::once(clues.window).chain(last_box).collect();
-        let wanted = Wanted {
-            model,
-            label: self.label.as_deref(),
-            appearance: self.appearance.as_ref(),
-            camera_from_object: clues.predicted,
-        };
+        let wanted = Wanted { model, label: self.label.as_deref(), camera_from_object: clues.predicted };
         let attitudes = attitudes(views, &clues.predicted);
         // The last one in each frame, the others in turn.
         let rest = attitudes.len().saturating_sub(1).max(1);
@@ -71,7 +63,7 @@ impl Search {
             .chain((0..ATTITUDES_A_FRAME).map(turn))
             .filter_map(|i| attitudes.get(i).copied())
             .collect();
-        for place in wanted.places(scene, clues.color, clues.detections, &others) {
+        for place in wanted.places(scene, clues.detections, &others) {
             for attitude in &chosen {
                 if let Some(start) = placed(scene.camera, attitude, place)
                     && let Some(coarse) = pose_near(scene, views, fitter, &start)

@@ -23,7 +23,7 @@ pub(super) fn silhouette(
     let distance = camera_from_object.translation()[2];
     let reach = (model.spacing() * focal / distance).ceil();
     // A body so near that its points are a window apart shows no outline.
-    if !(1.0..=MOST_REACH).contains(&reach) {
+    if !(reach >= 1.0 && reach <= MOST_REACH as f64) {
         return None;
     }
     let reach = reach as usize;
@@ -46,7 +46,7 @@ pub(super) fn silhouette(
 }
 
 /// Largest half side of a square, pixels.
-const MOST_REACH: f64 = 30.0;
+const MOST_REACH: usize = 30;
 
 /// The least value within `reach` pixels along rows, then along columns; beyond the border nothing counts.
 fn erode(values: &mut [f32], width: usize, height: usize, reach: usize) {

@@ -1,6 +1,5 @@
-use dymlm_core::{BoundingBox, ColorImage, Detection, Frame, Pose, SensorModel};
+use dymlm_core::{BoundingBox, Detection, Frame, Pose, SensorModel};
 
-use super::appearance::Appearance;
 use super::config::ObjectTrackerConfig;
 use super::fit::Fit;
 use super::likely_places::Place;
@@ -14,15 +13,11 @@ use super::scene::Scene;
 use super::search::{Clues, Search, placed};
 use super::state::{ObjectState, RestReport};
 use super::surface::SurfaceReadings;
-use super::view::{MARGIN, PointMatch};
+use super::view::PointMatch;
 use super::view_store::{LEAST_CORNERS, ViewStore};
 use crate::pose::PosePrior;
 use crate::{Error, ImagePyramid, KcfConfig, KcfTracker};
 
-/// Least share of an object's points in view at which the depth shows it, if it stands.
-const LEAST_STANDING: f64 = 0.5;
-/// Share of the visible surface behind something nearer from which on the object counts as occluded.
-const OCCLUDED_SHARE: f64 = 0.5;
 /// Frames of this time err alike, seconds. With none, a turned box is off by 1.1 degrees instead of 0.8 in
 /// every twentieth frame.
 const LIKE_TIME: f64 = 0.3;
@@ -38,7 +33,7 @@ const LIKE_TIME: f64 = 0.3;
 ///    is the frame's pose. Both are anchored to the object, so errors do not add up from frame to frame;
 /// 4. when a new face is seen, a view is stored; when the object stands still, that is reported.
 ///
-/// When no pose is found, the object is searched where detector boxes of its label, size and colour are,
+/// When no pose is found, the object is searched where detector boxes of its label are,
 /// where the filter saw it, and where it was last. Without depth readings it works from pixels alone.
 ///
 /// Some 10 ms a frame at 640x480; working memory is kept.
@@ -123,7 +118,6 @@ impl ObjectTracker {
         let (points, sigma) = (config.max_points, config.model_sigma);
         let mut views = ViewStore::new(scene, &model, &camera_from_object, points, sigma)?;
         let mut fitter = PoseFitter::new(lengths.consensus, sigma)?;
-        let appearance = appearance_in(scene, color, &model, region, &camera_from_object);
         let fit = fitter.fit(scene, &model, &mut views, &camera_from_object, None);
         let accelerations = [config.angular_acceleration, config.acceleration];
         Ok(Self {
@@ -134,9 +128,9 @@ impl ObjectTracker {
             flow: PointFlow::new(&lengths)?,
             views,
             fitter,
-            search: Search::new(label, appearance),
+            search: Search::new(label),
             tracks: fit.map_or_else(Vec::new, |fit| fit.matches),
-            motion: Motion::at_rest(*world_from_object, time, accelerations),
+            motion: Motion::at_rest(*world_from_object, time, accelerations, config.lost_after),
             rest: RestWatch::new(*world_from_object, time),
             state: ObjectState::AtRest,
             time,
@@ -180,7 +174,7 @@ impl ObjectTracker {
         }
         let scene =
             Scene { camera: frame.camera(), pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
-        let clues = Clues { color, detections, predicted, window };
+        let clues = Clues { detections, predicted, window };
         Ok(match self.search.find(scene, &self.model, &mut self.views, &mut self.fitter, &clues) {
             Some(fit) => self.accept(frame, world_from_camera, fit),
             None => self.miss(frame, world_from_camera, &predicted),
@@ -249,7 +243,7 @@ impl ObjectTracker {
         };
         let came_to_rest = self.rest.observe(&world_from_object, self.time, limits);
         let occluded_share = if fit.surface.has_enough() { fit.surface.occluded_share() } else { 0.0 };
-        let is_occluded = occluded_share > OCCLUDED_SHARE;
+        let is_occluded = fit.surface.has_enough() && fit.surface.is_mostly_occluded();
         self.state = match () {
             () if was_missing => ObjectState::Recovered,
             () if is_occluded => ObjectState::Occluded,
@@ -298,7 +292,7 @@ impl ObjectTracker {
         let scene = Scene { camera, pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
         let places = self.views.facing(scene, camera_from_object);
         let readings = SurfaceReadings::of_places(places, scene, self.config.model_sigma);
-        readings.present >= LEAST_CORNERS && readings.present_share() > LEAST_STANDING
+        readings.present >= LEAST_CORNERS && readings.is_mostly_present()
     }
 
     /// A frame without points of an object at rest.
@@ -336,21 +330,4 @@ impl ObjectTracker {
             came_to_rest: None,
         }
     }
-}
-
-/// The colours of the pixels in a region that are on the object.
-fn appearance_in(
-    scene: Scene<'_>,
-    color: &ColorImage,
-    model: &ObjectModel,
-    region: BoundingBox,
-    camera_from_object: &Pose,
-) -> Option<Appearance> {
-    let object_from_camera = camera_from_object.inverse();
-    let on_object = |u: usize, v: usize| {
-        let reading = scene.depth.at(u, v);
-        let place = scene.camera.back_project([u as f64, v as f64], reading.into());
-        reading > 0.0 && model.contains(object_from_camera.transform_point(place), MARGIN)
-    };
-    Appearance::of(color, region, on_object).or_else(|| Appearance::of(color, region, |_, _| true))
 }

@@ -11,10 +11,6 @@ use crate::flow::{AlignmentLimits, Template};
 use crate::pose::pixel_motion;
 use crate::{CornerDetector, ImagePyramid, Lighting};
 
-/// How far outside of the model's bounds a reading may lie to belong to the object, metres: the noise at the
-/// distance of a hand. With none, a covered book has no pose in 56 frames instead of 30, and a leaning bottle
-/// is off by 2 mm instead of 1.
-pub(super) const MARGIN: f64 = 0.006;
 /// Standard deviation of a tracked pixel, pixels.
 pub(super) const PIXEL_SIGMA: f64 = 0.5;
 /// Least share of a window that shows the object. Without it a covered book is off by up to 15 cm without
@@ -84,7 +80,7 @@ impl View {
             // What stands before the object, where there is depth.
             let reading = depth.at(u, v);
             let place = camera.back_project([u as f64, v as f64], reading.into());
-            reading <= 0.0 || model.contains(object_from_camera.transform_point(place), MARGIN)
+            reading <= 0.0 || model.contains(object_from_camera.transform_point(place), model_sigma)
         })?;
         let mut corners = Vec::new();
         let on_object = |u: usize, v: usize| {

@@ -15,22 +15,14 @@ pub(super) const LEAST_CORNERS: usize = 6;
 const MOST_CORNERS: usize = 80;
 /// Views kept: all sides of an object, some 15 degrees apart. Each holds a cut-out of an image.
 const MOST_VIEWS: usize = 48;
-/// A view is added when the object has turned by this much from all stored ones, radians (15 degrees).
+/// A view is added when the object has turned by this much from all stored ones, radians (15 degrees); views
+/// whose directions differ by less show the same, and the older one is nearer to the truth. Lower lets errors
+/// of views add up, higher leaves faces without points.
 const VIEW_ANGLE: f64 = 0.26;
-/// Views whose directions differ by less than this, radians, show the same; the older one is nearer to the
-/// truth. With depth, which corrects each view as it is taken, and without. With 0.1 for both a covered book
-/// is off by 6 cm without depth in every twentieth frame, instead of 2.
-const SAME_DIRECTION: [f64; 2] = [0.1, 0.7];
 /// Points that agree at least before what is seen becomes a view of its own.
 const LEAST_FOR_VIEW: usize = 12;
 /// Points of a view, the strongest corners first, that are searched at a place at which a lost object may be.
 const POINTS_SEARCHED: usize = 30;
-/// Without depth a view is taken only of a pose known to these standard deviations, radians and metres.
-const SURE: [f64; 2] = [0.03, 0.015];
-/// Least share of a view's points that are found where, without depth, what is seen becomes a view of its
-/// own: else something stands before the object.
-const LEAST_SHOWN: f64 = 0.4;
-
 /// What the object looks like from all sides that were seen.
 #[derive(Debug, Clone)]
 pub(super) struct ViewStore {
@@ -73,8 +65,7 @@ impl ViewStore {
     pub(super) fn find_points(&mut self, scene: Scene<'_>, pose: &Pose) -> Vec<PointMatch> {
         let mut matches: Vec<PointMatch> = Vec::with_capacity(self.max_points);
         let mut tried = 0;
-        let step = SAME_DIRECTION[usize::from(!scene.has_depth_at(pose.translation()))];
-        for index in self.by_angle(pose, step) {
+        for index in self.by_angle(pose) {
             let Some(view) = self.views.get(index) else { continue };
             for (i, position) in view.positions().enumerate() {
                 if tried >= 2 * self.max_points || matches.len() >= self.max_points {
@@ -110,7 +101,7 @@ impl ViewStore {
         pose: &Pose,
         halvings: usize,
     ) -> Vec<PointMatch> {
-        let nearest = self.by_angle(side, SAME_DIRECTION[0]).first().copied();
+        let nearest = self.by_angle(side).first().copied();
         let Some((index, view)) = nearest.and_then(|index| Some((index, self.views.get(index)?))) else {
             return Vec::new();
         };
@@ -121,7 +112,7 @@ impl ViewStore {
 
     /// The poses at which the object was seen, that of the nearest side first.
     pub(super) fn poses(&self, pose: &Pose) -> impl Iterator<Item = Pose> {
-        let order = self.by_angle(pose, SAME_DIRECTION[0]);
+        let order = self.by_angle(pose);
         order.into_iter().filter_map(|index| Some(self.views.get(index)?.camera_from_object))
     }
 
@@ -149,33 +140,26 @@ impl ViewStore {
         let pose = &fit.camera_from_object;
         let nearest = self.views.iter().map(|view| view.angle_to(pose)).fold(f64::INFINITY, f64::min);
         let is_sure = fit.matches.len() >= LEAST_FOR_VIEW;
-        let has_few = fit.matches.len() < self.max_points / 4 && nearest > 0.4 * VIEW_ANGLE;
-        if !is_sure || self.views.len() >= MOST_VIEWS || !(nearest > VIEW_ANGLE || has_few) {
+        if !is_sure || self.views.len() >= MOST_VIEWS || nearest <= VIEW_ANGLE {
             return;
         }
         // Where there is depth, that tells what stands before the object, and corrects the view's points.
-        let occlusion = if fit.surface.has_enough() {
-            None
-        } else {
-            let occlusion = PointOcclusion::of(&self.views, scene, fit, 1.5 * self.lengths.point_distance);
-            if !fit.is_known(SURE) || occlusion.shown_share() < LEAST_SHOWN {
-                return;
-            }
-            Some(occlusion)
-        };
+        let near = 1.5 * self.lengths.point_distance;
+        let occlusion =
+            (!fit.surface.has_enough()).then(|| PointOcclusion::of(&self.views, scene, fit, near));
         let is_shown = |pixel| occlusion.as_ref().is_none_or(|occlusion| occlusion.is_shown(pixel));
         let (corners, lengths, sigma) = (&mut self.corners, &self.lengths, self.model_sigma);
         self.views.extend(View::take(scene, model, pose, corners, lengths, sigma, is_shown));
     }
 
-    /// Indices of the views, those nearest in direction first, in steps of `step` radians; older ones first
+    /// Indices of the views, those nearest in direction first, in steps of [`VIEW_ANGLE`]; older ones first
     /// within a step.
-    fn by_angle(&self, pose: &Pose, step: f64) -> Vec<usize> {
+    fn by_angle(&self, pose: &Pose) -> Vec<usize> {
         let mut order: Vec<(f64, usize)> = self
             .views
             .iter()
             .enumerate()
-            .map(|(i, view)| ((view.angle_to(pose) / step).floor(), i))
+            .map(|(i, view)| ((view.angle_to(pose) / VIEW_ANGLE).floor(), i))
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         order.into_iter().map(|(_, i)| i).collect()
