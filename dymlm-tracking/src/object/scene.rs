@@ -33,6 +33,11 @@ impl Scene<'_> {
         matches!(self.look_at(place, sigma).visibility, Visibility::Occluded | Visibility::OutOfView)
     }
 
+    /// Whether there is a reading where a place appears.
+    pub(super) fn has_depth_at(&self, place: [f64; 3]) -> bool {
+        self.camera.project(place).is_some_and(|pixel| self.reading_at(pixel.map(|c| c as f32)).is_some())
+    }
+
     /// Standard deviation of a reading at a depth, metres.
     pub(super) fn sigma(&self, depth: f64) -> f64 {
         self.sensor.sigma(depth as f32).into()

@@ -19,6 +19,10 @@ const MOST_VIEWS: usize = 48;
 /// whose directions differ by less show the same, and the older one is nearer to the truth. Lower lets errors
 /// of views add up, higher leaves faces without points.
 const VIEW_ANGLE: f64 = 0.26;
+/// Without depth, views whose directions differ by less than this, radians, show the same: their points are only
+/// as good as the pose that they were taken at, so the oldest are the best. Lower (15 degrees as well) and a
+/// bottle is off by 3.4 cm instead of 2.5 in every twentieth frame, higher takes points from behind.
+const SAME_SIDE: f64 = 0.7;
 /// Points that agree at least before what is seen becomes a view of its own.
 const LEAST_FOR_VIEW: usize = 12;
 /// Points of a view, the strongest corners first, that are searched at a place at which a lost object may be.
@@ -65,7 +69,8 @@ impl ViewStore {
     pub(super) fn find_points(&mut self, scene: Scene<'_>, pose: &Pose) -> Vec<PointMatch> {
         let mut matches: Vec<PointMatch> = Vec::with_capacity(self.max_points);
         let mut tried = 0;
-        for index in self.by_angle(pose) {
+        let step = if scene.has_depth_at(pose.translation()) { VIEW_ANGLE } else { SAME_SIDE };
+        for index in self.by_angle(pose, step) {
             let Some(view) = self.views.get(index) else { continue };
             for (i, position) in view.positions().enumerate() {
                 if tried >= 2 * self.max_points || matches.len() >= self.max_points {
@@ -101,7 +106,7 @@ impl ViewStore {
         pose: &Pose,
         halvings: usize,
     ) -> Vec<PointMatch> {
-        let nearest = self.by_angle(side).first().copied();
+        let nearest = self.by_angle(side, VIEW_ANGLE).first().copied();
         let Some((index, view)) = nearest.and_then(|index| Some((index, self.views.get(index)?))) else {
             return Vec::new();
         };
@@ -112,7 +117,7 @@ impl ViewStore {
 
     /// The poses at which the object was seen, that of the nearest side first.
     pub(super) fn poses(&self, pose: &Pose) -> impl Iterator<Item = Pose> {
-        let order = self.by_angle(pose);
+        let order = self.by_angle(pose, VIEW_ANGLE);
         order.into_iter().filter_map(|index| Some(self.views.get(index)?.camera_from_object))
     }
 
@@ -140,7 +145,8 @@ impl ViewStore {
         let pose = &fit.camera_from_object;
         let nearest = self.views.iter().map(|view| view.angle_to(pose)).fold(f64::INFINITY, f64::min);
         let is_sure = fit.matches.len() >= LEAST_FOR_VIEW;
-        if !is_sure || self.views.len() >= MOST_VIEWS || nearest <= VIEW_ANGLE {
+        let has_few = fit.matches.len() < self.max_points / 4 && nearest > 0.4 * VIEW_ANGLE;
+        if !is_sure || self.views.len() >= MOST_VIEWS || !(nearest > VIEW_ANGLE || has_few) {
             return;
         }
         // Where there is depth, that tells what stands before the object, and corrects the view's points.
@@ -152,14 +158,14 @@ impl ViewStore {
         self.views.extend(View::take(scene, model, pose, corners, lengths, sigma, is_shown));
     }
 
-    /// Indices of the views, those nearest in direction first, in steps of [`VIEW_ANGLE`]; older ones first
+    /// Indices of the views, those nearest in direction first, in steps of `step` radians; older ones first
     /// within a step.
-    fn by_angle(&self, pose: &Pose) -> Vec<usize> {
+    fn by_angle(&self, pose: &Pose, step: f64) -> Vec<usize> {
         let mut order: Vec<(f64, usize)> = self
             .views
             .iter()
             .enumerate()
-            .map(|(i, view)| ((view.angle_to(pose) / VIEW_ANGLE).floor(), i))
+            .map(|(i, view)| ((view.angle_to(pose) / step).floor(), i))
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         order.into_iter().map(|(_, i)| i).collect()
