@@ -212,7 +212,9 @@ impl BoxFitter {
             return (axes, false);
         }
         self.lay_footprint(points, center, axes[0], axes[1]);
-        match self.edges.find(&self.footprint, self.config.trim) {
+        // Twice what the box leaves out: a few stray points must not turn it. With as much, a distant screen of
+        // few views is lost.
+        match self.edges.find(&self.footprint, 2.0 * self.config.trim) {
             Some(axis) => (turned(axes, axis), true),
             None => (axes, false),
         }

@@ -41,8 +41,11 @@ impl Candidate {
 
 /// Samples at which planes are asked for, along each side of the window.
 const PROBES: usize = 5;
-/// Share of the samples outside the box that make a level patch.
+/// Half width of the band of heights that a level patch's samples lie in, metres.
+const LEVEL_BAND: f64 = 0.008;
+/// Share of the samples outside the box, and their number, that make a level patch.
 const LEVEL_SHARE: f64 = 0.15;
+const LEAST_LEVEL: f64 = 12.0;
 /// Level patches around a box, at most.
 const MAX_PATCHES: usize = 2;
 /// Least share of a plane's samples that must lie outside the box: its own upper side does not carry a thing.
@@ -104,21 +107,27 @@ impl Ground {
         );
     }
 
-    /// Adds the heights at which many of the samples outside the box lie that are on no plane of the map.
+    /// Adds the heights at which many of the samples outside the box lie, where no plane of the map is.
     fn add_level_patches(&mut self, window: &Window, vertical: [f64; 3], world_from_camera: &Pose) {
         let up = world_from_camera.inverse().rotate(vertical);
-        let samples = window.samples.iter().zip(&self.is_marked);
-        let outside = samples.filter(|(sample, is_marked)| !sample.is_in_box && !**is_marked);
         self.heights.clear();
-        self.heights.extend(outside.map(|(sample, _)| dot(up, sample.point.map(f64::from))));
+        let outside = window.samples.iter().filter(|sample| !sample.is_in_box);
+        self.heights.extend(outside.map(|sample| dot(up, sample.point.map(f64::from))));
         self.heights.sort_unstable_by(f64::total_cmp);
-        let least = LEVEL_SHARE * window.samples.iter().filter(|sample| !sample.is_in_box).count() as f64;
+        let least = (LEVEL_SHARE * self.heights.len() as f64).max(LEAST_LEVEL);
         for _ in 0..MAX_PATCHES {
-            let Some(height) = densest(&self.heights, self.plane_tolerance, least) else { return };
-            self.heights.retain(|own| (own - height).abs() > 4.0 * self.plane_tolerance);
+            let Some(height) = densest(&self.heights, LEVEL_BAND, least) else { return };
+            self.heights.retain(|own| (own - height).abs() > 3.0 * LEVEL_BAND);
             let Ok(plane) = Plane::new(up, -height) else { return };
-            let support = SupportPlane::local(plane.transformed(world_from_camera));
-            self.candidates.push(Candidate::new(support, plane));
+            let is_known = self.candidates.iter().any(|candidate| {
+                let middle = up.map(|c| c * height);
+                dot(candidate.plane.normal(), up) > 0.99
+                    && candidate.plane.signed_distance(middle).abs() < 0.03
+            });
+            if !is_known {
+                let support = SupportPlane::local(plane.transformed(world_from_camera));
+                self.candidates.push(Candidate::new(support, plane));
+            }
         }
     }
 
