@@ -261,7 +261,7 @@ impl Clustering {
 /// its noise; `noise` are their mean squared distances in depth from the planes of their blocks.
 pub(super) fn fit_of_both(parts: [&Moments; 2], noise: [f64; 2], tolerance: &Tolerance) -> Option<Fit> {
     let fit = parts[0].plus(parts[1]).fit()?;
-    let one_plane = tolerance.holds_plane(&fit)
+    let one_plane = tolerance.holds(&fit)
         && tolerance.is_part(parts[0], noise[0], &fit)
         && tolerance.is_part(parts[1], noise[1], &fit);
     one_plane.then_some(fit)

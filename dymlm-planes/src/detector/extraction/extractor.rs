@@ -13,7 +13,8 @@ use super::tolerance::Tolerance;
 use crate::error::Error;
 use crate::moments::{Fit, Moments};
 
-/// Share of a block's pixels that must have a reading. (Feng 2014 demands all, but a Kinect leaves holes.)
+/// Share of a block's pixels that must have a reading. (Feng 2014 demands all, but a Kinect leaves holes.) With
+/// less, slivers at the rim of a pillar are planes (`a_cylinder_yields_no_plane`).
 const MIN_BLOCK_FILL: f64 = 0.5;
 /// A block is rough from this many times the expected variance on: five standard deviations of the variance
 /// of 64 readings. Without the rule planes of random rooms are 0.1 mm and 0.03 degrees worse.
@@ -176,7 +177,7 @@ impl PlaneExtractor {
             if moments.weight < (MIN_BLOCK_FILL * grid.area(block) as f64).max(6.0) {
                 return None;
             }
-            moments.fit().filter(|fit| tolerance.holds_block(fit))
+            moments.fit().filter(|fit| tolerance.holds(fit))
         }));
     }
 
