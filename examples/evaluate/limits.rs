@@ -85,6 +85,7 @@ pub(crate) const SENSORS: &[SequenceLimit] = &[
     ("110 degrees", "cloud.completeness", AtLeast(0.99)),
     ("110 degrees", "cloud.median", AtMost(0.008)),
     ("110 degrees", "planes.recall", AtLeast(0.75)),
+    ("110 degrees", "mask.recall", AtLeast(0.9)),
     ("110 degrees", "objects.recall", AtLeast(0.9)),
     ("rolled", "cloud.residue", AtMost(0.0005)),
     ("rolled", "cloud.completeness", AtLeast(0.99)),
