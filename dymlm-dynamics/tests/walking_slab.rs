@@ -58,6 +58,13 @@ fn render(slabs: &[Slab]) -> DepthImage {
     DepthImage::new(WIDTH, HEIGHT, data).unwrap()
 }
 
+/// An endless surface that is no plane: folds of 10 cm, 20 pixels wide, along both axes.
+fn crumpled(width: usize, height: usize) -> DepthImage {
+    let fold = |pixel: usize| (pixel % 40).abs_diff(20) as f32 / 20.0;
+    let depth = (0..width * height).map(|i| 2.0 + 0.1 * (fold(i % width) + fold(i / width)));
+    DepthImage::new(width, height, depth.collect()).unwrap()
+}
+
 fn frame(timestamp: f64, slabs: &[Slab]) -> Frame {
     let camera = PinholeCamera::new(WIDTH, HEIGHT, 525.0, 525.0, 319.5, 239.5).unwrap();
     Frame::new(timestamp, camera, render(slabs), None).unwrap()
@@ -134,16 +141,18 @@ fn boxes_cut_short_grow_to_the_person() {
 
 #[test]
 fn sides_move_by_no_more_than_allowed_and_never_inward() {
-    // A wall's worth of surface at one depth: only the limit stops it.
-    let wide = [slab([0, WIDTH], [0, HEIGHT], 2.0)];
-    let (movers, _) = run(|_| {}, &wide, &[detect(boxed(200.0, 150.0, 300.0, 300.0))]);
-    assert_eq!(movers[0].corrected_box, boxed(150.0, 100.0, 350.0, 350.0));
-    let (movers, _) =
-        run(|config| config.max_extension = 7.0, &wide, &[detect(boxed(3.0, 2.0, 300.0, 479.5))]);
-    assert_eq!(movers[0].corrected_box, boxed(0.0, 0.0, 307.0, 479.5));
-    let (movers, _) =
-        run(|config| config.max_extension = 0.0, &wide, &[detect(boxed(200.0, 150.0, 300.0, 300.0))]);
-    assert_eq!(movers[0].corrected_box, movers[0].bounding_box);
+    // A surface without end: only the limit stops it.
+    let camera = PinholeCamera::new(WIDTH, HEIGHT, 525.0, 525.0, 319.5, 239.5).unwrap();
+    let endless = Frame::new(0.0, camera, crumpled(WIDTH, HEIGHT), None).unwrap();
+    let corrected = |max_extension: f32, detected: BoundingBox| {
+        let mut preprocessor = preprocessor(|config| config.max_extension = max_extension);
+        let result = preprocessor.process(&endless, Some(&[detect(detected)]), &Pose::identity(), &[]);
+        result.unwrap().movers[0].corrected_box
+    };
+    let detected = boxed(200.0, 150.0, 300.0, 300.0);
+    assert_eq!(corrected(50.0, detected), boxed(150.0, 100.0, 350.0, 350.0));
+    assert_eq!(corrected(7.0, boxed(3.0, 2.0, 300.0, 479.5)), boxed(0.0, 0.0, 307.0, 479.5));
+    assert_eq!(corrected(0.0, detected), detected);
     let loose = boxed(150.0, 20.0, 350.0, 470.0);
     let (movers, _) = run(|_| {}, &person(200, 2.0), &[detect(loose)]);
     assert_eq!(movers[0].corrected_box, loose);
@@ -152,8 +161,7 @@ fn sides_move_by_no_more_than_allowed_and_never_inward() {
 #[test]
 fn the_limit_scales_with_the_image() {
     let camera = PinholeCamera::new(320, 240, 262.0, 262.0, 159.5, 119.5).unwrap();
-    let depth = DepthImage::new(320, 240, vec![2.0; 320 * 240]).unwrap();
-    let frame = Frame::new(0.0, camera, depth, None).unwrap();
+    let frame = Frame::new(0.0, camera, crumpled(320, 240), None).unwrap();
     let mut preprocessor = preprocessor(|_| {});
     let result = preprocessor
         .process(&frame, Some(&[detect(boxed(100.0, 100.0, 150.0, 150.0))]), &Pose::identity(), &[])

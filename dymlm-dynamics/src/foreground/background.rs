@@ -1,6 +1,6 @@
 use dymlm_core::vector3::{Vector3, dot};
 use dymlm_core::{PinholeCamera, Plane, Point, SensorModel};
-use dymlm_geometry::{NO_SAMPLE, PrincipalAxes, SampleGrid};
+use dymlm_geometry::{GridSample, NO_SAMPLE, PrincipalAxes, SampleGrid};
 
 /// Planes that are looked for in a box: the floor, a wall or two, and the front of a desk.
 const MAX_PLANES: usize = 4;
@@ -20,7 +20,7 @@ const EVENNESS: f64 = 0.004;
 /// behind it.
 ///
 /// A mover touches them, so that readings run on from it to them without a step in depth; but it is no plane
-/// that goes on beyond its box. A plane is fitted to readings outside the box, and from there it is followed
+/// that goes on beyond its box and the margin around it. A plane is fitted to readings outside the box, and from there it is followed
 /// into the box over readings that lie on it, without a gap, and to what legs enclose of it. A plane that only
 /// passes through a mover takes nothing from it: it meets the body in a strip.
 ///
@@ -133,23 +133,36 @@ impl Background {
             }
         }
         points.clear();
-        points.extend(best.iter().flat_map(|rough| self.free_outside(grid, rough)));
+        points.extend(best.iter().flat_map(|rough| self.free_outside(grid, rough)).map(|s| s.point));
         self.points = points;
-        fitted(&self.points, camera, sensor)
+        fitted(&self.points, camera, sensor).filter(|plane| self.goes_on(grid, plane))
     }
 
-    /// Points outside the box that lie on a plane and on none before.
+    /// Whether a plane goes on beyond the margin, as floors and walls do; the part of a mover that a box cuts
+    /// off ends within it.
+    fn goes_on(&self, grid: &SampleGrid, plane: &CameraPlane) -> bool {
+        let (last_column, last_row) = (grid.columns as u32 - 1, grid.rows as u32 - 1);
+        let is_at_end =
+            |s: &GridSample| s.column == 0 || s.column == last_column || s.row == 0 || s.row == last_row;
+        let (mut count, mut at_end) = (0_u32, 0_u32);
+        for sample in self.free_outside(grid, plane) {
+            count += 1;
+            at_end += u32::from(is_at_end(sample));
+        }
+        f64::from(at_end) >= f64::from(count).sqrt()
+    }
+
+    /// Samples outside the box that lie on a plane and on none before.
     fn free_outside<'a>(
         &'a self,
         grid: &'a SampleGrid,
         plane: &'a CameraPlane,
-    ) -> impl Iterator<Item = Point> + 'a {
+    ) -> impl Iterator<Item = &'a GridSample> + 'a {
         let free = grid.samples.iter().filter(|s| !s.is_in_box && !self.has_cell(s.column, s.row));
         free.filter(|s| {
             let [u, v] = grid.pixel(s.column as usize, s.row as usize);
             plane.holds([u as f64, v as f64], s.point[2])
         })
-        .map(|sample| sample.point)
     }
 
     /// Marks the newest plane's samples that are joined to the outside of the box over others of it.

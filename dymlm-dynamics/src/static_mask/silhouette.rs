@@ -28,10 +28,19 @@ enum Pixel {
     Inside,
     /// Not (yet) part of it.
     Outside,
-    /// On a plane that goes on outside the box: part of the mover only when the detector's own mask says so.
+    /// On a plane that goes on outside the box: part of the mover only when the detector's own mask says so,
+    /// or as a part of its rim.
     Background,
     /// The border: not part of the box.
     Border,
+}
+
+impl Pixel {
+    /// Whether it is a pixel of the box and none of the mover yet.
+    #[inline]
+    fn can_be_rim(self) -> bool {
+        self as u8 > Self::Inside as u8 && (self as u8) < Self::Border as u8
+    }
 }
 
 impl Silhouette {
@@ -147,7 +156,7 @@ impl Silhouette {
                     self.front.push(neighbour);
                 }
             }
-            if self.neighbours(pixel).into_iter().any(|n| self.pixels[n] == Pixel::Outside) {
+            if self.neighbours(pixel).into_iter().any(|n| self.pixels[n].can_be_rim()) {
                 self.next_front.push(pixel);
             }
         }
@@ -177,7 +186,7 @@ impl Silhouette {
             for &pixel in &self.front {
                 for neighbour in self.neighbours(pixel) {
                     let joins = layer < dilation || self.depths[neighbour] == 0.0;
-                    if joins && self.pixels[neighbour] == Pixel::Outside {
+                    if joins && self.pixels[neighbour].can_be_rim() {
                         self.pixels[neighbour] = Pixel::Inside;
                         self.next_front.push(neighbour);
                     }
@@ -198,10 +207,10 @@ impl Silhouette {
             let (pixels, left, right) = (line(start), line(start - 1), line(start + 1));
             let (above, below) = (line(start - stride), line(start + stride));
             for i in 0..width {
-                let open = (left[i] == Pixel::Outside)
-                    | (right[i] == Pixel::Outside)
-                    | (above[i] == Pixel::Outside)
-                    | (below[i] == Pixel::Outside);
+                let open = left[i].can_be_rim()
+                    | right[i].can_be_rim()
+                    | above[i].can_be_rim()
+                    | below[i].can_be_rim();
                 self.at_edge[i] = (pixels[i] == Pixel::Inside) & open;
             }
             for (chunk, flags) in self.at_edge.chunks(16).enumerate() {
