@@ -7,7 +7,7 @@ use crate::MultiLevelMap;
 /// How often the maps are held against the evidence, seconds of the frames' clock: often enough for maps that
 /// change within seconds, seldom enough to cost a frame next to nothing.
 const INTERVAL: f64 = 1.0;
-/// A plane or an object is a ghost when this share of what was read of it is.
+/// An object is gone when this share of what was read of it is free space.
 const GHOST_SHARE: f64 = 0.5;
 
 /// Takes out of octree, planes and objects what the cloud's evidence has found to be no part of the static
@@ -47,7 +47,8 @@ impl GhostRemoval {
         for &around in &boxes {
             octree.free_cells(around, |center| is_ghost_cell(&verdicts, center, half));
         }
-        planes.judge(region, |place| verdicts.at(place).map(|verdict| verdict == Verdict::Ghost));
+        // No plane was ever drawn on a mover; what somebody sits on is masked with the sitter, and still there.
+        planes.judge(region, |place| verdicts.is_free(place));
         objects.remove_where(region, |object| is_free(&verdicts, object))
     }
 }

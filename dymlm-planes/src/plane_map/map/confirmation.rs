@@ -6,27 +6,27 @@ use super::{KeyFrame, PlaneMap};
 use crate::detector::patch_range;
 use crate::linear_algebra::foot_on;
 
-/// A plane is a ghost when this share of its inliers is.
+/// A plane is a ghost when this share of its inliers is free space.
 const GHOST_SHARE: f64 = 0.5;
 
 /// Which planes are believed.
 impl PlaneMap {
     /// Judges the planes that reach into a box (lowest and highest corner, metres, world): a plane more than
-    /// half of whose inliers are ghosts, of those of which something is known, is not believed until it is
-    /// judged anew. `is_ghost` tells whether a place is no part of the static world, such as where somebody
-    /// sat; `None` where nothing is known.
-    pub fn judge(&mut self, region: [[f64; 3]; 2], is_ghost: impl Fn([f64; 3]) -> Option<bool>) {
+    /// half of whose inliers are free space, of those of which something is known, is not believed until it
+    /// is judged anew. `is_free` tells whether a place in which something was read is free now; `None` where
+    /// nothing is known.
+    pub fn judge(&mut self, region: [[f64; 3]; 2], is_free: impl Fn([f64; 3]) -> Option<bool>) {
         let voxel_size = self.config.voxel_size;
         let mut planes = std::mem::take(&mut self.planes);
         for plane in planes.iter_mut().filter(|plane| plane.is_ghost || plane.bounds.overlaps(region)) {
             let voxels = plane.patch.voxels().iter();
             let places = voxels.map(|voxel| foot_on(&plane.plane, voxel.center(voxel_size)));
-            let (mut known, mut ghosts) = (0_u32, 0_u32);
-            for is_ghost in places.filter_map(&is_ghost) {
+            let (mut known, mut free) = (0_u32, 0_u32);
+            for is_free in places.filter_map(&is_free) {
                 known += 1;
-                ghosts += u32::from(is_ghost);
+                free += u32::from(is_free);
             }
-            plane.is_ghost = f64::from(ghosts) > GHOST_SHARE * f64::from(known);
+            plane.is_ghost = f64::from(free) > GHOST_SHARE * f64::from(known);
             plane.is_confirmed = self.is_believed(plane);
         }
         self.planes = planes;
