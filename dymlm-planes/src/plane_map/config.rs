@@ -18,7 +18,7 @@ pub struct PlaneMapConfig {
     /// seen may be a person's back.
     pub min_observations: u32,
     /// A plane is confirmed when at least this share of the key frames that looked at its centroid saw it,
-    /// 0..=1. Default 0.08: a plane laid through an edge comes up in a frame or two of the many that look
+    /// 0..=1. Default 0.12: a plane laid through an edge comes up in a frame or two of the many that look
     /// there.
     pub min_observation_share: f64,
     /// Holes of a boundary smaller than this are filled, square metres, 0..=100. Default 0.02: a cup on a
@@ -35,7 +35,7 @@ impl Default for PlaneMapConfig {
             association: AssociationConfig::default(),
             voxel_size: 0.025,
             min_observations: 3,
-            min_observation_share: 0.08,
+            min_observation_share: 0.12,
             max_hole_area: 0.02,
             boundary_tolerance: 0.02,
         }

@@ -5,7 +5,7 @@ mod removal;
 
 use std::collections::BTreeMap;
 
-use dymlm_core::{Frame, FrameId, PinholeCamera, PlaneId, Pose, SensorModel};
+use dymlm_core::{Frame, FrameId, PlaneId, Pose, SensorModel};
 
 use super::config::PlaneMapConfig;
 use super::fixed_moments::FixedMoments;
@@ -58,7 +58,6 @@ pub struct PlaneMap {
 struct KeyFrame {
     timestamp: f64,
     world_from_camera: Pose,
-    camera: PinholeCamera,
     contributions: Vec<Contribution>,
     /// Merges that it brought about.
     merges: Vec<Merge>,
@@ -129,12 +128,10 @@ impl PlaneMap {
     ) -> Result<PlaneReport, Error> {
         let observations = self.bring_to_world(detected, world_from_camera)?;
         let pairings = self.associate(&observations);
-        let mut report = self.fuse(observations, &pairings, frame, world_from_camera);
+        let mut report = self.fuse(observations, &pairings, world_from_camera, frame.timestamp());
         self.look_between(&report, frame, world_from_camera);
         self.merge(&mut report);
-        self.confirm_after(world_from_camera, frame.camera(), |plane| {
-            report.associations.contains(&plane.id)
-        });
+        self.confirm_after(world_from_camera, |plane| report.associations.contains(&plane.id));
         Ok(report)
     }
 
@@ -227,10 +224,9 @@ impl PlaneMap {
         &mut self,
         observations: Vec<Observation>,
         pairings: &[Option<Pairing>],
-        frame: &Frame,
         world_from_camera: &Pose,
+        timestamp: f64,
     ) -> PlaneReport {
-        let (timestamp, camera) = (frame.timestamp(), *frame.camera());
         let mut report = PlaneReport::of(FrameId::new(self.next_key_frame));
         self.next_key_frame += 1;
         let mut contributions = Vec::with_capacity(observations.len());
@@ -267,7 +263,7 @@ impl PlaneMap {
         let (merges, gap_looks, world_from_camera) = (Vec::new(), GapLooks::new(), *world_from_camera);
         self.key_frames.insert(
             report.key_frame,
-            KeyFrame { timestamp, world_from_camera, camera, contributions, merges, gap_looks },
+            KeyFrame { timestamp, world_from_camera, contributions, merges, gap_looks },
         );
         report
     }

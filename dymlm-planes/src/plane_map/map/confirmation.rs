@@ -1,10 +1,14 @@
-use dymlm_core::vector3::{difference, dot};
-use dymlm_core::{PinholeCamera, Pose};
+use dymlm_core::Pose;
+use dymlm_core::vector3::{difference, dot, norm};
 
 use super::super::map_plane::MapPlane;
 use super::{KeyFrame, PlaneMap};
 use crate::detector::patch_range;
 use crate::linear_algebra::foot_on;
+
+/// Cosine of the angle from its optical axis within which a key frame looks at a place: 25 degrees, the inner
+/// half of a Kinect's view.
+const COS_VIEW: f64 = 0.906_308;
 
 /// A plane is a ghost when this share of its inliers is free space.
 const GHOST_SHARE: f64 = 0.5;
@@ -34,17 +38,12 @@ impl PlaneMap {
 
     /// Judges all planes after a key frame: those that it touched anew, for the others it counts as a look at
     /// most.
-    pub(super) fn confirm_after(
-        &mut self,
-        world_from_camera: &Pose,
-        camera: &PinholeCamera,
-        is_touched: impl Fn(&MapPlane) -> bool,
-    ) {
+    pub(super) fn confirm_after(&mut self, world_from_camera: &Pose, is_touched: impl Fn(&MapPlane) -> bool) {
         let mut planes = std::mem::take(&mut self.planes);
         for plane in &mut planes {
             if is_touched(plane) {
                 self.recount(plane);
-            } else if self.counts_looks(plane) && self.looks_at(world_from_camera, camera, plane) {
+            } else if self.counts_looks(plane) && self.looks_at(world_from_camera, plane) {
                 plane.looks += 1;
             }
             plane.is_confirmed = self.is_believed(plane);
@@ -65,8 +64,7 @@ impl PlaneMap {
     fn recount(&self, plane: &mut MapPlane) {
         // Before it was seen first, it may not have stood there.
         let looks = |key_frame: &&KeyFrame| {
-            key_frame.timestamp >= plane.first_seen()
-                && self.looks_at(&key_frame.world_from_camera, &key_frame.camera, plane)
+            key_frame.timestamp >= plane.first_seen() && self.looks_at(&key_frame.world_from_camera, plane)
         };
         plane.looks =
             if self.counts_looks(plane) { self.key_frames.values().filter(looks).count() } else { 0 };
@@ -86,10 +84,10 @@ impl PlaneMap {
 
     /// Whether a camera looks at a plane's centroid from before it, and is near enough to draw a patch there.
     /// What stands in the way is not asked.
-    fn looks_at(&self, world_from_camera: &Pose, camera: &PinholeCamera, plane: &MapPlane) -> bool {
+    fn looks_at(&self, world_from_camera: &Pose, plane: &MapPlane) -> bool {
         let ray = difference(plane.centroid, world_from_camera.translation());
-        let place = world_from_camera.inverse().transform_point(plane.centroid);
-        (dot(ray, plane.plane.normal()) < 0.0 && place[2] <= patch_range(&self.sensor).into())
-            && camera.project(place).is_some_and(|pixel| camera.sees(pixel))
+        let depth = dot(ray, world_from_camera.rotate([0.0, 0.0, 1.0]));
+        (depth > 0.0 && depth <= patch_range(&self.sensor).into() && depth >= COS_VIEW * norm(ray))
+            && dot(ray, plane.plane.normal()) < 0.0
     }
 }
