@@ -20,7 +20,8 @@ use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
 /// [mover](MoverMasks) in it; a reading outweighs [a few looks](CloudMapConfig::looks_per_reading), and the
 /// cells around vote together. Newer counts outweigh older ones: what has stood somewhere for some seconds is
 /// believed, whatever was there for hours. So movers that no detector has seen vanish too, people who sit do
-/// not stay where the detector has missed them, and a wrong verdict heals with later frames. Then **thinning** leaves out the noise
+/// not stay where the detector has missed them, and a wrong verdict heals with later frames. Then
+/// **thinning** leaves out the noise
 /// around far surfaces and what a single frame has seen
 /// ([`thinning_radius`](CloudMapConfig::thinning_radius),
 /// [`min_observations`](CloudMapConfig::min_observations)).

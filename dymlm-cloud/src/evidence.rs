@@ -177,9 +177,7 @@ impl Evidence {
         let mut periods: Vec<PlacePeriod> = seen
             .map(|(period, evidence)| {
                 let [from, to] = period.span();
-                let Support { support, looked_through, movers } = evidence;
-                let is_present = looks_per_reading * support as f32 >= looked_through as f32;
-                let is_occupied = support > 0 && is_present && support >= movers;
+                let is_occupied = Opinion::of([evidence], looks_per_reading).is_static();
                 PlacePeriod { from, to, evidence, is_occupied }
             })
             .collect();
@@ -191,7 +189,7 @@ impl Evidence {
     pub(crate) fn is_outvoted(&self, voxel: [i32; 3], looks_per_reading: f32) -> bool {
         let (block, index) = self.cell_of(voxel);
         let block = self.blocks.get(BlockKey::new(block));
-        block.is_none_or(|block| Opinion::of(&block.epochs, index, looks_per_reading).presence < 0.0)
+        block.is_none_or(|block| block.opinion(index, looks_per_reading).presence < 0.0)
     }
 
     /// Takes out what speaks for the cell of a voxel: what was read there is gone.
@@ -297,8 +295,9 @@ impl EvidenceBlock {
         self.revision
     }
 
-    pub(crate) fn epochs(&self) -> &Epochs {
-        &self.epochs
+    /// What its counts say of the cell with this index.
+    pub(crate) fn opinion(&self, index: usize, looks_per_reading: f32) -> Opinion {
+        Opinion::of(self.epochs.of_cell(index).map(|(_, counts)| counts), looks_per_reading)
     }
 
     /// What all frames together say of the cell with this index.

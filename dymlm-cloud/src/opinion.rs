@@ -1,4 +1,4 @@
-use crate::epochs::Epochs;
+use crate::evidence::Support;
 
 /// Most that a cell can say either way. With less, a few frames decide as much as many; without a limit, a
 /// surface watched for minutes outvotes the trace of a mover that touched it
@@ -34,11 +34,12 @@ struct Fold {
 }
 
 impl Opinion {
-    /// One reading of a surface outweighs `looks_per_reading` looks through it.
-    pub(crate) fn of(epochs: &Epochs, index: usize, looks_per_reading: f32) -> Self {
+    /// What the counts of periods say, the newest first. One reading of a surface outweighs
+    /// `looks_per_reading` looks through it.
+    pub(crate) fn of(periods: impl IntoIterator<Item = Support>, looks_per_reading: f32) -> Self {
         let (mut presence, mut staticness) = (Fold::NEW, Fold::NEW);
         let mut is_read = false;
-        for (_, counts) in epochs.of_cell(index) {
+        for counts in periods {
             let [surface, looked_through, movers] =
                 [counts.support, counts.looked_through, counts.movers].map(|count| count as f32);
             is_read |= counts.support > 0;
@@ -49,6 +50,11 @@ impl Opinion {
             }
         }
         Self { presence: presence.limited(), staticness: staticness.limited(), is_read }
+    }
+
+    /// Whether something stands there that does not move.
+    pub(crate) fn is_static(&self) -> bool {
+        self.is_read && self.presence >= 0.0 && self.staticness >= 0.0
     }
 }
 
@@ -73,7 +79,7 @@ impl Fold {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::epochs::Finding;
+    use crate::epochs::{Epochs, Finding};
     use crate::evidence::Direction;
 
     fn opinion(frames: &[(i32, usize, Finding)]) -> Opinion {
@@ -83,7 +89,7 @@ mod tests {
                 epochs.period_mut(epoch).count(3, finding, Direction::Insert);
             }
         }
-        Opinion::of(&epochs, 3, 2.0)
+        Opinion::of(epochs.of_cell(3).map(|(_, counts)| counts), 2.0)
     }
 
     #[test]

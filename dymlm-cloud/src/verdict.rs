@@ -1,6 +1,5 @@
 use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, split};
 use crate::evidence::{Evidence, EvidenceBlock};
-use crate::opinion::Opinion;
 
 /// What the evidence of all frames says of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,10 +21,11 @@ const VOTE_UNIT: f32 = 12.0;
 
 /// The verdict on every cell that was ever read, by a vote of the 3^3 cells around it.
 ///
-/// A cell votes with its [`Opinion`] of whether something stands there; cells in which nothing was ever read
-/// have no vote. A single cell errs: its centre may lie just beside the surface that it holds, or in the one
-/// spot of a mover's trace that no later frame looked through. Its neighbours of the same thing know better.
-/// Whether it is a mover that stands there each cell decides for itself: movers touch what does not move.
+/// A cell votes with its [`Opinion`](crate::opinion::Opinion) of whether something stands there; cells in
+/// which nothing was ever read have no vote. A single cell errs: its centre may lie just beside the surface
+/// that it holds, or in the one spot of a mover's trace that no later frame looked through. Its neighbours of
+/// the same thing know better. Whether it is a mover that stands there each cell decides for itself: movers
+/// touch what does not move.
 ///
 /// Verdicts are kept, and made anew for the blocks whose evidence has changed and those around them.
 #[derive(Debug, Clone, Default)]
@@ -151,7 +151,7 @@ impl BlockVerdict {
         let none = CellBits::default();
         let mut verdict = Self { votes: [0; BLOCK_CELLS], read: none, movers: none, present: none };
         for index in 0..BLOCK_CELLS {
-            let opinion = Opinion::of(block.epochs(), index, looks_per_reading);
+            let opinion = block.opinion(index, looks_per_reading);
             let bit = 1 << (index % 64);
             if opinion.is_read {
                 verdict.votes[index] = (opinion.presence * VOTE_UNIT).round() as i8;

@@ -1,14 +1,14 @@
 use dymlm_cloud::{Verdict, Verdicts};
 use dymlm_core::ObjectId;
-use dymlm_objects::MapObject;
+use dymlm_planes::MapPlane;
 
 use crate::MultiLevelMap;
 
 /// How often the maps are held against the evidence, seconds of the frames' clock: often enough for maps that
 /// change within seconds, seldom enough to cost a frame next to nothing.
 const INTERVAL: f64 = 1.0;
-/// An object is gone when this share of what was read of it is free space.
-const GHOST_SHARE: f64 = 0.5;
+/// A plane or an object is gone when more than this share of what was read of it is free space.
+const FREE_SHARE: f64 = 0.5;
 
 /// Takes out of octree, planes and objects what the cloud's evidence has found to be no part of the static
 /// world.
@@ -47,9 +47,10 @@ impl GhostRemoval {
         for &around in &boxes {
             octree.free_cells(around, |center| is_ghost_cell(&verdicts, center, half));
         }
-        // No plane was ever drawn on a mover; what somebody sits on is masked with the sitter, and still there.
-        planes.judge(region, |place| verdicts.is_free(place));
-        objects.remove_where(region, |object| is_free(&verdicts, object))
+        planes.judge(region, |plane: &MapPlane| {
+            is_gone(&verdicts, &mut plane.inlier_points().map(|point| point.map(f64::from)))
+        });
+        objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()))
     }
 }
 
@@ -81,13 +82,13 @@ fn is_ghost_cell(verdicts: &Verdicts<'_>, center: [f64; 3], half: f64) -> bool {
     holds_ghost
 }
 
-/// Whether most of what was read of an object is free space now. What is only occluded by a person, or masked
-/// with somebody who sits on it, is still there.
-fn is_free(verdicts: &Verdicts<'_>, object: &MapObject) -> bool {
+/// Whether most of what was read of a thing's points is free space now. What is only occluded by a person, or
+/// masked with somebody who sits on it, is still there.
+fn is_gone(verdicts: &Verdicts<'_>, points: &mut dyn Iterator<Item = [f64; 3]>) -> bool {
     let (mut read, mut free) = (0_usize, 0_usize);
-    for is_free in object.points().filter_map(|point| verdicts.is_free(point)) {
+    for is_free in points.filter_map(|point| verdicts.is_free(point)) {
         read += 1;
         free += usize::from(is_free);
     }
-    free as f64 > GHOST_SHARE * read as f64
+    free as f64 > FREE_SHARE * read as f64
 }

@@ -1,6 +1,6 @@
 use dymlm_core::vector3::{Vector3, dot};
 use dymlm_core::{PinholeCamera, Plane, Point, SensorModel};
-use dymlm_geometry::{GridSample, NO_SAMPLE, PrincipalAxes, SampleGrid};
+use dymlm_geometry::{GridSample, PrincipalAxes, SampleGrid};
 
 /// Planes that are looked for in a box: the floor, a wall or two, and the front of a desk.
 const MAX_PLANES: usize = 4;
@@ -20,9 +20,10 @@ const EVENNESS: f64 = 0.004;
 /// behind it.
 ///
 /// A mover touches them, so that readings run on from it to them without a step in depth; but it is no plane
-/// that goes on beyond its box and the margin around it. A plane is fitted to readings outside the box, and from there it is followed
-/// into the box over readings that lie on it, without a gap, and to what legs enclose of it. A plane that only
-/// passes through a mover takes nothing from it: it meets the body in a strip.
+/// that goes on beyond its box and the margin around it. A plane is fitted to readings outside the box, and
+/// from there it is followed into the box over readings that lie on it, without a gap, and to what legs
+/// enclose of it. A plane that only passes through a mover takes nothing from it: it meets the body in a
+/// strip.
 ///
 /// A buffer to keep: filled again for each box, it allocates only to grow.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -35,29 +36,42 @@ pub(crate) struct Background {
     front: Vec<usize>,
 }
 
-/// A plane in the camera's frame, and what tells a pixel's distance from it.
+/// A plane in the camera's frame, and what tells a reading's distance from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CameraPlane {
     plane: Plane,
-    /// Of the pixel (u, v): its ray at depth 1 is ((u - cx) / fx, (v - cy) / fy, 1).
-    inverse_focal: [f64; 2],
-    center: [f64; 2],
+    camera: PinholeCamera,
     sensor: SensorModel,
 }
 
 impl CameraPlane {
-    /// Whether a reading lies on the plane: its noise is along the ray, and counts as far as the ray meets
-    /// the plane steeply.
-    fn holds(&self, pixel: [f64; 2], z: f32) -> bool {
-        let ray = [
-            (pixel[0] - self.center[0]) * self.inverse_focal[0],
-            (pixel[1] - self.center[1]) * self.inverse_focal[1],
-            1.0,
-        ];
-        let slope = dot(self.plane.normal(), ray);
-        let distance = slope * f64::from(z) + self.plane.d();
-        let noise = f64::from(self.sensor.sigma(z)) * slope;
-        distance * distance <= 9.0 * (noise * noise + EVENNESS * EVENNESS)
+    /// Whether a reading lies on the plane. Noise runs along the ray, and counts as far as the ray meets the
+    /// plane steeply.
+    fn holds(&self, point: [f64; 3]) -> bool {
+        let slope = steepness(self.plane.normal(), point);
+        let tolerance = slope * self.sensor.tolerance(point[2] as f32, EVENNESS / slope);
+        self.plane.signed_distance(point).abs() <= tolerance
+    }
+}
+
+/// The planes of the background in a cell and the eight around it.
+#[derive(Debug)]
+pub(crate) struct PlanesNear<'a> {
+    planes: &'a [CameraPlane],
+    /// A bit for each.
+    near: u8,
+}
+
+impl PlanesNear<'_> {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.near == 0
+    }
+
+    /// Whether a reading of the cell lies on one of them.
+    pub(crate) fn hold(&self, u: usize, v: usize, z: f32) -> bool {
+        let near = self.planes.iter().enumerate().filter(|(index, _)| self.near >> index & 1 == 1);
+        near.into_iter()
+            .any(|(_, plane)| plane.holds(plane.camera.back_project([u as f64, v as f64], z.into())))
     }
 }
 
@@ -82,25 +96,15 @@ impl Background {
         self.cells.get(row as usize * self.columns + column as usize).is_some_and(|&plane| plane > 0)
     }
 
-    /// Whether the cell at a column and row, or one of the eight around it, belongs to the background.
-    pub(crate) fn is_near(&self, column: usize, row: usize) -> bool {
-        self.planes_near(column, row).any(|_| true)
-    }
-
-    /// Whether a reading belongs to the background, which its cell or one of the eight around it touches.
-    pub(crate) fn holds(&self, cell: [usize; 2], pixel: [usize; 2], z: f32) -> bool {
-        self.planes_near(cell[0], cell[1]).any(|plane| plane.holds(pixel.map(|c| c as f64), z))
-    }
-
-    fn planes_near(&self, column: usize, row: usize) -> impl Iterator<Item = &CameraPlane> {
+    /// The planes that the cell at a column and row, and the eight around it, belong to.
+    pub(crate) fn planes_near(&self, column: usize, row: usize) -> PlanesNear<'_> {
         let columns = column.saturating_sub(1)..(column + 2).min(self.columns);
-        let rows = row.saturating_sub(1)..row + 2;
-        let near = rows.flat_map(move |row| {
+        let cells = (row.saturating_sub(1)..row + 2).flat_map(|row| {
             let cells = row * self.columns + columns.start..row * self.columns + columns.end;
             self.cells.get(cells).unwrap_or(&[])
         });
-        let near = near.fold(0_u8, |planes, &plane| planes | 1_u8.checked_shl(plane.into()).unwrap_or(0));
-        self.planes.iter().enumerate().filter(move |(index, _)| near >> (index + 1) & 1 == 1).map(|(_, p)| p)
+        let near = cells.filter(|&&plane| plane > 0).fold(0, |near, &plane| near | 1 << (plane - 1));
+        PlanesNear { planes: &self.planes, near }
     }
 
     /// The plane with the most free samples outside the box, fitted to them.
@@ -121,8 +125,7 @@ impl Background {
             points.clear();
             for row in -SEED_REACH..=SEED_REACH {
                 for column in -SEED_REACH..=SEED_REACH {
-                    let sample = grid.sample_at(i64::from(seed.column) + column, i64::from(seed.row) + row);
-                    let sample = (sample != NO_SAMPLE).then(|| grid.samples.get(sample as usize)).flatten();
+                    let sample = sample_of(grid, i64::from(seed.column) + column, i64::from(seed.row) + row);
                     points.extend(sample.map(|sample| sample.point));
                 }
             }
@@ -159,10 +162,7 @@ impl Background {
         plane: &'a CameraPlane,
     ) -> impl Iterator<Item = &'a GridSample> + 'a {
         let free = grid.samples.iter().filter(|s| !s.is_in_box && !self.has_cell(s.column, s.row));
-        free.filter(|s| {
-            let [u, v] = grid.pixel(s.column as usize, s.row as usize);
-            plane.holds([u as f64, v as f64], s.point[2])
-        })
+        free.filter(|s| plane.holds(s.point.map(f64::from)))
     }
 
     /// Marks the newest plane's samples that are joined to the outside of the box over others of it.
@@ -194,14 +194,21 @@ impl Background {
     }
 }
 
+/// The sample of a cell.
+fn sample_of(grid: &SampleGrid, column: i64, row: i64) -> Option<&GridSample> {
+    // The index of no sample is out of range.
+    grid.samples.get(grid.sample_at(column, row) as usize)
+}
+
 /// Whether the grid has a sample there that lies on the plane.
 fn holds_sample(grid: &SampleGrid, plane: &CameraPlane, column: i64, row: i64) -> bool {
-    let index = grid.sample_at(column, row);
-    let sample = (index != NO_SAMPLE).then(|| grid.samples.get(index as usize)).flatten();
-    sample.is_some_and(|sample| {
-        let [u, v] = grid.pixel(column as usize, row as usize);
-        plane.holds([u as f64, v as f64], sample.point[2])
-    })
+    sample_of(grid, column, row).is_some_and(|sample| plane.holds(sample.point.map(f64::from)))
+}
+
+/// How steeply the ray to a point meets a plane of this normal: how far a reading's noise of 1 along the
+/// optical axis moves it across the plane.
+fn steepness(normal: Vector3, point: [f64; 3]) -> f64 {
+    dot(normal, point).abs() / point[2].max(1e-3)
 }
 
 /// Whether the samples around one lie on the plane like itself: a piece of it, wider than the strip in which
@@ -218,15 +225,9 @@ fn fitted(points: &[Point], camera: &PinholeCamera, sensor: &SensorModel) -> Opt
     let axes = PrincipalAxes::of(points).filter(|axes| axes.rank >= 2 && axes.count >= 9)?;
     let normal: Vector3 = axes.axes[2];
     let plane = Plane::new(normal, -dot(normal, axes.centroid)).ok()?;
-    let ray = axes.centroid.map(|c| c / axes.centroid[2].max(1e-3));
-    let noise = f64::from(sensor.sigma(axes.centroid[2] as f32)) * dot(normal, ray);
+    let noise = f64::from(sensor.sigma(axes.centroid[2] as f32)) * steepness(normal, axes.centroid);
     let is_even = axes.variances[2] <= 2.0 * (noise * noise + EVENNESS * EVENNESS);
-    is_even.then(|| CameraPlane {
-        plane,
-        inverse_focal: [1.0 / camera.fx(), 1.0 / camera.fy()],
-        center: [camera.cx(), camera.cy()],
-        sensor: *sensor,
-    })
+    is_even.then_some(CameraPlane { plane, camera: *camera, sensor: *sensor })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@ use std::ops::Range;
 use dymlm_core::{BoundingBox, SensorModel};
 use dymlm_geometry::SampleGrid;
 
-use super::Background;
+use super::background::{Background, PlanesNear};
 
 /// The foreground of a box: depths of the mover's surface on a grid of cells, each `stride` pixels a side.
 ///
@@ -100,20 +100,21 @@ impl Foreground {
     pub(crate) fn is_background(&self, u: usize, v: usize, z: f32) -> bool {
         let cell = |pixel: usize, first: usize| Some(pixel.checked_sub(first)? / self.stride.max(1));
         match (cell(u, self.first[0]), cell(v, self.first[1])) {
-            (Some(column), Some(row)) => self.background.holds([column, row], [u, v], z),
+            (Some(column), Some(row)) => self.background.planes_near(column, row).hold(u, v, z),
             _ => false,
         }
     }
 
-    /// The pixels of the cells that readings of the background may lie in: columns and rows.
-    pub(crate) fn background_cells(&self) -> impl Iterator<Item = [Range<usize>; 2]> + '_ {
+    /// The cells that readings of the background may lie in.
+    pub(crate) fn background_cells(&self) -> impl Iterator<Item = BackgroundCell<'_>> {
         let cells = (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| [column, row]));
-        cells.filter(|&[column, row]| self.background.is_near(column, row)).map(|cell| {
+        let near = cells.map(|cell| (cell, self.background.planes_near(cell[0], cell[1])));
+        near.filter(|(_, planes)| !planes.is_empty()).map(|(cell, planes)| {
             let pixels = |axis: usize| {
                 let start = self.first[axis] + cell[axis] * self.stride;
                 start..start + self.stride
             };
-            [pixels(0), pixels(1)]
+            BackgroundCell { columns: pixels(0), rows: pixels(1), planes }
         })
     }
 
@@ -199,6 +200,14 @@ pub(crate) struct Bounds {
     pub(crate) right: usize,
     pub(crate) top: usize,
     pub(crate) bottom: usize,
+}
+
+/// The pixels of one cell, and the planes of the background in and around it.
+#[derive(Debug)]
+pub(crate) struct BackgroundCell<'a> {
+    pub(crate) columns: Range<usize>,
+    pub(crate) rows: Range<usize>,
+    pub(crate) planes: PlanesNear<'a>,
 }
 
 /// The pixels of one cell, and the depths of the foreground in and around it.

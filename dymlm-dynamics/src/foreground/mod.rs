@@ -5,6 +5,5 @@ mod background;
 mod foreground;
 mod foreground_finder;
 
-pub(crate) use background::Background;
 pub(crate) use foreground::Foreground;
 pub(crate) use foreground_finder::{ForegroundFinder, ForegroundSearch};

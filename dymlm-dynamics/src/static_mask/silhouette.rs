@@ -39,7 +39,7 @@ impl Pixel {
     /// Whether it is a pixel of the box and none of the mover yet.
     #[inline]
     fn can_be_rim(self) -> bool {
-        self as u8 > Self::Inside as u8 && (self as u8) < Self::Border as u8
+        matches!(self, Self::Outside | Self::Background)
     }
 }
 
@@ -95,14 +95,14 @@ impl Silhouette {
 
     /// Keeps floors and walls out.
     fn exclude_background(&mut self, foreground: &Foreground) {
-        for [columns, rows] in foreground.background_cells() {
-            let columns = within(&columns, &self.columns);
-            for row in within(&rows, &self.rows) {
+        for cell in foreground.background_cells() {
+            let columns = within(&cell.columns, &self.columns);
+            for row in within(&cell.rows, &self.rows) {
                 for column in columns.clone() {
                     let index = self.index(column, row);
                     let (u, v) = (column + self.columns.start, row + self.rows.start);
                     let z = self.depths[index];
-                    if z > 0.0 && foreground.is_background(u, v, z) {
+                    if z > 0.0 && cell.planes.hold(u, v, z) {
                         self.pixels[index] = Pixel::Background;
                     }
                 }

@@ -18,8 +18,8 @@ pub struct MapPlane {
     /// Number of key frames that looked at its centroid, where that decides whether it is confirmed; else 0.
     pub(super) looks: usize,
     pub(super) is_confirmed: bool,
-    /// Whether most of it is no part of the static world.
-    pub(super) is_ghost: bool,
+    /// Whether it was judged to stand there no more.
+    pub(super) is_gone: bool,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
     pub(super) bounds: Bounds,
@@ -67,7 +67,7 @@ impl MapPlane {
             sightings: Sightings::default(),
             looks: 0,
             is_confirmed: false,
-            is_ghost: false,
+            is_gone: false,
             moments: FixedMoments::default(),
             bounds: Patch::default().bounds(shape.voxel_size),
             patch: Patch::default(),

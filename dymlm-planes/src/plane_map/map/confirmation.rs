@@ -4,33 +4,19 @@ use dymlm_core::vector3::{difference, dot, norm};
 use super::super::map_plane::MapPlane;
 use super::{KeyFrame, PlaneMap};
 use crate::detector::patch_range;
-use crate::linear_algebra::foot_on;
 
 /// Cosine of the angle from its optical axis within which a key frame looks at a place: 25 degrees, the inner
 /// half of a Kinect's view.
 const COS_VIEW: f64 = 0.906_308;
 
-/// A plane is a ghost when this share of its inliers is free space.
-const GHOST_SHARE: f64 = 0.5;
-
 /// Which planes are believed.
 impl PlaneMap {
-    /// Judges the planes that reach into a box (lowest and highest corner, metres, world): a plane more than
-    /// half of whose inliers are free space, of those of which something is known, is not believed until it
-    /// is judged anew. `is_free` tells whether a place in which something was read is free now; `None` where
-    /// nothing is known.
-    pub fn judge(&mut self, region: [[f64; 3]; 2], is_free: impl Fn([f64; 3]) -> Option<bool>) {
-        let voxel_size = self.config.voxel_size;
+    /// Judges the planes that reach into a box (lowest and highest corner, metres, world): one that is gone is
+    /// not believed until it is judged anew.
+    pub fn judge(&mut self, region: [[f64; 3]; 2], is_gone: impl Fn(&MapPlane) -> bool) {
         let mut planes = std::mem::take(&mut self.planes);
-        for plane in planes.iter_mut().filter(|plane| plane.is_ghost || plane.bounds.overlaps(region)) {
-            let voxels = plane.patch.voxels().iter();
-            let places = voxels.map(|voxel| foot_on(&plane.plane, voxel.center(voxel_size)));
-            let (mut known, mut free) = (0_u32, 0_u32);
-            for is_free in places.filter_map(&is_free) {
-                known += 1;
-                free += u32::from(is_free);
-            }
-            plane.is_ghost = f64::from(free) > GHOST_SHARE * f64::from(known);
+        for plane in planes.iter_mut().filter(|plane| plane.is_gone || plane.bounds.overlaps(region)) {
+            plane.is_gone = is_gone(plane);
             plane.is_confirmed = self.is_believed(plane);
         }
         self.planes = planes;
@@ -77,7 +63,7 @@ impl PlaneMap {
 
     fn is_believed(&self, plane: &MapPlane) -> bool {
         let seen = plane.observations();
-        !plane.is_ghost
+        !plane.is_gone
             && seen >= self.config.min_observations
             && f64::from(seen) >= self.config.min_observation_share * plane.looks as f64
     }
