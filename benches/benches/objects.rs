@@ -68,9 +68,37 @@ fn insert(criterion: &mut Criterion<ProcessorTime>) {
     });
 }
 
+/// Copies of the desk, 20 m from each other, are known before: what is elsewhere costs nothing.
+#[allow(clippy::unwrap_used, reason = "constants")]
+fn insert_with_objects_out_of_view(criterion: &mut Criterion<ProcessorTime>) {
+    let (views, planes) = (Views::new(), planes());
+    let mut mapper = ObjectMapper::new(ObjectConfig::default(), SensorModel::kinect()).unwrap();
+    let mut rooms = 0;
+    for objects in [100, 400, 1600] {
+        while mapper.map().len() < objects {
+            let shift = [20.0 * f64::from(rooms % 16), 20.0 * f64::from(rooms / 16), 0.0];
+            let shift = Pose::new(shift, [0.0, 0.0, 0.0, 1.0]).unwrap();
+            for (frame, detections, pose) in &views.frames {
+                mapper.insert(&ObjectView::new(frame, detections, &(shift * *pose)), &planes).unwrap();
+            }
+            rooms += 1;
+        }
+        for step in 0..3 * FRAMES {
+            mapper.insert(&views.view(step), &planes).unwrap();
+        }
+        let mut step = 0;
+        criterion.bench_function(&format!("dymlm-objects/insert/{objects}_objects_out_of_view"), |bencher| {
+            bencher.iter(|| {
+                step += 1;
+                black_box(mapper.insert(&views.view(step), &planes).unwrap())
+            });
+        });
+    }
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().with_measurement(ProcessorTime);
-    targets = insert
+    targets = insert, insert_with_objects_out_of_view
 }
 criterion_main!(benches);

@@ -1,25 +1,23 @@
 use std::collections::BTreeSet;
 
 use dymlm_core::vector3::{along, unit};
-use dymlm_core::{ObjectId, Pose, SensorModel};
+use dymlm_core::{ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
-use crate::object_map::ObjectLimits;
-use crate::optimization::{
-    Existence, PRIOR_SLACK, Proposal, Reparameterizer, find_duplicates, judge_existence,
-};
+use crate::object_map::{ObjectLimits, SpaceIndex};
+use crate::optimization::{Existence, PRIOR_SLACK, Proposal, Reparameterizer, is_one, judge_existence};
 use crate::parameterization::Parameterizer;
 use crate::support::LevelPlanes;
 use crate::{
-    Error, MapObject, ObjectAssociation, ObjectConfig, ObjectMap, ObjectObservation, ObjectReport,
-    ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief, SupportingPlanes,
+    Error, MapObject, ObjectAssociation, ObjectConfig, ObjectMap, ObjectMerge, ObjectObservation,
+    ObjectReport, ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief, SupportingPlanes,
 };
 
 /// Builds the object map, one frame at a time (paper IV).
 ///
 /// [`insert`](Self::insert) runs the steps in order. A refused frame changes nothing. The cost of a frame
-/// does not grow with the number of frames before.
+/// follows what it may show: it grows neither with the frames before nor with the objects elsewhere.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
@@ -50,16 +48,24 @@ pub struct ObjectMapper {
     associator: Associator,
     reparameterizer: Reparameterizer,
     map: ObjectMap,
+    index: SpaceIndex,
     last_timestamp: Option<f64>,
     /// The objects that somebody carries.
     held: BTreeSet<ObjectId>,
     /// Sum of the normals that things were seen to stand on.
     upward: [f64; 3],
     observations: Vec<ObjectObservation>,
-    /// The place of each observation's object, as associated.
-    matches: Vec<Option<usize>>,
+    /// Each observation's object, as associated.
+    matches: Vec<Option<ObjectId>>,
+    /// Ids of the objects that the frame may show, and of those that it made, ascending.
+    in_view: Vec<ObjectId>,
     /// Ids of the objects that the frame observed.
     observed: Vec<ObjectId>,
+    /// Ids of the objects whose boxes changed, and that may have become one with others.
+    changed: BTreeSet<ObjectId>,
+    near: Vec<ObjectId>,
+    /// Ids of the planes that objects were seen to stand on.
+    supports: BTreeSet<PlaneId>,
     report: ObjectReport,
 }
 
@@ -94,12 +100,17 @@ impl ObjectMapper {
             associator: Associator::new(config.association.clone()),
             reparameterizer: Reparameterizer::new(config.update.isolation_forest)?,
             map: ObjectMap::default(),
+            index: SpaceIndex::new(sensor.max_depth.into()),
             last_timestamp: None,
             held: BTreeSet::new(),
             upward: [0.0; 3],
             observations: Vec::new(),
             matches: Vec::new(),
+            in_view: Vec::new(),
             observed: Vec::new(),
+            changed: BTreeSet::new(),
+            near: Vec::new(),
+            supports: BTreeSet::new(),
             report: ObjectReport::default(),
             config,
             sensor,
@@ -120,12 +131,13 @@ impl ObjectMapper {
         planes: &dyn SupportingPlanes,
     ) -> Result<ObjectReport, Error> {
         self.check(view)?;
-        for object in &mut self.map.objects {
-            object.follow_planes(planes);
-        }
+        self.follow_planes(planes);
         self.observations.clear();
         if view.has_detections() {
             self.last_timestamp = Some(view.frame.timestamp());
+            let Self { index, map, in_view, sensor, .. } = self;
+            let (camera, max_depth) = (view.frame.camera(), sensor.max_depth.into());
+            index.in_view(map, camera, &view.world_from_camera, max_depth, in_view);
             self.parameterize(view, planes);
             self.associate(view);
             self.update(view);
@@ -164,19 +176,17 @@ impl ObjectMapper {
         self.note_empty_boxes(view);
     }
 
-    /// One optimal assignment of observations to objects.
+    /// One optimal assignment of observations to the objects in view.
     fn associate(&mut self, view: &ObjectView<'_>) {
-        let matches = self.associator.associate(view, &self.observations, &self.map.objects);
+        let matches = self.associator.associate(view, &self.observations, &self.map, &self.in_view);
         self.matches.clear();
-        self.matches.extend_from_slice(matches);
-        let objects = self.map.objects.len();
-        for (index, (observation, place)) in self.observations.iter().zip(&self.matches).enumerate() {
-            let Some(place) = *place else { continue };
-            let Some(object) = self.map.objects.get(place) else { continue };
+        self.matches.extend(matches.iter().map(|place| self.in_view.get((*place)?).copied()));
+        for (index, (observation, object)) in self.observations.iter().zip(&self.matches).enumerate() {
+            let Some(object) = *object else { continue };
             self.report.associated.push(ObjectAssociation {
                 detection: observation.detection,
-                object: object.id,
-                tests: self.associator.tests(index, place, objects),
+                object,
+                tests: self.associator.tests(index),
             });
         }
     }
@@ -186,15 +196,12 @@ impl ObjectMapper {
         self.observed.clear();
         let observations = std::mem::take(&mut self.observations);
         for (index, observation) in observations.iter().enumerate() {
-            let place = self.matches.get(index).copied().flatten();
-            let object = place.and_then(|place| self.map.objects.get(place));
-            if object.is_some_and(|object| self.held.contains(&object.id)) {
+            match self.matches.get(index).copied().flatten() {
                 // Something where a carried object stood.
-                self.reject(observation.detection, RejectionCause::Occupied);
-                continue;
-            }
-            match place {
-                Some(place) => self.update_object(view, observation, place),
+                Some(object) if self.held.contains(&object) => {
+                    self.reject(observation.detection, RejectionCause::Occupied);
+                }
+                Some(object) => self.update_object(view, observation, object),
                 None => self.create_object(view, observation),
             }
         }
@@ -235,6 +242,8 @@ impl ObjectMapper {
         self.held.remove(&object);
         let moved = self.map.objects.get_mut(place)?;
         moved.move_by(new_from_old);
+        self.index.place(moved);
+        self.changed.insert(object);
         Some(moved.oriented_box)
     }
 
@@ -252,11 +261,14 @@ impl ObjectMapper {
                     && corners.iter().any(|corner| corner[axis] >= min[axis])
             })
         };
-        let objects = self.map.objects.iter().filter(|object| !self.held.contains(&object.id));
-        let gone: Vec<ObjectId> =
-            objects.filter(|object| reaches_in(object) && is_gone(object)).map(MapObject::id).collect();
+        let mut gone = Vec::new();
+        self.index.within([min, max], &mut gone);
+        gone.retain(|id| {
+            let object = self.map.object(*id).filter(|object| !self.held.contains(&object.id));
+            object.is_some_and(|object| reaches_in(object) && is_gone(object))
+        });
         for &id in &gone {
-            self.map.remove(id);
+            self.remove(id);
         }
         gone
     }
@@ -297,16 +309,39 @@ impl ObjectMapper {
         self.report.rejected.insert(place, RejectedDetection { detection, cause });
     }
 
-    fn update_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation, place: usize) {
-        let Some(object) = self.map.objects.get_mut(place) else { return };
+    /// Calls the planes under objects what they are called now.
+    fn follow_planes(&mut self, planes: &dyn SupportingPlanes) {
+        if self.supports.iter().all(|&id| planes.current_id(id) == id) {
+            return;
+        }
+        self.supports = self.supports.iter().map(|&id| planes.current_id(id)).collect();
+        for object in &mut self.map.objects {
+            object.follow_planes(planes);
+        }
+    }
+
+    /// Takes an object out of the map.
+    fn remove(&mut self, id: ObjectId) {
+        self.map.remove(id);
+        self.index.remove(id);
+    }
+
+    fn update_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation, id: ObjectId) {
+        let place = self.map.place(id);
+        let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
         let patch = object.observe(observation, view, &self.limits);
-        self.observed.push(object.id);
+        self.observed.push(id);
+        self.changed.insert(id);
+        self.supports.extend(observation.support.and_then(|support| support.id));
         if !Reparameterizer::is_due(object) {
             return;
         }
         match self.reparameterizer.update(object, unit(self.upward), &self.config.sizes, &self.config.shapes)
         {
-            Proposal::Accepted => self.report.updated.push(object.id),
+            Proposal::Accepted => {
+                self.index.place(object);
+                self.report.updated.push(object.id);
+            }
             Proposal::Rejected => {
                 object.cloud.subtract(&patch);
                 self.report.kept_parameters.push(object.id);
@@ -333,9 +368,13 @@ impl ObjectMapper {
         let mut object = MapObject::new(id, observation, view, shape, &self.limits);
         self.reparameterizer.update(&mut object, unit(self.upward), &self.config.sizes, &self.config.shapes);
         self.map.next_id += 1;
+        self.index.place(&object);
         self.map.objects.push(object);
         self.report.created.push(id);
         self.observed.push(id);
+        self.in_view.push(id);
+        self.changed.insert(id);
+        self.supports.extend(observation.support.and_then(|support| support.id));
     }
 
     /// Whether most of an observation's points are those of an object that is believed, and that has the same
@@ -352,7 +391,7 @@ impl ObjectMapper {
             (observation.relief == Relief::Raised || object.relief() == Relief::Flat)
                 && (object.label == observation.label || looks_like(object, view, observation))
         };
-        self.map.objects().filter(comparable).any(|object| {
+        self.believed_in_view().filter(comparable).any(|object| {
             let shared = places().filter(|&place| object.cloud.holds(place)).count();
             2 * shared >= count
         })
@@ -362,23 +401,25 @@ impl ObjectMapper {
     /// its projection looks like the box, and the depths show its surface. What was found in the box is
     /// something before or behind it.
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
-        self.map.objects().any(|object| {
-            let is_matched = self
-                .matches
-                .iter()
-                .flatten()
-                .any(|&place| self.map.objects.get(place).is_some_and(|matched| matched.id == object.id));
-            !is_matched
+        self.believed_in_view().any(|object| {
+            !self.matches.contains(&Some(object.id))
                 && looks_like(object, view, observation)
                 && judge_existence(view, object, &self.sensor) == Existence::Present
         })
     }
 
+    fn believed_in_view(&self) -> impl Iterator<Item = &MapObject> {
+        let objects = self.in_view.iter().filter_map(|&id| self.map.object(id));
+        objects.filter(|object| object.state == ObjectState::Confirmed)
+    }
+
     fn judge_existence(&mut self, view: &ObjectView<'_>) {
-        for object in &mut self.map.objects {
-            if self.observed.binary_search(&object.id).is_ok() || self.held.contains(&object.id) {
+        for &id in &self.in_view {
+            if self.observed.binary_search(&id).is_ok() || self.held.contains(&id) {
                 continue;
             }
+            let place = self.map.place(id);
+            let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { continue };
             match judge_existence(view, object, &self.sensor) {
                 Existence::Unknown => {}
                 Existence::Present => object.frames_in_view += 1,
@@ -399,36 +440,63 @@ impl ObjectMapper {
             let was_mistaken = object.observations == 1 && object.frames_in_view > PATIENCE;
             (is_gone || was_mistaken) && !held.contains(&object.id)
         };
-        let ghosts: Vec<ObjectId> =
-            self.map.objects.iter().filter(|object| is_ghost(object)).map(MapObject::id).collect();
-        for id in ghosts {
-            self.map.remove(id);
-            self.report.removed.push(id);
+        let ghosts = self.in_view.iter().filter(|&&id| self.map.object(id).is_some_and(is_ghost));
+        self.report.removed.extend(ghosts);
+        for place in 0..self.report.removed.len() {
+            self.remove(self.report.removed[place]);
         }
     }
 
     fn merge_duplicates(&mut self) {
         for _ in 0..MAX_MERGES {
-            let Some(merge) = find_duplicates(&self.map) else { return };
+            let Some(merge) = self.find_duplicates() else { return };
             let Some(removed) = self.map.absorb(merge.removed, merge.kept) else { return };
-            let Some(kept) = self.map.place(merge.kept).and_then(|place| self.map.objects.get_mut(place))
-            else {
-                return;
-            };
+            self.index.remove(merge.removed);
+            let place = self.map.place(merge.kept);
+            let Some(kept) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
             kept.merge(&removed, &self.limits);
             if self.held.remove(&merge.removed) {
                 self.held.insert(merge.kept);
             }
             self.reparameterizer.update(kept, unit(self.upward), &self.config.sizes, &self.config.shapes);
+            self.index.place(kept);
+            self.changed.insert(merge.kept);
             self.report.merged.push(merge);
         }
+    }
+
+    /// The first pair of objects that are one, among those that changed and those near them; `None` when there
+    /// is none. The one with fewer observations goes.
+    fn find_duplicates(&mut self) -> Option<ObjectMerge> {
+        while let Some(&id) = self.changed.first() {
+            let Self { index, near, .. } = self;
+            if let Some(own) = self.map.place(id).and_then(|place| self.map.objects.get(place)) {
+                let corners = own.oriented_box.corners();
+                let bound = |pick: fn(f64, f64) -> f64| {
+                    [0, 1, 2]
+                        .map(|axis| corners.iter().map(|corner| corner[axis]).fold(corners[0][axis], pick))
+                };
+                index.within([bound(f64::min), bound(f64::max)], near);
+                let others = near.iter().filter_map(|&other| self.map.object(other));
+                if let Some(other) = others.into_iter().find(|other| other.id != id && is_one(own, other)) {
+                    let (first, last) = if own.id < other.id { (own, other) } else { (other, own) };
+                    let last_goes = last.observations <= first.observations;
+                    let (kept, removed) = if last_goes { (first.id, last.id) } else { (last.id, first.id) };
+                    return Some(ObjectMerge { kept, removed });
+                }
+            }
+            self.changed.remove(&id);
+        }
+        None
     }
 
     /// An object is believed when it was observed often enough, not too seldom while in view, and is of a
     /// size that things of its label have.
     fn judge_belief(&mut self) {
         let update = &self.config.update;
-        for object in &mut self.map.objects {
+        for &id in &self.in_view {
+            let place = self.map.place(id);
+            let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { continue };
             let share = f64::from(object.observations) / f64::from(object.frames_in_view.max(1));
             let prior = self.config.sizes.of(&object.label);
             let lengths = object.oriented_box.lengths();

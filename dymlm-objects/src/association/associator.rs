@@ -1,11 +1,12 @@
 use std::collections::BTreeMap;
 
+use dymlm_core::ObjectId;
 use dymlm_core::vector3::Vector3;
 use dymlm_geometry::Assignment;
 
 use super::shared_points::{sample_places, shared_share};
 use super::{AssociationConfig, CentroidVerdict, visible_iou};
-use crate::{MapObject, ObjectObservation, ObjectView};
+use crate::{MapObject, ObjectMap, ObjectObservation, ObjectView};
 
 /// Affinities in fixed point: sums of assignments compare exactly, on every machine.
 const ONE: f64 = (1_u64 << 38) as f64;
@@ -47,6 +48,8 @@ impl AssociationTests {
 pub(crate) struct Associator {
     config: AssociationConfig,
     tests: Vec<AssociationTests>,
+    /// What the tests said of each observation and its object.
+    chosen: Vec<AssociationTests>,
     affinities: Vec<f64>,
     places: Vec<Vector3>,
     assignment: Assignment,
@@ -59,6 +62,7 @@ impl Associator {
         Self {
             config,
             tests: Vec::new(),
+            chosen: Vec::new(),
             affinities: Vec::new(),
             places: Vec::new(),
             assignment: Assignment::default(),
@@ -66,18 +70,21 @@ impl Associator {
         }
     }
 
-    /// Tests all pairs and assigns. Answers the place of each observation's object.
+    /// Tests all pairs of observations and of the objects `in_view`, and assigns. Answers the place of each
+    /// observation's object among these.
     pub(crate) fn associate(
         &mut self,
         view: &ObjectView<'_>,
         observations: &[ObjectObservation],
-        objects: &[MapObject],
+        map: &ObjectMap,
+        in_view: &[ObjectId],
     ) -> &[Option<usize>] {
         self.tests.clear();
         self.affinities.clear();
         for observation in observations {
             sample_places(observation, &view.world_from_camera, &mut self.places);
-            for object in objects {
+            for &id in in_view {
+                let Some(object) = map.object(id) else { continue };
                 let tests = self.test(view, observation, object);
                 let passes = tests.pass(&self.config);
                 let cost = if observation.label == object.label { 0.0 } else { self.config.label_cost };
@@ -87,15 +94,21 @@ impl Associator {
             }
         }
         let Self { affinities, assignment, .. } = self;
-        let columns = objects.len();
-        assignment.solve(observations.len(), columns, |row, column| {
+        let columns = in_view.len();
+        let matches = assignment.solve(observations.len(), columns, |row, column| {
             (affinities[row * columns + column] * ONE).round() as i64
-        })
+        });
+        let tests_of = |(row, column): (usize, &Option<usize>)| {
+            column.and_then(|column| self.tests.get(row * columns + column)).copied().unwrap_or_default()
+        };
+        self.chosen.clear();
+        self.chosen.extend(matches.iter().enumerate().map(tests_of));
+        matches
     }
 
-    /// What the tests said of a pair of the last frame.
-    pub(crate) fn tests(&self, observation: usize, object: usize, objects: usize) -> AssociationTests {
-        self.tests.get(observation * objects + object).copied().unwrap_or_default()
+    /// What the tests said of an observation of the last frame and its object.
+    pub(crate) fn tests(&self, observation: usize) -> AssociationTests {
+        self.chosen.get(observation).copied().unwrap_or_default()
     }
 
     fn test(

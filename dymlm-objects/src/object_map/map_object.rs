@@ -320,4 +320,4 @@ const SUPPORT_SHARE: f64 = 0.2;
 /// Observations after which an object's box tells which points can be its.
 const KNOWN: u32 = 4;
 /// By what factor the box may grow at once. Lower cuts off what is seen later, higher takes in neighbours.
-const GROWTH: f64 = 1.5;
+pub(crate) const GROWTH: f64 = 1.5;

@@ -9,13 +9,15 @@ mod map_object;
 mod moved_object;
 mod object_cloud;
 mod queries;
+mod space_index;
 
 pub(crate) use box_motion::BoxMotion;
 pub use centroid_cloud::CentroidCloud;
 pub(crate) use key_views::{KeyView, KeyViews};
 pub use label_evidence::LabelEvidence;
 pub use map::ObjectMap;
-pub(crate) use map_object::ObjectLimits;
+pub(crate) use map_object::{GROWTH, ObjectLimits};
 pub use map_object::{MapObject, ObjectState};
 pub(crate) use object_cloud::{CloudPatch, ObjectCloud};
 pub use queries::RayHit;
+pub(crate) use space_index::SpaceIndex;

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 #![allow(dead_code, reason = "each test uses a part")]
 
+use dymlm_core::vector3::{cross, difference, unit};
 use dymlm_core::{
     BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Plane, PlaneId, Pose, SensorModel,
 };
@@ -19,11 +20,24 @@ pub(crate) fn mapper() -> ObjectMapper {
 pub(crate) struct Scene {
     pub(crate) camera: PinholeCamera,
     pub(crate) boxes: Vec<OrientedBox>,
+    /// Walls, floors, table tops.
+    pub(crate) rectangles: Vec<Rectangle>,
 }
 
 pub(crate) fn upright(center: [f64; 3], yaw: f64, lengths: [f64; 3]) -> OrientedBox {
     let (sin, cos) = (0.5 * yaw).sin_cos();
     OrientedBox::new(Pose::new(center, [0.0, 0.0, sin, cos]).unwrap(), lengths).unwrap()
+}
+
+/// A camera at a place that looks at another, upright but for a roll about its axis.
+pub(crate) fn looking_at(place: [f64; 3], target: [f64; 3], roll: f64) -> Pose {
+    let forward = unit(difference(target, place)).unwrap();
+    let right = unit(cross(forward, [0.0, 0.0, 1.0])).unwrap();
+    let down = cross(forward, right);
+    let (sin, cos) = roll.sin_cos();
+    let turned = |a: f64, b: f64| [0, 1, 2].map(|k| a * right[k] + b * down[k]);
+    let (x, y) = (turned(cos, sin), turned(-sin, cos));
+    Pose::from_rotation_matrix([0, 1, 2].map(|k| [x[k], y[k], forward[k]]), place).unwrap()
 }
 
 /// A camera at a place that looks along y and down by an angle.
@@ -49,17 +63,20 @@ pub(crate) struct View {
 
 impl Scene {
     pub(crate) fn new(boxes: Vec<OrientedBox>) -> Self {
-        Self { camera: PinholeCamera::new(320, 240, 262.0, 262.0, 159.5, 119.5).unwrap(), boxes }
+        let table = Rectangle::level([0.0, 0.25, 0.0], 0.8, 0.75);
+        Self::with_rectangles(boxes, vec![Rectangle::upright([0.0, 1.5, 0.0], 100.0, 100.0), table])
+    }
+
+    pub(crate) fn with_rectangles(boxes: Vec<OrientedBox>, rectangles: Vec<Rectangle>) -> Self {
+        let camera = PinholeCamera::new(320, 240, 262.0, 262.0, 159.5, 119.5).unwrap();
+        Self { camera, boxes, rectangles }
     }
 
     pub(crate) fn view(&self, world_from_camera: &Pose) -> View {
         let cuboid =
             |own: &OrientedBox| Cuboid { world_from_cuboid: own.world_from_box(), lengths: own.lengths() };
         let world = World {
-            rectangles: vec![
-                Rectangle::upright([0.0, 1.5, 0.0], 100.0, 100.0),
-                Rectangle::level([0.0, 0.25, 0.0], 0.8, 0.75),
-            ],
+            rectangles: self.rectangles.clone(),
             cuboids: self.boxes.iter().map(cuboid).collect(),
             ..World::default()
         };
@@ -76,9 +93,28 @@ impl Scene {
         Frame::new(time, self.camera, depth, None).unwrap()
     }
 
+    /// A frame, and detections of those of some things that it shows.
+    pub(crate) fn detected(
+        &self,
+        time: f64,
+        world_from_camera: &Pose,
+        labels: &[(usize, &str)],
+    ) -> (Frame, Vec<Detection>) {
+        let view = self.view(world_from_camera);
+        let found = |&(index, label): &(usize, &str)| {
+            Some(Detection::new(label, 0.8, self.box_of(&view, index)?).unwrap())
+        };
+        let detections = labels.iter().filter_map(found).collect();
+        let depth = DepthImage::new(self.camera.width(), self.camera.height(), view.depth).unwrap();
+        (Frame::new(time, self.camera, depth, None).unwrap(), detections)
+    }
+
     /// The box around the pixels that show a thing; `None` when none does.
     pub(crate) fn image_box(&self, world_from_camera: &Pose, index: usize) -> Option<BoundingBox> {
-        let view = self.view(world_from_camera);
+        self.box_of(&self.view(world_from_camera), index)
+    }
+
+    fn box_of(&self, view: &View, index: usize) -> Option<BoundingBox> {
         let width = self.camera.width();
         let shown =
             || view.shown.iter().enumerate().filter(|(_, own)| **own == Some(index)).map(|(pixel, _)| pixel);

@@ -1,0 +1,125 @@
+use std::collections::BTreeMap;
+
+use dymlm_core::vector3::{Vector3, norm};
+use dymlm_core::{ObjectId, PinholeCamera, Pose};
+
+use super::{MapObject, ObjectMap};
+
+/// Which objects are near a place: a uniform grid over the world, each object in all cells that the ball
+/// around it reaches.
+///
+/// A question costs what is near, however many objects there are.
+#[derive(Debug)]
+pub(crate) struct SpaceIndex {
+    /// Side of a cell, metres.
+    cell: f64,
+    cells: BTreeMap<Cell, Vec<ObjectId>>,
+    /// The cells of each object, from and to.
+    spans: BTreeMap<ObjectId, [Cell; 2]>,
+}
+
+type Cell = [i32; 3];
+
+impl SpaceIndex {
+    /// An index for questions about places within `range` metres of each other.
+    pub(crate) fn new(range: f64) -> Self {
+        // Half of the range: a question about what a camera sees visits a few dozen cells at any range.
+        Self { cell: 0.5 * range, cells: BTreeMap::new(), spans: BTreeMap::new() }
+    }
+
+    /// Notes where an object is now.
+    pub(crate) fn place(&mut self, object: &MapObject) {
+        let Ball { center, radius } = Ball::around(object);
+        let span = self.span([center.map(|c| c - radius), center.map(|c| c + radius)]);
+        if self.spans.get(&object.id) == Some(&span) {
+            return;
+        }
+        self.remove(object.id);
+        for cell in cells_of(span) {
+            self.cells.entry(cell).or_default().push(object.id);
+        }
+        self.spans.insert(object.id, span);
+    }
+
+    /// Forgets an object.
+    pub(crate) fn remove(&mut self, id: ObjectId) {
+        for cell in self.spans.remove(&id).into_iter().flat_map(cells_of) {
+            if let Some(own) = self.cells.get_mut(&cell) {
+                own.retain(|other| *other != id);
+                if own.is_empty() {
+                    self.cells.remove(&cell);
+                }
+            }
+        }
+    }
+
+    /// The objects, ascending, that may reach into a region (lowest and highest corner).
+    pub(crate) fn within(&self, region: [Vector3; 2], found: &mut Vec<ObjectId>) {
+        let [low, high] = self.span(region);
+        found.clear();
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                let column = self.cells.range([x, y, low[2]]..=[x, y, high[2]]);
+                found.extend(column.flat_map(|(_, own)| own));
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+    }
+
+    /// The objects, ascending, that a camera may see up to a depth, occluded or not.
+    pub(crate) fn in_view(
+        &self,
+        map: &ObjectMap,
+        camera: &PinholeCamera,
+        world_from_camera: &Pose,
+        max_depth: f64,
+        found: &mut Vec<ObjectId>,
+    ) {
+        let [width, height] = [camera.width(), camera.height()].map(|side| side as f64 - 0.5);
+        let [left, top, _] = camera.back_project([-0.5, -0.5], 1.0);
+        let [right, bottom, _] = camera.back_project([width, height], 1.0);
+        let center = world_from_camera.translation();
+        let (mut low, mut high) = (center, center);
+        for (x, y) in [(left, top), (right, top), (left, bottom), (right, bottom)] {
+            let corner = world_from_camera.transform_point([x, y, 1.0].map(|c| c * max_depth));
+            for axis in 0..3 {
+                low[axis] = low[axis].min(corner[axis]);
+                high[axis] = high[axis].max(corner[axis]);
+            }
+        }
+        self.within([low, high], found);
+        let camera_from_world = world_from_camera.inverse();
+        let sides = [[-1.0, 0.0, left], [1.0, 0.0, -right], [0.0, -1.0, top], [0.0, 1.0, -bottom]];
+        let is_seen = |object: &MapObject| {
+            let Ball { center, radius } = Ball::around(object);
+            let [x, y, z] = camera_from_world.transform_point(center);
+            let is_within =
+                |[a, b, c]: [f64; 3]| a * x + b * y + c * z <= radius * (a * a + b * b + c * c).sqrt();
+            -radius <= z && z <= max_depth + radius && sides.into_iter().all(is_within)
+        };
+        found.retain(|&id| map.object(id).is_some_and(is_seen));
+    }
+
+    fn span(&self, [low, high]: [Vector3; 2]) -> [Cell; 2] {
+        [low, high].map(|corner| corner.map(|c| (c / self.cell).floor() as i32))
+    }
+}
+
+/// A ball around an object and its points.
+struct Ball {
+    center: Vector3,
+    radius: f64,
+}
+
+impl Ball {
+    fn around(object: &MapObject) -> Self {
+        let half_diagonal = 0.5 * norm(object.oriented_box.lengths());
+        Self { center: object.oriented_box.center(), radius: super::GROWTH * half_diagonal }
+    }
+}
+
+fn cells_of([low, high]: [Cell; 2]) -> impl Iterator<Item = Cell> {
+    (low[0]..=high[0])
+        .flat_map(move |x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z])))
+}
