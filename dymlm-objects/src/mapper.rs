@@ -178,7 +178,8 @@ impl ObjectMapper {
 
     /// One optimal assignment of observations to the objects in view.
     fn associate(&mut self, view: &ObjectView<'_>) {
-        let matches = self.associator.associate(view, &self.observations, &self.map, &self.in_view);
+        let matches =
+            self.associator.associate(view, &self.observations, &self.map, &self.in_view, &self.config.sizes);
         self.matches.clear();
         self.matches.extend(matches.iter().map(|place| self.in_view.get((*place)?).copied()));
         for (index, (observation, object)) in self.observations.iter().zip(&self.matches).enumerate() {
@@ -329,7 +330,7 @@ impl ObjectMapper {
     fn update_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation, id: ObjectId) {
         let place = self.map.place(id);
         let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
-        let patch = object.observe(observation, view, &self.limits);
+        let patch = object.observe(observation, view, &self.limits, &self.config.sizes);
         self.observed.push(id);
         self.changed.insert(id);
         self.supports.extend(observation.support.and_then(|support| support.id));
@@ -365,7 +366,7 @@ impl ObjectMapper {
         }
         let id = ObjectId::new(self.map.next_id);
         let shape = self.config.shapes.of(&observation.label);
-        let mut object = MapObject::new(id, observation, view, shape, &self.limits);
+        let mut object = MapObject::new(id, observation, view, shape, &self.limits, &self.config.sizes);
         self.reparameterizer.update(&mut object, unit(self.upward), &self.config.sizes, &self.config.shapes);
         self.map.next_id += 1;
         self.index.place(&object);

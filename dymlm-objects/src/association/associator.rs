@@ -5,8 +5,8 @@ use dymlm_core::vector3::Vector3;
 use dymlm_geometry::Assignment;
 
 use super::shared_points::{sample_places, shared_share};
-use super::{AssociationConfig, CentroidVerdict, visible_iou};
-use crate::{MapObject, ObjectMap, ObjectObservation, ObjectView};
+use super::{AssociationConfig, CentroidVerdict, joint_iou, visible_iou};
+use crate::{MapObject, ObjectMap, ObjectObservation, ObjectView, SizePriors};
 
 /// Affinities in fixed point: sums of assignments compare exactly, on every machine.
 const ONE: f64 = (1_u64 << 38) as f64;
@@ -25,11 +25,19 @@ pub struct AssociationTests {
     pub shared: Option<f64>,
     /// The test of the centroid.
     pub centroid: Option<CentroidVerdict>,
+    /// Intersection over union of the projection of the box around both with the detected box, 0..=1, where
+    /// that box fits the object's earlier views as well as its own does, and such things may be that large:
+    /// then the observation is of another side of the object.
+    pub joint_iou: Option<f64>,
 }
 
 impl AssociationTests {
-    /// Whether the pair passes: projection AND (motion OR shared points OR centroid).
+    /// Whether the pair passes: projection AND (motion OR shared points OR centroid), OR the box around both.
     fn pass(&self, config: &AssociationConfig) -> bool {
+        self.joint_iou.is_some() || self.are_near(config)
+    }
+
+    fn are_near(&self, config: &AssociationConfig) -> bool {
         let reaches = |value: f64, least: f64| value >= least && value > 0.0;
         reaches(self.projection_iou, config.min_projection_iou)
             && (self.motion_iou.is_some_and(|iou| reaches(iou, config.min_motion_iou))
@@ -39,7 +47,9 @@ impl AssociationTests {
 
     /// How well the pair fits: the values of the tests, added.
     fn affinity(&self) -> f64 {
-        self.projection_iou + 0.5 * self.motion_iou.unwrap_or(0.0) + self.shared.unwrap_or(0.0)
+        self.projection_iou.max(self.joint_iou.unwrap_or(0.0))
+            + 0.5 * self.motion_iou.unwrap_or(0.0)
+            + self.shared.unwrap_or(0.0)
     }
 }
 
@@ -78,6 +88,7 @@ impl Associator {
         observations: &[ObjectObservation],
         map: &ObjectMap,
         in_view: &[ObjectId],
+        priors: &SizePriors,
     ) -> &[Option<usize>] {
         self.tests.clear();
         self.affinities.clear();
@@ -85,7 +96,10 @@ impl Associator {
             sample_places(observation, &view.world_from_camera, &mut self.places);
             for &id in in_view {
                 let Some(object) = map.object(id) else { continue };
-                let tests = self.test(view, observation, object);
+                let mut tests = self.test(view, observation, object);
+                if !tests.are_near(&self.config) && observation.label == object.label {
+                    tests.joint_iou = joint_iou(view, observation, &self.places, object, priors);
+                }
                 let passes = tests.pass(&self.config);
                 let cost = if observation.label == object.label { 0.0 } else { self.config.label_cost };
                 // A pair that passes is made rather than none, whatever its label costs.
@@ -132,6 +146,7 @@ impl Associator {
             motion_iou: predicted.map(|own| own.iou(detected)),
             shared: shared_share(observation, &self.places, object),
             centroid: Some(self.centroid_verdict(observation, object)),
+            joint_iou: None,
         }
     }
 

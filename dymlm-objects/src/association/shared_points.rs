@@ -23,7 +23,7 @@ pub(super) fn shared_share(
 }
 
 /// Some of an observation's points, in the world.
-pub(super) fn sample_places(
+pub(crate) fn sample_places(
     observation: &ObjectObservation,
     world_from_camera: &dymlm_core::Pose,
     places: &mut Vec<Vector3>,

@@ -1,5 +1,6 @@
 use dymlm_core::{BoundingBox, PinholeCamera, Pose};
 
+use super::FULL;
 use crate::association::visible_iou;
 use crate::{Completeness, ObjectShape};
 
@@ -22,12 +23,13 @@ impl KeyView {
     }
 }
 
-/// A bounded choice of an object's views, spread evenly over its observations: when there are too many, every
-/// second one goes, and from then on only every second is taken.
+/// A bounded choice of an object's views, spread evenly over the weight of its observations: when there are too
+/// many, every second one goes, and from then on only every second is taken.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct KeyViews {
     views: Vec<KeyView>,
     stride_log2: u32,
+    /// Sum of the weights.
     seen: u64,
 }
 
@@ -35,12 +37,13 @@ pub(crate) struct KeyViews {
 const MAX_KEY_VIEWS: usize = 12;
 
 impl KeyViews {
-    pub(crate) fn add(&mut self, view: KeyView) {
-        let stride = 1_u64 << self.stride_log2.min(63);
-        if self.seen.is_multiple_of(stride) {
+    pub(crate) fn add(&mut self, view: KeyView, weight: u32) {
+        let stride = u64::from(FULL) << self.stride_log2.min(32);
+        let before = self.seen;
+        self.seen = before.saturating_add(weight.into());
+        if before == 0 || before / stride != self.seen / stride {
             self.views.push(view);
         }
-        self.seen += 1;
         if self.views.len() > MAX_KEY_VIEWS {
             let mut index = 0;
             self.views.retain(|_| {
@@ -64,7 +67,7 @@ impl KeyViews {
 
     /// Takes over the views of a merged object.
     pub(crate) fn merge(&mut self, other: &Self) {
-        other.views.iter().for_each(|view| self.add(*view));
+        other.views.iter().for_each(|view| self.add(*view, FULL));
     }
 
     /// Mean intersection over union of a shape's projections with the views' boxes; `None` without views.

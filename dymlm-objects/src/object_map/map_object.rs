@@ -2,9 +2,13 @@ use dymlm_core::vector3::along;
 use dymlm_core::{ObjectId, Plane, SensorModel};
 use dymlm_geometry::OrientedBox;
 
-use super::{BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud};
+use super::{
+    BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud, ViewWeight,
+};
+use crate::association::{JointBox, sample_places};
 use crate::{
-    BoxAxes, ObjectObservation, ObjectShape, ObjectView, Relief, ShapeKind, SupportPlane, SupportingPlanes,
+    BoxAxes, ObjectObservation, ObjectShape, ObjectView, Relief, ShapeKind, SizePriors, SupportPlane,
+    SupportingPlanes,
 };
 
 /// An object of the map.
@@ -33,13 +37,16 @@ pub struct MapObject {
     pub(crate) motion: BoxMotion,
     /// Ids of the caller's map points on it, ascending.
     pub(crate) sighted_points: Vec<u64>,
-    /// Observations when it was last parameterized.
+    pub(crate) view: ViewWeight,
+    /// Sum of the observations' weights.
+    pub(crate) weight: u32,
+    /// The same when it was last parameterized.
     pub(crate) parameterized_at: u32,
     /// How often in a row new parameters were refused.
     pub(crate) refusals: u32,
 }
 
-/// How often an object was seen to stand on a plane.
+/// The weight of the observations that have an object stand on a plane.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SupportVotes {
     pub(crate) support: SupportPlane,
@@ -49,7 +56,7 @@ pub(crate) struct SupportVotes {
 impl SupportVotes {
     /// Planes of the map get better with time, so the newest counts; local patches are averaged.
     fn joined(&self, new: &Self) -> Self {
-        let votes = self.votes + new.votes;
+        let votes = self.votes.saturating_add(new.votes);
         if new.support.id.is_some() {
             return Self { support: new.support, votes };
         }
@@ -143,7 +150,7 @@ impl MapObject {
     pub fn support(&self) -> Option<SupportPlane> {
         let most =
             self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most })?;
-        (f64::from(most.votes) >= SUPPORT_SHARE * f64::from(self.observations)).then_some(most.support)
+        (f64::from(most.votes) >= SUPPORT_SHARE * f64::from(self.weight)).then_some(most.support)
     }
 
     /// The centroids of its observations.
@@ -181,6 +188,7 @@ impl MapObject {
         view: &ObjectView<'_>,
         shape: ShapeKind,
         limits: &ObjectLimits,
+        priors: &SizePriors,
     ) -> Self {
         let timestamp = view.frame.timestamp();
         let mut object = Self {
@@ -203,10 +211,12 @@ impl MapObject {
             key_views: KeyViews::default(),
             motion: BoxMotion::default(),
             sighted_points: Vec::new(),
+            view: ViewWeight::default(),
+            weight: 0,
             parameterized_at: 0,
             refusals: 0,
         };
-        object.observe(observation, view, limits);
+        object.observe(observation, view, limits, priors);
         object
     }
 
@@ -216,8 +226,10 @@ impl MapObject {
         observation: &ObjectObservation,
         view: &ObjectView<'_>,
         limits: &ObjectLimits,
+        priors: &SizePriors,
     ) -> CloudPatch {
-        let patch = self.patch(observation, view, &limits.sensor);
+        let weight = self.view.next(self.oriented_box.center(), view.world_from_camera.translation());
+        let patch = self.patch(observation, weight, view, &limits.sensor, priors);
         self.cloud.add(&patch, limits.max_voxels);
         self.centroids.add(observation.centroid);
         self.flat_observations += u32::from(observation.relief == Relief::Flat);
@@ -226,7 +238,7 @@ impl MapObject {
             self.label = best.to_owned();
         }
         if let Some(support) = observation.support {
-            self.vote(SupportVotes { support, votes: 1 });
+            self.vote(SupportVotes { support, votes: weight });
         }
         let key_view = KeyView {
             camera: *view.frame.camera(),
@@ -234,30 +246,38 @@ impl MapObject {
             bounding_box: observation.bounding_box,
             completeness: observation.completeness,
         };
-        self.key_views.add(key_view);
+        self.key_views.add(key_view, weight);
         self.motion.observe(view.frame.timestamp(), observation.bounding_box);
         self.remember(&observation.sighted_points);
         self.observations += 1;
+        self.weight = self.weight.saturating_add(weight);
         self.frames_in_view += 1;
         self.last_seen = view.frame.timestamp();
         patch
     }
 
-    /// The points of an observation that can be the object's: once it is known, those in its box and somewhat
-    /// around.
+    /// The points of an observation that can be the object's: all while it is little known and where the object
+    /// may be so large, else those in its box and somewhat around.
     fn patch(
         &self,
         observation: &ObjectObservation,
+        weight: u32,
         view: &ObjectView<'_>,
         sensor: &SensorModel,
+        priors: &SizePriors,
     ) -> CloudPatch {
         let (points, world_from_camera) = (&observation.points, &view.world_from_camera);
-        if self.observations < KNOWN {
-            return self.cloud.patch(points, world_from_camera, sensor, |_| true);
+        let may_reach_all = || {
+            let mut places = Vec::new();
+            sample_places(observation, world_from_camera, &mut places);
+            JointBox::around(self, &places).is_some_and(|joint| joint.fits(self, priors))
+        };
+        if self.observations < KNOWN || may_reach_all() {
+            return self.cloud.patch(points, weight, world_from_camera, sensor, |_| true);
         }
         let box_from_world = self.oriented_box.world_from_box().inverse();
         let reach = self.oriented_box.lengths().map(|length| 0.5 * GROWTH * length);
-        self.cloud.patch(points, world_from_camera, sensor, |place| {
+        self.cloud.patch(points, weight, world_from_camera, sensor, |place| {
             let local = box_from_world.transform_point(place);
             (0..3).all(|axis| local[axis].abs() <= reach[axis])
         })
@@ -303,6 +323,7 @@ impl MapObject {
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.remember(&other.sighted_points);
         self.observations += other.observations;
+        self.weight = self.weight.saturating_add(other.weight);
         self.flat_observations += other.flat_observations;
         self.frames_in_view = self.frames_in_view.max(other.frames_in_view).max(self.observations);
         self.looked_through = self.looked_through.min(other.looked_through);
@@ -314,7 +335,7 @@ impl MapObject {
     }
 }
 
-/// Share of the observations that must have found an object on its plane. Lower takes the edge of a table below
+/// Share of the observations, by weight, that must have found an object on its plane. Lower takes the edge of a table below
 /// it for its support, higher leaves without one what stands among other things.
 const SUPPORT_SHARE: f64 = 0.2;
 /// Observations after which an object's box tells which points can be its.

@@ -10,6 +10,7 @@ mod moved_object;
 mod object_cloud;
 mod queries;
 mod space_index;
+mod view_weight;
 
 pub(crate) use box_motion::BoxMotion;
 pub use centroid_cloud::CentroidCloud;
@@ -21,3 +22,4 @@ pub use map_object::{MapObject, ObjectState};
 pub(crate) use object_cloud::{CloudPatch, ObjectCloud};
 pub use queries::RayHit;
 pub(crate) use space_index::SpaceIndex;
+pub(crate) use view_weight::{FULL, ViewWeight};

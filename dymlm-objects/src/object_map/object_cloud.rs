@@ -27,6 +27,7 @@ struct Voxel {
     weight: i64,
     /// Weighted places relative to the origin, in [`UNITS`].
     sum: [i64; 3],
+    /// Sum of the observations' weights.
     observations: u32,
 }
 
@@ -58,11 +59,12 @@ impl ObjectCloud {
         self.voxels.len()
     }
 
-    /// The points of an observation, in the camera frame, as voxels; of those that `is_wanted`, asked in the
-    /// world.
+    /// The points of an observation of some weight, in the camera frame, as voxels; of those that `is_wanted`,
+    /// asked in the world.
     pub(crate) fn patch(
         &self,
         points: &[Point],
+        observations: u32,
         world_from_camera: &Pose,
         sensor: &SensorModel,
         is_wanted: impl Fn(Vector3) -> bool,
@@ -76,7 +78,7 @@ impl ObjectCloud {
             }
             let weight = weight_at(point[2], sensor);
             let sum = offset.map(|c| weight * (c * UNITS).round() as i64);
-            voxels.push((self.key(offset), Voxel { weight, sum, observations: 1 }));
+            voxels.push((self.key(offset), Voxel { weight, sum, observations }));
         }
         // Sums of integers do not depend on the order of those of one voxel.
         voxels.sort_unstable_by_key(|(key, _)| *key);
@@ -150,7 +152,7 @@ impl ObjectCloud {
         moved
     }
 
-    /// The voxels' mean places relative to the origin and their observations, in the order of the voxels.
+    /// The voxels' mean places relative to the origin and the weight of their observations, in the order of the voxels.
     pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3, u32)> + '_ {
         self.voxels.values().map(|voxel| (voxel.place(), voxel.observations))
     }
@@ -232,7 +234,7 @@ mod tests {
         let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
         let everything = |_: Vector3| true;
         let patches = [1, 2, 3]
-            .map(|seed| cloud.patch(&points(seed), &Pose::identity(), &SensorModel::kinect(), everything));
+            .map(|seed| cloud.patch(&points(seed), 1, &Pose::identity(), &SensorModel::kinect(), everything));
         for patch in &patches {
             cloud.add(patch, 100_000);
         }
@@ -249,7 +251,7 @@ mod tests {
     fn too_many_voxels_become_larger_ones() {
         let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
         for seed in 0..20 {
-            let patch = cloud.patch(&points(seed), &Pose::identity(), &SensorModel::kinect(), |_| true);
+            let patch = cloud.patch(&points(seed), 1, &Pose::identity(), &SensorModel::kinect(), |_| true);
             cloud.add(&patch, 300);
         }
         assert!(cloud.len() <= 300 && cloud.level > 0);
@@ -263,6 +265,7 @@ mod tests {
         let cloud = ObjectCloud::new([0.0; 3], 0.01);
         let patch = cloud.patch(
             &[[f32::NAN, 0.0, 1.0], [1e30, 0.0, 1.0]],
+            1,
             &Pose::identity(),
             &SensorModel::kinect(),
             |_| true,

@@ -10,4 +10,4 @@ mod reparameterizer;
 pub use config::UpdateConfig;
 pub(crate) use duplicates::is_one;
 pub(crate) use existence::{Existence, judge_existence};
-pub(crate) use reparameterizer::{PRIOR_SLACK, Proposal, Reparameterizer};
+pub(crate) use reparameterizer::{MAX_IOU_LOSS, PRIOR_SLACK, Proposal, Reparameterizer};

@@ -3,6 +3,7 @@ use dymlm_geometry::IsolationForestConfig;
 
 use super::completion::{complete, complete_foot};
 use super::outliers::OutlierFilter;
+use crate::object_map::FULL;
 use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePriors};
 
 /// New parameters for an object from all its points, and whether to accept them (paper IV-C).
@@ -26,7 +27,7 @@ pub(crate) enum Proposal {
 
 /// Below this distance from its supporting plane, an object's points are the plane's, metres.
 const FOOT: f64 = 0.004;
-/// Share of the usual number of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1:
+/// Share of the usual weight of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1:
 /// what is seen now and then at the rim is noise.
 const VOXEL_SHARE: f64 = 0.12;
 /// Share of the cloud that is left out at each end of each axis before the box is laid, 0..=0.2.
@@ -35,12 +36,12 @@ const TRIM: f64 = 0.01;
 pub(crate) const PRIOR_SLACK: f64 = 1.3;
 /// By how much the mean intersection over union of the projections with the boxes of the key views may fall
 /// with new parameters, 0..=1: below that it is the detector's jitter.
-const MAX_IOU_LOSS: f64 = 0.05;
+pub(crate) const MAX_IOU_LOSS: f64 = 0.05;
 /// After so many refusals in a row new parameters are accepted all the same: what comes out of the data again
 /// and again is right, and the old ones were fitted to one view.
 const MAX_REFUSALS: u32 = 5;
-/// An object is parameterized anew when its observations have grown by this share since; always while there
-/// are few.
+/// An object is parameterized anew when the weight of its observations has grown by this share since; always
+/// while it is little.
 const DUE_GROWTH: f64 = 0.2;
 
 impl Reparameterizer {
@@ -55,8 +56,8 @@ impl Reparameterizer {
 
     /// Whether an object has been seen often enough since it was last parameterized.
     pub(crate) fn is_due(object: &MapObject) -> bool {
-        let since = object.observations.saturating_sub(object.parameterized_at);
-        f64::from(since) >= (DUE_GROWTH * f64::from(object.parameterized_at)).max(1.0)
+        let since = object.weight.saturating_sub(object.parameterized_at);
+        f64::from(since) >= (DUE_GROWTH * f64::from(object.parameterized_at)).max(FULL.into())
     }
 
     /// Fits the object anew, and takes the new parameters over if they are acceptable.
@@ -68,7 +69,7 @@ impl Reparameterizer {
         priors: &SizePriors,
         shapes: &ShapeTable,
     ) -> Proposal {
-        object.parameterized_at = object.observations;
+        object.parameterized_at = object.weight;
         let Some(fit) = self.fit(object, vertical, priors) else { return Proposal::None };
         let shape = shapes.of(&object.label);
         let proposed = ObjectShape::new(shape, fit.oriented_box);

@@ -1,0 +1,214 @@
+//! What one object is, is decided in space: through walls, from other sides, at any attitude and rate.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod common;
+
+use common::{Scene, looking_at, mapper, upright};
+use dymlm_core::{Frame, Plane, PlaneId, Pose};
+use dymlm_geometry::OrientedBox;
+use dymlm_objects::{ObjectMapper, ObjectReport, ObjectView, SupportPlane, SupportingPlanes};
+use dymlm_test_support::Rectangle;
+
+const FLOOR: PlaneId = PlaneId::new(0);
+
+/// A floor, and walls across y that are known from both sides.
+struct Walls(Vec<f64>);
+
+impl SupportingPlanes for Walls {
+    fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>) {
+        if point[2].abs() <= reach {
+            found.push(SupportPlane::new(FLOOR, Plane::new([0.0, 0.0, 1.0], 0.0).unwrap()));
+        }
+        for (index, &y) in self.0.iter().enumerate() {
+            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                if (point[1] - y).abs() <= reach {
+                    let id = PlaneId::new((1 + 2 * index + side) as u64);
+                    found.push(SupportPlane::new(id, Plane::new([0.0, sign, 0.0], -sign * y).unwrap()));
+                }
+            }
+        }
+    }
+}
+
+fn room(boxes: Vec<OrientedBox>, walls: &[f64]) -> Scene {
+    let mut rectangles = vec![Rectangle::level([0.0; 3], 50.0, 50.0)];
+    rectangles.extend(walls.iter().map(|&y| Rectangle::upright([0.0, y, 1.5], 50.0, 1.5)));
+    Scene::with_rectangles(boxes, rectangles)
+}
+
+fn chair(x: f64, y: f64) -> OrientedBox {
+    upright([x, y, 0.45], 0.0, [0.5, 0.5, 0.9])
+}
+
+fn show(
+    mapper: &mut ObjectMapper,
+    scene: &Scene,
+    (time, pose): (f64, Pose),
+    labels: &[(usize, &str)],
+    planes: &dyn SupportingPlanes,
+) -> ObjectReport {
+    let (frame, detections) = scene.detected(time, &pose, labels);
+    mapper.insert(&ObjectView::new(&frame, &detections, &pose), planes).unwrap()
+}
+
+fn boxes(mapper: &ObjectMapper) -> Vec<OrientedBox> {
+    mapper.map().objects().map(|object| object.oriented_box()).collect()
+}
+
+/// A hand-held camera around a place.
+fn near(place: [f64; 3], step: usize, target: [f64; 3]) -> Pose {
+    let phase = 0.4 * step as f64;
+    let place = [place[0] + 0.12 * phase.sin(), place[1], place[2] + 0.05 * phase.cos()];
+    looking_at(place, target, 0.0)
+}
+
+/// A chair behind a wall and one before it, in one line of sight, each seen from its own room.
+#[test]
+fn chairs_on_both_sides_of_a_wall_are_two() {
+    for (behind, before) in [(3.9, 2.6), (3.75, 3.05)] {
+        let scene = room(vec![chair(0.0, behind), chair(0.05, before)], &[3.4]);
+        let planes = Walls(vec![3.4]);
+        let mut mapper = mapper();
+        for step in 0..20 {
+            let pose = near([0.4, 7.0, 1.2], step, [0.0, behind, 0.4]);
+            show(&mut mapper, &scene, (0.1 * step as f64, pose), &[(0, "chair")], &planes);
+        }
+        assert_eq!(mapper.map().len(), 1, "{:?}", boxes(&mapper));
+        let mut rejected = 0;
+        for step in 0..20 {
+            let pose = near([0.3, 0.0, 1.2], step, [0.0, before, 0.4]);
+            let report =
+                show(&mut mapper, &scene, (10.0 + 0.1 * step as f64, pose), &[(1, "chair")], &planes);
+            rejected += report.rejected.len();
+            assert!(report.removed.is_empty() && report.merged.is_empty(), "step {step}: {report:?}");
+        }
+        let found = boxes(&mapper);
+        assert_eq!((found.len(), rejected), (2, 0), "{found:?}");
+        for (own, truth) in found.iter().zip(&scene.boxes) {
+            assert!(own.iou(truth) > 0.6, "{} {own:?}", own.iou(truth));
+            let through =
+                own.corners().iter().any(|corner| (corner[1] - 3.4) * (truth.center()[1] - 3.4) < -0.03);
+            assert!(!through, "a box reaches through the wall: {:?}", own.corners());
+        }
+    }
+}
+
+/// The same views with thirty rooms around, and with one.
+#[test]
+fn what_is_elsewhere_changes_nothing() {
+    let scene = room(vec![chair(0.0, 2.0), chair(0.9, 2.3)], &[]);
+    let planes = Walls(vec![]);
+    let run = |others: usize| {
+        let mut mapper = mapper();
+        let show_at = |mapper: &mut ObjectMapper, shift: Pose, step: usize| {
+            let pose = near([0.4, -0.5, 1.2], step, [0.3, 2.0, 0.4]);
+            let (frame, detections) = scene.detected(step as f64, &pose, &[(0, "chair"), (1, "chair")]);
+            mapper.insert(&ObjectView::new(&frame, &detections, &(shift * pose)), &planes).unwrap()
+        };
+        for other in 1..=others {
+            let shift = [8.0 * (other % 10) as f64, 8.0 * (other / 10) as f64, 0.0];
+            show_at(&mut mapper, Pose::new(shift, [0.0, 0.0, 0.0, 1.0]).unwrap(), 0);
+        }
+        let reports: Vec<_> = (1..8).map(|step| show_at(&mut mapper, Pose::identity(), step)).collect();
+        let counts =
+            |report: &ObjectReport| (report.associated.len(), report.updated.len(), report.merged.len());
+        (boxes(&mapper), reports.iter().map(counts).collect::<Vec<_>>())
+    };
+    // One room tells the vertical.
+    assert_eq!(run(30), run(1));
+}
+
+/// Two cups near each other, one before the other as often as not.
+#[test]
+fn cups_seen_together_stay_two() {
+    let cup = |x: f64, y: f64| upright([x, y, 0.05], 0.0, [0.08, 0.08, 0.1]);
+    let scene = room(vec![cup(0.0, 1.0), cup(0.0, 1.4)], &[]);
+    let mut mapper = mapper();
+    for step in 0..40 {
+        let angle = 0.1 * step as f64;
+        let pose = looking_at([1.2 * angle.sin(), 1.2 - 1.2 * angle.cos(), 0.7], [0.0, 1.2, 0.0], 0.0);
+        show(&mut mapper, &scene, (0.1 * step as f64, pose), &[(0, "cup"), (1, "cup")], &Walls(vec![]));
+    }
+    let found = boxes(&mapper);
+    assert_eq!(found.len(), 2, "{found:?}");
+    for (own, truth) in found.iter().zip(&scene.boxes) {
+        assert!(own.iou(truth) > 0.5, "{} {own:?}", own.iou(truth));
+    }
+}
+
+/// Around the origin, at an angle from the front.
+fn around(degrees: f64, step: usize) -> Pose {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    near([1.8 * sin, -1.8 * cos, 0.9], step, [0.0, 0.0, 0.2])
+}
+
+fn cube() -> Scene {
+    room(vec![upright([0.0, 0.0, 0.225], 0.0, [0.45; 3])], &[])
+}
+
+/// A cube learnt from the front, and met again from another side after a pause.
+#[test]
+fn what_is_met_again_from_another_side_is_the_same_and_grows() {
+    let scene = cube();
+    let poses: Vec<Pose> = [0.0, 90.0, 180.0]
+        .map(|degrees| (0..24).map(move |step| around(degrees, step)))
+        .into_iter()
+        .flatten()
+        .collect();
+    let mut failed = Vec::new();
+    for label in ["microwave", "suitcase", "chair", "thing of no known size"] {
+        let views: Vec<_> = poses.iter().map(|pose| scene.detected(0.0, pose, &[(0, label)])).collect();
+        for side in [1, 2] {
+            for planes in [&Walls(vec![]) as &dyn SupportingPlanes] {
+                let mut mapper = mapper();
+                let mut associated = 0;
+                for step in 0..48 {
+                    let view = if step < 24 { step } else { 24 * side + step % 24 };
+                    let (frame, detections) = &views[view];
+                    let time = step as f64 / 30.0 + if step < 24 { 0.0 } else { 5.0 };
+                    let frame = Frame::new(time, *frame.camera(), frame.depth().clone(), None).unwrap();
+                    let report =
+                        mapper.insert(&ObjectView::new(&frame, detections, &poses[view]), planes).unwrap();
+                    associated += if step < 24 { 0 } else { report.associated.len() };
+                }
+                let found = boxes(&mapper);
+                let iou = found.iter().map(|own| own.iou(&scene.boxes[0])).fold(0.0, f64::max);
+                println!("{label}, side {side}: {} objects, {associated} associated, {iou}", found.len());
+                if found.len() != 1 || associated < 22 || iou < 0.7 {
+                    failed.push((label, side, found.len(), associated, iou));
+                }
+            }
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+/// A robot that stands before a cube for 40 s and then goes around it.
+#[test]
+fn what_was_seen_from_one_place_for_long_grows() {
+    let scene = cube();
+    for planes in [&Walls(vec![]) as &dyn SupportingPlanes] {
+        let mut mapper = mapper();
+        let at_rest = around(0.0, 0);
+        let (frame, detections) = scene.detected(0.0, &at_rest, &[(0, "thing of no known size")]);
+        for step in 0..1200 {
+            let frame = Frame::new(step as f64 / 30.0, scene.camera, frame.depth().clone(), None).unwrap();
+            mapper.insert(&ObjectView::new(&frame, &detections, &at_rest), planes).unwrap();
+        }
+        assert_eq!(mapper.map().len(), 1);
+        for step in 0..60 {
+            let pose = around(3.0 * step as f64, step);
+            show(
+                &mut mapper,
+                &scene,
+                (40.0 + 0.1 * step as f64, pose),
+                &[(0, "thing of no known size")],
+                planes,
+            );
+        }
+        let found = boxes(&mapper);
+        let iou = found.iter().map(|own| own.iou(&scene.boxes[0])).fold(0.0, f64::max);
+        println!("{found:?} {iou}");
+        assert!(found.len() == 1 && iou > 0.8, "{iou}: {found:?}");
+    }
+}
