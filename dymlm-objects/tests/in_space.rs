@@ -6,7 +6,7 @@ mod common;
 use common::{Scene, looking_at, mapper, upright};
 use dymlm_core::{Frame, Plane, PlaneId, Pose};
 use dymlm_geometry::OrientedBox;
-use dymlm_objects::{ObjectMapper, ObjectReport, ObjectView, SupportPlane, SupportingPlanes};
+use dymlm_objects::{MapObject, ObjectMapper, ObjectReport, ObjectView, SupportPlane, SupportingPlanes};
 use dymlm_test_support::Rectangle;
 
 const FLOOR: PlaneId = PlaneId::new(0);
@@ -52,7 +52,7 @@ fn show(
 }
 
 fn boxes(mapper: &ObjectMapper) -> Vec<OrientedBox> {
-    mapper.map().objects().map(|object| object.oriented_box()).collect()
+    mapper.map().objects().map(MapObject::oriented_box).collect()
 }
 
 /// A hand-held camera around a place.
@@ -124,10 +124,10 @@ fn cups_seen_together_stay_two() {
     let cup = |x: f64, y: f64| upright([x, y, 0.05], 0.0, [0.08, 0.08, 0.1]);
     let scene = room(vec![cup(0.0, 1.0), cup(0.0, 1.4)], &[]);
     let mut mapper = mapper();
-    for step in 0..40 {
-        let angle = 0.1 * step as f64;
+    for step in 0..40_u32 {
+        let angle = 0.1 * f64::from(step);
         let pose = looking_at([1.2 * angle.sin(), 1.2 - 1.2 * angle.cos(), 0.7], [0.0, 1.2, 0.0], 0.0);
-        show(&mut mapper, &scene, (0.1 * step as f64, pose), &[(0, "cup"), (1, "cup")], &Walls(vec![]));
+        show(&mut mapper, &scene, (0.1 * f64::from(step), pose), &[(0, "cup"), (1, "cup")], &Walls(vec![]));
     }
     let found = boxes(&mapper);
     assert_eq!(found.len(), 2, "{found:?}");
@@ -150,33 +150,28 @@ fn cube() -> Scene {
 #[test]
 fn what_is_met_again_from_another_side_is_the_same_and_grows() {
     let scene = cube();
-    let poses: Vec<Pose> = [0.0, 90.0, 180.0]
-        .map(|degrees| (0..24).map(move |step| around(degrees, step)))
-        .into_iter()
-        .flatten()
-        .collect();
+    let sides = [0.0, 90.0, 180.0].into_iter();
+    let poses: Vec<Pose> = sides.flat_map(|degrees| (0..24).map(move |step| around(degrees, step))).collect();
     let mut failed = Vec::new();
     for label in ["microwave", "suitcase", "chair", "thing of no known size"] {
         let views: Vec<_> = poses.iter().map(|pose| scene.detected(0.0, pose, &[(0, label)])).collect();
         for side in [1, 2] {
-            for planes in [&Walls(vec![]) as &dyn SupportingPlanes] {
-                let mut mapper = mapper();
-                let mut associated = 0;
-                for step in 0..48 {
-                    let view = if step < 24 { step } else { 24 * side + step % 24 };
-                    let (frame, detections) = &views[view];
-                    let time = step as f64 / 30.0 + if step < 24 { 0.0 } else { 5.0 };
-                    let frame = Frame::new(time, *frame.camera(), frame.depth().clone(), None).unwrap();
-                    let report =
-                        mapper.insert(&ObjectView::new(&frame, detections, &poses[view]), planes).unwrap();
-                    associated += if step < 24 { 0 } else { report.associated.len() };
-                }
-                let found = boxes(&mapper);
-                let iou = found.iter().map(|own| own.iou(&scene.boxes[0])).fold(0.0, f64::max);
-                println!("{label}, side {side}: {} objects, {associated} associated, {iou}", found.len());
-                if found.len() != 1 || associated < 22 || iou < 0.7 {
-                    failed.push((label, side, found.len(), associated, iou));
-                }
+            let mut mapper = mapper();
+            let mut associated = 0;
+            for step in 0..48 {
+                let view = if step < 24 { step } else { 24 * side + step % 24 };
+                let (frame, detections) = &views[view];
+                let time = step as f64 / 30.0 + if step < 24 { 0.0 } else { 5.0 };
+                let frame = Frame::new(time, *frame.camera(), frame.depth().clone(), None).unwrap();
+                let report = mapper
+                    .insert(&ObjectView::new(&frame, detections, &poses[view]), &Walls(vec![]))
+                    .unwrap();
+                associated += if step < 24 { 0 } else { report.associated.len() };
+            }
+            let found = boxes(&mapper);
+            let iou = found.iter().map(|own| own.iou(&scene.boxes[0])).fold(0.0, f64::max);
+            if found.len() != 1 || associated < 22 || iou < 0.7 {
+                failed.push((label, side, found.len(), associated, iou));
             }
         }
     }
@@ -187,28 +182,25 @@ fn what_is_met_again_from_another_side_is_the_same_and_grows() {
 #[test]
 fn what_was_seen_from_one_place_for_long_grows() {
     let scene = cube();
-    for planes in [&Walls(vec![]) as &dyn SupportingPlanes] {
-        let mut mapper = mapper();
-        let at_rest = around(0.0, 0);
-        let (frame, detections) = scene.detected(0.0, &at_rest, &[(0, "thing of no known size")]);
-        for step in 0..1200 {
-            let frame = Frame::new(step as f64 / 30.0, scene.camera, frame.depth().clone(), None).unwrap();
-            mapper.insert(&ObjectView::new(&frame, &detections, &at_rest), planes).unwrap();
-        }
-        assert_eq!(mapper.map().len(), 1);
-        for step in 0..60 {
-            let pose = around(3.0 * step as f64, step);
-            show(
-                &mut mapper,
-                &scene,
-                (40.0 + 0.1 * step as f64, pose),
-                &[(0, "thing of no known size")],
-                planes,
-            );
-        }
-        let found = boxes(&mapper);
-        let iou = found.iter().map(|own| own.iou(&scene.boxes[0])).fold(0.0, f64::max);
-        println!("{found:?} {iou}");
-        assert!(found.len() == 1 && iou > 0.8, "{iou}: {found:?}");
+    let mut mapper = mapper();
+    let at_rest = around(0.0, 0);
+    let (frame, detections) = scene.detected(0.0, &at_rest, &[(0, "thing of no known size")]);
+    for step in 0..1200_u32 {
+        let frame = Frame::new(f64::from(step) / 30.0, scene.camera, frame.depth().clone(), None).unwrap();
+        mapper.insert(&ObjectView::new(&frame, &detections, &at_rest), &Walls(vec![])).unwrap();
     }
+    assert_eq!(mapper.map().len(), 1);
+    for step in 0..60 {
+        let pose = around(3.0 * step as f64, step);
+        show(
+            &mut mapper,
+            &scene,
+            (40.0 + 0.1 * step as f64, pose),
+            &[(0, "thing of no known size")],
+            &Walls(vec![]),
+        );
+    }
+    let found = boxes(&mapper);
+    let iou = found.iter().map(|own| own.iou(&scene.boxes[0])).fold(0.0, f64::max);
+    assert!(found.len() == 1 && iou > 0.8, "{iou}: {found:?}");
 }

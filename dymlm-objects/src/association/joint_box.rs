@@ -30,22 +30,19 @@ impl JointBox {
     }
 
     /// Whether the object may fill it: things of its label may be so large, and the object's earlier views are
-    /// explained as well as by its own box.
+    /// explained as well as by its own box, also where something ended them: what nobody could see beside the
+    /// object is no part of it, what nobody could see behind it may be.
     pub(crate) fn fits(&self, object: &MapObject, priors: &SizePriors) -> bool {
-        let prior = priors.of(&object.label);
-        let is_plausible =
-            prior.is_none_or(|prior| prior.admits_part(self.0.lengths(), object.axes.pose(), PRIOR_SLACK));
-        is_plausible && object.key_views.mean_iou(&self.shape(object)) >= least_iou(object)
+        let (prior, pose) = (priors.of(&object.label), object.axes.pose());
+        let views = &object.key_views;
+        let own = views.mean_whole_iou(&object.shape()).map(|own| own - MAX_IOU_LOSS);
+        prior.is_none_or(|prior| prior.admits_part(self.0.lengths(), pose, PRIOR_SLACK))
+            && views.mean_whole_iou(&self.shape(object)) >= own
     }
 
     fn shape(&self, object: &MapObject) -> ObjectShape {
         ObjectShape::new(object.shape, self.0)
     }
-}
-
-/// How well a box must fit a view to explain it as well as the object's own box does its earlier ones.
-fn least_iou(object: &MapObject) -> Option<f64> {
-    object.key_views.mean_iou(&object.shape()).map(|own| own - MAX_IOU_LOSS)
 }
 
 /// How well the box around an object and an observation fits the detected box; `None` unless it explains that
@@ -66,5 +63,6 @@ pub(super) fn joint_iou(
     let camera = view.frame.camera();
     let projected = joint.shape(object).image_box(camera, &view.world_from_camera)?;
     let iou = visible_iou(&projected, &observation.bounding_box, observation.completeness, camera);
-    (Some(iou) >= least_iou(object) && joint.fits(object, priors)).then_some(iou)
+    let own = object.key_views.mean_iou(&object.shape())?;
+    (iou >= own - MAX_IOU_LOSS && joint.fits(object, priors)).then_some(iou)
 }

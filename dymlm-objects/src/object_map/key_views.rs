@@ -72,7 +72,17 @@ impl KeyViews {
 
     /// Mean intersection over union of a shape's projections with the views' boxes; `None` without views.
     pub(crate) fn mean_iou(&self, shape: &ObjectShape) -> Option<f64> {
-        let sum: f64 = self.views.iter().map(|view| view.projection_iou(shape)).sum();
+        self.mean(|view| view.projection_iou(shape))
+    }
+
+    /// The same where nothing excuses a projection that reaches further than a detection.
+    pub(crate) fn mean_whole_iou(&self, shape: &ObjectShape) -> Option<f64> {
+        let whole = |view: &KeyView| KeyView { completeness: Completeness::default(), ..*view };
+        self.mean(|view| whole(view).projection_iou(shape))
+    }
+
+    fn mean(&self, iou: impl Fn(&KeyView) -> f64) -> Option<f64> {
+        let sum: f64 = self.views.iter().map(iou).sum();
         (!self.views.is_empty()).then(|| sum / self.views.len() as f64)
     }
 }

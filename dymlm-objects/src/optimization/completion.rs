@@ -154,7 +154,7 @@ mod tests {
             bounding_box: BoundingBox::new(300.0, 200.0, 340.0, 260.0).unwrap(),
             completeness,
         };
-        views.add(view);
+        views.add(view, 1);
         views
     }
 
