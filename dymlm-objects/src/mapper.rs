@@ -1,14 +1,12 @@
 use std::collections::BTreeSet;
 
-use dymlm_core::vector3::{along, unit};
 use dymlm_core::{ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
 use crate::object_map::{ObjectLimits, SpaceIndex};
 use crate::optimization::{Existence, PRIOR_SLACK, Proposal, Reparameterizer, is_one, judge_existence};
-use crate::parameterization::Parameterizer;
-use crate::support::LevelPlanes;
+use crate::parameterization::{Parameterizer, Vertical};
 use crate::{
     Error, MapObject, ObjectAssociation, ObjectConfig, ObjectMap, ObjectMerge, ObjectObservation,
     ObjectReport, ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief, SupportingPlanes,
@@ -52,8 +50,7 @@ pub struct ObjectMapper {
     last_timestamp: Option<f64>,
     /// The objects that somebody carries.
     held: BTreeSet<ObjectId>,
-    /// Sum of the normals that things were seen to stand on.
-    upward: [f64; 3],
+    vertical: Vertical,
     observations: Vec<ObjectObservation>,
     /// Each observation's object, as associated.
     matches: Vec<Option<ObjectId>>,
@@ -103,7 +100,7 @@ impl ObjectMapper {
             index: SpaceIndex::new(sensor.max_depth.into()),
             last_timestamp: None,
             held: BTreeSet::new(),
-            upward: [0.0; 3],
+            vertical: Vertical::new(config.parameterization.up),
             observations: Vec::new(),
             matches: Vec::new(),
             in_view: Vec::new(),
@@ -165,13 +162,11 @@ impl ObjectMapper {
 
     /// From detections to boxes in space.
     fn parameterize(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
-        let vertical = unit(self.upward);
+        let (vertical, sizes) = (self.vertical.direction(), &self.config.sizes);
+        self.parameterizer.parameterize(view, planes, vertical, sizes, &mut self.observations);
         let least_cosine = self.config.parameterization.max_support_slope.cos();
-        let level = LevelPlanes { planes, vertical, least_cosine };
-        self.parameterizer.parameterize(view, &level, vertical, &self.config.sizes, &mut self.observations);
-        let supports = self.observations.iter().filter_map(|observation| observation.support);
-        for support in supports.filter(|support| support.id.is_some()) {
-            self.upward = along(self.upward, 1.0, support.plane.normal());
+        for &normal in self.parameterizer.resting_normals() {
+            self.vertical.vote(normal, least_cosine);
         }
         self.note_empty_boxes(view);
     }
@@ -337,8 +332,12 @@ impl ObjectMapper {
         if !Reparameterizer::is_due(object) {
             return;
         }
-        match self.reparameterizer.update(object, unit(self.upward), &self.config.sizes, &self.config.shapes)
-        {
+        match self.reparameterizer.update(
+            object,
+            self.vertical.direction(),
+            &self.config.sizes,
+            &self.config.shapes,
+        ) {
             Proposal::Accepted => {
                 self.index.place(object);
                 self.report.updated.push(object.id);
@@ -367,7 +366,12 @@ impl ObjectMapper {
         let id = ObjectId::new(self.map.next_id);
         let shape = self.config.shapes.of(&observation.label);
         let mut object = MapObject::new(id, observation, view, shape, &self.limits, &self.config.sizes);
-        self.reparameterizer.update(&mut object, unit(self.upward), &self.config.sizes, &self.config.shapes);
+        self.reparameterizer.update(
+            &mut object,
+            self.vertical.direction(),
+            &self.config.sizes,
+            &self.config.shapes,
+        );
         self.map.next_id += 1;
         self.index.place(&object);
         self.map.objects.push(object);
@@ -459,7 +463,12 @@ impl ObjectMapper {
             if self.held.remove(&merge.removed) {
                 self.held.insert(merge.kept);
             }
-            self.reparameterizer.update(kept, unit(self.upward), &self.config.sizes, &self.config.shapes);
+            self.reparameterizer.update(
+                kept,
+                self.vertical.direction(),
+                &self.config.sizes,
+                &self.config.shapes,
+            );
             self.index.place(kept);
             self.changed.insert(merge.kept);
             self.report.merged.push(merge);

@@ -1,4 +1,3 @@
-use dymlm_core::vector3::dot;
 use dymlm_core::{Plane, PlaneId};
 
 /// A plane that things may stand on.
@@ -67,27 +66,4 @@ pub struct NoPlanes;
 
 impl SupportingPlanes for NoPlanes {
     fn near(&self, _point: [f64; 3], _reach: f64, _found: &mut Vec<SupportPlane>) {}
-}
-
-/// Those of some planes that are level.
-#[derive(Clone, Copy)]
-pub(crate) struct LevelPlanes<'a> {
-    pub(crate) planes: &'a dyn SupportingPlanes,
-    /// The vertical, and the least cosine between it and a level plane's normal; without it all planes are as
-    /// good.
-    pub(crate) vertical: Option<[f64; 3]>,
-    pub(crate) least_cosine: f64,
-}
-
-impl SupportingPlanes for LevelPlanes<'_> {
-    fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>) {
-        let known = found.len();
-        self.planes.near(point, reach, found);
-        let Some(vertical) = self.vertical else { return };
-        let mut index = 0;
-        found.retain(|support| {
-            index += 1;
-            index <= known || dot(support.plane.normal(), vertical) >= self.least_cosine
-        });
-    }
 }

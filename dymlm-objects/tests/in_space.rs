@@ -4,9 +4,11 @@
 mod common;
 
 use common::{Scene, looking_at, mapper, upright};
-use dymlm_core::{Frame, Plane, PlaneId, Pose};
+use dymlm_core::{Frame, Plane, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
-use dymlm_objects::{MapObject, ObjectMapper, ObjectReport, ObjectView, SupportPlane, SupportingPlanes};
+use dymlm_objects::{
+    MapObject, ObjectConfig, ObjectMapper, ObjectReport, ObjectView, SupportPlane, SupportingPlanes,
+};
 use dymlm_test_support::Rectangle;
 
 const FLOOR: PlaneId = PlaneId::new(0);
@@ -203,4 +205,30 @@ fn what_was_seen_from_one_place_for_long_grows() {
     let found = boxes(&mapper);
     let iou = found.iter().map(|own| own.iou(&scene.boxes[0])).fold(0.0, f64::max);
     assert!(found.len() == 1 && iou > 0.8, "{iou}: {found:?}");
+}
+
+/// A box on the floor as a camera sees it that is rolled, or that looks steeply down, or that is told what is
+/// up.
+#[test]
+fn no_attitude_of_the_camera_is_assumed() {
+    let scene = room(vec![upright([0.0, 0.0, 0.15], 0.4, [0.4, 0.3, 0.3])], &[1.2]);
+    let seen_from = |place: [f64; 3], roll: f64, up: Option<[f64; 3]>| {
+        let mut config = ObjectConfig::default();
+        config.parameterization.up = up;
+        let mut mapper = ObjectMapper::new(config, SensorModel::kinect()).unwrap();
+        for step in 0..20 {
+            let angle = 0.4 * step as f64;
+            let place = [place[0] + 0.2 * angle.sin(), place[1], place[2] + 0.1 * angle.cos()];
+            let pose = looking_at(place, [0.0, 0.0, 0.1], roll.to_radians());
+            show(&mut mapper, &scene, (0.1 * step as f64, pose), &[(0, "thing")], &Walls(vec![1.2]));
+        }
+        let found = boxes(&mapper);
+        assert_eq!(found.len(), 1, "from {place:?}, rolled by {roll}");
+        found[0].iou(&scene.boxes[0])
+    };
+    let (ahead, above) = ([0.3, -1.6, 1.0], [0.1, -0.9, 1.7]);
+    let own = [0.0, 90.0, 180.0, -90.0].map(|roll| seen_from(ahead, roll, None));
+    let steep = [0.0, 90.0].map(|roll| seen_from(above, roll, None));
+    let told = seen_from(ahead, 90.0, Some([0.0, 0.0, 1.0]));
+    assert!(own.iter().chain(&steep).chain([&told]).all(|&iou| iou > 0.8), "{own:?}, {steep:?}, {told}");
 }

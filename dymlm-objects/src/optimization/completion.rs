@@ -105,15 +105,7 @@ fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
 /// What ends the view on the side of the image to which a direction points; `None` when it points mostly
 /// along the view.
 fn side_toward(direction: Vector3, view: &KeyView) -> Option<SideView> {
-    let [x, y, z] = view.world_from_camera.inverse().rotate(direction);
-    let completeness = &view.completeness;
-    if z.abs() > 0.8 {
-        None
-    } else if x.abs() >= y.abs() {
-        Some(if x < 0.0 { completeness.left } else { completeness.right })
-    } else {
-        Some(if y < 0.0 { completeness.top } else { completeness.bottom })
-    }
+    view.completeness.toward(view.world_from_camera.inverse().rotate(direction))
 }
 
 /// Mean direction from the cameras of the views to a box.

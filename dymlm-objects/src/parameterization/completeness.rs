@@ -45,11 +45,25 @@ impl Completeness {
         self.sides().iter().any(|&side| side != SideView::Whole)
     }
 
+    /// The side to which a direction of the camera's frame points; `None` when it points mostly along the view.
+    pub(crate) fn toward(&self, [x, y, z]: [f64; 3]) -> Option<SideView> {
+        if z.abs() > ALONG_VIEW {
+            None
+        } else if x.abs() >= y.abs() {
+            Some(if x < 0.0 { self.left } else { self.right })
+        } else {
+            Some(if y < 0.0 { self.top } else { self.bottom })
+        }
+    }
+
     /// Left, top, right, bottom.
     pub fn sides(&self) -> [SideView; 4] {
         [self.left, self.top, self.right, self.bottom]
     }
 }
+
+/// Cosine between a unit vector and the view from which on it points to no side of the image.
+const ALONG_VIEW: f64 = 0.8;
 
 /// What a window's side is judged by.
 pub(super) struct Surroundings<'a> {

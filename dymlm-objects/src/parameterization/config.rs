@@ -1,3 +1,4 @@
+use dymlm_core::vector3::norm;
 use dymlm_core::{ConfigError, check_range};
 
 /// Settings of the way from detections to boxes in space.
@@ -15,9 +16,9 @@ pub struct ParameterizationConfig {
     /// How far from a supporting plane a point counts as its, metres, 0..=0.2, before the noise is added.
     /// Default 0.006.
     pub plane_tolerance: f64,
-    /// Largest angle between a supporting plane's normal and the camera's upward direction, radians,
-    /// 0..=pi/2. Default 0.9: cameras are carried upright, give or take.
-    pub max_support_tilt: f64,
+    /// The upward direction in the world, of any length. Default none: it is learnt from the planes that things
+    /// rest on, and nothing depends on it before.
+    pub up: Option<[f64; 3]>,
     /// Largest angle between a supporting plane's normal and the vertical, once that is known, radians,
     /// 0..=pi/2. Default 0.14 (8 degrees): what things stand on is level; what slopes was laid through edges
     /// and rows of things.
@@ -35,7 +36,7 @@ impl Default for ParameterizationConfig {
             min_score: 0.25,
             seats: SEATS.map(String::from).to_vec(),
             plane_tolerance: 0.006,
-            max_support_tilt: 0.9,
+            up: None,
             max_support_slope: 0.14,
             max_support_gap: 0.08,
         }
@@ -47,7 +48,9 @@ impl ParameterizationConfig {
         check_range("objects.parameterization.min_score", self.min_score.into(), 0.0..=1.0)?;
         check_range("objects.parameterization.plane_tolerance", self.plane_tolerance, 0.0..=0.2)?;
         let right_angle = std::f64::consts::FRAC_PI_2;
-        check_range("objects.parameterization.max_support_tilt", self.max_support_tilt, 0.0..=right_angle)?;
+        if let Some(up) = self.up {
+            check_range("the length of objects.parameterization.up", norm(up), 1e-9..=1e9)?;
+        }
         check_range("objects.parameterization.max_support_slope", self.max_support_slope, 0.0..=right_angle)?;
         check_range("objects.parameterization.max_support_gap", self.max_support_gap, 0.0..=2.0)
     }

@@ -14,8 +14,8 @@ pub(super) struct Ground {
     plane_tolerance: f64,
     /// How far from a plane a thing on it may be, metres.
     max_gap: f64,
-    /// Least cosine between a plane's normal and the camera's upward direction.
-    least_upright: f64,
+    /// Least cosine between a level plane's normal and the vertical.
+    least_cosine: f64,
     candidates: Vec<Candidate>,
     found: Vec<SupportPlane>,
     /// Heights of samples outside the box.
@@ -29,13 +29,15 @@ struct Candidate {
     support: SupportPlane,
     /// In the camera frame.
     plane: Plane,
+    /// Whether things may stand on it, as far as the vertical is known.
+    is_level: bool,
     samples: u32,
     outside: u32,
 }
 
 impl Candidate {
-    fn new(support: SupportPlane, plane: Plane) -> Self {
-        Self { support, plane, samples: 0, outside: 0 }
+    fn new(support: SupportPlane, plane: Plane, is_level: bool) -> Self {
+        Self { support, plane, is_level, samples: 0, outside: 0 }
     }
 }
 
@@ -57,7 +59,7 @@ impl Ground {
             sensor,
             plane_tolerance: config.plane_tolerance,
             max_gap: config.max_support_gap,
-            least_upright: config.max_support_tilt.cos(),
+            least_cosine: config.max_support_slope.cos(),
             candidates: Vec::new(),
             found: Vec::new(),
             heights: Vec::new(),
@@ -65,9 +67,16 @@ impl Ground {
         }
     }
 
-    /// Finds the upright planes of the map in a window that go on outside its box, and the samples on them.
-    pub(super) fn find(&mut self, window: &Window, planes: &dyn SupportingPlanes, world_from_camera: &Pose) {
-        self.ask(window, planes, world_from_camera);
+    /// Finds the planes of the map in a window that go on outside its box, level or not, and the samples on
+    /// them, which are no part of a thing.
+    pub(super) fn find(
+        &mut self,
+        window: &Window,
+        planes: &dyn SupportingPlanes,
+        vertical: Option<[f64; 3]>,
+        world_from_camera: &Pose,
+    ) {
+        self.ask(window, planes, vertical, world_from_camera);
         self.count_and_mark(window);
     }
 
@@ -85,7 +94,13 @@ impl Ground {
         self.candidates.len().saturating_sub(known)
     }
 
-    fn ask(&mut self, window: &Window, planes: &dyn SupportingPlanes, world_from_camera: &Pose) {
+    fn ask(
+        &mut self,
+        window: &Window,
+        planes: &dyn SupportingPlanes,
+        vertical: Option<[f64; 3]>,
+        world_from_camera: &Pose,
+    ) {
         self.found.clear();
         let step = (window.columns.min(window.rows) / PROBES).max(1);
         let probes = window.samples.iter().filter(|sample| {
@@ -98,13 +113,13 @@ impl Ground {
         }
         self.found.sort_unstable_by_key(|found| found.id);
         self.found.dedup_by_key(|found| found.id);
-        let up = world_from_camera.rotate([0.0, -1.0, 0.0]);
         let camera_from_world = world_from_camera.inverse();
         self.candidates.clear();
-        let upright = self.found.iter().filter(|found| dot(found.plane.normal(), up) >= self.least_upright);
-        self.candidates.extend(
-            upright.map(|&support| Candidate::new(support, support.plane.transformed(&camera_from_world))),
-        );
+        self.candidates.extend(self.found.iter().map(|&support| {
+            let normal = support.plane.normal();
+            let is_level = vertical.is_none_or(|vertical| dot(normal, vertical) >= self.least_cosine);
+            Candidate::new(support, support.plane.transformed(&camera_from_world), is_level)
+        }));
     }
 
     /// Adds the heights at which many of the samples outside the box lie, where no plane of the map is.
@@ -126,7 +141,7 @@ impl Ground {
             });
             if !is_known {
                 let support = SupportPlane::local(plane.transformed(world_from_camera));
-                self.candidates.push(Candidate::new(support, plane));
+                self.candidates.push(Candidate::new(support, plane, true));
             }
         }
     }
@@ -171,6 +186,7 @@ impl Ground {
         let most = self
             .candidates
             .iter()
+            .filter(|candidate| candidate.is_level)
             .reduce(|most, next| if in_box(next) > in_box(most) { next } else { most })?;
         Some(LyingPlane { support: most.support, plane: most.plane })
     }
@@ -182,8 +198,25 @@ impl Ground {
         samples: &(impl Iterator<Item = &'a Sample> + Clone),
         max_gap: f64,
     ) -> Option<SupportPlane> {
+        self.nearest(|candidate| candidate.is_level, samples, max_gap)
+    }
+
+    /// The normal, in the world, of the plane that the samples rest on or lean against, level or not.
+    pub(super) fn resting_normal<'a>(
+        &self,
+        samples: &(impl Iterator<Item = &'a Sample> + Clone),
+    ) -> Option<[f64; 3]> {
+        self.nearest(|_| true, samples, self.max_gap).map(|support| support.plane.normal())
+    }
+
+    fn nearest<'a>(
+        &self,
+        may_be: impl Fn(&&Candidate) -> bool,
+        samples: &(impl Iterator<Item = &'a Sample> + Clone),
+        max_gap: f64,
+    ) -> Option<SupportPlane> {
         let mut nearest: Option<(f64, SupportPlane)> = None;
-        for candidate in &self.candidates {
+        for candidate in self.candidates.iter().filter(may_be) {
             let height = |sample: &Sample| {
                 let height = candidate.plane.signed_distance(sample.point.map(f64::from));
                 height + self.tolerance(&candidate.plane, sample)

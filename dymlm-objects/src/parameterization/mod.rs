@@ -9,9 +9,11 @@ mod ground;
 mod object_cluster;
 mod observation;
 mod parameterizer;
+mod vertical;
 
 pub use box_fitter::{BoxAxes, BoxFit, BoxFitter, BoxFitterConfig};
 pub use completeness::{Completeness, SideView};
 pub use config::ParameterizationConfig;
 pub use observation::{ObjectObservation, Relief};
 pub(crate) use parameterizer::Parameterizer;
+pub(crate) use vertical::Vertical;

@@ -25,6 +25,8 @@ pub(crate) struct Parameterizer {
     flat: FlatThing,
     fitter: BoxFitter,
     local: Vec<Point>,
+    /// Normals, in the world, of what the things of the last frame rest on.
+    resting_normals: Vec<[f64; 3]>,
 }
 
 /// Fewest samples of an object.
@@ -62,6 +64,7 @@ impl Parameterizer {
             flat: FlatThing::default(),
             fitter: BoxFitter::new(BoxFitterConfig::default())?,
             local: Vec::new(),
+            resting_normals: Vec::new(),
             config,
             sensor,
         })
@@ -78,11 +81,17 @@ impl Parameterizer {
         priors: &SizePriors,
         observations: &mut Vec<ObjectObservation>,
     ) {
+        self.resting_normals.clear();
         for (index, detection) in view.detections().iter().enumerate() {
             if detection.score() >= self.config.min_score && !view.is_mover(detection) {
                 observations.extend(self.observe(view, index, detection, planes, vertical, priors));
             }
         }
+    }
+
+    /// Normals, in the world, of the planes that the things of the last frame rest on, level or not.
+    pub(crate) fn resting_normals(&self) -> &[[f64; 3]] {
+        &self.resting_normals
     }
 
     fn observe(
@@ -99,7 +108,7 @@ impl Parameterizer {
             .with_static_mask(view.static_mask)
             .with_instance_mask(detection.mask());
         self.cluster.sample(&box_view, &mut self.window);
-        self.ground.find(&self.window, planes, &view.world_from_camera);
+        self.ground.find(&self.window, planes, vertical, &view.world_from_camera);
         let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
         let search = ClusterSearch {
             bounding_box: detection.bounding_box(),
@@ -107,11 +116,12 @@ impl Parameterizer {
             prior,
             reach: reach as f32,
         };
-        let mut finding = self.find_raised(view, &search);
+        let mut finding = self.find_raised(view, &search, vertical);
+        self.resting_normals.extend(self.ground.resting_normal(&members(&self.window, &self.cluster)));
         if let (None, Some(vertical)) = (finding.support, vertical)
             && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera) > 0
         {
-            finding = self.find_raised(view, &search);
+            finding = self.find_raised(view, &search, Some(vertical));
         }
         if let Some(flat) = self.find_flat(view, &search) {
             finding = flat;
@@ -120,11 +130,18 @@ impl Parameterizer {
     }
 
     /// What stands out from the ground in depth.
-    fn find_raised(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Finding {
+    fn find_raised(
+        &mut self,
+        view: &ObjectView<'_>,
+        search: &ClusterSearch<'_>,
+        vertical: Option<[f64; 3]>,
+    ) -> Finding {
         self.cluster.find(&self.window, self.ground.is_ground(), search);
         let completeness = completeness(view, &self.window, &self.cluster, &self.sensor);
         // No farther than usual, or than its size allows when its foot is hidden.
-        let hidden_foot = search.prior.filter(|_| completeness.bottom != SideView::Whole);
+        let down = vertical.map(|up| view.world_from_camera.inverse().rotate(up.map(|c| -c)));
+        let foot = down.and_then(|down| completeness.toward(down));
+        let hidden_foot = search.prior.filter(|_| foot.is_some_and(|foot| foot != SideView::Whole));
         let hidden_height = hidden_foot.map_or(0.0, |prior| prior.height.typical);
         let max_gap = self.config.max_support_gap.max(hidden_height);
         let support = self.ground.under(&members(&self.window, &self.cluster), max_gap);
