@@ -46,7 +46,7 @@ impl Completeness {
     }
 
     /// The side to which a direction of the camera's frame points; `None` when it points mostly along the view.
-    pub(crate) fn toward(&self, [x, y, z]: [f64; 3]) -> Option<SideView> {
+    pub(crate) fn toward(self, [x, y, z]: [f64; 3]) -> Option<SideView> {
         if z.abs() > ALONG_VIEW {
             None
         } else if x.abs() >= y.abs() {
