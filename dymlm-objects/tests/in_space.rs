@@ -216,11 +216,11 @@ fn no_attitude_of_the_camera_is_assumed() {
         let mut config = ObjectConfig::default();
         config.parameterization.up = up;
         let mut mapper = ObjectMapper::new(config, SensorModel::kinect()).unwrap();
-        for step in 0..20 {
-            let angle = 0.4 * step as f64;
+        for step in 0..20_u32 {
+            let angle = 0.4 * f64::from(step);
             let place = [place[0] + 0.2 * angle.sin(), place[1], place[2] + 0.1 * angle.cos()];
             let pose = looking_at(place, [0.0, 0.0, 0.1], roll.to_radians());
-            show(&mut mapper, &scene, (0.1 * step as f64, pose), &[(0, "thing")], &Walls(vec![1.2]));
+            show(&mut mapper, &scene, (0.1 * f64::from(step), pose), &[(0, "thing")], &Walls(vec![1.2]));
         }
         let found = boxes(&mapper);
         assert_eq!(found.len(), 1, "from {place:?}, rolled by {roll}");

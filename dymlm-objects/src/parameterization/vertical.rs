@@ -1,0 +1,60 @@
+use dymlm_core::vector3::{Vector3, along, dot, unit};
+
+/// The direction against gravity in the world: given, or learnt from what things rest on.
+///
+/// Each observation votes for the normal of the plane that it rests on, whichever way that points. Tables and
+/// floors share one normal; walls that things lean against have several. Until one has more votes than all
+/// others together, the vertical is not known. No attitude of a camera plays a part.
+#[derive(Debug, Clone)]
+pub(crate) struct Vertical {
+    given: Option<Vector3>,
+    normals: Vec<Normal>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Normal {
+    /// Sum of the normals voted for.
+    sum: Vector3,
+    votes: u64,
+}
+
+impl Vertical {
+    pub(crate) fn new(given: Option<Vector3>) -> Self {
+        Self { given: given.and_then(unit), normals: Vec::new() }
+    }
+
+    /// Counts a vote; normals whose cosine is at least `least_cosine` are one.
+    pub(crate) fn vote(&mut self, normal: Vector3, least_cosine: f64) {
+        let is_same = |own: &&mut Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= least_cosine);
+        match self.normals.iter_mut().find(is_same) {
+            Some(own) => *own = Normal { sum: along(own.sum, 1.0, normal), votes: own.votes + 1 },
+            None => self.normals.push(Normal { sum: normal, votes: 1 }),
+        }
+    }
+
+    /// A unit vector that points up, once it is known.
+    pub(crate) fn direction(&self) -> Option<Vector3> {
+        let all: u64 = self.normals.iter().map(|normal| normal.votes).sum();
+        let leader = self.normals.iter().find(|normal| 2 * normal.votes > all);
+        self.given.or_else(|| unit(leader?.sum))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_most_things_rest_on_is_level() {
+        let mut vertical = Vertical::new(None);
+        assert_eq!(vertical.direction(), None);
+        vertical.vote([0.0, 1.0, 0.0], 0.99);
+        vertical.vote([0.0, 0.0, 1.0], 0.99);
+        assert_eq!(vertical.direction(), None, "a wall or a floor");
+        for tilt in [-0.02, 0.02] {
+            vertical.vote([tilt, 0.0, 1.0], 0.99);
+        }
+        assert_eq!(vertical.direction(), Some([0.0, 0.0, 1.0]));
+        assert_eq!(Vertical::new(Some([2.0, 0.0, 0.0])).direction(), Some([1.0, 0.0, 0.0]));
+    }
+}
