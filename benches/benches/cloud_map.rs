@@ -1,11 +1,17 @@
-//! Benches of `CloudMap`: a frame put in, the cloud taken out.
+//! Benches of `CloudMap`: a frame put in, the cloud taken out; the kitchen recording is taken from where
+//! `DYMLM_DATA` says or `../shared/data`, if it is there.
 
-#![allow(missing_docs, clippy::unwrap_used, reason = "a bench")]
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stderr, reason = "a bench")]
+
+use std::hint::black_box;
+use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use dymlm_benches::{kinect, room_depth};
 use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
 use dymlm_core::{Frame, Pose, SensorModel};
+use dymlm_io::{TumDataset, TumOptions};
+use dymlm_test_support::recording;
 
 /// A slow walk sideways.
 fn pose(step: u32) -> Pose {
@@ -40,10 +46,57 @@ fn point_cloud(c: &mut Criterion) {
         map.insert(&frame, None, &pose(step)).unwrap();
     });
     let mut group = c.benchmark_group("cloud_map/point_cloud");
-    group.sample_size(10).throughput(Throughput::Elements(map.len() as u64));
+    group.sample_size(10).throughput(Throughput::Elements(map.held_voxels() as u64));
     group.bench_function("static", |b| b.iter(|| map.point_cloud(Selection::Static)));
     group.finish();
 }
 
-criterion_group!(benches, insert, point_cloud);
+/// The kitchen with people, frame by frame; the last ones forever.
+fn kitchen() -> Option<Vec<(Frame, Pose)>> {
+    let dataset = TumDataset::open(recording("kitchen_people")?, &TumOptions::default()).ok()?;
+    let frames = (0..dataset.frames().len()).filter_map(|index| dataset.load(index).ok());
+    Some(frames.map(|posed| (posed.frame, posed.world_from_camera)).collect())
+}
+
+/// What the static cloud costs after each further frame of the kitchen, and the frame itself.
+fn static_cloud_of_kitchen(c: &mut Criterion) {
+    let Some(frames) = kitchen() else { return };
+    let (before, last) = frames.split_at(frames.len() - 40);
+    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
+    for (frame, world_from_camera) in before {
+        map.insert(frame, None, world_from_camera).unwrap();
+    }
+    black_box(map.point_cloud(Selection::Static));
+    // Forth and back, so that the clock goes on and the camera does not jump.
+    let (mut time, mut turns) = (last[0].0.timestamp(), last.iter().chain(last.iter().rev()).cycle());
+    let mut further = |map: &mut CloudMap| {
+        let (frame, world_from_camera) = turns.next().unwrap();
+        time += 1.0 / 30.0;
+        let (depth, color) = frame.clone().into_images();
+        let frame = Frame::new(time, *frame.camera(), depth, color).unwrap();
+        let start = Instant::now();
+        map.insert(&frame, None, world_from_camera).unwrap();
+        start.elapsed()
+    };
+    let mut group = c.benchmark_group("cloud_map/kitchen");
+    group.sample_size(10);
+    group.bench_function("one more frame", |b| {
+        b.iter_custom(|turns| (0..turns).map(|_| further(&mut map)).sum());
+    });
+    group.bench_function("static cloud after one more frame", |b| {
+        b.iter_custom(|turns| {
+            let read = |_| {
+                further(&mut map);
+                let start = Instant::now();
+                black_box(map.point_cloud(Selection::Static));
+                start.elapsed()
+            };
+            (0..turns).map(read).sum()
+        });
+    });
+    group.finish();
+    eprintln!("{} voxels, {} bytes", map.held_voxels(), map.memory_bytes());
+}
+
+criterion_group!(benches, insert, point_cloud, static_cloud_of_kitchen);
 criterion_main!(benches);

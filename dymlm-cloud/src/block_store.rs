@@ -9,6 +9,24 @@ pub(crate) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
 /// A bit for each cell of a block.
 pub(crate) type CellBits = [u64; BLOCK_CELLS / 64];
 
+/// Whether the bit of a cell is set.
+#[inline]
+pub(crate) fn has(cells: &CellBits, index: usize) -> bool {
+    cells[index / 64] >> (index % 64) & 1 == 1
+}
+
+/// Sets the bit of a cell.
+#[inline]
+pub(crate) fn put(cells: &mut CellBits, index: usize) {
+    cells[index / 64] |= 1 << (index % 64);
+}
+
+/// The cells that are not among the others.
+#[inline]
+pub(crate) fn without(cells: CellBits, others: CellBits) -> CellBits {
+    std::array::from_fn(|word| cells[word] & !others[word])
+}
+
 /// The place of a block on its lattice: three coordinates of 21 bits in one word, z first, so that the order
 /// of keys is the order of z, then y, then x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -24,8 +24,6 @@ struct Moved {
     cell: [i32; 3],
     to: [f64; 3],
     voxel: Voxel,
-    /// Weight of its readings without colour.
-    uncolored: u64,
     /// Frames that read its cell of the evidence.
     support: u32,
 }
@@ -86,6 +84,7 @@ impl CloudMap {
         from: &mut Vec<Point>,
     ) -> Vec<Moved> {
         let mut moved = Vec::new();
+        let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for key in self.blocks_about(region) {
             let Some(block) = self.voxels.slot(key).and_then(|slot| self.voxels.blocks_mut().get_mut(slot))
             else {
@@ -99,13 +98,17 @@ impl CloudMap {
                     region.contains(place) && is_body(place)
                 })
                 .collect();
-            for (place, point) in inside {
-                let (voxel, uncolored) = block.take(place);
+            for &(place, point) in &inside {
+                let voxel = block.take(place);
                 let cell = key.cell(place);
                 let support = self.evidence.of_voxel(cell).support;
                 from.push(point);
                 let to = new_from_old.transform_point(point.map(f64::from));
-                moved.push(Moved { cell, to, voxel, uncolored, support });
+                moved.push(Moved { cell, to, voxel, support });
+            }
+            if !inside.is_empty() {
+                block.begin(stamp, seen);
+                block.lowered = stamp;
             }
             self.voxel_count -= block.drop_empty();
         }
@@ -128,7 +131,7 @@ impl CloudMap {
         }
     }
 
-    fn put_voxel(&mut self, &Moved { to, ref voxel, uncolored, support, .. }: &Moved) {
+    fn put_voxel(&mut self, &Moved { to, ref voxel, support, .. }: &Moved) {
         let side = self.config.voxel_size / f64::from(SUBVOXELS);
         let limit = f64::from(BlockKey::LIMIT.min(i32::MAX / SUBVOXELS));
         if !to.iter().all(|c| (c / self.config.voxel_size).abs() < limit - 1.0) {
@@ -139,10 +142,11 @@ impl CloudMap {
         let within = units.map(|c| c.rem_euclid(i64::from(SUBVOXELS)) as u64);
         let (block, place) = split(cell);
         let slot = self.voxels.slot_or_insert(BlockKey::new(block));
+        let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
-            let count = block.voxels.len();
-            block.merge(place, &voxel.placed(within), uncolored);
-            self.voxel_count += block.voxels.len() - count;
+            block.begin(stamp, seen);
+            self.voxel_count += usize::from(block.make(place));
+            block.merge(place, &voxel.placed(within));
         }
         self.evidence.give_support(cell, support);
     }

@@ -1,12 +1,12 @@
 use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
-use crate::block_store::{BlockKey, BlockStore, split};
+use crate::block_store::{BlockKey, BlockStore, has, put, split};
 use crate::evidence::{Direction, Evidence, Support};
 use crate::fixed_point::{FixedPointFrame, PixelRow};
 use crate::thinning::Thinning;
 use crate::verdict::Verdict;
-use crate::verdicts::SharedVerdicts;
-use crate::voxel::SUBVOXELS;
+use crate::verdicts::SharedKept;
+use crate::voxel::{SUBVOXELS, Sums};
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
 use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
@@ -53,10 +53,11 @@ pub struct CloudMap {
     pub(crate) voxels: BlockStore<VoxelBlock>,
     pub(crate) voxel_count: usize,
     pub(crate) evidence: Evidence,
-    pub(crate) verdicts: SharedVerdicts,
+    pub(crate) thinning: Thinning,
+    pub(crate) kept: SharedKept,
     frames: u32,
-    /// Number of the current frame for [`Voxel::stamp`].
-    stamp: u32,
+    /// Number of the last change, for [`VoxelBlock::stamp`].
+    pub(crate) stamp: u32,
     row: PixelRow,
     ray_x: Vec<f32>,
     /// The voxels that the row's readings fall into.
@@ -65,13 +66,14 @@ pub struct CloudMap {
     touched: Vec<usize>,
 }
 
-/// The voxel of a reading.
-#[derive(Debug, Clone, Copy)]
+/// The voxel of readings side by side.
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Target {
-    column: u32,
+    /// Their first column and the one after the last; pixels without a reading between them weigh nothing.
+    columns: [u32; 2],
     slot: u32,
-    /// In the block's voxels.
-    index: u16,
+    /// In the block.
+    place: u16,
 }
 
 /// What a frame has done to the map.
@@ -127,13 +129,16 @@ impl CloudMap {
         sensor.validate()?;
         config.validate(&sensor)?;
         let evidence = Evidence::new(config.voxel_size, sensor);
+        let weighting = Weighting::new(sensor);
+        let thinning = Thinning::new(&config, weighting);
         Ok(Self {
             config,
-            weighting: Weighting::new(sensor),
+            weighting,
             voxels: BlockStore::default(),
             voxel_count: 0,
             evidence,
-            verdicts: SharedVerdicts::default(),
+            thinning,
+            kept: SharedKept::default(),
             frames: 0,
             stamp: 0,
             row: PixelRow::default(),
@@ -201,54 +206,63 @@ impl CloudMap {
         if self.config != other.config || self.weighting != other.weighting {
             return Err(Error::DifferentConfigs);
         }
+        let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks()) {
             let slot = self.voxels.slot_or_insert(*key);
             let Some(block) = self.voxels.blocks_mut().get_mut(slot) else { continue };
-            let count = block.voxels.len();
-            for (place, voxel) in theirs.iter() {
-                block.merge(place, voxel, theirs.index(place).map_or(0, |index| theirs.uncolored(index)));
-            }
-            self.voxel_count += block.voxels.len() - count;
+            let count = block.len();
+            block.begin(stamp, seen);
+            theirs.iter().for_each(|(place, voxel)| block.merge(place, &voxel));
+            self.voxel_count += block.len() - count;
         }
         self.evidence.merge(&other.evidence);
         self.frames = self.frames.wrapping_add(other.frames);
         Ok(())
     }
 
-    /// All voxels in a fixed order: by blocks of 8^3, z first, then y, then x, and so within each block.
-    ///
-    /// Thinning is made anew for the whole map at each call: some tenths of a second for a million voxels.
-    pub fn voxels(&self) -> impl Iterator<Item = CloudVoxel> + '_ {
-        let verdicts = self.verdicts();
-        let is_ghost = |voxel| verdicts.is_ghost(voxel);
-        let thinning = Thinning::of(&self.voxels, is_ghost, &self.config, &self.weighting);
-        let slots = self.voxels.sorted_slots();
-        let blocks = crate::parallel::map(slots, |slot| {
+    /// The static voxels, or all, in a fixed order: by blocks of 8^3, z first, then y, then x, and so within
+    /// each block.
+    pub fn voxels(&self, selection: Selection) -> impl Iterator<Item = CloudVoxel> + '_ {
+        let cloud = self.kept_cloud();
+        let slots = self.voxels.sorted_slots().into_iter().map(|slot| (slot, cloud.judgement(slot)));
+        // The lock ends here, so that the map can be asked while somebody iterates.
+        slots.collect::<Vec<_>>().into_iter().flat_map(move |(slot, judgement)| {
             let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
-            let voxels =
-                block.iter().zip(thinning.verdicts_of_block(slot)).map(|((place, voxel), verdict)| {
-                    let cell = key.cell(place);
-                    CloudVoxel {
-                        position: voxel.mean_position(cell, self.config.voxel_size),
-                        color: block.index(place).and_then(|index| block.mean_color(index)),
-                        weight: self.weighting.total(voxel),
-                        observations: voxel.observations,
-                        evidence: self.evidence.of_voxel(cell),
-                        verdict,
-                    }
-                });
-            voxels.collect::<Vec<_>>()
-        });
-        blocks.into_iter().flatten()
+            let chosen = match selection {
+                Selection::All => *block.places(),
+                Selection::Static => judgement.statics,
+            };
+            block.voxels(&chosen).into_iter().map(move |(place, voxel)| {
+                let cell = key.cell(place);
+                CloudVoxel {
+                    position: voxel.mean_position(cell, self.config.voxel_size),
+                    color: voxel.mean_color(),
+                    weight: self.weighting.total(voxel.sums.weight),
+                    observations: voxel.observations,
+                    evidence: self.evidence.of_voxel(cell),
+                    verdict: judgement.of(place),
+                }
+            })
+        })
     }
 
-    /// The cloud in the order of [`CloudMap::voxels`]. It has colours when any frame had; what was read
-    /// without is black.
+    /// The cloud in the order of [`CloudMap::voxels`]. It has colours when any of its voxels has; what was
+    /// read without is black.
+    ///
+    /// The static cloud is kept from call to call, 20 bytes a point: reading it again costs what has changed,
+    /// and copying it.
     pub fn point_cloud(&self, selection: Selection) -> PointCloud {
-        let chosen = |voxel: &CloudVoxel| selection == Selection::All || voxel.verdict == Verdict::Static;
-        let (points, colors) =
-            self.voxels().filter(chosen).map(|voxel| (voxel.position, voxel.color)).unzip();
-        let (points, colors): (Vec<Point>, Vec<Option<Rgb>>) = (points, colors);
+        if selection == Selection::Static {
+            return self.kept_cloud().to_point_cloud();
+        }
+        let slots = self.voxels.sorted_slots().into_iter();
+        let voxels = slots.flat_map(|slot| {
+            let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
+            block.iter().map(move |(place, voxel)| {
+                (voxel.mean_position(key.cell(place), self.config.voxel_size), voxel.mean_color())
+            })
+        });
+        let (points, colors): (Vec<Point>, Vec<Option<Rgb>>) = voxels.unzip();
         if colors.iter().all(Option::is_none) {
             return PointCloud::new(points);
         }
@@ -271,14 +285,20 @@ impl CloudMap {
         is_in_reach.then(|| voxel.map(|c| c as i32))
     }
 
-    /// Number of voxels, static or not.
+    /// Number of static voxels: of points in [`Selection::Static`]. As all readings of what is static, it
+    /// costs what has changed since the last.
     pub fn len(&self) -> usize {
-        self.voxel_count
+        self.kept_cloud().len()
     }
 
-    /// Whether nothing is mapped.
+    /// Whether nothing is static.
     pub fn is_empty(&self) -> bool {
-        self.voxel_count == 0
+        self.len() == 0
+    }
+
+    /// Number of voxels that are held, static or not: of points in [`Selection::All`]. O(1).
+    pub fn held_voxels(&self) -> usize {
+        self.voxel_count
     }
 
     /// Number of frames in the map.
@@ -299,7 +319,7 @@ impl CloudMap {
     /// Bytes that the map holds, about.
     pub fn memory_bytes(&self) -> usize {
         let voxels: usize = self.voxels.blocks().iter().map(VoxelBlock::memory_bytes).sum();
-        self.voxels.memory_bytes() + voxels + self.evidence.memory_bytes()
+        self.voxels.memory_bytes() + voxels + self.evidence.memory_bytes() + self.kept.memory_bytes()
     }
 
     /// Checks what can be wrong with a frame, before anything changes.
@@ -341,18 +361,22 @@ impl CloudMap {
         self.evidence.begin_frame(frame.timestamp());
         self.frames = self.frames.wrapping_add(direction.unit());
         self.touched.clear();
-        self.stamp = self.stamp.wrapping_add(1);
-        if self.stamp == 0 {
-            // Once in 2^32 frames: no voxel may carry a stamp that comes again.
-            for block in self.voxels.blocks_mut() {
-                block.stamp = 0;
-                block.voxels.iter_mut().for_each(|voxel| voxel.stamp = 0);
-            }
-            self.stamp = 1;
-        }
+        self.next_stamp();
         let camera: &PinholeCamera = frame.camera();
         self.ray_x.clear();
         self.ray_x.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));
+    }
+
+    /// A stamp for what changes from now on.
+    pub(crate) fn next_stamp(&mut self) -> u32 {
+        self.stamp = self.stamp.wrapping_add(1);
+        if self.stamp == 0 {
+            // Once in 2^32 frames: no block may carry a stamp that comes again.
+            self.voxels.blocks_mut().iter_mut().for_each(|block| (block.stamp, block.lowered) = (1, 0));
+            self.kept.clear();
+            self.stamp = 2;
+        }
+        self.stamp
     }
 
     fn add_readings(
@@ -382,51 +406,56 @@ impl CloudMap {
     /// can fetch many voxels at a time: waiting for them is most of the work.
     fn find_voxels_of_row(&mut self, report: &mut CloudFrameReport) {
         self.targets.clear();
-        let mut last = None;
+        let seen = self.kept.stamp();
+        let mut last: Option<([i32; 3], BlockKey, usize)> = None;
         for (u, &weight) in self.row.weight.iter().enumerate() {
             if weight == 0 {
                 continue;
             }
-            let (block, place) = split(self.row.cell(u));
+            report.readings += 1;
+            let cell = self.row.cell(u);
+            if let (Some((last_cell, ..)), Some(target)) = (last, self.targets.last_mut())
+                && last_cell == cell
+            {
+                target.columns[1] = u as u32 + 1;
+                continue;
+            }
+            let (block, place) = split(cell);
             let key = BlockKey::new(block);
             let slot = match last {
-                Some((last_key, slot)) if last_key == key => slot,
+                Some((_, last_key, slot)) if last_key == key => slot,
                 _ => self.voxels.slot_or_insert(key),
             };
-            last = Some((key, slot));
+            last = Some((cell, key, slot));
             let block = &mut self.voxels.blocks_mut()[slot];
-            if block.stamp != self.stamp {
-                block.stamp = self.stamp;
+            if block.begin(self.stamp, seen) {
                 self.touched.push(slot);
             }
-            let count = block.voxels.len();
-            let index = block.index_or_insert(place);
-            report.new_voxels += block.voxels.len() - count;
-            self.targets.push(Target { column: u as u32, slot: slot as u32, index });
+            report.new_voxels += usize::from(block.make(place));
+            let columns = [u as u32, u as u32 + 1];
+            self.targets.push(Target { columns, slot: slot as u32, place: place as u16 });
         }
-        report.readings += self.targets.len();
     }
 
     fn add_row(&mut self, colors: Option<&[Rgb]>, direction: Direction, report: &mut CloudFrameReport) {
-        let sign = match direction {
-            Direction::Insert => 1_u64,
-            Direction::Remove => 1_u64.wrapping_neg(),
-        };
         for target in &self.targets {
-            let u = target.column as usize;
-            let weight = u64::from(self.row.weight[u]).wrapping_mul(sign);
-            let color = colors.and_then(|colors| colors.get(u)).copied();
-            let block = &mut self.voxels.blocks_mut()[target.slot as usize];
-            if color.is_none() {
-                block.add_uncolored(target.index, weight);
+            let [first, end] = target.columns.map(|column| column as usize);
+            let mut readings = Sums::default();
+            for u in first..end {
+                let color = colors.and_then(|colors| colors.get(u)).copied();
+                readings.add(&Sums::of(self.row.weight[u].into(), self.row.within_cell(u), color));
             }
-            let voxel = &mut block.voxels[usize::from(target.index)];
-            voxel.add(weight, self.row.within_cell(u), color.unwrap_or_default());
-            if voxel.stamp != self.stamp {
-                voxel.stamp = self.stamp;
-                voxel.observations = voxel.observations.wrapping_add(direction.unit());
+            if direction == Direction::Remove {
+                readings = readings.negated();
+            }
+            let (block, place) = (&mut self.voxels.blocks_mut()[target.slot as usize], target.place.into());
+            block.add(place, readings);
+            if !has(&block.read, place) {
+                put(&mut block.read, place);
+                put(&mut block.changed, place);
+                block.count(place, direction.unit());
                 report.voxels += 1;
-                self.evidence.read(self.row.cell(u));
+                self.evidence.read(self.row.cell(first));
             }
         }
     }
@@ -448,13 +477,14 @@ impl CloudMap {
                 .touched
                 .iter()
                 .filter_map(|&slot| self.voxels.blocks().get(slot))
-                .any(|block| block.is_overdrawn(self.stamp))
+                .any(VoxelBlock::is_overdrawn)
     }
 
     /// Drops the voxels that the last removal has emptied.
     fn drop_empty_voxels(&mut self) {
         for &slot in &self.touched {
             if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
+                block.lowered = self.stamp;
                 self.voxel_count -= block.drop_empty();
             }
         }

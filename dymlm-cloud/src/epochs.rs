@@ -1,4 +1,4 @@
-use crate::block_store::BLOCK_CELLS;
+use crate::block_store::{BLOCK_CELLS, CellBits};
 use crate::evidence::{Direction, Support};
 
 /// Length of an epoch, seconds. What has come to stand in a place that was free for long is believed after
@@ -79,6 +79,19 @@ impl Epochs {
     /// Whether any cell differs from the others: only then may a surface or a mover have been read.
     pub(crate) fn has_cells(&self) -> bool {
         self.periods.iter().any(|period| !period.cells.is_empty())
+    }
+
+    /// The cells in which a surface or a mover was ever read.
+    pub(crate) fn cells_read(&self) -> CellBits {
+        let mut read = CellBits::default();
+        for period in &self.periods {
+            for (word, cells) in read.iter_mut().zip(period.cells.chunks(64)) {
+                for (bit, cell) in cells.iter().enumerate() {
+                    *word |= u64::from(cell.support | cell.movers != 0) << bit;
+                }
+            }
+        }
+        read
     }
 
     /// Adds another map's counts of the block.

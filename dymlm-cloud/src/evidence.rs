@@ -1,6 +1,6 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
-use crate::block_store::{BLOCK_CELLS, BlockKey, BlockStore, CellBits, split};
+use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, has, split, without};
 use crate::epochs::{Epochs, Finding, epoch_of};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
@@ -162,6 +162,26 @@ impl Evidence {
         split(voxel.map(|c| c >> self.cell_shift))
     }
 
+    /// The slot of the block that holds the cell of a voxel.
+    pub(crate) fn slot_of(&self, voxel: [i32; 3]) -> Option<usize> {
+        self.blocks.slot(BlockKey::new(self.cell_of(voxel).0))
+    }
+
+    /// Those voxels of a block of voxels whose cells are among these of the evidence's block around.
+    pub(crate) fn voxels_in(&self, cells: &CellBits, voxels: BlockKey) -> CellBits {
+        let mut inside = CellBits::default();
+        for (index, word) in inside.iter_mut().enumerate() {
+            // A word is a layer of voxels, eight rows.
+            for row in 0..BLOCK_SIDE {
+                let (_, first) = self.cell_of(voxels.cell(64 * index + BLOCK_SIDE * row));
+                for x in 0..BLOCK_SIDE {
+                    *word |= u64::from(has(cells, first + (x >> self.cell_shift))) << (BLOCK_SIDE * row + x);
+                }
+            }
+        }
+        inside
+    }
+
     /// What all frames together say of the cell of a voxel.
     pub(crate) fn of_voxel(&self, voxel: [i32; 3]) -> Support {
         let (block, index) = self.cell_of(voxel);
@@ -309,15 +329,16 @@ impl EvidenceBlock {
         })
     }
 
+    /// The cells in which a surface or a mover was ever read.
+    pub(crate) fn cells_read(&self) -> CellBits {
+        self.epochs.cells_read()
+    }
+
     /// Whether a surface or a mover may have been read in it.
     #[inline]
     pub(crate) fn may_be_read(&self) -> bool {
         self.epochs.has_cells()
     }
-}
-
-fn without(cells: CellBits, others: CellBits) -> CellBits {
-    std::array::from_fn(|word| cells[word] & !others[word])
 }
 
 /// Calls `count` for each bit, all of them; tells whether any call said so.

@@ -18,6 +18,7 @@ mod opinion;
 mod parallel;
 mod place_history;
 mod rounding;
+mod static_cloud;
 mod thinning;
 mod verdict;
 mod verdicts;

@@ -1,12 +1,26 @@
 /// Applies `work` to each task and gives the results in order, with feature `parallel` on rayon's threads.
-#[cfg(feature = "parallel")]
 pub(crate) fn map<T: Send, R: Send>(tasks: Vec<T>, work: impl Fn(T) -> R + Send + Sync) -> Vec<R> {
-    use rayon::prelude::*;
-    tasks.into_par_iter().map(work).collect()
+    map_with(tasks, || (), |(), task| work(task))
 }
 
-/// Applies `work` to each task and gives the results in order, with feature `parallel` on rayon's threads.
+/// As [`map`], with a scratch that is made once a thread or more often.
+#[cfg(feature = "parallel")]
+pub(crate) fn map_with<S, T: Send, R: Send>(
+    tasks: Vec<T>,
+    scratch: impl Fn() -> S + Send + Sync,
+    work: impl Fn(&mut S, T) -> R + Send + Sync,
+) -> Vec<R> {
+    use rayon::prelude::*;
+    tasks.into_par_iter().map_init(scratch, work).collect()
+}
+
+/// As [`map`], with a scratch that is made once.
 #[cfg(not(feature = "parallel"))]
-pub(crate) fn map<T, R>(tasks: Vec<T>, work: impl Fn(T) -> R) -> Vec<R> {
-    tasks.into_iter().map(work).collect()
+pub(crate) fn map_with<S, T, R>(
+    tasks: Vec<T>,
+    scratch: impl Fn() -> S,
+    work: impl Fn(&mut S, T) -> R,
+) -> Vec<R> {
+    let mut scratch = scratch();
+    tasks.into_iter().map(|task| work(&mut scratch, task)).collect()
 }

@@ -1,14 +1,10 @@
 use crate::CloudMapConfig;
-use crate::block_store::{BLOCK_SIDE, BlockKey, BlockStore, Neighbor, cell_in_block};
-use crate::verdict::Verdict;
-use crate::voxel::Voxel;
+use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block};
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
 
 /// Farthest that a voxel looks for heavier ones, voxels: no farther than the blocks around its own.
-const MAX_RADIUS: i32 = BLOCK_SIDE as i32;
-/// Voxels along the side of a window: a block and that radius on each side.
-const WINDOW: usize = BLOCK_SIDE + 2 * MAX_RADIUS as usize;
+const MAX_RADIUS: usize = BLOCK_SIDE;
 
 /// A voxel with less than this share of the weight of one within its radius is noise: what is 1.4 standard
 /// deviations off a surface has that share of readings. Less leaves a thicker shell of noise, more takes true
@@ -23,113 +19,160 @@ const MIN_WEIGHT_SHARE: f32 = 0.4;
 /// 1 / [`MIN_WEIGHT_SHARE`] times its weight. The deviation is that of the voxel's own readings: what was
 /// seen from near is exact, reaches not even the next voxel, and is left alone, and two surfaces stay two as
 /// long as they are further apart than that.
-///
-/// O(voxels x ball), cut off at the first heavier voxel; the nearest are asked first.
-pub(crate) struct Thinning<'a> {
-    config: &'a CloudMapConfig,
-    weighting: &'a Weighting,
-    blocks: &'a BlockStore<VoxelBlock>,
-    /// For each slot the weights of the block's voxels, in its order; 0 for ghosts, which outweigh nothing.
-    /// That of any other voxel is greater: those without a reading are dropped.
-    weights: Vec<Vec<f32>>,
-    /// Offsets in a window by ascending distance, each with its square in voxels.
-    ball: Vec<Offset>,
+#[derive(Debug, Clone)]
+pub(crate) struct Thinning {
+    min_observations: u32,
+    /// In standard deviations of a voxel's readings.
+    radius: f64,
+    voxel_size: f64,
+    weighting: Weighting,
+    /// What a weight is multiplied by for [`Weighting::total`]; a power of two.
+    inverse_unit: f32,
+    /// For each radius of a window, from 1 on, the offsets in it by ascending distance.
+    balls: Vec<Vec<Offset>>,
 }
 
+/// A cell around another.
 #[derive(Debug, Clone, Copy)]
 struct Offset {
+    /// Square of the distance, voxels.
     squared_distance: f32,
+    /// In the window.
     step: isize,
 }
 
-impl<'a> Thinning<'a> {
-    pub(crate) fn of(
-        blocks: &'a BlockStore<VoxelBlock>,
-        is_ghost: impl Fn([i32; 3]) -> bool,
-        config: &'a CloudMapConfig,
-        weighting: &'a Weighting,
-    ) -> Self {
-        let weights = |(&key, block): (&BlockKey, &VoxelBlock)| {
-            let weight = |(place, voxel): (usize, &Voxel)| {
-                if is_ghost(key.cell(place)) { 0.0 } else { weighting.total(voxel) as f32 }
-            };
-            block.iter().map(weight).collect()
-        };
+/// A voxel that may be noise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Candidate {
+    pub(crate) place: usize,
+    /// It is noise when a voxel that weighs more ...
+    pub(crate) limit: f32,
+    /// ... lies within this radius, voxels.
+    radius: f32,
+}
+
+/// The weights of the static voxels in and around a block; 0 elsewhere.
+#[derive(Debug, Default)]
+pub(crate) struct Window {
+    /// How far it reaches beyond the block, voxels.
+    radius: usize,
+    /// The least limit of the candidates.
+    least_limit: f32,
+    weights: Vec<f32>,
+}
+
+impl Thinning {
+    pub(crate) fn new(config: &CloudMapConfig, weighting: Weighting) -> Self {
         Self {
-            config,
+            min_observations: config.min_observations,
+            radius: config.thinning_radius,
+            voxel_size: config.voxel_size,
             weighting,
-            blocks,
-            weights: blocks.keys().iter().zip(blocks.blocks()).map(weights).collect(),
-            ball: ball(),
+            inverse_unit: weighting.total(1) as f32,
+            balls: (1..=MAX_RADIUS).map(ball).collect(),
         }
     }
 
-    /// The verdict on each voxel of the block at a slot, in its order.
-    pub(crate) fn verdicts_of_block(&self, slot: usize) -> Vec<Verdict> {
-        let key = self.blocks.keys()[slot];
-        let mut window = None;
-        let verdict = |((place, voxel), &weight): ((usize, &Voxel), &f32)| {
-            if weight == 0.0 {
-                return Verdict::Ghost;
-            }
-            if voxel.observations < self.config.min_observations {
-                return Verdict::Noise;
-            }
-            let radius = self.radius_of(voxel);
-            // Most voxels seen from near need no window.
-            let is_noise = radius >= 1.0 && {
-                let window = window.get_or_insert_with(|| self.window_around(key));
-                self.is_outweighed(window, place, voxel, radius)
-            };
-            if is_noise { Verdict::Noise } else { Verdict::Static }
-        };
-        self.blocks.blocks()[slot].iter().zip(&self.weights[slot]).map(verdict).collect()
+    /// What a static voxel weighs against others; more than 0.
+    #[inline]
+    pub(crate) fn weight(&self, weight: u64) -> f32 {
+        weight as i64 as f32 * self.inverse_unit
     }
 
-    /// How far a voxel looks, voxels.
-    fn radius_of(&self, voxel: &Voxel) -> f32 {
-        let deviations =
-            self.config.thinning_radius * self.weighting.standard_deviation(voxel) / self.config.voxel_size;
-        (deviations as f32).min(MAX_RADIUS as f32)
+    /// Whether enough frames have read a voxel.
+    pub(crate) fn is_seen(&self, observations: u32) -> bool {
+        observations >= self.min_observations
     }
 
-    fn is_outweighed(&self, window: &[f32], place: usize, voxel: &Voxel, radius: f32) -> bool {
-        let [x, y, z] = cell_in_block(place).map(|c| (c + MAX_RADIUS) as usize);
-        let center = (z * WINDOW + y) * WINDOW + x;
-        let limit = self.weighting.total(voxel) as f32 / MIN_WEIGHT_SHARE;
-        let within = self.ball.iter().take_while(|offset| offset.squared_distance <= radius * radius);
-        within.map(|offset| window[center.wrapping_add_signed(offset.step)]).any(|weight| weight > limit)
+    /// What must not be found around a voxel; `None` when it looks not even as far as the next.
+    pub(crate) fn candidate(&self, place: usize, weight: u64, observations: u32) -> Option<Candidate> {
+        let deviation = self.weighting.standard_deviation(weight, observations);
+        let radius = (self.radius * deviation / self.voxel_size) as f32;
+        let limit = limit(self.weight(weight));
+        (radius >= 1.0).then(|| Candidate { place, limit, radius: radius.min(MAX_RADIUS as f32) })
     }
 
-    /// The weights of the static voxels in and around a block.
-    fn window_around(&self, key: BlockKey) -> Vec<f32> {
-        let mut window = vec![0.0; WINDOW * WINDOW * WINDOW];
-        for Neighbor { step, key } in key.neighborhood() {
-            let Some(slot) = self.blocks.slot(key) else { continue };
-            let voxels = self.blocks.blocks()[slot].iter().zip(&self.weights[slot]);
-            for ((place, _), &weight) in voxels {
-                let within = cell_in_block(place);
-                let cell: [i32; 3] =
-                    std::array::from_fn(|axis| within[axis] + step[axis] * BLOCK_SIDE as i32 + MAX_RADIUS);
-                if cell.iter().all(|c| (0..WINDOW as i32).contains(c)) {
-                    let [x, y, z] = cell.map(|c| c as usize);
-                    window[(z * WINDOW + y) * WINDOW + x] = weight;
-                }
-            }
-        }
-        window
+    pub(crate) fn is_noise(&self, window: &Window, candidate: &Candidate) -> bool {
+        let [x, y, z] = cell_in_block(candidate.place).map(|c| c as usize + window.radius);
+        let center = (z * window.side() + y) * window.side() + x;
+        let ball = window.radius.checked_sub(1).and_then(|index| self.balls.get(index));
+        let reach = candidate.radius * candidate.radius;
+        let within = ball.into_iter().flatten().take_while(|offset| offset.squared_distance <= reach);
+        within
+            .map(|offset| window.weights[center.wrapping_add_signed(offset.step)])
+            .any(|weight| weight > candidate.limit)
     }
 }
 
-/// Offsets to the cells of the largest ball, nearest first, without its centre.
-fn ball() -> Vec<Offset> {
+/// The weight beyond which another voxel makes one of this weight noise.
+pub(crate) fn limit(weight: f32) -> f32 {
+    weight / MIN_WEIGHT_SHARE
+}
+
+impl Window {
+    /// Makes it an empty one, wide enough for all candidates.
+    pub(crate) fn reset(&mut self, candidates: &[Candidate]) {
+        let radius = candidates.iter().map(|candidate| candidate.radius).fold(1.0, f32::max);
+        self.radius = radius as usize;
+        self.least_limit = candidates.iter().map(|candidate| candidate.limit).fold(f32::INFINITY, f32::min);
+        self.weights.clear();
+        self.weights.resize(self.side().pow(3), 0.0);
+    }
+
+    /// What weighs no more concerns no candidate.
+    pub(crate) fn least_limit(&self) -> f32 {
+        self.least_limit
+    }
+
+    /// Puts in the weights of these voxels of the block so many steps from the middle one.
+    pub(crate) fn fill(
+        &mut self,
+        step: [i32; 3],
+        block: &VoxelBlock,
+        voxels: &CellBits,
+        thinning: &Thinning,
+    ) {
+        let [xs, ys, zs] = step.map(|step| match step {
+            -1 => BLOCK_SIDE - self.radius..BLOCK_SIDE,
+            0 => 0..BLOCK_SIDE,
+            _ => 0..self.radius,
+        });
+        let first = step.map(|step| self.radius.wrapping_add_signed(step as isize * BLOCK_SIDE as isize));
+        let side = self.side();
+        let origin =
+            first[2].wrapping_mul(side).wrapping_add(first[1]).wrapping_mul(side).wrapping_add(first[0]);
+        let columns = (0xFF_u64 >> (BLOCK_SIDE - xs.len()) << xs.start) * 0x0101_0101_0101_0101;
+        let rows = u64::MAX >> (BLOCK_SIDE * (BLOCK_SIDE - ys.len())) << (BLOCK_SIDE * ys.start);
+        let inside = columns & rows;
+        block.for_each_in(
+            zs,
+            |z| voxels[z] & inside,
+            |place, index| {
+                let [x, y, z] = cell_in_block(place).map(|c| c as usize);
+                let cell = origin.wrapping_add((z * side + y) * side + x);
+                if let Some(entry) = self.weights.get_mut(cell) {
+                    *entry = thinning.weight(block.weight(place, index));
+                }
+            },
+        );
+    }
+
+    fn side(&self) -> usize {
+        BLOCK_SIDE + 2 * self.radius
+    }
+}
+
+/// Offsets to the cells of a ball in a window of its radius, nearest first, without the centre.
+fn ball(radius: usize) -> Vec<Offset> {
+    let (side, radius) = ((BLOCK_SIDE + 2 * radius) as isize, radius as isize);
     let mut offsets = Vec::new();
-    for z in -MAX_RADIUS..=MAX_RADIUS {
-        for y in -MAX_RADIUS..=MAX_RADIUS {
-            for x in -MAX_RADIUS..=MAX_RADIUS {
+    for z in -radius..=radius {
+        for y in -radius..=radius {
+            for x in -radius..=radius {
                 let squared = x * x + y * y + z * z;
-                if (1..=MAX_RADIUS * MAX_RADIUS).contains(&squared) {
-                    let step = (z as isize * WINDOW as isize + y as isize) * WINDOW as isize + x as isize;
+                // Radii are not whole: also the corners of the cube may be within the next.
+                if (1..(radius + 1) * (radius + 1)).contains(&squared) {
+                    let step = (z * side + y) * side + x;
                     offsets.push(Offset { squared_distance: squared as f32, step });
                 }
             }
@@ -144,12 +187,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ball_is_whole_and_nearest_first() {
-        let ball = ball();
-        assert_eq!(ball.iter().filter(|offset| offset.squared_distance <= 1.0).count(), 6);
-        assert_eq!(ball.iter().filter(|offset| offset.squared_distance <= 3.0).count(), 26);
-        assert!(ball.is_sorted_by(|a, b| a.squared_distance <= b.squared_distance));
-        // Point symmetric, so the steps cancel.
-        assert_eq!(ball.iter().map(|offset| offset.step).sum::<isize>(), 0);
+    fn the_balls_are_whole_and_nearest_first() {
+        for radius in 1..=MAX_RADIUS {
+            let ball = ball(radius);
+            let within =
+                |squared: f32| ball.iter().filter(|offset| offset.squared_distance <= squared).count();
+            assert_eq!((within(1.0), within(3.0)), (6, 26));
+            assert!(ball.is_sorted_by(|a, b| a.squared_distance <= b.squared_distance));
+            // Point symmetric, so the steps cancel.
+            assert_eq!(ball.iter().map(|offset| offset.step).sum::<isize>(), 0);
+        }
     }
 }

@@ -1,4 +1,4 @@
-use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, split};
+use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, has, split, without};
 use crate::evidence::{Evidence, EvidenceBlock};
 
 /// What the evidence of all frames says of a voxel.
@@ -34,6 +34,8 @@ pub(crate) struct VerdictGrid {
     blocks: Vec<Option<Box<BlockVerdict>>>,
     /// The state of each block of the evidence that its verdicts are of.
     revisions: Vec<u32>,
+    /// Counts the calls that have changed a verdict.
+    revision: u32,
 }
 
 #[derive(Debug, Clone)]
@@ -45,6 +47,10 @@ struct BlockVerdict {
     movers: CellBits,
     /// Cells that the majority around them takes for occupied, by a mover or not.
     present: CellBits,
+    /// Cells that are part of the static world.
+    statics: CellBits,
+    /// The last call that has changed which these are.
+    revision: u32,
 }
 
 impl VerdictGrid {
@@ -63,8 +69,11 @@ impl VerdictGrid {
             let block = &blocks.blocks()[slot];
             block.may_be_read().then(|| Box::new(BlockVerdict::of(block, looks_per_reading)))
         });
-        for (&slot, verdict) in changed.iter().zip(judged) {
+        for (&slot, mut verdict) in changed.iter().zip(judged) {
             self.revisions[slot] = blocks.blocks()[slot].revision();
+            if let (Some(new), Some(old)) = (&mut verdict, &self.blocks[slot]) {
+                (new.statics, new.revision) = (old.statics, old.revision);
+            }
             self.blocks[slot] = verdict;
         }
 
@@ -76,25 +85,34 @@ impl VerdictGrid {
         let majorities = crate::parallel::map(around.clone(), |slot| {
             cells_with_majority(self.votes_around(blocks.keys()[slot], evidence))
         });
+        self.revision += 1;
         for (slot, majority) in around.into_iter().zip(majorities) {
             if let Some(block) = &mut self.blocks[slot] {
                 block.present = majority;
+                let statics = without(block.present, block.movers);
+                if statics != block.statics {
+                    (block.statics, block.revision) = (statics, self.revision);
+                }
             }
         }
     }
 
-    /// Whether the cell of a voxel that was read is no part of the static world.
-    #[inline]
-    pub(crate) fn is_ghost(&self, evidence: &Evidence, voxel: [i32; 3]) -> bool {
-        let (block, index) = evidence.cell_of(voxel);
-        self.block(evidence, block).is_none_or(|block| !block.is_static(index))
+    /// The number of the last call that has changed a verdict, at least.
+    pub(crate) fn revision(&self) -> u32 {
+        self.revision
+    }
+
+    /// The cells that are part of the static world in the evidence's block at a slot, and the last call that
+    /// has changed which these are.
+    pub(crate) fn statics(&self, slot: usize) -> Option<(&CellBits, u32)> {
+        self.blocks.get(slot)?.as_ref().map(|block| (&block.statics, block.revision))
     }
 
     /// The verdict on the cell of a voxel; `None` when nothing was ever read in it.
     pub(crate) fn of_voxel(&self, evidence: &Evidence, voxel: [i32; 3]) -> Option<Verdict> {
         let (block, index) = evidence.cell_of(voxel);
         let block = self.block(evidence, block).filter(|block| has(&block.read, index))?;
-        Some(if block.is_static(index) { Verdict::Static } else { Verdict::Ghost })
+        Some(if has(&block.statics, index) { Verdict::Static } else { Verdict::Ghost })
     }
 
     /// Whether the cell of a voxel is free; `None` when nothing was ever read in it.
@@ -110,9 +128,15 @@ impl VerdictGrid {
         let recent = blocks.filter(move |(_, (_, changed))| **changed > revision);
         recent.filter_map(|(slot, (block, _))| {
             let block = block.as_ref()?;
-            let ghosts = |word: usize| block.read[word] & (!block.present[word] | block.movers[word]);
-            (0..block.read.len()).any(|word| ghosts(word) != 0).then_some(slot)
+            (without(block.read, block.statics) != CellBits::default()).then_some(slot)
         })
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let judged = self.blocks.iter().filter(|block| block.is_some()).count();
+        self.blocks.capacity() * size_of::<Option<Box<BlockVerdict>>>()
+            + self.revisions.capacity() * size_of::<u32>()
+            + judged * size_of::<BlockVerdict>()
     }
 
     fn block(&self, evidence: &Evidence, block: [i32; 3]) -> Option<&BlockVerdict> {
@@ -149,8 +173,17 @@ impl VerdictGrid {
 impl BlockVerdict {
     fn of(block: &EvidenceBlock, looks_per_reading: f32) -> Self {
         let none = CellBits::default();
-        let mut verdict = Self { votes: [0; BLOCK_CELLS], read: none, movers: none, present: none };
-        for index in 0..BLOCK_CELLS {
+        let mut verdict = Self {
+            votes: [0; BLOCK_CELLS],
+            read: none,
+            movers: none,
+            present: none,
+            statics: none,
+            revision: 0,
+        };
+        let read = block.cells_read();
+        // What was only looked through has no opinion that anybody asks for.
+        for index in (0..BLOCK_CELLS).filter(|&index| has(&read, index)) {
             let opinion = block.opinion(index, looks_per_reading);
             let bit = 1 << (index % 64);
             if opinion.is_read {
@@ -165,16 +198,6 @@ impl BlockVerdict {
         }
         verdict
     }
-
-    #[inline]
-    fn is_static(&self, index: usize) -> bool {
-        has(&self.present, index) && !has(&self.movers, index)
-    }
-}
-
-#[inline]
-fn has(cells: &CellBits, index: usize) -> bool {
-    cells[index / 64] >> (index % 64) & 1 == 1
 }
 
 /// The cells of the block around which the votes add up to zero or more.

@@ -1,6 +1,8 @@
+use std::ops::Deref;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::block_store::BLOCK_SIDE;
+use crate::static_cloud::{Source, StaticCloud};
 use crate::verdict::VerdictGrid;
 use crate::{CloudMap, Verdict};
 
@@ -8,20 +10,20 @@ use crate::{CloudMap, Verdict};
 /// that none holds what another has found to be a ghost.
 pub struct Verdicts<'a> {
     map: &'a CloudMap,
-    grid: MutexGuard<'a, VerdictGrid>,
+    kept: MutexGuard<'a, Kept>,
 }
 
 impl Verdicts<'_> {
     /// The verdict on a place, metres, world: [`Verdict::Static`] or [`Verdict::Ghost`]; `None` when nothing
     /// was ever read there.
     pub fn at(&self, place: [f64; 3]) -> Option<Verdict> {
-        self.grid.of_voxel(&self.map.evidence, self.map.voxel_at(place)?)
+        self.kept.verdicts.of_voxel(&self.map.evidence, self.map.voxel_at(place)?)
     }
 
     /// Whether a place in which something was read is free now: frames look through it. A mover that stays is
     /// a ghost, but not free. `None` when nothing was ever read there.
     pub fn is_free(&self, place: [f64; 3]) -> Option<bool> {
-        self.grid.is_free(&self.map.evidence, self.map.voxel_at(place)?)
+        self.kept.verdicts.is_free(&self.map.evidence, self.map.voxel_at(place)?)
     }
 
     /// Side of the cells for which verdicts are made, metres.
@@ -33,14 +35,10 @@ impl Verdicts<'_> {
     /// changed after a [revision](CloudMap::evidence_revision).
     pub fn ghost_boxes_since(&self, revision: u32) -> impl Iterator<Item = [[f64; 3]; 2]> {
         let side = self.cell_size() * BLOCK_SIDE as f64;
-        self.grid.ghost_blocks_since(revision).filter_map(move |slot| {
+        self.kept.verdicts.ghost_blocks_since(revision).filter_map(move |slot| {
             let block = self.map.evidence.blocks().keys().get(slot)?.block();
             Some([block.map(|c| f64::from(c) * side), block.map(|c| (f64::from(c) + 1.0) * side)])
         })
-    }
-
-    pub(crate) fn is_ghost(&self, voxel: [i32; 3]) -> bool {
-        self.grid.is_ghost(&self.map.evidence, voxel)
     }
 }
 
@@ -48,29 +46,82 @@ impl CloudMap {
     /// The verdicts of the evidence as it stands. Costs what has changed since the last call: some
     /// microseconds for each block of 8^3 cells.
     pub fn verdicts(&self) -> Verdicts<'_> {
-        let mut grid = self.verdicts.lock();
-        grid.refresh(&self.evidence, self.config.looks_per_reading as f32);
-        Verdicts { map: self, grid }
+        let mut kept = self.kept.lock();
+        kept.verdicts.refresh(&self.evidence, self.config.looks_per_reading as f32);
+        Verdicts { map: self, kept }
     }
 
     /// A number that grows with each change of the evidence.
     pub fn evidence_revision(&self) -> u32 {
         self.evidence.revision()
     }
-}
 
-/// Verdicts behind a lock, so that reading a shared map brings them up to date.
-#[derive(Debug, Default)]
-pub(crate) struct SharedVerdicts(Mutex<VerdictGrid>);
-
-impl SharedVerdicts {
-    fn lock(&self) -> MutexGuard<'_, VerdictGrid> {
-        // Blocks that a panic has left behind are still those of their revisions.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    /// What is static, with all changes taken in.
+    pub(crate) fn kept_cloud(&self) -> KeptCloud<'_> {
+        let mut kept = self.verdicts().kept;
+        let Kept { verdicts, cloud } = &mut *kept;
+        cloud.refresh(Source {
+            voxels: &self.voxels,
+            stamp: self.stamp,
+            evidence: &self.evidence,
+            verdicts,
+            thinning: &self.thinning,
+            voxel_size: self.config.voxel_size,
+        });
+        KeptCloud(kept)
     }
 }
 
-impl Clone for SharedVerdicts {
+/// The static cloud, up to date.
+pub(crate) struct KeptCloud<'a>(MutexGuard<'a, Kept>);
+
+impl Deref for KeptCloud<'_> {
+    type Target = StaticCloud;
+
+    fn deref(&self) -> &StaticCloud {
+        &self.0.cloud
+    }
+}
+
+/// What follows from the sums, kept from call to call.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Kept {
+    verdicts: VerdictGrid,
+    cloud: StaticCloud,
+}
+
+/// The same behind a lock, so that reading a shared map brings it up to date.
+#[derive(Debug, Default)]
+pub(crate) struct SharedKept(Mutex<Kept>);
+
+impl SharedKept {
+    /// Forgets what is kept.
+    pub(crate) fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The newest stamp of voxels that the static cloud has taken in.
+    pub(crate) fn stamp(&mut self) -> u32 {
+        self.0.get_mut().unwrap_or_else(PoisonError::into_inner).cloud.stamp()
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let kept = self.lock();
+        kept.verdicts.memory_bytes() + kept.cloud.memory_bytes()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Kept> {
+        self.0.lock().unwrap_or_else(|poisoned| {
+            // A panic may have left it half done.
+            let mut kept = poisoned.into_inner();
+            *kept = Kept::default();
+            self.0.clear_poison();
+            kept
+        })
+    }
+}
+
+impl Clone for SharedKept {
     fn clone(&self) -> Self {
         Self(Mutex::new(self.lock().clone()))
     }

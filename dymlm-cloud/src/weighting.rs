@@ -1,7 +1,6 @@
 use dymlm_core::SensorModel;
 
 use crate::rounding::round_to_i32;
-use crate::voxel::Voxel;
 
 /// The weight of the best reading, unless farther ones would lose their digits.
 const LEAST_UNIT: i32 = 1 << 12;
@@ -43,15 +42,17 @@ impl Weighting {
     }
 
     /// A sum of weights in units of one reading with the sensor's least noise.
-    pub(crate) fn total(&self, voxel: &Voxel) -> f64 {
-        voxel.weight() as f64 / f64::from(self.unit)
+    #[inline]
+    pub(crate) fn total(&self, weight: u64) -> f64 {
+        // A cast of signed numbers is one instruction.
+        weight as i64 as f64 / f64::from(self.unit)
     }
 
     /// Standard deviation of one of a voxel's readings along the line of sight, metres, from their mean
     /// weight. Where several readings of a frame fall into the voxel, that is near the camera, it comes out
     /// too small.
-    pub(crate) fn standard_deviation(&self, voxel: &Voxel) -> f64 {
-        let weight_per_frame = self.total(voxel) / f64::from(voxel.observations.max(1));
+    pub(crate) fn standard_deviation(&self, weight: u64, observations: u32) -> f64 {
+        let weight_per_frame = self.total(weight) / f64::from(observations.max(1));
         f64::from(self.sensor.noise.floor) / weight_per_frame.max(1e-9).sqrt()
     }
 }

@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 
 use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, MoverMasks, Selection, Verdict};
 use dymlm_core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, Point, Pose, Rgb, SensorModel};
+use dymlm_geometry::OrientedBox;
+use dymlm_test_support::{recorded_frames, recording};
 use proptest::prelude::*;
 
 const WIDTH: usize = 48;
@@ -58,7 +60,7 @@ fn pose(seed: usize) -> Pose {
 }
 
 fn voxels(map: &CloudMap) -> Vec<CloudVoxel> {
-    map.voxels().collect()
+    map.voxels(Selection::All).collect()
 }
 
 /// The same map by the definition: exact positions in f64, voxels in a tree.
@@ -105,7 +107,7 @@ fn agrees_with_the_naive_map() {
     }
     let naive = naive(&frames, 0.08);
     let mut agreeing = 0;
-    for voxel in map.voxels() {
+    for voxel in map.voxels(Selection::All) {
         let key = voxel.position.map(|c| (f64::from(c) / 0.08).floor() as i64);
         let Some(expected) = naive.get(&key) else { continue };
         let near = |axis: usize| {
@@ -118,7 +120,12 @@ fn agrees_with_the_naive_map() {
         agreeing += usize::from(same_weight && (0..3).all(near));
     }
     assert!(naive.len() > 1000);
-    assert!(map.len().abs_diff(naive.len()) < naive.len() / 100, "{} and {}", map.len(), naive.len());
+    assert!(
+        map.held_voxels().abs_diff(naive.len()) < naive.len() / 100,
+        "{} and {}",
+        map.held_voxels(),
+        naive.len()
+    );
     assert!(agreeing > naive.len() * 98 / 100, "{agreeing} of {}", naive.len());
 }
 
@@ -128,7 +135,9 @@ fn precision_does_not_fall_far_from_the_origin() {
     let relative = |origin: [f64; 3]| -> Vec<[f64; 3]> {
         let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
         map.insert(&wall, None, &Pose::new(origin, [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
-        map.voxels().map(|v| std::array::from_fn(|axis| f64::from(v.position[axis]) - origin[axis])).collect()
+        map.voxels(Selection::All)
+            .map(|v| std::array::from_fn(|axis| f64::from(v.position[axis]) - origin[axis]))
+            .collect()
     };
     // 1 km away, where an f32 position itself is good to 0.06 mm.
     let (near, far) = (relative([0.0; 3]), relative([1000.0, -1000.0, 500.0]));
@@ -169,7 +178,7 @@ proptest! {
         }
         map.remove(&uneven(removed), mask, &pose(removed)).unwrap();
         prop_assert_eq!(voxels(&map), voxels(&without));
-        prop_assert_eq!(map.len(), without.len());
+        prop_assert_eq!(map.held_voxels(), without.held_voxels());
         prop_assert_eq!(map.frames(), 3);
     }
 
@@ -184,12 +193,85 @@ proptest! {
         let [mut merged, other] = halves;
         merged.merge(&other).unwrap();
         prop_assert_eq!(voxels(&merged), voxels(&whole));
-        prop_assert_eq!(merged.len(), whole.len());
+        prop_assert_eq!(merged.held_voxels(), whole.held_voxels());
         // And a frame of the other map can be taken out.
         merged.remove(&uneven(3), None, &pose(3)).unwrap();
         whole.remove(&uneven(3), None, &pose(3)).unwrap();
         prop_assert_eq!(voxels(&merged), voxels(&whole));
     }
+}
+
+/// A wall, noisy or not, far enough for thinning, and somebody who walks before it.
+fn walked_through(seed: usize) -> (Frame, Pose) {
+    let wall = noisy_wall(seed as u32, 3.3, &SensorModel::kinect());
+    let columns = seed * 7 % 30..seed * 7 % 30 + 8;
+    let frame = frame(seed as f64, |u, v| match () {
+        () if columns.contains(&u) => 1.2,
+        () if seed < 4 => wall.depth().at(u, v),
+        () => 3.305,
+    });
+    (frame, Pose::new([0.004 * seed as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn reading_in_between_changes_nothing(steps in prop::collection::vec((0_u8..6, 0_usize..9), 4..14)) {
+        let mut silent = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+        let mut read = silent.clone();
+        let apply = |map: &mut CloudMap, step: u8, seed: usize| {
+            let (frame, pose) = walked_through(seed);
+            match step {
+                // Some are not in the map, or have been moved: refusals change nothing either.
+                0 | 1 => map.remove(&frame, None, &pose).unwrap_or_default(),
+                2 => {
+                    let mut other = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+                    other.insert(&frame, None, &pose).unwrap();
+                    map.merge(&other).unwrap();
+                }
+                3 => {
+                    let wall = Pose::new([0.0, 0.0, 3.3], [0.0, 0.0, 0.0, 1.0]).unwrap();
+                    let shifted = Pose::new([0.0, 0.013 * seed as f64, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+                    map.move_body(&OrientedBox::new(wall, [0.3; 3]).unwrap(), &shifted, |_| true);
+                }
+                _ => drop(map.insert(&frame, None, &pose).unwrap()),
+            }
+        };
+        for seed in 0..8 {
+            apply(&mut silent, 4, seed);
+            apply(&mut read, 4, seed);
+        }
+        for (step, seed) in steps {
+            apply(&mut silent, step, seed);
+            read.verdicts();
+            apply(&mut read, step, seed);
+            prop_assert_eq!(read.len(), read.point_cloud(Selection::Static).len());
+        }
+        let static_points: Vec<Point> = read.voxels(Selection::Static).map(|voxel| voxel.position).collect();
+        prop_assert_eq!(voxels(&read), voxels(&silent));
+        let cloud = read.point_cloud(Selection::Static);
+        prop_assert_eq!(cloud.points(), static_points);
+        prop_assert_eq!(cloud, silent.point_cloud(Selection::Static));
+    }
+}
+
+#[test]
+fn a_recording_read_after_each_frame_gives_the_cloud_that_is_read_once() {
+    let Some(folder) = recording("kitchen_people") else { return };
+    let mut read = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+    let mut silent = read.clone();
+    for (step, recorded) in recorded_frames(&folder).skip(130).enumerate() {
+        for map in [&mut read, &mut silent] {
+            map.insert(&recorded.frame, None, &recorded.world_from_camera).unwrap();
+        }
+        let cloud = read.point_cloud(Selection::Static);
+        if step.is_multiple_of(10) {
+            // The copy of a map that was never read knows nothing yet.
+            assert_eq!(cloud, silent.clone().point_cloud(Selection::Static), "after {step} frames");
+        }
+    }
+    assert!(read.len() > 100_000);
 }
 
 /// Somebody stands 1.2 m from the camera, before a wall at 2.4 m, in the pixels of these columns.
@@ -291,7 +373,7 @@ fn what_was_seen_from_near_is_left_as_it_is() {
     for seed in 0..10 {
         map.insert(&noisy_wall(seed, 0.5, &SensorModel::kinect()), None, &Pose::identity()).unwrap();
     }
-    let noise = map.voxels().filter(|voxel| voxel.verdict == Verdict::Noise);
+    let noise = map.voxels(Selection::All).filter(|voxel| voxel.verdict == Verdict::Noise);
     assert!(noise.map(|voxel| voxel.observations).all(|observations| observations < 2));
 }
 
@@ -334,7 +416,7 @@ fn masked_pixels_are_not_mapped() {
         .unwrap();
     assert_eq!(report.readings, (WIDTH - 4) * HEIGHT);
     assert_eq!(report.voxels, report.new_voxels);
-    assert_eq!(report.voxels, map.len());
+    assert_eq!(report.voxels, map.held_voxels());
     assert_eq!(ghosts(map.point_cloud(Selection::All).points()), 0);
 }
 
@@ -456,7 +538,7 @@ fn evidence_counts_frames_for_and_against() {
         map.insert(&person_before_wall(f64::from(step), 0..0), None, &Pose::identity()).unwrap();
     }
     let centre = map
-        .voxels()
+        .voxels(Selection::All)
         .find(|voxel| {
             voxel.position[2] < 2.0 && voxel.position[0].abs() < 0.05 && voxel.position[1].abs() < 0.05
         })
@@ -508,12 +590,15 @@ fn degenerate_frames_give_empty_maps() {
     for depth in [0.0, f32::NAN, f32::INFINITY, -1.0, 0.1, 1e30] {
         map.insert(&frame(0.0, |_, _| depth), None, &Pose::identity()).unwrap();
     }
-    assert!(map.is_empty());
+    assert_eq!(map.held_voxels(), 0);
     // A camera of one pixel.
     let camera = PinholeCamera::new(1, 1, 1.0, 1.0, 0.0, 0.0).unwrap();
     let pixel = Frame::new(0.0, camera, DepthImage::new(1, 1, vec![1.0]).unwrap(), None).unwrap();
     map.insert(&pixel, None, &Pose::identity()).unwrap();
-    assert_eq!(map.len(), 1);
+    // Held, but not yet believed.
+    assert_eq!((map.held_voxels(), map.len()), (1, 0));
+    map.insert(&pixel, None, &Pose::identity()).unwrap();
+    assert_eq!((map.held_voxels(), map.len()), (1, 1));
 }
 
 /// The images of a frame, in grey.
@@ -532,7 +617,7 @@ fn a_frame_without_colour_leaves_the_colours_of_the_others() {
     let (again, elsewhere) = (without_color(uneven(0)), without_color(uneven(1)));
     map.insert(&again, None, &pose(0)).unwrap();
     map.insert(&elsewhere, None, &pose(1)).unwrap();
-    assert_eq!(map.point_cloud(Selection::All).colors().map(<[Rgb]>::len), Some(map.len()));
+    assert_eq!(map.point_cloud(Selection::All).colors().map(<[Rgb]>::len), Some(map.held_voxels()));
     let after: BTreeMap<_, _> = voxels(&map).iter().map(cell_and_color).collect();
     assert!(before.iter().all(|(cell, color)| after[cell] == *color));
     assert!(after.iter().all(|(cell, color)| before.contains_key(cell) || color.is_none()));

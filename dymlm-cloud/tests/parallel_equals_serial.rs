@@ -22,6 +22,8 @@ fn the_static_cloud_has_the_same_bits() {
         let frame = Frame::new(f64::from(step), camera, depth, None).unwrap();
         let pose = Pose::new([f64::from(step) / 64.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
         map.insert(&frame, None, &pose).unwrap();
+        // Each reading takes in what has changed.
+        assert_eq!(map.is_empty(), step == 0);
     }
     let cloud = map.point_cloud(Selection::Static);
     assert!(cloud.len() > 1000);

@@ -1,5 +1,3 @@
-use dymlm_cloud::Selection;
-
 use crate::MultiLevelMap;
 
 /// What is in the maps.
@@ -24,12 +22,12 @@ pub struct MapCounts {
 }
 
 impl MultiLevelMap {
-    /// Counts what is in the maps. Goes through the whole cloud and octree.
+    /// Counts what is in the maps. Goes through the whole octree.
     pub fn counts(&self) -> MapCounts {
         let octree = self.octree().counts();
         MapCounts {
-            cloud_points: self.cloud().point_cloud(Selection::Static).len(),
-            cloud_voxels: self.cloud().len(),
+            cloud_points: self.cloud().len(),
+            cloud_voxels: self.cloud().held_voxels(),
             octree_nodes: octree.nodes,
             octree_leaves: octree.leaves,
             octree_occupied_leaves: octree.occupied_leaves,
