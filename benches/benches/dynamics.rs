@@ -53,7 +53,7 @@ fn preprocess(criterion: &mut Criterion) {
     let (frame, detections) = (frame(0.0), detections());
     criterion.bench_function("dymlm-dynamics/preprocess/two_people", |bencher| {
         bencher.iter(|| {
-            let result = preprocessor.process(black_box(&frame), Some(&detections), &Pose::identity(), &[]);
+            let result = preprocessor.process(black_box(&frame), Some(&detections), &Pose::identity());
             result.map(|result| result.movers.len())
         });
     });

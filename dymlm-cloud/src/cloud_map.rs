@@ -395,7 +395,7 @@ impl CloudMap {
             self.find_voxels_of_row(&mut report);
             self.add_row(colors, direction, &mut report);
             if let Some(masks) = masks {
-                self.note_movers(&masks, v, depths);
+                self.note_unmapped(&masks, v, depths);
             }
         }
         self.voxel_count += report.new_voxels;
@@ -460,12 +460,15 @@ impl CloudMap {
         }
     }
 
-    /// Notes which cells of the evidence a mover was read in.
-    fn note_movers(&mut self, masks: &MoverMasks<'_>, v: usize, depths: &[f32]) {
+    /// Notes which cells of the evidence were read without being mapped: as a mover, or as something new.
+    fn note_unmapped(&mut self, masks: &MoverMasks<'_>, v: usize, depths: &[f32]) {
         let sensor = *self.weighting.sensor();
         let is_used = |u: &usize| depths.get(*u).is_some_and(|&z| sensor.is_used(z));
         for u in masks.mover_columns(v).filter(is_used) {
             self.evidence.read_mover(self.row.cell(u));
+        }
+        for u in masks.unproven_columns(v).filter(is_used) {
+            self.evidence.read(self.row.cell(u));
         }
     }
 

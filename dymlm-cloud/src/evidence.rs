@@ -159,7 +159,19 @@ impl Evidence {
     /// Block coordinates and index in its block of the cell that holds a voxel.
     #[inline]
     pub(crate) fn cell_of(&self, voxel: [i32; 3]) -> ([i32; 3], usize) {
-        split(voxel.map(|c| c >> self.cell_shift))
+        split(self.cell_at(voxel))
+    }
+
+    /// The cell that holds a voxel.
+    #[inline]
+    pub(crate) fn cell_at(&self, voxel: [i32; 3]) -> [i32; 3] {
+        voxel.map(|c| c >> self.cell_shift)
+    }
+
+    /// What its counts say of a cell; `None` when nothing was ever seen of the block around it.
+    pub(crate) fn opinion_at(&self, cell: [i32; 3], looks_per_reading: f32) -> Option<Opinion> {
+        let (block, index) = split(cell);
+        self.blocks.get(BlockKey::new(block)).map(|block| block.opinion(index, looks_per_reading))
     }
 
     /// The slot of the block that holds the cell of a voxel.

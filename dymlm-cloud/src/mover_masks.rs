@@ -2,18 +2,19 @@ use dymlm_core::{Error, Mask, PinholeCamera};
 
 /// What is known of the movers in a frame, pixel by pixel.
 ///
-/// Both masks are of the frame's size. A pixel that is in neither, such as the rim around a silhouette or
-/// what may be a part of somebody, is left out of the map and says nothing.
+/// The masks are of the frame's size. A pixel that is in none, such as the rim around a silhouette or what may
+/// be a part of somebody, is left out of the map and says nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct MoverMasks<'a> {
     static_mask: &'a Mask,
     mover_mask: Option<&'a Mask>,
+    unproven_mask: Option<&'a Mask>,
 }
 
 impl<'a> MoverMasks<'a> {
     /// Only pixels that are `true` in `static_mask` are mapped.
     pub fn new(static_mask: &'a Mask) -> Self {
-        Self { static_mask, mover_mask: None }
+        Self { static_mask, mover_mask: None, unproven_mask: None }
     }
 
     /// Adds the pixels (`true`) that are surely a mover's: a place that is mostly read as a mover is none of
@@ -25,6 +26,14 @@ impl<'a> MoverMasks<'a> {
         self
     }
 
+    /// Adds the pixels (`true`) of what is new and may move: it is not mapped, but what is read there speaks
+    /// for the place, so that what stays is proven static in time.
+    #[must_use]
+    pub fn with_unproven(mut self, unproven_mask: &'a Mask) -> Self {
+        self.unproven_mask = Some(unproven_mask);
+        self
+    }
+
     pub(crate) fn static_mask(&self) -> &'a Mask {
         self.static_mask
     }
@@ -32,13 +41,24 @@ impl<'a> MoverMasks<'a> {
     pub(crate) fn check(&self, camera: &PinholeCamera) -> Result<(), Error> {
         let mask = self.static_mask;
         camera.check_size("the static mask", mask.width(), mask.height())?;
-        self.mover_mask
-            .map_or(Ok(()), |mask| camera.check_size("the mask of movers", mask.width(), mask.height()))
+        for mask in self.mover_mask.into_iter().chain(self.unproven_mask) {
+            camera.check_size("a mask of movers", mask.width(), mask.height())?;
+        }
+        Ok(())
     }
 
     /// The columns of row `v` that are surely a mover's.
     pub(crate) fn mover_columns(&self, v: usize) -> impl Iterator<Item = usize> {
-        let mover_mask = self.mover_mask.into_iter().flat_map(move |mask| mask.columns_of_row(v));
-        mover_mask.filter(move |&u| !self.static_mask.at(u, v))
+        self.unmapped_columns(self.mover_mask, v)
+    }
+
+    /// The columns of row `v` that are of something new.
+    pub(crate) fn unproven_columns(&self, v: usize) -> impl Iterator<Item = usize> {
+        self.unmapped_columns(self.unproven_mask, v)
+    }
+
+    fn unmapped_columns(&self, mask: Option<&'a Mask>, v: usize) -> impl Iterator<Item = usize> {
+        let columns = mask.into_iter().flat_map(move |mask| mask.columns_of_row(v));
+        columns.filter(move |&u| !self.static_mask.at(u, v))
     }
 }

@@ -8,6 +8,7 @@
 //! 3. `miss_compensation` decides by depth whether a predicted box still holds its mover.
 //! 4. `box_corrector` widens boxes that cut a mover short.
 //! 5. `static_mask` masks the movers' pixels.
+//! 6. `unlabelled` finds what moves and is never detected: new readings in space that was free for long.
 //!
 //! [`BoxTracker`] works alone too: without depth and poses it is a plain SORT tracker.
 
@@ -19,19 +20,24 @@ mod miss_compensation;
 mod mover;
 mod mover_labels;
 mod preprocessor;
+mod scene_knowledge;
 mod static_mask;
 mod tracking;
+mod unlabelled;
 
 use box_corrector::BoxCorrector;
 use foreground::{Foreground, ForegroundFinder, ForegroundSearch};
 use static_mask::{MaskRegion, StaticMaskBuilder, mask_body};
+use unlabelled::UnlabelledFinder;
 
 pub use dynamics_config::DynamicsConfig;
 pub use error::Error;
 pub use mover::Mover;
 pub use preprocessor::{Preprocessed, Preprocessor};
+pub use scene_knowledge::SceneKnowledge;
 pub use static_mask::{MaskConfig, MaskMode};
 pub use tracking::{BoxKalman, BoxSource, BoxTracker, TrackState, TrackedBox, TrackerConfig, View};
+pub use unlabelled::FreeSpace;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

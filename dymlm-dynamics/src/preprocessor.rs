@@ -1,11 +1,11 @@
 use dymlm_core::{Detection, Frame, Mask, Pose, SensorModel};
-use dymlm_geometry::OrientedBox;
 
 use crate::miss_compensation::is_still_there;
 use crate::mover_labels::mover_labels;
 use crate::{
     BoxCorrector, BoxSource, BoxTracker, DynamicsConfig, Error, Foreground, ForegroundFinder,
-    ForegroundSearch, MaskRegion, Mover, StaticMaskBuilder, View, mask_body,
+    ForegroundSearch, FreeSpace, MaskRegion, Mover, SceneKnowledge, StaticMaskBuilder, UnlabelledFinder,
+    View, mask_body,
 };
 
 /// All of paper section III-A up to the point cloud: from a frame and its detections to the movers' corrected
@@ -25,7 +25,7 @@ use crate::{
 /// let detection = Detection::new("person", 0.8, BoundingBox::new(65.0, 0.0, 110.0, 120.0)?)?;
 ///
 /// let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect())?;
-/// let result = preprocessor.process(&frame, Some(&[detection]), &Pose::identity(), &[])?;
+/// let result = preprocessor.process(&frame, Some(&[detection]), &Pose::identity())?;
 /// assert_eq!(result.movers[0].corrected_box, BoundingBox::new(60.0, 0.0, 110.0, 120.0)?);
 /// assert!(!result.static_mask.at(61, 60) && result.static_mask.at(106, 60));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -38,18 +38,21 @@ pub struct Preprocessor {
     finder: ForegroundFinder,
     corrector: BoxCorrector,
     mask_builder: StaticMaskBuilder,
+    unlabelled: UnlabelledFinder,
     movers: Vec<Mover>,
     /// The foreground of each mover; behind them, buffers for later frames.
     foregrounds: Vec<Foreground>,
+    new_foreground: Foreground,
     static_mask: Mask,
     mover_mask: Mask,
+    unproven_mask: Mask,
 }
 
 /// What [`Preprocessor::process`] found in a frame.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Preprocessed<'a> {
-    /// The potential movers, by ascending track id.
+    /// The potential movers, by ascending track id; those without a label behind the others.
     pub movers: &'a [Mover],
     /// `true` = static, `false` = inside a mover; of the frame's size.
     pub static_mask: &'a Mask,
@@ -67,14 +70,17 @@ impl Preprocessor {
         Ok(Self {
             sensor,
             mover_labels: mover_labels(&config)?,
+            unlabelled: UnlabelledFinder::new(config.tracker.clone(), sensor)?,
             tracker: BoxTracker::new(config.tracker)?,
             finder: ForegroundFinder::new(&sensor)?,
             corrector: BoxCorrector::new(config.max_extension),
             mask_builder: StaticMaskBuilder::new(config.mask),
             movers: Vec::new(),
             foregrounds: Vec::new(),
+            new_foreground: Foreground::default(),
             static_mask: Mask::filled(1, 1, true)?,
             mover_mask: Mask::filled(1, 1, false)?,
+            unproven_mask: Mask::filled(1, 1, false)?,
         })
     }
 
@@ -88,8 +94,7 @@ impl Preprocessor {
         self.tracker.check_time(frame.timestamp()).map(|_| ())
     }
 
-    /// Preprocesses one frame. `carried` are bodies that move and whose place in the world is known by other
-    /// means, such as a tracked object in somebody's hands: readings in them are masked too.
+    /// Preprocesses one frame.
     ///
     /// `detections` is `None` when the detector did not run on this frame, which says nothing about who is in
     /// it: tracks are predicted, and none counts as missed. An empty slice means that the detector found
@@ -103,7 +108,21 @@ impl Preprocessor {
         frame: &Frame,
         detections: Option<&[Detection]>,
         world_from_camera: &Pose,
-        carried: &[OrientedBox],
+    ) -> Result<Preprocessed<'_>, Error> {
+        self.process_knowing(frame, detections, world_from_camera, &SceneKnowledge::default())
+    }
+
+    /// [`Self::process`] with what is known of the scene by other means.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::process`].
+    pub fn process_knowing(
+        &mut self,
+        frame: &Frame,
+        detections: Option<&[Detection]>,
+        world_from_camera: &Pose,
+        knowledge: &SceneKnowledge<'_>,
     ) -> Result<Preprocessed<'_>, Error> {
         let found = detections.unwrap_or(&[]);
         self.check(frame, found)?;
@@ -112,9 +131,10 @@ impl Preprocessor {
         self.compensate_misses();
         self.correct_boxes(frame);
         self.mask_movers(frame, found);
-        for body in carried {
+        for body in knowledge.carried() {
             mask_body(frame, &body.transformed(&world_from_camera.inverse()), &mut self.static_mask);
         }
+        self.mask_unlabelled(frame, world_from_camera, knowledge.free_space())?;
         Ok(Preprocessed { movers: &self.movers, static_mask: &self.static_mask })
     }
 
@@ -135,16 +155,7 @@ impl Preprocessor {
             None => self.tracker.predict(frame.timestamp(), Some(&view))?,
         };
         self.movers.clear();
-        self.movers.extend(boxes.iter().map(|tracked| Mover {
-            track_id: tracked.track_id,
-            label: tracked.label.clone(),
-            score: tracked.score,
-            source: tracked.source,
-            state: tracked.state,
-            bounding_box: tracked.bounding_box,
-            corrected_box: tracked.bounding_box,
-            depth: tracked.expected_depth,
-        }));
+        self.movers.extend(boxes.iter().map(Mover::of_track));
         Ok(())
     }
 
@@ -209,7 +220,43 @@ impl Preprocessor {
         self.mask_builder.build(regions, frame, &mut self.static_mask, &mut self.mover_mask);
     }
 
-    /// The movers of the last frame, by ascending track id.
+    /// Masks what is read in space that was free for long.
+    fn mask_unlabelled(
+        &mut self,
+        frame: &Frame,
+        world_from_camera: &Pose,
+        free_space: Option<&dyn FreeSpace>,
+    ) -> Result<(), Error> {
+        self.unproven_mask.refill(frame.camera().width(), frame.camera().height(), false)?;
+        let Some(free_space) = free_space else { return Ok(()) };
+        let Self { static_mask, unproven_mask, unlabelled, tracker, new_foreground: foreground, .. } = self;
+        let found = unlabelled.find(frame, static_mask, world_from_camera, free_space, tracker)?;
+        let is_new = |place| free_space.is_long_free(world_from_camera.transform_point(place), 0.0);
+        unproven_mask.clone_from(static_mask);
+        for tracked in found {
+            self.finder.find_new(frame, tracked.bounding_box, is_new, foreground);
+            if foreground.is_empty() {
+                continue;
+            }
+            let region = MaskRegion {
+                bounding_box: tracked.bounding_box,
+                detected_box: None,
+                foreground,
+                instance_mask: None,
+            };
+            self.mask_builder.mask(&region, frame, static_mask);
+            let depth = foreground.depth();
+            self.movers.push(Mover {
+                label: None,
+                source: BoxSource::FreeSpace,
+                depth,
+                ..Mover::of_track(tracked)
+            });
+        }
+        Ok(unproven_mask.subtract(static_mask)?)
+    }
+
+    /// The movers of the last frame, by ascending track id; those without a label behind the others.
     pub fn movers(&self) -> &[Mover] {
         &self.movers
     }
@@ -225,9 +272,15 @@ impl Preprocessor {
     }
 
     /// The pixels of the last frame that are surely a mover's (`true`): silhouettes without a rim, within
-    /// detected boxes. Pixels in neither mask may be either. A single pixel before the first frame.
+    /// detected boxes. Pixels in no mask may be either. A single pixel before the first frame.
     pub fn mover_mask(&self) -> &Mask {
         &self.mover_mask
+    }
+
+    /// The pixels of the last frame (`true`) that are left out of the static mask because they are new in free
+    /// space: a mover, or what has just come to stay. A single pixel before the first frame.
+    pub fn unproven_mask(&self) -> &Mask {
+        &self.unproven_mask
     }
 }
 
@@ -246,6 +299,6 @@ fn check_instance_masks(frame: &Frame, detections: &[Detection]) -> Result<(), E
 fn instance_mask<'a>(mover: &Mover, detections: &'a [Detection]) -> Option<&'a Mask> {
     match mover.source {
         BoxSource::Detected { detection } => detections.get(detection).and_then(Detection::mask),
-        BoxSource::Predicted { .. } => None,
+        BoxSource::Predicted { .. } | BoxSource::FreeSpace => None,
     }
 }

@@ -61,7 +61,7 @@ fn ten_detections_a_second_are_as_good_as_thirty() {
         let mut quality = Quality::default();
         for (index, truth) in sequence.frames().enumerate() {
             let found = if index % every == 0 { Some(&truth.detections[..]) } else { without };
-            preprocessor.process(&truth.frame, found, &truth.world_from_camera, &[]).unwrap();
+            preprocessor.process(&truth.frame, found, &truth.world_from_camera).unwrap();
             quality.add(&preprocessor, &truth);
         }
         println!("{:.4} {:.4} {:.4}", quality.recall(), quality.precision(), quality.box_iou());

@@ -66,7 +66,7 @@ fn masks_cover_the_people() {
                 recorded.detections.iter().filter(|d| d.score() >= row.min_score).cloned().collect();
             let result = row
                 .preprocessor
-                .process(&recorded.frame, Some(&detections), &recorded.world_from_camera, &[])
+                .process(&recorded.frame, Some(&detections), &recorded.world_from_camera)
                 .unwrap();
             let masked = result.static_mask.inverted();
             row.coverage.add(&masked, &recorded.people(), recorded.frame.depth()).unwrap();

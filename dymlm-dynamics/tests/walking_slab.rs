@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose, SensorModel};
-use dymlm_dynamics::{BoxSource, BoxTracker, DynamicsConfig, Error, MaskMode, Mover, Preprocessor};
+use dymlm_dynamics::{
+    BoxSource, BoxTracker, DynamicsConfig, Error, MaskMode, Mover, Preprocessor, SceneKnowledge,
+};
 use dymlm_geometry::OrientedBox;
 use proptest::prelude::*;
 
@@ -85,7 +87,7 @@ fn bare(config: &mut DynamicsConfig) {
 /// One frame through a new preprocessor.
 fn run(change: impl Fn(&mut DynamicsConfig), slabs: &[Slab], detections: &[Detection]) -> (Vec<Mover>, Mask) {
     let mut preprocessor = preprocessor(change);
-    let result = preprocessor.process(&frame(0.0, slabs), Some(detections), &Pose::identity(), &[]).unwrap();
+    let result = preprocessor.process(&frame(0.0, slabs), Some(detections), &Pose::identity()).unwrap();
     (result.movers.to_vec(), result.static_mask.clone())
 }
 
@@ -146,7 +148,7 @@ fn sides_move_by_no_more_than_allowed_and_never_inward() {
     let endless = Frame::new(0.0, camera, crumpled(WIDTH, HEIGHT), None).unwrap();
     let corrected = |max_extension: f32, detected: BoundingBox| {
         let mut preprocessor = preprocessor(|config| config.max_extension = max_extension);
-        let result = preprocessor.process(&endless, Some(&[detect(detected)]), &Pose::identity(), &[]);
+        let result = preprocessor.process(&endless, Some(&[detect(detected)]), &Pose::identity());
         result.unwrap().movers[0].corrected_box
     };
     let detected = boxed(200.0, 150.0, 300.0, 300.0);
@@ -164,7 +166,7 @@ fn the_limit_scales_with_the_image() {
     let frame = Frame::new(0.0, camera, crumpled(320, 240), None).unwrap();
     let mut preprocessor = preprocessor(|_| {});
     let result = preprocessor
-        .process(&frame, Some(&[detect(boxed(100.0, 100.0, 150.0, 150.0))]), &Pose::identity(), &[])
+        .process(&frame, Some(&[detect(boxed(100.0, 100.0, 150.0, 150.0))]), &Pose::identity())
         .unwrap();
     assert_eq!(result.movers[0].corrected_box, boxed(75.0, 75.0, 175.0, 175.0));
 }
@@ -288,7 +290,7 @@ fn missed_detections_are_bridged() {
             let detections = [detect(person_box(200 + 6 * step))];
             let detections = if missed { &[][..] } else { &detections[..] };
             let result = preprocessor
-                .process(&frame(step as f64 / 10.0, &walker), Some(detections), &Pose::identity(), &[])
+                .process(&frame(step as f64 / 10.0, &walker), Some(detections), &Pose::identity())
                 .unwrap();
             if missed && max_coast == 0.0 {
                 assert!(result.movers.is_empty());
@@ -312,11 +314,10 @@ fn nobody_is_nobody() {
                 &frame(f64::from(step) / 10.0, &person(200, 2.0)),
                 Some(&[detect(person_box(200))]),
                 &Pose::identity(),
-                &[],
             )
             .unwrap();
     }
-    let result = preprocessor.process(&frame(0.4, &[]), Some(&[]), &Pose::identity(), &[]).unwrap();
+    let result = preprocessor.process(&frame(0.4, &[]), Some(&[]), &Pose::identity()).unwrap();
     assert!(result.movers.is_empty());
     assert_eq!(result.static_mask.count(), WIDTH * HEIGHT);
 }
@@ -337,11 +338,12 @@ fn only_labels_of_movers_are_movers() {
     let (movers, mask) = run(|_| {}, &person(200, 2.0), std::slice::from_ref(&chair));
     assert!(movers.is_empty() && mask.count() == WIDTH * HEIGHT);
     let (movers, _) = run(|_| {}, &person(200, 2.0), &[chair.clone(), dog.clone()]);
-    assert_eq!((movers.len(), &*movers[0].label), (1, "dog"));
+    assert_eq!((movers.len(), movers[0].label.as_deref()), (1, Some("dog")));
     assert_eq!(movers[0].source, BoxSource::Detected { detection: 1 });
     let chairs = |config: &mut DynamicsConfig| config.mover_labels = vec!["chair".into()];
     let (movers, _) = run(chairs, &person(200, 2.0), &[chair, dog]);
-    assert_eq!((movers.len(), &*movers[0].label, &*movers[1].label), (2, "chair", "dog"));
+    let labels: Vec<_> = movers.iter().map(|mover| mover.label.as_deref()).collect();
+    assert_eq!(labels, [Some("chair"), Some("dog")]);
 }
 
 #[test]
@@ -374,7 +376,7 @@ fn tiny_images_are_images() {
         let frame = Frame::new(0.0, camera, depth, None).unwrap();
         let mut preprocessor = preprocessor(|_| {});
         let result = preprocessor
-            .process(&frame, Some(&[detect(boxed(0.0, 0.0, 99.0, 99.0))]), &Pose::identity(), &[])
+            .process(&frame, Some(&[detect(boxed(0.0, 0.0, 99.0, 99.0))]), &Pose::identity())
             .unwrap();
         assert_eq!(result.static_mask.count(), 0);
     }
@@ -384,16 +386,14 @@ fn tiny_images_are_images() {
 fn refused_frames_change_nothing() {
     let mut preprocessor = preprocessor(|_| {});
     let walker = person(200, 2.0);
-    preprocessor
-        .process(&frame(1.0, &walker), Some(&[detect(person_box(200))]), &Pose::identity(), &[])
-        .unwrap();
+    preprocessor.process(&frame(1.0, &walker), Some(&[detect(person_box(200))]), &Pose::identity()).unwrap();
     let before = format!("{preprocessor:?}");
     let small = detect(person_box(200)).with_mask(Mask::filled(2, 2, true).unwrap());
     assert_eq!(
-        preprocessor.process(&frame(1.1, &walker), Some(&[small]), &Pose::identity(), &[]).unwrap_err(),
+        preprocessor.process(&frame(1.1, &walker), Some(&[small]), &Pose::identity()).unwrap_err(),
         Error::InstanceMaskSize { detection: 0, width: 640, height: 480, actual_width: 2, actual_height: 2 }
     );
-    assert!(preprocessor.process(&frame(0.9, &walker), Some(&[]), &Pose::identity(), &[]).is_err());
+    assert!(preprocessor.process(&frame(0.9, &walker), Some(&[]), &Pose::identity()).is_err());
     assert_eq!(format!("{preprocessor:?}"), before);
 }
 
@@ -494,7 +494,7 @@ fn a_wide_angle_camera_sees_the_same_person() {
     let frame = Frame::new(0.0, camera, depth.clone(), None).unwrap();
     let mut preprocessor = preprocessor(bare);
     let detection = detect(boxed(290.0, 145.0, 349.0, 335.0));
-    let result = preprocessor.process(&frame, Some(&[detection]), &Pose::identity(), &[]).unwrap();
+    let result = preprocessor.process(&frame, Some(&[detection]), &Pose::identity()).unwrap();
     assert!((result.movers[0].depth.unwrap() - 1.77).abs() < 0.05, "{:?}", result.movers[0].depth);
     assert_masks(result.static_mask, |u, v| person(v * width + u));
 }
@@ -509,7 +509,7 @@ fn misses_are_bridged_at_every_frame_rate() {
             let detections = [detect(person_box(200 + speed * step))];
             let detections = if missed.contains(&step) { &[][..] } else { &detections[..] };
             let frame = frame(step as f64 / rate, &walker);
-            let result = preprocessor.process(&frame, Some(detections), &Pose::identity(), &[]).unwrap();
+            let result = preprocessor.process(&frame, Some(detections), &Pose::identity()).unwrap();
             assert_masks(result.static_mask, |u, v| is_in(&walker, u, v));
         }
     }
@@ -525,7 +525,7 @@ fn frames_without_a_detector_s_run_are_no_misses() {
         let found = [detect(person_box(200 + 3 * step))];
         let detections = (step % 3 == 0).then_some(&found[..]);
         let frame = frame(step as f64 / 30.0, &walker);
-        let result = preprocessor.process(&frame, detections, &Pose::identity(), &[]).unwrap();
+        let result = preprocessor.process(&frame, detections, &Pose::identity()).unwrap();
         assert_eq!(result.movers.len(), 1, "at step {step}");
         assert_masks(result.static_mask, |u, v| is_in(&walker, u, v));
     }
@@ -537,7 +537,7 @@ fn a_detector_that_runs_no_more_is_believed_for_a_second() {
     let walker = person(200, 2.0);
     let found = [detect(person_box(200))];
     let mut masked = |time: f64, detections: Option<&[Detection]>| {
-        let result = preprocessor.process(&frame(time, &walker), detections, &Pose::identity(), &[]).unwrap();
+        let result = preprocessor.process(&frame(time, &walker), detections, &Pose::identity()).unwrap();
         result.static_mask.count() < WIDTH * HEIGHT
     };
     assert!(masked(0.0, Some(&found)) && masked(0.1, Some(&found)));
@@ -553,9 +553,11 @@ fn all_carried_bodies_are_masked() {
     let things = [slab([170, 190], [230, 250], 2.0), slab([450, 470], [230, 250], 2.0)];
     // The camera stands elsewhere: bodies are given in the world.
     let world_from_camera = Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let bodies = [body(0.467), body(1.535)];
+    let knowledge = SceneKnowledge::default().with_carried(&bodies);
     let mut preprocessor = preprocessor(bare);
     let result = preprocessor
-        .process(&frame(0.0, &things), Some(&[]), &world_from_camera, &[body(0.467), body(1.535)])
+        .process_knowing(&frame(0.0, &things), Some(&[]), &world_from_camera, &knowledge)
         .unwrap();
     assert_masks(result.static_mask, |u, v| is_in(&things, u, v));
 }

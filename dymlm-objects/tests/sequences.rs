@@ -21,10 +21,8 @@ fn score(kind: SequenceType, frames: usize) -> ObjectScore {
     for simulated in sequence.frames() {
         truth.observe(&simulated);
         let pose = simulated.world_from_camera;
-        let mask = preprocessor
-            .process(&simulated.frame, Some(&simulated.detections), &pose, &[])
-            .unwrap()
-            .static_mask;
+        let mask =
+            preprocessor.process(&simulated.frame, Some(&simulated.detections), &pose).unwrap().static_mask;
         planes.insert(&simulated.frame, Some(mask), &[], &pose).unwrap();
         let near = |point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>| {
             let near = planes.map().supports_near(point, reach);

@@ -2,11 +2,12 @@ use std::collections::BTreeMap;
 
 use dymlm_cloud::MoverMasks;
 use dymlm_core::{Detection, Frame, FrameId, ObjectId, Pose};
-use dymlm_dynamics::Preprocessor;
+use dymlm_dynamics::{Preprocessor, SceneKnowledge};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::ObjectView;
 use dymlm_planes::PlaneDetector;
 
+use crate::free_space::MappedFreeSpace;
 use crate::ghost_removal::GhostRemoval;
 use crate::key_frames::KeyFrames;
 use crate::stages::StageClock;
@@ -172,14 +173,20 @@ impl MapBuilder {
         let (frame, found, pose) = (input.frame, input.detections(), &input.world_from_camera);
         let mut clock = StageClock::start();
 
-        clock.time(Stage::Dynamics, || preprocessor.process(frame, found, pose, carried).map(|_| ()))?;
+        let free_space = MappedFreeSpace(&map.cloud);
+        let knowledge = SceneKnowledge::default().with_carried(carried).with_free_space(&free_space);
+        clock.time(Stage::Dynamics, || {
+            preprocessor.process_knowing(frame, found, pose, &knowledge).map(|_| ())
+        })?;
         let (movers, static_mask) = (preprocessor.movers(), preprocessor.static_mask());
         let outcome = if key_frames.choose(pose) {
             let mask = Some(static_mask);
             let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
             let view = object_view(&input, preprocessor)?;
 
-            let masks = MoverMasks::new(static_mask).with_movers(preprocessor.mover_mask());
+            let masks = MoverMasks::new(static_mask)
+                .with_movers(preprocessor.mover_mask())
+                .with_unproven(preprocessor.unproven_mask());
             let cloud = clock.time(Stage::Cloud, || map.cloud.insert(frame, Some(masks), pose))?;
             let octree =
                 clock.time(Stage::Octree, || map.octree.insert_depth(frame, &config.sensor, mask, pose))?;

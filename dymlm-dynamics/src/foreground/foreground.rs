@@ -19,9 +19,9 @@ pub(crate) struct Foreground {
     depths: Vec<f32>,
     count: usize,
     /// Least depth of its surface, the median, and the greatest, metres.
-    pub(super) near: f32,
-    pub(super) median: f32,
-    pub(super) far: f32,
+    near: f32,
+    median: f32,
+    far: f32,
     /// Greatest change of depth from a pixel to the next one on its surface, as a share of the depth.
     max_step: f32,
     /// Planes that the box shares with what lies around it: never of the foreground.
@@ -41,6 +41,11 @@ impl Foreground {
         self.depths.clear();
         self.depths.resize(grid.columns * grid.rows, 0.0);
         self.count = 0;
+    }
+
+    /// Begins with the median depth of the surface.
+    pub(super) fn start(&mut self, median: f32) {
+        (self.near, self.median, self.far) = (median, median, median);
     }
 
     /// Adds a cell.

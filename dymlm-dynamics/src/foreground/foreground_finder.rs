@@ -1,5 +1,5 @@
 use dymlm_core::{BoundingBox, ConfigError, Frame, Mask, SensorModel};
-use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
+use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, GridSample, SampleGrid, SegmentationConfig};
 
 use super::Foreground;
 use crate::miss_compensation::DEPTH_CHANGE;
@@ -70,9 +70,7 @@ impl ForegroundFinder {
     pub(crate) fn find(&mut self, frame: &Frame, search: &ForegroundSearch<'_>, foreground: &mut Foreground) {
         let view =
             BoxView::new(frame, &self.sensor, search.bounding_box).with_instance_mask(search.instance_mask);
-        self.segmenter.sample(&view, &mut self.grid);
-        foreground.clear(&self.grid);
-        foreground.background.find(&self.grid, frame.camera(), &self.sensor);
+        self.sample(frame, &view, foreground);
         let (samples, background) = (&self.grid.samples, &foreground.background);
         let is_free = |index: usize| {
             samples.get(index).is_some_and(|sample| !background.has_cell(sample.column, sample.row))
@@ -81,8 +79,38 @@ impl ForegroundFinder {
         if let Some(chosen) = self.choose(search.expected_depth) {
             self.keep(chosen, foreground);
         }
-        let pitch = 1.0 / frame.camera().fx().abs();
-        foreground.set_step(&self.sensor, pitch);
+        foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
+    }
+
+    /// Finds what is new in a box: the readings that `is_new` says are (places in the camera's frame), but
+    /// for planes that go on around the box.
+    pub(crate) fn find_new(
+        &mut self,
+        frame: &Frame,
+        bounding_box: BoundingBox,
+        is_new: impl Fn([f64; 3]) -> bool,
+        foreground: &mut Foreground,
+    ) {
+        self.sample(frame, &BoxView::new(frame, &self.sensor, bounding_box), foreground);
+        let background = &foreground.background;
+        let is_free = |sample: &&GridSample| !background.has_cell(sample.column, sample.row);
+        let free = self.grid.samples.iter().filter(|sample| sample.is_in_box).filter(is_free);
+        let new: Vec<GridSample> =
+            free.filter(|sample| is_new(sample.point.map(f64::from))).copied().collect();
+        if let Some(median) = percentile(&mut self.depths, new.iter().map(|sample| sample.point[2]), 0.5) {
+            foreground.start(median);
+            for sample in &new {
+                foreground.add(sample.column as usize, sample.row as usize, sample.point[2]);
+            }
+        }
+        foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
+    }
+
+    /// Lays a grid over a box, and finds the planes that go on around it.
+    fn sample(&mut self, frame: &Frame, view: &BoxView<'_>, foreground: &mut Foreground) {
+        self.segmenter.sample(view, &mut self.grid);
+        foreground.clear(&self.grid);
+        foreground.background.find(&self.grid, frame.camera(), &self.sensor);
     }
 
     /// The cluster of the highest score.
@@ -112,8 +140,7 @@ impl ForegroundFinder {
         let reach = median - MAX_REACH..=median + MAX_REACH;
         let part_reach = median - PART_REACH[0]..=median + PART_REACH[1];
 
-        foreground.median = median;
-        (foreground.near, foreground.far) = (median, median);
+        foreground.start(median);
         for (sample, index) in members() {
             let (cluster, z) = (&clusters[index], sample.point[2]);
             let is_at_its_depth = index == chosen || part_reach.contains(&cluster.depth);

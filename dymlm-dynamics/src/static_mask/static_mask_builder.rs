@@ -47,28 +47,35 @@ impl StaticMaskBuilder {
         is_static: &mut Mask,
         is_mover: &mut Mask,
     ) {
-        let (depth, scale) = (frame.depth(), frame.camera().size_scale());
+        let depth = frame.depth();
         // A depth image's size is never refused.
         let _ = is_static.refill(depth.width(), depth.height(), true);
         let _ = is_mover.refill(depth.width(), depth.height(), false);
-        let pixels = |length: f32| (f64::from(length) * scale).round() as usize;
-        let dilation = pixels(self.config.dilation);
-        let shadow = pixels(self.config.shadow).max(dilation);
         for mover in movers {
-            if mover.foreground.is_empty() {
-                is_static.fill_box(&mover.bounding_box, false);
-                continue;
-            }
             self.silhouette.trace(&mover, depth);
-            if let Some(detected) = &mover.detected_box {
+            if let (Some(detected), false) = (&mover.detected_box, mover.foreground.is_empty()) {
                 self.silhouette.add_to(detected, is_mover);
             }
-            if self.config.mode == MaskMode::Box {
-                is_static.fill_box(&mover.bounding_box, false);
-            } else {
-                self.silhouette.add_rim(dilation, shadow);
-                self.silhouette.remove_from(is_static);
-            }
+            self.remove_traced(&mover, frame, is_static);
         }
+    }
+
+    /// Makes the pixels of one mover `false`.
+    pub(crate) fn mask(&mut self, mover: &MaskRegion<'_>, frame: &Frame, is_static: &mut Mask) {
+        self.silhouette.trace(mover, frame.depth());
+        self.remove_traced(mover, frame, is_static);
+    }
+
+    /// Makes the pixels of the mover that was traced last `false`, and a rim around them.
+    fn remove_traced(&mut self, mover: &MaskRegion<'_>, frame: &Frame, is_static: &mut Mask) {
+        if self.config.mode == MaskMode::Box || mover.foreground.is_empty() {
+            is_static.fill_box(&mover.bounding_box, false);
+            return;
+        }
+        let scale = frame.camera().size_scale();
+        let [dilation, shadow] = [self.config.dilation, self.config.shadow]
+            .map(|length| (f64::from(length) * scale).round() as usize);
+        self.silhouette.add_rim(dilation, shadow.max(dilation));
+        self.silhouette.remove_from(is_static);
     }
 }

@@ -188,6 +188,11 @@ impl BoxTracker {
         }
     }
 
+    /// Gives no id to new tracks that another tracker has given.
+    pub(crate) fn continue_ids_of(&mut self, other: &Self) {
+        self.next_id = self.next_id.max(other.next_id);
+    }
+
     /// Seconds since the last frame, if a frame of this time would be taken.
     pub(crate) fn check_time(&self, timestamp: f64) -> Result<f64, Error> {
         // NaN lies in no range.

@@ -28,6 +28,13 @@ pub struct TrackedBox {
     pub expected_depth: Option<f32>,
 }
 
+impl TrackedBox {
+    /// Whether a detection of this frame is its own.
+    pub(crate) fn is_detected(&self) -> bool {
+        matches!(self.source, BoxSource::Detected { .. })
+    }
+}
+
 /// Where the box of a track comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -42,6 +49,9 @@ pub enum BoxSource {
         /// Time since the track's last detection, seconds.
         missed_for: f64,
     },
+    /// No detector: readings in space that was free for long. [`BoxTracker`](crate::BoxTracker) gives none of
+    /// these.
+    FreeSpace,
 }
 
 /// How much a track is to be trusted.

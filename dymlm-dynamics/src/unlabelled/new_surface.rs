@@ -1,0 +1,112 @@
+use dymlm_core::{BoundingBox, Frame, Mask, Pose, SensorModel};
+
+use super::FreeSpace;
+
+/// Distance of samples, pixels of an image of 640x480: a cat at 3 m has a dozen.
+const SPACING: f64 = 8.0;
+/// Least samples of a surface: three by two, which noise does not fill.
+const MIN_SAMPLES: usize = 6;
+
+/// Finds where an image shows a surface in space that was free for long.
+///
+/// The image is sampled on a grid; samples in free space that are neighbours on one surface make a new
+/// surface. A flying pixel at the edge of a thing lies in free space too: a sample counts only when the
+/// readings around it are of one surface.
+///
+/// Costs O(samples), some thousand an image, most of them a glance at the map.
+#[derive(Debug, Default)]
+pub(super) struct NewSurfaces {
+    spacing: usize,
+    columns: usize,
+    /// Depth of each sample in free space; 0 = none.
+    depths: Vec<f32>,
+    /// Samples of the current surface whose neighbours are to be looked at, and their depths.
+    front: Vec<(usize, f32)>,
+    boxes: Vec<BoundingBox>,
+}
+
+impl NewSurfaces {
+    /// The boxes around the new surfaces among a frame's static pixels, from the top down.
+    pub(super) fn find(
+        &mut self,
+        frame: &Frame,
+        static_mask: &Mask,
+        world_from_camera: &Pose,
+        sensor: &SensorModel,
+        free_space: &dyn FreeSpace,
+    ) -> &[BoundingBox] {
+        self.sample(frame, static_mask, world_from_camera, sensor, free_space);
+        self.boxes.clear();
+        let pitch = self.spacing as f64 / frame.camera().fx().abs();
+        for first in 0..self.depths.len() {
+            if self.depths[first] > 0.0 {
+                let surface = self.take_surface(first, |a, b| {
+                    f64::from((a - b).abs()) <= sensor.tolerance(a.min(b), pitch * f64::from(a.min(b)))
+                });
+                self.boxes.extend(surface);
+            }
+        }
+        &self.boxes
+    }
+
+    /// Notes the depth of each sample that lies on a surface in free space.
+    fn sample(
+        &mut self,
+        frame: &Frame,
+        static_mask: &Mask,
+        world_from_camera: &Pose,
+        sensor: &SensorModel,
+        free_space: &dyn FreeSpace,
+    ) {
+        let (camera, depth) = (frame.camera(), frame.depth());
+        self.spacing = (SPACING * camera.size_scale()).round().max(2.0) as usize;
+        self.columns = depth.width() / self.spacing;
+        self.depths.clear();
+        self.depths.resize(self.columns * (depth.height() / self.spacing), 0.0);
+        for (index, sample) in self.depths.iter_mut().enumerate() {
+            let [u, v] =
+                [index % self.columns, index / self.columns].map(|c| c * self.spacing + self.spacing / 2);
+            let z = depth.at(u, v);
+            if !sensor.is_used(z) || !static_mask.at(u, v) {
+                continue;
+            }
+            let tolerance = sensor.tolerance(z, 0.0);
+            let continues = |u: usize, v: usize| f64::from((depth.at(u, v) - z).abs()) <= tolerance;
+            if !(continues(u - 1, v) && continues(u + 1, v) && continues(u, v - 1) && continues(u, v + 1)) {
+                continue;
+            }
+            let place = camera.back_project([u as f64, v as f64], z.into());
+            if free_space.is_long_free(world_from_camera.transform_point(place), tolerance) {
+                *sample = z;
+            }
+        }
+    }
+
+    /// Takes the samples of the surface that the sample at `first` lies on; the box around them when there
+    /// are enough.
+    fn take_surface(&mut self, first: usize, continues: impl Fn(f32, f32) -> bool) -> Option<BoundingBox> {
+        let (mut low, mut high, mut count) = ([usize::MAX; 2], [0; 2], 0);
+        self.front.clear();
+        self.front.push((first, std::mem::take(&mut self.depths[first])));
+        while let Some((sample, z)) = self.front.pop() {
+            count += 1;
+            let cell = [sample % self.columns, sample / self.columns];
+            for axis in 0..2 {
+                low[axis] = low[axis].min(cell[axis]);
+                high[axis] = high[axis].max(cell[axis]);
+            }
+            let columns = cell[0].saturating_sub(1)..(cell[0] + 2).min(self.columns);
+            for row in cell[1].saturating_sub(1)..(cell[1] + 2).min(self.depths.len() / self.columns) {
+                for neighbour in row * self.columns + columns.start..row * self.columns + columns.end {
+                    if self.depths[neighbour] > 0.0 && continues(self.depths[neighbour], z) {
+                        self.front.push((neighbour, std::mem::take(&mut self.depths[neighbour])));
+                    }
+                }
+            }
+        }
+        // A sample's cell is what is nearer to it than to any other.
+        let side = |cell: usize| (cell * self.spacing) as f32;
+        let around = BoundingBox::new(side(low[0]), side(low[1]), side(high[0] + 1), side(high[1] + 1));
+        around.ok().filter(|_| count >= MIN_SAMPLES)
+    }
+}
