@@ -2,6 +2,7 @@ use dymlm_core::{Detection, Frame, Mask, Pose, SensorModel};
 
 use crate::miss_compensation::is_still_there;
 use crate::mover_labels::mover_labels;
+use crate::unlabelled::Cutting;
 use crate::{
     BoxCorrector, BoxSource, BoxTracker, DynamicsConfig, Error, Foreground, ForegroundFinder,
     ForegroundSearch, FreeSpace, MaskRegion, Mover, SceneKnowledge, StaticMaskBuilder, UnlabelledFinder,
@@ -42,7 +43,6 @@ pub struct Preprocessor {
     movers: Vec<Mover>,
     /// The foreground of each mover; behind them, buffers for later frames.
     foregrounds: Vec<Foreground>,
-    new_foreground: Foreground,
     static_mask: Mask,
     mover_mask: Mask,
     unproven_mask: Mask,
@@ -77,7 +77,6 @@ impl Preprocessor {
             mask_builder: StaticMaskBuilder::new(config.mask),
             movers: Vec::new(),
             foregrounds: Vec::new(),
-            new_foreground: Foreground::default(),
             static_mask: Mask::filled(1, 1, true)?,
             mover_mask: Mask::filled(1, 1, false)?,
             unproven_mask: Mask::filled(1, 1, false)?,
@@ -229,31 +228,15 @@ impl Preprocessor {
     ) -> Result<(), Error> {
         self.unproven_mask.refill(frame.camera().width(), frame.camera().height(), false)?;
         let Some(free_space) = free_space else { return Ok(()) };
-        let Self { static_mask, unproven_mask, unlabelled, tracker, new_foreground: foreground, .. } = self;
-        let found = unlabelled.find(frame, static_mask, world_from_camera, free_space, tracker)?;
-        let is_new = |place| free_space.is_long_free(world_from_camera.transform_point(place), 0.0);
-        unproven_mask.clone_from(static_mask);
-        for tracked in found {
-            self.finder.find_new(frame, tracked.bounding_box, is_new, foreground);
-            if foreground.is_empty() {
-                continue;
-            }
-            let region = MaskRegion {
-                bounding_box: tracked.bounding_box,
-                detected_box: None,
-                foreground,
-                instance_mask: None,
-            };
-            self.mask_builder.mask(&region, frame, static_mask);
-            let depth = foreground.depth();
-            self.movers.push(Mover {
-                label: None,
-                source: BoxSource::FreeSpace,
-                depth,
-                ..Mover::of_track(tracked)
-            });
-        }
-        Ok(unproven_mask.subtract(static_mask)?)
+        self.unproven_mask.clone_from(&self.static_mask);
+        let mut cutting = Cutting {
+            finder: &mut self.finder,
+            corrector: &mut self.corrector,
+            mask_builder: &mut self.mask_builder,
+        };
+        self.unlabelled.mask(frame, world_from_camera, free_space, &mut cutting, &mut self.static_mask)?;
+        self.unproven_mask.subtract(&self.static_mask)?;
+        self.unlabelled.track(frame, world_from_camera, &mut self.tracker, &mut self.movers)
     }
 
     /// The movers of the last frame, by ascending track id; those without a label behind the others.

@@ -1,5 +1,5 @@
 use dymlm_core::{BoundingBox, ConfigError, Frame, Mask, SensorModel};
-use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, GridSample, SampleGrid, SegmentationConfig};
+use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
 
 use super::Foreground;
 use crate::miss_compensation::DEPTH_CHANGE;
@@ -13,6 +13,9 @@ const MAX_REACH: f32 = 0.6;
 /// How far the mean depth of another cluster may be before and behind the mover's median depth for it to be a
 /// part of the mover, metres: a forearm before the body; a leg behind it, a person leaning.
 const PART_REACH: [f32; 2] = [0.35, 0.5];
+/// Least share of a cluster's samples in space that was free for long for all of it to be new: with less, a
+/// desk goes with the cup that was put there, with more the parts of a mover remain that were never seen free.
+const NEW_SHARE: f32 = 0.3;
 
 /// Finds the mover among the pixels of its box: paper section III-A, "DBSCAN to extract foreground points".
 ///
@@ -32,6 +35,8 @@ pub(crate) struct ForegroundFinder {
     grid: SampleGrid,
     segmenter: BoxSegmenter,
     depths: Vec<f32>,
+    /// Samples of each cluster that are new.
+    new_samples: Vec<usize>,
 }
 
 /// Where to look for a foreground, and what is known of it.
@@ -63,6 +68,7 @@ impl ForegroundFinder {
             segmenter: BoxSegmenter::new(segmentation)?,
             grid: SampleGrid::default(),
             depths: Vec::new(),
+            new_samples: Vec::new(),
         })
     }
 
@@ -70,47 +76,54 @@ impl ForegroundFinder {
     pub(crate) fn find(&mut self, frame: &Frame, search: &ForegroundSearch<'_>, foreground: &mut Foreground) {
         let view =
             BoxView::new(frame, &self.sensor, search.bounding_box).with_instance_mask(search.instance_mask);
-        self.sample(frame, &view, foreground);
-        let (samples, background) = (&self.grid.samples, &foreground.background);
-        let is_free = |index: usize| {
-            samples.get(index).is_some_and(|sample| !background.has_cell(sample.column, sample.row))
-        };
-        self.segmenter.cluster(&self.grid, is_free);
+        self.cluster(frame, &view, foreground);
         if let Some(chosen) = self.choose(search.expected_depth) {
             self.keep(chosen, foreground);
         }
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
-    /// Finds what is new in a box: the readings that `is_new` says are (places in the camera's frame), but
-    /// for planes that go on around the box.
+    /// Finds what is new in a box: the clusters of which a good part `is_new` (places in the camera's frame).
     pub(crate) fn find_new(
         &mut self,
         frame: &Frame,
         bounding_box: BoundingBox,
+        static_mask: &Mask,
         is_new: impl Fn([f64; 3]) -> bool,
         foreground: &mut Foreground,
     ) {
-        self.sample(frame, &BoxView::new(frame, &self.sensor, bounding_box), foreground);
-        let background = &foreground.background;
-        let is_free = |sample: &&GridSample| !background.has_cell(sample.column, sample.row);
-        let free = self.grid.samples.iter().filter(|sample| sample.is_in_box).filter(is_free);
-        let new: Vec<GridSample> =
-            free.filter(|sample| is_new(sample.point.map(f64::from))).copied().collect();
-        if let Some(median) = percentile(&mut self.depths, new.iter().map(|sample| sample.point[2]), 0.5) {
+        let view = BoxView::new(frame, &self.sensor, bounding_box).with_static_mask(Some(static_mask));
+        self.cluster(frame, &view, foreground);
+        let (grid, clusters) = (&self.grid, self.segmenter.clusters());
+        self.new_samples.clear();
+        self.new_samples.resize(clusters.len(), 0);
+        let members = || self.segmenter.members().map(|(sample, cluster)| (&grid.samples[sample], cluster));
+        for (sample, cluster) in members() {
+            self.new_samples[cluster] += usize::from(is_new(sample.point.map(f64::from)));
+        }
+        let new_samples = &self.new_samples;
+        let is_part =
+            |cluster: usize| new_samples[cluster] as f32 > NEW_SHARE * clusters[cluster].size() as f32;
+        let new = || members().filter(|(_, cluster)| is_part(*cluster)).map(|(sample, _)| sample);
+        if let Some(median) = percentile(&mut self.depths, new().map(|sample| sample.point[2]), 0.5) {
             foreground.start(median);
-            for sample in &new {
+            for sample in new() {
                 foreground.add(sample.column as usize, sample.row as usize, sample.point[2]);
             }
         }
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
-    /// Lays a grid over a box, and finds the planes that go on around it.
-    fn sample(&mut self, frame: &Frame, view: &BoxView<'_>, foreground: &mut Foreground) {
+    /// Clusters the samples of a box, but for the planes that go on around it.
+    fn cluster(&mut self, frame: &Frame, view: &BoxView<'_>, foreground: &mut Foreground) {
         self.segmenter.sample(view, &mut self.grid);
         foreground.clear(&self.grid);
         foreground.background.find(&self.grid, frame.camera(), &self.sensor);
+        let (samples, background) = (&self.grid.samples, &foreground.background);
+        let is_free = |index: usize| {
+            samples.get(index).is_some_and(|sample| !background.has_cell(sample.column, sample.row))
+        };
+        self.segmenter.cluster(&self.grid, is_free);
     }
 
     /// The cluster of the highest score.

@@ -28,13 +28,6 @@ pub struct TrackedBox {
     pub expected_depth: Option<f32>,
 }
 
-impl TrackedBox {
-    /// Whether a detection of this frame is its own.
-    pub(crate) fn is_detected(&self) -> bool {
-        matches!(self.source, BoxSource::Detected { .. })
-    }
-}
-
 /// Where the box of a track comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

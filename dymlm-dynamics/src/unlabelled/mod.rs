@@ -5,4 +5,4 @@ mod new_surface;
 mod unlabelled_finder;
 
 pub use free_space::FreeSpace;
-pub(crate) use unlabelled_finder::UnlabelledFinder;
+pub(crate) use unlabelled_finder::{Cutting, UnlabelledFinder};

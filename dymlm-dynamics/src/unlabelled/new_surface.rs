@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use dymlm_core::{BoundingBox, Frame, Mask, Pose, SensorModel};
 
 use super::FreeSpace;
@@ -22,11 +24,22 @@ pub(super) struct NewSurfaces {
     depths: Vec<f32>,
     /// Samples of the current surface whose neighbours are to be looked at, and their depths.
     front: Vec<(usize, f32)>,
-    boxes: Vec<BoundingBox>,
+    /// Pixels of all samples, surface by surface.
+    pixels: Vec<[usize; 2]>,
+    surfaces: Vec<NewSurface>,
+}
+
+/// A surface in space that was free for long.
+#[derive(Debug, Clone)]
+pub(super) struct NewSurface {
+    /// The box around its samples, pixels.
+    pub(super) bounding_box: BoundingBox,
+    /// Where its samples stand among those of all surfaces.
+    samples: Range<usize>,
 }
 
 impl NewSurfaces {
-    /// The boxes around the new surfaces among a frame's static pixels, from the top down.
+    /// Finds the new surfaces among a frame's static pixels.
     pub(super) fn find(
         &mut self,
         frame: &Frame,
@@ -34,19 +47,31 @@ impl NewSurfaces {
         world_from_camera: &Pose,
         sensor: &SensorModel,
         free_space: &dyn FreeSpace,
-    ) -> &[BoundingBox] {
+    ) {
         self.sample(frame, static_mask, world_from_camera, sensor, free_space);
-        self.boxes.clear();
+        self.surfaces.clear();
+        self.pixels.clear();
         let pitch = self.spacing as f64 / frame.camera().fx().abs();
         for first in 0..self.depths.len() {
             if self.depths[first] > 0.0 {
                 let surface = self.take_surface(first, |a, b| {
                     f64::from((a - b).abs()) <= sensor.tolerance(a.min(b), pitch * f64::from(a.min(b)))
                 });
-                self.boxes.extend(surface);
+                self.surfaces.extend(surface);
             }
         }
-        &self.boxes
+        self.surfaces.sort_by_key(|surface| std::cmp::Reverse(surface.samples.len()));
+    }
+
+    /// The new surfaces of the frame, the largest first.
+    pub(super) fn surfaces(&self) -> &[NewSurface] {
+        &self.surfaces
+    }
+
+    /// Whether most of a surface is static in a mask.
+    pub(super) fn is_static(&self, surface: &NewSurface, static_mask: &Mask) -> bool {
+        let samples = self.pixels.get(surface.samples.clone()).unwrap_or(&[]);
+        2 * samples.iter().filter(|[u, v]| static_mask.at(*u, *v)).count() > samples.len()
     }
 
     /// Notes the depth of each sample that lies on a surface in free space.
@@ -63,9 +88,9 @@ impl NewSurfaces {
         self.columns = depth.width() / self.spacing;
         self.depths.clear();
         self.depths.resize(self.columns * (depth.height() / self.spacing), 0.0);
+        let spacing = self.spacing;
         for (index, sample) in self.depths.iter_mut().enumerate() {
-            let [u, v] =
-                [index % self.columns, index / self.columns].map(|c| c * self.spacing + self.spacing / 2);
+            let [u, v] = [index % self.columns, index / self.columns].map(|c| c * spacing + spacing / 2);
             let z = depth.at(u, v);
             if !sensor.is_used(z) || !static_mask.at(u, v) {
                 continue;
@@ -84,13 +109,13 @@ impl NewSurfaces {
 
     /// Takes the samples of the surface that the sample at `first` lies on; the box around them when there
     /// are enough.
-    fn take_surface(&mut self, first: usize, continues: impl Fn(f32, f32) -> bool) -> Option<BoundingBox> {
-        let (mut low, mut high, mut count) = ([usize::MAX; 2], [0; 2], 0);
+    fn take_surface(&mut self, first: usize, continues: impl Fn(f32, f32) -> bool) -> Option<NewSurface> {
+        let (mut low, mut high, first_pixel) = ([usize::MAX; 2], [0; 2], self.pixels.len());
         self.front.clear();
         self.front.push((first, std::mem::take(&mut self.depths[first])));
         while let Some((sample, z)) = self.front.pop() {
-            count += 1;
             let cell = [sample % self.columns, sample / self.columns];
+            self.pixels.push(cell.map(|c| self.middle(c)));
             for axis in 0..2 {
                 low[axis] = low[axis].min(cell[axis]);
                 high[axis] = high[axis].max(cell[axis]);
@@ -107,6 +132,16 @@ impl NewSurfaces {
         // A sample's cell is what is nearer to it than to any other.
         let side = |cell: usize| (cell * self.spacing) as f32;
         let around = BoundingBox::new(side(low[0]), side(low[1]), side(high[0] + 1), side(high[1] + 1));
-        around.ok().filter(|_| count >= MIN_SAMPLES)
+        let samples = first_pixel..self.pixels.len();
+        if samples.len() < MIN_SAMPLES {
+            self.pixels.truncate(first_pixel);
+            return None;
+        }
+        Some(NewSurface { bounding_box: around.ok()?, samples })
+    }
+
+    /// The pixel of a sample's column or row.
+    fn middle(&self, cell: usize) -> usize {
+        cell * self.spacing + self.spacing / 2
     }
 }

@@ -1,44 +1,101 @@
-use dymlm_core::{Detection, Frame, Mask, Pose, SensorModel};
+use dymlm_core::{BoundingBox, Detection, Frame, Mask, Pose, SensorModel};
 
 use super::FreeSpace;
 use super::new_surface::NewSurfaces;
-use crate::{BoxTracker, Error, TrackedBox, TrackerConfig, View};
+use crate::{
+    BoxCorrector, BoxSource, BoxTracker, Error, Foreground, ForegroundFinder, MaskRegion, Mover,
+    StaticMaskBuilder, TrackerConfig, View,
+};
 
 /// Finds what moves and is reported by no detector, and follows it from frame to frame.
+///
+/// A surface that is read in space that was free for long is new. What is joined to it is one thing with it,
+/// also where nothing was known of the space: so the thing is cut out as a detected mover is, by the clusters
+/// of readings in the box, of which those are taken that are new to a good part.
 #[derive(Debug)]
 pub(crate) struct UnlabelledFinder {
     sensor: SensorModel,
     surfaces: NewSurfaces,
     tracker: BoxTracker,
+    foreground: Foreground,
     found: Vec<Detection>,
+    corrected: Vec<(BoundingBox, Option<f32>)>,
+}
+
+/// The steps by which any mover is cut out.
+pub(crate) struct Cutting<'a> {
+    pub(crate) finder: &'a mut ForegroundFinder,
+    pub(crate) corrector: &'a mut BoxCorrector,
+    pub(crate) mask_builder: &'a mut StaticMaskBuilder,
 }
 
 impl UnlabelledFinder {
     pub(crate) fn new(config: TrackerConfig, sensor: SensorModel) -> Result<Self, Error> {
-        let tracker = BoxTracker::new(config)?;
-        Ok(Self { sensor, surfaces: NewSurfaces::default(), tracker, found: Vec::new() })
+        Ok(Self {
+            sensor,
+            surfaces: NewSurfaces::default(),
+            tracker: BoxTracker::new(config)?,
+            foreground: Foreground::default(),
+            found: Vec::new(),
+            corrected: Vec::new(),
+        })
     }
 
-    /// The boxes of new surfaces among a frame's static pixels, by ascending track id. `labelled` tracks the
-    /// movers that have a label: no id is used twice.
-    pub(crate) fn find<'a>(
-        &'a mut self,
+    /// Makes pixels of new things `false` in the mask of static pixels.
+    pub(crate) fn mask(
+        &mut self,
         frame: &Frame,
-        static_mask: &Mask,
         world_from_camera: &Pose,
         free_space: &dyn FreeSpace,
-        labelled: &mut BoxTracker,
-    ) -> Result<impl Iterator<Item = &'a TrackedBox> + use<'a>, Error> {
-        let boxes = self.surfaces.find(frame, static_mask, world_from_camera, &self.sensor, free_space);
-        self.found.clear();
-        for &bounding_box in boxes {
-            self.found.push(Detection::new("", 1.0, bounding_box)?);
+        cutting: &mut Cutting<'_>,
+        static_mask: &mut Mask,
+    ) -> Result<(), Error> {
+        let Self { surfaces, foreground, found, corrected, .. } = self;
+        surfaces.find(frame, static_mask, world_from_camera, &self.sensor, free_space);
+        found.clear();
+        corrected.clear();
+        let is_new = |place| free_space.is_long_free(world_from_camera.transform_point(place), 0.0);
+        for surface in surfaces.surfaces() {
+            // It may be a part of a larger one.
+            if !surfaces.is_static(surface, static_mask) {
+                continue;
+            }
+            cutting.finder.find_new(frame, surface.bounding_box, static_mask, is_new, foreground);
+            let Some(bounding_box) = foreground.bounding_box() else { continue };
+            let corrected_box = cutting.corrector.correct(frame, &bounding_box, foreground);
+            let region = MaskRegion {
+                bounding_box: corrected_box,
+                detected_box: None,
+                foreground,
+                instance_mask: None,
+            };
+            cutting.mask_builder.mask(&region, frame, static_mask);
+            found.push(Detection::new("", 1.0, bounding_box)?);
+            corrected.push((corrected_box, foreground.depth()));
         }
+        Ok(())
+    }
+
+    /// Adds the things that were masked to the movers. `labelled` tracks those that have a label: no id is
+    /// used twice.
+    pub(crate) fn track(
+        &mut self,
+        frame: &Frame,
+        world_from_camera: &Pose,
+        labelled: &mut BoxTracker,
+        movers: &mut Vec<Mover>,
+    ) -> Result<(), Error> {
         let view = View { camera: *frame.camera(), world_from_camera: *world_from_camera };
         self.tracker.continue_ids_of(labelled);
-        self.tracker.update(frame.timestamp(), &self.found, Some(&view))?;
+        let boxes = self.tracker.update(frame.timestamp(), &self.found, Some(&view))?;
+        for tracked in boxes {
+            // Where nothing new is read any more, there is nothing to report.
+            let BoxSource::Detected { detection } = tracked.source else { continue };
+            let Some(&(corrected_box, depth)) = self.corrected.get(detection) else { continue };
+            let source = BoxSource::FreeSpace;
+            movers.push(Mover { label: None, source, corrected_box, depth, ..Mover::of_track(tracked) });
+        }
         labelled.continue_ids_of(&self.tracker);
-        // Where nothing new is read any more, there is nothing to mask.
-        Ok(self.tracker.boxes().iter().filter(|tracked| tracked.is_detected()))
+        Ok(())
     }
 }
