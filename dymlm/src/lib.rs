@@ -46,7 +46,6 @@ mod error;
 pub mod files;
 mod frame_input;
 mod frame_report;
-mod free_space;
 mod ghost_removal;
 mod key_frames;
 mod map_builder;

@@ -7,7 +7,6 @@ use dymlm_geometry::OrientedBox;
 use dymlm_objects::ObjectView;
 use dymlm_planes::PlaneDetector;
 
-use crate::free_space::MappedFreeSpace;
 use crate::ghost_removal::GhostRemoval;
 use crate::key_frames::KeyFrames;
 use crate::stages::StageClock;
@@ -173,7 +172,7 @@ impl MapBuilder {
         let (frame, found, pose) = (input.frame, input.detections(), &input.world_from_camera);
         let mut clock = StageClock::start();
 
-        let free_space = MappedFreeSpace(&map.cloud);
+        let free_space = |place, margin| map.cloud.is_long_free(place, margin);
         let knowledge = SceneKnowledge::default().with_carried(carried).with_free_space(&free_space);
         clock.time(Stage::Dynamics, || {
             preprocessor.process_knowing(frame, found, pose, &knowledge).map(|_| ())

@@ -91,9 +91,27 @@ impl Background {
         }
     }
 
+    /// Drops planes of which more than half in the box is new: a door's leaf, of which the box holds a part.
+    pub(super) fn drop_new(&mut self, grid: &SampleGrid, is_new: impl Fn([f64; 3]) -> bool) {
+        let mut balance = [0_i32; MAX_PLANES];
+        for sample in grid.samples.iter().filter(|sample| sample.is_in_box) {
+            if let Some(plane) = self.plane_of(sample.column, sample.row) {
+                balance[plane] += if is_new(sample.point.map(f64::from)) { 1 } else { -1 };
+            }
+        }
+        for cell in self.cells.iter_mut().filter(|cell| **cell > 0 && balance[usize::from(**cell) - 1] > 0) {
+            *cell = 0;
+        }
+    }
+
     /// Whether the sample of a cell belongs to the background.
     pub(super) fn has_cell(&self, column: u32, row: u32) -> bool {
-        self.cells.get(row as usize * self.columns + column as usize).is_some_and(|&plane| plane > 0)
+        self.plane_of(column, row).is_some()
+    }
+
+    fn plane_of(&self, column: u32, row: u32) -> Option<usize> {
+        let cell = self.cells.get(row as usize * self.columns + column as usize)?;
+        usize::from(*cell).checked_sub(1)
     }
 
     /// The planes that the cell at a column and row, and the eight around it, belong to.

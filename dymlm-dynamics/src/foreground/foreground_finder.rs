@@ -76,7 +76,8 @@ impl ForegroundFinder {
     pub(crate) fn find(&mut self, frame: &Frame, search: &ForegroundSearch<'_>, foreground: &mut Foreground) {
         let view =
             BoxView::new(frame, &self.sensor, search.bounding_box).with_instance_mask(search.instance_mask);
-        self.cluster(frame, &view, foreground);
+        self.find_background(frame, &view, foreground);
+        self.cluster(foreground);
         if let Some(chosen) = self.choose(search.expected_depth) {
             self.keep(chosen, foreground);
         }
@@ -93,7 +94,9 @@ impl ForegroundFinder {
         foreground: &mut Foreground,
     ) {
         let view = BoxView::new(frame, &self.sensor, bounding_box).with_static_mask(Some(static_mask));
-        self.cluster(frame, &view, foreground);
+        self.find_background(frame, &view, foreground);
+        foreground.background.drop_new(&self.grid, &is_new);
+        self.cluster(foreground);
         let (grid, clusters) = (&self.grid, self.segmenter.clusters());
         self.new_samples.clear();
         self.new_samples.resize(clusters.len(), 0);
@@ -114,11 +117,15 @@ impl ForegroundFinder {
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
-    /// Clusters the samples of a box, but for the planes that go on around it.
-    fn cluster(&mut self, frame: &Frame, view: &BoxView<'_>, foreground: &mut Foreground) {
+    /// Samples a box, and finds the planes that go on around it.
+    fn find_background(&mut self, frame: &Frame, view: &BoxView<'_>, foreground: &mut Foreground) {
         self.segmenter.sample(view, &mut self.grid);
         foreground.clear(&self.grid);
         foreground.background.find(&self.grid, frame.camera(), &self.sensor);
+    }
+
+    /// Clusters the samples that are no background.
+    fn cluster(&mut self, foreground: &Foreground) {
         let (samples, background) = (&self.grid.samples, &foreground.background);
         let is_free = |index: usize| {
             samples.get(index).is_some_and(|sample| !background.has_cell(sample.column, sample.row))

@@ -7,3 +7,9 @@ pub trait FreeSpace {
     /// it.
     fn is_long_free(&self, place: [f64; 3], margin: f64) -> bool;
 }
+
+impl<F: Fn([f64; 3], f64) -> bool> FreeSpace for F {
+    fn is_long_free(&self, place: [f64; 3], margin: f64) -> bool {
+        self(place, margin)
+    }
+}
