@@ -76,6 +76,16 @@ impl Epochs {
         self.periods.iter().rev().map(move |period| (period, period.at(index)))
     }
 
+    /// What was counted in a cell before an epoch, newest period first; all of it when there is nothing
+    /// before.
+    pub(crate) fn settled(&self, index: usize, epoch: i32) -> impl Iterator<Item = Support> {
+        let is_newer = |period: &&Period| period.end() >= i64::from(epoch);
+        let newer = self.periods.iter().rev().take_while(is_newer).count();
+        let counts = self.periods.iter().rev().map(move |period| period.at(index));
+        let is_settled = counts.clone().skip(newer).any(|counts| counts != Support::default());
+        counts.skip(if is_settled { newer } else { 0 })
+    }
+
     /// Whether any cell differs from the others: only then may a surface or a mover have been read.
     pub(crate) fn has_cells(&self) -> bool {
         self.periods.iter().any(|period| !period.cells.is_empty())

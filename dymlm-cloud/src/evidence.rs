@@ -168,10 +168,12 @@ impl Evidence {
         voxel.map(|c| c >> self.cell_shift)
     }
 
-    /// What its counts say of a cell; `None` when nothing was ever seen of the block around it.
-    pub(crate) fn opinion_at(&self, cell: [i32; 3], looks_per_reading: f32) -> Option<Opinion> {
+    /// What the counts of the epochs before the current one say of a cell, or those of the current one when
+    /// there are no others; `None` when nothing was ever seen of the block around it.
+    pub(crate) fn settled_opinion(&self, cell: [i32; 3], looks_per_reading: f32) -> Option<Opinion> {
         let (block, index) = split(cell);
-        self.blocks.get(BlockKey::new(block)).map(|block| block.opinion(index, looks_per_reading))
+        let epochs = &self.blocks.get(BlockKey::new(block))?.epochs;
+        Some(Opinion::of(epochs.settled(index, self.epoch), looks_per_reading))
     }
 
     /// The slot of the block that holds the cell of a voxel.

@@ -1,23 +1,24 @@
 use crate::CloudMap;
-use crate::evidence::Evidence;
 
-/// How clearly a cell must be free, of [`Opinion::presence`](crate::opinion::Opinion)'s 10: a place that has
-/// been free for long stays so until it was read in two epochs; one that was looked through a few times is
-/// not free for long.
+/// How clearly a cell must be free, of [`Opinion::presence`](crate::opinion::Opinion)'s 10.
 const CLEARLY_FREE: f32 = -5.0;
 
 impl CloudMap {
-    /// Whether a place (metres, world) has long been free, and nothing stands within `margin` metres of it: a
-    /// new reading there is of something that moves, or of something that has just come to stay. `false` for
-    /// places that were never looked through. Costs O(periods) for a place that is not free, and for others
-    /// as much for each cell within the margin.
+    /// Whether a place (metres, world) was free for long, and nothing static stood within `margin` metres of
+    /// it: a new reading there is of something that moves, or of something that has just come to stay. `false`
+    /// for places that were never looked through. Costs O(periods) for a place that was not free, and for
+    /// others as much for each cell within the margin.
+    ///
+    /// The readings of the last seconds are not asked, where there are older ones: they may be of the very
+    /// thing that is in question.
     ///
     /// This is the free space of Dynablox (Schmid 2023), which tells movers of any kind.
     pub fn is_long_free(&self, place: [f64; 3], margin: f64) -> bool {
         let Some(voxel) = self.voxel_at(place) else { return false };
         let cell = self.evidence.cell_at(voxel);
-        let looks_per_reading = self.config.looks_per_reading as f32;
-        if !is_free(&self.evidence, cell, looks_per_reading) {
+        // A reading and a look through count alike: what is in question is not the rim of a thing.
+        let opinion = self.evidence.settled_opinion(cell, 1.0);
+        if opinion.is_none_or(|opinion| opinion.presence > CLEARLY_FREE) {
             return false;
         }
         let reach = (margin / self.evidence.cell_size()).ceil() as i32;
@@ -28,11 +29,8 @@ impl CloudMap {
         });
         around.all(|step| {
             let neighbor = [0, 1, 2].map(|axis| cell[axis] + step[axis]);
-            !self.evidence.opinion_at(neighbor, looks_per_reading).is_some_and(|opinion| opinion.is_static())
+            let opinion = self.evidence.settled_opinion(neighbor, self.config.looks_per_reading as f32);
+            !opinion.is_some_and(|opinion| opinion.is_static())
         })
     }
-}
-
-fn is_free(evidence: &Evidence, cell: [i32; 3], looks_per_reading: f32) -> bool {
-    evidence.opinion_at(cell, looks_per_reading).is_some_and(|opinion| opinion.presence <= CLEARLY_FREE)
 }

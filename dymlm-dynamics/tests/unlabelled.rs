@@ -105,7 +105,8 @@ fn who_is_detected_is_no_second_mover_and_ids_are_used_once() {
         let found = BoundingBox::new(60.0, 40.0, 100.0, 200.0).unwrap();
         let found = [Detection::new("person", 0.9, found).unwrap()];
         let frame = frame(step as f64 / 30.0, &[person, trolley]);
-        let result = preprocessor.process_knowing(&frame, Some(&found), &Pose::identity(), &knowledge).unwrap();
+        let result =
+            preprocessor.process_knowing(&frame, Some(&found), &Pose::identity(), &knowledge).unwrap();
         let labels: Vec<_> = result.movers.iter().map(|mover| mover.label.as_deref()).collect();
         assert_eq!(labels, [Some("person"), None]);
         ids.push(result.movers.iter().map(|mover| mover.track_id).collect::<Vec<_>>());
