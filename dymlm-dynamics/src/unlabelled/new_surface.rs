@@ -84,7 +84,8 @@ impl NewSurfaces {
         free_space: &dyn FreeSpace,
     ) {
         let (camera, depth) = (frame.camera(), frame.depth());
-        self.spacing = (SPACING * camera.size_scale()).round().max(2.0) as usize;
+        // At least three, so that each sample has a pixel on all sides.
+        self.spacing = (SPACING * camera.size_scale()).round().max(3.0) as usize;
         self.columns = depth.width() / self.spacing;
         self.depths.clear();
         self.depths.resize(self.columns * (depth.height() / self.spacing), 0.0);
