@@ -6,15 +6,15 @@ use dymlm_core::{Error, Mask, PinholeCamera};
 /// be a part of somebody, is left out of the map and says nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct MoverMasks<'a> {
-    static_mask: &'a Mask,
-    mover_mask: Option<&'a Mask>,
-    unproven_mask: Option<&'a Mask>,
+    fixed: &'a Mask,
+    movers: Option<&'a Mask>,
+    unproven: Option<&'a Mask>,
 }
 
 impl<'a> MoverMasks<'a> {
     /// Only pixels that are `true` in `static_mask` are mapped.
     pub fn new(static_mask: &'a Mask) -> Self {
-        Self { static_mask, mover_mask: None, unproven_mask: None }
+        Self { fixed: static_mask, movers: None, unproven: None }
     }
 
     /// Adds the pixels (`true`) that are surely a mover's: a place that is mostly read as a mover is none of
@@ -22,7 +22,7 @@ impl<'a> MoverMasks<'a> {
     /// silhouettes; a whole box also holds the chair that somebody sits on.
     #[must_use]
     pub fn with_movers(mut self, mover_mask: &'a Mask) -> Self {
-        self.mover_mask = Some(mover_mask);
+        self.movers = Some(mover_mask);
         self
     }
 
@@ -30,18 +30,18 @@ impl<'a> MoverMasks<'a> {
     /// for the place, so that what stays is proven static in time.
     #[must_use]
     pub fn with_unproven(mut self, unproven_mask: &'a Mask) -> Self {
-        self.unproven_mask = Some(unproven_mask);
+        self.unproven = Some(unproven_mask);
         self
     }
 
     pub(crate) fn static_mask(&self) -> &'a Mask {
-        self.static_mask
+        self.fixed
     }
 
     pub(crate) fn check(&self, camera: &PinholeCamera) -> Result<(), Error> {
-        let mask = self.static_mask;
+        let mask = self.fixed;
         camera.check_size("the static mask", mask.width(), mask.height())?;
-        for mask in self.mover_mask.into_iter().chain(self.unproven_mask) {
+        for mask in self.movers.into_iter().chain(self.unproven) {
             camera.check_size("a mask of movers", mask.width(), mask.height())?;
         }
         Ok(())
@@ -49,16 +49,16 @@ impl<'a> MoverMasks<'a> {
 
     /// The columns of row `v` that are surely a mover's.
     pub(crate) fn mover_columns(&self, v: usize) -> impl Iterator<Item = usize> {
-        self.unmapped_columns(self.mover_mask, v)
+        self.unmapped_columns(self.movers, v)
     }
 
     /// The columns of row `v` that are of something new.
     pub(crate) fn unproven_columns(&self, v: usize) -> impl Iterator<Item = usize> {
-        self.unmapped_columns(self.unproven_mask, v)
+        self.unmapped_columns(self.unproven, v)
     }
 
     fn unmapped_columns(&self, mask: Option<&'a Mask>, v: usize) -> impl Iterator<Item = usize> {
         let columns = mask.into_iter().flat_map(move |mask| mask.columns_of_row(v));
-        columns.filter(move |&u| !self.static_mask.at(u, v))
+        columns.filter(move |&u| !self.fixed.at(u, v))
     }
 }

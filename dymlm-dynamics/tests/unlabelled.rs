@@ -60,7 +60,7 @@ fn assert_masked(mask: &Mask, (columns, rows, _): &Thing) {
 #[test]
 fn what_is_new_in_free_space_is_masked_without_a_detection() {
     let thing = (100..160, 60..180, 2.0);
-    let (movers, mask) = run(&[thing.clone()], before_the_wall);
+    let (movers, mask) = run(std::slice::from_ref(&thing), before_the_wall);
     assert_masked(&mask, &thing);
     assert_eq!(movers.len(), 1);
     assert_eq!((movers[0].label.as_deref(), movers[0].source), (None, BoxSource::FreeSpace));
@@ -80,7 +80,8 @@ fn nothing_is_new_where_space_is_not_known_to_be_free() {
 fn a_thing_goes_whole_though_half_of_it_stands_where_nothing_is_known() {
     let thing = (100..160, 60..180, 2.0);
     let middle = (130.0 - 159.5) / 262.5 * 2.0;
-    let (movers, mask) = run(&[thing.clone()], |place| before_the_wall(place) && place[0] < middle);
+    let (movers, mask) =
+        run(std::slice::from_ref(&thing), |place| before_the_wall(place) && place[0] < middle);
     assert_masked(&mask, &thing);
     assert_eq!(movers.len(), 1);
 }

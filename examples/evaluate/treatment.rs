@@ -27,7 +27,7 @@ impl Detector {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Treatment {
-    /// The detector is not asked: only late removal keeps movers out.
+    /// The detector is not asked: what moves is found by what is new in free space, and by late removal.
     NoDetections,
     /// Everything inside the detector's boxes goes.
     RawBoxes,
@@ -58,7 +58,7 @@ impl Treatment {
     /// The config that treats movers so.
     pub(crate) fn config(self) -> MapConfig {
         let mut config = MapConfig::default();
-        if self != Self::Silhouettes {
+        if !matches!(self, Self::NoDetections | Self::Silhouettes) {
             config.dynamics.mask.mode = MaskMode::Box;
         }
         if matches!(self, Self::RawBoxes | Self::Compensation) {
