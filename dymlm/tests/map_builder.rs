@@ -66,15 +66,16 @@ fn people_who_walk_through_are_not_in_the_map() {
     assert!(score.completeness > 0.97, "{score:?}");
     assert!(score.median_distance < 0.012 && score.p95_distance < 0.035, "{score:?}");
 
-    // The same without masks: late ghost removal alone, and worse without it.
+    // The same without detections: most of them is masked as new in free space, and late removal takes out
+    // nearly all of the rest.
     let mut blind = MapBuilder::new(config()).unwrap();
     for frame in &frames {
         blind.insert(&frame.frame, &[], &frame.world_from_camera).unwrap();
     }
     let residue =
         |selection| score_cloud(&blind.map().cloud().point_cloud(selection), &truth).unwrap().residue;
-    assert!(residue(Selection::All) > 0.02, "{}", residue(Selection::All));
-    assert!(residue(Selection::Static) < 0.1 * residue(Selection::All), "{}", residue(Selection::Static));
+    let [all, fixed] = [Selection::All, Selection::Static].map(residue);
+    assert!(all < 0.02 && fixed < 0.1 * all, "{all} {fixed}");
 }
 
 #[test]

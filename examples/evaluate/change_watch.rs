@@ -104,7 +104,7 @@ impl ChangeWatch {
                 );
                 // A chair has no plane of a size that a map is asked for.
                 let is_asked = !true_cells.is_empty() && (map < 2 || watched.change.label.is_none());
-                let filled = |check: &Check| check.cells[map][1].intersection(&true_cells).count() as f64;
+                let filled = |check: &Check| covered(&true_cells, &check.cells[map][1]) as f64;
                 note(
                     there,
                     watched.time(1, is_asked, |check| filled(check) >= FILLED * true_cells.len() as f64),
@@ -154,6 +154,17 @@ fn cells_in<'a>(place: &OrientedBox, points: impl Iterator<Item = &'a Point>) ->
         place.contains(point) && box_from_world.transform_point(point)[2] > foot
     });
     inside.map(|point| point.map(|c| (20.0 * c).floor() as i32)).collect()
+}
+
+/// How many cells are held, or one beside them: a surface on the border of two cells is in either.
+fn covered(cells: &BTreeSet<Cell>, held: &BTreeSet<Cell>) -> usize {
+    let is_held = |cell: &&Cell| {
+        (0..27).any(|step| {
+            let [x, y, z] = [step % 3, step / 3 % 3, step / 9].map(|step| step - 1);
+            held.contains(&[cell[0] + x, cell[1] + y, cell[2] + z])
+        })
+    };
+    cells.iter().filter(is_held).count()
 }
 
 /// Whether half of a box is in view, within range, and nothing before it.
