@@ -64,10 +64,11 @@ fn near(place: [f64; 3], step: usize, target: [f64; 3]) -> Pose {
     looking_at(place, target, 0.0)
 }
 
-/// A chair behind a wall and one before it, in one line of sight, each seen from its own room.
+/// A chair behind a wall and one before it, in one line of sight, each seen from its own room. No
+/// camera goes from one to the other in less than a second.
 #[test]
 fn chairs_on_both_sides_of_a_wall_are_two() {
-    for (behind, before) in [(3.9, 2.6), (3.75, 3.05)] {
+    for (behind, before, pause) in [(3.9, 2.6, 8.0), (3.9, 2.6, 1.0), (3.75, 3.05, 8.0), (3.75, 3.05, 1.0)] {
         let scene = room(vec![chair(0.0, behind), chair(0.05, before)], &[3.4]);
         let planes = Walls(vec![3.4]);
         let mut mapper = mapper();
@@ -80,7 +81,7 @@ fn chairs_on_both_sides_of_a_wall_are_two() {
         for step in 0..20 {
             let pose = near([0.3, 0.0, 1.2], step, [0.0, before, 0.4]);
             let report =
-                show(&mut mapper, &scene, (10.0 + 0.1 * step as f64, pose), &[(1, "chair")], &planes);
+                show(&mut mapper, &scene, (pause + 2.0 + 0.1 * step as f64, pose), &[(1, "chair")], &planes);
             rejected += report.rejected.len();
             assert!(report.removed.is_empty() && report.merged.is_empty(), "step {step}: {report:?}");
         }
@@ -231,4 +232,23 @@ fn no_attitude_of_the_camera_is_assumed() {
     let steep = [0.0, 90.0].map(|roll| seen_from(above, roll, None));
     let told = seen_from(ahead, 90.0, Some([0.0, 0.0, 1.0]));
     assert!(own.iter().chain(&steep).chain([&told]).all(|&iou| iou > 0.8), "{own:?}, {steep:?}, {told}");
+}
+
+/// All tests of the association are asked at any rate.
+#[test]
+fn motion_goes_on_at_any_rate() {
+    let scene = cube();
+    for rate in [1.0, 5.0, 30.0] {
+        let mut mapper = mapper();
+        for step in 0..8_u32 {
+            let shown = (f64::from(step) / rate, around(5.0 * f64::from(step), 0));
+            let report = show(&mut mapper, &scene, shown, &[(0, "thing")], &Walls(vec![]));
+            let is_predicted = report.associated.iter().all(|pair| pair.tests.motion_iou > Some(0.5));
+            assert!(
+                step == 0 || (report.associated.len() == 1 && (is_predicted || step < 3)),
+                "{rate} Hz: {report:?}"
+            );
+        }
+        assert!(boxes(&mapper)[0].iou(&scene.boxes[0]) > 0.8, "{rate} Hz");
+    }
 }

@@ -5,7 +5,7 @@ use dymlm_core::vector3::Vector3;
 use dymlm_geometry::Assignment;
 
 use super::shared_points::{sample_places, shared_share};
-use super::{AssociationConfig, CentroidVerdict, joint_iou, visible_iou};
+use super::{AssociationConfig, CentroidVerdict, joint_iou, may_touch, visible_iou};
 use crate::{MapObject, ObjectMap, ObjectObservation, ObjectView, SizePriors};
 
 /// Affinities in fixed point: sums of assignments compare exactly, on every machine.
@@ -65,6 +65,8 @@ pub(crate) struct Associator {
     assignment: Assignment,
     /// Limits of the centroid test by number of centroids; none where these are too few.
     limits: BTreeMap<u32, Option<f64>>,
+    /// Times of the last three runs of the detector, newest first, seconds.
+    times: [f64; 3],
 }
 
 impl Associator {
@@ -77,6 +79,7 @@ impl Associator {
             places: Vec::new(),
             assignment: Assignment::default(),
             limits: BTreeMap::new(),
+            times: [f64::NAN; 3],
         }
     }
 
@@ -92,6 +95,7 @@ impl Associator {
     ) -> &[Option<usize>] {
         self.tests.clear();
         self.affinities.clear();
+        self.times = [view.frame.timestamp(), self.times[0], self.times[1]];
         for observation in observations {
             sample_places(observation, &view.world_from_camera, &mut self.places);
             for &id in in_view {
@@ -140,7 +144,12 @@ impl Associator {
         if projection_iou < self.config.min_projection_iou || projection_iou <= 0.0 {
             return AssociationTests { projection_iou, ..AssociationTests::default() };
         }
-        let predicted = object.motion.predict(view.frame.timestamp(), self.config.max_motion_gap);
+        // The boxes of a slow detector are predicted from run to run; a pause is no step.
+        let [newest, last, before] = self.times;
+        let max_gap = self.config.max_motion_gap.max(2.0 * (newest - last).min(last - before));
+        // What moves alike in the image may be behind it.
+        let predicted =
+            object.motion.predict(newest, max_gap).filter(|_| may_touch(&object.oriented_box, observation));
         AssociationTests {
             projection_iou,
             motion_iou: predicted.map(|own| own.iou(detected)),

@@ -45,6 +45,13 @@ impl JointBox {
     }
 }
 
+/// Whether an observation is so near a box that both may be of one thing: the balls around them touch.
+pub(super) fn may_touch(own: &OrientedBox, observation: &ObjectObservation) -> bool {
+    let other = observation.fit.oriented_box;
+    let reach = 0.5 * (norm(own.lengths()) + norm(other.lengths()));
+    norm(difference(own.center(), other.center())) <= reach
+}
+
 /// How well the box around an object and an observation fits the detected box; `None` unless it explains that
 /// and the object's earlier views as well as the object's own box does these.
 pub(super) fn joint_iou(
@@ -54,9 +61,7 @@ pub(super) fn joint_iou(
     object: &MapObject,
     priors: &SizePriors,
 ) -> Option<f64> {
-    let (own, other) = (object.oriented_box, observation.fit.oriented_box);
-    let reach = 0.5 * (norm(own.lengths()) + norm(other.lengths()));
-    if norm(difference(own.center(), other.center())) > reach {
+    if !may_touch(&object.oriented_box, observation) {
         return None;
     }
     let joint = JointBox::around(object, places)?;
