@@ -7,11 +7,13 @@
 //! 2. `foreground` finds the mover among the readings of its box.
 //! 3. `miss_compensation` decides by depth whether a predicted box still holds its mover.
 //! 4. `box_corrector` widens boxes that cut a mover short.
-//! 5. `static_mask` masks the movers' pixels.
+//! 5. `static_mask` masks the movers' pixels, but for parts that have been still while others moved, as
+//!    `past_views` show.
 //! 6. `unlabelled` finds what moves and is never detected: new readings in space that was free for long.
 //!
 //! [`BoxTracker`] works alone too: without depth and poses it is a plain SORT tracker.
 
+mod block_depths;
 mod box_corrector;
 mod dynamics_config;
 mod error;
@@ -19,6 +21,7 @@ mod foreground;
 mod miss_compensation;
 mod mover;
 mod mover_labels;
+mod past_views;
 mod preprocessor;
 mod scene_knowledge;
 mod static_mask;
@@ -27,7 +30,8 @@ mod unlabelled;
 
 use box_corrector::BoxCorrector;
 use foreground::{Foreground, ForegroundFinder, ForegroundSearch};
-use static_mask::{MaskRegion, StaticMaskBuilder, mask_body};
+use past_views::PastViews;
+use static_mask::{ComparedFrame, MaskRegion, StaticMaskBuilder, mask_body};
 use unlabelled::UnlabelledFinder;
 
 pub use dynamics_config::DynamicsConfig;

@@ -4,9 +4,9 @@ use crate::miss_compensation::is_still_there;
 use crate::mover_labels::mover_labels;
 use crate::unlabelled::Cutting;
 use crate::{
-    BoxCorrector, BoxSource, BoxTracker, DynamicsConfig, Error, Foreground, ForegroundFinder,
-    ForegroundSearch, FreeSpace, MaskRegion, Mover, SceneKnowledge, StaticMaskBuilder, UnlabelledFinder,
-    View, mask_body,
+    BoxCorrector, BoxSource, BoxTracker, ComparedFrame, DynamicsConfig, Error, Foreground, ForegroundFinder,
+    ForegroundSearch, FreeSpace, MaskRegion, Mover, PastViews, SceneKnowledge, StaticMaskBuilder,
+    UnlabelledFinder, View, mask_body,
 };
 
 /// All of paper section III-A up to the point cloud: from a frame and its detections to the movers' corrected
@@ -39,6 +39,7 @@ pub struct Preprocessor {
     finder: ForegroundFinder,
     corrector: BoxCorrector,
     mask_builder: StaticMaskBuilder,
+    past_views: PastViews,
     unlabelled: UnlabelledFinder,
     movers: Vec<Mover>,
     /// The foreground of each mover; behind them, buffers for later frames.
@@ -75,6 +76,7 @@ impl Preprocessor {
             finder: ForegroundFinder::new(&sensor)?,
             corrector: BoxCorrector::new(config.max_extension),
             mask_builder: StaticMaskBuilder::new(config.mask),
+            past_views: PastViews::default(),
             movers: Vec::new(),
             foregrounds: Vec::new(),
             static_mask: Mask::filled(1, 1, true)?,
@@ -129,7 +131,8 @@ impl Preprocessor {
         self.find_foregrounds(frame, found);
         self.compensate_misses();
         self.correct_boxes(frame);
-        self.mask_movers(frame, found);
+        self.mask_movers(frame, found, world_from_camera);
+        self.past_views.remember(frame, world_from_camera, &self.sensor);
         for body in knowledge.carried() {
             mask_body(frame, &body.transformed(&world_from_camera.inverse()), &mut self.static_mask);
         }
@@ -209,14 +212,16 @@ impl Preprocessor {
     }
 
     /// Builds the masks of static pixels and of movers.
-    fn mask_movers(&mut self, frame: &Frame, detections: &[Detection]) {
+    fn mask_movers(&mut self, frame: &Frame, detections: &[Detection], world_from_camera: &Pose) {
+        let compared =
+            ComparedFrame { frame, world_from_camera, past: &self.past_views, sensor: &self.sensor };
         let regions = self.movers.iter().zip(&self.foregrounds).map(|(mover, foreground)| MaskRegion {
             bounding_box: mover.corrected_box,
             detected_box: matches!(mover.source, BoxSource::Detected { .. }).then_some(mover.bounding_box),
             foreground,
             instance_mask: instance_mask(mover, detections),
         });
-        self.mask_builder.build(regions, frame, &mut self.static_mask, &mut self.mover_mask);
+        self.mask_builder.build(regions, &compared, &mut self.static_mask, &mut self.mover_mask);
     }
 
     /// Masks what is read in space that was free for long.

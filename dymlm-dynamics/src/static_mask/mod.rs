@@ -4,7 +4,9 @@ mod body_mask;
 mod mask_config;
 mod silhouette;
 mod static_mask_builder;
+mod still_parts;
 
 pub(crate) use body_mask::mask_body;
 pub use mask_config::{MaskConfig, MaskMode};
 pub(crate) use static_mask_builder::{MaskRegion, StaticMaskBuilder};
+pub(crate) use still_parts::ComparedFrame;

@@ -3,6 +3,7 @@ use std::ops::Range;
 use dymlm_core::{BoundingBox, DepthImage, Mask};
 
 use super::MaskRegion;
+use super::still_parts::{ComparedFrame, StillParts, Stillness};
 use crate::Foreground;
 
 /// The pixels of one mover in its box.
@@ -31,6 +32,8 @@ enum Pixel {
     /// On a plane that goes on outside the box: part of the mover only when the detector's own mask says so,
     /// or as a part of its rim.
     Background,
+    /// Between what moves and what is still: masked, and not surely part of it.
+    Doubtful,
     /// The border: not part of the box.
     Border,
 }
@@ -55,13 +58,40 @@ impl Silhouette {
         self.grow(mover.foreground);
     }
 
+    /// Leaves out the parts that have been still while the mover moved.
+    pub(super) fn release_still_parts(&mut self, compared: &ComparedFrame<'_>, parts: &mut StillParts) {
+        let is_inside = |u: usize, v: usize| {
+            let is_in = self.columns.contains(&u) && self.rows.contains(&v);
+            is_in && self.pixels[self.index(u - self.columns.start, v - self.rows.start)] == Pixel::Inside
+        };
+        if !parts.find(compared, [self.columns.clone(), self.rows.clone()], is_inside) {
+            return;
+        }
+        for ([columns, rows], stillness) in parts.released() {
+            let pixel = match stillness {
+                Stillness::Still => Pixel::Outside,
+                Stillness::Doubtful => Pixel::Doubtful,
+            };
+            for row in within(&rows, &self.rows) {
+                for column in within(&columns, &self.columns) {
+                    let index = self.index(column, row);
+                    if self.pixels[index] == Pixel::Inside {
+                        self.pixels[index] = pixel;
+                    }
+                }
+            }
+        }
+        self.collect_front();
+        std::mem::swap(&mut self.front, &mut self.next_front);
+    }
+
     /// Makes the mover's pixels `false`.
     pub(super) fn remove_from(&self, is_static: &mut Mask) {
         for (row, v) in self.rows.clone().enumerate() {
             let pixels = &self.pixels[self.index(0, row)..][..self.columns.len()];
             let mut first = self.columns.start;
             for stretch in pixels.chunk_by(|a, b| a == b) {
-                if stretch.first() == Some(&Pixel::Inside) {
+                if matches!(stretch.first(), Some(Pixel::Inside | Pixel::Doubtful)) {
                     is_static.fill_row(v, first..first + stretch.len(), false);
                 }
                 first += stretch.len();

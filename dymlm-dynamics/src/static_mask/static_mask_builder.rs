@@ -1,6 +1,7 @@
 use dymlm_core::{BoundingBox, Frame, Mask};
 
 use super::silhouette::Silhouette;
+use super::still_parts::{ComparedFrame, StillParts};
 use super::{MaskConfig, MaskMode};
 use crate::Foreground;
 
@@ -21,19 +22,21 @@ pub(crate) struct MaskRegion<'a> {
 ///
 /// In [`MaskMode::Silhouette`] the pixels on the foreground's surface are taken; from them the silhouette
 /// grows over neighbours that continue the surface in depth and lie within the foreground's range of depths;
-/// then a rim is added, wider where there is no depth. All of it stays within the corrected box, so the
-/// background between legs and beside a head is kept.
+/// [parts of it that are still](StillParts) while others move are left out; then a rim is added, wider where
+/// there is no depth. All of it stays within the corrected box, so the background between legs and beside a
+/// head is kept.
 ///
-/// Costs O(pixels in the boxes).
+/// Costs O(pixels in the boxes) and O(blocks times past views).
 #[derive(Debug, Clone)]
 pub(crate) struct StaticMaskBuilder {
     config: MaskConfig,
     silhouette: Silhouette,
+    still_parts: StillParts,
 }
 
 impl StaticMaskBuilder {
     pub(crate) fn new(config: MaskConfig) -> Self {
-        Self { config, silhouette: Silhouette::default() }
+        Self { config, silhouette: Silhouette::default(), still_parts: StillParts::default() }
     }
 
     /// Fills two masks: `is_static`, where `false` = inside a mover; and `is_mover`, where `true` = surely a
@@ -43,16 +46,20 @@ impl StaticMaskBuilder {
     pub(crate) fn build<'a>(
         &mut self,
         movers: impl IntoIterator<Item = MaskRegion<'a>>,
-        frame: &Frame,
+        compared: &ComparedFrame<'_>,
         is_static: &mut Mask,
         is_mover: &mut Mask,
     ) {
-        let depth = frame.depth();
+        let (frame, depth) = (compared.frame, compared.frame.depth());
         // A depth image's size is never refused.
         let _ = is_static.refill(depth.width(), depth.height(), true);
         let _ = is_mover.refill(depth.width(), depth.height(), false);
         for mover in movers {
             self.silhouette.trace(&mover, depth);
+            // A mask of the detector's own knows better, and a box takes all.
+            if self.config.mode == MaskMode::Silhouette && mover.instance_mask.is_none() {
+                self.silhouette.release_still_parts(compared, &mut self.still_parts);
+            }
             if let (Some(detected), false) = (&mover.detected_box, mover.foreground.is_empty()) {
                 self.silhouette.add_to(detected, is_mover);
             }

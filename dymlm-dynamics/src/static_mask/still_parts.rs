@@ -1,0 +1,265 @@
+use std::ops::Range;
+
+use dymlm_core::{Frame, Pose, SensorModel, Visibility};
+
+use crate::PastViews;
+use crate::block_depths::BlockDepths;
+
+/// Depth of a crease between two parts, from the chord over it, metres, beside the noise of a reading. Less
+/// cuts a body to pieces too small to be judged, more joins thighs with the seat below them
+/// (`sitting` sequences: completeness).
+const CREASE_DEPTH: f32 = 0.008;
+/// Half the length of that chord, metres: about the radius of a limb. Less misses round creases, more takes
+/// what lies between two arms for one.
+const CREASE_REACH: f64 = 0.04;
+/// How far the depth of a part changes from a block to the next, in units of their distance on a surface that
+/// faces the camera.
+const SLOPE: f64 = 3.0;
+/// How well a pose and a place between readings are known, metres.
+const EVENNESS: f64 = 0.004;
+/// How long a part must be known to have been still, seconds. Less takes a thigh for a part of the chair
+/// between two movements, more keeps chairs out of the map for longer.
+const WATCHED: f64 = 4.0;
+/// How far a block may be off before it has moved, as a share of a reading's tolerance: one deviation of a
+/// single reading, some of a block's mean.
+const OFF: f64 = 1.0 / 3.0;
+/// Share of a part's blocks that may be off while it is still: those at its rim. More takes legs that sway
+/// along the image for still, less loses chairs that a moving camera sees.
+const MAX_OFF: f32 = 0.25;
+/// Blocks that a part needs to be judged.
+const MIN_BLOCKS: u32 = 12;
+/// How much must have moved for the rest to count as still, as a share of the latter. More keeps the chair of
+/// somebody seen from behind, of whom little sticks out, less releases a body of which only a hand moves.
+const MIN_MOVED: f32 = 0.1;
+
+/// The parts of a silhouette, and which of them have been still while others moved: the chair that somebody
+/// sits on, the desk that an arm touches.
+///
+/// No step in depth parts a chair from who sits on it. But where two bodies meet there is a crease, and a
+/// body moves, while a chair does not: surfaces are cut along creases (after the local convexity of Stein et
+/// al. 2014, "Object partitioning using local convexity"), and each part is compared with what
+/// [past views](PastViews) have read in its place. As long as nothing has moved, all of it is the mover's.
+///
+/// Works on blocks of pixels: O(blocks times views).
+#[derive(Debug, Clone, Default)]
+pub(super) struct StillParts {
+    blocks: BlockDepths,
+    /// What each block belongs to.
+    cells: Vec<Cell>,
+    parts: Vec<Part>,
+    front: Vec<usize>,
+    next_front: Vec<usize>,
+}
+
+/// What a block belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Cell {
+    /// To the mover, and to no part yet.
+    Free,
+    /// To a crease, or to nothing: its middle is outside or has no depth.
+    Crease,
+    Part(u32),
+    /// To the crease at a part.
+    Beside(u32),
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Part {
+    blocks: u32,
+    /// The blocks that could be compared with the view at hand, and those that were off.
+    seen: u32,
+    off: u32,
+    /// Whether a view has shown that it has moved; the time over which none has, seconds.
+    has_moved: bool,
+    watched: f64,
+    /// Whether nothing more is to be learnt.
+    is_settled: bool,
+}
+
+impl Part {
+    fn is_still(&self) -> bool {
+        !self.has_moved && self.watched >= WATCHED
+    }
+}
+
+/// What is known of the pixels of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stillness {
+    /// They have been still while the mover moved.
+    Still,
+    /// At a crease between what is still and the mover: they may be of either.
+    Doubtful,
+}
+
+/// A frame, and what it is compared with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ComparedFrame<'a> {
+    pub(crate) frame: &'a Frame,
+    pub(crate) world_from_camera: &'a Pose,
+    pub(crate) past: &'a PastViews,
+    pub(crate) sensor: &'a SensorModel,
+}
+
+impl StillParts {
+    /// Finds the parts of the pixels of a window that are `inside`, and judges them. False when none is
+    /// still.
+    pub(super) fn find(
+        &mut self,
+        compared: &ComparedFrame<'_>,
+        window: [Range<usize>; 2],
+        is_inside: impl Fn(usize, usize) -> bool,
+    ) -> bool {
+        let now = compared.frame.timestamp();
+        if compared.past.iter().all(|view| view.age(now) < WATCHED) {
+            return false;
+        }
+        let camera = compared.frame.camera();
+        self.blocks.fill(compared.frame.depth(), camera.size_scale(), compared.sensor, window, is_inside);
+        self.find_creases(compared);
+        let slope = (SLOPE * self.blocks.side() as f64 / camera.fx().abs()) as f32;
+        let goes_on = |a: f32, b: f32| (a - b).abs() <= slope * a + 2.0 * compared.sensor.sigma(a);
+        self.part(goes_on);
+        self.compare(compared);
+        let any = self.has_still_parts();
+        if any {
+            self.share_creases(goes_on);
+        }
+        any
+    }
+
+    /// The blocks of parts that are still, and those beside them: columns and rows of their pixels.
+    pub(super) fn released(&self) -> impl Iterator<Item = ([Range<usize>; 2], Stillness)> {
+        let is_still = |part: u32| self.parts.get(part as usize).is_some_and(Part::is_still);
+        self.cells.iter().enumerate().filter_map(move |(block, &cell)| {
+            let stillness = match cell {
+                Cell::Part(part) if is_still(part) => Stillness::Still,
+                Cell::Beside(part) if is_still(part) => Stillness::Doubtful,
+                _ => return None,
+            };
+            Some((self.blocks.pixels(block), stillness))
+        })
+    }
+
+    fn find_creases(&mut self, compared: &ComparedFrame<'_>) {
+        let reach = CREASE_REACH * compared.frame.camera().fx().abs() / self.blocks.side() as f64;
+        self.cells.clear();
+        for (block, &z) in self.blocks.depths().iter().enumerate() {
+            let cell = if z > 0.0 {
+                // The surface on two opposite sides is nearer.
+                let steps = (reach / f64::from(z)).round().max(1.0) as usize;
+                let limit = z - CREASE_DEPTH - compared.sensor.sigma(z);
+                let is_crease = self.blocks.opposite(block, steps).any(|[a, b]| 0.5 * (a + b) < limit);
+                if is_crease { Cell::Crease } else { Cell::Free }
+            } else {
+                Cell::Crease
+            };
+            self.cells.push(cell);
+        }
+    }
+
+    /// Joins what no crease and no step in depth parts.
+    fn part(&mut self, goes_on: impl Fn(f32, f32) -> bool) {
+        self.parts.clear();
+        let depths = self.blocks.depths();
+        for start in 0..self.cells.len() {
+            if self.cells[start] != Cell::Free {
+                continue;
+            }
+            let own = Cell::Part(self.parts.len() as u32);
+            let mut part = Part::default();
+            self.cells[start] = own;
+            self.front.clear();
+            self.front.push(start);
+            while let Some(block) = self.front.pop() {
+                part.blocks += 1;
+                for neighbour in self.blocks.neighbours(block) {
+                    if self.cells[neighbour] == Cell::Free && goes_on(depths[block], depths[neighbour]) {
+                        self.cells[neighbour] = own;
+                        self.front.push(neighbour);
+                    }
+                }
+            }
+            self.parts.push(part);
+        }
+    }
+
+    /// Compares each part with what past views have read in its place, until one shows that it has moved. A
+    /// view that sees less than half of a part says nothing of it.
+    fn compare(&mut self, compared: &ComparedFrame<'_>) {
+        let camera = compared.frame.camera();
+        for part in &mut self.parts {
+            // Nothing is known of small ones.
+            part.is_settled = part.blocks < MIN_BLOCKS;
+        }
+        for view in compared.past.iter() {
+            let view_from_camera = view.view_from(compared.world_from_camera);
+            for (block, cell) in self.cells.iter().enumerate() {
+                let &Cell::Part(part) = cell else { continue };
+                let part = &mut self.parts[part as usize];
+                if part.is_settled {
+                    continue;
+                }
+                let z = self.blocks.depths()[block];
+                let place = camera.back_project(self.blocks.center(block), z.into());
+                let place = view_from_camera.transform_point(place);
+                let tolerance = compared.sensor.tolerance(place[2] as f32, EVENNESS);
+                let Some(reading) = view.reading_of(place, tolerance) else { continue };
+                let is_off = match Visibility::of_reading(reading, place[2], tolerance) {
+                    Visibility::Present => (reading - place[2]).abs() > OFF * tolerance,
+                    Visibility::Absent => true,
+                    Visibility::OutOfView | Visibility::NoReading | Visibility::Occluded => continue,
+                };
+                part.seen += 1;
+                part.off += u32::from(is_off);
+            }
+            for part in &mut self.parts {
+                let (seen, off) = (std::mem::take(&mut part.seen), std::mem::take(&mut part.off));
+                if seen > 0 && 2 * seen >= part.blocks {
+                    part.has_moved = off as f32 > MAX_OFF * seen as f32;
+                    part.is_settled |= part.has_moved;
+                    part.watched = part.watched.max(view.age(compared.frame.timestamp()));
+                }
+            }
+        }
+    }
+
+    /// Whether some parts are still, and enough of the others has moved.
+    fn has_still_parts(&self) -> bool {
+        let blocks = |chosen: fn(&Part) -> bool| {
+            self.parts.iter().filter(|part| chosen(part)).map(|part| part.blocks).sum::<u32>() as f32
+        };
+        let still = blocks(Part::is_still);
+        still > 0.0 && blocks(|part| part.has_moved) >= MIN_MOVED * still
+    }
+
+    /// Gives the blocks of creases to the parts beside them, to those that are not still first.
+    fn share_creases(&mut self, goes_on: impl Fn(f32, f32) -> bool) {
+        let depths = self.blocks.depths();
+        self.front.clear();
+        for is_still in [false, true] {
+            let of_parts = self.cells.iter().enumerate().filter_map(|(block, cell)| match cell {
+                Cell::Part(part) if self.parts[*part as usize].is_still() == is_still => Some(block),
+                _ => None,
+            });
+            self.front.extend(of_parts);
+        }
+        while !self.front.is_empty() {
+            self.next_front.clear();
+            for &block in &self.front {
+                let (Cell::Part(part) | Cell::Beside(part)) = self.cells[block] else { continue };
+                for neighbour in self.blocks.neighbours(block) {
+                    let has_depth = depths[neighbour] > 0.0;
+                    let joins = !has_depth || goes_on(depths[block], depths[neighbour]);
+                    if self.cells[neighbour] == Cell::Crease && joins {
+                        self.cells[neighbour] = Cell::Beside(part);
+                        // What has no depth leads nowhere.
+                        if has_depth {
+                            self.next_front.push(neighbour);
+                        }
+                    }
+                }
+            }
+            std::mem::swap(&mut self.front, &mut self.next_front);
+        }
+    }
+}
