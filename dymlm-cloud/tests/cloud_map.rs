@@ -166,8 +166,12 @@ proptest! {
     fn a_frame_is_taken_out_without_a_trace(removed in 0_usize..4, masked in any::<bool>()) {
         let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
         (6..19).for_each(|v| mask.fill_row(v, 0..WIDTH, false));
-        let movers = mask.inverted();
-        let mask = masked.then(|| MoverMasks::new(&mask).with_movers(&movers));
+        let mut movers = mask.inverted();
+        (6..12).for_each(|v| movers.fill_row(v, 0..WIDTH, false));
+        let mut unproven = mask.inverted();
+        unproven.subtract(&movers).unwrap();
+        let mask =
+            masked.then(|| MoverMasks::new(&mask).with_movers(&movers).with_unproven(&unproven));
         let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
         let mut without = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
         for seed in 0..4 {
@@ -504,6 +508,54 @@ fn who_sits_is_not_mapped_where_the_detector_misses_and_what_stands_beside_is() 
     }
     let seen = columns(map.point_cloud(Selection::Static).points());
     assert!(seen.iter().all(|&u| u > 29) && seen.contains(&31), "{seen:?}");
+}
+
+#[test]
+fn what_is_unproven_is_not_mapped_and_speaks_for_its_place() {
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+    let columns = 20..31;
+    let mut mask = Mask::filled(WIDTH, HEIGHT, true).unwrap();
+    (0..HEIGHT).for_each(|v| mask.fill_row(v, columns.clone(), false));
+    let unproven = mask.inverted();
+    let masks = MoverMasks::new(&mask).with_unproven(&unproven);
+    for step in 0..5 {
+        let frame = person_before_wall(f64::from(step) / 30.0, columns.clone());
+        map.insert(&frame, Some(masks), &Pose::identity()).unwrap();
+    }
+    let is_near = |cloud: &[Point]| cloud.iter().any(|point| point[2] < 2.0);
+    assert!(!is_near(map.point_cloud(Selection::All).points()));
+    let person = person_before_wall(1.0, columns.clone());
+    let z = f64::from(person.depth().at(25, HEIGHT / 2));
+    let place = camera().back_project([25.0, (HEIGHT / 2) as f64], z);
+    assert_eq!(map.verdicts().at(place), Some(Verdict::Static));
+
+    // Proved to stay, it is mapped.
+    (0..2).for_each(|_| drop(map.insert(&person, None, &Pose::identity()).unwrap()));
+    assert!(is_near(map.point_cloud(Selection::Static).points()));
+}
+
+#[test]
+fn space_is_long_free_where_frames_looked_through_before_the_current_epoch() {
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+    let insert = |map: &mut CloudMap, times: std::ops::Range<i32>, z: f32| {
+        for time in times {
+            map.insert(&frame(0.1 * f64::from(time), |_, _| z), None, &Pose::identity()).unwrap();
+        }
+    };
+    let [before, at_wall, behind] = [1.2, 2.4, 3.0].map(|z| [0.0, 0.0, z]);
+    assert!(!map.is_long_free(before, 0.0), "nothing was seen");
+    insert(&mut map, 0..50, 2.4);
+    assert!(map.is_long_free(before, 0.0) && map.is_long_free(before, 0.1));
+    assert!(!map.is_long_free(at_wall, 0.0) && !map.is_long_free(behind, 0.0));
+    let beside_wall = [0.0, 0.0, 2.27];
+    assert!(map.is_long_free(beside_wall, 0.0) && !map.is_long_free(beside_wall, 0.16));
+    // Somebody comes: what is read of him does not make the place his.
+    insert(&mut map, 50..70, 1.2);
+    assert!(map.is_long_free(before, 0.1));
+    // Who stays is no longer new.
+    insert(&mut map, 70..140, 1.2);
+    assert!(!map.is_long_free(before, 0.0));
+    assert!(!map.is_long_free([f64::NAN; 3], 0.0) && !map.is_long_free([1e12; 3], 0.0));
 }
 
 #[test]

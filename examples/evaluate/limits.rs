@@ -95,6 +95,28 @@ pub(crate) const SENSORS: &[SequenceLimit] = &[
     ("rolled", "objects.recall", AtLeast(0.9)),
 ];
 
+/// Limits of the run with what no detector reports, which hold with every third frame too.
+pub(crate) const UNDETECTED: &[SequenceLimit] = &[
+    ("nobody detected, walking", "cloud.residue", AtMost(0.0005)),
+    ("nobody detected, walking", "octree.ghosts", AtMost(0.0005)),
+    ("nobody detected, walking", "mask.recall", AtLeast(0.7)),
+    ("nobody detected, walking", "mask.precision", AtLeast(0.9)),
+    ("one of two detected", "cloud.residue", AtMost(0.0005)),
+    ("one of two detected", "mask.recall", AtLeast(0.9)),
+    ("trolley, one walks", "cloud.residue", AtMost(0.0005)),
+    ("trolley, one walks", "mask.recall", AtLeast(0.85)),
+    ("chair", "cloud.residue", AtMost(0.0005)),
+    ("chair", "changes.cloud.gone", AtMost(10.0)),
+    ("chair", "changes.octree.gone", AtMost(10.0)),
+    ("chair", "changes.objects.gone", AtMost(10.0)),
+    ("chair", "changes.cloud.there", AtMost(10.0)),
+    ("chair", "changes.octree.there", AtMost(10.0)),
+    ("chair", "changes.objects.there", AtMost(10.0)),
+    ("partition comes", "changes.cloud.there", AtMost(10.0)),
+    ("partition comes", "changes.octree.there", AtMost(10.0)),
+    ("partition comes", "changes.planes.there", AtMost(10.0)),
+];
+
 /// Fails when a figure is worse than its limit, or missing; says which.
 pub(crate) fn check(rows: &[Row], limits: &[SequenceLimit]) -> Result<(), AnyError> {
     let mut faults = Vec::new();

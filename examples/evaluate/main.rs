@@ -147,6 +147,8 @@ fn main() -> Result<(), AnyError> {
         limits::check(&rows, limits::QUICK)
     } else if arguments.sensors && arguments.only.is_none() {
         limits::check(&rows, limits::SENSORS)
+    } else if arguments.unlabelled && arguments.only.is_none() && arguments.fresh.is_none() {
+        limits::check(&rows, limits::UNDETECTED)
     } else {
         Ok(())
     }
