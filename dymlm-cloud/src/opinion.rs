@@ -3,7 +3,7 @@ use crate::evidence::Support;
 /// Most that a cell can say either way. With less, a few frames decide as much as many; without a limit, a
 /// surface watched for minutes outvotes the trace of a mover that touched it
 /// (`a_movers_trace_beside_a_long_seen_surface_is_removed`).
-const MAX_OPINION: f32 = 10.0;
+pub(crate) const MAX_OPINION: f32 = 10.0;
 /// Frames after which a period has said all that it can: a robot that stands still adds no certainty.
 const ENOUGH_FRAMES: f32 = 5.0;
 /// What a period that has said all leaves of what older ones have said. At 0.7 two and a half epochs outweigh

@@ -1,5 +1,6 @@
-use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, has, split, without};
+use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, has, put, split, without};
 use crate::evidence::{Evidence, EvidenceBlock};
+use crate::opinion::MAX_OPINION;
 
 /// What the evidence of all frames says of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +25,9 @@ const VOTE_UNIT: f32 = 12.0;
 /// A cell votes with its [`Opinion`](crate::opinion::Opinion) of whether something stands there; cells in
 /// which nothing was ever read have no vote. A single cell errs: its centre may lie just beside the surface
 /// that it holds, or in the one spot of a mover's trace that no later frame looked through. Its neighbours of
-/// the same thing know better. Whether it is a mover that stands there each cell decides for itself: movers
+/// the same thing know better, unless it is as sure as a cell can be that it is free, which takes several epochs
+/// of looks and no reading: what was taken away leaves no strip beside what stays
+/// (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`). Whether it is a mover that stands there each cell decides for itself: movers
 /// touch what does not move.
 ///
 /// Verdicts are kept, and made anew for the blocks whose evidence has changed and those around them.
@@ -45,6 +48,8 @@ struct BlockVerdict {
     read: CellBits,
     /// Cells that are mostly read as movers.
     movers: CellBits,
+    /// Cells that are free whatever those around say: nothing more could speak against them.
+    free: CellBits,
     /// Cells that the majority around them takes for occupied, by a mover or not.
     present: CellBits,
     /// Cells that are part of the static world.
@@ -88,7 +93,7 @@ impl VerdictGrid {
         self.revision += 1;
         for (slot, majority) in around.into_iter().zip(majorities) {
             if let Some(block) = &mut self.blocks[slot] {
-                block.present = majority;
+                block.present = without(majority, block.free);
                 let statics = without(block.present, block.movers);
                 if statics != block.statics {
                     (block.statics, block.revision) = (statics, self.revision);
@@ -177,6 +182,7 @@ impl BlockVerdict {
             votes: [0; BLOCK_CELLS],
             read: none,
             movers: none,
+            free: none,
             present: none,
             statics: none,
             revision: 0,
@@ -185,15 +191,17 @@ impl BlockVerdict {
         // What was only looked through has no opinion that anybody asks for.
         for index in (0..BLOCK_CELLS).filter(|&index| has(&read, index)) {
             let opinion = block.opinion(index, looks_per_reading);
-            let bit = 1 << (index % 64);
             if opinion.is_read {
                 verdict.votes[index] = (opinion.presence * VOTE_UNIT).round() as i8;
             }
+            if opinion.presence <= -MAX_OPINION {
+                put(&mut verdict.free, index);
+            }
             if opinion.is_read || opinion.staticness < 0.0 {
-                verdict.read[index / 64] |= bit;
+                put(&mut verdict.read, index);
             }
             if opinion.staticness < 0.0 {
-                verdict.movers[index / 64] |= bit;
+                put(&mut verdict.movers, index);
             }
         }
         verdict

@@ -467,6 +467,32 @@ fn what_was_taken_away_is_gone_within_ten_seconds() {
     }
 }
 
+#[test]
+fn a_wall_that_was_taken_away_leaves_no_strip_above_the_floor() {
+    let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
+    // The floor is 0.5 m below the camera, the wall 2 m ahead.
+    let depth = |wall: bool| -> Vec<f32> {
+        let floor = |v: u32| if v > 60 { 0.5 * 130.0 / (v as f32 - 59.5) } else { 4.0 };
+        let row = |v: u32| floor(v).min(if wall { 2.0 } else { 4.0 });
+        (0..160 * 120).map(|pixel| row(pixel / 160)).collect()
+    };
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+    let mut insert = |time: f64, wall: bool| {
+        let depth = DepthImage::new(160, 120, depth(wall)).unwrap();
+        let pose = Pose::new([0.002 * (time % 7.0), 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        map.insert(&Frame::new(time, camera, depth, None).unwrap(), None, &pose).unwrap();
+    };
+    (0..60).for_each(|step| insert(f64::from(step) / 2.0, true));
+    (60..80).for_each(|step| insert(f64::from(step) / 2.0, false));
+    let cloud = map.point_cloud(Selection::Static);
+    let at_wall = |low: f32, high: f32| {
+        let is_at = |p: &&Point| p[0].abs() < 0.5 && (p[2] - 2.0).abs() < 0.06 && p[1] > low && p[1] < high;
+        cloud.points().iter().filter(is_at).count()
+    };
+    assert!(at_wall(0.49, 0.51) > 100, "the floor: {} points", at_wall(0.49, 0.51));
+    assert_eq!(at_wall(-0.5, 0.48), 0);
+}
+
 /// Somebody sits in columns 20 to 30 and is masked but in every tenth frame; the mask takes column 31 of the
 /// chair, too, in every third.
 fn insert_sitting(map: &mut CloudMap, step: usize) {
