@@ -57,18 +57,18 @@ pub(crate) enum Finding {
 }
 
 impl Epochs {
-    /// The period of an epoch, made when there is none.
-    pub(crate) fn period_mut(&mut self, epoch: i32) -> &mut Period {
+    /// The period of an epoch, made when there is none; `None` for an epoch that is forgotten.
+    pub(crate) fn period_mut(&mut self, epoch: i32) -> Option<&mut Period> {
         let place = match self.periods.last() {
             Some(last) if last.contains(epoch) => self.periods.len() - 1,
-            Some(last) if epoch < last.first => self.place_of_older(epoch),
+            Some(last) if epoch < last.first => self.place_of_older(epoch)?,
             _ => {
                 self.periods.push(Period::new(epoch, 0));
                 self.coarsen();
                 self.periods.len() - 1
             }
         };
-        &mut self.periods[place]
+        self.periods.get_mut(place)
     }
 
     /// What was counted in a cell, newest period first.
@@ -139,13 +139,17 @@ impl Epochs {
         self.periods.capacity() * size_of::<Period>() + cells * size_of::<CellCounts>()
     }
 
-    fn place_of_older(&mut self, epoch: i32) -> usize {
+    fn place_of_older(&mut self, epoch: i32) -> Option<usize> {
         let place = self.periods.partition_point(|period| period.end() < i64::from(epoch));
-        if !self.periods[place].contains(epoch) {
+        if !self.periods.get(place)?.contains(epoch) {
             let newest = self.newest();
-            self.periods.insert(place, Period::new(epoch, level_of(epoch, newest)));
+            let period = Period::new(epoch, level_of(epoch, newest));
+            if period.is_forgotten(newest) {
+                return None;
+            }
+            self.periods.insert(place, period);
         }
-        place
+        Some(place)
     }
 
     fn newest(&self) -> i64 {
@@ -155,7 +159,7 @@ impl Epochs {
     /// Joins what has become one period since the newest epoch has begun.
     fn coarsen(&mut self) {
         let newest = self.newest();
-        self.periods.retain(|period| newest - period.end() < i64::from(MEMORY));
+        self.periods.retain(|period| !period.is_forgotten(newest));
         let mut joined: Vec<Period> = Vec::with_capacity(self.periods.len());
         for mut period in self.periods.drain(..) {
             period.grow_to(level_of(period.first, newest));
@@ -190,6 +194,10 @@ impl Period {
 
     fn end(&self) -> i64 {
         i64::from(self.first) + (1 << self.level) - 1
+    }
+
+    fn is_forgotten(&self, newest: i64) -> bool {
+        newest - self.end() >= i64::from(MEMORY)
     }
 
     fn contains(&self, epoch: i32) -> bool {
@@ -266,7 +274,7 @@ mod tests {
     fn counted(frames: impl IntoIterator<Item = (i32, usize, Finding)>) -> Epochs {
         let mut epochs = Epochs::default();
         for (epoch, index, finding) in frames {
-            epochs.period_mut(epoch).count(index, finding, Direction::Insert);
+            epochs.period_mut(epoch).unwrap().count(index, finding, Direction::Insert);
         }
         epochs
     }
@@ -295,10 +303,31 @@ mod tests {
     fn what_was_counted_is_taken_out_again() {
         let mut epochs = counted(frames());
         for (epoch, index, finding) in frames() {
-            assert!(!epochs.period_mut(epoch).count(index, finding, Direction::Remove));
+            assert!(!epochs.period_mut(epoch).unwrap().count(index, finding, Direction::Remove));
         }
         assert!((0..7).flat_map(|cell| epochs.of_cell(cell)).all(|(_, counts)| counts == Support::default()));
-        assert!(epochs.period_mut(5).count(0, Finding::Mover, Direction::Remove), "overdrawn");
+        assert!(epochs.period_mut(5).unwrap().count(0, Finding::Mover, Direction::Remove), "overdrawn");
+    }
+
+    #[test]
+    fn a_frame_from_before_memory_says_nothing_in_any_order() {
+        let frames =
+            [0, 700, MEMORY - 1, MEMORY + 300, MEMORY + 301].map(|epoch| (epoch, 0, Finding::Surface));
+        let count = |order: &[usize]| {
+            let mut epochs = Epochs::default();
+            for &index in order {
+                let (epoch, cell, finding) = frames[index];
+                if let Some(period) = epochs.period_mut(epoch) {
+                    period.count(cell, finding, Direction::Insert);
+                }
+            }
+            epochs
+        };
+        let by_time = count(&[0, 1, 2, 3, 4]);
+        assert_eq!(by_time.of_cell(0).map(|(_, counts)| counts.support).sum::<u32>(), 4);
+        for order in [[4, 3, 2, 1, 0], [4, 0, 3, 1, 2], [1, 4, 2, 0, 3]] {
+            assert_eq!(count(&order), by_time);
+        }
     }
 
     #[test]
@@ -306,7 +335,7 @@ mod tests {
         let mut epochs = Epochs::default();
         let (mut most, mut counted) = (0, 0_u32);
         for epoch in 0..8 * 1440 {
-            epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);
+            epochs.period_mut(epoch).unwrap().count(0, Finding::Surface, Direction::Insert);
             most = most.max(epochs.periods.len());
             counted += 1;
         }

@@ -304,7 +304,7 @@ impl EvidenceBlock {
         let read = std::mem::take(&mut self.read);
         let movers = without(std::mem::take(&mut self.movers), read);
         self.is_read = false;
-        let period = self.epochs.period_mut(epoch);
+        let Some(period) = self.epochs.period_mut(epoch) else { return false };
         any_bit(read, |index| period.count(index, Finding::Surface, direction))
             | any_bit(movers, |index| period.count(index, Finding::Mover, direction))
     }
@@ -312,7 +312,8 @@ impl EvidenceBlock {
     fn count_looked_through(&mut self, cells: LookedThrough, epoch: i32, direction: Direction) -> bool {
         let cells = match cells {
             LookedThrough::All if !self.is_read => {
-                return self.epochs.period_mut(epoch).count_whole(direction);
+                let period = self.epochs.period_mut(epoch);
+                return period.is_some_and(|period| period.count_whole(direction));
             }
             LookedThrough::All => [u64::MAX; BLOCK_CELLS / 64],
             LookedThrough::Cells(cells) => cells,
@@ -321,7 +322,7 @@ impl EvidenceBlock {
         if cells == CellBits::default() {
             return false;
         }
-        let period = self.epochs.period_mut(epoch);
+        let Some(period) = self.epochs.period_mut(epoch) else { return false };
         any_bit(cells, |index| period.count(index, Finding::LookedThrough, direction))
     }
 

@@ -79,6 +79,22 @@ pub fn any_across(a: Vector3) -> Vector3 {
     across.map(|c| c / length)
 }
 
+/// The box around points, lowest and highest corner; from infinity to minus infinity without any.
+pub fn bounds(points: impl IntoIterator<Item = Vector3>) -> [Vector3; 2] {
+    let nothing = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    points.into_iter().fold(nothing, |[low, high], point| {
+        let join = |axis: usize| (low[axis].min(point[axis]), high[axis].max(point[axis]));
+        let [x, y, z] = [join(0), join(1), join(2)];
+        [[x.0, y.0, z.0], [x.1, y.1, z.1]]
+    })
+}
+
+/// Whether two boxes, each its lowest and highest corner, share any point, be it one of their surfaces.
+#[inline]
+pub fn boxes_touch([low, high]: [Vector3; 2], [other_low, other_high]: [Vector3; 2]) -> bool {
+    (0..3).all(|axis| low[axis] <= other_high[axis] && high[axis] >= other_low[axis])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,6 +105,14 @@ mod tests {
             let across = any_across(a);
             assert!(dot(a, across).abs() < 1e-15 && (norm(across) - 1.0).abs() < 1e-15, "{across:?}");
         }
+    }
+
+    #[test]
+    fn boxes_touch_when_they_share_a_point() {
+        let [a, b] = [[[0.0; 3], [1.0; 3]], bounds([[1.0, 2.0, 0.2], [3.0, 0.5, 0.1]])];
+        assert_eq!(b, [[1.0, 0.5, 0.1], [3.0, 2.0, 0.2]]);
+        assert!(boxes_touch(a, b) && boxes_touch(b, a));
+        assert!(!boxes_touch(a, [[1.1, 0.5, 0.1], [3.0, 2.0, 0.2]]) && !boxes_touch(a, bounds([])));
     }
 
     #[test]

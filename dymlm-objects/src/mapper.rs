@@ -1,5 +1,6 @@
 use std::collections::BTreeSet;
 
+use dymlm_core::vector3::{bounds, boxes_touch};
 use dymlm_core::{ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
@@ -247,18 +248,12 @@ impl ObjectMapper {
     /// `is_gone` says are; gives their ids. Carried objects stay.
     pub fn remove_where(
         &mut self,
-        [min, max]: [[f64; 3]; 2],
+        region: [[f64; 3]; 2],
         is_gone: impl Fn(&MapObject) -> bool,
     ) -> Vec<ObjectId> {
-        let reaches_in = |object: &MapObject| {
-            let corners = object.oriented_box.corners();
-            (0..3).all(|axis| {
-                corners.iter().any(|corner| corner[axis] <= max[axis])
-                    && corners.iter().any(|corner| corner[axis] >= min[axis])
-            })
-        };
+        let reaches_in = |object: &MapObject| boxes_touch(bounds(object.oriented_box.corners()), region);
         let mut gone = Vec::new();
-        self.index.within([min, max], &mut gone);
+        self.index.within(region, &mut gone);
         gone.retain(|id| {
             let object = self.map.object(*id).filter(|object| !self.held.contains(&object.id));
             object.is_some_and(|object| reaches_in(object) && is_gone(object))

@@ -1,3 +1,4 @@
+use dymlm_core::vector3::boxes_touch;
 use dymlm_core::{PointCloud, Rgb};
 
 use crate::insertion::ScanScratch;
@@ -163,17 +164,27 @@ impl Octree {
     }
 
     /// Makes occupied cells free, as after one look through them: those of the smallest cells that share
-    /// something with the box (lowest and highest corner, metres) for whose centres `is_free` says so. Gives
-    /// their number. O(leaves in the box).
-    pub fn free_cells(&mut self, [min, max]: [[f64; 3]; 2], is_free: impl Fn([f64; 3]) -> bool) -> usize {
+    /// something with any of the boxes (lowest and highest corner, metres) for whose centres `is_free` says
+    /// so. Gives their number. O(leaves in the boxes).
+    pub fn free_cells(
+        &mut self,
+        boxes: impl IntoIterator<Item = [[f64; 3]; 2]>,
+        is_free: impl Fn([f64; 3]) -> bool,
+    ) -> usize {
         let half = 0.5 * self.resolution();
-        let occupied = self.leaves_in_box(min, max).filter(|leaf| leaf.state == CellState::Occupied);
-        let cells = occupied.flat_map(|leaf| smallest_cells(leaf.key, leaf.depth));
-        let center = |key: Key| self.lattice.corner(key).map(|c| c + half);
-        let overlaps = |center: [f64; 3]| {
-            (0..3).all(|axis| center[axis] + half >= min[axis] && center[axis] - half <= max[axis])
-        };
-        let freed: Vec<Key> = cells.filter(|&key| overlaps(center(key)) && is_free(center(key))).collect();
+        let mut freed: Vec<Key> = Vec::new();
+        for around in boxes {
+            let [min, max] = around;
+            let occupied = self.leaves_in_box(min, max).filter(|leaf| leaf.state == CellState::Occupied);
+            let cells = occupied.flat_map(|leaf| smallest_cells(leaf.key, leaf.depth));
+            let center = |key: Key| self.lattice.corner(key).map(|c| c + half);
+            let is_in =
+                |center: [f64; 3]| boxes_touch([center.map(|c| c - half), center.map(|c| c + half)], around);
+            freed.extend(cells.filter(|&key| is_in(center(key)) && is_free(center(key))));
+        }
+        // Boxes that touch share cells.
+        freed.sort_unstable();
+        freed.dedup();
         let model = self.model;
         for &key in &freed {
             self.tree.change_cell(key, |_| Some(model.clamped(model.miss)));

@@ -1,5 +1,5 @@
-use dymlm_core::Point;
-use dymlm_core::Pose;
+use dymlm_core::vector3::boxes_touch;
+use dymlm_core::{Point, Pose};
 
 /// Bits of a voxel coordinate in a key.
 const BITS: u32 = 21;
@@ -22,11 +22,9 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     /// Whether the box shares something with that from `min` to `max`, metres.
-    pub(crate) fn overlaps(&self, [min, max]: [[f64; 3]; 2]) -> bool {
-        (0..3).all(|axis| {
-            f64::from(self.min[axis]) * self.voxel_size <= max[axis]
-                && f64::from(self.max[axis]) * self.voxel_size >= min[axis]
-        })
+    pub(crate) fn overlaps(&self, other: [[f64; 3]; 2]) -> bool {
+        let corner = |voxel: [i32; 3]| voxel.map(|c| f64::from(c) * self.voxel_size);
+        boxes_touch([corner(self.min), corner(self.max)], other)
     }
 
     /// Distance between two boxes, metres; vast when one is empty.

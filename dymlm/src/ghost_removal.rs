@@ -1,5 +1,6 @@
 use dymlm_cloud::{Verdict, Verdicts};
 use dymlm_core::ObjectId;
+use dymlm_core::vector3::bounds;
 use dymlm_planes::MapPlane;
 
 use crate::MultiLevelMap;
@@ -41,23 +42,18 @@ impl GhostRemoval {
         let verdicts = cloud.verdicts();
         let boxes: Vec<[[f64; 3]; 2]> = verdicts.ghost_boxes_since(self.revision).collect();
         self.revision = cloud.evidence_revision();
-        let Some(region) = boxes.iter().copied().reduce(union) else { return Vec::new() };
+        if boxes.is_empty() {
+            return Vec::new();
+        }
+        let region = bounds(boxes.iter().flatten().copied());
 
         let half = 0.5 * octree.resolution();
-        for &around in &boxes {
-            octree.free_cells(around, |center| is_ghost_cell(&verdicts, center, half));
-        }
+        octree.free_cells(boxes, |center| is_ghost_cell(&verdicts, center, half));
         planes.judge(region, |plane: &MapPlane| {
             is_gone(&verdicts, &mut plane.inlier_points().map(|point| point.map(f64::from)))
         });
         objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()))
     }
-}
-
-fn union(a: [[f64; 3]; 2], b: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
-    let bound =
-        |end: usize, choose: fn(f64, f64) -> f64| [0, 1, 2].map(|axis| choose(a[end][axis], b[end][axis]));
-    [bound(0, f64::min), bound(1, f64::max)]
 }
 
 /// Whether a cube holds a ghost and nothing static.
