@@ -86,6 +86,18 @@ fn a_thing_goes_whole_though_half_of_it_stands_where_nothing_is_known() {
     assert_eq!(movers.len(), 1);
 }
 
+/// A long thing of which a little is known to be new is found beyond the search's margin too.
+#[test]
+fn a_long_thing_goes_whole() {
+    // Wavy, so that it is no plane that goes on around the box.
+    let column = |u: usize| (u..u + 1, 90..150, 2.0 + 0.04 * (u as f32 / 6.0).sin());
+    let things: Vec<Thing> = (40..190).map(column).collect();
+    let end = (140.0 - 159.5) / 262.5 * 2.0;
+    let (movers, mask) = run(&things, |place| before_the_wall(place) && place[0] < end);
+    assert_eq!(movers.len(), 1);
+    assert_masked(&mask, &(40..190, 90..150, 2.0));
+}
+
 #[test]
 fn flying_pixels_and_specks_are_nothing_new() {
     let lines = (0..5).map(|line| (60 + 20 * line..62 + 20 * line, 40..200, 2.0 + 0.1 * line as f32));

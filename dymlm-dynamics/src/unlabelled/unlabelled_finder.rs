@@ -7,6 +7,10 @@ use crate::{
     StaticMaskBuilder, TrackerConfig, View,
 };
 
+/// How often the box of a new surface is widened to the thing that it is a part of. Each time takes in what is
+/// joined to it within the margin of the search; a thing that fills half of the image needs three.
+const MAX_WIDENINGS: usize = 3;
+
 /// Finds what moves and is reported by no detector, and follows it from frame to frame.
 ///
 /// A surface that is read in space that was free for long is new. What is joined to it is one thing with it,
@@ -60,7 +64,19 @@ impl UnlabelledFinder {
             if !surfaces.is_static(surface, static_mask) {
                 continue;
             }
-            cutting.finder.find_new(frame, surface.bounding_box, static_mask, is_new, foreground);
+            let mut searched = surface.bounding_box;
+            cutting.finder.find_new(frame, searched, static_mask, is_new, foreground);
+            for _ in 0..MAX_WIDENINGS {
+                match foreground.bounding_box().filter(|found| found.area() > searched.area()) {
+                    Some(found) => searched = found,
+                    None => break,
+                }
+                cutting.finder.find_new(frame, searched, static_mask, is_new, foreground);
+            }
+            if foreground.is_empty() {
+                // What it is joined to was there before.
+                cutting.finder.find_new(frame, surface.bounding_box, static_mask, is_new, foreground);
+            }
             let Some(bounding_box) = foreground.bounding_box() else { continue };
             let corrected_box = cutting.corrector.correct(frame, &bounding_box, foreground);
             let region = MaskRegion {
