@@ -10,9 +10,9 @@ use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 /// sensor's tolerance ([`Visibility::Absent`](dymlm_core::Visibility::Absent)), whatever it is a reading of:
 /// also somebody who walks behind a place shows that the place is free.
 ///
-/// Cost a frame: one look at the image for each block of 8^3 cells in view, and one for each cell of the
-/// blocks that neither lie wholly before the readings nor wholly behind; independent of the number of frames
-/// before.
+/// Cost a frame: one look at the image for each block of 8^3 cells between the camera and the readings, and one
+/// for each cell of the blocks that the readings pass; independent of the number of frames before and of what
+/// lies behind.
 #[derive(Debug, Clone)]
 pub(crate) struct LookThrough {
     cell_size: f64,
@@ -22,6 +22,20 @@ pub(crate) struct LookThrough {
     view: View,
     tiles: DepthTiles,
     samples: Box<CellSamples>,
+    /// What the frame may look through, and cubes that are still to be judged: lowest block, and the logarithm
+    /// of the side.
+    found: Vec<FoundBlock>,
+    cubes: Vec<([i32; 3], u32)>,
+}
+
+/// A block in which a frame may look through something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct FoundBlock {
+    place: [i32; 3],
+    /// In the camera's frame.
+    center: [f32; 3],
+    /// Whether it looks through all of it.
+    is_whole: bool,
 }
 
 /// What a frame looks through in a block.
@@ -39,6 +53,8 @@ struct View {
     cx: f32,
     cy: f32,
     camera_from_world: Pose,
+    /// x / z at the left and the right border of the image, y / z at the upper and the lower, a pixel outside.
+    slopes: [[f32; 2]; 2],
     /// Lowest and highest block coordinates around what is seen.
     low: [i32; 3],
     high: [i32; 3],
@@ -73,6 +89,8 @@ impl LookThrough {
             view: View::default(),
             tiles: DepthTiles::default(),
             samples: Box::default(),
+            found: Vec::new(),
+            cubes: Vec::new(),
         }
     }
 
@@ -80,7 +98,15 @@ impl LookThrough {
     pub(crate) fn take_view(&mut self, camera: &PinholeCamera, depth: &DepthImage, world_from_camera: &Pose) {
         let block_side = self.block_side();
         let [low, high] = blocks_around_view(camera, world_from_camera, self.sensor.max_depth, block_side);
+        let slopes = |size: usize, center: f64, focal: f64| {
+            let [a, b] = [-1.0, size as f64].map(|pixel| ((pixel - center) / focal) as f32);
+            [a.min(b), a.max(b)]
+        };
         self.view = View {
+            slopes: [
+                slopes(camera.width(), camera.cx(), camera.fx()),
+                slopes(camera.height(), camera.cy(), camera.fy()),
+            ],
             fx: camera.fx() as f32,
             fy: camera.fy() as f32,
             cx: camera.cx() as f32,
@@ -100,22 +126,47 @@ impl LookThrough {
         depth: &DepthImage,
         mut count: impl FnMut([i32; 3], LookedThrough),
     ) {
+        self.find_blocks();
+        for index in 0..self.found.len() {
+            let FoundBlock { place, center, is_whole } = self.found[index];
+            if is_whole {
+                count(place, LookedThrough::All);
+                continue;
+            }
+            let cells = self.cells_looked_through(center, depth);
+            if cells != CellBits::default() {
+                count(place, LookedThrough::Cells(cells));
+            }
+        }
+    }
+
+    /// Finds the blocks in which the current frame may look through something: a cube of blocks is divided in
+    /// eight as long as the readings where it appears do not all lie before it.
+    fn find_blocks(&mut self) {
         let View { low, high, camera_from_world, .. } = self.view;
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                for x in low[0]..=high[0] {
-                    let center = [x, y, z].map(|c| (f64::from(c) + 0.5) * self.block_side());
-                    let center = camera_from_world.transform_point(center).map(|c| c as f32);
-                    match self.judge_block(center) {
-                        BlockVerdict::Nothing => {}
-                        BlockVerdict::All => count([x, y, z], LookedThrough::All),
-                        BlockVerdict::Mixed => {
-                            let cells = self.cells_looked_through(center, depth);
-                            if cells != CellBits::default() {
-                                count([x, y, z], LookedThrough::Cells(cells));
-                            }
-                        }
-                    }
+        let longest = (0..3).map(|axis| high[axis].saturating_sub(low[axis])).max().unwrap_or(0);
+        let (side, radius) = (self.block_side(), self.block_radius());
+        self.found.clear();
+        self.cubes.clear();
+        self.cubes.push((low, (longest.max(0) as u32).checked_ilog2().map_or(0, |log| log + 1)));
+        while let Some((corner, level)) = self.cubes.pop() {
+            let half = 0.5 * f64::from(1_u32 << level);
+            let center = corner.map(|c| (f64::from(c) + half) * side);
+            let center = camera_from_world.transform_point(center).map(|c| c as f32);
+            let verdict = self.judge_ball(center, radius * (1_u32 << level) as f32);
+            if verdict == BlockVerdict::Nothing {
+                continue;
+            }
+            if level == 0 {
+                let is_whole = verdict == BlockVerdict::All;
+                self.found.push(FoundBlock { place: corner, center, is_whole });
+                continue;
+            }
+            for child in 0..8 {
+                let step = [child & 1, child >> 1 & 1, child >> 2].map(|far| far << (level - 1));
+                let corner = [0, 1, 2].map(|axis| corner[axis] + step[axis]);
+                if (0..3).all(|axis| corner[axis] <= high[axis]) {
+                    self.cubes.push((corner, level - 1));
                 }
             }
         }
@@ -140,9 +191,8 @@ impl LookThrough {
         self.sensor.tolerance(z, self.place_sigma) as f32
     }
 
-    /// Compares the block's ball as a whole with the readings around it.
-    fn judge_block(&self, [x, y, z]: [f32; 3]) -> BlockVerdict {
-        let radius = self.block_radius();
+    /// Compares a ball around blocks as a whole with the readings around it.
+    fn judge_ball(&self, [x, y, z]: [f32; 3], radius: f32) -> BlockVerdict {
         let View { fx, fy, cx, cy, .. } = self.view;
         let (nearest, farthest) = (z - radius, z + radius);
         let SensorModel { min_depth, max_depth, .. } = self.sensor;
@@ -150,7 +200,15 @@ impl LookThrough {
             return BlockVerdict::Nothing;
         }
         if nearest < min_depth.max(0.05) {
-            return BlockVerdict::Mixed;
+            let is_beside = |[low, high]: [f32; 2], offset: f32| {
+                let outside = |slope: f32, side: f32| {
+                    side * (offset - slope * z) > radius * (1.0 + slope * slope).sqrt()
+                };
+                outside(low, -1.0) || outside(high, 1.0)
+            };
+            let [columns, rows] = self.view.slopes;
+            let is_out_of_view = is_beside(columns, x) || is_beside(rows, y);
+            return if is_out_of_view { BlockVerdict::Nothing } else { BlockVerdict::Mixed };
         }
         // |u' - u| of a point within the radius is at most f radius (1 + |x| / z) / nearest.
         let span = |focal: f32, center: f32, offset: f32| {
@@ -254,4 +312,38 @@ fn blocks_around_view(
         }
     }
     [low, high].map(|corner| corner.map(|c| (c / block_side).floor() as i32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_behind_what_is_seen_cost_nothing_and_none_before_is_missed() {
+        let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
+        let sensor = SensorModel { max_depth: 80.0, ..SensorModel::kinect() };
+        let turn = Pose::new([0.3, -0.2, 0.1], [0.1, 0.2, 0.3, 0.927_361_849_549_570_4]).unwrap();
+        // A wall at 3 m, farther through a door.
+        let wall = |pixel: usize| if (60..80).contains(&(pixel % 160)) { 9.0 } else { 3.0 };
+        let depth = DepthImage::new(160, 120, (0..160 * 120).map(wall).collect()).unwrap();
+        let mut look = LookThrough::new(0.04, sensor);
+        look.take_view(&camera, &depth, &turn);
+        look.find_blocks();
+        let mut found: Vec<[i32; 3]> = look.found.iter().map(|block| block.place).collect();
+        let looked_through = |look: &mut LookThrough, place: [i32; 3]| {
+            let center = turn.inverse().transform_point(place.map(|c| (f64::from(c) + 0.5) * 0.32));
+            look.cells_looked_through(center.map(|c| c as f32), &depth) != CellBits::default()
+        };
+        assert!(found.len() < 10_000, "{} of 15 million", found.len());
+        assert!(found.iter().filter(|&&place| looked_through(&mut look, place)).count() > 1000);
+        found.sort_unstable();
+        for index in 0..64 * 64 * 64 {
+            let place = [index % 64, index / 64 % 64, index / 4096].map(|c| c - 32);
+            let is_in =
+                (0..3).all(|axis| (look.view.low[axis]..=look.view.high[axis]).contains(&place[axis]));
+            if is_in && looked_through(&mut look, place) {
+                assert!(found.binary_search(&place).is_ok(), "{place:?}");
+            }
+        }
+    }
 }

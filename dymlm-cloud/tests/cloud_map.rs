@@ -556,7 +556,9 @@ fn what_is_unproven_is_not_mapped_and_speaks_for_its_place() {
     assert_eq!(map.verdicts().at(place), Some(Verdict::Static));
 
     // Proved to stay, it is mapped.
-    (0..2).for_each(|_| drop(map.insert(&person, None, &Pose::identity()).unwrap()));
+    for _ in 0..2 {
+        map.insert(&person, None, &Pose::identity()).unwrap();
+    }
     assert!(is_near(map.point_cloud(Selection::Static).points()));
 }
 

@@ -1,4 +1,5 @@
-//! Somebody sits on a seat: a bulging body before a wall, below it a box whose top the body meets in a crease.
+//! Somebody sits on a seat: a bulging body before a wall, below it a box whose top the body meets in a
+//! crease.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose, SensorModel};

@@ -138,8 +138,8 @@ impl ObjectMapper {
             index.in_view(map, camera, &view.world_from_camera, max_depth, in_view);
             self.parameterize(view, planes);
             self.associate(view);
-            self.update(view);
-            self.optimize(view);
+            self.update(view, planes);
+            self.optimize(view, planes);
         }
         Ok(std::mem::take(&mut self.report))
     }
@@ -189,7 +189,7 @@ impl ObjectMapper {
     }
 
     /// Objects take their observations in and are parameterized anew; what is left becomes new objects.
-    fn update(&mut self, view: &ObjectView<'_>) {
+    fn update(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
         self.observed.clear();
         let observations = std::mem::take(&mut self.observations);
         for (index, observation) in observations.iter().enumerate() {
@@ -198,8 +198,8 @@ impl ObjectMapper {
                 Some(object) if self.held.contains(&object) => {
                     self.reject(observation.detection, RejectionCause::Occupied);
                 }
-                Some(object) => self.update_object(view, observation, object),
-                None => self.create_object(view, observation),
+                Some(object) => self.update_object(view, observation, object, planes),
+                None => self.create_object(view, observation, planes),
             }
         }
         self.observations = observations;
@@ -207,10 +207,10 @@ impl ObjectMapper {
     }
 
     /// What should be in view but is not, what is confirmed, what is one.
-    fn optimize(&mut self, view: &ObjectView<'_>) {
+    fn optimize(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
         self.judge_existence(view);
         self.remove_ghosts();
-        self.merge_duplicates();
+        self.merge_duplicates(planes);
         self.judge_belief();
         let report = &mut self.report;
         for ids in [&mut report.updated, &mut report.kept_parameters] {
@@ -317,7 +317,13 @@ impl ObjectMapper {
         self.index.remove(id);
     }
 
-    fn update_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation, id: ObjectId) {
+    fn update_object(
+        &mut self,
+        view: &ObjectView<'_>,
+        observation: &ObjectObservation,
+        id: ObjectId,
+        planes: &dyn SupportingPlanes,
+    ) {
         let place = self.map.place(id);
         let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
         let patch = object.observe(observation, view, &self.limits, &self.config.sizes);
@@ -332,6 +338,7 @@ impl ObjectMapper {
             self.vertical.direction(),
             &self.config.sizes,
             &self.config.shapes,
+            planes,
         ) {
             Proposal::Accepted => {
                 self.index.place(object);
@@ -345,7 +352,12 @@ impl ObjectMapper {
         }
     }
 
-    fn create_object(&mut self, view: &ObjectView<'_>, observation: &ObjectObservation) {
+    fn create_object(
+        &mut self,
+        view: &ObjectView<'_>,
+        observation: &ObjectObservation,
+        planes: &dyn SupportingPlanes,
+    ) {
         let prior = self.config.sizes.of(&observation.label);
         let lengths = observation.fit.oriented_box.lengths();
         let pose = observation.fit.axes.pose();
@@ -366,6 +378,7 @@ impl ObjectMapper {
             self.vertical.direction(),
             &self.config.sizes,
             &self.config.shapes,
+            planes,
         );
         self.map.next_id += 1;
         self.index.place(&object);
@@ -447,7 +460,7 @@ impl ObjectMapper {
         }
     }
 
-    fn merge_duplicates(&mut self) {
+    fn merge_duplicates(&mut self, planes: &dyn SupportingPlanes) {
         for _ in 0..MAX_MERGES {
             let Some(merge) = self.find_duplicates() else { return };
             let Some(removed) = self.map.absorb(merge.removed, merge.kept) else { return };
@@ -463,6 +476,7 @@ impl ObjectMapper {
                 self.vertical.direction(),
                 &self.config.sizes,
                 &self.config.shapes,
+                planes,
             );
             self.index.place(kept);
             self.changed.insert(merge.kept);

@@ -96,6 +96,27 @@ fn chairs_on_both_sides_of_a_wall_are_two() {
     }
 }
 
+/// A chair 10 cm before a wall, its far side never seen: such things are deeper than what is left.
+#[test]
+fn no_box_grows_through_a_wall() {
+    let scene = room(vec![upright([0.0, 3.15, 0.45], 0.0, [0.5, 0.3, 0.9])], &[3.4]);
+    let far_end = |walls: Vec<f64>| {
+        let mut mapper = mapper();
+        for step in 0..10 {
+            let pose = near([0.0, 1.0, 0.5], step, [0.0, 3.0, 0.45]);
+            show(&mut mapper, &scene, (0.1 * step as f64, pose), &[(0, "chair")], &Walls(walls.clone()));
+        }
+        let [own] = boxes(&mapper)[..] else { panic!("{:?}", boxes(&mapper)) };
+        own.corners().iter().map(|corner| corner[1]).fold(0.0, f64::max)
+    };
+    assert!(
+        far_end(vec![]) > 3.45 && far_end(vec![3.4]) < 3.41,
+        "{} {}",
+        far_end(vec![]),
+        far_end(vec![3.4])
+    );
+}
+
 /// The same views with thirty rooms around, and with one.
 #[test]
 fn what_is_elsewhere_changes_nothing() {

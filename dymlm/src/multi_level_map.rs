@@ -45,10 +45,10 @@ impl MultiLevelMap {
         self.objects.map()
     }
 
-    /// Asks every map whether it would take a frame from this pose, before any of them changes.
+    /// Asks the maps whether they would take a frame from this pose, before any of them changes. The octree
+    /// takes any, and leaves out what is beyond its cells.
     pub(crate) fn check_reach(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), Error> {
         self.cloud.check_reach(frame, world_from_camera)?;
-        self.octree.check_origin(world_from_camera.translation())?;
         self.planes.check_reach(world_from_camera)?;
         Ok(())
     }

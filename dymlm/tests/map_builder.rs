@@ -98,11 +98,11 @@ fn a_refused_frame_changes_nothing() {
     insert_all(&mut undisturbed, &frames[..3]);
     let last = &frames[3];
 
-    // Outside the octree, outside the cloud as well, back in time, with a mask of another size.
-    for place in [2000.0, 1e9] {
+    // Outside the maps, back in time, with a mask of another size.
+    for place in [1e6, 1e9] {
         let far = Pose::new([place, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
         let error = builder.insert(&last.frame, &last.detections, &far).unwrap_err();
-        assert!(matches!(error, Error::Octree(_) | Error::Cloud(_)), "{error}");
+        assert!(matches!(error, Error::Planes(_) | Error::Cloud(_)), "{error}");
     }
     let early = &frames[0];
     let error = builder.insert(&early.frame, &early.detections, &early.world_from_camera).unwrap_err();
@@ -158,6 +158,24 @@ fn degenerate_frames_are_no_error() {
         assert_eq!(report.update().unwrap().cloud.readings, 0);
     }
     assert!(builder.map().cloud().is_empty());
+}
+
+#[test]
+fn beyond_the_octree_the_other_maps_go_on() {
+    let camera = PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap();
+    let wall = DepthImage::new(320, 240, vec![2.0; 320 * 240]).unwrap();
+    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    // The octree of 5 cm ends 1,638 m from the origin.
+    let far = Pose::new([5000.0, 0.0, -1700.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    for step in 0..10 {
+        let frame = Frame::new(f64::from(step) * 0.1, camera, wall.clone(), None).unwrap();
+        let report = builder.insert(&frame, Detections::Found(&[]), &far).unwrap();
+        let octree = report.update().unwrap().octree;
+        assert_eq!((octree.readings, octree.outside), (320 * 240, 320 * 240));
+    }
+    let map = builder.map();
+    assert!(map.cloud().len() > 10_000 && map.octree().is_empty());
+    assert_eq!(map.planes().iter().count(), 1);
 }
 
 #[test]

@@ -7,28 +7,32 @@ use crate::block_depths::BlockDepths;
 
 /// Depth of a crease between two parts, from the chord over it, metres, beside the noise of a reading. Less
 /// cuts a body to pieces too small to be judged, more joins thighs with the seat below them
-/// (`sitting` sequences: completeness).
+/// (`a_seat_is_static_while_who_sits_on_it_sways`).
 const CREASE_DEPTH: f32 = 0.008;
 /// Half the length of that chord, metres: about the radius of a limb. Less misses round creases, more takes
 /// what lies between two arms for one.
 const CREASE_REACH: f64 = 0.04;
 /// How far the depth of a part changes from a block to the next, in units of their distance on a surface that
-/// faces the camera.
+/// faces the camera: as for a silhouette. Less parts what a slant makes steep, more joins body and armrest.
 const SLOPE: f64 = 3.0;
-/// How well a pose and a place between readings are known, metres.
+/// How well a pose and a place between readings are known, metres. Less takes what errors of poses move for
+/// moved, more misses the sway of somebody near the camera.
 const EVENNESS: f64 = 0.004;
 /// How long a part must be known to have been still, seconds. Less takes a thigh for a part of the chair
-/// between two movements, more keeps chairs out of the map for longer.
+/// between two movements, more keeps chairs out of the map for longer
+/// (`as_long_as_nothing_has_moved_all_is_the_movers`).
 const WATCHED: f64 = 4.0;
 /// How far a block may be off before it has moved, as a share of a reading's tolerance: one deviation of a
-/// single reading, some of a block's mean.
+/// single reading, some of a block's mean. Less takes noise for motion, more a sway of 2 cm for noise
+/// (`a_seat_is_static_while_who_sits_on_it_sways`).
 const OFF: f64 = 1.0 / 3.0;
 /// Share of a part's blocks that may be off while it is still: those at its rim. More takes legs that sway
-/// along the image for still, less loses chairs that a moving camera sees.
+/// along the image for still (residue), less loses chairs that a moving camera sees (completeness near
+/// people).
 const MAX_OFF: f32 = 0.25;
-/// Blocks that a part needs to be judged.
+/// Blocks that a part needs to be judged. Less releases scraps of clothes, more loses the legs of chairs.
 const MIN_BLOCKS: u32 = 12;
-/// How much must have moved for the rest to count as still, as a share of the latter. More keeps the chair of
+/// How much must have moved for the rest to count as still, as a share of the latter. More loses the chair of
 /// somebody seen from behind, of whom little sticks out, less releases a body of which only a hand moves.
 const MIN_MOVED: f32 = 0.1;
 

@@ -1,5 +1,5 @@
-use dymlm_core::Pose;
 use dymlm_core::vector3::{Vector3, along, difference, dot, unit};
+use dymlm_core::{Plane, Pose};
 use dymlm_geometry::OrientedBox;
 
 use crate::object_map::{KeyView, KeyViews};
@@ -7,11 +7,17 @@ use crate::{Footprint, SideView, SizePrior};
 
 /// Grows a box where no camera has seen the object's end, to the size that such a thing usually has: away
 /// from the cameras, and to the sides that something hides in most of the views. What was measured is never
-/// shortened, and an `upright` box keeps its height.
+/// shortened, an `upright` box keeps its height, and none grows through a wall before which it stands.
 ///
 /// A thing with an even footprint is as deep as it is wide, give or take what is usual; of an oblong one the
 /// side that fits better is its length; the foot of a plate reaches as far before it as behind.
-pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, upright: bool) -> OrientedBox {
+pub(super) fn complete(
+    own: &OrientedBox,
+    prior: &SizePrior,
+    views: &KeyViews,
+    upright: bool,
+    walls: &[Plane],
+) -> OrientedBox {
     let Some(mean_view) = mean_view(own, views) else { return *own };
     let axes = axes_of(own);
     let lengths = own.lengths();
@@ -32,11 +38,11 @@ pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, u
     let mut grown = *own;
     if hidden.contains(&true) {
         let shares = [0, 1].map(|side| if hidden[side] { 1.0 } else { 0.0 });
-        grown = widen(&grown, across, sides, shares, usual.across);
+        grown = widen(&grown, across, sides, shares, usual.across, walls);
     }
     let away = if dot(axes[depth], mean_view) < 0.0 { -1.0 } else { 1.0 };
     let shares = if prior.footprint == Footprint::Plate { [1.0, 1.0] } else { [0.0, 1.0] };
-    widen(&grown, depth, [-away, away], shares, usual.depth)
+    widen(&grown, depth, [-away, away], shares, usual.depth, walls)
 }
 
 /// Grows an upright box of which no view shows the foot, and under which no plane is known, down to the usual
@@ -44,7 +50,7 @@ pub(super) fn complete(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, u
 pub(super) fn complete_foot(own: &OrientedBox, prior: &SizePrior, views: &KeyViews) -> OrientedBox {
     let up = axes_of(own)[2];
     if is_hidden(up.map(|c| -c), views) {
-        widen(own, 2, [-1.0, 1.0], [1.0, 0.0], prior.height.typical)
+        widen(own, 2, [-1.0, 1.0], [1.0, 0.0], prior.height.typical, &[])
     } else {
         *own
     }
@@ -77,20 +83,48 @@ fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> Us
     }
 }
 
-/// Moves the ends of an axis outwards until it has a length, by shares of what is missing; as it is when
-/// nothing is.
-fn widen(own: &OrientedBox, axis: usize, sides: [f64; 2], shares: [f64; 2], length: f64) -> OrientedBox {
+/// Moves the ends of an axis outwards until it has a length, by shares of what is missing, or as far as the
+/// walls; as it is when nothing is missing.
+fn widen(
+    own: &OrientedBox,
+    axis: usize,
+    sides: [f64; 2],
+    shares: [f64; 2],
+    length: f64,
+    walls: &[Plane],
+) -> OrientedBox {
     let mut lengths = own.lengths();
     let missing = length - lengths[axis];
     let whole = shares[0] + shares[1];
     if !(missing > 0.0 && whole > 0.0) {
         return *own;
     }
-    let shift = 0.5 * missing * (sides[0] * shares[0] + sides[1] * shares[1]) / whole;
+    let growth = [0, 1].map(|end| {
+        let wanted = missing * shares[end] / whole;
+        wanted.min(room_before(own, axis, sides[end], walls))
+    });
+    let shift = 0.5 * (sides[0] * growth[0] + sides[1] * growth[1]);
     let center = along(own.center(), shift, axes_of(own)[axis]);
-    lengths[axis] = length;
+    lengths[axis] += growth[0] + growth[1];
     let pose = Pose::new(center, own.world_from_box().quaternion()).ok();
     pose.and_then(|pose| OrientedBox::new(pose, lengths).ok()).unwrap_or(*own)
+}
+
+/// How far the end of an axis on a side may move before a corner meets a wall that faces that end, and that the
+/// whole box is before: the object's own faces are planes of the map as well.
+fn room_before(own: &OrientedBox, axis: usize, side: f64, walls: &[Plane]) -> f64 {
+    let axes = axes_of(own);
+    let faces = |wall: &&Plane| {
+        let cosines = axes.map(|own| dot(wall.normal(), own));
+        side * cosines[axis] < 0.0 && cosines.iter().all(|cosine| cosine.abs() <= cosines[axis].abs())
+    };
+    let room = |wall: &Plane| {
+        let corners = own.corners().map(|corner| wall.signed_distance(corner));
+        let nearest = corners.into_iter().fold(f64::INFINITY, f64::min);
+        nearest / dot(wall.normal(), axes[axis]).abs()
+    };
+    let rooms = walls.iter().filter(faces).map(room);
+    rooms.filter(|&room| room > 0.0).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether something hides the end of the object in a direction of the world in most of the views that show
@@ -154,7 +188,8 @@ mod tests {
     fn the_far_side_of_a_round_thing_is_as_far_as_it_is_wide() {
         let priors = SizePriors::default();
         let bowl = priors.of("bowl").unwrap();
-        let completed = complete(&box_of([0.16, 0.06, 0.1]), bowl, &views(Completeness::default()), true);
+        let completed =
+            complete(&box_of([0.16, 0.06, 0.1]), bowl, &views(Completeness::default()), true, &[]);
         assert_eq!(completed.lengths()[0], 0.16);
         assert!((completed.lengths()[1] - 0.16).abs() < 1e-12);
         // The near side stays where it is.
@@ -166,9 +201,9 @@ mod tests {
         let priors = SizePriors::default();
         let keyboard = priors.of("keyboard").unwrap();
         let seen = box_of([0.24, 0.15, 0.03]);
-        assert_eq!(complete(&seen, keyboard, &views(Completeness::default()), true), seen);
+        assert_eq!(complete(&seen, keyboard, &views(Completeness::default()), true, &[]), seen);
         let hidden = views(Completeness { right: SideView::Occluder, ..Completeness::default() });
-        let completed = complete(&seen, keyboard, &hidden, true);
+        let completed = complete(&seen, keyboard, &hidden, true, &[]);
         assert_eq!(completed.lengths(), [0.44, 0.15, 0.03]);
         assert!((completed.center()[0] - 0.1).abs() < 1e-12 && completed.center()[1].abs() < 1e-12);
     }
@@ -177,8 +212,24 @@ mod tests {
     fn the_foot_of_a_monitor_is_on_both_sides() {
         let priors = SizePriors::default();
         let tv = priors.of("tv").unwrap();
-        let completed = complete(&box_of([0.54, 0.04, 0.45]), tv, &views(Completeness::default()), true);
+        let completed = complete(&box_of([0.54, 0.04, 0.45]), tv, &views(Completeness::default()), true, &[]);
         assert_eq!(completed.lengths(), [0.54, 0.18, 0.45]);
         assert_eq!(completed.center(), [0.0; 3]);
+    }
+
+    #[test]
+    fn nothing_grows_through_a_wall() {
+        let priors = SizePriors::default();
+        let (chair, own) = (priors.of("chair").unwrap(), box_of([0.5, 0.2, 0.9]));
+        let depth = |walls: &[Plane]| {
+            let completed = complete(&own, chair, &views(Completeness::default()), true, walls);
+            (completed.lengths()[1], completed.center()[1] + 0.5 * completed.lengths()[1])
+        };
+        assert!(depth(&[]).0 > 0.45);
+        let behind = Plane::new([0.0, -1.0, 0.0], 0.25).unwrap();
+        let own_front = Plane::new([0.0, -1.0, 0.0], -0.1).unwrap();
+        let floor = Plane::new([0.0, 0.01, 1.0], 0.46).unwrap();
+        assert!((depth(&[behind]).1 - 0.25).abs() < 1e-9);
+        assert_eq!(depth(&[own_front, floor]), depth(&[]));
     }
 }

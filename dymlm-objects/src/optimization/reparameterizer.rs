@@ -1,10 +1,14 @@
+use dymlm_core::vector3::{along, difference, norm};
 use dymlm_core::{ConfigError, Plane, Point, Pose};
-use dymlm_geometry::IsolationForestConfig;
+use dymlm_geometry::{IsolationForestConfig, OrientedBox};
 
 use super::completion::{complete, complete_foot};
 use super::outliers::OutlierFilter;
 use crate::object_map::FULL;
-use crate::{BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePriors};
+use crate::{
+    BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePrior, SizePriors,
+    SupportPlane, SupportingPlanes,
+};
 
 /// New parameters for an object from all its points, and whether to accept them (paper IV-C).
 #[derive(Debug)]
@@ -12,6 +16,8 @@ pub(crate) struct Reparameterizer {
     fitter: BoxFitter,
     outliers: OutlierFilter,
     points: Vec<Point>,
+    found: Vec<SupportPlane>,
+    walls: Vec<Plane>,
 }
 
 /// What became of new parameters.
@@ -51,6 +57,8 @@ impl Reparameterizer {
             fitter: BoxFitter::new(fitter)?,
             outliers: OutlierFilter::new(forest)?,
             points: Vec::new(),
+            found: Vec::new(),
+            walls: Vec::new(),
         })
     }
 
@@ -68,9 +76,10 @@ impl Reparameterizer {
         vertical: Option<[f64; 3]>,
         priors: &SizePriors,
         shapes: &ShapeTable,
+        planes: &dyn SupportingPlanes,
     ) -> Proposal {
         object.parameterized_at = object.weight;
-        let Some(fit) = self.fit(object, vertical, priors) else { return Proposal::None };
+        let Some(fit) = self.fit(object, vertical, priors, planes) else { return Proposal::None };
         let shape = shapes.of(&object.label);
         let proposed = ObjectShape::new(shape, fit.oriented_box);
         let pose = fit.axes.pose();
@@ -89,7 +98,13 @@ impl Reparameterizer {
         Proposal::Accepted
     }
 
-    fn fit(&mut self, object: &MapObject, vertical: Option<[f64; 3]>, priors: &SizePriors) -> Option<BoxFit> {
+    fn fit(
+        &mut self,
+        object: &MapObject,
+        vertical: Option<[f64; 3]>,
+        priors: &SizePriors,
+        planes: &dyn SupportingPlanes,
+    ) -> Option<BoxFit> {
         let local_from_world = Pose::new(object.cloud.origin().map(|c| -c), [0.0, 0.0, 0.0, 1.0]).ok()?;
         let plane = object.support().map(|support| support.plane.transformed(&local_from_world));
         self.choose_points(object, plane.as_ref());
@@ -103,12 +118,28 @@ impl Reparameterizer {
         // Colours show a flat thing to its ends.
         let prior = prior.filter(|_| !is_flat);
         if let Some(prior) = prior {
-            oriented_box = complete(&oriented_box, prior, &object.key_views, vertical.is_some());
+            self.find_walls(&oriented_box, prior, planes);
+            let is_upright = vertical.is_some();
+            oriented_box = complete(&oriented_box, prior, &object.key_views, is_upright, &self.walls);
             if vertical.is_some() && plane.is_none() {
                 oriented_box = complete_foot(&oriented_box, prior, &object.key_views);
             }
         }
         Some(BoxFit { oriented_box, ..fit })
+    }
+
+    /// The planes near a box that things of its kind may reach.
+    fn find_walls(&mut self, own: &OrientedBox, prior: &SizePrior, planes: &dyn SupportingPlanes) {
+        let reach = 0.5 * norm(own.lengths()) + prior.length.typical;
+        self.found.clear();
+        // Beside the box: behind it nobody has seen the wall.
+        for corner in own.corners() {
+            planes.near(along(corner, 0.5, difference(corner, own.center())), reach, &mut self.found);
+        }
+        self.found.sort_unstable_by_key(|found| found.id);
+        self.found.dedup_by_key(|found| found.id);
+        self.walls.clear();
+        self.walls.extend(self.found.iter().map(|found| found.plane));
     }
 
     fn choose_points(&mut self, object: &MapObject, plane: Option<&Plane>) {

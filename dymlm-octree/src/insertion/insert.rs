@@ -90,11 +90,12 @@ impl Octree {
     ///
     /// A reading is a pixel with a depth of at least [`min_depth`](SensorModel::min_depth) that is `true` in
     /// `static_mask` (all are without one); any other pixel says nothing, neither of its surface nor of the
-    /// space before it. Back-projection is in single precision: within 1e-5 m of exact in a room.
+    /// space before it. Back-projection is in single precision: within 1e-5 m of exact in a room. A frame from
+    /// outside the map says nothing: its readings are counted as [outside](InsertReport::outside).
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] when the mask is of another size than the frame; [`Error::Origin`].
+    /// [`Error::Core`] when the mask is of another size than the frame.
     #[doc(alias = "insertPointCloud")]
     pub fn insert_depth(
         &mut self,
@@ -106,20 +107,13 @@ impl Octree {
         if let Some(mask) = static_mask {
             frame.camera().check_size("the static mask", mask.width(), mask.height())?;
         }
-        let origin = self.ray_origin(world_from_camera.translation())?;
+        let Ok(origin) = self.ray_origin(world_from_camera.translation()) else {
+            let readings = count_readings(frame, sensor, static_mask);
+            return Ok(InsertReport { readings, outside: readings, ..InsertReport::default() });
+        };
         let color = frame.color().filter(|_| self.config().color);
         let readings = Readings::Depth { frame, sensor, static_mask, color, world_from_camera };
         Ok(self.insert(&origin, &readings))
-    }
-
-    /// Whether a sensor at `origin` (world, metres) can insert here: the one thing about a pose that an
-    /// insertion refuses.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Origin`].
-    pub fn check_origin(&self, origin: [f64; 3]) -> Result<(), Error> {
-        self.ray_origin(origin).map(|_| ())
     }
 
     fn ray_origin(&self, origin: [f64; 3]) -> Result<RayOrigin, Error> {
@@ -208,4 +202,15 @@ impl Octree {
         });
         self.tree.settle();
     }
+}
+
+/// Number of readings of a frame.
+fn count_readings(frame: &Frame, sensor: &SensorModel, static_mask: Option<&Mask>) -> usize {
+    let depth = frame.depth();
+    let is_reading = |u: usize, v: usize| {
+        let z = depth.at(u, v);
+        z.is_finite() && z >= sensor.min_depth && static_mask.is_none_or(|mask| mask.at(u, v))
+    };
+    let row = |v: usize| (0..depth.width()).filter(|&u| is_reading(u, v)).count();
+    (0..depth.height()).map(row).sum()
 }
