@@ -119,9 +119,10 @@ impl StaticCloud {
         let is_touched = |slot: &usize| own[*slot] > 0 || effects[*slot].is_any();
         let touched: Vec<usize> = (0..count).filter(is_touched).collect();
         let judged = crate::parallel::map_with(touched, Scratch::default, |scratch, slot| {
-            let change = (own[slot] as usize).checked_sub(1).and_then(|index| changes.get(index));
-            let changed = change.map_or(CellBits::default(), |change| change.voxels);
-            let statics = self.judge(source, slot, changed, effects[slot], scratch);
+            let change_at =
+                |slot: usize| (own[slot] as usize).checked_sub(1).and_then(|index| changes.get(index));
+            let change = change_at(slot);
+            let statics = self.judge(source, slot, change_at, effects[slot], scratch);
             // A voxel that has changed has moved.
             let is_new = change.is_some() || statics != self.blocks[slot].statics;
             is_new.then(|| (slot, StaticBlock::new(source, slot, statics, &self.blocks[slot])))
@@ -178,14 +179,15 @@ impl StaticCloud {
     }
 
     /// The static voxels of a block.
-    fn judge(
+    fn judge<'c>(
         &self,
         source: Source<'_>,
         slot: usize,
-        changed: CellBits,
+        change_at: impl Fn(usize) -> Option<&'c Change>,
         effect: Effect,
         scratch: &mut Scratch,
     ) -> CellBits {
+        let changed = change_at(slot).map_or(CellBits::default(), |change| change.voxels);
         let Source { voxels, thinning, .. } = source;
         let before = &self.blocks[slot];
         let mut statics = CellBits::default();
@@ -238,10 +240,17 @@ impl StaticCloud {
             return statics;
         }
         window.reset(candidates);
+        // What stood the test before is asked only about what is new.
+        let only_new = changed == CellBits::default() && effect.lowered == 0.0;
         for &(step, slot) in &*around {
-            let block = &self.blocks[slot];
-            if block.heaviest > window.least_limit() {
-                window.fill(step, &voxels.blocks()[slot], &block.firm, thinning);
+            let (heaviest, weighty) = if only_new {
+                let Some(change) = change_at(slot) else { continue };
+                (change.effect.raised, &change.voxels)
+            } else {
+                (self.blocks[slot].heaviest, &self.blocks[slot].firm)
+            };
+            if heaviest > window.least_limit() {
+                window.fill(step, &voxels.blocks()[slot], weighty, thinning);
             }
         }
         for candidate in candidates.iter().filter(|candidate| !thinning.is_noise(window, candidate)) {
