@@ -5,7 +5,7 @@ use dymlm_core::vector3::Vector3;
 use dymlm_geometry::Assignment;
 
 use super::shared_points::{sample_places, shared_share};
-use super::{AssociationConfig, CentroidVerdict, joint_iou, may_touch, visible_iou};
+use super::{AssociationConfig, CentroidVerdict, joint_iou, visible_iou};
 use crate::{MapObject, ObjectMap, ObjectObservation, ObjectView, SizePriors};
 
 /// Affinities in fixed point: sums of assignments compare exactly, on every machine.
@@ -144,12 +144,10 @@ impl Associator {
         if projection_iou < self.config.min_projection_iou || projection_iou <= 0.0 {
             return AssociationTests { projection_iou, ..AssociationTests::default() };
         }
-        // The boxes of a slow detector are predicted from run to run; a pause is no step.
+        // The boxes of a slow detector are predicted from run to run, whose times may waver; a pause is no step.
         let [newest, last, before] = self.times;
-        let max_gap = self.config.max_motion_gap.max(2.0 * (newest - last).min(last - before));
-        // What moves alike in the image may be behind it.
-        let predicted =
-            object.motion.predict(newest, max_gap).filter(|_| may_touch(&object.oriented_box, observation));
+        let max_gap = self.config.max_motion_gap.max(1.5 * (newest - last).min(last - before));
+        let predicted = object.motion.predict(newest, max_gap);
         AssociationTests {
             projection_iou,
             motion_iou: predicted.map(|own| own.iou(detected)),

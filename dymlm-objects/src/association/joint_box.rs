@@ -46,7 +46,7 @@ impl JointBox {
 }
 
 /// Whether an observation is so near a box that both may be of one thing: the balls around them touch.
-pub(super) fn may_touch(own: &OrientedBox, observation: &ObjectObservation) -> bool {
+fn may_touch(own: &OrientedBox, observation: &ObjectObservation) -> bool {
     let other = observation.fit.oriented_box;
     let reach = 0.5 * (norm(own.lengths()) + norm(other.lengths()));
     norm(difference(own.center(), other.center())) <= reach

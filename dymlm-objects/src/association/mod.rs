@@ -12,6 +12,6 @@ pub(crate) use associator::Associator;
 pub use centroid_test::{CentroidTest, CentroidVerdict};
 pub use config::AssociationConfig;
 pub(crate) use joint_box::JointBox;
-use joint_box::{joint_iou, may_touch};
+use joint_box::joint_iou;
 pub(crate) use projection_iou::visible_iou;
 pub(crate) use shared_points::sample_places;
