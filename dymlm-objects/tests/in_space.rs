@@ -273,3 +273,19 @@ fn motion_goes_on_at_any_rate() {
         assert!(boxes(&mapper)[0].iou(&scene.boxes[0]) > 0.8, "{rate} Hz");
     }
 }
+
+#[test]
+fn a_region_without_end_holds_all_objects() {
+    let scene = room(vec![chair(0.0, 2.6)], &[]);
+    let mut mapper = mapper();
+    for step in 0..5 {
+        let pose = near([0.3, 0.0, 1.2], step, [0.0, 2.6, 0.4]);
+        show(&mut mapper, &scene, (0.1 * step as f64, pose), &[(0, "chair")], &Walls(Vec::new()));
+    }
+    let held = mapper.map().objects().count() + mapper.map().candidates().count();
+    assert!(held > 0);
+    let endless = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+    assert!(mapper.remove_where([[1e9; 3], [f64::INFINITY; 3]], |_| true).is_empty());
+    assert_eq!(mapper.remove_where(endless, |_| true).len(), held);
+    assert!(mapper.map().is_empty() && mapper.map().candidates().next().is_none());
+}

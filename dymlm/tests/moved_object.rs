@@ -106,7 +106,8 @@ fn assert_moved(builder: &MapBuilder, object: ObjectId, [old, new]: [&CarriedThi
     let [left, there] = [old, new].map(|thing| static_points(builder, &above_table(thing)));
     // A mixed pixel of the hand may remain.
     assert!(100 * left <= before, "{left} points at the old place of {before}");
-    assert!(there as f64 > 0.8 * before as f64, "{there} points at the new place of {before}");
+    // Turned, one in five or so falls into a voxel with another.
+    assert!(there as f64 > 0.7 * before as f64, "{there} points at the new place of {before}");
     assert_ne!(builder.map().octree().state(top(old)), CellState::Occupied);
     assert_eq!(builder.map().octree().state(top(new)), CellState::Occupied);
     let planes = builder.map().planes();

@@ -57,6 +57,13 @@ impl SpaceIndex {
     pub(crate) fn within(&self, region: [Vector3; 2], found: &mut Vec<ObjectId>) {
         let [low, high] = self.span(region);
         found.clear();
+        let side = |axis: usize| (i64::from(high[axis]) - i64::from(low[axis]) + 1).max(0);
+        if side(0).saturating_mul(side(1)) > self.spans.len() as i64 {
+            // A region of more columns than there are objects.
+            let reaches_in = |span: &[Cell; 2]| (0..3).all(|a| span[0][a] <= high[a] && span[1][a] >= low[a]);
+            found.extend(self.spans.iter().filter(|(_, span)| reaches_in(span)).map(|(id, _)| *id));
+            return;
+        }
         for x in low[0]..=high[0] {
             for y in low[1]..=high[1] {
                 let column = self.cells.range([x, y, low[2]]..=[x, y, high[2]]);
