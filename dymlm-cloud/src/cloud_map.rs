@@ -21,8 +21,7 @@ use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
 /// cells around vote together. Newer counts outweigh older ones: what has stood somewhere for some seconds is
 /// believed, whatever was there for hours. So movers that no detector has seen vanish too, people who sit do
 /// not stay where the detector has missed them, and a wrong verdict heals with later frames. Then
-/// **thinning** leaves out the noise
-/// around far surfaces and what a single frame has seen
+/// **thinning** leaves out the noise around far surfaces and what a single frame has seen
 /// ([`thinning_radius`](CloudMapConfig::thinning_radius),
 /// [`min_observations`](CloudMapConfig::min_observations)).
 ///
@@ -249,7 +248,7 @@ impl CloudMap {
     /// The cloud in the order of [`CloudMap::voxels`]. It has colours when any of its voxels has; what was
     /// read without is black.
     ///
-    /// The static cloud is kept from call to call, 20 bytes a point: reading it again costs what has changed,
+    /// The static cloud is kept from call to call, some 23 bytes a point: reading it again costs what has changed,
     /// and copying it.
     pub fn point_cloud(&self, selection: Selection) -> PointCloud {
         if selection == Selection::Static {

@@ -25,11 +25,10 @@ const VOTE_UNIT: f32 = 12.0;
 /// A cell votes with its [`Opinion`](crate::opinion::Opinion) of whether something stands there; cells in
 /// which nothing was ever read have no vote. A single cell errs: its centre may lie just beside the surface
 /// that it holds, or in the one spot of a mover's trace that no later frame looked through. Its neighbours of
-/// the same thing know better, unless it is as sure as a cell can be that it is free: frames that look through
-/// have outweighed whatever was read there, and none has read it since. So what was taken away leaves no strip
-/// beside what stays (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`). Whether it is a mover that
-/// stands there each cell decides for itself: movers
-/// touch what does not move.
+/// the same thing know better, unless it is as sure as a cell can be that it is free: frames that look
+/// through have outweighed whatever was read there, and none has read it since. So what was taken away leaves
+/// no strip beside what stays (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`). Whether it is a
+/// mover that stands there each cell decides for itself: movers touch what does not move.
 ///
 /// Verdicts are kept, and made anew for the blocks whose evidence has changed and those around them.
 #[derive(Debug, Clone, Default)]

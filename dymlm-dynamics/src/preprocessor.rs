@@ -233,7 +233,8 @@ impl Preprocessor {
     ) -> Result<(), Error> {
         self.unproven_mask.refill(frame.camera().width(), frame.camera().height(), false)?;
         let Some(free_space) = free_space else { return Ok(()) };
-        self.unproven_mask.clone_from(&self.static_mask);
+        // United, not cloned: a clone allocates.
+        self.unproven_mask.unite(&self.static_mask)?;
         let mut cutting = Cutting {
             finder: &mut self.finder,
             corrector: &mut self.corrector,

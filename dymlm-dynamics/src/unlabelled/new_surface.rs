@@ -1,8 +1,6 @@
 use std::ops::Range;
 
-use dymlm_core::{BoundingBox, Frame, Mask, Pose, SensorModel};
-
-use super::FreeSpace;
+use dymlm_core::{BoundingBox, Frame, Mask, SensorModel};
 
 /// Distance of samples, pixels of an image of 640x480: a cat at 3 m has a dozen.
 const SPACING: f64 = 8.0;
@@ -39,16 +37,16 @@ pub(super) struct NewSurface {
 }
 
 impl NewSurfaces {
-    /// Finds the new surfaces among a frame's static pixels.
+    /// Finds the new surfaces among a frame's static pixels. `is_new` tells whether a place in the camera's
+    /// frame was free for long, with nothing static within a margin of it, metres.
     pub(super) fn find(
         &mut self,
         frame: &Frame,
         static_mask: &Mask,
-        world_from_camera: &Pose,
         sensor: &SensorModel,
-        free_space: &dyn FreeSpace,
+        is_new: impl Fn([f64; 3], f64) -> bool,
     ) {
-        self.sample(frame, static_mask, world_from_camera, sensor, free_space);
+        self.sample(frame, static_mask, sensor, is_new);
         self.surfaces.clear();
         self.pixels.clear();
         let pitch = self.spacing as f64 / frame.camera().fx().abs();
@@ -79,9 +77,8 @@ impl NewSurfaces {
         &mut self,
         frame: &Frame,
         static_mask: &Mask,
-        world_from_camera: &Pose,
         sensor: &SensorModel,
-        free_space: &dyn FreeSpace,
+        is_new: impl Fn([f64; 3], f64) -> bool,
     ) {
         let (camera, depth) = (frame.camera(), frame.depth());
         // At least three, so that each sample has a pixel on all sides.
@@ -102,7 +99,7 @@ impl NewSurfaces {
                 continue;
             }
             let place = camera.back_project([u as f64, v as f64], z.into());
-            if free_space.is_long_free(world_from_camera.transform_point(place), tolerance) {
+            if is_new(place, tolerance) {
                 *sample = z;
             }
         }

@@ -55,10 +55,12 @@ impl UnlabelledFinder {
         static_mask: &mut Mask,
     ) -> Result<(), Error> {
         let Self { surfaces, foreground, found, corrected, .. } = self;
-        surfaces.find(frame, static_mask, world_from_camera, &self.sensor, free_space);
+        let was_free =
+            |place, margin| free_space.is_long_free(world_from_camera.transform_point(place), margin);
+        surfaces.find(frame, static_mask, &self.sensor, was_free);
         found.clear();
         corrected.clear();
-        let is_new = |place| free_space.is_long_free(world_from_camera.transform_point(place), 0.0);
+        let is_new = |place| was_free(place, 0.0);
         for surface in surfaces.surfaces() {
             // It may be a part of a larger one.
             if !surfaces.is_static(surface, static_mask) {
