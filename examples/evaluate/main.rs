@@ -13,6 +13,9 @@
 //! `--unlabelled` takes people and things that move and are never detected, `--fresh SEED` other people in other
 //! rooms (both: the former in the latter); `--no-detections` and `--min-score 0.7` withhold detections.
 //!
+//! `--building SEED` takes a floor of a building instead, `--rooms 8` of them, with `--rate 5` frames a second;
+//! `--robot`, `--pitch 60` and `--roll 90` say how the camera is held.
+//!
 //! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
@@ -69,6 +72,24 @@ struct Arguments {
     /// Sequences with other people, rooms, paths and noise, drawn from this seed, instead
     #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "detector_rate"])]
     fresh: Option<u64>,
+    /// A floor of a building made up from this seed instead
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh"])]
+    building: Option<u64>,
+    /// Number of its rooms
+    #[arg(long, default_value_t = 8, requires = "building")]
+    rooms: usize,
+    /// Frames a second in it
+    #[arg(long, default_value_t = 5.0, requires = "building")]
+    rate: f64,
+    /// In it, the camera is on a robot, 0.3 m above the floor
+    #[arg(long, requires = "building")]
+    robot: bool,
+    /// In it, the camera looks down by so many degrees
+    #[arg(long, default_value_t = 0.0, requires = "building")]
+    pitch: f64,
+    /// In it, the camera is rolled by so many degrees
+    #[arg(long, default_value_t = 0.0, requires = "building")]
+    roll: f64,
     /// No detections at all
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
     no_detections: bool,
@@ -110,6 +131,8 @@ fn main() -> Result<(), AnyError> {
         subjects::sensors(arguments.every)?
     } else if arguments.unlabelled {
         subjects::undetected(arguments.fresh, arguments.every)?
+    } else if let Some(seed) = arguments.building {
+        vec![subjects::building(&arguments, seed)?]
     } else if let Some(seed) = arguments.fresh {
         subjects::fresh(seed, arguments.every)?
     } else {

@@ -154,6 +154,23 @@ pub(crate) fn fresh(seed: u64, every_nth: usize) -> Result<Vec<Subject>, AnyErro
     sequences.collect()
 }
 
+/// A camera's tour through a floor of a building.
+pub(crate) fn building(arguments: &Arguments, seed: u64) -> Result<Subject, AnyError> {
+    let mut config = SequenceConfig::building(seed, arguments.rooms);
+    config.frames = (config.frames as f64 * arguments.rate / config.frame_rate).round() as usize;
+    config.frame_rate = arguments.rate;
+    config.camera_pitch = arguments.pitch.to_radians();
+    config.camera_roll = arguments.roll.to_radians();
+    if arguments.robot {
+        config.path = CameraPath::Robot;
+    }
+    if arguments.pose_noise {
+        config.pose_error = PoseErrorConfig::slam();
+    }
+    let name = format!("building_{seed}_{}_rooms", arguments.rooms);
+    Subject::new(NamedSequence { name, config, set: SequenceSet::Building }, arguments.every)
+}
+
 /// Frames of a quick sequence, 8 s of which every second is taken.
 const QUICK_FRAMES: usize = 80;
 

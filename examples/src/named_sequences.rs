@@ -28,6 +28,8 @@ pub enum SequenceSet {
     FreshSitting,
     /// The same: people walk.
     FreshWalking,
+    /// Floors of buildings.
+    Building,
 }
 
 /// Frames of a random room: one round of the camera's path.

@@ -100,15 +100,38 @@ impl Builder {
         self.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 1.03], [0.9, 0.06, 2.06], material)
     }
 
-    /// Somebody of a `height` in metres. People come after all things that stay.
-    pub(super) fn person(&mut self, action: Action, height: f32, clothes: Clothes) -> &mut Self {
+    /// Adds what another builder built, its origin at a pose.
+    pub(super) fn join(&mut self, built: Self, scene_from_built: Pose3) {
+        let first = self.instances.len();
+        self.instances.extend(
+            built.instances.into_iter().map(|thing| Instance {
+                scene_from_thing: scene_from_built * thing.scene_from_thing,
+                ..thing
+            }),
+        );
+        self.parts.extend(built.parts.into_iter().map(|part| Part {
+            scene_from_part: scene_from_built * part.scene_from_part,
+            instance: first + part.instance,
+            ..part
+        }));
+    }
+
+    /// Somebody of a `height` in metres, whose ways are given in a room's frame. People come after all things
+    /// that stay.
+    pub(super) fn person(
+        &mut self,
+        action: Action,
+        scene_from_room: Pose3,
+        height: f32,
+        clothes: Clothes,
+    ) -> &mut Self {
         let instance = self.instances.len();
         self.instances.push(Instance {
             label: Some("person"),
             motion: Motion::Moves,
             scene_from_thing: Pose3::IDENTITY,
         });
-        self.people.push(Person { action, height, clothes, instance });
+        self.people.push(Person { action, scene_from_room, height, clothes, instance });
         self
     }
 }

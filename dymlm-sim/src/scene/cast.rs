@@ -1,3 +1,4 @@
+use parry3d::math::Pose3;
 use rand::RngExt;
 
 use super::builder::Builder;
@@ -68,8 +69,18 @@ impl Cast {
 
     /// They come in.
     pub(super) fn enter(&self, b: &mut Builder, actions: [Action; 2]) {
+        self.enter_room(b, actions, Pose3::IDENTITY);
+    }
+
+    /// They come into a room that stands somewhere.
+    pub(super) fn enter_room(
+        &self,
+        b: &mut Builder,
+        actions: impl IntoIterator<Item = Action>,
+        scene_from_room: Pose3,
+    ) {
         for (action, (height, clothes)) in actions.into_iter().zip(self.looks).take(self.people) {
-            b.person(action, height, clothes);
+            b.person(action, scene_from_room, height, clothes);
         }
     }
 }

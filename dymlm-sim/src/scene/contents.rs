@@ -1,10 +1,14 @@
 use dymlm_geometry::OrientedBox;
 
+use parry3d::math::Pose3;
+
 use super::builder::Builder;
 use super::carried::{Carried, CarriedObject, CarriedSet, TARGET};
 use super::event::Happening;
+use super::tour::Tour;
 use super::walk::Walk;
 use super::{Instance, Motion, Part, Person, Shape, Viewpoint};
+use crate::CameraPath;
 use crate::to_pose::to_pose;
 use crate::truth::box_around;
 
@@ -26,6 +30,8 @@ pub(crate) struct Scene {
     pub(super) door: Option<usize>,
     /// Where a trolley can roll.
     pub(super) way: Walk,
+    /// Where the camera goes in a building.
+    pub(super) tour: Option<Tour>,
 }
 
 impl Scene {
@@ -33,7 +39,16 @@ impl Scene {
     pub(super) fn of(built: Builder, viewpoint: Viewpoint, way: Walk) -> Self {
         let Builder { parts, instances, people, door, .. } = built;
         let (carried, happenings) = (None, Vec::new());
-        Self { static_parts: parts, instances, people, carried, viewpoint, happenings, door, way }
+        let tour = None;
+        Self { static_parts: parts, instances, people, carried, viewpoint, happenings, door, way, tour }
+    }
+
+    /// The camera's pose at `time` seconds.
+    pub(crate) fn scene_from_camera(&self, path: CameraPath, time: f64) -> Pose3 {
+        match &self.tour {
+            Some(tour) => path.scene_from_camera_on(tour, time),
+            None => path.scene_from_camera(&self.viewpoint, time),
+        }
     }
 
     /// In the office: adds a thing that a hand carries, and the camera looks at it.

@@ -9,6 +9,7 @@ impl Scene {
             Room::Office => Self::office(&cast),
             Room::TwoTables => Self::two_tables(&cast),
             Room::Random => Self::random_room(&cast, config.seed),
+            Room::Building { rooms } => Self::building(config, rooms),
         }
     }
 }

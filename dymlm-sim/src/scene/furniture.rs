@@ -128,6 +128,11 @@ pub(super) fn pillar(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, width: f32, he
     b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.5 * height], [width, width, height], CONCRETE);
 }
 
+/// A round pillar from the floor to the ceiling.
+pub(super) fn round_pillar(b: &mut Builder, [x, y]: [f32; 2], radius: f32, height: f32) {
+    b.thing(None, [x, y, 0.0], 0.0).cylinder([0.0; 3], height, radius, CONCRETE);
+}
+
 /// Two steps of 17 cm, 0.9 m wide and 0.7 m deep.
 pub(super) fn steps(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
     b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.085], [0.9, 0.7, 0.17], BEECH).cuboid(

@@ -2,6 +2,7 @@
 
 mod activity;
 mod builder;
+mod building;
 mod carried;
 mod cast;
 mod contents;
@@ -22,11 +23,13 @@ mod soundness;
 mod staging;
 mod table_top;
 mod things;
+mod tour;
 mod two_tables;
 mod viewpoint;
 mod walk;
 
 pub use activity::Activity;
+pub(crate) use building::SECONDS_A_ROOM;
 use carried::smooth;
 pub use carried::{CarriedKind, CarriedMotion, CarriedObject};
 pub(crate) use cast::Cast;
@@ -39,4 +42,5 @@ pub use room::Room;
 pub(crate) use shape::{Shape, face_normal};
 use sight::first_hit;
 pub(crate) use staging::Stage;
+pub(crate) use tour::Tour;
 pub(crate) use viewpoint::Viewpoint;

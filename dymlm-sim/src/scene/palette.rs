@@ -22,6 +22,9 @@ pub(super) const LEAVES: Material = Material::new(Noise, 0.04, [0.10, 0.28, 0.10
 pub(super) const CLAY: Material = Material::new(Noise, 0.1, [0.60, 0.33, 0.22], [0.70, 0.42, 0.30]);
 pub(super) const GLASS: Material =
     Material::new(Stripes, 0.07, [0.12, 0.40, 0.22], [0.85, 0.88, 0.80]).absorbing(0.15);
+/// Windows and polished black: no reading at all.
+pub(super) const PANE: Material =
+    Material::new(Noise, 0.5, [0.05, 0.06, 0.08], [0.12, 0.13, 0.15]).absorbing(1.0);
 pub(super) const CHINA: Material = Material::new(Stripes, 0.03, [0.90, 0.90, 0.88], [0.75, 0.20, 0.18]);
 pub(super) const WALNUT: Material = Material::new(Wood, 0.06, [0.28, 0.17, 0.10], [0.45, 0.30, 0.19]);
 pub(super) const OAK: Material = Material::new(Wood, 0.09, [0.55, 0.42, 0.28], [0.70, 0.57, 0.40]);

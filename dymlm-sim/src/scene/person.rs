@@ -13,6 +13,8 @@ use super::{Material, Part, Shape};
 #[derive(Debug, Clone)]
 pub(crate) struct Person {
     pub(super) action: Action,
+    /// Where the room of the action stands.
+    pub(super) scene_from_room: Pose3,
     /// Height, metres.
     pub(super) height: f32,
     pub(super) clothes: Clothes,
@@ -89,10 +91,11 @@ impl Person {
     fn walking(&self, step: Step, parts: &mut Vec<Part>) {
         let size = self.height / HEIGHT;
         let phase = (step.distance / f64::from(STRIDE * size)).fract() as f32 * TAU;
-        let root = Pose3::from_parts(
+        let in_room = Pose3::from_parts(
             Vec3::new(step.position.x, step.position.y, 0.0),
             Rot3::from_rotation_z(step.heading),
         );
+        let root = self.scene_from_room * in_room;
         let mut body = Body { parts, root, size, instance: self.instance };
         // The trunk is highest when the legs pass each other.
         let lift = Vec3::new(0.0, 0.0, 0.02 * (2.0 * phase).cos() - 0.02);
@@ -107,10 +110,11 @@ impl Person {
     fn sitting(&self, seat: &Seat, time: f64, parts: &mut Vec<Part>) {
         let size = self.height / HEIGHT;
         let wave = |period: f64, phase: f64| (TAU_64 * (time / period + phase + seat.phase)).sin() as f32;
-        let root = Pose3::from_parts(
+        let in_room = Pose3::from_parts(
             Vec3::new(seat.position.x, seat.position.y, 0.0),
             Rot3::from_rotation_z(seat.heading),
         );
+        let root = self.scene_from_room * in_room;
         let mut body = Body { parts, root, size, instance: self.instance };
         let lift = Vec3::new(0.0, 0.0, SEAT + 0.10 - HIP);
         for side in [Side::Left, Side::Right] {
@@ -257,7 +261,13 @@ mod tests {
         let clothes =
             Clothes { shirt: material, trousers: material, skin: material, hair: material, shoes: material };
         let walk = Walk::new(&[[-2.0, 0.0], [2.0, -0.5], [2.0, 0.5]], 0.8, 0.0);
-        Person { action: Action::Walks(walk), height: 1.8, clothes, instance: 5 }
+        Person {
+            action: Action::Walks(walk),
+            scene_from_room: Pose3::IDENTITY,
+            height: 1.8,
+            clothes,
+            instance: 5,
+        }
     }
 
     #[test]

@@ -98,10 +98,24 @@ impl Shape {
 
     /// Whether a point lies in the body or within `margin` of it.
     pub(crate) fn reaches(&self, point: Vec3, margin: f32) -> bool {
+        let is_room = matches!(self, Self::Interior(_));
+        if !is_room && (point.abs() - self.half_extents()).max_element() > margin {
+            return false;
+        }
+        if let Self::Ellipsoid(radii) = self {
+            // Bounds spare most points the search for the nearest one.
+            let scaled = (point / *radii).length();
+            if scaled <= 1.0 || point.length() * (1.0 - 1.0 / scaled) < margin {
+                return true;
+            }
+            if (scaled - 1.0) * radii.min_element() > 1.001 * margin {
+                return false;
+            }
+        }
         let inside = match self {
             Self::Cuboid(cuboid) => cuboid.contains_local_point(point),
             Self::Interior(cuboid) => !cuboid.contains_local_point(point),
-            Self::Ellipsoid(radii) => (point / *radii).length_squared() <= 1.0,
+            Self::Ellipsoid(_) => false,
             Self::Capsule(capsule) => capsule.contains_local_point(point),
             Self::Cylinder(cylinder) => cylinder.contains_local_point(point),
         };

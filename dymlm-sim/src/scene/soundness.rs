@@ -9,8 +9,14 @@ use super::person::Action;
 use super::*;
 use crate::{CameraPath, SequenceConfig};
 
-const PATHS: [CameraPath; 5] =
-    [CameraPath::Handheld, CameraPath::Static, CameraPath::Xyz, CameraPath::Rpy, CameraPath::HalfSphere];
+const PATHS: [CameraPath; 6] = [
+    CameraPath::Handheld,
+    CameraPath::Static,
+    CameraPath::Xyz,
+    CameraPath::Rpy,
+    CameraPath::HalfSphere,
+    CameraPath::Robot,
+];
 
 static WALKING: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::Walking));
 static AT_DESKS: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::AtDesks));
@@ -32,6 +38,13 @@ fn rooms(activity: Activity) -> Vec<(String, Scene)> {
 fn arrangements() -> impl Iterator<Item = &'static (String, Scene)> {
     WALKING.iter().chain(SITTING.iter().take(2))
 }
+
+/// Buildings without a ramp and with one, of an odd number of rooms.
+static BUILDINGS: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| {
+    let building =
+        |(seed, rooms)| (format!("{rooms} rooms {seed}"), Scene::new(&SequenceConfig::building(seed, rooms)));
+    [(0, 2), (1, 9), (2, 16)].map(building).into()
+});
 
 /// Points of a body's surface at most `spacing` apart, in the scene.
 fn surface_points(part: &Part, spacing: f32) -> Vec<Vec3> {
@@ -107,9 +120,14 @@ fn is_room(part: &Part) -> bool {
 /// The floor is the second thing of every room.
 const FLOOR: usize = 1;
 
+/// Walls and floors of a building are its first thing.
+fn is_shell(scene: &Scene, thing: usize) -> bool {
+    if scene.tour.is_some() { thing == 0 } else { thing <= FLOOR }
+}
+
 #[test]
 fn things_do_not_intersect() {
-    for (name, scene) in arrangements() {
+    for (name, scene) in arrangements().chain(BUILDINGS.iter()) {
         let parts = &scene.static_parts;
         let points: Vec<Vec<Vec3>> = parts.iter().map(|part| surface_points(part, 0.03)).collect();
         for (i, a) in parts.iter().enumerate().filter(|(_, part)| !is_room(part)) {
@@ -134,21 +152,24 @@ fn things_do_not_intersect() {
 
 #[test]
 fn things_are_in_the_room_and_stand_on_something() {
-    for (name, scene) in arrangements() {
+    for (name, scene) in arrangements().chain(BUILDINGS.iter()) {
         let parts = &scene.static_parts;
-        let walls = parts.iter().find(|part| is_room(part)).unwrap();
-        let bound = walls.shape.half_extents() + 1e-3;
+        let walls: Vec<&Part> = parts
+            .iter()
+            .filter(|part| if scene.tour.is_some() { part.instance == 0 } else { is_room(part) })
+            .collect();
         for thing in 0..scene.instances.len() {
             let own: Vec<&Part> = parts.iter().filter(|part| part.instance == thing).collect();
-            if own.iter().any(|part| is_room(part)) || scene.is_mover(thing) {
+            if own.iter().any(|part| is_room(part)) || scene.is_mover(thing) || own.is_empty() {
                 continue;
             }
             let points: Vec<Vec3> = own.iter().flat_map(|part| surface_points(part, 0.03)).collect();
-            for &point in &points {
-                let local = walls.scene_from_part.inverse_transform_point(point);
+            for &point in points.iter().filter(|_| scene.tour.is_none()) {
+                let local = walls[0].scene_from_part.inverse_transform_point(point);
+                let bound = walls[0].shape.half_extents() + 1e-3;
                 assert!(local.abs().cmple(bound).all(), "{name}: {point} is not in the room");
             }
-            if thing == FLOOR {
+            if is_shell(scene, thing) {
                 continue;
             }
             let label = scene.instances[thing].label;
@@ -166,8 +187,10 @@ fn things_are_in_the_room_and_stand_on_something() {
             let thin = own.iter().all(|part| part.shape.half_extents().min_element() < 0.011);
             let hangs = thin && {
                 let on_wall = |point: &&Vec3| {
-                    let local = walls.scene_from_part.inverse_transform_point(**point);
-                    walls.shape.surface_distance(local) < 2e-3
+                    walls.iter().any(|wall| {
+                        let local = wall.scene_from_part.inverse_transform_point(**point);
+                        wall.shape.surface_distance(local) < 2e-3
+                    })
                 };
                 points.iter().filter(on_wall).count() > 20
             };
@@ -208,11 +231,57 @@ fn people_meet_no_furniture_but_the_chairs_they_sit_on() {
     }
 }
 
+#[test]
+fn in_buildings_people_sit_and_walk_in_rooms() {
+    for (name, scene) in BUILDINGS.iter() {
+        let sits = |person: &&Person| matches!(person.action, Action::Sits(_));
+        let sitting = scene.people.iter().filter(sits).count();
+        assert!(sitting >= 2 && scene.people.len() > sitting, "{name}: {sitting} sit");
+        let mut bodies = Vec::new();
+        for step in 0..40 {
+            scene.moving_parts(0.53 * f64::from(step), &mut bodies);
+            for body in &bodies {
+                let is_floor = |part: &Part| part.instance == 0 && part.scene_from_part.translation.z < 0.4;
+                for part in scene.static_parts.iter().filter(|part| !is_floor(part) && near(body, part)) {
+                    let allowed = if sits_on(scene, body.instance, part.instance) { 0.03 } else { 0.0 };
+                    let depth = depth_of(&surface_points(body, 0.05), part);
+                    let at = body.scene_from_part.translation;
+                    assert!(depth <= allowed, "{name}, step {step}: {depth} m in {} at {at}", part.instance);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn things_of_one_height_and_kind_stand_on_both_sides_of_walls() {
+    for (name, scene) in BUILDINGS.iter() {
+        let (labelled, _): (Vec<&Instance>, Vec<_>) =
+            scene.instances.iter().partition(|thing| thing.label.is_some());
+        let twin = |thing: &&&Instance| {
+            let at = thing.scene_from_thing.translation;
+            labelled.iter().any(|other| {
+                let other_at = other.scene_from_thing.translation;
+                let apart = (at - other_at).abs();
+                other.label == thing.label
+                    && apart.z < 1e-3
+                    && (0.2..2.0).contains(&apart.x)
+                    && apart.y < 1.3
+                    && at.z - at.z.floor() > 0.01
+            })
+        };
+        assert!(labelled.iter().filter(twin).count() > 6, "{name}");
+    }
+}
+
 /// Whether a person sits on a thing: it stands within 10 cm of the seat.
 fn sits_on(scene: &Scene, person: usize, thing: usize) -> bool {
-    let chair = scene.instances[thing].scene_from_thing.translation.truncate();
+    let chair = scene.instances[thing].scene_from_thing.translation;
     scene.people.iter().filter(|it| it.instance == person).any(|it| match &it.action {
-        Action::Sits(seat) => seat.position.distance(chair) < 0.1,
+        Action::Sits(seat) => {
+            let seat = it.scene_from_room * Vec3::new(seat.position.x, seat.position.y, 0.0);
+            seat.distance(chair) < 0.1
+        }
         Action::Walks(_) => false,
     })
 }
@@ -298,6 +367,26 @@ fn the_camera_moves_through_air() {
                     let local = part.scene_from_part.inverse_transform_point(eye);
                     let far = (local.abs() - part.shape.half_extents()).max_element() > 0.1 && !is_room(part);
                     assert!(far || !part.shape.reaches(local, 0.1), "{name} {path:?} at {eye}, {time} s");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_camera_goes_through_the_doors_of_a_building() {
+    for (name, scene) in BUILDINGS.iter() {
+        for path in [CameraPath::Handheld, CameraPath::Robot] {
+            let (mut bodies, mut last) = (Vec::new(), None);
+            for step in 0..1300 {
+                let time = 0.5 * f64::from(step);
+                let eye = scene.scene_from_camera(path, time).translation;
+                assert!(last.is_none_or(|last: Vec3| last.distance(eye) < 0.8), "{name}: a jump to {eye}");
+                last = Some(eye);
+                scene.moving_parts(time, &mut bodies);
+                for part in scene.static_parts.iter().chain(&bodies) {
+                    let local = part.scene_from_part.inverse_transform_point(eye);
+                    assert!(!part.shape.reaches(local, 0.15), "{name} {path:?} at {eye}, {time} s");
                 }
             }
         }

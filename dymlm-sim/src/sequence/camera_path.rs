@@ -2,12 +2,13 @@ use std::f64::consts::TAU;
 
 use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
 
-use crate::scene::Viewpoint;
+use crate::scene::{Tour, Viewpoint};
 
 /// How the camera moves through the room, after the sequence types of the TUM RGB-D benchmark (Sturm 2012).
 ///
 /// All paths begin at a station that the room gives and look at what it shows there (in the office about 3 m
-/// before the desk); the people are between.
+/// before the desk); the people are between. Through a building the camera is carried, goes on a robot, or
+/// stands where its way begins ([`Static`](Self::Static)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum CameraPath {
@@ -23,12 +24,39 @@ pub enum CameraPath {
     Rpy,
     /// Moves on a half sphere of 1.1 m about a point before the desk.
     HalfSphere,
+    /// On a robot, 0.3 m above the floor, level.
+    Robot,
 }
+
+/// Height of a robot's camera and of a hand, metres.
+const ROBOT: f32 = 0.3;
+const HAND: f32 = 1.45;
 
 impl CameraPath {
     /// The camera's pose in the scene at `time` seconds.
     pub(crate) fn scene_from_camera(self, viewpoint: &Viewpoint, time: f64) -> Pose3 {
         viewpoint.scene_from_view * self.view_from_camera(viewpoint, time)
+    }
+
+    /// The camera's pose in a building.
+    pub(crate) fn scene_from_camera_on(self, tour: &Tour, time: f64) -> Pose3 {
+        let wave = |period: f64, phase: f64| (TAU * (time / period + phase)).sin() as f32;
+        let (carrier, height, tremor, down) = match self {
+            Self::Static => (tour.scene_from_carrier(0.0), HAND, 0.0, 0.2),
+            Self::Robot => (tour.scene_from_carrier(time), ROBOT, 0.0, 0.0),
+            _ => (tour.scene_from_carrier(time), HAND, 1.0, 0.2),
+        };
+        let sway = tremor
+            * Vec3::new(
+                0.02 * wave(1.1, 0.3),
+                0.03 * wave(1.7, 0.0),
+                0.02 * wave(0.55, 0.1) + 0.04 * wave(5.9, 0.4),
+            );
+        // Somebody who carries a camera looks to both sides.
+        let glance = tremor * (0.35 * wave(6.7, 0.15) + 0.01 * wave(1.3, 0.0));
+        let eye = Vec3::new(0.0, 0.0, height) + sway;
+        let ahead = Vec3::new(glance.cos(), glance.sin(), -(down + tremor * 0.08 * wave(8.3, 0.5)));
+        carrier * looking(eye, eye + ahead)
     }
 
     fn view_from_camera(self, viewpoint: &Viewpoint, time: f64) -> Pose3 {
@@ -58,6 +86,10 @@ impl CameraPath {
                     elevation.sin(),
                 );
                 looking(pivot + 1.1 * back, target.lerp(pivot, 0.3))
+            }
+            Self::Robot => {
+                let eye = Vec3::new(0.5 * wave(11.0, 0.0), station.y + 0.25 * wave(7.3, 0.2), ROBOT);
+                looking(eye, Vec3::new(target.x + 0.8 * wave(12.1, 0.15), target.y, ROBOT))
             }
             Self::Handheld => {
                 let sway = Vec3::new(

@@ -1,4 +1,4 @@
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use dymlm_core::{ConfigError, PinholeCamera, Pose, check_range};
 
@@ -6,6 +6,7 @@ use rand::RngExt;
 
 use super::PoseErrorConfig;
 use crate::noise::{Use, stream};
+use crate::scene::SECONDS_A_ROOM;
 use crate::{Activity, CameraPath, CarriedObject, DetectorConfig, Room, SceneEvent, SensorConfig};
 
 /// What a [`Sequence`](crate::Sequence) shows.
@@ -30,10 +31,12 @@ pub struct SequenceConfig {
     /// Turn of the camera about its optical axis, radians, -pi..=pi, default 0: a quarter turn holds it on
     /// its side.
     pub camera_roll: f64,
+    /// How far the camera looks further down, radians, -pi/2..=pi/2, default 0; before it is rolled.
+    pub camera_pitch: f64,
     /// Where the room stands in the world; in its own frame z is up and the floor is z = 0. Default identity.
     /// A tilted world shows whether a map depends on which way is up.
     pub world_from_scene: Pose,
-    /// Number of people, 0..=2, default 2.
+    /// Number of people, in a building of people in a room, 0..=2, default 2.
     pub people: usize,
     /// Whether the people have heights and clothes drawn from the seed. Default false: the same two in all
     /// sequences.
@@ -65,6 +68,7 @@ impl Default for SequenceConfig {
             activity: Activity::default(),
             path: CameraPath::default(),
             camera_roll: 0.0,
+            camera_pitch: 0.0,
             world_from_scene: Pose::identity(),
             people: 2,
             strangers: false,
@@ -101,10 +105,24 @@ impl SequenceConfig {
         Self { room: Room::Random, seed, path, world_from_scene, ..Self::default() }
     }
 
+    /// A building of 2 to 60 rooms made up from `seed`; the frames, 10 a second, show all of the camera's tour,
+    /// 40 s a room. With another [`frame_rate`](Self::frame_rate) the number of [`frames`](Self::frames)
+    /// changes too.
+    pub fn building(seed: u64, rooms: usize) -> Self {
+        let tour = SECONDS_A_ROOM * rooms as f64;
+        let room = Room::Building { rooms };
+        let default = Self::default();
+        Self { room, seed, strangers: true, frames: (tour * default.frame_rate) as usize, ..default }
+    }
+
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("frames", self.frames as f64, 1.0..=1e6)?;
         check_range("frame_rate", self.frame_rate, 0.1..=1000.0)?;
         check_range("camera_roll", self.camera_roll, -PI..=PI)?;
+        check_range("camera_pitch", self.camera_pitch, -FRAC_PI_2..=FRAC_PI_2)?;
+        if let Room::Building { rooms } = self.room {
+            check_range("rooms", rooms as f64, 2.0..=60.0)?;
+        }
         check_range("people", self.people as f64, 0.0..=2.0)?;
         check_range("event_time", self.event_time.unwrap_or(0.0), 0.0..=1e9)?;
         self.sensor.validate()?;

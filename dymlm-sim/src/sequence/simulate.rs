@@ -253,10 +253,16 @@ impl Sequence {
     }
 
     fn scene_from_camera(&self, index: usize) -> Pose3 {
-        let upright = self.config.path.scene_from_camera(&self.scene.viewpoint, self.timestamp(index));
-        let roll = Pose3::from_rotation(Rot3::from_rotation_z(self.config.camera_roll as f32));
-        // Without a roll the pose stays as it is, to the bit.
-        if self.config.camera_roll == 0.0 { upright } else { upright * roll }
+        let upright = self.scene.scene_from_camera(self.config.path, self.timestamp(index));
+        let turned = |rotation: Rot3| Pose3::from_rotation(rotation);
+        let SequenceConfig { camera_pitch, camera_roll, .. } = self.config;
+        // Without pitch and roll the pose stays as it is, to the bit.
+        let pitched = if camera_pitch == 0.0 {
+            upright
+        } else {
+            upright * turned(Rot3::from_rotation_x(-camera_pitch as f32))
+        };
+        if camera_roll == 0.0 { pitched } else { pitched * turned(Rot3::from_rotation_z(camera_roll as f32)) }
     }
 }
 

@@ -5,7 +5,7 @@ use dymlm_core::{Plane, Pose};
 use dymlm_metrics::{CellRaster, FaceCells, TrueFace};
 use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
 
-use super::flat_side::{FlatSide, SIDES, flat_sides, side_number};
+use super::flat_side::{FlatSide, SIDES, bounds_of, flat_sides, side_number};
 use crate::scene::{Part, Scene, Shape};
 
 /// The flat faces of a scene, and by how many frames each of their cells was seen.
@@ -64,6 +64,8 @@ const SAME_ORIENTATION: f64 = 0.998_63;
 /// Height of the relief that a depth camera can hardly tell from the face that it lies on, metres: two
 /// standard deviations of a Kinect's depth at 3 m.
 const RELIEF_HEIGHT: f64 = 0.03;
+/// Boxes that are farther from each other hold nothing that touches or lies on the other, metres.
+const REACH: f64 = 0.05;
 /// Share of a face that must lie within the outline of the one that it is a relief of.
 const RELIEF_SHARE: f64 = 0.8;
 
@@ -161,16 +163,37 @@ impl Body {
 /// Sides that continue each other, directly or through others, by the first of each group.
 fn continued_sides(sides: &[FlatSide]) -> Vec<Vec<usize>> {
     let mut first: Vec<usize> = (0..sides.len()).collect();
-    for b in 0..sides.len() {
-        for a in 0..b {
-            if first[a] != first[b] && sides[a].continues(&sides[b]) {
-                let (kept, joined) = (first[a].min(first[b]), first[a].max(first[b]));
-                first.iter_mut().filter(|group| **group == joined).for_each(|group| *group = kept);
-            }
+    for (a, b) in near_pairs(&sides.iter().map(FlatSide::bounds).collect::<Vec<_>>()) {
+        if first[a] != first[b] && sides[a].continues(&sides[b]) {
+            let (kept, joined) = (first[a].min(first[b]), first[a].max(first[b]));
+            first.iter_mut().filter(|group| **group == joined).for_each(|group| *group = kept);
         }
     }
-    let members = |group: usize| (0..sides.len()).filter(|&side| first[side] == group).collect::<Vec<_>>();
-    (0..sides.len()).filter(|&side| first[side] == side).map(members).collect()
+    let mut groups: Vec<Vec<usize>> = vec![Vec::new(); sides.len()];
+    first.iter().enumerate().for_each(|(side, &group)| groups[group].push(side));
+    groups.retain(|group| !group.is_empty());
+    groups
+}
+
+/// The pairs of boxes (lowest and highest corner) that come within reach of each other, the lower index
+/// first: those that meet along x are compared.
+fn near_pairs(bounds: &[[[f64; 3]; 2]]) -> Vec<(usize, usize)> {
+    let mut order: Vec<usize> = (0..bounds.len()).collect();
+    order.sort_by(|&a, &b| bounds[a][0][0].total_cmp(&bounds[b][0][0]));
+    let mut pairs = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    for b in order {
+        let [low, high] = bounds[b];
+        open.retain(|&a| bounds[a][1][0] + REACH >= low[0]);
+        let meets = |&&a: &&usize| {
+            (1..3).all(|axis| {
+                bounds[a][0][axis] <= high[axis] + REACH && low[axis] <= bounds[a][1][axis] + REACH
+            })
+        };
+        pairs.extend(open.iter().filter(meets).map(|&a| (a.min(b), a.max(b))));
+        open.push(b);
+    }
+    pairs
 }
 
 /// Assigns each face to the largest one that it lies on. Large faces come first, and one that lies on another
@@ -182,9 +205,17 @@ fn find_reliefs(faces: &mut [SceneFace]) {
     let areas: Vec<f64> = faces.iter().map(area).collect();
     let mut order: Vec<usize> = (0..faces.len()).collect();
     order.sort_by(|&a, &b| areas[b].total_cmp(&areas[a]));
-    for (rank, &small) in order.iter().enumerate() {
+    let mut rank = vec![0; faces.len()];
+    order.iter().enumerate().for_each(|(place, &face)| rank[face] = place);
+    let mut larger: Vec<Vec<usize>> = vec![Vec::new(); faces.len()];
+    for (a, b) in near_pairs(&faces.iter().map(SceneFace::bounds).collect::<Vec<_>>()) {
+        let (large, small) = if rank[a] < rank[b] { (a, b) } else { (b, a) };
+        larger[small].push(large);
+    }
+    for small in order {
+        larger[small].sort_by_key(|&large| rank[large]);
         let is_base = |&large: &usize| faces[large].relief == large && faces[small].lies_on(&faces[large]);
-        if let Some(large) = order[..rank].iter().copied().find(is_base) {
+        if let Some(large) = larger[small].iter().copied().find(is_base) {
             faces[small].relief = large;
         }
     }
@@ -209,6 +240,10 @@ impl SceneFace {
             pieces,
             raster,
         })
+    }
+
+    fn bounds(&self) -> [[f64; 3]; 2] {
+        bounds_of(self.pieces.iter().flatten())
     }
 
     /// Whether the face lies within the other's outline, close to it and facing the same way.

@@ -85,7 +85,20 @@ fn disc(center: [f64; 3], u: [f64; 3], v: [f64; 3], radius: f64) -> Vec<[f64; 3]
         .collect()
 }
 
+/// Lowest and highest coordinates of some points.
+pub(super) fn bounds_of<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> [[f64; 3]; 2] {
+    points.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], point| {
+        let fold =
+            |side: [f64; 3], pick: fn(f64, f64) -> f64| std::array::from_fn(|k| pick(side[k], point[k]));
+        [fold(low, f64::min), fold(high, f64::max)]
+    })
+}
+
 impl FlatSide {
+    pub(super) fn bounds(&self) -> [[f64; 3]; 2] {
+        bounds_of(self.corners.iter())
+    }
+
     /// Distance of a point from the side's plane, metres, positive where the normal points.
     pub(super) fn distance(&self, point: [f64; 3]) -> f64 {
         dot(self.normal, difference(point, self.corners[0]))

@@ -25,6 +25,8 @@ struct Body {
 }
 
 const CELL: f32 = 0.25;
+/// Side of the blocks in which the cells' bodies are sought, metres.
+const BLOCK: f32 = 2.0;
 
 impl Surfaces {
     pub(super) fn new(parts: &[Part]) -> Self {
@@ -38,20 +40,34 @@ impl Surfaces {
             })
             .collect();
 
+        // Blocks of cells ask all bodies, cells those that can be nearest in their block.
+        let blocks = CellGrid::around(parts, 0.5, BLOCK);
+        let everybody: Vec<u16> = (0..bodies.len() as u16).collect();
+        let mut in_block: Vec<Option<Vec<u16>>> = vec![None; blocks.len()];
+        let mut distances = Vec::new();
+        let mut nearest = |among: &[u16], center: Vec3, size: f32, found: &mut Vec<u16>| {
+            distances.clear();
+            distances.extend(among.iter().map(|&i| bodies[usize::from(i)].distance(center)));
+            let bound =
+                distances.iter().copied().fold(f32::INFINITY, f32::min) + 1.01 * size * 3.0_f32.sqrt();
+            let near = among.iter().zip(&distances).filter(|&(_, &distance)| distance <= bound);
+            found.extend(near.map(|(&i, _)| i));
+        };
         let grid = CellGrid::around(parts, 0.5, CELL);
         let mut candidates = Vec::new();
         let mut begins = vec![0];
-        let mut distances = vec![0.0; bodies.len()];
         for cell in 0..grid.len() {
             let center = grid.center(cell);
-            for (distance, body) in distances.iter_mut().zip(&bodies) {
-                *distance = body.distance(center);
-            }
-            let bound =
-                distances.iter().copied().fold(f32::INFINITY, f32::min) + 1.01 * CELL * 3.0_f32.sqrt();
-            candidates.extend(
-                distances.iter().zip(0_u16..).filter(|&(&distance, _)| distance <= bound).map(|(_, i)| i),
-            );
+            let block = blocks.cell(center);
+            let in_block = block.and_then(|block| {
+                let slot = in_block.get_mut(block)?;
+                Some(slot.get_or_insert_with(|| {
+                    let mut found = Vec::new();
+                    nearest(&everybody, blocks.center(block), BLOCK, &mut found);
+                    found
+                }))
+            });
+            nearest(in_block.map_or(&everybody[..], |found| found), center, CELL, &mut candidates);
             begins.push(candidates.len() as u32);
         }
         Self { bodies, grid, candidates, begins }

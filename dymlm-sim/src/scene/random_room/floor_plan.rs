@@ -75,6 +75,11 @@ impl FloorPlan {
         fits
     }
 
+    /// Takes up a footprint, whatever stands there.
+    pub(super) fn reserve(&mut self, footprint: Footprint) {
+        self.taken.push(footprint);
+    }
+
     pub(super) fn fits(&self, footprint: &Footprint, gap: f32) -> bool {
         let within = |axis: Vec2, half: f32| footprint.center.dot(axis).abs() + footprint.reach(axis) <= half;
         within(Vec2::X, self.half.x)

@@ -6,11 +6,12 @@ use rand_chacha::ChaCha8Rng;
 
 use super::floor_plan::{FloorPlan, Footprint};
 use super::table_setting::set_table;
+use crate::noise::{Use, stream};
 use crate::scene::builder::Builder;
 use crate::scene::furniture::{self, SEAT};
 use crate::scene::palette::{
-    BEECH, CARPET, CLAY, CUSHION, FABRIC, MINT, OAK, OCHRE, PLANKS, PLASTER, SPINES, TILES, TWEED, WALNUT,
-    WHITE,
+    BEECH, CARPET, CLAY, CUSHION, FABRIC, MINT, OAK, OCHRE, PANE, PLANKS, PLASTER, SPINES, TILES, TWEED,
+    WALNUT, WHITE,
 };
 use crate::scene::table_top::TableTop;
 use crate::scene::{Activity, Cast, things};
@@ -67,20 +68,29 @@ impl Furnished {
         let walls = pick(rng, &[PLASTER, OCHRE, MINT, WHITE]);
         let ground = pick(rng, &[CARPET, PLANKS, TILES]);
         builder.walls_and_floor([0.0; 2], [size[0], size[1], height], walls, ground);
-        let floor = FloorPlan::new(0.5 * Vec2::from(size) - Vec2::splat(FROM_WALL));
-        let has_desks = cast.activity == Activity::AtDesks;
-        let mut room = Self { builder, floor, height, tables: Vec::new(), seats: Vec::new(), has_desks };
-
-        room.hang_things(rng);
+        let mut room = Self::empty(builder, size, height);
+        room.has_desks = cast.activity == Activity::AtDesks;
+        room.hang_things(false, rng);
         for _ in 0..rng.random_range(2..=3) {
-            let table = room.table(rng);
-            room.tables.extend(table);
+            room.add_table(rng);
         }
-        for height in cast.seat_heights() {
-            let seat = room.seat(height, rng)?;
-            room.seats.push(seat);
-        }
+        room.seat_all(cast, rng)?;
         Some(room)
+    }
+
+    /// A room of the given lengths without furniture.
+    pub(super) fn empty(builder: Builder, size: [f32; 2], height: f32) -> Self {
+        let floor = FloorPlan::new(0.5 * Vec2::from(size) - Vec2::splat(FROM_WALL));
+        Self { builder, floor, height, tables: Vec::new(), seats: Vec::new(), has_desks: false }
+    }
+
+    /// Chairs for both; `None` when they do not fit.
+    pub(super) fn seat_all(&mut self, cast: &Cast, rng: &mut ChaCha8Rng) -> Option<()> {
+        for height in cast.seat_heights() {
+            let seat = self.seat(height, rng)?;
+            self.seats.push(seat);
+        }
+        Some(())
     }
 
     /// More furniture on the floor that is left.
@@ -96,9 +106,16 @@ impl Furnished {
         }
     }
 
-    /// A door and up to two pictures, flat on the walls.
-    fn hang_things(&mut self, rng: &mut ChaCha8Rng) {
-        let mut hung = FloorPlan::new(self.floor.half);
+    /// A door and up to two pictures, flat on the walls; and if asked for, a window on the wall of +y.
+    pub(super) fn hang_things(&mut self, with_window: bool, rng: &mut ChaCha8Rng) {
+        let mut hung = self.floor.clone();
+        if with_window {
+            let Vec2 { x, y } = self.floor.half;
+            let at = Vec2::new(rng.random_range(0.8 - x..x - 0.8), y - 0.01);
+            hung.reserve(Footprint::new(at, 0.0, [0.65, 0.01]));
+            let at = [at.x, y + FROM_WALL - 0.01, 1.55];
+            self.builder.thing(None, at, 0.0).cuboid([0.0; 3], [1.3, 0.02, 0.9], PANE);
+        }
         let mut on_wall = |room: &Self, rng: &mut ChaCha8Rng, size: [f32; 2]| {
             let half = [0.5 * size[0], 0.5 * size[1]];
             let (at, yaw) = room.at_wall(rng, half[0], half[1]);
@@ -152,6 +169,22 @@ impl Furnished {
         (Vec2::new(rng.random_range(-x..x), rng.random_range(-y..y)), rng.random_range(-PI..PI))
     }
 
+    /// A table with its back to a wall on the +x (or -x) side, its middle at `y`, set from a seed of its own.
+    pub(super) fn table_at_wall(&mut self, side: f32, y: f32, size: [f32; 2], height: f32, seed: u64) {
+        let half = [0.5 * size[0], 0.5 * size[1]];
+        let at = Vec2::new(side * (self.floor.half.x - half[1]), y);
+        let footprint = Footprint::new(at, -side * FRAC_PI_2, half);
+        if self.floor.take(footprint, GAP) {
+            let table = self.set_up_table(footprint, height, &mut stream(seed, Use::Scene, 5, 0));
+            self.tables.push(table);
+        }
+    }
+
+    pub(super) fn add_table(&mut self, rng: &mut ChaCha8Rng) {
+        let table = self.table(rng);
+        self.tables.extend(table);
+    }
+
     /// A table against a wall, perhaps with a partition behind, or anywhere at any yaw, with things on it.
     fn table(&mut self, rng: &mut ChaCha8Rng) -> Option<Table> {
         let size = [rng.random_range(1.0_f32..1.9), rng.random_range(0.55_f32..0.9)];
@@ -163,25 +196,37 @@ impl Furnished {
         } else {
             self.throw(rng, half, Self::anywhere)?
         };
-        let Vec2 { x, y } = footprint.center;
-        let top = TableTop { center: [x, y], yaw: footprint.yaw, size, height };
-        furniture::table(
-            &mut self.builder,
-            [x, y],
-            top.yaw,
-            size,
-            height,
-            pick(rng, &[BEECH, OAK, WALNUT, WHITE]),
-        );
-        let free_front = if self.has_desks { HANDS } else { 0.0 };
-        set_table(&mut self.builder, &top, rng.random_range(5..=9), free_front, rng);
+        let table = self.set_up_table(footprint, height, rng);
 
         let behind = footprint.point(0.0, half[1] + 0.26);
         let screen = Footprint::new(behind, footprint.yaw, [0.5 * size[0] + 0.1, 0.2]);
         if !at_wall && rng.random_range(0..3) == 0 && self.floor.take(screen, 0.01) {
             furniture::partition(&mut self.builder, behind.to_array(), footprint.yaw, size[0] + 0.2, FABRIC);
         }
-        Some(Table { top, footprint })
+        Some(table)
+    }
+
+    fn set_up_table(&mut self, footprint: Footprint, height: f32, rng: &mut ChaCha8Rng) -> Table {
+        let Footprint { center, yaw, half, .. } = footprint;
+        let top = TableTop { center: center.to_array(), yaw, size: (2.0 * half).to_array(), height };
+        let material = pick(rng, &[BEECH, OAK, WALNUT, WHITE]);
+        furniture::table(&mut self.builder, top.center, yaw, top.size, height, material);
+        let free_front = if self.has_desks { HANDS } else { 0.0 };
+        set_table(&mut self.builder, &top, rng.random_range(5..=9), free_front, rng);
+        Table { top, footprint }
+    }
+
+    /// A round pillar on the free floor, and a cabinet at a wall that swallows all light.
+    pub(super) fn hard_to_see(&mut self, rng: &mut ChaCha8Rng) {
+        let radius = rng.random_range(0.2_f32..0.5);
+        if let Some(it) = self.throw(rng, [radius; 2], Self::anywhere) {
+            furniture::round_pillar(&mut self.builder, it.center.to_array(), radius, self.height);
+        }
+        let half = [0.4, 0.25];
+        if let Some(it) = self.throw(rng, half, |room, rng| room.at_wall(rng, half[0], half[1])) {
+            let at = [it.center.x, it.center.y, 0.0];
+            self.builder.thing(None, at, it.yaw).cuboid([0.0, 0.0, 0.45], [0.8, 0.5, 0.9], PANE);
+        }
     }
 
     fn any_table(&self, rng: &mut ChaCha8Rng) -> Option<Table> {

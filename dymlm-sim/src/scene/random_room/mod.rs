@@ -2,11 +2,13 @@
 
 mod floor_plan;
 mod furnishing;
+mod in_building;
 mod station;
 mod table_setting;
 mod ways;
 
 use self::furnishing::Furnished;
+pub(super) use self::in_building::{Site, SiteTable, furnish};
 use self::station::{Station, choose_station};
 use self::ways::{CLEARANCE, are_seen, choose_ways, walks};
 use super::person::Action;

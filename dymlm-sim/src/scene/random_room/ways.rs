@@ -4,6 +4,7 @@ use parry3d::math::{Vec2, Vec3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::floor_plan::FloorPlan;
 use super::furnishing::Furnished;
 use super::station::Station;
 use crate::scene::walk::Walk;
@@ -71,14 +72,23 @@ fn choose_way(
     furnished: &Furnished,
     station: &Station,
     rng: &mut ChaCha8Rng,
+    accept: impl FnMut(&Way) -> bool,
+) -> Option<Way> {
+    let from_camera = |at: Vec2| station.footprint.distance(at) > FROM_CAMERA;
+    choose_free_way(&furnished.floor, rng, from_camera, accept)
+}
+
+/// A way over floor that is free, and that `allowed` accepts.
+pub(super) fn choose_free_way(
+    floor: &FloorPlan,
+    rng: &mut ChaCha8Rng,
+    allowed: impl Fn(Vec2) -> bool,
     mut accept: impl FnMut(&Way) -> bool,
 ) -> Option<Way> {
     (0..TRIES).find_map(|_| {
-        let points = loop_of_points(furnished.floor.half, rng);
+        let points = loop_of_points(floor.half, rng);
         // The points themselves tell most bad ways.
-        let free = |at: Vec2| {
-            furnished.floor.clearance(at) > CLEARANCE && station.footprint.distance(at) > FROM_CAMERA
-        };
+        let free = |at: Vec2| floor.clearance(at) > CLEARANCE && allowed(at);
         if !points.iter().all(|&point| free(point.into())) {
             return None;
         }
@@ -103,6 +113,11 @@ fn loop_of_points(half: Vec2, rng: &mut ChaCha8Rng) -> Vec<[f32; 2]> {
 }
 
 impl Way {
+    /// Somebody walks along it.
+    pub(super) fn walk(&self, rng: &mut ChaCha8Rng) -> Walk {
+        Walk::new(&self.points, rng.random_range(0.6..1.0), rng.random_range(0.0..20.0))
+    }
+
     fn new(points: Vec<[f32; 2]>) -> Self {
         let walk = Walk::new(&points, 1.0, 0.0);
         let count = (walk.length() / 0.05).ceil().max(1.0);

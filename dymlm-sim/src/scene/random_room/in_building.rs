@@ -1,0 +1,84 @@
+use parry3d::math::Vec2;
+use rand_chacha::ChaCha8Rng;
+
+use super::ATTEMPTS;
+use super::floor_plan::Footprint;
+use super::furnishing::Furnished;
+use super::ways::{CLEARANCE, choose_free_way};
+use crate::noise::{Use, stream};
+use crate::scene::builder::Builder;
+use crate::scene::person::Action;
+use crate::scene::{Activity, Cast};
+
+/// A room of a building before it is furnished, in a frame of its own: the origin in the middle of the floor,
+/// the door towards the corridor in the wall at -y.
+#[derive(Debug, Clone)]
+pub(in crate::scene) struct Site {
+    /// Full lengths, metres.
+    pub(in crate::scene) size: [f32; 2],
+    pub(in crate::scene) height: f32,
+    /// Ways that are kept free, each from a point to another along an axis.
+    pub(in crate::scene) lanes: Vec<[Vec2; 2]>,
+    /// Tables with their backs to the walls at +x (1) and -x (-1).
+    pub(in crate::scene) tables: Vec<SiteTable>,
+    /// Whether there are people, and what they do.
+    pub(in crate::scene) activity: Option<Activity>,
+}
+
+/// A table whose twin stands on the other side of the wall.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::scene) struct SiteTable {
+    pub(in crate::scene) side: f32,
+    pub(in crate::scene) y: f32,
+    pub(in crate::scene) size: [f32; 2],
+    pub(in crate::scene) height: f32,
+    /// Tells what stands on it.
+    pub(in crate::scene) seed: u64,
+}
+
+/// Half the width of a lane, metres.
+const LANE: f32 = 0.45;
+
+/// Furnishes a room: what was built, without walls and floor, and what its people do.
+pub(in crate::scene) fn furnish(site: &Site, cast: &Cast, seed: u64) -> (Builder, Vec<Action>) {
+    let furnished = (0..ATTEMPTS).find_map(|attempt| {
+        let mut rng = stream(seed, Use::Scene, 6, attempt);
+        let mut room = begin(site, &mut rng);
+        let actions = inhabit(site, cast, &mut room, &mut rng)?;
+        room.fill(&mut rng);
+        room.hard_to_see(&mut rng);
+        Some((room.builder, actions))
+    });
+    furnished.unwrap_or_default()
+}
+
+/// Lanes, what hangs on the walls, tables.
+fn begin(site: &Site, rng: &mut ChaCha8Rng) -> Furnished {
+    let mut room = Furnished::empty(Builder::default(), site.size, site.height);
+    for [from, to] in &site.lanes {
+        let half = 0.5 * (*to - *from).abs() + LANE;
+        room.floor.reserve(Footprint::new(0.5 * (*from + *to), 0.0, half.to_array()));
+    }
+    room.hang_things(true, rng);
+    for table in &site.tables {
+        room.table_at_wall(table.side, table.y, table.size, table.height, table.seed);
+    }
+    room.add_table(rng);
+    room
+}
+
+/// Seats and ways; `None` when there is no place for them.
+fn inhabit(site: &Site, cast: &Cast, room: &mut Furnished, rng: &mut ChaCha8Rng) -> Option<Vec<Action>> {
+    match site.activity {
+        None => Some(Vec::new()),
+        Some(Activity::Walking) => {
+            let way = choose_free_way(&room.floor, rng, |_| true, |_| true)?;
+            room.floor.keep_free(way.samples.iter().copied(), CLEARANCE);
+            Some(vec![Action::Walks(way.walk(rng))])
+        }
+        Some(Activity::Sitting | Activity::AtDesks) => {
+            room.seat_all(cast, rng)?;
+            Some(room.seats.iter().map(|chair| cast.sits((chair.place, chair.yaw), 0.0)).collect())
+        }
+    }
+}
