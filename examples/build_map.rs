@@ -63,8 +63,7 @@ fn main() -> Result<(), AnyError> {
     builder.settle();
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
-    let counts = builder.map().counts();
-    let report = RunReport::new(source.len(), &reports, counts, builder.config().clone());
+    let report = RunReport::new(source.len(), &reports, builder.map(), builder.config().clone());
     let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
     let up = up_of_planes(builder.map().planes(), up);
     let voxel_size = builder.config().cloud.voxel_size;
@@ -148,7 +147,7 @@ fn write_pictures(folder: &mut MapFolderWriter, pictures: &[Picture]) -> Result<
 
 fn print_summary(report: &RunReport, arguments: &Arguments) {
     println!(
-        "{} of {} frames mapped ({} skipped), {} key frames",
+        "{} of {} frames taken in ({} skipped), {} key frames mapped",
         report.frames - report.frames_skipped,
         report.frames,
         report.frames_skipped,
@@ -163,8 +162,12 @@ fn print_summary(report: &RunReport, arguments: &Arguments) {
     println!("octree: {} leaves, {} occupied", counts.octree_leaves, counts.octree_occupied_leaves);
     println!("planes: {}", counts.planes);
     println!("objects: {}", counts.objects);
+    let megabytes = |bytes: f64| bytes / 1e6;
+    let memory = [report.memory.cloud, report.memory.octree, report.memory.planes, report.memory.objects];
+    let [cloud, octree, planes, objects] = memory.map(|bytes| megabytes(bytes as f64));
+    println!("memory: cloud {cloud:.1}, octree {octree:.1}, planes {planes:.1}, objects {objects:.1} MB");
     if let Some(bytes) = report.peak_memory_bytes {
-        println!("peak memory: {:.0} MB", bytes as f64 / 1e6);
+        println!("peak memory: {:.0} MB", megabytes(bytes as f64));
     }
     println!("written to {}", arguments.out.display());
 }

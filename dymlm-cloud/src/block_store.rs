@@ -145,12 +145,46 @@ impl<B: Default> BlockStore<B> {
         slots
     }
 
+    /// Keeps the blocks whose keys `is_kept` says so of; `None` when all stay. Else those that stay move up to
+    /// lower slots, in their order.
+    pub(crate) fn retain(&mut self, is_kept: impl Fn(BlockKey) -> bool) -> Option<Retained> {
+        let stays: Vec<bool> = self.keys.iter().map(|&key| is_kept(key)).collect();
+        let gone = self.keys.iter().zip(&stays).filter(|(_, stays)| !**stays);
+        let gone: Vec<BlockKey> = gone.map(|(&key, _)| key).collect();
+        if gone.is_empty() {
+            return None;
+        }
+        keep_slots(&mut self.keys, &stays);
+        keep_slots(&mut self.blocks, &stays);
+        self.slots = self.keys.iter().enumerate().map(|(slot, &key)| (key, slot as u32)).collect();
+        let around = gone.iter().flat_map(|key| key.neighborhood());
+        let mut around: Vec<usize> = around.filter_map(|neighbor| self.slot(neighbor.key)).collect();
+        around.sort_unstable();
+        around.dedup();
+        Some(Retained { stays, around })
+    }
+
     /// Bytes of the store itself, without what its blocks own.
     pub(crate) fn memory_bytes(&self) -> usize {
         self.slots.capacity() * (size_of::<(BlockKey, u32)>() + 1)
             + self.keys.capacity() * size_of::<BlockKey>()
             + self.blocks.capacity() * size_of::<B>()
     }
+}
+
+/// What [`BlockStore::retain`] has left.
+pub(crate) struct Retained {
+    /// By slot as before, whether its block stayed: for [`keep_slots`] of what is kept by slot elsewhere.
+    pub(crate) stays: Vec<bool>,
+    /// Slots, as they are now, of the blocks beside one that went.
+    pub(crate) around: Vec<usize>,
+}
+
+/// Keeps the items of the slots that [stayed](Retained::stays), and gives the memory of the others back.
+pub(crate) fn keep_slots<T>(items: &mut Vec<T>, stays: &[bool]) {
+    let mut stays = stays.iter();
+    items.retain(|_| stays.next().is_some_and(|&stays| stays));
+    items.shrink_to_fit();
 }
 
 /// Multiplies and folds: keys are distinct words already, an attacker does not choose them, and the standard

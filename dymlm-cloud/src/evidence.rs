@@ -1,6 +1,8 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
-use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, has, split, without};
+use crate::block_store::{
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, has, split, without,
+};
 use crate::epochs::{Epochs, Finding, epoch_of};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
@@ -269,6 +271,24 @@ impl Evidence {
             }
         }
         self.revision += 1;
+    }
+
+    /// Forgets the blocks for which `is_forgotten` says so (lowest and highest corner, metres); those around them
+    /// have changed.
+    pub(crate) fn forget(&mut self, is_forgotten: impl Fn([[f64; 3]; 2]) -> bool) -> Option<Retained> {
+        let side = self.cell_size() * BLOCK_SIDE as f64;
+        let retained = self.blocks.retain(|key| {
+            let block = key.block().map(f64::from);
+            !is_forgotten([block.map(|c| c * side), block.map(|c| (c + 1.0) * side)])
+        })?;
+        self.last_read = None;
+        self.revision += 1;
+        for &slot in &retained.around {
+            if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
+                block.revision = self.revision;
+            }
+        }
+        Some(retained)
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {

@@ -12,6 +12,7 @@ mod epochs;
 mod error;
 mod evidence;
 mod fixed_point;
+mod forgetting;
 mod free_space;
 mod look_through;
 mod mover_masks;

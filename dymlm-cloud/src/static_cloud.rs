@@ -1,6 +1,6 @@
 use dymlm_core::{Point, PointCloud, Rgb};
 
-use crate::block_store::{BlockStore, CellBits, Neighbor, has, put, without};
+use crate::block_store::{BlockStore, CellBits, Neighbor, has, keep_slots, put, without};
 use crate::evidence::Evidence;
 use crate::thinning::{Candidate, Thinning, Window, limit};
 use crate::verdict::{Verdict, VerdictGrid};
@@ -93,7 +93,7 @@ impl StaticCloud {
     /// Takes in what has changed since the last call.
     pub(crate) fn refresh(&mut self, source: Source<'_>) {
         let (voxels, count) = (source.voxels, source.voxels.blocks().len());
-        if self.blocks.len() < count {
+        if self.order.len() < count {
             self.blocks.resize_with(count, StaticBlock::default);
             self.order = voxels.sorted_slots().into_iter().map(|slot| slot as u32).collect();
         }
@@ -132,6 +132,16 @@ impl StaticCloud {
             self.len -= self.blocks[slot].points.len();
             self.blocks[slot] = block;
         }
+    }
+
+    /// Forgets blocks of voxels that are gone: by slot, which stayed. Slots of the evidence have changed as well.
+    pub(crate) fn forget(&mut self, stays: Option<&[bool]>) {
+        if let Some(stays) = stays {
+            keep_slots(&mut self.blocks, stays);
+            self.order.clear();
+            self.len = self.blocks.iter().map(|block| block.points.len()).sum();
+        }
+        self.blocks.iter_mut().for_each(|block| block.evidence = 0);
     }
 
     /// What has changed since the last call.

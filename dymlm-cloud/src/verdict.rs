@@ -1,4 +1,6 @@
-use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, has, put, split, without};
+use crate::block_store::{
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, has, keep_slots, put, split, without,
+};
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
 
@@ -100,6 +102,12 @@ impl VerdictGrid {
                 }
             }
         }
+    }
+
+    /// Forgets blocks of the evidence that are gone; by slot, which stayed.
+    pub(crate) fn forget(&mut self, stays: &[bool]) {
+        keep_slots(&mut self.blocks, stays);
+        keep_slots(&mut self.revisions, stays);
     }
 
     /// The number of the last call that has changed a verdict, at least.

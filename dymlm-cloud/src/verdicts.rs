@@ -100,6 +100,14 @@ impl SharedKept {
         *self = Self::default();
     }
 
+    /// Forgets what is kept of blocks that are gone; tells by their slots which stayed, of the evidence and, when
+    /// any went, of the voxels.
+    pub(crate) fn forget(&mut self, cells: &[bool], voxels: Option<&[bool]>) {
+        let Kept { verdicts, cloud } = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
+        verdicts.forget(cells);
+        cloud.forget(voxels);
+    }
+
     /// The newest stamp of voxels that the static cloud has taken in.
     pub(crate) fn stamp(&mut self) -> u32 {
         self.0.get_mut().unwrap_or_else(PoisonError::into_inner).cloud.stamp()

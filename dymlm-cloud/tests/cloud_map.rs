@@ -4,7 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, MoverMasks, Selection, Verdict};
+use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, MoverMasks, Selection, Support, Verdict};
+use dymlm_core::vector3::{difference, norm};
 use dymlm_core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, Point, Pose, Rgb, SensorModel};
 use dymlm_geometry::OrientedBox;
 use dymlm_test_support::{recorded_frames, recording};
@@ -221,7 +222,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
-    fn reading_in_between_changes_nothing(steps in prop::collection::vec((0_u8..6, 0_usize..9), 4..14)) {
+    fn reading_in_between_changes_nothing(steps in prop::collection::vec((0_u8..7, 0_usize..9), 4..14)) {
         let mut silent = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
         let mut read = silent.clone();
         let apply = |map: &mut CloudMap, step: u8, seed: usize| {
@@ -239,12 +240,13 @@ proptest! {
                     let shifted = Pose::new([0.0, 0.013 * seed as f64, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
                     map.move_body(&OrientedBox::new(wall, [0.3; 3]).unwrap(), &shifted, |_| true);
                 }
+                4 => map.forget_outside([0.05 * seed as f64, 0.0, 3.0], 0.5 + 0.2 * seed as f64),
                 _ => drop(map.insert(&frame, None, &pose).unwrap()),
             }
         };
         for seed in 0..8 {
-            apply(&mut silent, 4, seed);
-            apply(&mut read, 4, seed);
+            apply(&mut silent, 5, seed);
+            apply(&mut read, 5, seed);
         }
         for (step, seed) in steps {
             apply(&mut silent, step, seed);
@@ -258,6 +260,36 @@ proptest! {
         prop_assert_eq!(cloud.points(), static_points);
         prop_assert_eq!(cloud, silent.point_cloud(Selection::Static));
     }
+}
+
+#[test]
+fn what_is_far_is_forgotten_and_what_is_near_stays() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    for seed in 0..4 {
+        map.insert(&uneven(seed), None, &pose(seed)).unwrap();
+    }
+    let before = voxels(&map);
+    let (bytes, center, radius) = (map.memory_bytes(), [0.0, 0.0, 1.5], 1.2);
+    map.forget_outside(center, 1e3);
+    assert_eq!(voxels(&map), before, "nothing is that far");
+
+    map.forget_outside(center, radius);
+    let distance = |voxel: &CloudVoxel| norm(difference(voxel.position.map(f64::from), center));
+    let left = voxels(&map);
+    let block = 8.0 * map.verdicts().cell_size() * 3_f64.sqrt();
+    assert!(left.iter().all(|voxel| distance(voxel) <= radius + block));
+    let places = |voxels: &[CloudVoxel]| -> Vec<(Point, u32, Support)> {
+        let near = voxels.iter().filter(|voxel| distance(voxel) <= radius);
+        near.map(|voxel| (voxel.position, voxel.observations, voxel.evidence)).collect()
+    };
+    assert_eq!(places(&left), places(&before));
+    assert_eq!(map.held_voxels(), left.len());
+    assert!((1..before.len()).contains(&left.len()) && map.memory_bytes() < bytes);
+    assert!(matches!(map.remove(&uneven(0), None, &pose(0)), Err(Error::NotInserted { .. })));
+    assert_eq!(voxels(&map), left);
+
+    map.forget_outside([1e6; 3], 1.0);
+    assert!(map.is_empty() && map.held_voxels() == 0);
 }
 
 #[test]

@@ -95,9 +95,25 @@ pub fn boxes_touch([low, high]: [Vector3; 2], [other_low, other_high]: [Vector3;
     (0..3).all(|axis| low[axis] <= other_high[axis] && high[axis] >= other_low[axis])
 }
 
+/// Distance from a place to the nearest and to the farthest point of a box, given by its lowest and highest
+/// corner.
+pub fn distances_to_box(place: Vector3, [low, high]: [Vector3; 2]) -> [f64; 2] {
+    let nearest = [0, 1, 2].map(|axis| (low[axis] - place[axis]).max(place[axis] - high[axis]).max(0.0));
+    let farthest = [0, 1, 2].map(|axis| (place[axis] - low[axis]).max(high[axis] - place[axis]));
+    [norm(nearest), norm(farthest)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_box_is_as_near_as_its_surface_and_as_far_as_its_corner() {
+        let cube = [[0.0; 3], [2.0; 3]];
+        assert_eq!(distances_to_box([1.0; 3], cube), [0.0, 3.0_f64.sqrt()]);
+        assert_eq!(distances_to_box([1.0, 5.0, 1.0], cube), [3.0, 27.0_f64.sqrt()]);
+        assert_eq!(distances_to_box([-3.0, -4.0, 2.0], cube), [5.0, 65.0_f64.sqrt()]);
+    }
 
     #[test]
     fn what_is_across_is_a_unit_vector_at_a_right_angle() {

@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use dymlm_core::vector3::{bounds, boxes_touch};
+use dymlm_core::vector3::{bounds, boxes_touch, difference, norm};
 use dymlm_core::{ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
@@ -262,6 +262,20 @@ impl ObjectMapper {
             self.remove(id);
         }
         gone
+    }
+
+    /// Forgets the objects whose centre is farther than `radius` metres from a place (world), but for those that
+    /// somebody carries. Met again, they are new ones.
+    pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
+        let is_far = |object: &&MapObject| {
+            let away = norm(difference(object.oriented_box.center(), center));
+            // A radius that is no number forgets nothing.
+            away > radius && !self.held.contains(&object.id)
+        };
+        let far: Vec<ObjectId> = self.map.objects.iter().filter(is_far).map(|object| object.id).collect();
+        for id in far {
+            self.remove(id);
+        }
     }
 
     /// The map as it stands.

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Scene, looking_at, mapper, upright};
-use dymlm_core::{Frame, Plane, PlaneId, Pose, SensorModel};
+use dymlm_core::{Frame, ObjectId, Plane, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{
     MapObject, ObjectConfig, ObjectMapper, ObjectReport, ObjectView, SupportPlane, SupportingPlanes,
@@ -288,4 +288,26 @@ fn a_region_without_end_holds_all_objects() {
     assert!(mapper.remove_where([[1e9; 3], [f64::INFINITY; 3]], |_| true).is_empty());
     assert_eq!(mapper.remove_where(endless, |_| true).len(), held);
     assert!(mapper.map().is_empty() && mapper.map().candidates().next().is_none());
+}
+
+#[test]
+fn what_is_far_is_forgotten_unless_somebody_carries_it() {
+    let scene = room(vec![chair(0.0, 2.0), chair(0.0, 8.0), chair(0.0, 14.0)], &[]);
+    let planes = Walls(vec![]);
+    let mut mapper = mapper();
+    for (index, y) in [2.0, 8.0, 14.0].into_iter().enumerate() {
+        for step in 0..6 {
+            let pose = near([0.4, y - 1.8, 1.2], step, [0.0, y, 0.4]);
+            let time = 0.1 * (10 * index + step) as f64;
+            show(&mut mapper, &scene, (time, pose), &[(index, "chair")], &planes);
+        }
+    }
+    let ids: Vec<ObjectId> = mapper.map().objects().map(MapObject::id).collect();
+    let bytes = mapper.map().memory_bytes();
+    mapper.hold(ids[2]);
+    mapper.forget_outside([0.0, 2.0, 0.5], 3.0);
+    assert_eq!(mapper.map().objects().map(MapObject::id).collect::<Vec<_>>(), [ids[0], ids[2]]);
+    assert!(mapper.map().memory_bytes() < bytes);
+    mapper.forget_outside([0.0; 3], f64::NAN);
+    assert_eq!(mapper.map().len(), 2);
 }

@@ -1,10 +1,10 @@
-use dymlm_core::vector3::boxes_touch;
+use dymlm_core::vector3::{boxes_touch, distances_to_box};
 use dymlm_core::{PointCloud, Rgb};
 
 use crate::insertion::ScanScratch;
 use crate::lattice::{DEPTH, Key, Lattice};
 use crate::occupancy_model::{OccupancyModel, probability};
-use crate::storage::{Kind, NO_COLOR, Subtree, Tree};
+use crate::storage::{Forgotten, Kind, NO_COLOR, Subtree, Tree};
 use crate::{CellState, Error, OctreeConfig};
 
 /// A probabilistic occupancy octree with OctoMap's model (Hornung, Wurm, Bennewitz, Stachniss, Burgard:
@@ -117,6 +117,21 @@ impl Octree {
     /// Forgets all observations. Memory is kept for what comes.
     pub fn clear(&mut self) {
         self.tree.clear();
+    }
+
+    /// Forgets what lies farther than `radius` metres from a place, by whole blocks of 8 cells a side: it is
+    /// unknown again. Memory is kept for what comes. O(nodes stored).
+    pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
+        let lattice = self.lattice;
+        self.tree.forget(&|corner, side| {
+            let low = lattice.corner(corner);
+            let high = low.map(|c| c + f64::from(side) * lattice.resolution);
+            match distances_to_box(center, [low, high]) {
+                [nearest, _] if nearest > radius => Forgotten::All,
+                [_, farthest] if farthest > radius => Forgotten::Part,
+                _ => Forgotten::Nothing,
+            }
+        });
     }
 
     /// What is known of the cell that holds a point, metres; unknown outside the map and for NaN.

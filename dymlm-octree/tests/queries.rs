@@ -362,3 +362,49 @@ fn merged_colors_do_not_depend_on_the_size_of_leaves() {
         assert_eq!(merged.color(double(at(511))), Some([100; 3]));
     }
 }
+
+#[test]
+fn what_is_far_is_unknown_again_and_what_is_near_stays() {
+    let mut config = config(0.25, 20.0);
+    config.color = true;
+    let mut map = Octree::new(config.clone()).unwrap();
+    let mut random = Random(5);
+    for _ in 0..40 {
+        // Rays that are long enough for leaves larger than a block.
+        let points: Vec<_> = (0..400).map(|_| random.point(16.0)).collect();
+        map.insert_scan([0.1; 3], &points).unwrap();
+    }
+    let cells = cells_of(&map);
+    let (center, radius, block) = ([3.0, -2.0, 0.5], 4.0, 8.0 * 0.25 * 3_f64.sqrt());
+    let distance = |key: Key| {
+        let place = key.map(|index| (f64::from(index) - 32768.0 + 0.5) * 0.25);
+        dymlm_core::vector3::norm(dymlm_core::vector3::difference(place, center))
+    };
+    map.forget_outside(center, 1e4);
+    assert_eq!(cells_of(&map), cells, "nothing is that far");
+
+    map.forget_outside(center, radius);
+    let sorted = |cells: Vec<(Key, f32)>| {
+        let mut near: Vec<_> = cells.into_iter().filter(|&(key, _)| distance(key) <= radius).collect();
+        near.sort_unstable_by_key(|(key, _)| *key);
+        near
+    };
+    let left = cells_of(&map);
+    assert!(left.len() < cells.len() / 2 && left.iter().all(|&(key, _)| distance(key) <= radius + block));
+    assert_eq!(sorted(left), sorted(cells));
+
+    // The tree is as one that was never larger: its nodes are pruned, its bounds are those of what is left.
+    let mut same = Octree::new(config).unwrap();
+    for (key, log_odds) in cells_of(&map) {
+        let place = key.map(|index| (f64::from(index) - 32768.0 + 0.5) * 0.25);
+        same.set_log_odds(place, Some(log_odds));
+    }
+    assert_eq!(map.counts(), same.counts());
+    let bytes = map.memory_bytes();
+    map.forget_outside([1e9; 3], 1.0);
+    assert!(map.is_empty());
+    for (key, log_odds) in cells_of(&same) {
+        map.set_log_odds(key.map(|index| (f64::from(index) - 32768.0 + 0.5) * 0.25), Some(log_odds));
+    }
+    assert_eq!((map.counts(), map.memory_bytes()), (same.counts(), bytes), "freed nodes are used again");
+}

@@ -21,7 +21,7 @@
 //! // Each frame: images, what the detector saw, and where the camera was.
 //! for step in 0..3 {
 //!     let depth = DepthImage::new(160, 120, vec![2.0; 160 * 120])?;
-//!     let frame = Frame::new(f64::from(step) / 30.0, camera, depth, None)?;
+//!     let frame = Frame::new(f64::from(step) / 5.0, camera, depth, None)?;
 //!     let detections = [Detection::new("person", 0.9, BoundingBox::new(20.0, 0.0, 60.0, 120.0)?)?];
 //!     let report = builder.insert(&frame, &detections, &Pose::identity())?;
 //!     assert_eq!(report.movers.len(), 1);
@@ -51,6 +51,7 @@ mod key_frames;
 mod map_builder;
 mod map_config;
 mod map_counts;
+mod map_memory;
 mod multi_level_map;
 mod stages;
 mod subsampler;
@@ -80,5 +81,6 @@ pub use key_frames::KeyFrameConfig;
 pub use map_builder::MapBuilder;
 pub use map_config::MapConfig;
 pub use map_counts::MapCounts;
+pub use map_memory::MapMemory;
 pub use multi_level_map::MultiLevelMap;
 pub use stages::{Stage, StageTimes};

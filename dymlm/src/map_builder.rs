@@ -8,7 +8,7 @@ use dymlm_objects::ObjectView;
 use dymlm_planes::PlaneDetector;
 
 use crate::ghost_removal::GhostRemoval;
-use crate::key_frames::KeyFrames;
+use crate::key_frames::{KeyFrames, Viewed};
 use crate::stages::StageClock;
 use crate::subsampler::{Subsampler, in_all_pixels};
 use crate::supporting_planes::MappedPlanes;
@@ -178,7 +178,8 @@ impl MapBuilder {
             preprocessor.process_knowing(frame, found, pose, &knowledge).map(|_| ())
         })?;
         let (movers, static_mask) = (preprocessor.movers(), preprocessor.static_mask());
-        let outcome = if key_frames.choose(pose) {
+        let viewed = Viewed { timestamp: frame.timestamp(), world_from_camera: *pose };
+        let outcome = if key_frames.choose(viewed, found.is_some()) {
             let mask = Some(static_mask);
             let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
             let view = object_view(&input, preprocessor)?;
@@ -219,6 +220,16 @@ impl MapBuilder {
     /// always up to date.
     pub fn settle(&mut self) {
         self.ghost_removal.run(&mut self.map);
+    }
+
+    /// Forgets what lies farther than `radius` metres from a place (world), in all maps: for robots that need
+    /// their surroundings only. What is near stays as it is. Costs some milliseconds for each million of voxels
+    /// held: once every few metres is enough.
+    pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
+        let MultiLevelMap { cloud, octree, planes: _, objects } = &mut self.map;
+        cloud.forget_outside(center, radius);
+        octree.forget_outside(center, radius);
+        objects.forget_outside(center, radius);
     }
 
     /// The maps as they stand.

@@ -61,17 +61,21 @@ impl Default for MapConfig {
 }
 
 impl MapConfig {
-    /// For recordings that are mapped after the fact: the defaults. All frames, cloud voxels of 1 cm.
+    /// For recordings that are mapped after the fact: the defaults, but every frame is mapped.
     #[must_use]
     pub fn offline() -> Self {
-        Self::default()
+        Self { key_frames: KeyFrameConfig::every_frame(), ..Self::default() }
     }
 
-    /// For a robot that maps while it drives: a key frame every 5 cm or 3 degrees, cloud voxels of 2 cm; half
-    /// of the processor time of each key frame, and nothing but tracking between them.
+    /// For a robot that maps while it drives: a key frame every 5 cm, 3 degrees or 0.2 s, cloud voxels of 2 cm:
+    /// half of the processor time of each key frame, and nothing but tracking between them.
     #[must_use]
     pub fn robot() -> Self {
-        let key_frames = KeyFrameConfig { min_translation: 0.05, min_rotation: 3_f64.to_radians() };
+        let key_frames = KeyFrameConfig {
+            min_translation: 0.05,
+            min_rotation: 3_f64.to_radians(),
+            ..KeyFrameConfig::default()
+        };
         let mut config = Self { key_frames, ..Self::default() };
         config.cloud.voxel_size = 0.02;
         config

@@ -127,6 +127,7 @@ fn frames_that_are_no_key_frames_are_tracked_only() {
     let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
     let mut config = MapConfig::default();
     config.key_frames.min_translation = 0.1;
+    config.key_frames.max_interval = 10.0;
     let mut builder = MapBuilder::new(config).unwrap();
     let mut mapped = Vec::new();
     for step in 0..6 {
@@ -168,7 +169,7 @@ fn beyond_the_octree_the_other_maps_go_on() {
     // The octree of 5 cm ends 1,638 m from the origin.
     let far = Pose::new([5000.0, 0.0, -1700.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
     for step in 0..10 {
-        let frame = Frame::new(f64::from(step) * 0.1, camera, wall.clone(), None).unwrap();
+        let frame = Frame::new(f64::from(step) * 0.2, camera, wall.clone(), None).unwrap();
         let report = builder.insert(&frame, Detections::Found(&[]), &far).unwrap();
         let octree = report.update().unwrap().octree;
         assert_eq!((octree.readings, octree.outside), (320 * 240, 320 * 240));
@@ -303,4 +304,36 @@ fn a_stride_maps_what_a_camera_of_fewer_pixels_would_have() {
         }
     }
     assert!(fingerprint(with_stride.map()) == fingerprint(small.map()));
+}
+
+#[test]
+fn a_camera_at_rest_adds_five_frames_a_second_and_memory_stays() {
+    let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    let stand = |seconds: std::ops::Range<u32>, builder: &mut MapBuilder| {
+        for step in seconds.start * 30..seconds.end * 30 {
+            // A person in every sixth second, and a chair beside.
+            let walks = step / 30 % 6 == 0;
+            let depth = (0..64 * 48).map(|pixel| match pixel % 64 {
+                10..20 if walks => 1.5,
+                30..40 if pixel / 64 > 24 => 1.9,
+                _ => 2.0 + 0.002 * ((pixel * 31 + step as usize * 7919) % 11) as f32,
+            });
+            let depth = DepthImage::new(64, 48, depth.collect()).unwrap();
+            let frame = Frame::new(f64::from(step) / 30.0, camera, depth, None).unwrap();
+            let person = BoundingBox::new(9.0, 0.0, 21.0, 48.0).unwrap();
+            let chair = Detection::new("chair", 0.9, BoundingBox::new(29.0, 24.0, 41.0, 48.0).unwrap());
+            let person = walks.then(|| Detection::new("person", 0.9, person).unwrap());
+            let found: Vec<Detection> = person.into_iter().chain(chair).collect();
+            builder.insert(&frame, &found, &Pose::identity()).unwrap();
+        }
+    };
+    stand(0..120, &mut builder);
+    assert!((590..=610).contains(&builder.map().cloud().frames()), "{}", builder.map().cloud().frames());
+    let before = builder.map().memory();
+    stand(120..600, &mut builder);
+    let after = builder.map().memory();
+    assert_eq!((before.octree, before.objects), (after.octree, after.objects));
+    // Its evidence is kept by 1.5 periods for each doubling of time.
+    assert!(after.cloud as f64 <= 1.5 * before.cloud as f64, "{before:?} {after:?}");
 }

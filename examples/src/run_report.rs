@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use dymlm::{FrameReport, MapConfig, MapCounts, Stage};
+use dymlm::{FrameReport, MapConfig, MapCounts, MapMemory, MultiLevelMap, Stage};
 use serde::Serialize;
 
 use crate::Milliseconds;
@@ -18,6 +18,8 @@ pub struct RunReport {
     pub stages: BTreeMap<&'static str, Milliseconds>,
     /// What is in the maps.
     pub counts: MapCounts,
+    /// Bytes that each map holds.
+    pub memory: MapMemory,
     /// Most memory the process held, where the system tells.
     pub peak_memory_bytes: Option<u64>,
     /// The config.
@@ -26,7 +28,7 @@ pub struct RunReport {
 
 impl RunReport {
     /// Sums a run up from the reports of its frames.
-    pub fn new(frames: usize, reports: &[FrameReport], counts: MapCounts, config: MapConfig) -> Self {
+    pub fn new(frames: usize, reports: &[FrameReport], map: &MultiLevelMap, config: MapConfig) -> Self {
         // Steps that only key frames take are timed over key frames.
         let milliseconds = |stage: Option<Stage>| {
             let key_frames_only = stage.is_some_and(|stage| stage >= Stage::Cloud);
@@ -44,7 +46,8 @@ impl RunReport {
             frames_skipped: frames - reports.len(),
             key_frames: reports.iter().filter(|report| report.update().is_some()).count(),
             stages,
-            counts,
+            counts: map.counts(),
+            memory: map.memory(),
             peak_memory_bytes: peak_memory_bytes(),
             config,
         }

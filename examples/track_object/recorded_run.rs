@@ -19,7 +19,8 @@ pub(crate) fn follow(
 ) -> Result<Followed, AnyError> {
     let mut source = FrameSource::recorded(dataset, None, &TumOptions::default())?;
     let bar = progress_bar(source.len(), "following");
-    let mut builder = Some(MapBuilder::new(MapConfig::default())?);
+    // The object may be picked up within the first second: every frame counts.
+    let mut builder = Some(MapBuilder::new(MapConfig::offline())?);
     let mut follower: Option<Follower> = None;
     let (mut begin, mut last) = (None, None);
     let middle = source.len() / 2;

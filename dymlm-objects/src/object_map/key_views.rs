@@ -65,6 +65,11 @@ impl KeyViews {
         self.views.iter()
     }
 
+    /// Bytes that the views own.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.views.capacity() * size_of::<KeyView>()
+    }
+
     /// Takes over the views of a merged object.
     pub(crate) fn merge(&mut self, other: &Self) {
         other.views.iter().for_each(|view| self.add(*view, FULL));

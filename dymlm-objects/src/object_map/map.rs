@@ -45,6 +45,12 @@ impl ObjectMap {
         self.len() == 0
     }
 
+    /// Bytes that the map holds, about.
+    pub fn memory_bytes(&self) -> usize {
+        let objects: usize = self.objects.iter().map(MapObject::memory_bytes).sum();
+        objects + self.absorbed_by.len() * size_of::<[ObjectId; 2]>()
+    }
+
     /// The id of what an object is now: its own, or that of the object which it went into.
     pub(crate) fn current_id(&self, id: ObjectId) -> ObjectId {
         let mut current = id;

@@ -116,6 +116,15 @@ impl MapObject {
         ObjectShape::new(self.shape, self.oriented_box)
     }
 
+    /// Bytes that it holds, about: nearly all are its points.
+    pub fn memory_bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.cloud.memory_bytes()
+            + self.key_views.memory_bytes()
+            + self.supports.capacity() * size_of::<SupportVotes>()
+            + self.sighted_points.capacity() * size_of::<u64>()
+    }
+
     /// Whether it is confirmed.
     pub fn state(&self) -> ObjectState {
         self.state

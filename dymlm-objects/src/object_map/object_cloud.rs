@@ -164,6 +164,11 @@ impl ObjectCloud {
             && self.cells.contains_key(&offset.map(|c| (c / CELL).floor() as i32))
     }
 
+    /// Bytes that the cloud owns, about.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.voxels.len() * size_of::<(VoxelKey, Voxel)>() + self.cells.len() * size_of::<(VoxelKey, u32)>()
+    }
+
     fn key(&self, offset: Vector3) -> VoxelKey {
         offset.map(|c| (c / self.voxel_size).floor() as i32)
     }

@@ -12,11 +12,13 @@
 
 mod block;
 mod branch;
+mod forgetting;
 mod subtree;
 mod tree;
 
 pub(crate) use block::Block;
 pub(crate) use branch::Branch;
+pub(crate) use forgetting::Forgotten;
 pub(crate) use subtree::{Kind, Subtree, child_corner};
 pub(crate) use tree::{Place, Tree};
 

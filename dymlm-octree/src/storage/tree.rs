@@ -209,7 +209,7 @@ impl Tree {
 
     /// Puts a node in the place of an entry that has none. What was a leaf is spread over the new node's
     /// entries.
-    fn add_child(&mut self, parent: u32, level: u8, entry: usize, old: Entry) -> u32 {
+    pub(super) fn add_child(&mut self, parent: u32, level: u8, entry: usize, old: Entry) -> u32 {
         let color = match (&self.colors, old) {
             (Some(colors), Entry::Leaf(_)) => colors.branches[parent as usize][entry],
             _ => NO_COLOR,
@@ -270,7 +270,7 @@ impl Tree {
     }
 
     /// Takes children that are empty or one single leaf into the branch, and brings its `max` up to date.
-    fn settle_node(&mut self, node: u32, level: u8) {
+    pub(super) fn settle_node(&mut self, node: u32, level: u8) {
         let children = self.branches[node as usize].children;
         let mut max = f32::NEG_INFINITY;
         for_each_bit(&children, |entry| {
@@ -303,9 +303,13 @@ impl Tree {
             let color = mean_color(below[child as usize].iter().copied());
             colors.branches[node as usize][entry] = color;
         }
-        let free = if level == 1 { &mut self.free_blocks } else { &mut self.free_branches };
-        free.push(child);
+        self.free_node(child, level - 1);
         self.branches[node as usize].set(entry, replacement);
+    }
+
+    /// Lets a node of a level be used again.
+    pub(super) fn free_node(&mut self, node: u32, level: u8) {
+        if level == 0 { &mut self.free_blocks } else { &mut self.free_branches }.push(node);
     }
 
     /// Makes an octree node at `depth` that begins at `corner` one leaf, as a file says. Only where nothing

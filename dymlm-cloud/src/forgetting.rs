@@ -1,0 +1,29 @@
+use dymlm_core::vector3::distances_to_box;
+
+use crate::CloudMap;
+use crate::voxel_block::VoxelBlock;
+
+impl CloudMap {
+    /// Forgets what lies farther than `radius` metres from a place (world), by whole blocks of the evidence (8
+    /// cells of some 4 cm a side): their voxels, and all that frames said of them. What is left is as it was.
+    ///
+    /// Frames that reach farther can be [removed](CloudMap::remove) no more. O(blocks held), without judging
+    /// anew what is far from the border.
+    pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
+        let Some(cells) = self.evidence.forget(|block| distances_to_box(center, block)[0] > radius) else {
+            return;
+        };
+        let evidence = &self.evidence;
+        let voxels = self.voxels.retain(|key| evidence.slot_of(key.cell(0)).is_some());
+        self.kept.forget(&cells.stays, voxels.as_ref().map(|voxels| voxels.stays.as_slice()));
+        let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
+        for slot in voxels.into_iter().flat_map(|voxels| voxels.around) {
+            if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
+                // Nothing beside it is heavier any more.
+                block.begin(stamp, seen);
+                block.lowered = stamp;
+            }
+        }
+        self.voxel_count = self.voxels.blocks().iter().map(VoxelBlock::len).sum();
+    }
+}

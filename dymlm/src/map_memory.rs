@@ -1,0 +1,35 @@
+use crate::MultiLevelMap;
+
+/// Bytes that each map holds, about: with what queries and output keep of it, without the builder's buffers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct MapMemory {
+    /// The dense cloud with its evidence.
+    pub cloud: usize,
+    /// The occupancy octree.
+    pub octree: usize,
+    /// The planes with what their key frames have seen of them.
+    pub planes: usize,
+    /// The objects.
+    pub objects: usize,
+}
+
+impl MapMemory {
+    /// Bytes of all maps.
+    pub fn total(&self) -> usize {
+        self.cloud + self.octree + self.planes + self.objects
+    }
+}
+
+impl MultiLevelMap {
+    /// How much memory each map takes. O(blocks).
+    pub fn memory(&self) -> MapMemory {
+        MapMemory {
+            cloud: self.cloud().memory_bytes(),
+            octree: self.octree().memory_bytes(),
+            planes: self.planes().memory_bytes(),
+            objects: self.objects().memory_bytes(),
+        }
+    }
+}
