@@ -11,21 +11,34 @@ const DOOR: [f32; 2] = [0.95, 2.05];
 const FLOOR: f32 = 0.1;
 const CEILING: f32 = 0.5;
 
-/// Floors, ceilings, walls with doorways and the ramp: one thing of many cuboids that touch.
+/// What continues inside walls shall not be one face: floors stick out so far beyond walls, and the corridor's
+/// ends stand so far before those of the rooms, metres.
+const STEP: f32 = 0.03;
+
+/// Floors, ceilings, walls with doorways and the ramp: one thing of many cuboids that touch. A floor goes on
+/// through the doors of all rooms on one level, each room has walls and a ceiling of its own.
 pub(super) fn build(b: &mut Builder, layout: &Layout) {
     b.thing(None, [0.0; 3], 0.0);
     let far = 0.5 * CORRIDOR + 2.0 * WALL + layout.depth;
+    let inner = [-0.5 * CORRIDOR, 0.5 * CORRIDOR];
     let top = |floor: f32| floor + layout.height;
+    for level in layout.columns.chunk_by(|a, b| a.floor == b.floor) {
+        let (Some(first), Some(last)) = (level.first(), level.last()) else { continue };
+        let x = [first.span[0] - WALL - STEP, last.span[1] + WALL + STEP];
+        // The corridor's floor and ceiling end at the ramp.
+        let z = first.floor;
+        slab(b, [x, [-far - STEP, far + STEP], [z - FLOOR, z]], CARPET);
+        slab(b, [[x[0] + STEP, x[1] - STEP], inner, [top(z), top(z) + CEILING]], PLASTER);
+    }
     for column in &layout.columns {
         let z = [column.floor, top(column.floor)];
         let [begin, end] = column.span;
-        let outer = [begin - WALL, end + WALL];
-        slab(b, [outer, [-far, far], [z[0] - FLOOR, z[0]]], CARPET);
-        slab(b, [outer, [-far, far], [z[1], z[1] + CEILING]], PLASTER);
         for side in SIDES {
             let across = |from: f32, to: f32| if side > 0.0 { [from, to] } else { [-to, -from] };
             let corridor = across(0.5 * CORRIDOR, 0.5 * CORRIDOR + WALL);
             if column.has_room(side) {
+                let room = across(0.5 * CORRIDOR + WALL, far - WALL);
+                slab(b, [column.span, room, [z[1], z[1] + CEILING]], PLASTER);
                 with_doorway(b, 0, [column.span, corridor, z], column.door);
                 slab(b, [column.span, across(far - WALL, far), z], PLASTER);
             } else {
@@ -41,11 +54,10 @@ pub(super) fn build(b: &mut Builder, layout: &Layout) {
             }
         }
     }
-    let inner = [-0.5 * CORRIDOR, 0.5 * CORRIDOR];
     if let [first, .., last] = &layout.columns[..] {
-        let ends = [(first.span[0] - WALL, first.floor), (last.span[1], last.floor)];
+        let ends = [(first.span[0], first.floor), (last.span[1], last.floor)];
         for (x, floor) in ends {
-            slab(b, [[x, x + WALL], inner, [floor, top(floor)]], PLASTER);
+            slab(b, [[x - WALL - STEP, x + WALL + STEP], inner, [floor, top(floor)]], PLASTER);
         }
     }
     if let Some(ramp) = &layout.ramp {
@@ -54,7 +66,7 @@ pub(super) fn build(b: &mut Builder, layout: &Layout) {
             let wall = 0.5 * side * (CORRIDOR + WALL);
             slab(b, [ramp.span, [wall - 0.5 * WALL, wall + 0.5 * WALL], z], PLASTER);
         }
-        slab(b, [ramp.span, [-far, far], [z[1], z[1] + CEILING]], PLASTER);
+        slab(b, [ramp.span, inner, [z[1], z[1] + CEILING]], PLASTER);
         let [low, high] = ramp.ends();
         let way = high - low;
         let along = Rot3::from_rotation_y(-way.z.atan2(way.x));
