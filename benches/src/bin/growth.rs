@@ -14,13 +14,15 @@ use dymlm_core::{BoundingBox, Detection, Frame, PinholeCamera, Pose};
 use dymlm_sim::{Activity, CameraPath, FrameScratch, Sequence, SequenceConfig};
 use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
 
+type AnyError = Box<dyn Error>;
+
 /// A frame, what a detector finds in it, and its pose.
 type Input = (Frame, Vec<Detection>, Pose);
 
 /// Frames that are compared.
 const WINDOW: usize = 100;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), AnyError> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let part: usize = match arguments.iter().find_map(|argument| argument.strip_prefix("1/")) {
         Some(part) => part.parse()?,
@@ -58,9 +60,7 @@ fn camera(width: usize) -> Result<PinholeCamera, dymlm_core::Error> {
     PinholeCamera::new(width, height, focal_length, focal_length, cx, cy)
 }
 
-fn sequence(
-    config: &SequenceConfig,
-) -> Result<impl FnMut(usize) -> Result<Input, Box<dyn Error>>, Box<dyn Error>> {
+fn sequence(config: &SequenceConfig) -> Result<impl FnMut(usize) -> Result<Input, AnyError>, AnyError> {
     let sequence = Sequence::new(config)?;
     let mut scratch = FrameScratch::default();
     Ok(move |index| {
@@ -79,7 +79,7 @@ const RATE: f64 = 5.0;
 const APART: f64 = 4.0;
 
 /// An aisle of 2.4 m between walls, with a box every two metres.
-fn aisle(index: usize) -> Result<Input, Box<dyn Error>> {
+fn aisle(index: usize) -> Result<Input, AnyError> {
     let x = STEP * index as f64;
     let camera = camera(160)?;
     let world_from_camera = look_at([x, 0.0, 1.3], [x + 2.0, 0.6 * (0.31 * index as f64 / RATE).sin(), 0.8]);
@@ -120,9 +120,9 @@ fn aisle(index: usize) -> Result<Input, Box<dyn Error>> {
 /// Builds the maps of some frames and prints what they cost.
 fn grow(
     name: &str,
-    mut input: impl FnMut(usize) -> Result<Input, Box<dyn Error>>,
+    mut input: impl FnMut(usize) -> Result<Input, AnyError>,
     frames: usize,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<(), AnyError> {
     let mut builder = MapBuilder::new(MapConfig::default())?;
     let (mut early, mut late) = (Vec::new(), Vec::new());
     println!("{name}: {frames} frames\n{MEMORY_HEADING}");
