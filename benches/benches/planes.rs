@@ -11,7 +11,7 @@ use dymlm_core::{Frame, Pose, SensorModel};
 use dymlm_io::{TumDataset, TumOptions};
 use dymlm_planes::{PlaneConfig, PlaneDetector, PlaneDetectorConfig, PlaneMap, PlaneMapper};
 use dymlm_sim::{Sequence, SequenceConfig};
-use dymlm_test_support::recording;
+use dymlm_test_support::{Rectangle, World, look_at, recording};
 
 /// Frames of one place, and where they were seen from.
 struct Input {
@@ -99,5 +99,33 @@ fn whole_step(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, detect, map, whole_step);
+/// A floor walked for so many metres, a key frame each, then for one metre more: the cost is that of what the
+/// frame sees.
+fn walked_floor(criterion: &mut Criterion) {
+    let floor = World::of(&[Rectangle::level([0.0; 3], 50.0, 50.0)]);
+    let over = |x: f64| look_at([x, 0.8 * x - 1.0, 1.4], [x, 0.8 * x + 0.5, 0.0]);
+    let frame = floor.frame(kinect(), &over(0.0), 1);
+    let (config, sensor) = (PlaneConfig::default(), SensorModel::kinect());
+    let planes =
+        PlaneDetector::new(&config.detector, &sensor).unwrap().detect(&frame, None, &[]).unwrap().to_vec();
+    let mut group = criterion.benchmark_group("dymlm-planes/walked_floor");
+    for length in [80, 320, 1200] {
+        let mut map = PlaneMap::new(config.map.clone(), sensor).unwrap();
+        let mut walk = |x: f64| map.insert(black_box(&planes), &frame, &over(x)).unwrap();
+        let mut at = 0.0;
+        while at < f64::from(length) {
+            walk(at);
+            at += 0.8;
+        }
+        group.bench_function(BenchmarkId::from_parameter(format!("{length} m")), |bencher| {
+            bencher.iter(|| {
+                at += 0.8;
+                walk(at)
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, detect, map, whole_step, walked_floor);
 criterion_main!(benches);

@@ -12,8 +12,8 @@ mod error;
 mod linear_algebra;
 mod mapper;
 mod moments;
-mod patch;
-mod plane_grid;
+mod patches;
+mod plane_frame;
 mod plane_map;
 mod queries;
 
@@ -21,7 +21,8 @@ pub use association::{AssociationConfig, Sides};
 pub use boundary::BoundaryPolygon;
 pub use config::PlaneConfig;
 pub use detector::{
-    DetectedPlane, PlaneCovariance, PlaneDetector, PlaneDetectorConfig, RejectedPlane, RejectionCause,
+    DetectedPlane, PlaneCovariance, PlaneDetector, PlaneDetectorConfig, PlaneSamples, RejectedPlane,
+    RejectionCause,
 };
 pub use error::Error;
 pub use mapper::PlaneMapper;

@@ -74,6 +74,28 @@ fn what_most_key_frames_look_past_is_not_confirmed() {
 }
 
 #[test]
+fn key_frames_of_the_next_room_do_not_look_at_what_its_wall_hides() {
+    // Two walls that face the same way, seen from between them and then from before the first.
+    let walls = World::of(&[1.5, 3.4].map(|y| common::upright([0.0, y, 1.0], 2.0, 1.0)));
+    let from = |y: f64| detect(&walls, common::look_at([0.0, y, 1.0], [0.0, y + 1.0, 1.0]), 1);
+    let (inside, next_room) = (from(1.6), from(0.0));
+    let mut map = empty_map();
+    for _ in 0..15 {
+        insert(&mut map, &inside);
+    }
+    let far = all_planes(&map)[0].id();
+    for _ in 0..120 {
+        insert(&mut map, &next_room);
+    }
+    assert!(map.plane(far).unwrap().is_confirmed());
+    // What is looked at and not found counts, though.
+    for _ in 0..120 {
+        map.insert(&[], &inside.1, &inside.2).unwrap();
+    }
+    assert!(!map.plane(far).unwrap().is_confirmed());
+}
+
+#[test]
 fn queries_mean_confirmed_planes() {
     let frames = detections();
     let mut map = empty_map();

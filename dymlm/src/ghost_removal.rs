@@ -1,7 +1,6 @@
 use dymlm_cloud::{Verdict, Verdicts};
 use dymlm_core::ObjectId;
 use dymlm_core::vector3::bounds;
-use dymlm_planes::MapPlane;
 
 use crate::MultiLevelMap;
 
@@ -48,10 +47,8 @@ impl GhostRemoval {
         let region = bounds(boxes.iter().flatten().copied());
 
         let half = 0.5 * octree.resolution();
+        planes.judge(boxes.iter().copied(), FREE_SHARE, |place| verdicts.is_free(place));
         octree.free_cells(boxes, |center| is_ghost_cell(&verdicts, center, half));
-        planes.judge(region, |plane: &MapPlane| {
-            is_gone(&verdicts, &mut plane.inlier_points().map(|point| point.map(f64::from)))
-        });
         objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()))
     }
 }

@@ -2,9 +2,10 @@ use dymlm_core::Plane;
 use dymlm_core::vector3::dot;
 
 use super::config::{AssociationConfig, Sides};
+use super::contact::Contact;
 use crate::linear_algebra::foot_on;
-use crate::patch::{Bounds, Patch};
-use crate::plane_grid::{PlaneFrame, patches_adjoin};
+use crate::patches::{Patch, VoxelBox};
+use crate::plane_frame::PlaneFrame;
 
 /// A finite plane in the world, as the tests see it.
 #[derive(Debug, Clone, Copy)]
@@ -12,8 +13,6 @@ pub(crate) struct FinitePlane<'a> {
     pub(crate) plane: Plane,
     pub(crate) centroid: [f64; 3],
     pub(crate) patch: &'a Patch,
-    /// The box around the patch.
-    pub(crate) bounds: Bounds,
     /// The points that equation 3 counts (`B_c)`: those along its edge; a plane of the map, whose edge moves
     /// with each fusion, gives all its inliers.
     pub(crate) edge_points: Option<&'a [[f64; 3]]>,
@@ -21,6 +20,7 @@ pub(crate) struct FinitePlane<'a> {
 
 /// Inliers of a map plane that equation 3 looks at, at most.
 const MOST_POINTS: usize = 400;
+
 /// How well two planes agree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Agreement {
@@ -56,16 +56,27 @@ impl Criterion {
         Self { config: config.clone(), voxel_size, cos_max_angle: config.max_angle_deg.to_radians().cos() }
     }
 
-    /// How the two agree; `None` when they are not one plane.
-    pub(crate) fn test(&self, detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> Option<Agreement> {
-        if !self.are_within_reach(detected, mapped) {
+    /// How the two agree, as far as they lie in a region; `None` when they are not one plane.
+    pub(crate) fn test(
+        &self,
+        detected: &FinitePlane<'_>,
+        mapped: &FinitePlane<'_>,
+        region: &VoxelBox,
+    ) -> Option<Agreement> {
+        let reach = f64::from(self.reach());
+        if detected.patch.bounds().distance(&mapped.patch.bounds()) > reach {
             return None;
         }
         let agreement = self.compare(detected, mapped)?;
-        if !(self.offsets_agree(agreement.distance) || self.edge_points_agree(detected, &mapped.plane)) {
-            return None;
-        }
-        self.patches_adjoin(detected, mapped).then_some(agreement)
+        let is_near =
+            self.offsets_agree(agreement.distance) || self.edge_points_agree(detected, &mapped.plane, region);
+        (is_near && self.patches_adjoin(detected, mapped, region)).then_some(agreement)
+    }
+
+    /// How far patches that adjoin may lie apart, voxels.
+    pub(crate) fn reach(&self) -> i32 {
+        let apart = self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size;
+        ((self.config.max_gap + 2.0 * apart) / self.voxel_size).ceil() as i32
     }
 
     /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better:
@@ -85,13 +96,6 @@ impl Criterion {
         Some(Agreement { angle, distance, flipped })
     }
 
-    /// Whether the boxes around the patches are near enough for the patches to adjoin: spares most pairs the
-    /// tests.
-    fn are_within_reach(&self, a: &FinitePlane<'_>, b: &FinitePlane<'_>) -> bool {
-        let apart = self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size;
-        a.bounds.distance(&b.bounds) <= self.config.max_gap + 2.0 * apart
-    }
-
     /// Equation 1: the angle beta between the normals is below `beta_Th`. The angle, and whether one is to be
     /// turned round.
     fn normals_agree(&self, a: &Plane, b: &Plane) -> Option<(f64, bool)> {
@@ -107,13 +111,13 @@ impl Criterion {
     }
 
     /// Equation 3: more than `R_Th` of the edge points are nearer to the map plane than d'_Th.
-    fn edge_points_agree(&self, detected: &FinitePlane<'_>, mapped: &Plane) -> bool {
+    fn edge_points_agree(&self, detected: &FinitePlane<'_>, mapped: &Plane, region: &VoxelBox) -> bool {
         let is_near = |point: [f64; 3]| mapped.signed_distance(point).abs() < self.config.max_point_distance;
         let (near, all) = if let Some(points) = detected.edge_points {
             (points.iter().filter(|point| is_near(**point)).count(), points.len())
         } else {
             // A few hundred of a large plane's inliers tell a share as well as all.
-            let voxels = detected.patch.voxels();
+            let voxels: Vec<_> = detected.patch.voxels_in(region).collect();
             let stride = voxels.len().div_ceil(MOST_POINTS).max(1);
             let points = voxels.iter().step_by(stride);
             let points = points.map(|voxel| foot_on(&detected.plane, voxel.center(self.voxel_size)));
@@ -123,9 +127,16 @@ impl Criterion {
     }
 
     /// The patches overlap or lie within the gap of each other, on the map plane.
-    fn patches_adjoin(&self, detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> bool {
+    fn patches_adjoin(
+        &self,
+        detected: &FinitePlane<'_>,
+        mapped: &FinitePlane<'_>,
+        region: &VoxelBox,
+    ) -> bool {
         let frame = PlaneFrame::new(mapped.centroid, mapped.plane.normal());
-        patches_adjoin(detected.patch, mapped.patch, self.voxel_size, &frame, self.config.max_gap)
+        let Self { voxel_size, config: AssociationConfig { max_gap, .. }, .. } = *self;
+        let contact = Contact { voxel_size, frame, max_gap, reach: self.reach(), region };
+        contact.holds(detected.patch, mapped.patch)
     }
 
     /// How bad an agreement is, for choosing the best: 0 is perfect, 1 at a threshold.

@@ -1,6 +1,7 @@
 //! When two finite planes are one. See [`AssociationConfig`].
 
 mod config;
+mod contact;
 mod criterion;
 
 pub use config::{AssociationConfig, Sides};

@@ -5,35 +5,38 @@
 //! cells), and the rings lose the corners that are but steps of cells. Everything up to the last step is in
 //! whole numbers, so it is exact and deterministic. O(cells).
 
+mod filled_cells;
 mod outline;
 mod polygon;
 mod simplify;
 
+pub(crate) use filled_cells::FilledCells;
+pub(crate) use outline::CellPicture;
 pub use polygon::BoundaryPolygon;
 
-use outline::{CellPicture, Ring, contains, doubled_area};
+use outline::{Ring, contains, doubled_area};
 use simplify::simplify_ring;
 
-use crate::plane_grid::PlaneGrid;
+use crate::plane_frame::PlaneFrame;
 
-/// The polygons around a grid's cells, largest first.
-pub(crate) fn trace_boundary(grid: &PlaneGrid, max_hole_area: f64, tolerance: f64) -> Vec<BoundaryPolygon> {
-    let mut picture =
-        CellPicture { width: grid.width(), height: grid.height(), cells: grid.occupied().to_vec() };
-    picture.fill_holes((max_hole_area / (grid.cell_size * grid.cell_size)) as usize);
+/// The polygons around a picture's cells, which are `cell_size` metres wide, largest first. Holes of at most
+/// `max_hole_area` square metres are filled.
+pub(crate) fn trace_boundary(
+    mut picture: CellPicture,
+    frame: PlaneFrame,
+    cell_size: f64,
+    max_hole_area: f64,
+    tolerance: f64,
+) -> Vec<BoundaryPolygon> {
+    picture.fill_holes((max_hole_area / (cell_size * cell_size)) as usize);
     let (mut outlines, holes): (Vec<Ring>, Vec<Ring>) =
         picture.rings().into_iter().partition(|ring| doubled_area(ring) > 0);
     // A stable sort: equal areas stay in the order of the walk.
     outlines.sort_by_key(|ring| std::cmp::Reverse(doubled_area(ring)));
 
     let to_polygon = |ring: &Ring| -> Vec<[f64; 3]> {
-        let corners: Vec<[f64; 2]> = ring
-            .iter()
-            .map(|corner| {
-                std::array::from_fn(|axis| (corner[axis] + grid.range.min[axis]) as f64 * grid.cell_size)
-            })
-            .collect();
-        simplify_ring(&corners, tolerance).into_iter().map(|corner| grid.frame.to_world(corner)).collect()
+        let corners: Vec<[f64; 2]> = ring.iter().map(|corner| corner.map(|c| c as f64 * cell_size)).collect();
+        simplify_ring(&corners, tolerance).into_iter().map(|corner| frame.to_world(corner)).collect()
     };
     let mut polygons: Vec<BoundaryPolygon> = outlines
         .iter()

@@ -1,9 +1,15 @@
-/// A picture of cells, row by row.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct CellPicture {
-    pub(super) width: usize,
-    pub(super) height: usize,
-    pub(super) cells: Vec<bool>,
+use std::collections::BTreeMap;
+
+use super::filled_cells::FilledCells;
+
+/// Cells a side of a tile.
+pub(super) const TILE: i64 = 32;
+
+/// A picture of cells that is empty but for some tiles: a plane may reach for kilometres.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct CellPicture {
+    /// By row, then column of tiles; a bit a cell.
+    tiles: BTreeMap<[i64; 2], [u32; TILE as usize]>,
 }
 
 /// A closed ring of cell corners; the first is not repeated. Outlines run counterclockwise (u right, v up),
@@ -11,50 +17,71 @@ pub(super) struct CellPicture {
 pub(super) type Ring = Vec<[i64; 2]>;
 
 impl CellPicture {
-    fn at(&self, u: i64, v: i64) -> bool {
-        u >= 0
-            && v >= 0
-            && (u as usize) < self.width
-            && (v as usize) < self.height
-            && self.cells[v as usize * self.width + u as usize]
+    /// The filled cells of a patch.
+    pub(crate) fn of(cells: &FilledCells) -> Self {
+        let mut picture = Self::default();
+        cells.visit(|cell| picture.fill(cell));
+        picture
     }
 
-    /// Fills holes (empty cells that touch no border of the picture, joined by their sides and corners) of at
-    /// most `largest` cells.
+    fn place([u, v]: [i64; 2]) -> ([i64; 2], usize, u32) {
+        ([v.div_euclid(TILE), u.div_euclid(TILE)], v.rem_euclid(TILE) as usize, 1 << u.rem_euclid(TILE))
+    }
+
+    fn fill(&mut self, cell: [i64; 2]) {
+        let (tile, row, bit) = Self::place(cell);
+        self.tiles.entry(tile).or_default()[row] |= bit;
+    }
+
+    fn at(&self, u: i64, v: i64) -> bool {
+        let (tile, row, bit) = Self::place([u, v]);
+        self.tiles.get(&tile).is_some_and(|tile| tile[row] & bit != 0)
+    }
+
+    /// Number of filled cells.
+    pub(crate) fn len(&self) -> usize {
+        self.tiles.values().flatten().map(|row| row.count_ones() as usize).sum()
+    }
+
+    /// The filled cells, by tiles.
+    fn cells(&self) -> impl Iterator<Item = [i64; 2]> {
+        self.tiles.iter().flat_map(|(&[row, column], tile)| {
+            let cells = (0..TILE).flat_map(|v| (0..TILE).map(move |u| [u, v]));
+            let filled = cells.filter(|&[u, v]| tile[v as usize] & (1 << u) != 0);
+            filled.map(move |[u, v]| [column * TILE + u, row * TILE + v])
+        })
+    }
+
+    /// Fills holes (empty cells joined by their sides and corners, with filled ones all round) of at most
+    /// `largest` cells.
+    ///
+    /// A hole is found from the cell below it. What has grown too large is remembered, so that what is outside
+    /// is walked once along its rim.
     pub(super) fn fill_holes(&mut self, largest: usize) {
-        let mut seen = self.cells.clone();
-        let mut hole = Vec::new();
-        for start in 0..self.cells.len() {
-            if seen[start] {
+        let starts: Vec<[i64; 2]> =
+            self.cells().map(|[u, v]| [u, v + 1]).filter(|&[u, v]| !self.at(u, v)).collect();
+        let mut open = Self::default();
+        for start in starts {
+            if self.at(start[0], start[1]) || open.at(start[0], start[1]) {
                 continue;
             }
-            seen[start] = true;
-            hole.clear();
-            hole.push(start);
-            let mut open = false;
-            let mut next = 0;
-            while next < hole.len() {
-                let (u, v) = (hole[next] % self.width, hole[next] / self.width);
+            let (mut hole, mut seen, mut next) = (vec![start], Self::default(), 0);
+            seen.fill(start);
+            let mut is_open = false;
+            while next < hole.len() && !is_open {
+                let [u, v] = hole[next];
                 next += 1;
-                open |= u == 0 || v == 0 || u + 1 == self.width || v + 1 == self.height;
-                for dv in -1..=1_i64 {
-                    for du in -1..=1_i64 {
-                        let (u, v) = (u as i64 + du, v as i64 + dv);
-                        let inside = u >= 0 && v >= 0 && u < self.width as i64 && v < self.height as i64;
-                        if inside {
-                            let cell = v as usize * self.width + u as usize;
-                            if !seen[cell] {
-                                seen[cell] = true;
-                                hole.push(cell);
-                            }
-                        }
+                for [u, v] in (-1..=1).flat_map(|dv| (-1..=1).map(move |du| [u + du, v + dv])) {
+                    if !self.at(u, v) && !seen.at(u, v) {
+                        seen.fill([u, v]);
+                        hole.push([u, v]);
+                        is_open |= hole.len() > largest || open.at(u, v);
                     }
                 }
             }
-            if !open && hole.len() <= largest {
-                for &cell in &hole {
-                    self.cells[cell] = true;
-                }
+            let into = if is_open { &mut open } else { &mut *self };
+            for cell in hole {
+                into.fill(cell);
             }
         }
     }
@@ -65,32 +92,28 @@ impl CellPicture {
     /// Where two filled cells touch at a corner only, the ring turns so that they stay apart. O(cells).
     pub(super) fn rings(&self) -> Vec<Ring> {
         // The side that leaves a corner rightwards is that below cell (u, v); each is walked once.
-        let mut walked = vec![false; (self.width + 1) * (self.height + 1)];
+        let mut walked = Self::default();
         let mut rings = Vec::new();
-        for v in 0..=self.height as i64 {
-            for u in 0..self.width as i64 {
-                // A lower side of a filled cell: the ring passes it to the right.
-                let is_start = self.at(u, v) && !self.at(u, v - 1);
-                if is_start && !walked[v as usize * (self.width + 1) + u as usize] {
-                    rings.push(self.walk([u, v], &mut walked));
-                }
+        for [u, v] in self.cells() {
+            // A lower side of a filled cell: the ring passes it to the right.
+            if !self.at(u, v - 1) && !walked.at(u, v) {
+                rings.push(self.walk([u, v], &mut walked));
             }
         }
         rings
     }
 
     /// Walks from a corner rightwards along the lower side of a filled cell, and back to it.
-    fn walk(&self, start: [i64; 2], walked: &mut [bool]) -> Ring {
+    fn walk(&self, start: [i64; 2], walked: &mut Self) -> Ring {
         const STEPS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
         let mut ring = Ring::new();
         let (mut corner, mut heading) = (start, 0_usize);
         loop {
             if heading == 0 {
-                let index = corner[1] as usize * (self.width + 1) + corner[0] as usize;
-                if walked[index] {
+                if walked.at(corner[0], corner[1]) {
                     return ring;
                 }
-                walked[index] = true;
+                walked.fill(corner);
             }
             let [du, dv] = STEPS[heading];
             corner = [corner[0] + du, corner[1] + dv];
@@ -140,8 +163,11 @@ mod tests {
     use super::*;
 
     fn picture(rows: &[&str]) -> CellPicture {
-        let cells = rows.iter().flat_map(|row| row.bytes().map(|c| c == b'#')).collect();
-        CellPicture { width: rows[0].len(), height: rows.len(), cells }
+        let mut picture = CellPicture::default();
+        for (row, v) in rows.iter().zip(0..) {
+            row.bytes().zip(0..).filter(|(c, _)| *c == b'#').for_each(|(_, u)| picture.fill([u, v]));
+        }
+        picture
     }
 
     #[test]
@@ -169,21 +195,24 @@ mod tests {
         assert_eq!(filled, picture(&["######", "######", "######", "#....#", "#....#", "####.#"]));
         let mut closed = picture(&["####", "#..#", "#..#", "####"]);
         closed.fill_holes(3);
-        assert_eq!(closed.cells.iter().filter(|&&cell| cell).count(), 12);
+        assert_eq!(closed.len(), 12);
         closed.fill_holes(4);
-        assert!(closed.cells.iter().all(|&cell| cell));
+        assert_eq!(closed.len(), 16);
     }
 
     proptest::proptest! {
         /// The rings' areas add up to the cells, and every side between filled and empty is walked once.
         #[test]
         fn rings_enclose_the_cells(cells in proptest::collection::vec(proptest::bool::ANY, 48)) {
-            let picture = CellPicture { width: 8, height: 6, cells };
+            let mut picture = CellPicture::default();
+            // On the border of four tiles.
+            let filled = cells.iter().zip(0..).filter(|(cell, _)| **cell);
+            filled.for_each(|(_, k)| picture.fill([k % 8 - 4, k / 8 - 3]));
             let rings = picture.rings();
-            let filled = picture.cells.iter().filter(|&&cell| cell).count() as i64;
+            let filled = picture.len() as i64;
             proptest::prop_assert_eq!(rings.iter().map(|ring| doubled_area(ring)).sum::<i64>(), 2 * filled);
-            for v in 0..6 {
-                for u in 0..8 {
+            for v in -3..3 {
+                for u in -4..4 {
                     let inside = rings.iter().filter(|ring| contains(ring, [2 * u + 1, 2 * v + 1])).count();
                     proptest::prop_assert_eq!(inside % 2 == 1, picture.at(u, v));
                 }

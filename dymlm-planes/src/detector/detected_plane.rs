@@ -1,6 +1,7 @@
 use dymlm_core::{Plane, Point};
 
 use super::covariance::PlaneCovariance;
+use super::plane_samples::PlaneSamples;
 use crate::moments::Moments;
 
 /// One plane seen in one frame, refined: what the map is built from. Camera frame.
@@ -25,10 +26,10 @@ pub struct DetectedPlane {
     pub inliers: usize,
     /// Area of the inliers, square metres.
     pub area: f64,
-    /// Every fourth inlier along rows and columns, set onto the plane: its patch.
-    pub samples: Vec<Point>,
-    /// Points along the rim of the segment and of its holes, without outliers, set onto the plane: the
-    /// paper's `B_c`.
+    /// Every fourth inlier along rows and columns: its patch.
+    pub samples: PlaneSamples,
+    /// Points along the rim of the segment and of its holes, without outliers, set onto the plane along their
+    /// rays: the paper's `B_c`.
     pub edge_points: Vec<Point>,
     /// The label of its pixels in [`PlaneDetector::labels`](crate::PlaneDetector::labels).
     pub label: u16,

@@ -7,6 +7,7 @@ mod extraction;
 mod filter;
 mod patch_range;
 mod plane_detector;
+mod plane_samples;
 mod rays;
 mod refinement;
 
@@ -16,3 +17,4 @@ pub use detected_plane::DetectedPlane;
 pub use filter::{RejectedPlane, RejectionCause};
 pub(crate) use patch_range::patch_range;
 pub use plane_detector::PlaneDetector;
+pub use plane_samples::PlaneSamples;

@@ -1,5 +1,5 @@
 use dymlm_core::vector3::dot;
-use dymlm_core::{Pose, SymmetricEigen3, symmetric_eigen3};
+use dymlm_core::{SymmetricEigen3, symmetric_eigen3};
 
 use crate::linear_algebra::rows;
 use crate::moments::{Fit, Moments};
@@ -73,14 +73,6 @@ impl FixedMoments {
     pub(super) fn flipped(mut self) -> Self {
         self.facing = self.facing.map(|f| -f);
         self
-    }
-
-    /// The same points, moved; `None` out of [`REACH`].
-    pub(super) fn moved(&self, new_from_old: &Pose) -> Option<Self> {
-        let (moments, centroid) = self.about_centroid()?;
-        let in_place = Moments::from_covariance(self.weight(), centroid, &moments.covariance());
-        let facing = self.facing.map(|f| f as f64 / (UNITS * self.weight as f64));
-        Self::new(&in_place.transformed(new_from_old), new_from_old.rotate(facing))
     }
 
     /// Sum of weights; a reading at 0.4 m weighs 1.

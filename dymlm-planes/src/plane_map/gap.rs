@@ -2,7 +2,7 @@ use dymlm_core::{DepthView, Pose, Visibility};
 
 use crate::association::FinitePlane;
 use crate::linear_algebra::foot_on;
-use crate::patch::CoarseCell;
+use crate::patches::{CoarseCell, Patch, VoxelBox};
 
 /// Cells of 4 voxels a side are small enough to tell where two patches are nearest, ...
 const FINEST_LEVEL: u32 = 2;
@@ -34,18 +34,23 @@ pub(super) enum GapLook {
 }
 
 impl Gap {
-    /// The gap between two patches, if it is no wider than `max_width` metres (to a cell of the patches).
+    /// The gap between two patches in a region, if it is no wider than `max_width` metres (to a cell of the
+    /// patches).
     ///
-    /// O(voxels of either within `max_width` of the other's box, sorted), and at most 192^2 pairs of cells.
+    /// O(voxels of either in the region within `max_width` of the other's box, sorted), and at most 192^2
+    /// pairs of cells.
     pub(super) fn between(
         a: &FinitePlane<'_>,
         b: &FinitePlane<'_>,
         voxel_size: f64,
         max_width: f64,
+        region: &VoxelBox,
     ) -> Option<Self> {
         let (reach, mut level) = ((max_width / voxel_size).ceil() as i32, FINEST_LEVEL);
-        let mut of_a = a.patch.coarse_cells_near(&b.bounds, reach, level);
-        let mut of_b = b.patch.coarse_cells_near(&a.bounds, reach, level);
+        let near = |patch: &Patch, other: &Patch| {
+            patch.coarse_cells_in(&other.bounds().grown(reach).intersection(region), FINEST_LEVEL)
+        };
+        let (mut of_a, mut of_b) = (near(a.patch, b.patch), near(b.patch, a.patch));
         while of_a.len().max(of_b.len()) > MOST_CELLS {
             CoarseCell::double(&mut of_a);
             CoarseCell::double(&mut of_b);

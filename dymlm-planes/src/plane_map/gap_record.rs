@@ -7,8 +7,8 @@ use super::gap::{GapLook, MAX_THROUGH};
 /// Two planes, smaller id first.
 pub(super) type PlanePair = [PlaneId; 2];
 
-/// What one key frame saw between pairs of planes.
-pub(super) type GapLooks = BTreeMap<PlanePair, GapLook>;
+/// What one key frame saw between pairs of planes, each pair once, in their order.
+pub(super) type GapLooks = Vec<(PlanePair, GapLook)>;
 
 /// What all key frames saw between pairs of planes.
 #[derive(Debug, Clone, Default)]
@@ -23,16 +23,37 @@ struct GapTally {
     through: u32,
 }
 
+impl GapTally {
+    fn of(&mut self, gap_look: GapLook) -> &mut u32 {
+        match gap_look {
+            GapLook::Occluded => &mut self.occluded,
+            GapLook::LookedThrough => &mut self.through,
+        }
+    }
+}
+
 impl GapRecord {
     /// Adds what one key frame saw.
     pub(super) fn add(&mut self, gap_looks: &GapLooks) {
         for (pair, gap_look) in gap_looks {
-            let tally = self.pairs.entry(*pair).or_default();
-            match gap_look {
-                GapLook::Occluded => tally.occluded += 1,
-                GapLook::LookedThrough => tally.through += 1,
+            *self.pairs.entry(*pair).or_default().of(*gap_look) += 1;
+        }
+    }
+
+    /// Takes out what one key frame saw.
+    pub(super) fn subtract(&mut self, gap_looks: &GapLooks) {
+        for (pair, gap_look) in gap_looks {
+            let Some(tally) = self.pairs.get_mut(pair) else { continue };
+            *tally.of(*gap_look) -= 1;
+            if (tally.occluded, tally.through) == (0, 0) {
+                self.pairs.remove(pair);
             }
         }
+    }
+
+    /// Bytes that it holds.
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.pairs.len() * size_of::<(PlanePair, GapTally)>()
     }
 
     /// Whether at least `least` key frames saw the gap occluded, and next to none looked through it.
@@ -52,12 +73,11 @@ pub(super) fn pair_of(a: PlaneId, b: PlaneId) -> PlanePair {
 /// A key frame's looks between planes by the ids that `resolve` gives to the planes now. Where pairs have
 /// become one, what was looked through counts.
 pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(PlaneId) -> PlaneId) -> GapLooks {
-    let mut resolved = GapLooks::new();
-    for (&[a, b], &gap_look) in gap_looks {
-        let (a, b) = (resolve(a), resolve(b));
-        if a != b {
-            resolved.entry(pair_of(a, b)).and_modify(|seen| *seen = gap_look.max(*seen)).or_insert(gap_look);
-        }
-    }
+    let resolved = gap_looks.iter().map(|&([a, b], gap_look)| (pair_of(resolve(a), resolve(b)), gap_look));
+    let mut resolved: GapLooks = resolved.filter(|([a, b], _)| a != b).collect();
+    resolved.sort_unstable();
+    // The greatest look of a pair is its last.
+    resolved.reverse();
+    resolved.dedup_by_key(|(pair, _)| *pair);
     resolved
 }

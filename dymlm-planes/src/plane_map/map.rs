@@ -1,23 +1,24 @@
 mod confirmation;
+mod forgetting;
 mod merging;
 mod moved_body;
 mod removal;
 
 use std::collections::BTreeMap;
 
-use dymlm_core::{Frame, FrameId, PlaneId, Pose, SensorModel};
+use dymlm_core::vector3::norm;
+use dymlm_core::{DepthView, Frame, FrameId, PlaneId, Pose, SensorModel};
 
 use super::config::PlaneMapConfig;
-use super::fixed_moments::FixedMoments;
 use super::gap::GapLook;
 use super::gap_record::{GapLooks, GapRecord, PlanePair};
-use super::map_plane::{MapPlane, ShapeSettings, Sightings};
-use super::observation::Observation;
+use super::map_plane::{MapPlane, ShapeSettings};
+use super::observation::{Observation, Share, reach_of_planes};
 use super::report::{PlaneMerge, PlaneReport};
 use crate::association::{Agreement, Criterion};
 use crate::detector::DetectedPlane;
 use crate::error::Error;
-use crate::patch::Patch;
+use crate::patches::{PlaneIndex, VoxelBox};
 
 /// The map of finite planes (paper III-B).
 ///
@@ -31,19 +32,21 @@ use crate::patch::Patch;
 /// ways between them; when enough saw them occluded and hardly any looked through, they merge. What has
 /// merged is not parted when a later key frame looks through after all.
 ///
-/// All sums are integers and every key frame's share of them is kept. So [`PlaneMap::remove`] takes a key
-/// frame out exactly: the planes are those that they would be if it had added nothing, and merges that it
-/// brought about, or that it was needed for as a witness of what is occluded, are undone.
+/// All sums are integers, and what every key frame has seen is kept in its camera's frame, as sums and runs of
+/// pixels: 1 to 2 kB. So [`PlaneMap::remove`] takes a key frame out exactly: the planes are those that they
+/// would be if it had added nothing, and merges that it brought about, or that it was needed for as a witness
+/// of what is occluded, are undone.
 ///
-/// Cost of an insertion: O(planes in the map + voxels of the planes seen and of those near them on the same
-/// plane); no key frame is looked at again.
+/// An insertion costs what the frame sees, whatever the size and the age of the map and of its planes: voxels
+/// are held in blocks, an index in space knows which planes are where, and key frames are looked at again only
+/// when planes merge, back to where the younger of them was seen first.
 #[derive(Debug, Clone)]
 pub struct PlaneMap {
     config: PlaneMapConfig,
     sensor: SensorModel,
     criterion: Criterion,
-    /// In the order of their ids.
-    planes: Vec<MapPlane>,
+    planes: BTreeMap<PlaneId, MapPlane>,
+    index: PlaneIndex,
     key_frames: BTreeMap<FrameId, KeyFrame>,
     /// Where planes have gone that were merged into others.
     merged: BTreeMap<PlaneId, PlaneId>,
@@ -58,7 +61,9 @@ pub struct PlaneMap {
 struct KeyFrame {
     timestamp: f64,
     world_from_camera: Pose,
-    contributions: Vec<Contribution>,
+    shares: Vec<Share>,
+    /// Planes that it looked at and did not see, by their ids at that time.
+    missed: Vec<PlaneId>,
     /// Merges that it brought about.
     merges: Vec<Merge>,
     /// What it saw between planes, by their ids at that time.
@@ -72,20 +77,11 @@ struct Merge {
     witnesses: Option<Vec<FrameId>>,
 }
 
-#[derive(Debug, Clone)]
-struct Contribution {
-    /// The plane at that time; it may have merged into another since.
-    plane: PlaneId,
-    moments: FixedMoments,
-    patch: Patch,
-}
-
 /// The plane of the map that a detected one may be.
 #[derive(Debug, Clone, Copy)]
 struct Pairing {
     cost: f64,
-    /// Place in `planes`.
-    mapped: usize,
+    plane: PlaneId,
     agreement: Agreement,
 }
 
@@ -102,7 +98,8 @@ impl PlaneMap {
             criterion: Criterion::new(&config.association, config.voxel_size),
             config,
             sensor,
-            planes: Vec::new(),
+            planes: BTreeMap::new(),
+            index: PlaneIndex::default(),
             key_frames: BTreeMap::new(),
             merged: BTreeMap::new(),
             gaps: GapRecord::default(),
@@ -127,11 +124,20 @@ impl PlaneMap {
         world_from_camera: &Pose,
     ) -> Result<PlaneReport, Error> {
         let observations = self.bring_to_world(detected, world_from_camera)?;
-        let pairings = self.associate(&observations);
+        let seen = observations.iter().map(|observation| observation.placed.patch.bounds());
+        let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
+        let pairings: Vec<_> = observations.iter().map(|observation| self.associate(observation)).collect();
         let mut report = self.fuse(observations, &pairings, world_from_camera, frame.timestamp());
-        self.look_between(&report, frame, world_from_camera);
-        self.merge(&mut report);
-        self.confirm_after(world_from_camera, |plane| report.associations.contains(&plane.id));
+        let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
+        let gap_looks = self.look_between(&report, &region, &view, &world_from_camera.inverse());
+        let missed = self.missed_by(&report, &view, world_from_camera);
+        self.gaps.add(&gap_looks);
+        if let Some(key_frame) = self.key_frames.get_mut(&report.key_frame) {
+            (key_frame.gap_looks, key_frame.missed) = (gap_looks, missed.clone());
+        }
+        self.count_missed(&missed);
+        self.merge(&mut report, &region);
+        self.confirm(report.associations.iter().copied().chain(missed));
         Ok(report)
     }
 
@@ -142,7 +148,7 @@ impl PlaneMap {
     /// [`Error::OutOfReach`] names the camera's place.
     pub fn check_reach(&self, world_from_camera: &Pose) -> Result<(), Error> {
         let centroid = world_from_camera.translation();
-        let reach = Observation::reach(self.config.voxel_size) - 100.0;
+        let reach = reach_of_planes(self.config.voxel_size) - 100.0;
         let within = centroid.iter().all(|c| c.abs() < reach);
         if within { Ok(()) } else { Err(Error::OutOfReach { centroid, reach }) }
     }
@@ -150,17 +156,34 @@ impl PlaneMap {
     /// The confirmed planes, which enough key frames have seen, in the order of their ids: see
     /// [`min_observations`](PlaneMapConfig::min_observations) and the field after it.
     pub fn iter(&self) -> impl Iterator<Item = &MapPlane> {
-        self.planes.iter().filter(|plane| plane.is_confirmed)
+        self.planes.values().filter(|plane| plane.is_confirmed)
     }
 
     /// The planes that are not confirmed yet, in the order of their ids.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
-        self.planes.iter().filter(|plane| !plane.is_confirmed)
+        self.planes.values().filter(|plane| !plane.is_confirmed)
+    }
+
+    /// The confirmed planes that may have inliers in a box, in the order of their ids.
+    pub(crate) fn confirmed_near(&self, region: VoxelBox) -> impl Iterator<Item = &MapPlane> {
+        let near = self.index.near(&region).into_iter().filter_map(|id| self.planes.get(&id));
+        near.filter(|plane| plane.is_confirmed)
+    }
+
+    /// A distance from a point, metres, beyond which there is no inlier.
+    pub(crate) fn farthest_from(&self, point: [f64; 3]) -> f64 {
+        let bounds = self.index.bounds();
+        let side = |axis: usize| {
+            let ends = [bounds.min[axis], bounds.max[axis]].map(f64::from);
+            let away = ends.map(|c| (c * self.config.voxel_size - point[axis]).abs());
+            away[0].max(away[1]) + self.config.voxel_size
+        };
+        if bounds.is_empty() { 0.0 } else { norm(std::array::from_fn(side)) }
     }
 
     /// The plane with an id, confirmed or not; of an id that was merged away, what it became.
     pub fn plane(&self, id: PlaneId) -> Option<&MapPlane> {
-        self.place(self.resolve(id)).map(|place| &self.planes[place])
+        self.planes.get(&self.resolve(id))
     }
 
     /// The id that a plane has now, after merges; `None` when it is not in the map.
@@ -183,16 +206,14 @@ impl PlaneMap {
         &self.config
     }
 
-    /// Bytes that the map holds, about.
+    /// Bytes that the map holds and that grow: the planes with their voxels and the index of them; what each key
+    /// frame has seen, looked at and merged; the ids that were merged away. What the allocator adds is not
+    /// counted. O(key frames + blocks of voxels).
     pub fn memory_bytes(&self) -> usize {
-        let planes: usize =
-            self.planes.iter().map(|plane| size_of::<MapPlane>() + plane.patch.memory_bytes()).sum();
-        let shares = self.key_frames.values().flat_map(|key_frame| &key_frame.contributions);
-        let gap_looks: usize = self.key_frames.values().map(|key_frame| key_frame.gap_looks.len()).sum();
-        let gap_looks = gap_looks * size_of::<(PlanePair, GapLook)>();
-        planes
-            + gap_looks
-            + shares.map(|share| size_of::<Contribution>() + share.patch.memory_bytes()).sum::<usize>()
+        let planes: usize = self.planes.values().map(MapPlane::memory_bytes).sum();
+        let key_frames: usize = self.key_frames.values().map(KeyFrame::memory_bytes).sum();
+        let merged = self.merged.len() * size_of::<(PlaneId, PlaneId)>();
+        planes + key_frames + merged + self.index.memory_bytes() + self.gaps.memory_bytes()
     }
 
     fn bring_to_world(
@@ -206,18 +227,17 @@ impl PlaneMap {
             .collect()
     }
 
-    /// The best plane of the map for each detected one. Several detected ones may share it: parts of one
-    /// surface.
-    fn associate(&self, observations: &[Observation]) -> Vec<Option<Pairing>> {
-        let best = |observation: &Observation| {
-            let candidates = self.planes.iter().enumerate().filter_map(|(mapped, plane)| {
-                let agreement = self.criterion.test(&observation.finite(), &plane.finite())?;
-                Some(Pairing { cost: self.criterion.cost(&agreement), mapped, agreement })
-            });
-            // The first of equals: the oldest.
-            candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
-        };
-        observations.iter().map(best).collect()
+    /// The best plane of the map for a detected one. Several detected ones may share it: parts of one surface.
+    fn associate(&self, observation: &Observation) -> Option<Pairing> {
+        let detected = observation.finite();
+        let region = detected.patch.bounds().grown(self.criterion.reach());
+        let near = self.index.near(&region).into_iter().filter_map(|id| self.planes.get(&id));
+        let candidates = near.filter_map(|mapped| {
+            let agreement = self.criterion.test(&detected, &mapped.finite(), &region)?;
+            Some(Pairing { cost: self.criterion.cost(&agreement), plane: mapped.id, agreement })
+        });
+        // The first of equals: the oldest.
+        candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     fn fuse(
@@ -227,56 +247,42 @@ impl PlaneMap {
         world_from_camera: &Pose,
         timestamp: f64,
     ) -> PlaneReport {
-        let mut report = PlaneReport::of(FrameId::new(self.next_key_frame));
+        let (mut report, shape) = (PlaneReport::of(FrameId::new(self.next_key_frame)), self.shape());
         self.next_key_frame += 1;
-        let mut contributions = Vec::with_capacity(observations.len());
+        let mut shares = Vec::with_capacity(observations.len());
         for (observation, pairing) in observations.into_iter().zip(pairings) {
-            let Observation { plane, mut moments, patch, .. } = observation;
-            let place = if let Some(pairing) = pairing {
+            let Observation { mut share, mut placed, .. } = observation;
+            share.plane = if let Some(pairing) = pairing {
                 if pairing.agreement.flipped {
-                    moments = moments.flipped();
+                    (share, placed.moments) = (share.flipped(), placed.moments.flipped());
                 }
-                report.updated.push(self.planes[pairing.mapped].id);
-                pairing.mapped
+                report.updated.push(pairing.plane);
+                pairing.plane
             } else {
-                let id = PlaneId::new(self.next_plane);
+                report.created.push(PlaneId::new(self.next_plane));
                 self.next_plane += 1;
-                report.created.push(id);
-                self.planes.push(MapPlane::new(id, plane, self.shape()));
-                self.planes.len() - 1
+                PlaneId::new(self.next_plane - 1)
             };
-            let into = &mut self.planes[place];
-            into.moments.add(&moments);
-            into.patch.add(&patch);
-            report.associations.push(into.id);
-            contributions.push(Contribution { plane: into.id, moments, patch });
+            let id = share.plane;
+            let into = self.planes.entry(id).or_insert_with(|| MapPlane::new(id, placed.plane, shape));
+            into.moments.add(&placed.moments);
+            into.patch.add(&placed.patch, |block| self.index.add(block, id));
+            report.associations.push(id);
+            shares.push(share);
         }
         report.updated.sort_unstable();
         report.updated.dedup();
         for id in report.touched() {
-            if let Some(place) = self.place(id) {
-                let plane = &mut self.planes[place];
-                plane.sightings.add(timestamp);
+            if let Some(plane) = self.planes.get_mut(&id) {
+                plane.sightings.add(report.key_frame, timestamp);
                 plane.refit();
             }
         }
-        let (merges, gap_looks, world_from_camera) = (Vec::new(), GapLooks::new(), *world_from_camera);
-        self.key_frames.insert(
-            report.key_frame,
-            KeyFrame { timestamp, world_from_camera, contributions, merges, gap_looks },
-        );
+        let (world_from_camera, merges) = (*world_from_camera, Vec::new());
+        let (missed, gap_looks) = (Vec::new(), GapLooks::new());
+        let key_frame = KeyFrame { timestamp, world_from_camera, shares, missed, merges, gap_looks };
+        self.key_frames.insert(report.key_frame, key_frame);
         report
-    }
-
-    /// The key frames that saw a plane.
-    fn sightings(&self, id: PlaneId) -> Sightings {
-        let mut sightings = Sightings::default();
-        for key_frame in self.key_frames.values() {
-            if key_frame.contributions.iter().any(|share| self.resolve(share.plane) == id) {
-                sightings.add(key_frame.timestamp);
-            }
-        }
-        sightings
     }
 
     fn shape(&self) -> ShapeSettings {
@@ -288,9 +294,26 @@ impl PlaneMap {
     fn resolve(&self, id: PlaneId) -> PlaneId {
         resolve(&self.merged, id)
     }
+}
 
-    fn place(&self, id: PlaneId) -> Option<usize> {
-        self.planes.binary_search_by_key(&id, |plane| plane.id).ok()
+impl KeyFrame {
+    /// Whether it saw a plane, and whether it saw it or looked at it, by the ids that `resolve` gives.
+    fn looks_at(&self, plane: PlaneId, resolve: impl Fn(PlaneId) -> PlaneId) -> [bool; 2] {
+        let saw = self.shares.iter().any(|share| resolve(share.plane) == plane);
+        [saw, saw || self.missed.iter().any(|&missed| resolve(missed) == plane)]
+    }
+
+    fn memory_bytes(&self) -> usize {
+        let shares = self.shares.capacity() * size_of::<Share>();
+        let samples: usize = self.shares.iter().map(Share::memory_bytes).sum();
+        let witnesses = self.merges.iter().flat_map(|merge| &merge.witnesses).map(Vec::capacity);
+        size_of::<(FrameId, Self)>()
+            + shares
+            + samples
+            + self.missed.capacity() * size_of::<PlaneId>()
+            + self.merges.capacity() * size_of::<Merge>()
+            + witnesses.sum::<usize>() * size_of::<FrameId>()
+            + self.gap_looks.capacity() * size_of::<(PlanePair, GapLook)>()
     }
 }
 

@@ -1,11 +1,13 @@
-use dymlm_core::{Plane, PlaneId, Point};
+use std::collections::BTreeMap;
+
+use dymlm_core::{FrameId, Plane, PlaneId, Point};
 
 use super::fixed_moments::FixedMoments;
 use crate::association::FinitePlane;
-use crate::boundary::{BoundaryPolygon, trace_boundary};
+use crate::boundary::{BoundaryPolygon, CellPicture, FilledCells, trace_boundary};
 use crate::linear_algebra::foot_on;
-use crate::patch::{Bounds, Patch};
-use crate::plane_grid::{PlaneFrame, PlaneGrid};
+use crate::patches::{BlockKey, Patch};
+use crate::plane_frame::PlaneFrame;
 
 /// One finite plane of the map. World frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,14 +17,14 @@ pub struct MapPlane {
     pub(super) centroid: [f64; 3],
     pub(super) mse: f64,
     pub(super) sightings: Sightings,
-    /// Number of key frames that looked at its centroid, where that decides whether it is confirmed; else 0.
-    pub(super) looks: usize,
     pub(super) is_confirmed: bool,
     /// Whether it was judged to stand there no more.
     pub(super) is_gone: bool,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
-    pub(super) bounds: Bounds,
+    /// Of the blocks of the patch that were judged: how many of their voxels nothing was known of, and how
+    /// many stood in free space.
+    pub(super) judged: BTreeMap<BlockKey, [usize; 2]>,
     pub(super) shape: ShapeSettings,
 }
 
@@ -34,25 +36,40 @@ pub(super) struct ShapeSettings {
     pub(super) boundary_tolerance: f64,
 }
 
-/// When a plane was seen.
+/// Which key frames have seen a plane, and which looked where it is and have not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sightings {
     /// Number of key frames that saw it.
     pub(super) count: u32,
-    /// Times of the first and the last of them, seconds.
+    /// Number of later ones that looked at its centroid and did not see it.
+    pub(super) missed: u32,
+    /// The first that saw it.
+    pub(super) first: FrameId,
+    /// Times of the earliest and the latest that saw it, seconds.
     times: [f64; 2],
 }
 
 impl Default for Sightings {
     fn default() -> Self {
-        Self { count: 0, times: [f64::INFINITY, f64::NEG_INFINITY] }
+        let (first, times) = (FrameId::new(u64::MAX), [f64::INFINITY, f64::NEG_INFINITY]);
+        Self { count: 0, missed: 0, first, times }
     }
 }
 
 impl Sightings {
-    pub(super) fn add(&mut self, timestamp: f64) {
+    pub(super) fn add(&mut self, key_frame: FrameId, timestamp: f64) {
         self.count += 1;
+        self.first = self.first.min(key_frame);
         self.times = [self.times[0].min(timestamp), self.times[1].max(timestamp)];
+    }
+
+    /// Those of two planes that are one: of the key frames, `both_saw` saw both of them, and
+    /// `both_looked` saw or looked at both.
+    pub(super) fn united(&self, other: &Self, both_saw: u32, both_looked: u32) -> Self {
+        let count = self.count + other.count - both_saw;
+        let looked = self.count + self.missed + other.count + other.missed - both_looked;
+        let times = [self.times[0].min(other.times[0]), self.times[1].max(other.times[1])];
+        Self { count, missed: looked - count, first: self.first.min(other.first), times }
     }
 }
 
@@ -65,19 +82,17 @@ impl MapPlane {
             centroid: [0.0; 3],
             mse: 0.0,
             sightings: Sightings::default(),
-            looks: 0,
             is_confirmed: false,
             is_gone: false,
             moments: FixedMoments::default(),
-            bounds: Patch::default().bounds(shape.voxel_size),
             patch: Patch::default(),
+            judged: BTreeMap::new(),
             shape,
         }
     }
 
     /// Fits the plane to its sums.
     pub(super) fn refit(&mut self) {
-        self.bounds = self.patch.bounds(self.shape.voxel_size);
         if let Some(fit) = self.moments.fit()
             && let Some(plane) = fit.plane()
         {
@@ -134,26 +149,28 @@ impl MapPlane {
 
     /// Its inliers: the centres of their voxels set onto the plane, in a fixed order. Metres.
     pub fn inlier_points(&self) -> impl Iterator<Item = Point> + '_ {
-        let voxels = self.patch.voxels().iter();
+        let voxels = self.patch.voxels();
         voxels.map(|voxel| foot_on(&self.plane, voxel.center(self.shape.voxel_size)).map(|x| x as f32))
     }
 
     /// Its outlines with their holes, largest first. O(its voxels).
     pub fn boundary(&self) -> Vec<BoundaryPolygon> {
-        let ShapeSettings { max_hole_area, boundary_tolerance, .. } = self.shape;
-        self.grid().map_or_else(Vec::new, |grid| trace_boundary(&grid, max_hole_area, boundary_tolerance))
+        let ShapeSettings { voxel_size, max_hole_area, boundary_tolerance } = self.shape;
+        trace_boundary(self.picture(), self.frame(), voxel_size, max_hole_area, boundary_tolerance)
     }
 
     /// Area of the cells that hold inliers, square metres. O(its voxels).
     pub fn area(&self) -> f64 {
-        let cells = self.grid().map_or(0, |grid| grid.occupied().iter().filter(|&&cell| cell).count());
-        cells as f64 * self.shape.voxel_size * self.shape.voxel_size
+        self.picture().len() as f64 * self.shape.voxel_size * self.shape.voxel_size
+    }
+
+    fn frame(&self) -> PlaneFrame {
+        PlaneFrame::new(self.centroid, self.plane.normal())
     }
 
     /// Which cells of the plane hold inliers.
-    pub(crate) fn grid(&self) -> Option<PlaneGrid> {
-        let frame = PlaneFrame::new(self.centroid, self.plane.normal());
-        PlaneGrid::filled_by(&self.patch, self.shape.voxel_size, frame)
+    fn picture(&self) -> CellPicture {
+        CellPicture::of(&FilledCells::new(&self.patch, self.shape.voxel_size, self.frame()))
     }
 
     /// Whether there are inliers at a point of the plane, or beside it by no more than a voxel.
@@ -163,16 +180,17 @@ impl MapPlane {
 
     /// Number of its voxels.
     pub fn inlier_voxels(&self) -> usize {
-        self.patch.voxels().len()
+        self.patch.len()
+    }
+
+    /// Bytes that it holds.
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.patch.memory_bytes()
+            + self.judged.len() * size_of::<(BlockKey, [usize; 2])>()
     }
 
     pub(super) fn finite(&self) -> FinitePlane<'_> {
-        FinitePlane {
-            plane: self.plane,
-            centroid: self.centroid,
-            patch: &self.patch,
-            bounds: self.bounds,
-            edge_points: None,
-        }
+        FinitePlane { plane: self.plane, centroid: self.centroid, patch: &self.patch, edge_points: None }
     }
 }

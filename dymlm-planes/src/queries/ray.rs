@@ -1,7 +1,11 @@
 use dymlm_core::PlaneId;
-use dymlm_core::vector3::{dot, unit};
+use dymlm_core::vector3::{along, bounds, dot, unit};
 
+use crate::patches::VoxelBox;
 use crate::plane_map::{MapPlane, PlaneMap};
+
+/// Length of the parts that a ray is followed by, metres: planes near each are asked.
+const STEP: f64 = 1.0;
 
 /// Where a ray meets a finite plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,11 +22,25 @@ pub struct PlaneHit {
 
 impl PlaneMap {
     /// The first confirmed plane that a ray meets within `max_range` metres, from either side; a plane counts
-    /// where its inliers are, to a voxel. A direction without length meets nothing. O(planes).
+    /// where its inliers are, to a voxel. A direction without length meets nothing. O(planes along the ray).
     pub fn cast_ray(&self, origin: [f64; 3], direction: [f64; 3], max_range: f64) -> Option<PlaneHit> {
         let direction = unit(direction)?;
-        let hits = self.iter().filter_map(|plane| hit(plane, origin, direction, max_range));
-        hits.min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.plane.cmp(&b.plane)))
+        let voxel_size = self.config().voxel_size;
+        let max_range = max_range.min(self.farthest_from(origin));
+        let mut from = 0.0;
+        while from <= max_range {
+            let to = from + STEP;
+            let part = bounds([from, to].map(|distance| along(origin, distance, direction)));
+            let near = self.confirmed_near(VoxelBox::around(part, voxel_size).grown(1));
+            let hits = near.filter_map(|plane| hit(plane, origin, direction, max_range));
+            let first = hits.min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.plane.cmp(&b.plane)));
+            // What is met farther on may lie behind a plane that is not near yet.
+            if let Some(first) = first.filter(|first| first.distance <= to) {
+                return Some(first);
+            }
+            from = to;
+        }
+        None
     }
 
     /// The confirmed plane under a point: the first one met going against `up` within `max_distance` metres.

@@ -1,11 +1,14 @@
 use crate::linear_algebra::foot_on;
+use crate::patches::VoxelBox;
 use crate::plane_map::{MapPlane, PlaneMap};
 
 impl PlaneMap {
     /// The planes that something at `point` may rest on or lean against: those no more than `reach` metres
-    /// from it whose patch holds the point's foot, to a voxel. In the order of their ids. O(planes).
+    /// from it whose patch holds the point's foot, to a voxel. In the order of their ids. O(planes near).
     pub fn supports_near(&self, point: [f64; 3], reach: f64) -> impl Iterator<Item = &MapPlane> {
-        self.iter().filter(move |plane| {
+        let around = [-reach, reach].map(|side| point.map(|c| c + side));
+        let around = VoxelBox::around(around, self.config().voxel_size).grown(1);
+        self.confirmed_near(around).filter(move |plane| {
             let own = plane.plane();
             own.signed_distance(point).abs() <= reach && plane.holds(foot_on(&own, point))
         })

@@ -5,6 +5,7 @@ use super::super::covariance::PlaneCovariance;
 use super::super::detected_plane::DetectedPlane;
 use super::super::extraction::{Extraction, Segment};
 use super::super::patch_range::patch_range;
+use super::super::plane_samples::RayLattice;
 use super::super::rays::Rays;
 use super::edge_points::visit_rims;
 use super::reweighting::{Kernel, Trial, WeightedSums};
@@ -80,7 +81,7 @@ impl PlaneRefiner {
         self.refit();
         self.sum_up(depth, rays, Kernel::Inlier, INLIER_WIDTH, 1);
         self.refit();
-        self.collect_planes(extraction.segments());
+        self.collect_planes(extraction.segments(), self.lattice(camera));
         self.sample_patches(depth, rays, extraction);
         self.find_edges(depth, rays, extraction);
     }
@@ -140,7 +141,7 @@ impl PlaneRefiner {
     }
 
     /// Puts the planes together; the buffers of the last frame's planes are used again.
-    fn collect_planes(&mut self, segments: &[Segment]) {
+    fn collect_planes(&mut self, segments: &[Segment], lattice: RayLattice) {
         let mut buffers: Vec<_> =
             self.planes.drain(..).map(|plane| (plane.samples, plane.edge_points)).collect();
         self.places.clear();
@@ -154,7 +155,7 @@ impl PlaneRefiner {
                 continue;
             };
             let (mut samples, mut edge_points) = buffers.pop().unwrap_or_default();
-            samples.clear();
+            samples.begin(lattice);
             edge_points.clear();
             self.places.push(Some(self.planes.len()));
             self.planes.push(DetectedPlane {
@@ -173,18 +174,31 @@ impl PlaneRefiner {
         }
     }
 
+    /// The rays of every so many pixels.
+    fn lattice(&self, camera: &PinholeCamera) -> RayLattice {
+        let (first, stride) = (self.stride / 2, self.stride as f64);
+        let at = |center: f64, focal_length: f64| ((first as f64 - center) / focal_length) as f32;
+        RayLattice {
+            first: [at(camera.cx(), camera.fx()), at(camera.cy(), camera.fy())],
+            step: [(stride / camera.fx()) as f32, (stride / camera.fy()) as f32],
+            columns: camera.width().saturating_sub(first).div_ceil(self.stride) as u32,
+        }
+    }
+
     fn sample_patches(&mut self, depth: &DepthImage, rays: &Rays, extraction: &Extraction) {
         let (width, stride) = (extraction.width(), self.stride);
+        let mut sample = 0;
         for v in (stride / 2..extraction.height()).step_by(stride) {
             for u in (stride / 2..width).step_by(stride) {
                 if let Some((place, point)) = self.inlier_at(depth, rays, extraction, u, v) {
                     let plane = &mut self.planes[place];
-                    plane.samples.push(point);
+                    plane.samples.push(sample);
                     // What one pixel covers of the plane, as many times as there are pixels to a sample.
                     let z = f64::from(point[2]);
                     let slant = (plane.plane.d() / z).max(1e-3);
                     plane.area += self.pixel_solid_angle * z * z / slant * (stride * stride) as f64;
                 }
+                sample += 1;
             }
         }
     }
@@ -215,11 +229,10 @@ impl PlaneRefiner {
         if z > patch_range(&self.sensor) || !self.trials[index].is_inlier(z, a as f32, b as f32) {
             return None;
         }
-        // Onto the plane along its normal, so that noise does not blur the patch.
+        // Where the ray meets the plane, so that noise does not blur the patch.
         let fit = &self.fits[index];
-        let z = f64::from(z);
-        let point = [a * z, b * z, z];
-        let distance = dot(fit.normal, point) - dot(fit.normal, fit.centroid);
-        Some((place, std::array::from_fn(|axis| (point[axis] - distance * fit.normal[axis]) as f32)))
+        let z = dot(fit.normal, fit.centroid) / dot(fit.normal, [a, b, 1.0]);
+        let is_in_range = (0.0..=self.sensor.max_depth.into()).contains(&z);
+        is_in_range.then(|| (place, [a * z, b * z, z].map(|c| c as f32)))
     }
 }

@@ -1,9 +1,12 @@
-use dymlm_core::Pose;
 use dymlm_core::vector3::{difference, dot, norm};
+use dymlm_core::{DepthView, PlaneId, Pose, Visibility};
 
-use super::super::map_plane::MapPlane;
-use super::{KeyFrame, PlaneMap};
+use super::super::map_plane::{MapPlane, Sightings};
+use super::super::report::PlaneReport;
+use super::PlaneMap;
 use crate::detector::patch_range;
+use crate::linear_algebra::foot_on;
+use crate::patches::VoxelBox;
 
 /// Cosine of the angle from its optical axis within which a key frame looks at a place: 25 degrees, the inner
 /// half of a Kinect's view.
@@ -11,69 +14,124 @@ const COS_VIEW: f64 = 0.906_308;
 
 /// Which planes are believed.
 impl PlaneMap {
-    /// Judges the planes that reach into a box (lowest and highest corner, metres, world): one that is gone is
-    /// not believed until it is judged anew.
-    pub fn judge(&mut self, region: [[f64; 3]; 2], is_gone: impl Fn(&MapPlane) -> bool) {
-        let mut planes = std::mem::take(&mut self.planes);
-        for plane in planes.iter_mut().filter(|plane| plane.is_gone || plane.bounds.overlaps(region)) {
-            plane.is_gone = is_gone(plane);
-            plane.is_confirmed = self.is_believed(plane);
-        }
-        self.planes = planes;
-    }
-
-    /// Judges all planes after a key frame: those that it touched anew, for the others it counts as a look at
-    /// most.
-    pub(super) fn confirm_after(&mut self, world_from_camera: &Pose, is_touched: impl Fn(&MapPlane) -> bool) {
-        let mut planes = std::mem::take(&mut self.planes);
-        for plane in &mut planes {
-            if is_touched(plane) {
-                self.recount(plane);
-            } else if self.counts_looks(plane) && self.looks_at(world_from_camera, plane) {
-                plane.looks += 1;
+    /// Judges the planes that reach into some boxes (lowest and highest corner, metres, world): one is gone, and
+    /// not believed until it is judged otherwise, when more than `gone_share` of its inliers stand in free
+    /// space, of those that something is known of. `is_free` tells whether a place is free space; `None`:
+    /// nothing is known. What was judged before and lies elsewhere stays as it was judged.
+    ///
+    /// O(inliers in the boxes and of planes that are gone).
+    pub fn judge(
+        &mut self,
+        boxes: impl IntoIterator<Item = [[f64; 3]; 2]>,
+        gone_share: f64,
+        is_free: impl Fn([f64; 3]) -> Option<bool>,
+    ) {
+        let regions = boxes.into_iter().map(|corners| VoxelBox::around(corners, self.config.voxel_size));
+        let mut blocks: Vec<(PlaneId, _)> = Vec::new();
+        for region in regions {
+            for plane in self.index.near(&region).into_iter().filter_map(|id| self.planes.get(&id)) {
+                blocks.extend(plane.patch.blocks_in(&region).into_iter().map(|block| (plane.id, block)));
             }
-            plane.is_confirmed = self.is_believed(plane);
         }
-        self.planes = planes;
-    }
-
-    /// Judges all planes anew. O(planes x key frames).
-    pub(super) fn confirm_all(&mut self) {
-        let mut planes = std::mem::take(&mut self.planes);
-        for plane in &mut planes {
-            self.recount(plane);
-            plane.is_confirmed = self.is_believed(plane);
+        for plane in self.planes.values().filter(|plane| plane.is_gone) {
+            blocks.extend(plane.patch.blocks().map(|block| (plane.id, block)));
         }
-        self.planes = planes;
+        blocks.sort_unstable();
+        blocks.dedup();
+        for of_plane in blocks.chunk_by(|a, b| a.0 == b.0) {
+            let Some(plane) = self.planes.get_mut(&of_plane[0].0) else { continue };
+            for &(_, block) in of_plane {
+                plane.judge_block(block, &is_free);
+            }
+            plane.is_gone = plane.is_free(gone_share);
+        }
+        self.confirm(blocks.into_iter().map(|(id, _)| id));
     }
 
-    fn recount(&self, plane: &mut MapPlane) {
-        // Before it was seen first, it may not have stood there.
-        let looks = |key_frame: &&KeyFrame| {
-            key_frame.timestamp >= plane.first_seen() && self.looks_at(&key_frame.world_from_camera, plane)
-        };
-        plane.looks =
-            if self.counts_looks(plane) { self.key_frames.values().filter(looks).count() } else { 0 };
+    /// The planes that a key frame looks at and has not seen.
+    pub(super) fn missed_by(
+        &self,
+        report: &PlaneReport,
+        view: &DepthView<'_>,
+        world_from_camera: &Pose,
+    ) -> Vec<PlaneId> {
+        let (eye, range) = (world_from_camera.translation(), f64::from(patch_range(&self.sensor)));
+        let around = [-range, range].map(|side| eye.map(|c| c + side));
+        let mut near = self.index.near(&VoxelBox::around(around, self.config.voxel_size));
+        let camera_from_world = world_from_camera.inverse();
+        near.retain(|id| {
+            let plane = self.planes.get(id).filter(|_| !report.associations.contains(id));
+            plane.is_some_and(|plane| {
+                let sighting = view.look_at_world(&camera_from_world, plane.centroid, 0.0);
+                matches!(sighting.visibility, Visibility::Present | Visibility::Absent)
+                    && self.is_before(world_from_camera, plane)
+            })
+        });
+        near
     }
 
-    /// Whether it matters how many have looked at a plane: when enough have seen it.
-    fn counts_looks(&self, plane: &MapPlane) -> bool {
-        plane.observations() >= self.config.min_observations
-    }
-
-    fn is_believed(&self, plane: &MapPlane) -> bool {
-        let seen = plane.observations();
-        !plane.is_gone
-            && seen >= self.config.min_observations
-            && f64::from(seen) >= self.config.min_observation_share * plane.looks as f64
-    }
-
-    /// Whether a camera looks at a plane's centroid from before it, and is near enough to draw a patch there.
-    /// What stands in the way is not asked.
-    fn looks_at(&self, world_from_camera: &Pose, plane: &MapPlane) -> bool {
+    /// Whether a plane's centroid is before a camera, which is before the plane, and near enough to draw a
+    /// patch there.
+    fn is_before(&self, world_from_camera: &Pose, plane: &MapPlane) -> bool {
         let ray = difference(plane.centroid, world_from_camera.translation());
         let depth = dot(ray, world_from_camera.rotate([0.0, 0.0, 1.0]));
         (depth > 0.0 && depth <= patch_range(&self.sensor).into() && depth >= COS_VIEW * norm(ray))
             && dot(ray, plane.plane.normal()) < 0.0
+    }
+
+    pub(super) fn count_missed(&mut self, missed: &[PlaneId]) {
+        for id in missed {
+            if let Some(plane) = self.planes.get_mut(id) {
+                plane.sightings.missed += 1;
+            }
+        }
+    }
+
+    /// Judges some planes by the key frames that saw them.
+    pub(super) fn confirm(&mut self, planes: impl IntoIterator<Item = PlaneId>) {
+        for id in planes {
+            let Some(plane) = self.planes.get_mut(&id) else { continue };
+            let Sightings { count, missed, .. } = plane.sightings;
+            let looked = f64::from(count) + f64::from(missed);
+            plane.is_confirmed = !plane.is_gone
+                && count >= self.config.min_observations
+                && f64::from(count) >= self.config.min_observation_share * looked;
+        }
+    }
+
+    /// Which key frames have seen a plane or looked at it, counted anew. O(key frames).
+    pub(super) fn sightings(&self, id: PlaneId) -> Sightings {
+        let mut sightings = Sightings::default();
+        for (&number, key_frame) in &self.key_frames {
+            let [saw, looked] = key_frame.looks_at(id, |id| self.resolve(id));
+            if saw {
+                sightings.add(number, key_frame.timestamp);
+            } else if looked && sightings.count > 0 {
+                // Before it was seen first, it may not have stood there.
+                sightings.missed += 1;
+            }
+        }
+        sightings
+    }
+}
+
+impl MapPlane {
+    fn judge_block(&mut self, block: crate::patches::BlockKey, is_free: &impl Fn([f64; 3]) -> Option<bool>) {
+        let places = self.patch.voxels_of(block).map(|voxel| voxel.center(self.shape.voxel_size));
+        let verdicts = places.map(|place| is_free(foot_on(&self.plane, place)));
+        let (unknown, free) = verdicts.fold((0, 0), |(unknown, free), verdict| {
+            (unknown + usize::from(verdict.is_none()), free + usize::from(verdict == Some(true)))
+        });
+        if unknown + free > 0 {
+            self.judged.insert(block, [unknown, free]);
+        } else {
+            self.judged.remove(&block);
+        }
+    }
+
+    /// Whether more than a share of what is known of its inliers is free space.
+    fn is_free(&self, share: f64) -> bool {
+        let [unknown, free] = self.judged.values().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
+        free as f64 > share * self.patch.len().saturating_sub(unknown) as f64
     }
 }

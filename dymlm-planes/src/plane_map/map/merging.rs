@@ -1,11 +1,12 @@
-use dymlm_core::{DepthView, Frame, FrameId, PlaneId, Pose};
+use dymlm_core::{DepthView, FrameId, PlaneId, Pose};
 
 use super::super::gap::{Gap, GapLook};
-use super::super::gap_record::{GapLooks, GapRecord, pair_of, resolve_looks};
+use super::super::gap_record::{GapLooks, GapRecord, PlanePair, pair_of, resolve_looks};
 use super::super::map_plane::MapPlane;
 use super::super::report::{PlaneMerge, PlaneReport};
 use super::{KeyFrame, Merge, PlaneMap};
 use crate::association::Agreement;
+use crate::patches::VoxelBox;
 
 /// Two planes of the map that are one.
 #[derive(Debug, Clone, Copy)]
@@ -27,59 +28,63 @@ enum Tie {
 /// Planes of the map that prove to be one.
 impl PlaneMap {
     /// Looks at what lies between planes that this key frame has touched and planes of the map that are
-    /// coplanar with them.
-    pub(super) fn look_between(&mut self, report: &PlaneReport, frame: &Frame, world_from_camera: &Pose) {
-        let camera_from_world = world_from_camera.inverse();
-        let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
-        let mut gap_looks = GapLooks::new();
-        for id in report.touched() {
-            let Some(a) = self.place(id).map(|place| &self.planes[place]) else { continue };
-            for b in self.planes.iter().filter(|b| b.id != id) {
-                let pair = pair_of(a.id, b.id);
-                if !gap_looks.contains_key(&pair)
-                    && let Some(gap) = self.gap_between(a, b)
-                    && let Some(gap_look) = gap.look(&view, &camera_from_world)
-                {
-                    gap_looks.insert(pair, gap_look);
-                }
-            }
-        }
-        self.gaps.add(&gap_looks);
-        if let Some(key_frame) = self.key_frames.get_mut(&report.key_frame) {
-            key_frame.gap_looks = gap_looks;
-        }
+    /// coplanar with them, as far as it is near the region that the key frame has seen.
+    pub(super) fn look_between(
+        &self,
+        report: &PlaneReport,
+        region: &VoxelBox,
+        view: &DepthView<'_>,
+        camera_from_world: &Pose,
+    ) -> GapLooks {
+        let (region, near) = self.near_seen(region);
+        let mut pairs: Vec<PlanePair> = report
+            .touched()
+            .flat_map(|a| near.iter().filter(move |b| **b != a).map(move |b| pair_of(a, *b)))
+            .collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let look = |pair: PlanePair| {
+            let [a, b] = pair.map(|id| self.planes.get(&id));
+            let gap_look = self.gap_between(a?, b?, &region)?.look(view, camera_from_world)?;
+            Some((pair, gap_look))
+        };
+        pairs.into_iter().filter_map(look).collect()
+    }
+
+    /// The region that a key frame has seen with what may be one with it across a gap, and the planes there.
+    fn near_seen(&self, region: &VoxelBox) -> (VoxelBox, Vec<PlaneId>) {
+        let gap = (self.config.association.max_occluded_gap / self.config.voxel_size).ceil() as i32;
+        let region = region.grown(self.criterion.reach().max(gap));
+        let near = self.index.near(&region);
+        (region, near)
     }
 
     /// What lies between two planes of the map that may be one surface behind something.
-    fn gap_between(&self, a: &MapPlane, b: &MapPlane) -> Option<Gap> {
+    fn gap_between(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<Gap> {
         let (into, from) = in_order(a, b);
         let (from, into) = (from.finite(), into.finite());
-        let width = self.config.association.max_occluded_gap;
-        if width <= 0.0 || from.bounds.distance(&into.bounds) > width {
+        let (width, voxel_size) = (self.config.association.max_occluded_gap, self.config.voxel_size);
+        if width <= 0.0 || voxel_size * from.patch.bounds().distance(&into.patch.bounds()) > width {
             return None;
         }
         self.criterion.test_across_gap(&from, &into)?;
-        Gap::between(&from, &into, self.config.voxel_size, width)
+        Gap::between(&from, &into, voxel_size, width, region)
     }
 
     /// Merges planes that this key frame has touched with planes that they have become one with, best pair
     /// first.
-    pub(super) fn merge(&mut self, report: &mut PlaneReport) {
+    pub(super) fn merge(&mut self, report: &mut PlaneReport, region: &VoxelBox) {
         let mut touched: Vec<PlaneId> = report.touched().collect();
+        let (region, near) = self.near_seen(region);
         let mut merges = Vec::new();
-        while let Some(found) = self.best_merge(&touched) {
+        while let Some(found) = self.best_merge(&touched, &near, &region) {
             let merge = found.merge;
             merges.push(Merge { merge, witnesses: self.witnesses(&found) });
-            self.merged.insert(merge.from, merge.into);
+            self.absorb(merge);
             touched.retain(|&id| id != merge.from);
             if !touched.contains(&merge.into) {
                 touched.push(merge.into);
             }
-            if let Some(place) = self.place(merge.from) {
-                let gone = self.planes.remove(place);
-                self.absorb(&gone, merge.into);
-            }
-            self.collect_gaps();
             report.merged.push(merge);
         }
         for id in &mut report.associations {
@@ -90,12 +95,11 @@ impl PlaneMap {
         }
     }
 
-    fn best_merge(&self, touched: &[PlaneId]) -> Option<FoundMerge> {
+    fn best_merge(&self, touched: &[PlaneId], near: &[PlaneId], region: &VoxelBox) -> Option<FoundMerge> {
         let mut best: Option<FoundMerge> = None;
-        for &id in touched {
-            let Some(a) = self.place(id).map(|place| &self.planes[place]) else { continue };
-            for b in self.planes.iter().filter(|b| b.id != id) {
-                let Some(found) = self.test_merge(a, b) else { continue };
+        for a in touched.iter().filter_map(|id| self.planes.get(id)) {
+            for b in near.iter().filter(|b| **b != a.id).filter_map(|id| self.planes.get(id)) {
+                let Some(found) = self.test_merge(a, b, region) else { continue };
                 if best.is_none_or(|best| (found.cost, found.merge) < (best.cost, best.merge)) {
                     best = Some(found);
                 }
@@ -105,13 +109,13 @@ impl PlaneMap {
     }
 
     /// Whether two planes of the map are one: the plane with fewer observations would go into the other.
-    fn test_merge(&self, a: &MapPlane, b: &MapPlane) -> Option<FoundMerge> {
+    fn test_merge(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<FoundMerge> {
         let (into, from) = in_order(a, b);
         let merge = PlaneMerge { from: from.id, into: into.id };
         let found =
             |tie: Tie, agreement: &Agreement| FoundMerge { cost: self.criterion.cost(agreement), merge, tie };
         let (from, into) = (from.finite(), into.finite());
-        if let Some(agreement) = self.criterion.test(&from, &into) {
+        if let Some(agreement) = self.criterion.test(&from, &into, region) {
             return Some(found(Tie::Contact, &agreement));
         }
         let least = self.config.min_observations;
@@ -122,22 +126,25 @@ impl PlaneMap {
 
     /// The key frames that saw the gap occluded that is between two planes; `None` when they adjoin.
     fn witnesses(&self, found: &FoundMerge) -> Option<Vec<FrameId>> {
-        let pair = pair_of(found.merge.from, found.merge.into);
-        let saw = |key_frame: &KeyFrame| {
-            let gap_looks = resolve_looks(&key_frame.gap_looks, |id| self.resolve(id));
-            gap_looks.get(&pair) == Some(&GapLook::Occluded)
-        };
+        let PlaneMerge { from, into } = found.merge;
+        let look = (pair_of(from, into), GapLook::Occluded);
+        let saw =
+            |key_frame: &KeyFrame| resolve_looks(&key_frame.gap_looks, |id| self.resolve(id)).contains(&look);
         (found.tie == Tie::OccludedGap).then(|| {
-            self.key_frames
-                .iter()
-                .filter(|(_, key_frame)| saw(key_frame))
-                .map(|(&number, _)| number)
-                .collect()
+            let since = self.key_frames_since(from, into);
+            since.filter(|(_, key_frame)| saw(key_frame)).map(|(number, _)| number).collect()
         })
     }
 
+    /// The key frames that can know of both planes: since both have been seen.
+    fn key_frames_since(&self, a: PlaneId, b: PlaneId) -> impl Iterator<Item = (FrameId, &KeyFrame)> {
+        let first = [a, b].map(|id| self.planes.get(&id).map(|plane| plane.sightings.first));
+        let first = first.into_iter().flatten().max().unwrap_or(FrameId::new(0));
+        self.key_frames.range(first..).map(|(&number, key_frame)| (number, key_frame))
+    }
+
     /// What all key frames saw between planes, by the ids that the planes have now. O(looks between planes of
-    /// all key frames), when ids or key frames have gone.
+    /// all key frames), when key frames have gone.
     pub(super) fn collect_gaps(&mut self) {
         let mut gaps = GapRecord::default();
         for key_frame in self.key_frames.values() {
@@ -146,15 +153,35 @@ impl PlaneMap {
         self.gaps = gaps;
     }
 
-    fn absorb(&mut self, gone: &MapPlane, into: PlaneId) {
-        let seen = self.sightings(into);
-        if let Some(place) = self.place(into) {
-            let plane = &mut self.planes[place];
-            plane.moments.add(&gone.moments);
-            plane.patch.add(&gone.patch);
-            plane.sightings = seen;
-            plane.refit();
+    /// Makes two planes one. O(key frames since the younger was seen first, and what they saw).
+    fn absorb(&mut self, merge: PlaneMerge) {
+        let PlaneMerge { from, into } = merge;
+        let mut gaps = std::mem::take(&mut self.gaps);
+        let resolve_now = |id: PlaneId| self.resolve(id);
+        let resolve_then = |id: PlaneId| if self.resolve(id) == from { into } else { self.resolve(id) };
+        let (mut both_saw, mut both_looked) = (0, 0);
+        for (_, key_frame) in self.key_frames_since(from, into) {
+            let [a, b] = [from, into].map(|id| key_frame.looks_at(id, resolve_now));
+            both_saw += u32::from(a[0] && b[0]);
+            both_looked += u32::from(a[1] && b[1]);
         }
+        let of_from = |key_frame: &&KeyFrame| {
+            key_frame.gap_looks.iter().any(|(pair, _)| pair.iter().any(|&id| resolve_now(id) == from))
+        };
+        let first = self.planes.get(&from).map_or(FrameId::new(0), |plane| plane.sightings.first);
+        for key_frame in self.key_frames.range(first..).map(|(_, key_frame)| key_frame).filter(of_from) {
+            gaps.subtract(&resolve_looks(&key_frame.gap_looks, resolve_now));
+            gaps.add(&resolve_looks(&key_frame.gap_looks, resolve_then));
+        }
+        self.gaps = gaps;
+        self.merged.insert(from, into);
+        let Some(gone) = self.planes.remove(&from) else { return };
+        let Some(plane) = self.planes.get_mut(&into) else { return };
+        gone.patch.blocks().for_each(|block| self.index.take(block, from));
+        plane.moments.add(&gone.moments);
+        plane.patch.add(&gone.patch, |block| self.index.add(block, into));
+        plane.sightings = plane.sightings.united(&gone.sightings, both_saw, both_looked);
+        plane.refit();
     }
 }
 

@@ -1,11 +1,12 @@
-use dymlm_core::{FrameId, PlaneId};
+use std::collections::BTreeMap;
 
-use super::super::fixed_moments::FixedMoments;
+use dymlm_core::{FrameId, PlaneId, Pose};
+
 use super::super::map_plane::MapPlane;
+use super::super::observation::Share;
 use super::super::report::PlaneMerge;
 use super::{KeyFrame, PlaneMap};
 use crate::error::Error;
-use crate::patch::Patch;
 
 /// Taking key frames out.
 impl PlaneMap {
@@ -18,31 +19,50 @@ impl PlaneMap {
         let gone = self.key_frames.remove(&key_frame).ok_or(Error::UnknownKeyFrame { key_frame })?;
         let mut undone: Vec<PlaneMerge> = gone.merges.iter().map(|merge| merge.merge).collect();
         undone.extend(self.take_unwitnessed(key_frame));
+        let mut touched: Vec<PlaneId> = gone.missed.iter().map(|&id| self.resolve(id)).collect();
         if undone.is_empty() {
-            self.subtract(&gone);
+            for share in &gone.shares {
+                self.subtract(share, &gone.world_from_camera);
+                touched.push(self.resolve(share.plane));
+            }
         } else {
-            self.undo_merges(&gone, &undone);
+            touched.extend(self.undo_merges(&gone, &undone));
         }
         self.collect_gaps();
-        self.confirm_all();
+        self.recount(&touched);
         Ok(())
     }
 
-    /// Takes a key frame's sums out of the planes.
-    fn subtract(&mut self, gone: &KeyFrame) {
-        for share in &gone.contributions {
-            let id = self.resolve(share.plane);
-            let Some(place) = self.place(id) else { continue };
-            let seen = self.sightings(id);
-            if seen.count == 0 {
-                self.planes.remove(place);
-                continue;
+    /// Takes what a key frame has seen out of the plane that holds it now.
+    pub(super) fn subtract(&mut self, share: &Share, world_from_camera: &Pose) {
+        let id = self.resolve(share.plane);
+        let Some(plane) = self.planes.get_mut(&id) else { return };
+        let Ok(placed) = share.placed(world_from_camera, self.config.voxel_size) else { return };
+        plane.moments.subtract(&placed.moments);
+        plane.patch.subtract(&placed.patch, |block| {
+            self.index.take(block, id);
+            plane.judged.remove(&block);
+        });
+        plane.refit();
+    }
+
+    /// Counts anew which key frames have seen some planes, and takes those out that none has.
+    pub(super) fn recount(&mut self, ids: &[PlaneId]) {
+        for &id in ids {
+            let sightings = self.sightings(id);
+            if let Some(plane) = self.planes.get_mut(&id) {
+                plane.sightings = sightings;
+                if sightings.count == 0 {
+                    self.take_plane(id);
+                }
             }
-            let plane = &mut self.planes[place];
-            plane.moments.subtract(&share.moments);
-            plane.patch.subtract(&share.patch);
-            plane.sightings = seen;
-            plane.refit();
+        }
+        self.confirm(ids.iter().copied());
+    }
+
+    fn take_plane(&mut self, id: PlaneId) {
+        if let Some(gone) = self.planes.remove(&id) {
+            gone.patch.blocks().for_each(|block| self.index.take(block, id));
         }
     }
 
@@ -65,10 +85,9 @@ impl PlaneMap {
     }
 
     /// Parts planes that a key frame made one, or that it was needed as a witness for, and makes all that it
-    /// touched anew without it.
-    fn undo_merges(&mut self, gone: &KeyFrame, undone: &[PlaneMerge]) {
-        let mut touched: Vec<PlaneId> =
-            gone.contributions.iter().map(|share| self.resolve(share.plane)).collect();
+    /// touched anew without it. Gives these.
+    fn undo_merges(&mut self, gone: &KeyFrame, undone: &[PlaneMerge]) -> Vec<PlaneId> {
+        let mut touched: Vec<PlaneId> = gone.shares.iter().map(|share| self.resolve(share.plane)).collect();
         touched.extend(undone.iter().map(|merge| self.resolve(merge.into)));
         for merge in undone {
             self.merged.remove(&merge.from);
@@ -77,32 +96,30 @@ impl PlaneMap {
         touched.sort_unstable();
         touched.dedup();
         self.rebuild(&touched);
+        touched
     }
 
-    /// Makes planes anew from what the key frames have added to them. O(all contributions).
+    /// Makes planes anew from what the key frames have seen of them. O(all shares).
     pub(super) fn rebuild(&mut self, ids: &[PlaneId]) {
+        let mut planes: BTreeMap<PlaneId, MapPlane> = BTreeMap::new();
+        for key_frame in self.key_frames.values() {
+            for share in &key_frame.shares {
+                let id = self.resolve(share.plane);
+                let placed = || share.placed(&key_frame.world_from_camera, self.config.voxel_size);
+                let Some(placed) = ids.contains(&id).then(placed).and_then(Result::ok) else { continue };
+                let new = || MapPlane::new(id, placed.plane, self.shape());
+                let plane = planes.entry(id).or_insert_with(new);
+                plane.moments.add(&placed.moments);
+                plane.patch.add(&placed.patch, |_| ());
+            }
+        }
         for &id in ids {
-            if let Some(place) = self.place(id) {
-                self.planes.remove(place);
-            }
-            let seen = self.sightings(id);
-            if seen.count == 0 {
-                continue;
-            }
-            let (mut moments, mut patch) = (FixedMoments::default(), Patch::default());
-            for share in self.key_frames.values().flat_map(|key_frame| &key_frame.contributions) {
-                if self.resolve(share.plane) == id {
-                    moments.add(&share.moments);
-                    patch.add(&share.patch);
-                }
-            }
-            let Some(fitted) = moments.fit().and_then(|fit| fit.plane()) else { continue };
-            let mut plane = MapPlane::new(id, fitted, self.shape());
-            (plane.moments, plane.patch) = (moments, patch);
-            plane.sightings = seen;
+            self.take_plane(id);
+        }
+        for (id, mut plane) in planes {
             plane.refit();
-            let place = self.planes.partition_point(|other| other.id < id);
-            self.planes.insert(place, plane);
+            plane.patch.blocks().for_each(|block| self.index.add(block, id));
+            self.planes.insert(id, plane);
         }
     }
 }

@@ -1,0 +1,59 @@
+use crate::patches::{Patch, PatchVoxel, VoxelBox};
+use crate::plane_frame::PlaneFrame;
+
+/// Patches adjoin with this many voxels, 20 cm of a rim at 2.5 cm, ...
+const MOST_CONTACT: usize = 8;
+/// ... small ones with one out of so many. In a long recording a few voxels stray from any patch, over the
+/// gap between two screens for one.
+const CONTACT_SHARE: usize = 10;
+
+/// How two patches may touch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contact<'a> {
+    pub(super) voxel_size: f64,
+    /// The plane that their voxels are set onto.
+    pub(super) frame: PlaneFrame,
+    /// Most that is between them, metres.
+    pub(super) max_gap: f64,
+    /// The same with what their voxels are off the plane, voxels.
+    pub(super) reach: i32,
+    /// Where.
+    pub(super) region: &'a VoxelBox,
+}
+
+impl Contact<'_> {
+    /// Whether two patches overlap on the plane, or no more than the gap (to a voxel) lies between them: where
+    /// enough voxels of the one are as near to the other. O(voxels in the region).
+    pub(super) fn holds(&self, a: &Patch, b: &Patch) -> bool {
+        let smaller = a.len().min(b.len());
+        let contact = MOST_CONTACT.min(smaller.div_ceil(CONTACT_SHARE));
+        if contact > 0 && a.common_voxels(b, self.region, contact) == contact {
+            return true;
+        }
+        let near = |patch: &Patch, other: &Patch| -> Vec<[i64; 2]> {
+            let region = other.bounds().grown(self.reach).intersection(self.region);
+            patch.voxels_in(&region).map(|voxel| self.cell_of(voxel)).collect()
+        };
+        let (of_a, mut of_b) = (near(a, b), near(b, a));
+        of_b.sort_unstable();
+        of_b.dedup();
+        contact > 0 && of_a.iter().filter(|cell| self.is_near(&of_b, **cell)).take(contact).count() == contact
+    }
+
+    /// The square of the plane, as large as a voxel, that a voxel's centre falls into.
+    fn cell_of(&self, voxel: PatchVoxel) -> [i64; 2] {
+        let at = self.frame.to_plane(voxel.center(self.voxel_size));
+        at.map(|x| (x / self.voxel_size).floor() as i64)
+    }
+
+    /// Whether the square of one of some cells, which are sorted, lies within the gap of a cell's.
+    fn is_near(&self, cells: &[[i64; 2]], [u, v]: [i64; 2]) -> bool {
+        let reach = (self.max_gap / self.voxel_size).floor() as i64 + 1;
+        let between = |a: i64| (a.abs() - 1).max(0) as f64 * self.voxel_size;
+        (-reach..=reach).any(|du| {
+            let from = cells.partition_point(|cell| *cell < [u + du, v - reach]);
+            let column = cells[from..].iter().take_while(|cell| cell[0] == u + du && cell[1] <= v + reach);
+            column.into_iter().any(|cell| between(du).hypot(between(cell[1] - v)) <= self.max_gap)
+        })
+    }
+}

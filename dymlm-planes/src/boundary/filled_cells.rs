@@ -1,0 +1,106 @@
+use std::collections::BTreeMap;
+
+use super::outline::TILE;
+use crate::patches::Patch;
+use crate::plane_frame::PlaneFrame;
+
+/// A cell is filled from this share of the mean weight around it on: half of what is inside an edge, when a
+/// third of the cells around hold nothing.
+const FILLED_SHARE: f32 = 0.6;
+/// Cells around one that count on each side.
+const AROUND: i64 = 2;
+
+const SIDE: usize = TILE as usize;
+/// A tile with what counts around it.
+const WIDE: usize = SIDE + 2 * AROUND as usize;
+
+/// The square cells of a plane, as large as voxels, with the samples in them.
+///
+/// A cell that the rim passes through holds fewer samples than those inside, so the number of samples, shared
+/// out to the four cells nearest to each voxel, tells how full it is. Cells are filled that are at least half
+/// full.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct FilledCells {
+    /// Samples by row, then column of tiles.
+    tiles: BTreeMap<[i64; 2], Box<[[f32; SIDE]; SIDE]>>,
+}
+
+impl FilledCells {
+    pub(crate) fn new(patch: &Patch, voxel_size: f64, frame: PlaneFrame) -> Self {
+        let (mut cells, mut shares) = (Self::default(), Vec::new());
+        for block in patch.blocks() {
+            shares.clear();
+            for voxel in patch.voxels_of(block) {
+                let at = frame.to_plane(voxel.center(voxel_size)).map(|x| x / voxel_size - 0.5);
+                let first = at.map(f64::floor);
+                let part = [at[0] - first[0], at[1] - first[1]];
+                for (du, of_u) in [(0, 1.0 - part[0]), (1, part[0])] {
+                    for (dv, of_v) in [(0, 1.0 - part[1]), (1, part[1])] {
+                        let weight = f64::from(voxel.count) * of_u * of_v;
+                        shares.push(([first[0] as i64 + du, first[1] as i64 + dv], weight as f32));
+                    }
+                }
+            }
+            // A block's cells lie in few tiles.
+            shares.sort_by_key(|([u, v], _)| [v.div_euclid(TILE), u.div_euclid(TILE)]);
+            for in_tile in shares
+                .chunk_by(|(a, _), (b, _)| a.map(|c| c.div_euclid(TILE)) == b.map(|c| c.div_euclid(TILE)))
+            {
+                let tile = in_tile[0].0.map(|c| c.div_euclid(TILE));
+                let tile = cells.tiles.entry([tile[1], tile[0]]);
+                let tile = tile.or_insert_with(|| Box::new([[0.0; SIDE]; SIDE]));
+                for ([u, v], weight) in in_tile {
+                    tile[v.rem_euclid(TILE) as usize][u.rem_euclid(TILE) as usize] += weight;
+                }
+            }
+        }
+        cells
+    }
+
+    /// Calls `visit` for each filled cell (u, v), by tiles.
+    pub(super) fn visit(&self, mut visit: impl FnMut([i64; 2])) {
+        for &[row, column] in self.tiles.keys() {
+            let wide = self.with_rim([row, column]);
+            for v in 0..SIDE {
+                for u in 0..SIDE {
+                    let own = wide[v + AROUND as usize][u + AROUND as usize];
+                    let around = || wide[v..].iter().take(5).flat_map(|row| row[u..].iter().take(5));
+                    let is_filled = own > 0.0 && {
+                        let cells = around().filter(|weight| **weight > 0.0).count();
+                        own * cells as f32 >= FILLED_SHARE * around().sum::<f32>()
+                    };
+                    if is_filled {
+                        visit([column * TILE + u as i64, row * TILE + v as i64]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// A tile's weights with those around it.
+    fn with_rim(&self, [row, column]: [i64; 2]) -> [[f32; WIDE]; WIDE] {
+        let mut wide = [[0.0; WIDE]; WIDE];
+        for (near, of_rows) in [(row - 1, 0), (row, 1), (row + 1, 2)] {
+            for (beside, of_columns) in [(column - 1, 0), (column, 1), (column + 1, 2)] {
+                let Some(tile) = self.tiles.get(&[near, beside]) else { continue };
+                let (rows, from_row) = part_of(of_rows);
+                let (columns, from_column) = part_of(of_columns);
+                let into = wide[rows.clone()].iter_mut().zip(&tile[from_row..]);
+                into.for_each(|(wide, tile)| {
+                    wide[columns.clone()].copy_from_slice(&tile[from_column..][..columns.len()]);
+                });
+            }
+        }
+        wide
+    }
+}
+
+/// Where the tile before, a tile itself or the one after it go, and from where on.
+fn part_of(tile: usize) -> (std::ops::Range<usize>, usize) {
+    let around = AROUND as usize;
+    match tile {
+        0 => (0..around, SIDE - around),
+        1 => (around..around + SIDE, 0),
+        _ => (around + SIDE..WIDE, 0),
+    }
+}

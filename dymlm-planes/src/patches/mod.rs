@@ -1,0 +1,11 @@
+//! The voxels of planes' inliers, in blocks, and which planes are where.
+
+mod block;
+mod patch;
+mod plane_index;
+mod voxel_box;
+
+pub(crate) use block::BlockKey;
+pub(crate) use patch::{CoarseCell, Patch, PatchVoxel, reach};
+pub(crate) use plane_index::PlaneIndex;
+pub(crate) use voxel_box::VoxelBox;

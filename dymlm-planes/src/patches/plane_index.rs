@@ -1,0 +1,70 @@
+use std::collections::BTreeMap;
+
+use dymlm_core::PlaneId;
+
+use super::block::{BlockKey, visit_in};
+use super::voxel_box::VoxelBox;
+
+/// Blocks a side of a cell, as a power of two: 4, 1.6 m at 2.5 cm. A frame's view touches some dozens.
+const CELL_BITS: u32 = 2;
+
+/// Which planes have voxels where: who asks for what is near asks no others.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PlaneIndex {
+    /// The planes in a cell, by id, and how many of their blocks lie in it.
+    cells: BTreeMap<BlockKey, Vec<(PlaneId, u32)>>,
+    /// A box around all that ever was noted.
+    bounds: VoxelBox,
+}
+
+impl PlaneIndex {
+    fn cell_of(block: BlockKey) -> BlockKey {
+        BlockKey::new(block.cell().map(|c| c >> CELL_BITS))
+    }
+
+    /// Notes that a plane has a block.
+    pub(crate) fn add(&mut self, block: BlockKey, plane: PlaneId) {
+        self.bounds = self.bounds.union(&block.voxels());
+        let planes = self.cells.entry(Self::cell_of(block)).or_default();
+        match planes.binary_search_by_key(&plane, |(id, _)| *id) {
+            Ok(place) => planes[place].1 += 1,
+            Err(place) => planes.insert(place, (plane, 1)),
+        }
+    }
+
+    /// Notes that a plane has a block no more.
+    pub(crate) fn take(&mut self, block: BlockKey, plane: PlaneId) {
+        let cell = Self::cell_of(block);
+        let Some(planes) = self.cells.get_mut(&cell) else { return };
+        if let Ok(place) = planes.binary_search_by_key(&plane, |(id, _)| *id) {
+            planes[place].1 -= 1;
+            if planes[place].1 == 0 {
+                planes.remove(place);
+            }
+        }
+        if planes.is_empty() {
+            self.cells.remove(&cell);
+        }
+    }
+
+    /// The planes with voxels in the cells that a box of voxels touches, in the order of their ids.
+    pub(crate) fn near(&self, region: &VoxelBox) -> Vec<PlaneId> {
+        let mut found = Vec::new();
+        visit_in(&self.cells, region, CELL_BITS, |_, planes| found.extend(planes.iter().map(|(id, _)| *id)));
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// A box around all voxels.
+    pub(crate) fn bounds(&self) -> VoxelBox {
+        self.bounds
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let held = |planes: &Vec<(PlaneId, u32)>| {
+            size_of::<(BlockKey, Vec<(PlaneId, u32)>)>() + planes.capacity() * size_of::<(PlaneId, u32)>()
+        };
+        self.cells.values().map(held).sum()
+    }
+}
