@@ -1,5 +1,5 @@
 //! What a frame costs, and what the maps hold, when a map grows: a floor of 60 rooms, an aisle of 1 km, an hour
-//! at rest. For each stage the frames 100 to 200 beside the last 100.
+//! at rest. For each stage the key frames 100 to 200 beside the last 100.
 //!
 //! `cargo run --release -p dymlm-benches --bin growth -- [building] [aisle] [standing] [1/N]`: `1/10` takes the
 //! first tenth of the frames. Images are small (160x120, at rest 80x60), so that frames are cheap: times are to
@@ -7,9 +7,10 @@
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
+use std::collections::VecDeque;
 use std::error::Error;
 
-use dymlm::{FrameReport, MapBuilder, MapConfig, MultiLevelMap, Stage};
+use dymlm::{FrameOutcome, MapBuilder, MapConfig, MultiLevelMap, Stage, StageTimes};
 use dymlm_core::{BoundingBox, Detection, Frame, PinholeCamera, Pose};
 use dymlm_sim::{Activity, CameraPath, FrameScratch, Sequence, SequenceConfig};
 use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
@@ -19,7 +20,7 @@ type AnyError = Box<dyn Error>;
 /// A frame, what a detector finds in it, and its pose.
 type Input = (Frame, Vec<Detection>, Pose);
 
-/// Frames that are compared.
+/// Key frames that are compared.
 const WINDOW: usize = 100;
 
 fn main() -> Result<(), AnyError> {
@@ -124,38 +125,45 @@ fn grow(
     frames: usize,
 ) -> Result<(), AnyError> {
     let mut builder = MapBuilder::new(MapConfig::default())?;
-    let (mut early, mut late) = (Vec::new(), Vec::new());
+    let (mut early, mut late) = (Vec::new(), VecDeque::new());
+    let mut key_frames = 0;
     println!("{name}: {frames} frames\n{MEMORY_HEADING}");
     for index in 0..frames {
         let (frame, detections, world_from_camera) = input(index)?;
         let report = builder.insert(&frame, &detections, &world_from_camera)?;
-        if (WINDOW..2 * WINDOW).contains(&index) {
-            early.push(report);
-        } else if index + WINDOW >= frames {
-            late.push(report);
+        if matches!(report.outcome, FrameOutcome::Mapped(_)) {
+            if (WINDOW..2 * WINDOW).contains(&key_frames) {
+                early.push(report.stages);
+            }
+            late.push_back(report.stages);
+            key_frames += 1;
+            late.drain(..late.len().saturating_sub(WINDOW));
         }
         if index + 1 == 2 * WINDOW || (index + 1).is_multiple_of((frames / 5).max(1)) {
-            print_memory(index + 1, builder.map());
+            print_memory([index + 1, key_frames], builder.map());
         }
     }
     println!("{:16} {:>22} {:>22} {:>8}", "ms a frame", "100 to 200: median", "last 100: median", "ratio");
+    let late = late.make_contiguous();
     for &stage in Stage::ALL {
-        print_times(stage.name(), [&early, &late], |report| report.stages.of(stage).as_secs_f64());
+        print_times(stage.name(), [&early, late], |stages| stages.of(stage).as_secs_f64());
     }
-    print_times("insert", [&early, &late], |report| report.stages.total().as_secs_f64());
+    print_times("insert", [&early, late], |stages| stages.total().as_secs_f64());
     println!();
     Ok(())
 }
 
-const MEMORY_HEADING: &str = "  frame  cloud MB  octree MB  planes MB    voxels  planes  objects";
+const MEMORY_HEADING: &str =
+    " frames  key frames  cloud MB  octree MB  planes MB  objects MB    voxels  planes  objects";
 
-fn print_memory(frames: usize, map: &MultiLevelMap) {
+fn print_memory([frames, key_frames]: [usize; 2], map: &MultiLevelMap) {
     let megabytes = |bytes: usize| bytes as f64 / 1e6;
     println!(
-        "{frames:7} {:9.2} {:10.2} {:10.2} {:9} {:7} {:8}",
+        "{frames:7} {key_frames:11} {:9.2} {:10.2} {:10.2} {:11.2} {:9} {:7} {:8}",
         megabytes(map.cloud().memory_bytes()),
         megabytes(map.octree().memory_bytes()),
         megabytes(map.planes().memory_bytes()),
+        megabytes(map.objects().memory_bytes()),
         map.cloud().held_voxels(),
         map.planes().iter().count(),
         map.objects().objects().count(),
@@ -163,9 +171,9 @@ fn print_memory(frames: usize, map: &MultiLevelMap) {
 }
 
 /// Median and mean of both windows, and the ratio of the means: what runs once a second is in no median.
-fn print_times(name: &str, windows: [&[FrameReport]; 2], time: impl Fn(&FrameReport) -> f64) {
-    let [early, late] = windows.map(|reports| {
-        let mut times: Vec<f64> = reports.iter().map(|report| 1e3 * time(report)).collect();
+fn print_times(name: &str, windows: [&[StageTimes]; 2], time: impl Fn(&StageTimes) -> f64) {
+    let [early, late] = windows.map(|frames| {
+        let mut times: Vec<f64> = frames.iter().map(|stages| 1e3 * time(stages)).collect();
         times.sort_by(f64::total_cmp);
         let mean = times.iter().sum::<f64>() / times.len().max(1) as f64;
         (times.get(times.len() / 2).copied().unwrap_or(0.0), mean)
