@@ -119,6 +119,15 @@ pub(crate) const UNDETECTED: &[SequenceLimit] = &[
     ("partition comes", "changes.planes.there", AtMost(10.0)),
 ];
 
+/// Limits of the run through a building, which hold with every second frame too. Planes are not asked: coplanar
+/// walls of two rooms become one plane, and round pillars several.
+pub(crate) const BUILDING: &[SequenceLimit] = &[
+    ("building", "cloud.residue", AtMost(0.001)),
+    ("building", "cloud.completeness", AtLeast(0.98)),
+    ("building", "objects.recall", AtLeast(0.9)),
+    ("building", "objects.precision", AtLeast(0.95)),
+];
+
 /// Fails when a figure is worse than its limit, or missing; says which.
 pub(crate) fn check(rows: &[Row], limits: &[SequenceLimit]) -> Result<(), AnyError> {
     let mut faults = Vec::new();

@@ -14,7 +14,7 @@
 //! rooms (both: the former in the latter); `--no-detections` and `--min-score 0.7` withhold detections.
 //!
 //! `--building SEED` takes a floor of a building instead, `--rooms 8` of them, with `--rate 5` frames a second;
-//! `--robot`, `--pitch 60` and `--roll 90` say how the camera is held.
+//! `--robot`, `--pitch 60` and `--roll 90` say how the camera is held; held against thresholds.
 //!
 //! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
 
@@ -172,6 +172,8 @@ fn main() -> Result<(), AnyError> {
         limits::check(&rows, limits::SENSORS)
     } else if arguments.unlabelled && arguments.only.is_none() && arguments.fresh.is_none() {
         limits::check(&rows, limits::UNDETECTED)
+    } else if arguments.building.is_some() {
+        limits::check(&rows, limits::BUILDING)
     } else {
         Ok(())
     }
