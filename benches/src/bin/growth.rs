@@ -9,8 +9,10 @@
 
 use std::collections::VecDeque;
 use std::error::Error;
+use std::time::Duration;
 
 use dymlm::{FrameOutcome, MapBuilder, MapConfig, MultiLevelMap, Stage, StageTimes};
+use dymlm_benches::processor_time;
 use dymlm_core::{BoundingBox, Detection, Frame, PinholeCamera, Pose};
 use dymlm_sim::{Activity, CameraPath, FrameScratch, Sequence, SequenceConfig};
 use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
@@ -19,6 +21,14 @@ type AnyError = Box<dyn Error>;
 
 /// A frame, what a detector finds in it, and its pose.
 type Input = (Frame, Vec<Detection>, Pose);
+
+/// What a key frame costs.
+#[derive(Clone, Copy)]
+struct Cost {
+    stages: StageTimes,
+    /// Of the whole.
+    processor: Duration,
+}
 
 /// Key frames that are compared.
 const WINDOW: usize = 100;
@@ -125,17 +135,19 @@ fn grow(
     frames: usize,
 ) -> Result<(), AnyError> {
     let mut builder = MapBuilder::new(MapConfig::default())?;
-    let (mut early, mut late) = (Vec::new(), VecDeque::new());
+    let (mut early, mut late) = (Vec::new(), VecDeque::<Cost>::new());
     let mut key_frames = 0;
     println!("{name}: {frames} frames\n{MEMORY_HEADING}");
     for index in 0..frames {
         let (frame, detections, world_from_camera) = input(index)?;
+        let start = processor_time();
         let report = builder.insert(&frame, &detections, &world_from_camera)?;
+        let cost = Cost { stages: report.stages, processor: processor_time().saturating_sub(start) };
         if matches!(report.outcome, FrameOutcome::Mapped(_)) {
             if (WINDOW..2 * WINDOW).contains(&key_frames) {
-                early.push(report.stages);
+                early.push(cost);
             }
-            late.push_back(report.stages);
+            late.push_back(cost);
             key_frames += 1;
             late.drain(..late.len().saturating_sub(WINDOW));
         }
@@ -146,9 +158,11 @@ fn grow(
     println!("{:16} {:>22} {:>22} {:>8}", "ms a frame", "100 to 200: median", "last 100: median", "ratio");
     let late = late.make_contiguous();
     for &stage in Stage::ALL {
-        print_times(stage.name(), [&early, late], |stages| stages.of(stage).as_secs_f64());
+        print_times(stage.name(), [&early, late], |cost| cost.stages.of(stage).as_secs_f64());
     }
-    print_times("insert", [&early, late], |stages| stages.total().as_secs_f64());
+    print_times("insert", [&early, late], |cost| cost.stages.total().as_secs_f64());
+    // What other programs on the machine do is not in it.
+    print_times("processor time", [&early, late], |cost| cost.processor.as_secs_f64());
     println!();
     Ok(())
 }
@@ -171,9 +185,9 @@ fn print_memory([frames, key_frames]: [usize; 2], map: &MultiLevelMap) {
 }
 
 /// Median and mean of both windows, and the ratio of the means: what runs once a second is in no median.
-fn print_times(name: &str, windows: [&[StageTimes]; 2], time: impl Fn(&StageTimes) -> f64) {
+fn print_times(name: &str, windows: [&[Cost]; 2], time: impl Fn(&Cost) -> f64) {
     let [early, late] = windows.map(|frames| {
-        let mut times: Vec<f64> = frames.iter().map(|stages| 1e3 * time(stages)).collect();
+        let mut times: Vec<f64> = frames.iter().map(|cost| 1e3 * time(cost)).collect();
         times.sort_by(f64::total_cmp);
         let mean = times.iter().sum::<f64>() / times.len().max(1) as f64;
         (times.get(times.len() / 2).copied().unwrap_or(0.0), mean)
