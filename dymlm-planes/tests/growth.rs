@@ -76,7 +76,7 @@ fn what_a_key_frame_adds_does_not_depend_on_the_size_of_its_planes() {
 }
 
 #[test]
-fn a_key_frame_of_a_room_is_held_in_some_kilobytes() {
+fn a_key_frame_of_a_room_is_held_in_two_kilobytes() {
     let sequence = Sequence::new(&SequenceConfig::default()).unwrap();
     let mut mapper = PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect()).unwrap();
     let frames: Vec<_> = (0..6).map(|k| sequence.frame(12 * k).unwrap()).collect();
@@ -89,7 +89,7 @@ fn a_key_frame_of_a_room_is_held_in_some_kilobytes() {
     }
     // The first time the room itself comes; then only what each key frame has seen.
     let added = sizes.windows(2).map(|pair| (pair[1] - pair[0]) / frames.len()).collect::<Vec<_>>();
-    assert!(added[2] < 5000, "{added:?} bytes a key frame");
+    assert!(added[2] < 2000, "{added:?} bytes a key frame");
 }
 
 #[test]

@@ -10,11 +10,11 @@ use dymlm_core::vector3::norm;
 use dymlm_core::{DepthView, Frame, FrameId, PlaneId, Pose, SensorModel};
 
 use super::config::PlaneMapConfig;
-use super::gap::GapLook;
-use super::gap_record::{GapLooks, GapRecord, PlanePair};
+use super::gap_record::GapRecord;
+use super::key_frame::{KeyFrame, Places};
 use super::map_plane::{MapPlane, ShapeSettings};
-use super::observation::{Observation, Share, reach_of_planes};
-use super::report::{PlaneMerge, PlaneReport};
+use super::observation::{Observation, reach_of_planes};
+use super::report::PlaneReport;
 use crate::association::{Agreement, Criterion};
 use crate::detector::DetectedPlane;
 use crate::error::Error;
@@ -54,27 +54,6 @@ pub struct PlaneMap {
     gaps: GapRecord,
     next_plane: u64,
     next_key_frame: u64,
-}
-
-/// What one key frame has added.
-#[derive(Debug, Clone)]
-struct KeyFrame {
-    timestamp: f64,
-    world_from_camera: Pose,
-    shares: Vec<Share>,
-    /// Planes that it looked at and did not see, by their ids at that time.
-    missed: Vec<PlaneId>,
-    /// Merges that it brought about.
-    merges: Vec<Merge>,
-    /// What it saw between planes, by their ids at that time.
-    gap_looks: GapLooks,
-}
-
-#[derive(Debug, Clone)]
-struct Merge {
-    merge: PlaneMerge,
-    /// The key frames that saw the gap occluded, when the two planes do not adjoin.
-    witnesses: Option<Vec<FrameId>>,
 }
 
 /// The plane of the map that a detected one may be.
@@ -123,11 +102,12 @@ impl PlaneMap {
         frame: &Frame,
         world_from_camera: &Pose,
     ) -> Result<PlaneReport, Error> {
-        let observations = self.bring_to_world(detected, world_from_camera)?;
+        let (key_frame, places) = KeyFrame::new(detected, frame.timestamp(), world_from_camera);
+        let observations = self.bring_to_world(detected, &key_frame, &places)?;
         let seen = observations.iter().map(|observation| observation.placed.patch.bounds());
         let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
         let pairings: Vec<_> = observations.iter().map(|observation| self.associate(observation)).collect();
-        let mut report = self.fuse(observations, &pairings, world_from_camera, frame.timestamp());
+        let mut report = self.fuse(observations, &pairings, key_frame);
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
         let gap_looks = self.look_between(&report, &region, &view, &world_from_camera.inverse());
         let missed = self.missed_by(&report, &view, world_from_camera);
@@ -219,12 +199,14 @@ impl PlaneMap {
     fn bring_to_world(
         &self,
         detected: &[DetectedPlane],
-        world_from_camera: &Pose,
+        key_frame: &KeyFrame,
+        places: &Places,
     ) -> Result<Vec<Observation>, Error> {
-        detected
-            .iter()
-            .map(|plane| Observation::new(plane, world_from_camera, self.config.voxel_size))
-            .collect()
+        let place = |(plane, share)| {
+            let placed = key_frame.placed(share, places, self.config.voxel_size)?;
+            Ok(Observation::new(plane, placed, &key_frame.world_from_camera))
+        };
+        detected.iter().zip(&key_frame.shares).map(place).collect()
     }
 
     /// The best plane of the map for a detected one. Several detected ones may share it: parts of one surface.
@@ -244,17 +226,15 @@ impl PlaneMap {
         &mut self,
         observations: Vec<Observation>,
         pairings: &[Option<Pairing>],
-        world_from_camera: &Pose,
-        timestamp: f64,
+        mut key_frame: KeyFrame,
     ) -> PlaneReport {
         let (mut report, shape) = (PlaneReport::of(FrameId::new(self.next_key_frame)), self.shape());
         self.next_key_frame += 1;
-        let mut shares = Vec::with_capacity(observations.len());
-        for (observation, pairing) in observations.into_iter().zip(pairings) {
-            let Observation { mut share, mut placed, .. } = observation;
+        let observations = observations.into_iter().zip(&mut key_frame.shares);
+        for ((Observation { mut placed, .. }, share), pairing) in observations.zip(pairings) {
             share.plane = if let Some(pairing) = pairing {
                 if pairing.agreement.flipped {
-                    (share, placed.moments) = (share.flipped(), placed.moments.flipped());
+                    (share.is_flipped, placed.moments) = (true, placed.moments.flipped());
                 }
                 report.updated.push(pairing.plane);
                 pairing.plane
@@ -268,19 +248,15 @@ impl PlaneMap {
             into.moments.add(&placed.moments);
             into.patch.add(&placed.patch, |block| self.index.add(block, id));
             report.associations.push(id);
-            shares.push(share);
         }
         report.updated.sort_unstable();
         report.updated.dedup();
         for id in report.touched() {
             if let Some(plane) = self.planes.get_mut(&id) {
-                plane.sightings.add(report.key_frame, timestamp);
+                plane.sightings.add(report.key_frame, key_frame.timestamp);
                 plane.refit();
             }
         }
-        let (world_from_camera, merges) = (*world_from_camera, Vec::new());
-        let (missed, gap_looks) = (Vec::new(), GapLooks::new());
-        let key_frame = KeyFrame { timestamp, world_from_camera, shares, missed, merges, gap_looks };
         self.key_frames.insert(report.key_frame, key_frame);
         report
     }
@@ -293,27 +269,6 @@ impl PlaneMap {
     /// The plane that an id stands for now.
     fn resolve(&self, id: PlaneId) -> PlaneId {
         resolve(&self.merged, id)
-    }
-}
-
-impl KeyFrame {
-    /// Whether it saw a plane, and whether it saw it or looked at it, by the ids that `resolve` gives.
-    fn looks_at(&self, plane: PlaneId, resolve: impl Fn(PlaneId) -> PlaneId) -> [bool; 2] {
-        let saw = self.shares.iter().any(|share| resolve(share.plane) == plane);
-        [saw, saw || self.missed.iter().any(|&missed| resolve(missed) == plane)]
-    }
-
-    fn memory_bytes(&self) -> usize {
-        let shares = self.shares.capacity() * size_of::<Share>();
-        let samples: usize = self.shares.iter().map(Share::memory_bytes).sum();
-        let witnesses = self.merges.iter().flat_map(|merge| &merge.witnesses).map(Vec::capacity);
-        size_of::<(FrameId, Self)>()
-            + shares
-            + samples
-            + self.missed.capacity() * size_of::<PlaneId>()
-            + self.merges.capacity() * size_of::<Merge>()
-            + witnesses.sum::<usize>() * size_of::<FrameId>()
-            + self.gap_looks.capacity() * size_of::<(PlanePair, GapLook)>()
     }
 }
 

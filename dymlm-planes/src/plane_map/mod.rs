@@ -4,6 +4,8 @@ mod config;
 mod fixed_moments;
 mod gap;
 mod gap_record;
+mod key_frame;
+mod label_code;
 mod map;
 mod map_plane;
 mod observation;

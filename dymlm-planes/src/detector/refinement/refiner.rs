@@ -155,7 +155,8 @@ impl PlaneRefiner {
                 continue;
             };
             let (mut samples, mut edge_points) = buffers.pop().unwrap_or_default();
-            samples.begin(lattice);
+            samples.lattice = lattice;
+            samples.places.clear();
             edge_points.clear();
             self.places.push(Some(self.planes.len()));
             self.planes.push(DetectedPlane {
@@ -192,7 +193,7 @@ impl PlaneRefiner {
             for u in (stride / 2..width).step_by(stride) {
                 if let Some((place, point)) = self.inlier_at(depth, rays, extraction, u, v) {
                     let plane = &mut self.planes[place];
-                    plane.samples.push(sample);
+                    plane.samples.places.push(sample);
                     // What one pixel covers of the plane, as many times as there are pixels to a sample.
                     let z = f64::from(point[2]);
                     let slant = (plane.plane.d() / z).max(1e-3);

@@ -1,6 +1,7 @@
 use dymlm_core::PlaneId;
 
-use super::PlaneMap;
+use super::super::key_frame::KeyFrame;
+use super::{PlaneMap, resolve};
 
 /// Forgetting what is far.
 impl PlaneMap {
@@ -11,32 +12,27 @@ impl PlaneMap {
     /// Key frames of which nothing is left can be taken out no more. Merges of planes stay. O(all that the key
     /// frames have seen).
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
-        let voxel_size = self.config.voxel_size;
-        let (mut gone, mut touched) = (Vec::new(), Vec::<PlaneId>::new());
-        for key_frame in self.key_frames.values_mut() {
-            let pose = key_frame.world_from_camera;
-            let outside =
-                key_frame.shares.extract_if(.., |share| share.is_outside(&pose, voxel_size, center, radius));
-            gone.extend(outside.map(|share| (share, pose)));
+        let (mut touched, mut key_frames) = (Vec::new(), std::mem::take(&mut self.key_frames));
+        for key_frame in key_frames.values_mut() {
+            let outside = key_frame.take_outside(center, radius, self.config.voxel_size);
+            touched.extend(outside.iter().map(|share| self.resolve(share.plane)));
+            self.subtract(key_frame, &outside);
         }
-        for (share, pose) in gone {
-            self.subtract(&share, &pose);
-            touched.push(self.resolve(share.plane));
-        }
+        self.key_frames = key_frames;
         touched.sort_unstable();
         touched.dedup();
         self.recount(&touched);
         let known = &self.planes;
         for key_frame in self.key_frames.values_mut() {
-            let is_known = |id: &PlaneId| known.contains_key(&super::resolve(&self.merged, *id));
+            let is_known = |id: &PlaneId| known.contains_key(&resolve(&self.merged, *id));
             key_frame.missed.retain(is_known);
             key_frame.gap_looks.retain(|(pair, _)| pair.iter().all(is_known));
             key_frame.merges.retain(|merge| is_known(&merge.merge.into));
         }
-        let is_empty = |frame: &super::KeyFrame| frame.shares.is_empty() && frame.merges.is_empty();
+        let is_empty = |frame: &KeyFrame| frame.shares.is_empty() && frame.merges.is_empty();
         self.key_frames.retain(|_, key_frame| !is_empty(key_frame));
         let merged = self.merged.clone();
-        self.merged.retain(|_, into| self.planes.contains_key(&super::resolve(&merged, *into)));
+        self.merged.retain(|_, into| self.planes.contains_key(&resolve(&merged, *into)));
         self.collect_gaps();
     }
 }

@@ -2,9 +2,10 @@ use dymlm_core::{DepthView, FrameId, PlaneId, Pose};
 
 use super::super::gap::{Gap, GapLook};
 use super::super::gap_record::{GapLooks, GapRecord, PlanePair, pair_of, resolve_looks};
+use super::super::key_frame::{KeyFrame, Merge};
 use super::super::map_plane::MapPlane;
 use super::super::report::{PlaneMerge, PlaneReport};
-use super::{KeyFrame, Merge, PlaneMap};
+use super::PlaneMap;
 use crate::association::Agreement;
 use crate::patches::VoxelBox;
 

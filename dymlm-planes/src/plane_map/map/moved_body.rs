@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::{FrameId, PlaneId, Pose};
+use dymlm_core::{PlaneId, Pose};
 
-use super::super::observation::Share;
+use super::super::key_frame::Share;
 use super::{PlaneMap, resolve};
 use crate::error::Error;
 use crate::linear_algebra::foot_on;
@@ -39,20 +39,15 @@ impl PlaneMap {
                 cut.insert(plane.id, plane.plane);
             }
         }
-        let moved = self.moved_shares(&going, new_from_old)?;
-        for ((key_frame, index), moved) in moved {
-            let key_frame = self.key_frames.get_mut(&key_frame);
-            if let Some(share) = key_frame.and_then(|key_frame| key_frame.shares.get_mut(index)) {
-                *share = moved;
-            }
-        }
+        self.move_shares(&going, new_from_old)?;
         let merged = &self.merged;
         for key_frame in self.key_frames.values_mut() {
-            for share in &mut key_frame.shares {
-                if let Some(plane) = cut.get(&resolve(merged, share.plane)) {
-                    let stays = |voxel: PatchVoxel| !is_body(foot_on(plane, voxel.center(voxel_size)));
-                    share.retain(&key_frame.world_from_camera, voxel_size, stays);
-                }
+            if key_frame.shares.iter().any(|share| cut.contains_key(&resolve(merged, share.plane))) {
+                key_frame.retain_samples(voxel_size, |share, cell| {
+                    let center = PatchVoxel { cell, count: 1 }.center(voxel_size);
+                    let plane = cut.get(&resolve(merged, share.plane));
+                    plane.is_none_or(|plane| !is_body(foot_on(plane, center)))
+                });
             }
             // What lay between them and others lies there no more.
             let goes = |id: &PlaneId| going.contains(&resolve(merged, *id));
@@ -65,23 +60,23 @@ impl PlaneMap {
         Ok(going)
     }
 
-    /// What the key frames have seen of some planes, moved; by key frame and place in it.
-    #[allow(clippy::type_complexity, reason = "a list that lives for a few lines")]
-    fn moved_shares(
-        &self,
-        planes: &[PlaneId],
-        new_from_old: &Pose,
-    ) -> Result<Vec<((FrameId, usize), Share)>, Error> {
-        let mut moved = Vec::new();
+    /// Moves what the key frames have seen of some planes, all or nothing.
+    fn move_shares(&mut self, planes: &[PlaneId], new_from_old: &Pose) -> Result<(), Error> {
+        let mut moved = BTreeMap::new();
         for (&number, key_frame) in &self.key_frames {
-            for (index, share) in key_frame.shares.iter().enumerate() {
-                if planes.contains(&self.resolve(share.plane)) {
-                    let share = share.moved(new_from_old);
-                    share.placed(&key_frame.world_from_camera, self.config.voxel_size)?;
-                    moved.push(((number, index), share));
+            let goes = |share: &Share| planes.contains(&self.resolve(share.plane));
+            if key_frame.shares.iter().any(goes) {
+                let (mut key_frame, places) = (key_frame.clone(), key_frame.places());
+                for index in 0..key_frame.shares.len() {
+                    if goes(&key_frame.shares[index]) {
+                        key_frame.move_share(index, new_from_old);
+                        key_frame.placed(&key_frame.shares[index], &places, self.config.voxel_size)?;
+                    }
                 }
+                moved.insert(number, key_frame);
             }
         }
-        Ok(moved)
+        self.key_frames.extend(moved);
+        Ok(())
     }
 }

@@ -1,11 +1,11 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::{FrameId, PlaneId, Pose};
+use dymlm_core::{FrameId, PlaneId};
 
+use super::super::key_frame::{KeyFrame, Share};
 use super::super::map_plane::MapPlane;
-use super::super::observation::Share;
 use super::super::report::PlaneMerge;
-use super::{KeyFrame, PlaneMap};
+use super::PlaneMap;
 use crate::error::Error;
 
 /// Taking key frames out.
@@ -21,10 +21,8 @@ impl PlaneMap {
         undone.extend(self.take_unwitnessed(key_frame));
         let mut touched: Vec<PlaneId> = gone.missed.iter().map(|&id| self.resolve(id)).collect();
         if undone.is_empty() {
-            for share in &gone.shares {
-                self.subtract(share, &gone.world_from_camera);
-                touched.push(self.resolve(share.plane));
-            }
+            touched.extend(gone.shares.iter().map(|share| self.resolve(share.plane)));
+            self.subtract(&gone, &gone.shares);
         } else {
             touched.extend(self.undo_merges(&gone, &undone));
         }
@@ -33,17 +31,20 @@ impl PlaneMap {
         Ok(())
     }
 
-    /// Takes what a key frame has seen out of the plane that holds it now.
-    pub(super) fn subtract(&mut self, share: &Share, world_from_camera: &Pose) {
-        let id = self.resolve(share.plane);
-        let Some(plane) = self.planes.get_mut(&id) else { return };
-        let Ok(placed) = share.placed(world_from_camera, self.config.voxel_size) else { return };
-        plane.moments.subtract(&placed.moments);
-        plane.patch.subtract(&placed.patch, |block| {
-            self.index.take(block, id);
-            plane.judged.remove(&block);
-        });
-        plane.refit();
+    /// Takes some of what a key frame has seen out of the planes that hold it now.
+    pub(super) fn subtract(&mut self, key_frame: &KeyFrame, shares: &[Share]) {
+        let places = key_frame.places();
+        for share in shares {
+            let id = self.resolve(share.plane);
+            let Ok(placed) = key_frame.placed(share, &places, self.config.voxel_size) else { continue };
+            let Some(plane) = self.planes.get_mut(&id) else { continue };
+            plane.moments.subtract(&placed.moments);
+            plane.patch.subtract(&placed.patch, |block| {
+                self.index.take(block, id);
+                plane.judged.remove(&block);
+            });
+            plane.refit();
+        }
     }
 
     /// Counts anew which key frames have seen some planes, and takes those out that none has.
@@ -103,10 +104,12 @@ impl PlaneMap {
     pub(super) fn rebuild(&mut self, ids: &[PlaneId]) {
         let mut planes: BTreeMap<PlaneId, MapPlane> = BTreeMap::new();
         for key_frame in self.key_frames.values() {
-            for share in &key_frame.shares {
-                let id = self.resolve(share.plane);
-                let placed = || share.placed(&key_frame.world_from_camera, self.config.voxel_size);
-                let Some(placed) = ids.contains(&id).then(placed).and_then(Result::ok) else { continue };
+            let is_wanted = |share: &&Share| ids.contains(&self.resolve(share.plane));
+            let mut shares = key_frame.shares.iter().filter(is_wanted).peekable();
+            let places = shares.peek().map(|_| key_frame.places());
+            for (share, places) in shares.zip(places.iter().cycle()) {
+                let placed = key_frame.placed(share, places, self.config.voxel_size);
+                let (Ok(placed), id) = (placed, self.resolve(share.plane)) else { continue };
                 let new = || MapPlane::new(id, placed.plane, self.shape());
                 let plane = planes.entry(id).or_insert_with(new);
                 plane.moments.add(&placed.moments);
