@@ -5,6 +5,9 @@ use dymlm_core::vector3::{dot, norm};
 /// 1, half of a desk's side that is seen aslant is missing.
 const MOST_PARTS: f64 = 4.0;
 
+/// Places in a row that have as many parts as the first.
+const NEIGHBORS: u32 = 16;
+
 /// Which pixels of a lattice in the image show a plane's inliers: its patch, to be drawn at any pose. Camera
 /// frame.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -42,35 +45,48 @@ impl PlaneSamples {
 }
 
 impl RayLattice {
-    /// Where the rays of some places, row by row, meet a plane, metres. A place shows as many points side by
-    /// side, up to one a pixel, as lie no more than `spacing` metres apart: seen aslant or from afar, samples
-    /// are sparser than the voxels of a patch.
+    /// How many points a sample is to show along rows and along columns, so that on a plane they lie no more
+    /// than `spacing` metres apart about a point of it: seen aslant or from afar, samples are sparser than the
+    /// voxels of a patch.
+    fn parts(self, plane: &Plane, point: [f64; 3], spacing: f64) -> [u32; 2] {
+        let ray = point.map(|c| c / point[2]);
+        std::array::from_fn(|axis| {
+            // How the point moves with the ray: z (e - r n_axis / n.r).
+            let mut moved = point.map(|c| -c * plane.normal()[axis] / dot(plane.normal(), ray));
+            moved[axis] += point[2];
+            let step = norm(moved) * f64::from(self.step[axis]).abs();
+            (step / spacing).ceil().clamp(1.0, MOST_PARTS) as u32
+        })
+    }
+
+    /// Where the rays of some places, row by row, meet a plane, metres. A sample shows as many points side by
+    /// side as it has parts for a spacing.
     pub(crate) fn points(
         self,
         places: impl Iterator<Item = u32>,
         plane: &Plane,
         spacing: f64,
     ) -> impl Iterator<Item = [f64; 3]> {
+        let plane = *plane;
         let (normal, d) = (plane.normal(), plane.d());
         let [first, step] = [self.first, self.step].map(|ray| ray.map(f64::from));
-        let meet = move |ray: [f64; 3]| {
-            let z = -d / dot(normal, ray);
-            ray.map(|c| c * z)
+        let meet = move |x: f64, y: f64| {
+            let z = -d / (normal[0] * x + normal[1] * y + normal[2]);
+            [x * z, y * z, z]
         };
+        let offset = |k: u32, parts: u32| (f64::from(k) + 0.5) / f64::from(parts) - 0.5;
+        // Neighbours have as many parts.
+        let (mut neighbors, mut parts) = (u32::MAX, [1, 1]);
         places.flat_map(move |place| {
             let at = [place % self.columns.max(1), place / self.columns.max(1)].map(f64::from);
             let [x, y] = std::array::from_fn(|axis| first[axis] + at[axis] * step[axis]);
-            let center = meet([x, y, 1.0]);
-            let [columns, rows] = std::array::from_fn(|axis| {
-                // How the point moves with the ray: z (e - r n_axis / n.r).
-                let mut moved = center.map(|c| -c * normal[axis] / dot(normal, [x, y, 1.0]));
-                moved[axis] += center[2];
-                (norm(moved) * step[axis].abs() / spacing).ceil().clamp(1.0, MOST_PARTS) as u32
-            });
-            let part = move |k: u32, parts: u32| (f64::from(k) + 0.5) / f64::from(parts) - 0.5;
+            if place / NEIGHBORS != neighbors {
+                (neighbors, parts) = (place / NEIGHBORS, self.parts(&plane, meet(x, y), spacing));
+            }
+            let [columns, rows] = parts;
             (0..columns * rows).map(move |k| {
-                let [du, dv] = [part(k % columns, columns), part(k / columns, rows)];
-                meet([x + du * step[0], y + dv * step[1], 1.0])
+                let [du, dv] = [offset(k % columns, columns), offset(k / columns, rows)];
+                meet(x + du * step[0], y + dv * step[1])
             })
         })
     }

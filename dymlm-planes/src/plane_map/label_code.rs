@@ -13,6 +13,8 @@ pub(super) const MOST_LABELS: usize = (1 << LABEL_BITS) - 1;
 const CONTEXTS: usize = 64;
 /// Empty sites on each side of an image, so that each has neighbours.
 const RIM: usize = 2;
+/// Sites that are told at once where all around is one label: most are.
+const SPAN: usize = 16;
 /// Bits of a probability, and how fast it follows what is read: with 1/16 of the way each time.
 const PROBABILITY_BITS: u32 = 16;
 const RATE: u32 = 4;
@@ -140,6 +142,7 @@ fn code_labels(coder: &mut impl BitCoder, labels: &mut [u16], columns: usize) {
     let even = 1_u16 << (PROBABILITY_BITS - 1);
     let mut is_left = [even; CONTEXTS];
     let mut is_above = [even; CONTEXTS];
+    let mut is_span = even;
     let mut is_set = vec![even; 1 << LABEL_BITS];
     let mut code = |bit: bool, probability: &mut u16| {
         let bit = coder.code(bit, *probability);
@@ -150,9 +153,27 @@ fn code_labels(coder: &mut impl BitCoder, labels: &mut [u16], columns: usize) {
         bit
     };
     let (columns, width) = (columns.max(1), columns.max(1) + 2 * RIM);
-    let rows = labels.len() / width;
-    for site in (RIM..rows).flat_map(|row| (0..columns).map(move |column| row * width + RIM + column)) {
-        let (left, second_left) = (labels[site - 1], labels[site - 2]);
+    let (end, mut site, mut single) = (labels.len() - RIM, RIM * width + RIM, 0);
+    while site < end {
+        let column = site % width - RIM;
+        if column >= columns {
+            site += 2 * RIM;
+            continue;
+        }
+        let left = labels[site - 1];
+        let is_even = |labels: &[u16]| labels.iter().all(|&label| label == left);
+        let span = site..site + SPAN;
+        if single == 0 && column + SPAN <= columns && is_even(&labels[site - width - 1..=site - width + SPAN])
+        {
+            if code(is_even(&labels[span.clone()]), &mut is_span) {
+                labels[span].fill(left);
+                site += SPAN;
+                continue;
+            }
+            single = SPAN;
+        }
+        single = single.saturating_sub(1);
+        let second_left = labels[site - 2];
         let over = &labels[site - width - 1..=site - width + 1];
         let (above_left, above, above_right) = (over[0], over[1], over[2]);
         let second_above = labels[site - 2 * width];
@@ -177,6 +198,7 @@ fn code_labels(coder: &mut impl BitCoder, labels: &mut [u16], columns: usize) {
             });
             bits as u16 & MOST_LABELS as u16
         };
+        site += 1;
     }
 }
 

@@ -32,8 +32,8 @@ use crate::patches::{PlaneIndex, VoxelBox};
 /// ways between them; when enough saw them occluded and hardly any looked through, they merge. What has
 /// merged is not parted when a later key frame looks through after all.
 ///
-/// All sums are integers, and what every key frame has seen is kept in its camera's frame, as sums and runs of
-/// pixels: 1 to 2 kB. So [`PlaneMap::remove`] takes a key frame out exactly: the planes are those that they
+/// All sums are integers, and what every key frame has seen is kept in its camera's frame, as sums and a coded
+/// image of labels: 1 to 2 kB. So [`PlaneMap::remove`] takes a key frame out exactly: the planes are those that they
 /// would be if it had added nothing, and merges that it brought about, or that it was needed for as a witness
 /// of what is occluded, are undone.
 ///
