@@ -448,11 +448,11 @@ impl CloudMap {
                 readings = readings.negated();
             }
             let (block, place) = (&mut self.voxels.blocks_mut()[target.slot as usize], target.place.into());
-            block.add(place, readings);
-            if !has(&block.read, place) {
+            let is_first = !has(&block.read, place);
+            block.add(place, readings, if is_first { direction.unit() } else { 0 });
+            if is_first {
                 put(&mut block.read, place);
                 put(&mut block.changed, place);
-                block.count(place, direction.unit());
                 report.voxels += 1;
                 self.evidence.read(self.row.cell(first));
             }

@@ -1,4 +1,5 @@
 use crate::block_store::{BLOCK_CELLS, CellBits};
+use crate::cell_counts::{CellCounts, Finding};
 use crate::evidence::{Direction, Support};
 
 /// Length of an epoch, seconds. What has come to stand in a place that was free for long is believed after
@@ -36,24 +37,7 @@ pub(crate) struct Period {
     level: u32,
     /// Frames that look through all of the block; in addition to what the cells count.
     looked_through: u16,
-    /// All cells, or none as long as no cell differs from the others.
-    cells: Vec<CellCounts>,
-}
-
-/// Frames that say something about a cell in a period. Arithmetic wraps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct CellCounts {
-    support: u16,
-    looked_through: u16,
-    movers: u16,
-}
-
-/// What a frame has found in a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Finding {
-    Surface,
-    Mover,
-    LookedThrough,
+    cells: CellCounts,
 }
 
 impl Epochs {
@@ -95,10 +79,12 @@ impl Epochs {
     pub(crate) fn cells_read(&self) -> CellBits {
         let mut read = CellBits::default();
         for period in &self.periods {
-            for (word, cells) in read.iter_mut().zip(period.cells.chunks(64)) {
-                for (bit, cell) in cells.iter().enumerate() {
-                    *word |= u64::from(cell.support | cell.movers != 0) << bit;
-                }
+            if period.cells.is_empty() {
+                continue;
+            }
+            for index in 0..BLOCK_CELLS {
+                let counts = period.cells.support(index);
+                read[index / 64] |= u64::from(counts.support | counts.movers != 0) << (index % 64);
             }
         }
         read
@@ -113,8 +99,8 @@ impl Epochs {
 
     /// Takes out what speaks for a cell.
     pub(crate) fn clear_support(&mut self, index: usize) {
-        for cell in self.periods.iter_mut().filter_map(|period| period.cells.get_mut(index)) {
-            cell.support = 0;
+        for period in &mut self.periods {
+            period.cells.clear(index, Finding::Surface);
         }
     }
 
@@ -123,20 +109,22 @@ impl Epochs {
         for period in &mut self.periods {
             // What all cells have in common becomes each cell's own, so that one can lose it.
             let common = std::mem::take(&mut period.looked_through);
-            for cell in period.cells_mut() {
-                cell.looked_through = cell.looked_through.wrapping_add(common);
+            for other in 0..BLOCK_CELLS {
+                period.cells.add(other, Finding::LookedThrough, common);
             }
-            period.cells[index] = CellCounts::default();
+            for finding in [Finding::Surface, Finding::LookedThrough, Finding::Mover] {
+                period.cells.clear(index, finding);
+            }
         }
-        if let Some(cell) = self.periods.last_mut().and_then(|period| period.cells.get_mut(index)) {
-            cell.support = u16::try_from(support).unwrap_or(u16::MAX);
+        if let Some(period) = self.periods.last_mut() {
+            period.cells.add(index, Finding::Surface, u16::try_from(support).unwrap_or(u16::MAX));
         }
     }
 
     /// Bytes owned.
     pub(crate) fn memory_bytes(&self) -> usize {
-        let cells: usize = self.periods.iter().map(|period| period.cells.capacity()).sum();
-        self.periods.capacity() * size_of::<Period>() + cells * size_of::<CellCounts>()
+        let cells: usize = self.periods.iter().map(|period| period.cells.memory_bytes()).sum();
+        self.periods.capacity() * size_of::<Period>() + cells
     }
 
     fn place_of_older(&mut self, epoch: i32) -> Option<usize> {
@@ -184,7 +172,7 @@ fn level_of(epoch: i32, newest: i64) -> u32 {
 
 impl Period {
     fn new(epoch: i32, level: u32) -> Self {
-        Self { first: epoch >> level << level, level, looked_through: 0, cells: Vec::new() }
+        Self { first: epoch >> level << level, level, looked_through: 0, cells: CellCounts::None }
     }
 
     /// When it begins and ends, seconds.
@@ -212,53 +200,28 @@ impl Period {
     fn add(&mut self, other: &Self) {
         self.grow_to(other.level);
         self.looked_through = self.looked_through.wrapping_add(other.looked_through);
-        if !other.cells.is_empty() {
-            for (ours, theirs) in self.cells_mut().iter_mut().zip(&other.cells) {
-                ours.support = ours.support.wrapping_add(theirs.support);
-                ours.looked_through = ours.looked_through.wrapping_add(theirs.looked_through);
-                ours.movers = ours.movers.wrapping_add(theirs.movers);
-            }
-        }
-    }
-
-    fn cells_mut(&mut self) -> &mut [CellCounts] {
-        if self.cells.is_empty() {
-            self.cells = vec![CellCounts::default(); BLOCK_CELLS];
-        }
-        &mut self.cells
+        self.cells.add_all(&other.cells);
     }
 
     /// Counts a look through all of the block; tells whether more is taken out than was put in.
     pub(crate) fn count_whole(&mut self, direction: Direction) -> bool {
-        count(&mut self.looked_through, direction)
+        let before = self.looked_through;
+        self.looked_through = before.wrapping_add(direction.unit() as u16);
+        direction == Direction::Remove && before == 0
     }
 
     /// Counts a finding in a cell; tells whether more is taken out than was put in.
+    #[inline]
     pub(crate) fn count(&mut self, index: usize, finding: Finding, direction: Direction) -> bool {
-        let cell = &mut self.cells_mut()[index];
-        let counter = match finding {
-            Finding::Surface => &mut cell.support,
-            Finding::Mover => &mut cell.movers,
-            Finding::LookedThrough => &mut cell.looked_through,
-        };
-        count(counter, direction)
+        let before = self.cells.add(index, finding, direction.unit() as u16);
+        direction == Direction::Remove && before == 0
     }
 
+    #[inline]
     fn at(&self, index: usize) -> Support {
-        let cell = self.cells.get(index).copied().unwrap_or_default();
-        Support {
-            support: cell.support.into(),
-            looked_through: u32::from(cell.looked_through) + u32::from(self.looked_through),
-            movers: cell.movers.into(),
-        }
+        let cell = self.cells.support(index);
+        Support { looked_through: cell.looked_through + u32::from(self.looked_through), ..cell }
     }
-}
-
-#[inline]
-fn count(counter: &mut u16, direction: Direction) -> bool {
-    let is_overdrawn = direction == Direction::Remove && *counter == 0;
-    *counter = counter.wrapping_add(direction.unit() as u16);
-    is_overdrawn
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@ use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 use crate::block_store::{
     BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, has, split, without,
 };
-use crate::epochs::{Epochs, Finding, epoch_of};
+use crate::cell_counts::Finding;
+use crate::epochs::{Epochs, epoch_of};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
 use crate::place_history::{PlaceHistory, PlacePeriod};

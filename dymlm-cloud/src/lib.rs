@@ -5,6 +5,7 @@
 
 mod block_store;
 mod body_motion;
+mod cell_counts;
 mod cloud_map;
 mod config;
 mod depth_tiles;
@@ -26,6 +27,7 @@ mod verdict;
 mod verdicts;
 mod voxel;
 mod voxel_block;
+mod voxel_records;
 mod weighting;
 
 pub use body_motion::BodyMotion;

@@ -79,7 +79,8 @@ impl Fold {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::epochs::{Epochs, Finding};
+    use crate::cell_counts::Finding;
+    use crate::epochs::Epochs;
     use crate::evidence::Direction;
 
     fn opinion(frames: &[(i32, usize, Finding)]) -> Opinion {

@@ -170,16 +170,16 @@ impl StaticCloud {
             let changed = if has_readings { block.changed[word] & firm[word] } else { 0 };
             voxels[word] = changed | firm[word] ^ before.firm[word];
         }
-        let weight = |place, index| source.thinning.weight(block.weight(place, index));
+        let weight = |index| source.thinning.weight(block.weight(index));
         block.for_each(&firm, |place, index| {
-            let weight = weight(place, index);
+            let weight = weight(index);
             heaviest = heaviest.max(weight);
             if has(&voxels, place) {
                 effect.raised = effect.raised.max(weight);
             }
         });
-        block.for_each(&without(before.firm, firm), |place, index| {
-            effect.lowered = effect.lowered.max(weight(place, index));
+        block.for_each(&without(before.firm, firm), |_, index| {
+            effect.lowered = effect.lowered.max(weight(index));
         });
         if block.lowered > self.stamp {
             effect.lowered = f32::INFINITY;
@@ -212,7 +212,7 @@ impl StaticCloud {
             statics[word] = kept & !asked[word];
         }
         block.for_each(&asked, |place, index| {
-            let (weight, observations) = (block.weight(place, index), block.observations(place, index));
+            let (weight, observations) = (block.weight(index), block.observations(index));
             let limit = limit(thinning.weight(weight));
             if !has(&changed, place) {
                 let was_static = has(&before.statics, place);
@@ -340,7 +340,7 @@ impl StaticBlock {
         let mut points = Vec::with_capacity(count as usize);
         let mut colors = Vec::new();
         block.for_each(&statics, |place, index| {
-            let voxel = block.voxel(place, index);
+            let voxel = block.voxel(index);
             points.push(voxel.mean_position(key.cell(place), source.voxel_size));
             if let Some(color) = voxel.mean_color() {
                 if colors.is_empty() {

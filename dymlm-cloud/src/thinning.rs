@@ -151,7 +151,7 @@ impl Window {
                 let [x, y, z] = cell_in_block(place).map(|c| c as usize);
                 let cell = origin.wrapping_add((z * side + y) * side + x);
                 if let Some(entry) = self.weights.get_mut(cell) {
-                    *entry = thinning.weight(block.weight(place, index));
+                    *entry = thinning.weight(block.weight(index));
                 }
             },
         );

@@ -1,24 +1,20 @@
 use std::ops::Range;
 
 use crate::block_store::{BLOCK_CELLS, CellBits, has, put};
-use crate::voxel::{SUMS, Sums, Voxel};
+use crate::voxel::{Sums, Voxel};
+use crate::voxel_records::VoxelRecords;
 
 /// The voxels of 8^3 places that are not empty, by their places.
-///
-/// A kitchen's voxel is read by three frames, a robot's at rest by a hundred thousand: of each sum the block
-/// keeps 32 bits, of the observations 16, and the rest only for those voxels that need more. So a voxel takes
-/// 30 bytes, and a sum is exact all the same.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VoxelBlock {
     /// The places that have a voxel.
     places: CellBits,
     /// For each word of `places` the number of voxels before it.
     before: [u16; BLOCK_CELLS / 64],
-    /// The lower halves of weights, of the sums of position and colour, of the observations.
-    weights: Vec<u32>,
-    sums: Vec<[u32; 6]>,
-    observations: Vec<u16>,
-    rest: Option<Box<Rest>>,
+    /// Their sums but for the weights without colour, and their observations.
+    records: VoxelRecords,
+    /// The weights without colour; none where each reading has one.
+    uncolored: Vec<u64>,
     /// The voxels that the current frame has read.
     pub(crate) read: CellBits,
     /// The voxels that have changed since the static cloud was made last.
@@ -28,25 +24,9 @@ pub(crate) struct VoxelBlock {
     pub(crate) lowered: u32,
 }
 
-/// What few blocks have.
-#[derive(Debug, Clone, Default)]
-struct Rest {
-    /// The lower halves of the weights without colour; none where each reading has one.
-    uncolored: Vec<u32>,
-    /// The upper halves of voxels that need them, by place.
-    upper: Vec<(u16, Upper)>,
-}
-
-/// The upper halves of a voxel's sums and observations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Upper {
-    sums: [u32; SUMS],
-    observations: u16,
-}
-
 impl VoxelBlock {
     pub(crate) fn len(&self) -> usize {
-        self.weights.len()
+        self.records.len()
     }
 
     /// The places that have a voxel.
@@ -73,116 +53,52 @@ impl VoxelBlock {
 
     fn insert(&mut self, place: usize) {
         let index = self.rank(place);
-        if self.weights.len() == self.weights.capacity() {
-            // Small steps: doubling would waste a quarter of the map.
-            let more = 4 + self.weights.len() / 8;
-            self.weights.reserve_exact(more);
-            self.sums.reserve_exact(more);
-            self.observations.reserve_exact(more);
-        }
-        self.weights.insert(index, 0);
-        self.sums.insert(index, [0; 6]);
-        self.observations.insert(index, 0);
-        if let Some(rest) = self.rest.as_mut().filter(|rest| !rest.uncolored.is_empty()) {
-            rest.uncolored.insert(index, 0);
+        self.records.insert(index);
+        if !self.uncolored.is_empty() {
+            self.uncolored.insert(index, 0);
         }
         put(&mut self.places, place);
         self.before.iter_mut().skip(place / 64 + 1).for_each(|before| *before += 1);
     }
 
-    /// Adds a reading to the voxel at a place, which has one.
+    /// Adds readings of so many frames to the voxel at a place, which has one. Arithmetic wraps.
     #[inline]
-    pub(crate) fn add(&mut self, place: usize, reading: Sums) {
+    pub(crate) fn add(&mut self, place: usize, readings: Sums, frames: u32) {
         let index = self.rank(place);
-        let sums = reading.to_array();
-        let mut carried = [0; SUMS];
-        if let (Some(weight), Some(lower)) = (self.weights.get_mut(index), self.sums.get_mut(index)) {
-            carried[0] = add_lower(weight, sums[0]);
-            for ((lower, carried), sum) in lower.iter_mut().zip(&mut carried[1..]).zip(&sums[1..]) {
-                *carried = add_lower(lower, *sum);
-            }
+        let [weight, x, y, z, r, g, b, uncolored] = readings.to_array();
+        // What is taken out of 32 bits is taken out of 64.
+        let frames = i64::from(frames as i32) as u64;
+        self.records.add(index, &[weight, x, y, z, r, g, b, frames]);
+        if uncolored != 0 {
+            self.uncolored.resize(self.records.len(), 0);
+            self.uncolored[index] = self.uncolored[index].wrapping_add(uncolored);
         }
-        if sums[7] != 0 {
-            carried[7] = self.add_uncolored(index, sums[7]);
-        }
-        if carried.iter().fold(0, |any, carried| any | carried) != 0 {
-            self.carry(place, carried, 0);
-        }
-    }
-
-    /// Adds to the number of frames that have read the voxel at a place.
-    #[inline]
-    pub(crate) fn count(&mut self, place: usize, frames: u32) {
-        let index = self.rank(place);
-        let Some(observations) = self.observations.get_mut(index) else { return };
-        let sum = u32::from(*observations) + (frames & 0xFFFF);
-        *observations = sum as u16;
-        let carried = ((frames >> 16) + (sum >> 16)) as u16;
-        if carried != 0 {
-            self.carry(place, [0; SUMS], carried);
-        }
-    }
-
-    fn add_uncolored(&mut self, index: usize, weight: u64) -> u32 {
-        let count = self.weights.len();
-        let uncolored = &mut self.rest.get_or_insert_default().uncolored;
-        uncolored.resize(count, 0);
-        uncolored.get_mut(index).map_or(0, |lower| add_lower(lower, weight))
-    }
-
-    #[cold]
-    fn carry(&mut self, place: usize, sums: [u32; SUMS], observations: u16) {
-        let upper = &mut self.rest.get_or_insert_default().upper;
-        let index = match upper.binary_search_by_key(&(place as u16), |(place, _)| *place) {
-            Ok(index) => index,
-            Err(index) => {
-                upper.reserve_exact(1);
-                upper.insert(index, (place as u16, Upper::default()));
-                index
-            }
-        };
-        let (_, upper) = &mut upper[index];
-        for (upper, carried) in upper.sums.iter_mut().zip(sums) {
-            *upper = upper.wrapping_add(carried);
-        }
-        upper.observations = upper.observations.wrapping_add(observations);
     }
 
     /// The voxel at a place.
     pub(crate) fn get(&self, place: usize) -> Option<Voxel> {
-        has(&self.places, place).then(|| self.voxel(place, self.rank(place)))
+        has(&self.places, place).then(|| self.voxel(self.rank(place)))
     }
 
-    /// The voxel at a place, whose index is known.
+    /// The voxel with this index.
     #[inline]
-    pub(crate) fn voxel(&self, place: usize, index: usize) -> Voxel {
-        let upper = if self.rest.is_some() { self.upper(place) } else { Upper::default() };
-        let [x, y, z, r, g, b] = self.sums[index];
-        let uncolored = self.rest.as_ref().and_then(|rest| rest.uncolored.get(index)).copied().unwrap_or(0);
-        let lower = [self.weights[index], x, y, z, r, g, b, uncolored];
-        let sums = std::array::from_fn(|k| u64::from(upper.sums[k]) << 32 | u64::from(lower[k]));
-        let observations = u32::from(upper.observations) << 16 | u32::from(self.observations[index]);
-        Voxel { sums: Sums::from_array(sums), observations }
+    pub(crate) fn voxel(&self, index: usize) -> Voxel {
+        let [weight, x, y, z, r, g, b, observations] = self.records.get(index);
+        let uncolored = self.uncolored.get(index).copied().unwrap_or(0);
+        let sums = Sums::from_array([weight, x, y, z, r, g, b, uncolored]);
+        Voxel { sums, observations: observations as u32 }
     }
 
-    fn upper(&self, place: usize) -> Upper {
-        let Some(rest) = &self.rest else { return Upper::default() };
-        let index = rest.upper.binary_search_by_key(&(place as u16), |(place, _)| *place);
-        index.map_or(Upper::default(), |index| rest.upper[index].1)
-    }
-
-    /// Sum of weights of the voxel at a place with this index.
+    /// Sum of weights of the voxel with this index.
     #[inline]
-    pub(crate) fn weight(&self, place: usize, index: usize) -> u64 {
-        let upper = if self.rest.is_some() { self.upper(place).sums[0] } else { 0 };
-        u64::from(upper) << 32 | u64::from(self.weights[index])
+    pub(crate) fn weight(&self, index: usize) -> u64 {
+        self.records.first(index)
     }
 
-    /// Number of frames that have read the voxel at a place with this index.
+    /// Number of frames that have read the voxel with this index.
     #[inline]
-    pub(crate) fn observations(&self, place: usize, index: usize) -> u32 {
-        let upper = if self.rest.is_some() { self.upper(place).observations } else { 0 };
-        u32::from(upper) << 16 | u32::from(self.observations[index])
+    pub(crate) fn observations(&self, index: usize) -> u32 {
+        self.records.last(index) as u32
     }
 
     /// Calls `visit` for the place and the index of each voxel at these places, by place.
@@ -221,7 +137,7 @@ impl VoxelBlock {
     /// Those of the voxels that are at these places, by place.
     pub(crate) fn voxels(&self, places: &CellBits) -> Vec<(usize, Voxel)> {
         let mut voxels = Vec::with_capacity(self.len());
-        self.for_each(places, |place, index| voxels.push((place, self.voxel(place, index))));
+        self.for_each(places, |place, index| voxels.push((place, self.voxel(index))));
         voxels
     }
 
@@ -233,16 +149,14 @@ impl VoxelBlock {
     /// Adds a voxel's readings to the voxel at a place.
     pub(crate) fn merge(&mut self, place: usize, voxel: &Voxel) {
         self.make(place);
-        self.add(place, voxel.sums);
-        self.count(place, voxel.observations);
+        self.add(place, voxel.sums, voxel.observations);
         put(&mut self.changed, place);
     }
 
     /// Takes the readings out of the voxel at a place.
     pub(crate) fn take(&mut self, place: usize) -> Voxel {
         let voxel = self.get(place).unwrap_or_default();
-        self.add(place, voxel.sums.negated());
-        self.count(place, voxel.observations.wrapping_neg());
+        self.add(place, voxel.sums.negated(), voxel.observations.wrapping_neg());
         voxel
     }
 
@@ -267,13 +181,7 @@ impl VoxelBlock {
 
     /// Bytes that the block owns.
     pub(crate) fn memory_bytes(&self) -> usize {
-        let rest = self.rest.as_ref().map_or(0, |rest| {
-            size_of::<Rest>()
-                + rest.uncolored.capacity() * size_of::<u32>()
-                + rest.upper.capacity() * size_of::<(u16, Upper)>()
-        });
-        let voxel = size_of::<u32>() + size_of::<[u32; 6]>() + size_of::<u16>();
-        self.weights.capacity() * voxel + rest
+        self.records.memory_bytes() + self.uncolored.capacity() * size_of::<u64>()
     }
 
     /// Drops the empty voxels; gives how many there were.
@@ -281,7 +189,7 @@ impl VoxelBlock {
         let before = self.len();
         let mut kept =
             Self { changed: self.changed, stamp: self.stamp, lowered: self.lowered, ..Self::default() };
-        if self.iter().any(|(_, voxel)| voxel.is_empty()) || self.rest.is_some() {
+        if self.iter().any(|(_, voxel)| voxel.is_empty()) {
             for (place, voxel) in self.iter().filter(|(_, voxel)| !voxel.is_empty()) {
                 kept.merge(place, &voxel);
             }
@@ -302,14 +210,6 @@ fn sums_before(word: u64) -> u64 {
     bytes.wrapping_mul(0x0101_0101_0101_0101) << 8
 }
 
-/// Adds to the lower half of a sum; gives what is carried to the upper one.
-#[inline]
-fn add_lower(lower: &mut u32, number: u64) -> u32 {
-    let sum = u64::from(*lower) + (number & 0xFFFF_FFFF);
-    *lower = sum as u32;
-    ((number >> 32) as u32).wrapping_add((sum >> 32) as u32)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -327,8 +227,7 @@ mod tests {
         }
         for &(place, reading, frames) in &readings {
             block.make(place);
-            block.add(place, reading);
-            block.count(place, frames);
+            block.add(place, reading, frames);
             sums[place].sums.add(&reading);
             sums[place].observations += frames;
         }
@@ -336,20 +235,19 @@ mod tests {
         assert!(block.iter().eq(expected().map(|(place, voxel)| (place, *voxel))));
         for (place, voxel) in expected() {
             let (index, upper) = (block.rank(place), block.get(place).unwrap());
-            assert_eq!(block.weight(place, index), voxel.sums.weight);
-            assert_eq!(block.observations(place, index), upper.observations);
+            assert_eq!(block.weight(index), voxel.sums.weight);
+            assert_eq!(block.observations(index), upper.observations);
         }
         for &(place, reading, frames) in &readings {
-            block.add(place, reading.negated());
-            block.count(place, frames.wrapping_neg());
+            block.add(place, reading.negated(), frames.wrapping_neg());
         }
         assert!(block.iter().all(|(_, voxel)| voxel == Voxel::default()));
         block.read = *block.places();
         assert!(!block.is_overdrawn());
         let (place, reading, _) = readings[0];
-        block.add(place, reading.negated());
+        block.add(place, reading.negated(), 0);
         assert!(block.is_overdrawn());
-        block.add(place, reading);
+        block.add(place, reading, 0);
         assert_eq!((block.drop_empty(), block.len()), (expected().count(), 0));
     }
 }
