@@ -502,7 +502,9 @@ fn a_wide_angle_camera_sees_the_same_person() {
 /// The same at every frame rate: 60 Hz with a gap of 0.4 s, and 1 Hz with one frame missed.
 #[test]
 fn misses_are_bridged_at_every_frame_rate() {
-    for (rate, frames, missed, speed) in [(60.0, 60, 30..54, 1), (10.0, 12, 6..9, 4), (1.0, 6, 4..5, 5)] {
+    for (rate, frames, missed, speed) in
+        [(60.0, 60, 30..54, 1), (10.0, 12, 6..9, 4), (1.0, 6, 4..5, 5), (1.0, 5, 3..4, 80)]
+    {
         let mut preprocessor = preprocessor(bare);
         for step in 0..frames {
             let walker = person(200 + speed * step, 2.0);
@@ -567,4 +569,35 @@ fn the_preprocessor_can_be_sent_to_a_thread() {
     fn shared<T: Send + Sync>() {}
     shared::<Preprocessor>();
     shared::<BoxTracker>();
+}
+
+/// A second between frames, in which boxes come to lie beside those before, and the detector misses one: who
+/// walks away is masked, not the stool that they pass.
+#[test]
+fn at_one_hertz_the_stool_beside_who_walks_away_stays() {
+    for (speed, away) in [(30, 0.33_f32), (60, 0.3), (60, 0.0), (90, 0.2), (100, -0.1)] {
+        for missed in 3..6 {
+            let left = |step: usize| 60 + speed * step;
+            let depth = |step: usize| 1.3 + away * step as f32;
+            let beside = left(missed) + 40;
+            let stool = [slab([beside, beside + 60], [330, 420], depth(missed) - 0.45)];
+            let mut preprocessor = preprocessor(bare);
+            let mut mask = None;
+            for step in 0..=missed {
+                let slabs: Vec<Slab> = person(left(step), depth(step)).into_iter().chain(stool).collect();
+                let found = [detect(person_box(left(step)))];
+                let found = if step == missed { &[][..] } else { &found[..] };
+                let frame = frame(step as f64, &slabs);
+                let result = preprocessor.process(&frame, Some(found), &Pose::identity()).unwrap();
+                mask = Some(result.static_mask.clone());
+            }
+            let (mask, walker) = (mask.unwrap(), person(left(missed), depth(missed)));
+            let pixels = (0..HEIGHT).flat_map(|v| (0..WIDTH).map(move |u| (u, v)));
+            let (stool_pixels, others): (Vec<_>, Vec<_>) = pixels.partition(|&(u, v)| is_in(&stool, u, v));
+            let masked = |pixels: &[(usize, usize)]| pixels.iter().filter(|&&(u, v)| !mask.at(u, v)).count();
+            let person: Vec<_> = others.into_iter().filter(|&(u, v)| is_in(&walker, u, v)).collect();
+            assert_eq!(masked(&stool_pixels), 0, "{speed} px a second, {away} m, frame {missed}");
+            assert!(masked(&person) * 10 >= person.len() * 9, "{} of {}", masked(&person), person.len());
+        }
+    }
 }

@@ -28,6 +28,8 @@ const TIME_SLACK: f64 = 1e-3;
 /// - ego-motion compensation, when the camera's [`View`] is given: a track is first re-projected from the
 ///   image before as a thing at rest, at the depth given to [`Self::observe_depth`] (without one, only the
 ///   camera's rotation is undone);
+/// - a third one of the tracks and strong detections left over, by how far somebody may have gone since the
+///   detector looked: at a frame a second boxes do not overlap;
 /// - unmatched tracks are output, for a while, as [`BoxSource::Predicted`].
 ///
 /// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. The order of
@@ -237,32 +239,51 @@ impl BoxTracker {
         for of_label in candidates.chunk_by(|&a, &b| detections[a].label() == detections[b].label()) {
             let strong = of_label.partition_point(|&i| detections[i].score() >= self.config.high_score);
             let (strong, weak) = of_label.split_at(strong);
-            self.pair(timestamp, detections, strong, self.config.min_iou);
-            self.pair(timestamp, detections, weak, self.config.min_iou);
+            self.pair(timestamp, detections, strong, |_, predicted, found| predicted.iou(found));
+            self.pair(timestamp, detections, weak, |_, predicted, found| predicted.iou(found));
+            let memory = self.config.max_age + TIME_SLACK;
+            self.pair(timestamp, detections, strong, |track, predicted, found| {
+                let elapsed = timestamp - track.last_seen;
+                let is_new = track.misses == 0 && elapsed <= memory;
+                if is_new { likeness_within_reach(predicted, found, elapsed) } else { 0.0 }
+            });
         }
         self.scratch.candidates = candidates;
     }
 
-    /// Pairs `candidates`, which are of one label, with the unmatched tracks of that label.
-    fn pair(&mut self, timestamp: f64, detections: &[Detection], candidates: &[usize], min_iou: f32) {
+    /// Pairs those of `candidates`, which are of one label, that no track took with the unmatched tracks of that
+    /// label: the sum of what `likeness` says of track, predicted box and detection is greatest.
+    fn pair(
+        &mut self,
+        timestamp: f64,
+        detections: &[Detection],
+        candidates: &[usize],
+        likeness: impl Fn(&Track, &BoundingBox, &BoundingBox) -> f64,
+    ) {
         let Some(label) = candidates.first().map(|&first| detections[first].label()) else { return };
-        let Scratch { open_tracks, iou, assignment, .. } = &mut self.scratch;
+        let Scratch { open_tracks, open_detections, iou, assignment, .. } = &mut self.scratch;
         open_tracks.clear();
         iou.clear();
+        let is_taken = |detection: usize| {
+            self.tracks.iter().any(|track| track.matched.is_some_and(|(index, _)| index == detection))
+        };
+        open_detections.clear();
+        open_detections.extend(candidates.iter().copied().filter(|&detection| !is_taken(detection)));
         for (index, track) in self.tracks.iter().enumerate() {
             if track.matched.is_none()
                 && *track.label == *label
                 && let Some(predicted) = track.filter.bounding_box()
             {
                 open_tracks.push(index);
-                iou.extend(candidates.iter().map(|&c| predicted.iou(&detections[c].bounding_box())));
+                let found = open_detections.iter().map(|&index| detections[index].bounding_box());
+                iou.extend(found.map(|found| likeness(track, &predicted, &found)));
             }
         }
-        let matches = pair_by_iou(assignment, iou, candidates.len(), min_iou.into());
+        let matches = pair_by_iou(assignment, iou, open_detections.len(), self.config.min_iou.into());
 
         for (&index, matched) in open_tracks.iter().zip(matches) {
             if let Some(candidate) = *matched {
-                let detection = candidates[candidate];
+                let detection = open_detections[candidate];
                 self.tracks[index].take(timestamp, detection, &detections[detection]);
             }
         }
@@ -335,6 +356,22 @@ impl BoxTracker {
         let missed_for = self.last_look - track.last_seen;
         self.config.max_coast > 0.0 && (track.misses <= 1 || missed_for <= self.config.max_coast + TIME_SLACK)
     }
+}
+
+/// How much a detection is like a box that may have gone on for `elapsed` seconds: the intersection over union of
+/// both when centred, less the farther they are apart; 0 when that is farther than who is seen in the box can
+/// have gone.
+///
+/// Nobody walks farther than their own height in a second, 1.7 m. A detector that looks once a second sees boxes
+/// that do not even overlap (`misses_are_bridged_at_every_frame_rate`).
+fn likeness_within_reach(predicted: &BoundingBox, found: &BoundingBox, elapsed: f64) -> f64 {
+    let [width, height] = [predicted.width().min(found.width()), predicted.height().min(found.height())];
+    let shared = f64::from(width * height);
+    let likeness = shared / (f64::from(predicted.area() + found.area()) - shared);
+    let ([x, y], [other_x, other_y]) = (predicted.center(), found.center());
+    let apart = f64::from((x - other_x).hypot(y - other_y));
+    let reach = elapsed * f64::from(predicted.height().max(found.height()));
+    if apart < reach { likeness * (1.0 - apart / reach) } else { 0.0 }
 }
 
 impl Track {
