@@ -111,6 +111,10 @@ impl<B: Default> BlockStore<B> {
         let next = self.blocks.len();
         let slot = *self.slots.entry(key).or_insert(next as u32) as usize;
         if slot == next {
+            if next == self.blocks.capacity() {
+                // Small steps: doubling would waste memory where most of it is.
+                self.blocks.reserve_exact(64 + next / 8);
+            }
             self.keys.push(key);
             self.blocks.push(B::default());
         }

@@ -1,6 +1,6 @@
 use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
-use crate::block_store::{BlockKey, BlockStore, has, put, split};
+use crate::block_store::{BlockKey, BlockStore, CellBits, has, put, split};
 use crate::evidence::{Direction, Evidence, Support};
 use crate::fixed_point::{FixedPointFrame, PixelRow};
 use crate::thinning::Thinning;
@@ -61,8 +61,8 @@ pub struct CloudMap {
     ray_x: Vec<f32>,
     /// The voxels that the row's readings fall into.
     targets: Vec<Target>,
-    /// Slots of the blocks that the current frame touches.
-    touched: Vec<usize>,
+    /// Slots of the blocks that the current frame touches, and which of their voxels it has read.
+    touched: Vec<(usize, CellBits)>,
 }
 
 /// The voxel of readings side by side.
@@ -428,7 +428,8 @@ impl CloudMap {
             last = Some((cell, key, slot));
             let block = &mut self.voxels.blocks_mut()[slot];
             if block.begin(self.stamp, seen) {
-                self.touched.push(slot);
+                block.touched = self.touched.len() as u32;
+                self.touched.push((slot, CellBits::default()));
             }
             report.new_voxels += usize::from(block.make(place));
             let columns = [u as u32, u as u32 + 1];
@@ -448,10 +449,11 @@ impl CloudMap {
                 readings = readings.negated();
             }
             let (block, place) = (&mut self.voxels.blocks_mut()[target.slot as usize], target.place.into());
-            let is_first = !has(&block.read, place);
+            let Some((_, read)) = self.touched.get_mut(block.touched as usize) else { continue };
+            let is_first = !has(read, place);
             block.add(place, readings, if is_first { direction.unit() } else { 0 });
             if is_first {
-                put(&mut block.read, place);
+                put(read, place);
                 put(&mut block.changed, place);
                 report.voxels += 1;
                 self.evidence.read(self.row.cell(first));
@@ -478,13 +480,13 @@ impl CloudMap {
             || self
                 .touched
                 .iter()
-                .filter_map(|&slot| self.voxels.blocks().get(slot))
-                .any(VoxelBlock::is_overdrawn)
+                .filter_map(|(slot, read)| self.voxels.blocks().get(*slot).map(|block| (block, read)))
+                .any(|(block, read)| block.is_overdrawn(read))
     }
 
     /// Drops the voxels that the last removal has emptied.
     fn drop_empty_voxels(&mut self) {
-        for &slot in &self.touched {
+        for &(slot, _) in &self.touched {
             if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
                 block.lowered = self.stamp;
                 self.voxel_count -= block.drop_empty();

@@ -15,8 +15,8 @@ pub(crate) struct VoxelBlock {
     records: VoxelRecords,
     /// The weights without colour; none where each reading has one.
     uncolored: Vec<u64>,
-    /// The voxels that the current frame has read.
-    pub(crate) read: CellBits,
+    /// Which of the blocks that the last frame has touched it is.
+    pub(crate) touched: u32,
     /// The voxels that have changed since the static cloud was made last.
     pub(crate) changed: CellBits,
     /// Stamp of the last change of the block, and of the last that took something out.
@@ -165,7 +165,6 @@ impl VoxelBlock {
     pub(crate) fn begin(&mut self, stamp: u32, seen: u32) -> bool {
         let begins = self.stamp != stamp;
         if begins {
-            self.read = CellBits::default();
             if self.stamp <= seen {
                 self.changed = CellBits::default();
             }
@@ -174,9 +173,9 @@ impl VoxelBlock {
         begins
     }
 
-    /// Whether the current frame has taken out more than was put in.
-    pub(crate) fn is_overdrawn(&self) -> bool {
-        self.voxels(&self.read).iter().any(|(_, voxel)| voxel.is_overdrawn())
+    /// Whether more was taken out than was put in of any of the voxels at these places.
+    pub(crate) fn is_overdrawn(&self, places: &CellBits) -> bool {
+        self.voxels(places).iter().any(|(_, voxel)| voxel.is_overdrawn())
     }
 
     /// Bytes that the block owns.
@@ -242,11 +241,11 @@ mod tests {
             block.add(place, reading.negated(), frames.wrapping_neg());
         }
         assert!(block.iter().all(|(_, voxel)| voxel == Voxel::default()));
-        block.read = *block.places();
-        assert!(!block.is_overdrawn());
+        let places = *block.places();
+        assert!(!block.is_overdrawn(&places));
         let (place, reading, _) = readings[0];
         block.add(place, reading.negated(), 0);
-        assert!(block.is_overdrawn());
+        assert!(block.is_overdrawn(&places));
         block.add(place, reading, 0);
         assert_eq!((block.drop_empty(), block.len()), (expected().count(), 0));
     }
