@@ -102,6 +102,22 @@ fn two_desks_between_which_the_floor_is_seen_stay_two() {
 }
 
 #[test]
+fn desks_of_one_height_on_both_sides_of_a_wall_stay_two() {
+    let wall = [1.4, 1.55].map(|y| common::upright([0.0, y, 1.0], 2.0, 1.0));
+    let desks = [1.0, 1.95].map(|y| level([0.0, y, 0.0], 0.8, 0.4));
+    let world = World::of(&[wall[0], wall[1], desks[0], desks[1]]);
+    let mut mapper = common::mapper();
+    for k in 0..12 {
+        let (x, is_near) = (0.03 * f64::from(k), k % 2 == 0);
+        let (eye, target) = if is_near { (-0.2, 1.1) } else { (3.1, 1.8) };
+        let view = look_at([x, eye, 0.7], [0.0, target, 0.0]);
+        mapper.insert(&world.frame(camera(), &view, k as u64), None, &[], &view).unwrap();
+    }
+    let map = mapper.into_map();
+    assert_eq!(parts(&map), 2, "{:?}", map.iter().map(MapPlane::centroid).collect::<Vec<_>>());
+}
+
+#[test]
 fn a_gap_too_wide_or_seen_too_seldom_is_not_bridged() {
     let views = near_then_far();
     let parts_with = |change: &dyn Fn(&mut PlaneConfig), views: &[Pose]| {

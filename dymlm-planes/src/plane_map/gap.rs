@@ -1,4 +1,4 @@
-use dymlm_core::{DepthView, Pose, Visibility};
+use dymlm_core::{DepthView, Plane, Pose, Visibility};
 
 use crate::association::FinitePlane;
 use crate::linear_algebra::foot_on;
@@ -22,6 +22,8 @@ pub(super) const MAX_THROUGH: f64 = 0.1;
 pub(super) struct Gap {
     /// Places on the ways. World frame.
     places: Vec<[f64; 3]>,
+    /// Places of the one patch near the other, and of the other near the one.
+    sides: [Vec<[f64; 3]>; 2],
 }
 
 /// What a key frame sees between two patches of one plane.
@@ -66,11 +68,16 @@ impl Gap {
                 })
             })
             .collect::<Vec<_>>();
-        (!places.is_empty()).then_some(Self { places })
+        let side = |of: &[CoarseCell], plane: &Plane| {
+            of.iter().map(|cell| foot_on(plane, cell.center(level).map(|c| c * voxel_size))).collect()
+        };
+        let sides = [side(&of_a, &a.plane), side(&of_b, &b.plane)];
+        (!places.is_empty()).then_some(Self { places, sides })
     }
 
     /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings,
-    /// or sees the plane go on. O(places), at most 96.
+    /// sees the plane go on, or sees the gap occluded together with all that is on one side of it, as a wall
+    /// does with the next room. O(places), at most 96 and 192 on each side.
     pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
         let (mut occluded, mut through, mut all) = (0.0, 0.0, self.places.len() as f64);
         for place in &self.places {
@@ -85,7 +92,13 @@ impl Gap {
         if through > MAX_THROUGH * all {
             Some(GapLook::LookedThrough)
         } else {
-            (occluded > 0.0).then_some(GapLook::Occluded)
+            let shows = |side: &Vec<[f64; 3]>| {
+                let look = |place: &[f64; 3]| view.look_at_world(camera_from_world, *place, 0.0).visibility;
+                let count = |what| side.iter().map(look).filter(|at| *at == what).count() as f64;
+                count(Visibility::Present) > 0.0
+                    || count(Visibility::Occluded) <= MAX_THROUGH * side.len() as f64
+            };
+            (occluded > 0.0 && self.sides.iter().all(shows)).then_some(GapLook::Occluded)
         }
     }
 }
