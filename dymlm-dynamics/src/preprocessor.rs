@@ -164,12 +164,9 @@ impl Preprocessor {
     /// Finds the foreground in each mover's box.
     fn find_foregrounds(&mut self, frame: &Frame, detections: &[Detection]) {
         self.foregrounds.resize_with(self.movers.len().max(self.foregrounds.len()), Foreground::default);
-        for (mover, foreground) in self.movers.iter().zip(&mut self.foregrounds) {
-            let search = ForegroundSearch {
-                bounding_box: mover.bounding_box,
-                instance_mask: instance_mask(mover, detections),
-                expected_depth: mover.depth,
-            };
+        for (own, foreground) in self.foregrounds.iter_mut().enumerate().take(self.movers.len()) {
+            let instance_mask = instance_mask(&self.movers[own], detections);
+            let search = ForegroundSearch { movers: &self.movers, own, instance_mask };
             self.finder.find(frame, &search, foreground);
         }
     }

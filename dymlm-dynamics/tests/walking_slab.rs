@@ -253,6 +253,40 @@ fn two_people_one_before_the_other() {
     assert_masks(&mask, |u, v| is_in(&slabs, u, v));
 }
 
+/// Who sits before somebody fills a good part of the latter's box, and is nearer.
+#[test]
+fn who_reaches_into_a_box_is_not_the_one_in_it() {
+    let (near, far) = (slab([181, 285], [60, 420], 1.5), slab([240, 360], [60, 420], 2.2));
+    let boxes = [boxed(181.0, 60.0, 285.0, 420.0), boxed(230.0, 60.0, 360.0, 420.0)];
+    let (movers, mask) = run(bare, &[near, far], &boxes.map(detect));
+    let depth_of = |own: BoundingBox| movers.iter().find(|mover| mover.bounding_box == own).unwrap().depth;
+    assert_eq!(boxes.map(depth_of), [Some(1.5), Some(2.2)]);
+    assert_masks(&mask, |u, v| is_in(&[near, far], u, v));
+}
+
+#[test]
+fn who_is_cut_by_the_image_is_not_the_cabinet_in_the_middle_of_the_box() {
+    let (cut, cabinet) = (slab([590, WIDTH], [60, 470], 2.0), slab([450, 570], [60, 470], 2.9));
+    let (movers, mask) = run(bare, &[cut, cabinet], &[detect(boxed(440.0, 60.0, 640.0, 470.0))]);
+    assert_eq!(movers[0].depth, Some(2.0));
+    assert_masks(&mask, |u, v| is_in(&[cut], u, v));
+}
+
+#[test]
+fn feet_beyond_a_chair_belong_to_who_sits_on_it() {
+    let back = slab([200, 300], [60, 300], 1.5);
+    let feet = [slab([210, 235], [370, 400], 2.2), slab([260, 285], [370, 400], 2.2)];
+    let (_, mask) = run(bare, &[back, feet[0], feet[1]], &[detect(boxed(200.0, 60.0, 300.0, 400.0))]);
+    assert_masks(&mask, |u, v| is_in(&[back, feet[0], feet[1]], u, v));
+}
+
+#[test]
+fn what_stands_behind_somebody_and_mostly_beside_the_box_stays() {
+    let (body, laptop) = (slab([200, 300], [60, 420], 1.5), slab([290, 340], [200, 250], 1.9));
+    let (_, mask) = run(bare, &[body, laptop], &[detect(boxed(200.0, 60.0, 305.0, 420.0))]);
+    assert_masks(&mask, |u, v| is_in(&[body], u, v));
+}
+
 #[test]
 fn a_person_cut_by_the_image_and_partly_without_depth() {
     // The left border of the image has no depth, as after registration of a Kinect's depth to its colour.

@@ -91,7 +91,8 @@ pub struct GridSample {
     pub row: u32,
     /// In the camera frame, metres.
     pub point: Point,
-    /// 1 at the centre of the box, 0 at its sides and outside.
+    /// 1 at the centre of the box, 0 at its sides and outside. Towards a side that the image's border cuts it
+    /// stays as it is at the centre: the thing goes on beyond, and its own centre may be anywhere up to there.
     pub centrality: f32,
     /// Whether its pixel is in the box.
     pub is_in_box: bool,
@@ -144,8 +145,6 @@ impl SampleGrid {
         let (columns_in, rows_in) = (own.columns(width), own.rows(height));
         let beside = widened(own, JITTER * own.width() + scale, JITTER * own.height() + scale);
         let (columns_beside, rows_beside) = (beside.columns(width), beside.rows(height));
-        let [center_u, center_v] = own.center();
-        let (half_width, half_height) = (0.5 * own.width(), 0.5 * own.height());
         let [mut masked, mut masked_read, mut masked_depth] = [0.0_f32; 3];
         for row in 0..self.rows {
             let v = self.first[1] + row * self.stride + self.stride / 2;
@@ -153,7 +152,7 @@ impl SampleGrid {
                 break;
             }
             let depths = view.depth.row(v);
-            let down = parabola((v as f32 - center_v) / half_height);
+            let down = centrality(v as f32, [own.y_min(), own.y_max()], height);
             for column in 0..self.columns {
                 let u = self.first[0] + column * self.stride + self.stride / 2;
                 let Some(&z) = depths.get(u) else { break };
@@ -180,7 +179,7 @@ impl SampleGrid {
                     column: column as u32,
                     row: row as u32,
                     point,
-                    centrality: parabola((u as f32 - center_u) / half_width) * down,
+                    centrality: centrality(u as f32, [own.x_min(), own.x_max()], width) * down,
                     is_in_box,
                     is_beside_box: columns_beside.contains(&u) && rows_beside.contains(&v),
                     is_cut: self.is_cut(view, [column, row], z, radius),
@@ -278,6 +277,24 @@ fn smoothed(view: &BoxView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
     camera.back_project(pixel, f64::from(sum_z / count)).map(|c| c as f32)
 }
 
-fn parabola(x: f32) -> f32 {
-    (1.0 - x * x).max(0.0)
+/// A parabola over the extent of a box along one axis; level from the centre to a side that the image cuts.
+fn centrality(at: f32, [low, high]: [f32; 2], image_size: usize) -> f32 {
+    let x = (2.0 * at - low - high) / (high - low);
+    let is_cut = if x < 0.0 { low <= 0.0 } else { high >= image_size as f32 };
+    if is_cut { 1.0 } else { (1.0 - x * x).max(0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_is_level_towards_the_side_that_the_image_cuts() {
+        let inside = |at| centrality(at, [100.0, 200.0], 640);
+        assert_eq!([inside(100.0), inside(150.0), inside(175.0), inside(200.0)], [0.0, 1.0, 0.75, 0.0]);
+        let cut = |at| centrality(at, [540.0, 640.0], 640);
+        assert_eq!([cut(540.0), cut(565.0), cut(600.0), cut(639.0)], [0.0, 0.75, 1.0, 1.0]);
+        let cut = |at| centrality(at, [-20.0, 80.0], 640);
+        assert_eq!([cut(0.0), cut(30.0), cut(80.0)], [1.0, 1.0, 0.0]);
+    }
 }
