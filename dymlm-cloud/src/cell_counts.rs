@@ -1,4 +1,4 @@
-use crate::block_store::BLOCK_CELLS;
+use crate::block_store::{BLOCK_CELLS, CellBits};
 use crate::evidence::Support;
 
 /// What a frame has found in a cell.
@@ -18,11 +18,18 @@ pub(crate) enum Finding {
 pub(crate) enum CellCounts {
     #[default]
     None,
-    Narrow(Vec<[u8; FINDINGS]>),
-    Wide(Vec<[u16; FINDINGS]>),
+    Narrow(Box<Cells<u8>>),
+    Wide(Box<Cells<u16>>),
 }
 
 const FINDINGS: usize = 3;
+
+#[derive(Debug, Clone)]
+pub(crate) struct Cells<N> {
+    counts: [[N; FINDINGS]; BLOCK_CELLS],
+    /// The cells in which a surface or a mover was read.
+    read: CellBits,
+}
 
 impl CellCounts {
     pub(crate) fn is_empty(&self) -> bool {
@@ -34,8 +41,17 @@ impl CellCounts {
     fn get(&self, index: usize) -> [u16; FINDINGS] {
         match self {
             Self::None => [0; FINDINGS],
-            Self::Narrow(cells) => cells.get(index).copied().unwrap_or_default().map(u16::from),
-            Self::Wide(cells) => cells.get(index).copied().unwrap_or_default(),
+            Self::Narrow(cells) => cells.counts[index].map(u16::from),
+            Self::Wide(cells) => cells.counts[index],
+        }
+    }
+
+    /// The cells in which a surface or a mover was read.
+    pub(crate) fn read(&self) -> CellBits {
+        match self {
+            Self::None => CellBits::default(),
+            Self::Narrow(cells) => cells.read,
+            Self::Wide(cells) => cells.read,
         }
     }
 
@@ -49,18 +65,29 @@ impl CellCounts {
     #[inline]
     fn set(&mut self, index: usize, counts: [u16; FINDINGS]) {
         if self.is_empty() {
-            *self = Self::Narrow(vec![[0; FINDINGS]; BLOCK_CELLS]);
+            let counts = [[0; FINDINGS]; BLOCK_CELLS];
+            *self = Self::Narrow(Box::new(Cells { counts, read: CellBits::default() }));
         }
         if let Self::Narrow(cells) = self
             && counts.iter().any(|&count| count > u8::MAX.into())
         {
-            *self = Self::Wide(cells.iter().map(|cell| cell.map(u16::from)).collect());
+            let counts = cells.counts.map(|cell| cell.map(u16::from));
+            *self = Self::Wide(Box::new(Cells { counts, read: cells.read }));
         }
-        match self {
-            Self::None => {}
-            Self::Narrow(cells) => cells[index] = counts.map(|count| count as u8),
-            Self::Wide(cells) => cells[index] = counts,
-        }
+        let read = match self {
+            Self::None => return,
+            Self::Narrow(cells) => {
+                cells.counts[index] = counts.map(|count| count as u8);
+                &mut cells.read
+            }
+            Self::Wide(cells) => {
+                cells.counts[index] = counts;
+                &mut cells.read
+            }
+        };
+        let [surface, _, mover] = counts;
+        read[index / 64] &= !(1 << (index % 64));
+        read[index / 64] |= u64::from(surface | mover != 0) << (index % 64);
     }
 
     /// Changes a count of a cell; gives what it was.
@@ -97,8 +124,8 @@ impl CellCounts {
     pub(crate) fn memory_bytes(&self) -> usize {
         match self {
             Self::None => 0,
-            Self::Narrow(cells) => cells.capacity() * size_of::<[u8; FINDINGS]>(),
-            Self::Wide(cells) => cells.capacity() * size_of::<[u16; FINDINGS]>(),
+            Self::Narrow(_) => size_of::<Cells<u8>>(),
+            Self::Wide(_) => size_of::<Cells<u16>>(),
         }
     }
 }

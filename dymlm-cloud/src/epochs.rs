@@ -79,12 +79,8 @@ impl Epochs {
     pub(crate) fn cells_read(&self) -> CellBits {
         let mut read = CellBits::default();
         for period in &self.periods {
-            if period.cells.is_empty() {
-                continue;
-            }
-            for index in 0..BLOCK_CELLS {
-                let counts = period.cells.support(index);
-                read[index / 64] |= u64::from(counts.support | counts.movers != 0) << (index % 64);
+            for (word, cells) in read.iter_mut().zip(period.cells.read()) {
+                *word |= cells;
             }
         }
         read

@@ -20,8 +20,8 @@ use crate::{
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
 ///
 /// Frames come in the order of their time. Each is a [`FrameInput`]: images, what the detector says
-/// ([`Detections`]), and the pose. The cost of a frame does not grow with the number of frames before, but
-/// for the moment in which two map planes prove to be one (all key frames are looked through once).
+/// ([`Detections`]), and the pose. The cost of a frame follows what it sees, and does not grow with the frames
+/// before.
 #[derive(Debug)]
 pub struct MapBuilder {
     config: MapConfig,
@@ -226,9 +226,10 @@ impl MapBuilder {
     /// their surroundings only. What is near stays as it is. Costs some milliseconds for each million of voxels
     /// held: once every few metres is enough.
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
-        let MultiLevelMap { cloud, octree, planes: _, objects } = &mut self.map;
+        let MultiLevelMap { cloud, octree, planes, objects } = &mut self.map;
         cloud.forget_outside(center, radius);
         octree.forget_outside(center, radius);
+        planes.forget_outside(center, radius);
         objects.forget_outside(center, radius);
     }
 
