@@ -1,7 +1,7 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, has, split, without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, has, keep_slots, split, without,
 };
 use crate::cell_counts::Finding;
 use crate::epochs::{Epochs, epoch_of};
@@ -31,8 +31,11 @@ pub(crate) struct Evidence {
     blocks: BlockStore<EvidenceBlock>,
     /// The epoch of the current frame.
     epoch: i32,
-    /// Counts changes; see [`EvidenceBlock::revision`].
+    /// Counts changes.
     revision: u32,
+    /// By slot, the change that was the block's last; beside the blocks, so that looking for what has changed
+    /// need not fetch them all.
+    revisions: Vec<u32>,
     /// Slots of blocks with a cell read by the current frame.
     read_blocks: Vec<usize>,
     /// The block read last, and its slot.
@@ -44,8 +47,6 @@ pub(crate) struct Evidence {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EvidenceBlock {
     epochs: Epochs,
-    /// The change of the evidence that was the block's last.
-    revision: u32,
     /// The cells in which the current frame has read a surface, those in which it has read a mover, and
     /// whether there are any.
     read: CellBits,
@@ -92,6 +93,7 @@ impl Evidence {
             blocks: BlockStore::default(),
             epoch: 0,
             revision: 0,
+            revisions: Vec::new(),
             read_blocks: Vec::new(),
             last_read: None,
             is_overdrawn: false,
@@ -112,6 +114,11 @@ impl Evidence {
     /// The number of the last change.
     pub(crate) fn revision(&self) -> u32 {
         self.revision
+    }
+
+    /// By slot, the number of the block's last change; 0 beyond the end.
+    pub(crate) fn revisions(&self) -> &[u32] {
+        &self.revisions
     }
 
     /// Notes that the current frame has read a surface in `voxel`.
@@ -235,9 +242,11 @@ impl Evidence {
         let slot = self.blocks.slot(BlockKey::new(block));
         if let Some(block) = slot.and_then(|slot| self.blocks.blocks_mut().get_mut(slot)) {
             block.epochs.clear_support(index);
-            block.revision = self.revision + 1;
         }
         self.revision += 1;
+        if let Some(slot) = slot {
+            note_change(&mut self.revisions, slot, self.revision);
+        }
     }
 
     /// Forgets what speaks against the cell of a voxel, and gives it `support` frames that speak for it.
@@ -248,9 +257,9 @@ impl Evidence {
         if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
             block.epochs.period_mut(epoch);
             block.epochs.give_support(index, support.max(1));
-            block.revision = self.revision + 1;
         }
         self.revision += 1;
+        note_change(&mut self.revisions, slot, self.revision);
     }
 
     /// Whether the frame counted last has taken out more than was put in.
@@ -264,14 +273,14 @@ impl Evidence {
 
     /// Adds another map's evidence.
     pub(crate) fn merge(&mut self, other: &Self) {
+        self.revision += 1;
         for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks()) {
             let slot = self.blocks.slot_or_insert(*key);
             if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
                 block.epochs.merge(&theirs.epochs);
-                block.revision = self.revision + 1;
             }
+            note_change(&mut self.revisions, slot, self.revision);
         }
-        self.revision += 1;
     }
 
     /// Forgets the blocks for which `is_forgotten` says so (lowest and highest corner, metres); those around them
@@ -284,34 +293,34 @@ impl Evidence {
         })?;
         self.last_read = None;
         self.revision += 1;
+        self.revisions.resize(retained.stays.len(), 0);
+        keep_slots(&mut self.revisions, &retained.stays);
         for &slot in &retained.around {
-            if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
-                block.revision = self.revision;
-            }
+            note_change(&mut self.revisions, slot, self.revision);
         }
         Some(retained)
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let epochs: usize = self.blocks.blocks().iter().map(|block| block.epochs.memory_bytes()).sum();
-        self.blocks.memory_bytes() + epochs
+        self.blocks.memory_bytes() + self.revisions.capacity() * size_of::<u32>() + epochs
     }
 
     fn count_looked_through(&mut self, depth: &DepthImage, direction: Direction) {
         let (blocks, is_overdrawn) = (&mut self.blocks, &mut self.is_overdrawn);
-        let (epoch, revision) = (self.epoch, self.revision);
+        let (epoch, revision, revisions) = (self.epoch, self.revision, &mut self.revisions);
         self.look_through.for_each_block(depth, |place, looked_through| {
             let slot = blocks.slot_or_insert(BlockKey::new(place));
             let Some(block) = blocks.blocks_mut().get_mut(slot) else { return };
-            block.revision = revision;
+            note_change(revisions, slot, revision);
             *is_overdrawn |= block.count_looked_through(looked_through, epoch, direction);
         });
     }
 
     fn count_readings(&mut self, direction: Direction) {
         for slot in self.read_blocks.drain(..) {
+            note_change(&mut self.revisions, slot, self.revision);
             if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
-                block.revision = self.revision;
                 self.is_overdrawn |= block.count_readings(self.epoch, direction);
             }
         }
@@ -347,10 +356,6 @@ impl EvidenceBlock {
         any_bit(cells, |index| period.count(index, Finding::LookedThrough, direction))
     }
 
-    pub(crate) fn revision(&self) -> u32 {
-        self.revision
-    }
-
     /// What its counts say of the cell with this index.
     pub(crate) fn opinion(&self, index: usize, looks_per_reading: f32) -> Opinion {
         Opinion::of(self.epochs.of_cell(index).map(|(_, counts)| counts), looks_per_reading)
@@ -375,6 +380,13 @@ impl EvidenceBlock {
     pub(crate) fn may_be_read(&self) -> bool {
         self.epochs.has_cells()
     }
+}
+
+fn note_change(revisions: &mut Vec<u32>, slot: usize, revision: u32) {
+    if slot >= revisions.len() {
+        revisions.resize(slot + 1, 0);
+    }
+    revisions[slot] = revision;
 }
 
 /// Calls `count` for each bit, all of them; tells whether any call said so.

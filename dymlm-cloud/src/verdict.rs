@@ -67,8 +67,8 @@ impl VerdictGrid {
         let blocks = evidence.blocks();
         self.blocks.resize_with(blocks.blocks().len(), || None);
         self.revisions.resize(blocks.blocks().len(), 0);
-        let has_changed = |slot: &usize| self.revisions[*slot] != blocks.blocks()[*slot].revision();
-        let changed: Vec<usize> = (0..self.revisions.len()).filter(has_changed).collect();
+        let both = self.revisions.iter().zip(evidence.revisions()).enumerate();
+        let changed: Vec<usize> = both.filter(|(_, (old, new))| old != new).map(|(slot, _)| slot).collect();
         if changed.is_empty() {
             return;
         }
@@ -77,7 +77,7 @@ impl VerdictGrid {
             block.may_be_read().then(|| Box::new(BlockVerdict::of(block, looks_per_reading)))
         });
         for (&slot, mut verdict) in changed.iter().zip(judged) {
-            self.revisions[slot] = blocks.blocks()[slot].revision();
+            self.revisions[slot] = evidence.revisions()[slot];
             if let (Some(new), Some(old)) = (&mut verdict, &self.blocks[slot]) {
                 (new.statics, new.revision) = (old.statics, old.revision);
             }
