@@ -1,7 +1,7 @@
 use dymlm::core::{BoundingBox, Detection, SensorModel};
 use dymlm::dynamics::Mover;
 use dymlm::{Detections, FrameReport, MapBuilder, MultiLevelMap, Stage};
-use dymlm_examples::{AnyError, Milliseconds};
+use dymlm_examples::{AnyError, insertion_time, step_time};
 use dymlm_metrics::{IdentifiedBox, MaskScore, TrackingScorer};
 use dymlm_sim::{SimulatedFrame, VisibleThing};
 
@@ -134,11 +134,9 @@ impl Run {
 
     fn score_speed(&self, scores: &mut Scores) {
         for &(key, stage) in STEPS {
-            let time = |report: &FrameReport| report.stages.of(stage).as_secs_f64() * 1e3;
-            scores.set(key, Milliseconds::of(self.reports.iter().map(time).collect()).median_ms / 1e3);
+            scores.set(key, step_time(&self.reports, stage).median_ms / 1e3);
         }
-        let total = |report: &FrameReport| report.stages.total().as_secs_f64() * 1e3;
-        let insert = Milliseconds::of(self.reports.iter().map(total).collect());
+        let insert = insertion_time(&self.reports);
         scores.set("speed.insert", insert.median_ms / 1e3);
         scores.set("speed.insert_p95", insert.p95_ms / 1e3);
     }

@@ -14,7 +14,7 @@ pub struct RunReport {
     pub frames_skipped: usize,
     /// Frames that were mapped.
     pub key_frames: usize,
-    /// Times of the whole insertion ("insert") and of each of its steps.
+    /// Times of the whole insertion of key frames ("insert") and of each of its steps.
     pub stages: BTreeMap<&'static str, Milliseconds>,
     /// What is in the maps.
     pub counts: MapCounts,
@@ -29,18 +29,9 @@ pub struct RunReport {
 impl RunReport {
     /// Sums a run up from the reports of its frames.
     pub fn new(frames: usize, reports: &[FrameReport], map: &MultiLevelMap, config: MapConfig) -> Self {
-        // Steps that only key frames take are timed over key frames.
-        let milliseconds = |stage: Option<Stage>| {
-            let key_frames_only = stage.is_some_and(|stage| stage >= Stage::Cloud);
-            let timed = reports.iter().filter(|report| !key_frames_only || report.update().is_some());
-            let time = |report: &FrameReport| {
-                stage.map_or(report.stages.total(), |stage| report.stages.of(stage)).as_secs_f64() * 1e3
-            };
-            Milliseconds::of(timed.map(time).collect())
-        };
         let mut stages: BTreeMap<_, _> =
-            Stage::ALL.iter().map(|&stage| (stage.name(), milliseconds(Some(stage)))).collect();
-        stages.insert("insert", milliseconds(None));
+            Stage::ALL.iter().map(|&stage| (stage.name(), step_time(reports, stage))).collect();
+        stages.insert("insert", insertion_time(reports));
         Self {
             frames,
             frames_skipped: frames - reports.len(),
@@ -52,6 +43,18 @@ impl RunReport {
             config,
         }
     }
+}
+
+/// How long a step took; what only key frames take is timed over key frames.
+pub fn step_time(reports: &[FrameReport], stage: Stage) -> Milliseconds {
+    let timed = reports.iter().filter(|report| stage < Stage::Cloud || report.update().is_some());
+    Milliseconds::of(timed.map(|report| report.stages.of(stage).as_secs_f64() * 1e3).collect())
+}
+
+/// How long the whole insertion of a key frame took.
+pub fn insertion_time(reports: &[FrameReport]) -> Milliseconds {
+    let mapped = reports.iter().filter(|report| report.update().is_some());
+    Milliseconds::of(mapped.map(|report| report.stages.total().as_secs_f64() * 1e3).collect())
 }
 
 /// Most memory this process ever held, as Linux tells it.

@@ -16,8 +16,8 @@ const REACH: [f32; 2] = [0.6, 0.75];
 /// How far the mean depth of another cluster may be before and behind the mover's median depth for it to be a
 /// part of the mover, metres: a forearm before the body; a leg behind it, a person leaning.
 const PART_REACH: [f32; 2] = [0.35, 0.5];
-/// Largest cluster behind that which is still a part, as a share of the mover's samples: a foot. With 0.1
-/// furniture behind people goes (`kitchen_people`: precision .854 to .830), with 0.03 feet stay.
+/// Largest cluster behind that which is still a part when most of it lies in the box, as a share of the mover's
+/// samples: a foot. With 0.1 more furniture behind people goes (`kitchen_people`), with 0.03 feet stay.
 const FOOT_SHARE: f32 = 0.05;
 /// Least share of a cluster's samples in space that was free for long for all of it to be new: with less, a
 /// desk goes with the cup that was put there, with more the parts of a mover remain that were never seen free.
@@ -33,8 +33,7 @@ const NEW_SHARE: f32 = 0.3;
 ///
 /// Other clusters at the mover's depth that end within the margin are parts of the mover: what an occluder,
 /// another limb or a gap without depth has parted, such as legs seen through the back of a chair, or a foot
-/// beside the box. What is nearer or farther than the mover is none unless most of it lies in the box: a
-/// laptop on the desk does not, feet do.
+/// beside the box.
 ///
 /// Costs O(n log n) for n samples, a few thousand for a person.
 #[derive(Debug)]
@@ -180,8 +179,7 @@ impl ForegroundFinder {
 
     /// Writes the samples of the mover into the foreground: those of the chosen cluster, and of all others at
     /// its depth that end within the margin. Of a chosen cluster that goes on outside only what is in the box
-    /// is kept. What is not as deep as the mover's surface changes with its box must lie in the box for the
-    /// most part.
+    /// is kept.
     fn keep(&mut self, chosen: usize, foreground: &mut Foreground) {
         let (grid, clusters) = (&self.grid, self.segmenter.clusters());
         let members = || self.segmenter.members().map(|(sample, cluster)| (&grid.samples[sample], cluster));
@@ -190,11 +188,11 @@ impl ForegroundFinder {
         let Some(median) = percentile(&mut self.depths, in_box, 0.5) else { return };
         let reach = median - REACH[0]..=median + REACH[1];
         let is_at_its_depth = |cluster: &BoxCluster| {
-            let is_beside = (cluster.depth - median).abs() <= DEPTH_CHANGE as f32;
-            let is_foot = cluster.size() as f32 <= FOOT_SHARE * clusters[chosen].size() as f32;
-            let behind = if is_foot { REACH[1] } else { PART_REACH[1] };
-            let part_reach = median - PART_REACH[0]..=median + behind;
-            is_beside || (part_reach.contains(&cluster.depth) && cluster.inside >= cluster.outside)
+            let is_part = (median - PART_REACH[0]..=median + PART_REACH[1]).contains(&cluster.depth);
+            let is_foot = cluster.depth <= median + REACH[1]
+                && cluster.size() as f32 <= FOOT_SHARE * clusters[chosen].size() as f32
+                && cluster.inside >= cluster.outside;
+            is_part || (is_foot && cluster.depth >= median)
         };
 
         foreground.start(median);
