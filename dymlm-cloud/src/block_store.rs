@@ -60,6 +60,12 @@ impl BlockKey {
         std::array::from_fn(|axis| block[axis] * BLOCK_SIDE as i32 + within[axis])
     }
 
+    /// The box around the block, lowest and highest corner, of cells with this side.
+    pub(crate) fn bounds(self, cell_size: f64) -> [[f64; 3]; 2] {
+        let (block, side) = (self.block().map(f64::from), cell_size * BLOCK_SIDE as f64);
+        [block.map(|c| c * side), block.map(|c| (c + 1.0) * side)]
+    }
+
     /// The block and the 26 around it.
     pub(crate) fn neighborhood(self) -> impl Iterator<Item = Neighbor> {
         let center = self.block();

@@ -1,5 +1,6 @@
 use std::collections::BTreeSet;
 
+use dymlm_core::vector3::bounds;
 use dymlm_core::{Point, Pose};
 
 use crate::CloudMap;
@@ -154,17 +155,10 @@ impl CloudMap {
     /// Keys of the blocks that a box may share voxels with, in their order.
     fn blocks_about(&self, region: &OrientedBox) -> Vec<BlockKey> {
         let side = self.config.voxel_size * BLOCK_SIDE as f64;
-        let corners = region.corners();
-        let bounds = |axis: usize| {
-            let along = corners.iter().map(|corner| corner[axis] / side);
-            let (low, high) =
-                along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (c.min(low), c.max(high)));
-            (low.floor(), high.floor())
-        };
-        let bounds = [bounds(0), bounds(1), bounds(2)];
+        let [low, high] = bounds(region.corners()).map(|corner| corner.map(|c| (c / side).floor()));
         let is_about = |key: &BlockKey| {
             let block = key.block();
-            (0..3).all(|axis| (bounds[axis].0..=bounds[axis].1).contains(&f64::from(block[axis])))
+            (0..3).all(|axis| (low[axis]..=high[axis]).contains(&f64::from(block[axis])))
         };
         let mut keys: Vec<BlockKey> = self.voxels.keys().iter().copied().filter(is_about).collect();
         keys.sort_unstable();

@@ -286,11 +286,8 @@ impl Evidence {
     /// Forgets the blocks for which `is_forgotten` says so (lowest and highest corner, metres); those around them
     /// have changed.
     pub(crate) fn forget(&mut self, is_forgotten: impl Fn([[f64; 3]; 2]) -> bool) -> Option<Retained> {
-        let side = self.cell_size() * BLOCK_SIDE as f64;
-        let retained = self.blocks.retain(|key| {
-            let block = key.block().map(f64::from);
-            !is_forgotten([block.map(|c| c * side), block.map(|c| (c + 1.0) * side)])
-        })?;
+        let cell_size = self.cell_size();
+        let retained = self.blocks.retain(|key| !is_forgotten(key.bounds(cell_size)))?;
         self.last_read = None;
         self.revision += 1;
         self.revisions.resize(retained.stays.len(), 0);

@@ -1,7 +1,6 @@
 use std::ops::Deref;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::block_store::BLOCK_SIDE;
 use crate::static_cloud::{Source, StaticCloud};
 use crate::verdict::VerdictGrid;
 use crate::{CloudMap, Verdict};
@@ -34,11 +33,9 @@ impl Verdicts<'_> {
     /// Boxes (lowest and highest corner, metres, world) that hold a ghost, of those whose evidence has
     /// changed after a [revision](CloudMap::evidence_revision).
     pub fn ghost_boxes_since(&self, revision: u32) -> impl Iterator<Item = [[f64; 3]; 2]> {
-        let side = self.cell_size() * BLOCK_SIDE as f64;
-        self.kept.verdicts.ghost_blocks_since(revision).filter_map(move |slot| {
-            let block = self.map.evidence.blocks().keys().get(slot)?.block();
-            Some([block.map(|c| f64::from(c) * side), block.map(|c| (f64::from(c) + 1.0) * side)])
-        })
+        let (keys, cell_size) = (self.map.evidence.blocks().keys(), self.cell_size());
+        let slots = self.kept.verdicts.ghost_blocks_since(revision);
+        slots.filter_map(move |slot| keys.get(slot).map(|key| key.bounds(cell_size)))
     }
 }
 

@@ -74,13 +74,9 @@ impl VoxelRecords {
     pub(crate) fn add(&mut self, index: usize, numbers: &[u64; FIELDS]) {
         let before = self.get(index);
         let sums = std::array::from_fn(|field| before[field].wrapping_add(numbers[field]));
-        if !self.set(index, &sums) {
+        // The widest hold any number.
+        while !self.set(index, &sums) {
             self.widen();
-            // Medium, or else wide.
-            if !self.set(index, &sums) {
-                self.widen();
-                self.set(index, &sums);
-            }
         }
     }
 

@@ -77,6 +77,12 @@ impl BoundingBox {
         [f32::midpoint(self.x_min, self.x_max), f32::midpoint(self.y_min, self.y_max)]
     }
 
+    /// Whether a point lies in the box, its lower sides included and its upper ones not; pixels.
+    #[inline]
+    pub fn contains(&self, [u, v]: [f32; 2]) -> bool {
+        (self.x_min..self.x_max).contains(&u) && (self.y_min..self.y_max).contains(&v)
+    }
+
     /// Intersection over union, 0..=1; 0 when both boxes are empty.
     ///
     /// ```
@@ -181,6 +187,11 @@ mod tests {
         let right = BoundingBox::new(2.5, 0.0, 90.0, 4.0).unwrap();
         assert_eq!(left.columns(8), 0..3);
         assert_eq!(right.columns(8), 3..8);
+        let holds = |point| [left.contains(point), right.contains(point)];
+        assert_eq!(
+            [holds([2.0, 0.0]), holds([2.5, 0.0]), holds([3.0, 4.0])],
+            [[true, false], [false, true], [false; 2]]
+        );
         assert_eq!(BoundingBox::new(20.0, 0.0, 30.0, 1.0).unwrap().columns(8), 8..8);
         assert_eq!(BoundingBox::new(-1e30, 0.0, 1e30, 1.0).unwrap().columns(8), 0..8);
     }

@@ -504,12 +504,7 @@ impl ObjectMapper {
         while let Some(&id) = self.changed.first() {
             let Self { index, near, .. } = self;
             if let Some(own) = self.map.place(id).and_then(|place| self.map.objects.get(place)) {
-                let corners = own.oriented_box.corners();
-                let bound = |pick: fn(f64, f64) -> f64| {
-                    [0, 1, 2]
-                        .map(|axis| corners.iter().map(|corner| corner[axis]).fold(corners[0][axis], pick))
-                };
-                index.within([bound(f64::min), bound(f64::max)], near);
+                index.within(bounds(own.oriented_box.corners()), near);
                 let others = near.iter().filter_map(|&other| self.map.object(other));
                 if let Some(other) = others.into_iter().find(|other| other.id != id && is_one(own, other)) {
                     let (first, last) = if own.id < other.id { (own, other) } else { (other, own) };

@@ -21,7 +21,7 @@ use crate::{
 ///
 /// Frames come in the order of their time. Each is a [`FrameInput`]: images, what the detector says
 /// ([`Detections`]), and the pose. The cost of a frame follows what it sees, and does not grow with the frames
-/// before.
+/// before, but where two map planes prove to be one: then the key frames since the younger was seen are asked.
 #[derive(Debug)]
 pub struct MapBuilder {
     config: MapConfig,
@@ -223,8 +223,8 @@ impl MapBuilder {
     }
 
     /// Forgets what lies farther than `radius` metres from a place (world), in all maps: for robots that need
-    /// their surroundings only. What is near stays as it is. Costs some milliseconds for each million of voxels
-    /// held: once every few metres is enough.
+    /// their surroundings only. What is near stays as it is. Goes through all blocks held, and through what every
+    /// key frame has seen of planes: once every few metres is enough.
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let MultiLevelMap { cloud, octree, planes, objects } = &mut self.map;
         cloud.forget_outside(center, radius);

@@ -172,12 +172,13 @@ const MEMORY_HEADING: &str =
 
 fn print_memory([frames, key_frames]: [usize; 2], map: &MultiLevelMap) {
     let megabytes = |bytes: usize| bytes as f64 / 1e6;
+    let memory = map.memory();
     println!(
         "{frames:7} {key_frames:11} {:9.2} {:10.2} {:10.2} {:11.2} {:9} {:7} {:8}",
-        megabytes(map.cloud().memory_bytes()),
-        megabytes(map.octree().memory_bytes()),
-        megabytes(map.planes().memory_bytes()),
-        megabytes(map.objects().memory_bytes()),
+        megabytes(memory.cloud),
+        megabytes(memory.octree),
+        megabytes(memory.planes),
+        megabytes(memory.objects),
         map.cloud().held_voxels(),
         map.planes().iter().count(),
         map.objects().objects().count(),

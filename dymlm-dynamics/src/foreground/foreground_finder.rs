@@ -170,8 +170,8 @@ impl ForegroundFinder {
         for (sample, cluster) in self.segmenter.members() {
             let sample = &self.grid.samples[sample];
             if !sample.is_in_box {
-                let pixel = self.grid.pixel(sample.column as usize, sample.row as usize);
-                let is_others = search.movers.iter().any(|mover| holds(&mover.bounding_box, pixel));
+                let pixel = self.grid.pixel(sample.column as usize, sample.row as usize).map(|c| c as f32);
+                let is_others = search.movers.iter().any(|mover| mover.bounding_box.contains(pixel));
                 self.others_samples[cluster] += usize::from(is_others);
             }
         }
@@ -210,13 +210,6 @@ impl ForegroundFinder {
 /// Samples at which the margin cuts through a cluster, in square roots of its size.
 fn relative_cut(cluster: &BoxCluster) -> f32 {
     cluster.cut as f32 / (cluster.size().max(1) as f32).sqrt()
-}
-
-/// Whether a pixel lies in a box.
-fn holds(bounding_box: &BoundingBox, pixel: [usize; 2]) -> bool {
-    let [u, v] = pixel.map(|c| c as f32);
-    (bounding_box.x_min()..bounding_box.x_max()).contains(&u)
-        && (bounding_box.y_min()..bounding_box.y_max()).contains(&v)
 }
 
 /// The value below which a `share` of the values lies; `None` of none.

@@ -264,11 +264,8 @@ impl BoxTracker {
         let Scratch { open_tracks, open_detections, iou, assignment, .. } = &mut self.scratch;
         open_tracks.clear();
         iou.clear();
-        let is_taken = |detection: usize| {
-            self.tracks.iter().any(|track| track.matched.is_some_and(|(index, _)| index == detection))
-        };
         open_detections.clear();
-        open_detections.extend(candidates.iter().copied().filter(|&detection| !is_taken(detection)));
+        open_detections.extend(candidates.iter().copied().filter(|&index| !is_taken(&self.tracks, index)));
         for (index, track) in self.tracks.iter().enumerate() {
             if track.matched.is_none()
                 && *track.label == *label
@@ -294,8 +291,7 @@ impl BoxTracker {
         let open = &mut self.scratch.open_detections;
         open.clear();
         open.extend(self.scratch.candidates.iter().copied().filter(|&candidate| {
-            let taken = self.tracks.iter().any(|t| t.matched.is_some_and(|(index, _)| index == candidate));
-            !taken && detections[candidate].score() >= self.config.min_score
+            !is_taken(&self.tracks, candidate) && detections[candidate].score() >= self.config.min_score
         }));
         for &candidate in &*open {
             let detection = &detections[candidate];
@@ -356,6 +352,11 @@ impl BoxTracker {
         let missed_for = self.last_look - track.last_seen;
         self.config.max_coast > 0.0 && (track.misses <= 1 || missed_for <= self.config.max_coast + TIME_SLACK)
     }
+}
+
+/// Whether a track has taken a detection in the present frame.
+fn is_taken(tracks: &[Track], detection: usize) -> bool {
+    tracks.iter().any(|track| track.matched.is_some_and(|(index, _)| index == detection))
 }
 
 /// How much a detection is like a box that may have gone on for `elapsed` seconds: the intersection over union of

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::vector3::{Vector3, norm};
+use dymlm_core::vector3::{Vector3, bounds, norm};
 use dymlm_core::{ObjectId, PinholeCamera, Pose};
 
 use super::{MapObject, ObjectMap};
@@ -86,16 +86,9 @@ impl SpaceIndex {
         let [width, height] = [camera.width(), camera.height()].map(|side| side as f64 - 0.5);
         let [left, top, _] = camera.back_project([-0.5, -0.5], 1.0);
         let [right, bottom, _] = camera.back_project([width, height], 1.0);
-        let center = world_from_camera.translation();
-        let (mut low, mut high) = (center, center);
-        for (x, y) in [(left, top), (right, top), (left, bottom), (right, bottom)] {
-            let corner = world_from_camera.transform_point([x, y, 1.0].map(|c| c * max_depth));
-            for axis in 0..3 {
-                low[axis] = low[axis].min(corner[axis]);
-                high[axis] = high[axis].max(corner[axis]);
-            }
-        }
-        self.within([low, high], found);
+        let corners = [(left, top), (right, top), (left, bottom), (right, bottom)]
+            .map(|(x, y)| world_from_camera.transform_point([x, y, 1.0].map(|c| c * max_depth)));
+        self.within(bounds(corners.into_iter().chain([world_from_camera.translation()])), found);
         let camera_from_world = world_from_camera.inverse();
         let sides = [[-1.0, 0.0, left], [1.0, 0.0, -right], [0.0, -1.0, top], [0.0, 1.0, -bottom]];
         let is_seen = |object: &MapObject| {

@@ -248,14 +248,10 @@ fn mean(points: &[Point]) -> Option<[f64; 3]> {
 
 /// Ids of the caller's points that appear in a box, ascending.
 fn sighted_in(view: &ObjectView<'_>, bounding_box: &BoundingBox) -> Vec<u64> {
-    let inside = |[u, v]: [f32; 2]| {
-        (bounding_box.x_min()..bounding_box.x_max()).contains(&u)
-            && (bounding_box.y_min()..bounding_box.y_max()).contains(&v)
-    };
     let mut ids: Vec<u64> = view
         .sighted_points
         .iter()
-        .filter(|sighted| inside(sighted.pixel))
+        .filter(|sighted| bounding_box.contains(sighted.pixel))
         .map(|sighted| sighted.id)
         .collect();
     ids.sort_unstable();
