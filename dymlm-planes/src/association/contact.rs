@@ -1,3 +1,4 @@
+use super::partition::Partition;
 use crate::patches::{Patch, PatchVoxel, VoxelBox};
 use crate::plane_frame::PlaneFrame;
 
@@ -19,6 +20,8 @@ pub(super) struct Contact<'a> {
     pub(super) reach: i32,
     /// Where.
     pub(super) region: &'a VoxelBox,
+    /// What stands between them.
+    pub(super) partitions: &'a [Partition],
 }
 
 impl Contact<'_> {
@@ -27,17 +30,25 @@ impl Contact<'_> {
     pub(super) fn holds(&self, a: &Patch, b: &Patch) -> bool {
         let smaller = a.len().min(b.len());
         let contact = MOST_CONTACT.min(smaller.div_ceil(CONTACT_SHARE));
-        if contact > 0 && a.common_voxels(b, self.region, contact) == contact {
+        let common = a.common_voxels(b, self.region).filter(|voxel| !self.is_parted(*voxel));
+        if contact > 0 && common.take(contact).count() == contact {
             return true;
         }
         let near = |patch: &Patch, other: &Patch| -> Vec<[i64; 2]> {
             let region = other.bounds().grown(self.reach).intersection(self.region);
-            patch.voxels_in(&region).map(|voxel| self.cell_of(voxel)).collect()
+            let voxels = patch.voxels_in(&region).filter(|voxel| !self.is_parted(*voxel));
+            voxels.map(|voxel| self.cell_of(voxel)).collect()
         };
         let (of_a, mut of_b) = (near(a, b), near(b, a));
         of_b.sort_unstable();
         of_b.dedup();
         contact > 0 && of_a.iter().filter(|cell| self.is_near(&of_b, **cell)).take(contact).count() == contact
+    }
+
+    /// Whether a voxel lies beside what stands between the patches.
+    fn is_parted(&self, voxel: PatchVoxel) -> bool {
+        let center = voxel.center(self.voxel_size);
+        self.partitions.iter().any(|partition| partition.parts(center, center))
     }
 
     /// The square of the plane, as large as a voxel, that a voxel's centre falls into.

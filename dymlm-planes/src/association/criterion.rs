@@ -3,6 +3,7 @@ use dymlm_core::vector3::dot;
 
 use super::config::{AssociationConfig, Sides};
 use super::contact::Contact;
+use super::partition::Partition;
 use crate::linear_algebra::foot_on;
 use crate::patches::{Patch, VoxelBox};
 use crate::plane_frame::PlaneFrame;
@@ -70,13 +71,34 @@ impl Criterion {
         let agreement = self.compare(detected, mapped)?;
         let is_near =
             self.offsets_agree(agreement.distance) || self.edge_points_agree(detected, &mapped.plane, region);
-        (is_near && self.patches_adjoin(detected, mapped, region)).then_some(agreement)
+        (is_near && self.patches_adjoin(detected, mapped, region, &[])).then_some(agreement)
+    }
+
+    /// What stands between two planes, of some others: see [`Partition`].
+    pub(crate) fn partitions<'a>(
+        &self,
+        [a, b]: [&FinitePlane<'_>; 2],
+        others: impl Iterator<Item = FinitePlane<'a>>,
+    ) -> Vec<Partition> {
+        let region = self.near(a).intersection(&self.near(b));
+        let lengths = [self.apart(), f64::from(self.reach()) * self.voxel_size];
+        let of = |wall: FinitePlane<'a>| Partition::new(&wall, [a, b], &region, self.voxel_size, lengths);
+        others.filter_map(of).collect()
+    }
+
+    /// Where what is one with a plane across a gap may be.
+    pub(crate) fn near(&self, plane: &FinitePlane<'_>) -> VoxelBox {
+        plane.patch.bounds().grown((self.config.max_occluded_gap / self.voxel_size).ceil() as i32)
     }
 
     /// How far patches that adjoin may lie apart, voxels.
     pub(crate) fn reach(&self) -> i32 {
-        let apart = self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size;
-        ((self.config.max_gap + 2.0 * apart) / self.voxel_size).ceil() as i32
+        ((self.config.max_gap + 2.0 * self.apart()) / self.voxel_size).ceil() as i32
+    }
+
+    /// How far off their plane voxels of a patch may lie, metres.
+    fn apart(&self) -> f64 {
+        self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size
     }
 
     /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better:
@@ -126,16 +148,18 @@ impl Criterion {
         near as f64 > self.config.min_point_ratio * all as f64
     }
 
-    /// The patches overlap or lie within the gap of each other, on the map plane.
-    fn patches_adjoin(
+    /// The patches overlap or lie within the gap of each other, on the map plane, elsewhere than beside what
+    /// stands between them.
+    pub(crate) fn patches_adjoin(
         &self,
         detected: &FinitePlane<'_>,
         mapped: &FinitePlane<'_>,
         region: &VoxelBox,
+        partitions: &[Partition],
     ) -> bool {
         let frame = PlaneFrame::new(mapped.centroid, mapped.plane.normal());
         let Self { voxel_size, config: AssociationConfig { max_gap, .. }, .. } = *self;
-        let contact = Contact { voxel_size, frame, max_gap, reach: self.reach(), region };
+        let contact = Contact { voxel_size, frame, max_gap, reach: self.reach(), region, partitions };
         contact.holds(detected.patch, mapped.patch)
     }
 

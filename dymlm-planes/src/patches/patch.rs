@@ -110,7 +110,7 @@ impl Patch {
     }
 
     /// The voxels in a box, in a fixed order. O(blocks in the box).
-    pub(crate) fn voxels_in(&self, region: &VoxelBox) -> impl Iterator<Item = PatchVoxel> {
+    pub(crate) fn voxels_in<'a>(&'a self, region: &VoxelBox) -> impl Iterator<Item = PatchVoxel> + use<'a> {
         let region = region.intersection(&self.bounds);
         let mut found = Vec::new();
         visit_in(&self.blocks, &region, 0, |block, voxels| found.push((block, voxels)));
@@ -187,13 +187,17 @@ impl Patch {
         cells
     }
 
-    /// Number of voxels in a box that two patches have in common, counted up to `most`.
-    pub(crate) fn common_voxels(&self, other: &Self, region: &VoxelBox, most: usize) -> usize {
+    /// The voxels in a box that two patches have in common.
+    pub(crate) fn common_voxels<'a>(
+        &'a self,
+        other: &'a Self,
+        region: &VoxelBox,
+    ) -> impl Iterator<Item = PatchVoxel> + use<'a> {
         let here = |voxel: &PatchVoxel| {
             let block = other.blocks.get(&BlockKey::of(voxel.cell));
             block.is_some_and(|block| block.binary_search_by_key(&local(voxel.cell), |v| v.local).is_ok())
         };
-        self.voxels_in(&region.intersection(&other.bounds)).filter(here).take(most).count()
+        self.voxels_in(&region.intersection(&other.bounds)).filter(here)
     }
 
     /// Whether there is a voxel at a point or beside it.
@@ -202,13 +206,14 @@ impl Patch {
         let mut found = false;
         visit_in(&self.blocks, &beside.intersection(&self.bounds), 0, |block, voxels| {
             let part = beside.intersection(&block.voxels());
-            found |= (part.min[0]..=part.max[0]).any(|x| {
-                (part.min[1]..=part.max[1]).any(|y| {
-                    let [first, last] = [part.min[2], part.max[2]].map(|z| local([x, y, z]));
-                    let from = voxels.partition_point(|voxel| voxel.local < first);
-                    voxels.get(from).is_some_and(|voxel| voxel.local <= last)
-                })
-            });
+            found = found
+                || (part.min[0]..=part.max[0]).any(|x| {
+                    (part.min[1]..=part.max[1]).any(|y| {
+                        let [first, last] = [part.min[2], part.max[2]].map(|z| local([x, y, z]));
+                        let from = voxels.partition_point(|voxel| voxel.local < first);
+                        voxels.get(from).is_some_and(|voxel| voxel.local <= last)
+                    })
+                });
         });
         found
     }
@@ -285,8 +290,7 @@ mod tests {
             prop_assert!(sum.voxels().all(|voxel| bounds.contains(voxel.cell)));
             prop_assert_eq!(sum.voxels().count(), sum.len());
             let shared = a.voxels().filter(|v| b.voxels().any(|w| w.cell == v.cell)).count();
-            prop_assert_eq!(a.common_voxels(&b, &bounds, usize::MAX), shared);
-            prop_assert_eq!(a.common_voxels(&b, &bounds, 2), shared.min(2));
+            prop_assert_eq!(a.common_voxels(&b, &bounds).count(), shared);
             sum.subtract(&b, |block| added.retain(|added| *added != block));
             prop_assert_eq!(&sum, &a);
             prop_assert!(added.into_iter().eq(a.blocks()));

@@ -1,6 +1,6 @@
 use dymlm_core::{DepthView, Plane, Pose, Visibility};
 
-use crate::association::FinitePlane;
+use crate::association::{FinitePlane, Partition};
 use crate::linear_algebra::foot_on;
 use crate::patches::{CoarseCell, Patch, VoxelBox};
 
@@ -47,6 +47,7 @@ impl Gap {
         voxel_size: f64,
         max_width: f64,
         region: &VoxelBox,
+        partitions: &[Partition],
     ) -> Option<Self> {
         let (reach, mut level) = ((max_width / voxel_size).ceil() as i32, FINEST_LEVEL);
         let near = |patch: &Patch, other: &Patch| {
@@ -58,7 +59,11 @@ impl Gap {
             CoarseCell::double(&mut of_b);
             level += 1;
         }
-        let places = shortest_ways(&of_a, &of_b, max_width / voxel_size, level)
+        let is_clear = |[from, to]: [[f64; 3]; 2]| {
+            let [from, to] = [from, to].map(|place| place.map(|c| c * voxel_size));
+            !partitions.iter().any(|partition| partition.parts(from, to))
+        };
+        let places = shortest_ways(&of_a, &of_b, max_width / voxel_size, level, is_clear)
             .flat_map(|[from, to]| {
                 let from = foot_on(&a.plane, from.map(|c| c * voxel_size));
                 let to = foot_on(&b.plane, to.map(|c| c * voxel_size));
@@ -103,26 +108,32 @@ impl Gap {
     }
 }
 
-/// From each cell of the one patch to the nearest of the other: the ways that are at most a cell longer than
-/// the shortest, some of them, spread over all. In voxels.
+/// From each cell of the one patch to the nearest of the other that the way is clear to: the ways that are at
+/// most a cell longer than the shortest, some of them, spread over all. In voxels.
 fn shortest_ways(
     of_a: &[CoarseCell],
     of_b: &[CoarseCell],
     max_length: f64,
     level: u32,
+    is_clear: impl Fn([[f64; 3]; 2]) -> bool,
 ) -> impl Iterator<Item = [[f64; 3]; 2]> {
     let side = f64::from(1_u32 << level);
+    let most = (max_length / side).powi(2).floor() as i64;
     let ways: Vec<(f64, [[f64; 3]; 2])> = of_a
         .iter()
         .filter_map(|a| {
-            let nearest = of_b.iter().min_by_key(|b| a.square_distance(**b))?;
-            let length = (a.square_distance(*nearest) as f64).sqrt() * side;
-            Some((length, [a.center(level), nearest.center(level)]))
+            let mut nearest = None;
+            for b in of_b {
+                let (distance, way) = (a.square_distance(*b), [a.center(level), b.center(level)]);
+                if distance <= most && nearest.is_none_or(|(least, _)| distance < least) && is_clear(way) {
+                    nearest = Some((distance, way));
+                }
+            }
+            nearest.map(|(distance, way)| ((distance as f64).sqrt() * side, way))
         })
         .collect();
     let least = ways.iter().map(|(length, _)| *length).fold(f64::INFINITY, f64::min);
-    let most = if least <= max_length { least + side } else { -1.0 };
-    let short: Vec<_> = ways.into_iter().filter(|(length, _)| *length <= most).collect();
+    let short: Vec<_> = ways.into_iter().filter(|(length, _)| *length <= least + side).collect();
     let stride = short.len().div_ceil(MOST_WAYS).max(1);
     short.into_iter().step_by(stride).map(|(_, way)| way)
 }

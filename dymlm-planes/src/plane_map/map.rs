@@ -15,7 +15,7 @@ use super::key_frame::{KeyFrame, Places};
 use super::map_plane::{MapPlane, ShapeSettings};
 use super::observation::{Observation, reach_of_planes};
 use super::report::PlaneReport;
-use crate::association::{Agreement, Criterion};
+use crate::association::{Agreement, Criterion, FinitePlane, Partition};
 use crate::detector::DetectedPlane;
 use crate::error::Error;
 use crate::patches::{PlaneIndex, VoxelBox};
@@ -216,10 +216,28 @@ impl PlaneMap {
         let near = self.index.near(&region).into_iter().filter_map(|id| self.planes.get(&id));
         let candidates = near.filter_map(|mapped| {
             let agreement = self.criterion.test(&detected, &mapped.finite(), &region)?;
+            self.adjoin_clear_of_walls([&detected, &mapped.finite()], &region).then_some(())?;
             Some(Pairing { cost: self.criterion.cost(&agreement), plane: mapped.id, agreement })
         });
         // The first of equals: the oldest.
         candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    /// Whether two planes that adjoin do so elsewhere than beside a wall that stands between them.
+    fn adjoin_clear_of_walls(&self, [detected, mapped]: [&FinitePlane<'_>; 2], region: &VoxelBox) -> bool {
+        // A plane that reaches to the middle of the other is on its side of any wall.
+        if mapped.patch.is_near(detected.centroid, self.config.voxel_size) {
+            return true;
+        }
+        let partitions = self.partitions([detected, mapped]);
+        partitions.is_empty() || self.criterion.patches_adjoin(detected, mapped, region, &partitions)
+    }
+
+    /// The confirmed planes that stand between two others.
+    fn partitions(&self, planes: [&FinitePlane<'_>; 2]) -> Vec<Partition> {
+        let [a, b] = planes.map(|plane| self.criterion.near(plane));
+        let near = self.confirmed_near(a.intersection(&b));
+        self.criterion.partitions(planes, near.map(MapPlane::finite))
     }
 
     fn fuse(

@@ -230,10 +230,12 @@ impl PlaneRefiner {
         if z > patch_range(&self.sensor) || !self.trials[index].is_inlier(z, a as f32, b as f32) {
             return None;
         }
-        // Where the ray meets the plane, so that noise does not blur the patch.
-        let fit = &self.fits[index];
+        // Where the ray meets the plane, so that noise does not blur the patch; unless that is far from the
+        // reading, which is the wall's that the plane ends at.
+        let (fit, reading) = (&self.fits[index], z);
         let z = dot(fit.normal, fit.centroid) / dot(fit.normal, [a, b, 1.0]);
-        let is_in_range = (0.0..=self.sensor.max_depth.into()).contains(&z);
+        let is_there = (z - f64::from(reading)).abs() <= self.sensor.tolerance(reading, 0.0);
+        let is_in_range = is_there && (0.0..=self.sensor.max_depth.into()).contains(&z);
         is_in_range.then(|| (place, [a * z, b * z, z].map(|c| c as f32)))
     }
 }

@@ -69,7 +69,7 @@ impl PlaneMap {
             return None;
         }
         self.criterion.test_across_gap(&from, &into)?;
-        Gap::between(&from, &into, voxel_size, width, region)
+        Gap::between(&from, &into, voxel_size, width, region, &self.partitions([&from, &into]))
     }
 
     /// Merges planes that this key frame has touched with planes that they have become one with, best pair
@@ -116,7 +116,8 @@ impl PlaneMap {
         let found =
             |tie: Tie, agreement: &Agreement| FoundMerge { cost: self.criterion.cost(agreement), merge, tie };
         let (from, into) = (from.finite(), into.finite());
-        if let Some(agreement) = self.criterion.test(&from, &into, region) {
+        let adjoins = self.criterion.test(&from, &into, region);
+        if let Some(agreement) = adjoins.filter(|_| self.adjoin_clear_of_walls([&from, &into], region)) {
             return Some(found(Tie::Contact, &agreement));
         }
         let least = self.config.min_observations;

@@ -1,0 +1,70 @@
+use dymlm_core::Plane;
+use dymlm_core::vector3::{cross, dot, unit};
+
+use super::criterion::FinitePlane;
+use crate::patches::{Patch, VoxelBox};
+
+/// Cosine of the angle between two planes from which on the one stands across the other: 45 degrees. A lower
+/// angle would let a copy of a wall, tilted by noise, part the wall; a higher one only what is built upright.
+const COS_ACROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// A plane that stands between two that are coplanar: a side of the wall that parts two rooms' ceilings.
+///
+/// Depth images do not end a patch at the wall: at the corner readings are within the noise of both, and where
+/// they lie on the patch's plane may be a hand's breadth behind the wall. So what two patches have in common
+/// beside a partition says nothing, nor that it occludes the way from the one to the other.
+#[derive(Debug, Clone)]
+pub(crate) struct Partition {
+    plane: Plane,
+    /// How far before and behind it patches reach into it, metres.
+    reach: f64,
+    /// Along the line in which it meets the others: the steps, as long as a voxel, at which it stands.
+    along: [f64; 3],
+    first: i64,
+    stands: Vec<bool>,
+    voxel_size: f64,
+}
+
+impl Partition {
+    /// `None` unless one of two planes is before the wall and the other behind it, where they are near each
+    /// other: `region`. Its corner with them is not seen to the last: it stands up to `apart` metres beside its
+    /// own voxels. O(voxels of the three in the region).
+    pub(super) fn new(
+        wall: &FinitePlane<'_>,
+        [a, b]: [&FinitePlane<'_>; 2],
+        region: &VoxelBox,
+        voxel_size: f64,
+        [apart, reach]: [f64; 2],
+    ) -> Option<Self> {
+        let is_across =
+            |other: &FinitePlane<'_>| dot(wall.plane.normal(), other.plane.normal()).abs() < COS_ACROSS;
+        let side = |patch: &Patch| -> f64 {
+            patch.voxels_in(region).map(|voxel| wall.plane.signed_distance(voxel.center(voxel_size))).sum()
+        };
+        if !(is_across(a) && is_across(b) && side(a.patch) * side(b.patch) < 0.0) {
+            return None;
+        }
+        let along = unit(cross(wall.plane.normal(), a.plane.normal()))?;
+        let centers = wall.patch.voxels_in(region).map(|voxel| voxel.center(voxel_size));
+        let beside = centers.filter(|center| a.plane.signed_distance(*center).abs() <= reach);
+        let steps: Vec<i64> = beside.map(|center| (dot(along, center) / voxel_size).floor() as i64).collect();
+        let margin = (apart / voxel_size).ceil() as i64;
+        let (first, last) = (steps.iter().min()? - margin, steps.iter().max()? + margin);
+        let mut stands = vec![false; (last - first + 1) as usize];
+        for step in steps {
+            stands[(step - margin - first) as usize..=(step + margin - first) as usize].fill(true);
+        }
+        Some(Self { plane: wall.plane, reach, along, first, stands, voxel_size })
+    }
+
+    /// Whether the way from one place to another goes through it or, when it is too short for that, runs beside
+    /// it.
+    pub(crate) fn parts(&self, from: [f64; 3], to: [f64; 3]) -> bool {
+        let [s, t] = [from, to].map(|place| self.plane.signed_distance(place));
+        let share = if s * t < 0.0 { s / (s - t) } else { f64::from(u8::from(s.abs() > t.abs())) };
+        let [from, to] = [from, to].map(|place| dot(self.along, place));
+        let step = ((from + share * (to - from)) / self.voxel_size).floor() as i64 - self.first;
+        let is_there = usize::try_from(step).is_ok_and(|step| self.stands.get(step) == Some(&true));
+        is_there && (s * t < 0.0 || s.abs().min(t.abs()) <= self.reach)
+    }
+}
