@@ -6,6 +6,9 @@ pub(crate) const BLOCK_SIDE: usize = 8;
 /// Cells of a block.
 pub(crate) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
 
+/// Blocks of a neighbourhood.
+pub(crate) const NEIGHBORS: usize = 27;
+
 /// A bit for each cell of a block.
 pub(crate) type CellBits = [u64; BLOCK_CELLS / 64];
 
@@ -69,11 +72,17 @@ impl BlockKey {
     /// The block and the 26 around it.
     pub(crate) fn neighborhood(self) -> impl Iterator<Item = Neighbor> {
         let center = self.block();
-        (0..27).map(move |neighbor| {
-            let step = [neighbor % 3, neighbor / 3 % 3, neighbor / 9].map(|c| c - 1);
+        (0..NEIGHBORS).map(move |place| {
+            let step = step_to(place);
             Neighbor { step, key: Self::new(std::array::from_fn(|axis| center[axis] + step[axis])) }
         })
     }
+}
+
+/// The step to a block by its place in a [neighbourhood](BlockKey::neighborhood).
+#[inline]
+pub(crate) fn step_to(place: usize) -> [i32; 3] {
+    [place % 3, place / 3 % 3, place / 9].map(|c| c as i32 - 1)
 }
 
 /// A block in the neighbourhood of another.

@@ -228,7 +228,7 @@ impl CloudMap {
         slots.collect::<Vec<_>>().into_iter().flat_map(move |(slot, judgement)| {
             let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
             let chosen = match selection {
-                Selection::All => *block.places(),
+                Selection::All => *block.places().cells(),
                 Selection::Static => judgement.statics,
             };
             block.voxels(&chosen).into_iter().map(move |(place, voxel)| {

@@ -193,15 +193,18 @@ impl Evidence {
 
     /// Those voxels of a block of voxels whose cells are among these of the evidence's block around.
     pub(crate) fn voxels_in(&self, cells: &CellBits, voxels: BlockKey) -> CellBits {
+        let (_, first) = self.cell_of(voxels.cell(0));
+        // Cells along the side of the block of voxels, and of voxels in it along the side of a cell.
+        let (count, side) = (BLOCK_SIDE >> self.cell_shift.min(3), 1 << self.cell_shift.min(3));
+        // The voxels of one cell in a layer, which is a word of eight rows.
+        let row = 0xFF >> (BLOCK_SIDE - side);
+        let square = (0..side).fold(0, |square, y| square | row << (BLOCK_SIDE * y));
         let mut inside = CellBits::default();
-        for (index, word) in inside.iter_mut().enumerate() {
-            // A word is a layer of voxels, eight rows.
-            for row in 0..BLOCK_SIDE {
-                let (_, first) = self.cell_of(voxels.cell(64 * index + BLOCK_SIDE * row));
-                for x in 0..BLOCK_SIDE {
-                    *word |= u64::from(has(cells, first + (x >> self.cell_shift))) << (BLOCK_SIDE * row + x);
-                }
-            }
+        for z in 0..count {
+            let in_layer = (0..count).flat_map(|y| (0..count).map(move |x| (y, x)));
+            let in_layer = in_layer.filter(|(y, x)| has(cells, first + (z << 6 | y << 3 | x)));
+            let layer = in_layer.fold(0, |layer, (y, x)| layer | square << (side * (BLOCK_SIDE * y + x)));
+            inside[z * side..(z + 1) * side].fill(layer);
         }
         inside
     }

@@ -6,6 +6,7 @@
 mod block_store;
 mod body_motion;
 mod cell_counts;
+mod changes;
 mod cloud_map;
 mod config;
 mod depth_tiles;
@@ -20,6 +21,7 @@ mod mover_masks;
 mod opinion;
 mod parallel;
 mod place_history;
+mod places;
 mod rounding;
 mod static_cloud;
 mod thinning;

@@ -1,8 +1,10 @@
 use dymlm_core::{Point, PointCloud, Rgb};
 
-use crate::block_store::{BlockStore, CellBits, Neighbor, has, keep_slots, put, without};
+use crate::block_store::{BlockStore, CellBits, has, keep_slots, put, without};
+use crate::changes::{Change, Changes, Effect, Touched};
 use crate::evidence::Evidence;
-use crate::thinning::{Candidate, Thinning, Window, limit};
+use crate::places::Places;
+use crate::thinning::{Candidate, Thinning, Window, limit, looks_around};
 use crate::verdict::{Verdict, VerdictGrid};
 use crate::voxel_block::VoxelBlock;
 
@@ -34,6 +36,8 @@ struct StaticBlock {
     firm: CellBits,
     /// The greatest weight of these.
     heaviest: f32,
+    /// Whether one of these looks for heavier ones around.
+    looks_around: bool,
     /// Those of them that are no noise either.
     statics: CellBits,
     /// Mean places and colours of the static ones, by their place in the block; no colours when none has any.
@@ -49,31 +53,21 @@ pub(crate) struct Judgement {
     pub(crate) statics: CellBits,
 }
 
-/// What is new in a block.
-struct Change {
-    slot: usize,
-    firm: CellBits,
-    heaviest: f32,
-    /// Voxels that have other readings or another verdict than before.
-    voxels: CellBits,
-    effect: Effect,
-}
-
-/// What a change can mean for voxels around.
-#[derive(Debug, Clone, Copy, Default)]
-struct Effect {
-    /// The greatest weight that is new.
-    raised: f32,
-    /// The greatest weight that is gone, at most.
-    lowered: f32,
+/// The voxels of a block that are judged anew, and those that are not.
+struct Asked {
+    /// Those that are static and stay so.
+    settled: CellBits,
+    /// Those that have changed themselves.
+    changed: CellBits,
+    /// Those that were static, and those that were noise, with changes around that may concern them.
+    kept: CellBits,
+    noise: CellBits,
 }
 
 /// What judging a block needs in between.
 #[derive(Debug, Default)]
 struct Scratch {
     candidates: Vec<Candidate>,
-    /// Steps to the blocks around, and their slots.
-    around: Vec<([i32; 3], usize)>,
     window: Window,
 }
 
@@ -103,29 +97,19 @@ impl StaticCloud {
         }
         let changes = self.changes(source);
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
-        // By slot: 1 + the index of the block's own change, and the effect of all around.
-        let mut own = vec![0_u32; count];
-        let mut effects = vec![Effect::default(); count];
-        for (index, change) in changes.iter().enumerate() {
+        for change in changes.iter() {
             let block = &mut self.blocks[change.slot];
-            (block.firm, block.heaviest) = (change.firm, change.heaviest);
-            own[change.slot] = index as u32 + 1;
-            for Neighbor { key, .. } in voxels.keys()[change.slot].neighborhood() {
-                if let Some(slot) = voxels.slot(key) {
-                    effects[slot] = effects[slot].join(change.effect);
-                }
-            }
+            block.firm = *change.firm.cells();
+            block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
+            block.looks_around = change.radii.iter().any(|&radius| looks_around(radius));
         }
-        let is_touched = |slot: &usize| own[*slot] > 0 || effects[*slot].is_any();
-        let touched: Vec<usize> = (0..count).filter(is_touched).collect();
-        let judged = crate::parallel::map_with(touched, Scratch::default, |scratch, slot| {
-            let change_at =
-                |slot: usize| (own[slot] as usize).checked_sub(1).and_then(|index| changes.get(index));
-            let change = change_at(slot);
-            let statics = self.judge(source, slot, change_at, effects[slot], scratch);
+        let touched = changes.touched(voxels, |slot| self.blocks[slot].looks_around);
+        let judged = crate::parallel::map_with(touched, Scratch::default, |scratch, mut touched| {
+            let (slot, before) = (touched.slot, &self.blocks[touched.slot]);
+            let statics = self.judge(source, &changes, &mut touched, scratch);
             // A voxel that has changed has moved.
-            let is_new = change.is_some() || statics != self.blocks[slot].statics;
-            is_new.then(|| (slot, StaticBlock::new(source, slot, statics, &self.blocks[slot])))
+            let is_new = changes.of(slot).is_some() || statics != before.statics;
+            is_new.then(|| (slot, StaticBlock::new(source, slot, statics, changes.of(slot), before)))
         });
         for (slot, block) in judged.into_iter().flatten() {
             self.len += block.points.len();
@@ -145,7 +129,7 @@ impl StaticCloud {
     }
 
     /// What has changed since the last call.
-    fn changes(&self, source: Source<'_>) -> Vec<Change> {
+    fn changes(&self, source: Source<'_>) -> Changes {
         let blocks = source.voxels.blocks();
         let changes = |slot: usize| {
             let evidence = (self.blocks[slot].evidence as usize).checked_sub(1);
@@ -155,118 +139,134 @@ impl StaticCloud {
             let cells = statics.map_or(CellBits::default(), |(cells, _)| *cells);
             has_changed.then(|| self.change_of(source, slot, &cells)).flatten()
         };
-        crate::parallel::map((0..blocks.len()).collect(), changes).into_iter().flatten().collect()
+        let changes = crate::parallel::map((0..blocks.len()).collect(), changes);
+        Changes::new(changes.into_iter().flatten().collect(), self.blocks.len())
     }
 
     fn change_of(&self, source: Source<'_>, slot: usize, cells: &CellBits) -> Option<Change> {
-        let (key, block, before) =
-            (source.voxels.keys()[slot], &source.voxels.blocks()[slot], &self.blocks[slot]);
-        let inside = source.evidence.voxels_in(cells, key);
+        let Source { voxels: all, thinning, evidence, .. } = source;
+        let (key, block, before) = (all.keys()[slot], &all.blocks()[slot], &self.blocks[slot]);
+        let inside = evidence.voxels_in(cells, key);
         let (mut voxels, mut firm) = (CellBits::default(), CellBits::default());
-        let (mut heaviest, mut effect) = (0.0_f32, Effect::default());
         let has_readings = block.stamp > self.stamp;
         for word in 0..firm.len() {
-            firm[word] = block.places()[word] & inside[word];
+            firm[word] = block.places().cells()[word] & inside[word];
             let changed = if has_readings { block.changed[word] & firm[word] } else { 0 };
             voxels[word] = changed | firm[word] ^ before.firm[word];
         }
-        let weight = |index| source.thinning.weight(block.weight(index));
-        block.for_each(&firm, |place, index| {
-            let weight = weight(index);
-            heaviest = heaviest.max(weight);
+        let is_lowered = block.lowered > self.stamp;
+        if voxels == CellBits::default() && !is_lowered {
+            return None;
+        }
+
+        let mut effect = Effect { raised: 0.0, lowered: if is_lowered { f32::INFINITY } else { 0.0 } };
+        block.places().for_each(&without(before.firm, firm), |_, index| {
+            effect.lowered = effect.lowered.max(thinning.weight(block.weight(index)));
+        });
+        let mut change = Change {
+            slot,
+            firm: Places::new(firm),
+            weights: Vec::with_capacity(block.len()),
+            radii: Vec::with_capacity(block.len()),
+            seen: CellBits::default(),
+            voxels,
+            effect,
+        };
+        block.places().for_each(&firm, |place, index| {
+            let (sum, observations) = (block.weight(index), block.observations(index));
+            let weight = thinning.weight(sum);
+            change.weights.push(weight);
+            change.radii.push(thinning.radius(sum, observations));
+            if thinning.is_seen(observations) {
+                put(&mut change.seen, place);
+            }
             if has(&voxels, place) {
-                effect.raised = effect.raised.max(weight);
+                change.effect.raised = change.effect.raised.max(weight);
             }
         });
-        block.for_each(&without(before.firm, firm), |_, index| {
-            effect.lowered = effect.lowered.max(weight(index));
-        });
-        if block.lowered > self.stamp {
-            effect.lowered = f32::INFINITY;
-        }
-        let has_changed = voxels != CellBits::default() || effect.lowered > 0.0;
-        has_changed.then_some(Change { slot, firm, heaviest, voxels, effect })
+        Some(change)
     }
 
     /// The static voxels of a block.
-    fn judge<'c>(
+    fn judge(
         &self,
         source: Source<'_>,
-        slot: usize,
-        change_at: impl Fn(usize) -> Option<&'c Change>,
-        effect: Effect,
-        scratch: &mut Scratch,
+        changes: &Changes,
+        touched: &mut Touched,
+        Scratch { candidates, window }: &mut Scratch,
     ) -> CellBits {
-        let changed = change_at(slot).map_or(CellBits::default(), |change| change.voxels);
-        let Source { voxels, thinning, .. } = source;
-        let before = &self.blocks[slot];
-        let mut statics = CellBits::default();
-        scratch.candidates.clear();
-        let block = &voxels.blocks()[slot];
-        let mut asked = CellBits::default();
-        for word in 0..asked.len() {
-            let [changed, kept] = [changed[word], before.statics[word]].map(|bits| bits & before.firm[word]);
-            let raised = if effect.raised > 0.0 { kept } else { 0 };
-            let lowered = if effect.lowered > 0.0 { before.firm[word] & !kept } else { 0 };
-            asked[word] = changed | raised | lowered;
-            statics[word] = kept & !asked[word];
-        }
-        block.for_each(&asked, |place, index| {
-            let (weight, observations) = (block.weight(index), block.observations(index));
-            let limit = limit(thinning.weight(weight));
-            if !has(&changed, place) {
-                let was_static = has(&before.statics, place);
-                if limit >= if was_static { effect.raised } else { effect.lowered } {
-                    if was_static {
-                        put(&mut statics, place);
-                    }
-                    return;
-                }
-            }
-            if !thinning.is_seen(observations) {
-                return;
-            }
-            match thinning.candidate(place, weight, observations) {
-                Some(candidate) => scratch.candidates.push(candidate),
-                None => put(&mut statics, place),
-            }
-        });
-        if scratch.candidates.is_empty() {
+        let change = changes.of(touched.slot);
+        let asked = self.blocks[touched.slot].asked(change, touched.effect);
+        let mut statics = asked.settled;
+        find_candidates(source, touched, change, &asked, &mut statics, candidates);
+        if candidates.is_empty() {
             return statics;
         }
-        let Scratch { candidates, around, window } = scratch;
-        let neighbor = |Neighbor { step, key }: Neighbor| voxels.slot(key).map(|slot| (step, slot));
-        around.clear();
-        around.extend(voxels.keys()[slot].neighborhood().filter_map(neighbor));
-        let heaviest = around.iter().map(|&(_, slot)| self.blocks[slot].heaviest).fold(0.0, f32::max);
+        // What stood the test before is asked only about what is new.
+        let only_new = change.is_none() && asked.noise == CellBits::default();
+        if change.is_none() && !only_new {
+            touched.find_around(source.voxels);
+        }
+        window.reset(candidates);
+        let heaviest = self.fill_with_changes(changes, touched, only_new, window);
+        candidates.retain(|candidate| !source.thinning.is_noise(window, candidate, heaviest));
         candidates.retain(|candidate| {
-            let may_be_noise = candidate.limit < heaviest;
-            if !may_be_noise {
+            let is_static = only_new || has(&asked.kept, candidate.place);
+            if is_static {
                 put(&mut statics, candidate.place);
             }
-            may_be_noise
+            !is_static
         });
         if candidates.is_empty() {
             return statics;
         }
-        window.reset(candidates);
-        // What stood the test before is asked only about what is new.
-        let only_new = changed == CellBits::default() && effect.lowered == 0.0;
-        for &(step, slot) in &*around {
-            let (heaviest, weighty) = if only_new {
-                let Some(change) = change_at(slot) else { continue };
-                (change.effect.raised, &change.voxels)
-            } else {
-                (self.blocks[slot].heaviest, &self.blocks[slot].firm)
-            };
-            if heaviest > window.least_limit() {
-                window.fill(step, &voxels.blocks()[slot], weighty, thinning);
-            }
-        }
-        for candidate in candidates.iter().filter(|candidate| !thinning.is_noise(window, candidate)) {
+        let heaviest = self.fill_with_others(source, changes, touched, window);
+        let thinning = source.thinning;
+        for candidate in candidates.iter().filter(|candidate| !thinning.is_noise(window, candidate, heaviest))
+        {
             put(&mut statics, candidate.place);
         }
         statics
+    }
+
+    /// Puts the blocks around that have changed into the window, or what has changed in them; gives the
+    /// greatest weight in these blocks.
+    fn fill_with_changes(
+        &self,
+        changes: &Changes,
+        touched: &Touched,
+        only_new: bool,
+        window: &mut Window,
+    ) -> f32 {
+        let changed = touched.around().filter_map(|(step, slot)| Some((step, slot, changes.of(slot)?)));
+        changed.fold(0.0, |heaviest, (step, slot, change)| {
+            let heaviest_here = if only_new { change.effect.raised } else { self.blocks[slot].heaviest };
+            if heaviest_here > window.least_limit() {
+                let voxels = if only_new { &change.voxels } else { change.firm.cells() };
+                window.fill(step, &change.firm, voxels, |rank| change.weights[rank]);
+            }
+            heaviest.max(heaviest_here)
+        })
+    }
+
+    /// Puts the blocks around that have not changed into the window; gives the greatest weight in them.
+    fn fill_with_others(
+        &self,
+        source: Source<'_>,
+        changes: &Changes,
+        touched: &Touched,
+        window: &mut Window,
+    ) -> f32 {
+        let others = touched.around().filter(|&(_, slot)| changes.of(slot).is_none());
+        others.fold(0.0, |heaviest, (step, slot)| {
+            let (voxels, block) = (&source.voxels.blocks()[slot], &self.blocks[slot]);
+            if block.heaviest > window.least_limit() {
+                window.fill(step, voxels.places(), &block.firm, |rank| {
+                    source.thinning.weight(voxels.weight(rank))
+                });
+            }
+            heaviest.max(block.heaviest)
+        })
     }
 
     /// The newest stamp of a voxel that has been taken in.
@@ -323,26 +323,87 @@ impl Judgement {
     }
 }
 
-impl Effect {
-    fn join(self, other: Self) -> Self {
-        Self { raised: self.raised.max(other.raised), lowered: self.lowered.max(other.lowered) }
-    }
-
-    fn is_any(self) -> bool {
-        self.raised > 0.0 || self.lowered > 0.0
+/// Finds those of the asked voxels whose own readings do not tell what they are: they may be noise.
+fn find_candidates(
+    source: Source<'_>,
+    touched: &Touched,
+    change: Option<&Change>,
+    asked: &Asked,
+    statics: &mut CellBits,
+    candidates: &mut Vec<Candidate>,
+) {
+    candidates.clear();
+    let (block, thinning) = (&source.voxels.blocks()[touched.slot], source.thinning);
+    let mut find = |place: usize, weight: f32, is_seen_within: &dyn Fn() -> Option<f32>| {
+        let (limit, was_static) = (limit(weight), has(&asked.kept, place));
+        let heaviest = if was_static { touched.effect.raised } else { touched.effect.lowered };
+        let is_concerned = has(&asked.changed, place) || limit < heaviest;
+        match is_concerned.then(is_seen_within).flatten() {
+            Some(radius) if looks_around(radius) => candidates.push(Candidate { place, limit, radius }),
+            Some(_) => put(statics, place),
+            None if was_static => put(statics, place),
+            None => {}
+        }
+    };
+    let all = std::array::from_fn(|word| asked.changed[word] | asked.kept[word] | asked.noise[word]);
+    if let Some(change) = change {
+        change.firm.for_each(&all, |place, rank| {
+            find(place, change.weights[rank], &|| has(&change.seen, place).then_some(change.radii[rank]));
+        });
+    } else {
+        block.places().for_each(&all, |place, index| {
+            let weight = block.weight(index);
+            find(place, thinning.weight(weight), &|| {
+                let observations = block.observations(index);
+                thinning.is_seen(observations).then(|| thinning.radius(weight, observations))
+            });
+        });
     }
 }
 
 impl StaticBlock {
-    fn new(source: Source<'_>, slot: usize, statics: CellBits, before: &Self) -> Self {
+    /// The firm voxels that changes in the block and around may concern.
+    fn asked(&self, change: Option<&Change>, effect: Effect) -> Asked {
+        let changed = change.map_or(CellBits::default(), |change| change.voxels);
+        let [raised, lowered] =
+            [effect.raised, effect.lowered].map(|effect| if effect > 0.0 { u64::MAX } else { 0 });
+        let none = CellBits::default();
+        let mut asked = Asked { settled: none, changed: none, kept: none, noise: none };
+        for (word, changed) in changed.into_iter().enumerate() {
+            let others = self.firm[word] & !changed;
+            asked.changed[word] = self.firm[word] & changed;
+            asked.kept[word] = others & self.statics[word] & raised;
+            asked.noise[word] = others & !self.statics[word] & lowered;
+            asked.settled[word] = others & self.statics[word] & !raised;
+        }
+        asked
+    }
+
+    fn new(
+        source: Source<'_>,
+        slot: usize,
+        statics: CellBits,
+        change: Option<&Change>,
+        before: &Self,
+    ) -> Self {
         let (key, block) = (source.voxels.keys()[slot], &source.voxels.blocks()[slot]);
         let count: u32 = statics.iter().map(|bits| bits.count_ones()).sum();
         let mut points = Vec::with_capacity(count as usize);
         let mut colors = Vec::new();
-        block.for_each(&statics, |place, index| {
-            let voxel = block.voxel(index);
-            points.push(voxel.mean_position(key.cell(place), source.voxel_size));
-            if let Some(color) = voxel.mean_color() {
+        // What has not changed is where it was; whether it has a colour its voxel tells.
+        let changed = change.map_or(CellBits::default(), |change| change.voxels);
+        let old = Places::new(before.statics);
+        let is_kept = |place| old.has(place) && !has(&changed, place);
+        block.places().for_each(&statics, |place, index| {
+            let (point, color) = if is_kept(place) && block.is_colored() {
+                let rank = old.rank(place);
+                (before.points[rank], before.colors.get(rank).copied())
+            } else {
+                let voxel = block.voxel(index);
+                (voxel.mean_position(key.cell(place), source.voxel_size), voxel.mean_color())
+            };
+            points.push(point);
+            if let Some(color) = color {
                 if colors.is_empty() {
                     colors.reserve_exact(count as usize);
                 }
@@ -350,14 +411,7 @@ impl StaticBlock {
                 colors.push(color);
             }
         });
-        Self {
-            evidence: before.evidence,
-            firm: before.firm,
-            heaviest: before.heaviest,
-            statics,
-            points,
-            colors,
-        }
+        Self { statics, points, colors, ..*before }
     }
 
     fn memory_bytes(&self) -> usize {

@@ -1,6 +1,6 @@
 use crate::CloudMapConfig;
 use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block};
-use crate::voxel_block::VoxelBlock;
+use crate::places::Places;
 use crate::weighting::Weighting;
 
 /// Farthest that a voxel looks for heavier ones, voxels: no farther than the blocks around its own.
@@ -48,7 +48,7 @@ pub(crate) struct Candidate {
     /// It is noise when a voxel that weighs more ...
     pub(crate) limit: f32,
     /// ... lies within this radius, voxels.
-    radius: f32,
+    pub(crate) radius: f32,
 }
 
 /// The weights of the static voxels in and around a block; 0 elsewhere.
@@ -84,15 +84,17 @@ impl Thinning {
         observations >= self.min_observations
     }
 
-    /// What must not be found around a voxel; `None` when it looks not even as far as the next.
-    pub(crate) fn candidate(&self, place: usize, weight: u64, observations: u32) -> Option<Candidate> {
+    /// How far a voxel looks for heavier ones, voxels.
+    pub(crate) fn radius(&self, weight: u64, observations: u32) -> f32 {
         let deviation = self.weighting.standard_deviation(weight, observations);
-        let radius = (self.radius * deviation / self.voxel_size) as f32;
-        let limit = limit(self.weight(weight));
-        (radius >= 1.0).then(|| Candidate { place, limit, radius: radius.min(MAX_RADIUS as f32) })
+        ((self.radius * deviation / self.voxel_size) as f32).min(MAX_RADIUS as f32)
     }
 
-    pub(crate) fn is_noise(&self, window: &Window, candidate: &Candidate) -> bool {
+    /// Whether the window holds something that makes the candidate noise; the heaviest in it weighs so much.
+    pub(crate) fn is_noise(&self, window: &Window, candidate: &Candidate, heaviest: f32) -> bool {
+        if candidate.limit >= heaviest {
+            return false;
+        }
         let [x, y, z] = cell_in_block(candidate.place).map(|c| c as usize + window.radius);
         let center = (z * window.side() + y) * window.side() + x;
         let ball = window.radius.checked_sub(1).and_then(|index| self.balls.get(index));
@@ -102,6 +104,11 @@ impl Thinning {
             .map(|offset| window.weights[center.wrapping_add_signed(offset.step)])
             .any(|weight| weight > candidate.limit)
     }
+}
+
+/// Whether what looks so far looks beyond its own place.
+pub(crate) fn looks_around(radius: f32) -> bool {
+    radius >= 1.0
 }
 
 /// The weight beyond which another voxel makes one of this weight noise.
@@ -124,13 +131,13 @@ impl Window {
         self.least_limit
     }
 
-    /// Puts in the weights of these voxels of the block so many steps from the middle one.
+    /// Puts in the weights, by rank, of some of a block's voxels; the block is so many steps from the middle one.
     pub(crate) fn fill(
         &mut self,
         step: [i32; 3],
-        block: &VoxelBlock,
+        places: &Places,
         voxels: &CellBits,
-        thinning: &Thinning,
+        weight: impl Fn(usize) -> f32,
     ) {
         let [xs, ys, zs] = step.map(|step| match step {
             -1 => BLOCK_SIDE - self.radius..BLOCK_SIDE,
@@ -144,14 +151,14 @@ impl Window {
         let columns = (0xFF_u64 >> (BLOCK_SIDE - xs.len()) << xs.start) * 0x0101_0101_0101_0101;
         let rows = u64::MAX >> (BLOCK_SIDE * (BLOCK_SIDE - ys.len())) << (BLOCK_SIDE * ys.start);
         let inside = columns & rows;
-        block.for_each_in(
+        places.for_each_in(
             zs,
             |z| voxels[z] & inside,
-            |place, index| {
+            |place, rank| {
                 let [x, y, z] = cell_in_block(place).map(|c| c as usize);
                 let cell = origin.wrapping_add((z * side + y) * side + x);
                 if let Some(entry) = self.weights.get_mut(cell) {
-                    *entry = thinning.weight(block.weight(index));
+                    *entry = weight(rank);
                 }
             },
         );

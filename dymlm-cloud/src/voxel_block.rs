@@ -1,6 +1,5 @@
-use std::ops::Range;
-
-use crate::block_store::{BLOCK_CELLS, CellBits, has, put};
+use crate::block_store::{CellBits, put};
+use crate::places::Places;
 use crate::voxel::{Sums, Voxel};
 use crate::voxel_records::VoxelRecords;
 
@@ -8,9 +7,7 @@ use crate::voxel_records::VoxelRecords;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VoxelBlock {
     /// The places that have a voxel.
-    places: CellBits,
-    /// For each word of `places` the number of voxels before it.
-    before: [u16; BLOCK_CELLS / 64],
+    places: Places,
     /// Their sums but for the weights without colour, and their observations.
     records: VoxelRecords,
     /// The weights without colour; none where each reading has one.
@@ -29,22 +26,15 @@ impl VoxelBlock {
         self.records.len()
     }
 
-    /// The places that have a voxel.
-    pub(crate) fn places(&self) -> &CellBits {
+    /// The places that have a voxel; a voxel's index is its rank among them.
+    pub(crate) fn places(&self) -> &Places {
         &self.places
-    }
-
-    /// Number of voxels at places before this one: the index of the voxel there.
-    #[inline]
-    pub(crate) fn rank(&self, place: usize) -> usize {
-        let below = self.places[place / 64] & ((1 << (place % 64)) - 1);
-        usize::from(self.before[place / 64]) + below.count_ones() as usize
     }
 
     /// Makes the voxel at a place when there is none; tells whether it did.
     #[inline]
     pub(crate) fn make(&mut self, place: usize) -> bool {
-        let is_new = !has(&self.places, place);
+        let is_new = !self.places.has(place);
         if is_new {
             self.insert(place);
         }
@@ -52,19 +42,18 @@ impl VoxelBlock {
     }
 
     fn insert(&mut self, place: usize) {
-        let index = self.rank(place);
+        let index = self.places.rank(place);
         self.records.insert(index);
         if !self.uncolored.is_empty() {
             self.uncolored.insert(index, 0);
         }
-        put(&mut self.places, place);
-        self.before.iter_mut().skip(place / 64 + 1).for_each(|before| *before += 1);
+        self.places.insert(place);
     }
 
     /// Adds readings of so many frames to the voxel at a place, which has one. Arithmetic wraps.
     #[inline]
     pub(crate) fn add(&mut self, place: usize, readings: Sums, frames: u32) {
-        let index = self.rank(place);
+        let index = self.places.rank(place);
         let [weight, x, y, z, r, g, b, uncolored] = readings.to_array();
         // What is taken out of 32 bits is taken out of 64.
         let frames = i64::from(frames as i32) as u64;
@@ -77,7 +66,7 @@ impl VoxelBlock {
 
     /// The voxel at a place.
     pub(crate) fn get(&self, place: usize) -> Option<Voxel> {
-        has(&self.places, place).then(|| self.voxel(self.rank(place)))
+        self.places.has(place).then(|| self.voxel(self.places.rank(place)))
     }
 
     /// The voxel with this index.
@@ -101,49 +90,21 @@ impl VoxelBlock {
         self.records.last(index) as u32
     }
 
-    /// Calls `visit` for the place and the index of each voxel at these places, by place.
-    #[inline]
-    pub(crate) fn for_each(&self, places: &CellBits, visit: impl FnMut(usize, usize)) {
-        self.for_each_in(0..places.len(), |layer| places[layer], visit);
-    }
-
-    /// The same for places that are given layer by layer: each is a word.
-    #[inline]
-    pub(crate) fn for_each_in(
-        &self,
-        layers: Range<usize>,
-        places: impl Fn(usize) -> u64,
-        mut visit: impl FnMut(usize, usize),
-    ) {
-        for word in layers {
-            let mut bits = places(word);
-            if bits == 0 {
-                continue;
-            }
-            let all = self.places[word];
-            bits &= all;
-            let (before, in_rows) = (usize::from(self.before[word]), sums_before(all));
-            while bits != 0 {
-                let place = bits.trailing_zeros();
-                bits &= bits - 1;
-                let (row, x) = (place & !7, place & 7);
-                let in_row = (all >> row) as u8 & ((1 << x) - 1);
-                let index = before + (in_rows >> row & 0xFF) as usize + in_row.count_ones() as usize;
-                visit(64 * word + place as usize, index);
-            }
-        }
+    /// Whether each reading has a colour.
+    pub(crate) fn is_colored(&self) -> bool {
+        self.uncolored.is_empty()
     }
 
     /// Those of the voxels that are at these places, by place.
     pub(crate) fn voxels(&self, places: &CellBits) -> Vec<(usize, Voxel)> {
         let mut voxels = Vec::with_capacity(self.len());
-        self.for_each(places, |place, index| voxels.push((place, self.voxel(index))));
+        self.places.for_each(places, |place, index| voxels.push((place, self.voxel(index))));
         voxels
     }
 
     /// The voxels by place.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, Voxel)> {
-        self.voxels(&self.places).into_iter()
+        self.voxels(self.places.cells()).into_iter()
     }
 
     /// Adds a voxel's readings to the voxel at a place.
@@ -199,19 +160,10 @@ impl VoxelBlock {
     }
 }
 
-/// For each byte of a word the number of ones in the bytes below.
-#[inline]
-fn sums_before(word: u64) -> u64 {
-    let pairs = word - (word >> 1 & 0x5555_5555_5555_5555);
-    let quads = (pairs & 0x3333_3333_3333_3333) + (pairs >> 2 & 0x3333_3333_3333_3333);
-    let bytes = (quads + (quads >> 4)) & 0x0F0F_0F0F_0F0F_0F0F;
-    // The product sums each byte and those below.
-    bytes.wrapping_mul(0x0101_0101_0101_0101) << 8
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::block_store::BLOCK_CELLS;
 
     #[test]
     fn sums_of_any_size_are_exact_and_can_be_taken_out() {
@@ -233,7 +185,7 @@ mod tests {
         let expected = || sums.iter().enumerate().filter(|(_, voxel)| !voxel.is_empty());
         assert!(block.iter().eq(expected().map(|(place, voxel)| (place, *voxel))));
         for (place, voxel) in expected() {
-            let (index, upper) = (block.rank(place), block.get(place).unwrap());
+            let (index, upper) = (block.places().rank(place), block.get(place).unwrap());
             assert_eq!(block.weight(index), voxel.sums.weight);
             assert_eq!(block.observations(index), upper.observations);
         }
@@ -241,7 +193,7 @@ mod tests {
             block.add(place, reading.negated(), frames.wrapping_neg());
         }
         assert!(block.iter().all(|(_, voxel)| voxel == Voxel::default()));
-        let places = *block.places();
+        let places = *block.places().cells();
         assert!(!block.is_overdrawn(&places));
         let (place, reading, _) = readings[0];
         block.add(place, reading.negated(), 0);

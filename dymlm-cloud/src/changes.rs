@@ -1,0 +1,120 @@
+use crate::block_store::{BlockStore, CellBits, NEIGHBORS, Neighbor, step_to};
+use crate::places::Places;
+use crate::voxel_block::VoxelBlock;
+
+/// What is new in a block of voxels.
+pub(crate) struct Change {
+    pub(crate) slot: usize,
+    /// The voxels that are no ghosts, by rank what they weigh and how far they look for heavier ones, voxels.
+    pub(crate) firm: Places,
+    pub(crate) weights: Vec<f32>,
+    pub(crate) radii: Vec<f32>,
+    /// Those of them that enough frames have read.
+    pub(crate) seen: CellBits,
+    /// Those of them that have other readings or another verdict than before.
+    pub(crate) voxels: CellBits,
+    pub(crate) effect: Effect,
+}
+
+/// What changes can mean for voxels around.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Effect {
+    /// The greatest weight that is new.
+    pub(crate) raised: f32,
+    /// The greatest weight that is gone, at most.
+    pub(crate) lowered: f32,
+}
+
+/// A block with changes in it, or around and within reach of its voxels.
+pub(crate) struct Touched {
+    pub(crate) slot: usize,
+    /// What these changes can mean.
+    pub(crate) effect: Effect,
+    /// 1 + the slots of the blocks around, itself among them, or 0 where there is none: those that have
+    /// changed, and all of them when it has changed itself.
+    around: [u32; NEIGHBORS],
+}
+
+/// All that is new, by blocks.
+pub(crate) struct Changes {
+    changes: Vec<Change>,
+    /// By slot: 1 + the index of the block's change, or 0.
+    indices: Vec<u32>,
+}
+
+impl Changes {
+    pub(crate) fn new(changes: Vec<Change>, slots: usize) -> Self {
+        let mut indices = vec![0; slots];
+        for (index, change) in changes.iter().enumerate() {
+            indices[change.slot] = index as u32 + 1;
+        }
+        Self { changes, indices }
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Change> {
+        self.changes.iter()
+    }
+
+    /// What is new in the block at a slot.
+    pub(crate) fn of(&self, slot: usize) -> Option<&Change> {
+        (self.indices[slot] as usize).checked_sub(1).and_then(|index| self.changes.get(index))
+    }
+
+    /// The blocks that have changed, and those around with a voxel that looks beyond its own place.
+    pub(crate) fn touched(
+        &self,
+        voxels: &BlockStore<VoxelBlock>,
+        looks_around: impl Fn(usize) -> bool,
+    ) -> Vec<Touched> {
+        let start = |change: &Change| Touched {
+            slot: change.slot,
+            effect: Effect::default(),
+            around: [0; NEIGHBORS],
+        };
+        let mut touched: Vec<Touched> = self.changes.iter().map(start).collect();
+        let mut indices = self.indices.clone();
+        for (own, change) in self.changes.iter().enumerate() {
+            for (place, Neighbor { key, .. }) in voxels.keys()[change.slot].neighborhood().enumerate() {
+                let Some(slot) = voxels.slot(key) else { continue };
+                touched[own].around[place] = slot as u32 + 1;
+                if !change.effect.is_any() || !looks_around(slot) {
+                    continue;
+                }
+                if indices[slot] == 0 {
+                    touched.push(Touched { slot, effect: Effect::default(), around: [0; NEIGHBORS] });
+                    indices[slot] = touched.len() as u32;
+                }
+                let neighbor = &mut touched[indices[slot] as usize - 1];
+                neighbor.effect = neighbor.effect.join(change.effect);
+                neighbor.around[NEIGHBORS - 1 - place] = change.slot as u32 + 1;
+            }
+        }
+        touched
+    }
+}
+
+impl Touched {
+    /// Steps to the blocks around that are known, and their slots.
+    pub(crate) fn around(&self) -> impl Iterator<Item = ([i32; 3], usize)> {
+        let known = self.around.iter().enumerate().filter(|(_, slot)| **slot > 0);
+        known.map(|(place, &slot)| (step_to(place), slot as usize - 1))
+    }
+
+    /// Finds all blocks around.
+    pub(crate) fn find_around(&mut self, voxels: &BlockStore<VoxelBlock>) {
+        let neighborhood = voxels.keys()[self.slot].neighborhood();
+        self.around.iter_mut().zip(neighborhood).for_each(|(slot, neighbor)| {
+            *slot = voxels.slot(neighbor.key).map_or(0, |slot| slot as u32 + 1);
+        });
+    }
+}
+
+impl Effect {
+    fn join(self, other: Self) -> Self {
+        Self { raised: self.raised.max(other.raised), lowered: self.lowered.max(other.lowered) }
+    }
+
+    pub(crate) fn is_any(self) -> bool {
+        self.raised > 0.0 || self.lowered > 0.0
+    }
+}
