@@ -1,5 +1,6 @@
 use crate::block_store::{BLOCK_CELLS, CellBits};
 use crate::evidence::Support;
+use crate::packed_counts::PackedCounts;
 
 /// What a frame has found in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,17 +13,21 @@ pub(crate) enum Finding {
 /// For each cell of a block, how many frames have found what there: for all cells, or for none as long as no
 /// cell differs from the others. Arithmetic wraps.
 ///
-/// Most counts fit into a byte: a period of seconds has few frames, and of what is near the camera for minutes
-/// there is little.
+/// Most counts of seconds fit into a byte. What is counted no more is [packed](Self::pack).
 #[derive(Debug, Clone, Default)]
 pub(crate) enum CellCounts {
     #[default]
     None,
     Narrow(Box<Cells<u8>>),
-    Wide(Box<Cells<u16>>),
+    Wide(Box<Cells<u32>>),
+    Packed(Box<PackedCounts>),
 }
 
-const FINDINGS: usize = 3;
+/// How many different findings there are.
+pub(crate) const FINDINGS: usize = 3;
+
+/// The counts of a cell, by [`Finding`].
+pub(crate) type Counts = [u32; FINDINGS];
 
 #[derive(Debug, Clone)]
 pub(crate) struct Cells<N> {
@@ -36,13 +41,13 @@ impl CellCounts {
         matches!(self, Self::None)
     }
 
-    /// The counts of a cell, by [`Finding`].
     #[inline]
-    fn get(&self, index: usize) -> [u16; FINDINGS] {
+    fn get(&self, index: usize) -> Counts {
         match self {
             Self::None => [0; FINDINGS],
-            Self::Narrow(cells) => cells.counts[index].map(u16::from),
+            Self::Narrow(cells) => cells.counts[index].map(u32::from),
             Self::Wide(cells) => cells.counts[index],
+            Self::Packed(cells) => cells.get(index),
         }
     }
 
@@ -52,18 +57,40 @@ impl CellCounts {
             Self::None => CellBits::default(),
             Self::Narrow(cells) => cells.read,
             Self::Wide(cells) => cells.read,
+            Self::Packed(cells) => cells.read(),
         }
     }
 
     #[inline]
     pub(crate) fn support(&self, index: usize) -> Support {
-        let [support, looked_through, movers] = self.get(index).map(u32::from);
+        let [support, looked_through, movers] = self.get(index);
         Support { support, looked_through, movers }
+    }
+
+    /// Keeps them in less memory, until one changes.
+    pub(crate) fn pack(&mut self) {
+        if matches!(self, Self::Narrow(_) | Self::Wide(_)) {
+            *self = Self::Packed(Box::new(PackedCounts::new(|index| self.get(index))));
+        }
+    }
+
+    fn unpack(&mut self) {
+        let packed = std::mem::take(self);
+        self.set(0, packed.get(0));
+        for index in 1..BLOCK_CELLS {
+            let counts = packed.get(index);
+            if counts != [0; FINDINGS] {
+                self.set(index, counts);
+            }
+        }
     }
 
     /// Sets the counts of a cell; all cells have counts from then on.
     #[inline]
-    fn set(&mut self, index: usize, counts: [u16; FINDINGS]) {
+    fn set(&mut self, index: usize, counts: Counts) {
+        if matches!(self, Self::Packed(_)) {
+            self.unpack();
+        }
         if self.is_empty() {
             let counts = [[0; FINDINGS]; BLOCK_CELLS];
             *self = Self::Narrow(Box::new(Cells { counts, read: CellBits::default() }));
@@ -71,11 +98,11 @@ impl CellCounts {
         if let Self::Narrow(cells) = self
             && counts.iter().any(|&count| count > u8::MAX.into())
         {
-            let counts = cells.counts.map(|cell| cell.map(u16::from));
+            let counts = cells.counts.map(|cell| cell.map(u32::from));
             *self = Self::Wide(Box::new(Cells { counts, read: cells.read }));
         }
         let read = match self {
-            Self::None => return,
+            Self::None | Self::Packed(_) => return,
             Self::Narrow(cells) => {
                 cells.counts[index] = counts.map(|count| count as u8);
                 &mut cells.read
@@ -92,7 +119,7 @@ impl CellCounts {
 
     /// Changes a count of a cell; gives what it was.
     #[inline]
-    pub(crate) fn add(&mut self, index: usize, finding: Finding, number: u16) -> u16 {
+    pub(crate) fn add(&mut self, index: usize, finding: Finding, number: u32) -> u32 {
         let mut counts = self.get(index);
         let before = counts[finding as usize];
         counts[finding as usize] = before.wrapping_add(number);
@@ -125,7 +152,8 @@ impl CellCounts {
         match self {
             Self::None => 0,
             Self::Narrow(_) => size_of::<Cells<u8>>(),
-            Self::Wide(_) => size_of::<Cells<u16>>(),
+            Self::Wide(_) => size_of::<Cells<u32>>(),
+            Self::Packed(cells) => size_of::<PackedCounts>() + cells.memory_bytes(),
         }
     }
 }

@@ -6,10 +6,11 @@ use crate::evidence::{Direction, Support};
 /// three of them (`a_new_wall_is_believed_within_ten_seconds`), so an epoch must be shorter than a third of
 /// the time that a map may take; a person who stops for less than that is not believed.
 pub(crate) const EPOCH: f64 = 2.5;
-/// Periods of more than 2^`MAX_LEVEL` epochs, ten minutes, are not made: their counts fit into 16 bits.
-const MAX_LEVEL: u32 = 8;
-/// What lies more than so many epochs, six hours, before a block was seen last is forgotten.
-const MEMORY: i32 = 32 << MAX_LEVEL;
+/// Periods of more than 2^`MAX_LEVEL` epochs, three hours, are not made.
+const MAX_LEVEL: u32 = 12;
+/// A period that ended so many epochs, six hours, before a block was seen last is forgotten: not before it has
+/// become one of the longest, so that the order of frames does not matter.
+const MEMORY: i32 = 2 << MAX_LEVEL;
 
 /// The epoch that a time lies in, seconds.
 pub(crate) fn epoch_of(timestamp: f64) -> i32 {
@@ -36,7 +37,7 @@ pub(crate) struct Period {
     first: i32,
     level: u32,
     /// Frames that look through all of the block; in addition to what the cells count.
-    looked_through: u16,
+    looked_through: u32,
     cells: CellCounts,
 }
 
@@ -113,7 +114,7 @@ impl Epochs {
             }
         }
         if let Some(period) = self.periods.last_mut() {
-            period.cells.add(index, Finding::Surface, u16::try_from(support).unwrap_or(u16::MAX));
+            period.cells.add(index, Finding::Surface, support);
         }
     }
 
@@ -152,6 +153,8 @@ impl Epochs {
                 _ => joined.push(period),
             }
         }
+        let older = joined.len().saturating_sub(1);
+        joined.iter_mut().take(older).for_each(|period| period.cells.pack());
         self.periods = joined;
     }
 }
@@ -202,21 +205,21 @@ impl Period {
     /// Counts a look through all of the block; tells whether more is taken out than was put in.
     pub(crate) fn count_whole(&mut self, direction: Direction) -> bool {
         let before = self.looked_through;
-        self.looked_through = before.wrapping_add(direction.unit() as u16);
+        self.looked_through = before.wrapping_add(direction.unit());
         direction == Direction::Remove && before == 0
     }
 
     /// Counts a finding in a cell; tells whether more is taken out than was put in.
     #[inline]
     pub(crate) fn count(&mut self, index: usize, finding: Finding, direction: Direction) -> bool {
-        let before = self.cells.add(index, finding, direction.unit() as u16);
+        let before = self.cells.add(index, finding, direction.unit());
         direction == Direction::Remove && before == 0
     }
 
     #[inline]
     fn at(&self, index: usize) -> Support {
         let cell = self.cells.support(index);
-        Support { looked_through: cell.looked_through + u32::from(self.looked_through), ..cell }
+        Support { looked_through: cell.looked_through.wrapping_add(self.looked_through), ..cell }
     }
 }
 
@@ -270,8 +273,9 @@ mod tests {
 
     #[test]
     fn a_frame_from_before_memory_says_nothing_in_any_order() {
+        let recent = [700, MEMORY - 1, MEMORY + 300, MEMORY + 301].map(|epoch| epoch + (1 << MAX_LEVEL));
         let frames =
-            [0, 700, MEMORY - 1, MEMORY + 300, MEMORY + 301].map(|epoch| (epoch, 0, Finding::Surface));
+            [0, recent[0], recent[1], recent[2], recent[3]].map(|epoch| (epoch, 0, Finding::Surface));
         let count = |order: &[usize]| {
             let mut epochs = Epochs::default();
             for &index in order {
@@ -298,7 +302,8 @@ mod tests {
             most = most.max(epochs.periods.len());
             counted += 1;
         }
-        assert!(most <= 48, "{most} periods");
+        assert!(most <= 26, "{most} periods");
+        assert!(epochs.memory_bytes() < 10_000, "{} bytes", epochs.memory_bytes());
         let sum: u32 = epochs.of_cell(0).map(|(_, counts)| counts.support).sum();
         assert!(sum <= counted && sum >= MEMORY as u32, "{sum} of {counted}");
         let spans: Vec<[f64; 2]> = epochs.of_cell(0).map(|(period, _)| period.span()).collect();

@@ -19,6 +19,7 @@ mod free_space;
 mod look_through;
 mod mover_masks;
 mod opinion;
+mod packed_counts;
 mod parallel;
 mod place_history;
 mod places;

@@ -25,6 +25,10 @@ impl Places {
         &self.cells
     }
 
+    pub(crate) fn len(&self) -> usize {
+        self.cells.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
     #[inline]
     pub(crate) fn has(&self, place: usize) -> bool {
         has(&self.cells, place)
