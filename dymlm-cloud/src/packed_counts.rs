@@ -12,11 +12,9 @@ pub(crate) struct PackedCounts {
     most: u32,
     looked_through: CellBits,
     others: Places,
-    /// Bytes of a number of these, little end first.
-    width: u8,
-    /// Numbers of each: there is none of movers when no cell has any.
-    findings: u8,
-    numbers: Box<[u8]>,
+    /// Bits of the numbers of these, by finding, and the numbers, one after the other.
+    widths: [u8; FINDINGS],
+    numbers: Box<[u64]>,
 }
 
 impl PackedCounts {
@@ -26,29 +24,33 @@ impl PackedCounts {
             |[surface, looked_through, mover]: Counts| (surface | mover == 0).then_some(looked_through);
         let most = cells().filter_map(|(_, counts)| free(counts)).max().unwrap_or(0);
         let (mut looked_through, mut others) = (CellBits::default(), CellBits::default());
-        let (mut all, mut movers) = (0, 0);
+        let mut all = [0; FINDINGS];
         for (index, counts) in cells() {
             match free(counts) {
                 Some(0) => {}
                 Some(looks) if looks == most => put(&mut looked_through, index),
                 _ => {
                     put(&mut others, index);
-                    all |= counts.into_iter().fold(0, |all, count| all | count);
-                    movers |= counts[Finding::Mover as usize];
+                    all = std::array::from_fn(|finding| all[finding] | counts[finding]);
                 }
             }
         }
-        let width = (size_of::<u32>() - all.leading_zeros() as usize / 8).max(1);
-        let findings = if movers == 0 { Finding::Mover as usize } else { FINDINGS };
-        let others = Places::new(others);
-        let mut numbers = Vec::with_capacity(others.len() * width * findings);
+        let widths = all.map(|all: u32| (u32::BITS - all.leading_zeros()) as u8);
+        let (others, bits) =
+            (Places::new(others), widths.iter().map(|&width| usize::from(width)).sum::<usize>());
+        let mut numbers = vec![0_u64; (others.len() * bits).div_ceil(64)];
+        let mut at = 0;
         for (_, counts) in cells().filter(|(index, _)| others.has(*index)) {
-            for count in counts.into_iter().take(findings) {
-                numbers.extend_from_slice(&count.to_le_bytes()[..width]);
+            for (count, width) in counts.into_iter().zip(widths) {
+                let (word, shift) = (at / 64, at % 64);
+                at += usize::from(width);
+                // A number may go on in the next word.
+                let spread = u128::from(count) << shift;
+                let parts = [spread as u64, (spread >> 64) as u64];
+                numbers.iter_mut().skip(word).zip(parts).for_each(|(word, part)| *word |= part);
             }
         }
-        let (width, findings) = (width as u8, findings as u8);
-        Self { most, looked_through, others, width, findings, numbers: numbers.into() }
+        Self { most, looked_through, others, widths, numbers: numbers.into() }
     }
 
     #[inline]
@@ -76,18 +78,20 @@ impl PackedCounts {
 
     /// Bytes owned.
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.numbers.len()
+        size_of_val(&*self.numbers)
     }
 
     #[inline]
     fn numbers_of(&self, rank: usize) -> Counts {
-        let (width, findings) = (usize::from(self.width), usize::from(self.findings));
-        let mut counts = [0; FINDINGS];
-        let numbers = self.numbers.chunks_exact(width).skip(rank * findings).take(findings);
-        for (count, bytes) in counts.iter_mut().zip(numbers) {
-            *count = bytes.iter().rev().fold(0, |number, &byte| number << 8 | u32::from(byte));
-        }
-        counts
+        let widths = self.widths.map(usize::from);
+        let mut at = rank * widths.iter().sum::<usize>();
+        widths.map(|width| {
+            let word = |index: usize| u128::from(self.numbers.get(index).copied().unwrap_or(0));
+            let spread = word(at / 64) | word(at / 64 + 1) << 64;
+            let number = (spread >> (at % 64)) as u64 & ((1 << width) - 1);
+            at += width;
+            number as u32
+        })
     }
 }
 
@@ -114,8 +118,9 @@ mod tests {
                     let [surface, _, mover] = counts(index);
                     assert_eq!(has(&packed.read(), index), surface | mover != 0);
                 }
+                // In bytes a number they would take three times that a cell.
                 let width = (1..4).find(|width| largest >> (8 * width) == 0).unwrap_or(4);
-                assert!(size_of::<PackedCounts>() + packed.memory_bytes() < BLOCK_CELLS * (width + 1) / 2);
+                assert!(size_of::<PackedCounts>() + packed.memory_bytes() < BLOCK_CELLS * (width + 2) / 4);
             }
         }
     }
