@@ -24,6 +24,17 @@ pub(crate) fn put(cells: &mut CellBits, index: usize) {
     cells[index / 64] |= 1 << (index % 64);
 }
 
+/// Calls `visit` for the index of each cell whose bit is set, by words.
+#[inline]
+pub(crate) fn for_each_bit(words: impl IntoIterator<Item = u64>, mut visit: impl FnMut(usize)) {
+    for (word, mut bits) in words.into_iter().enumerate() {
+        while bits != 0 {
+            visit(word * 64 + bits.trailing_zeros() as usize);
+            bits &= bits - 1;
+        }
+    }
+}
+
 /// The cells that are not among the others.
 #[inline]
 pub(crate) fn without(cells: CellBits, others: CellBits) -> CellBits {

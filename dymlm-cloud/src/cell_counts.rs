@@ -1,4 +1,4 @@
-use crate::block_store::{BLOCK_CELLS, CellBits};
+use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
 use crate::evidence::Support;
 use crate::packed_counts::PackedCounts;
 
@@ -63,8 +63,16 @@ impl CellCounts {
 
     #[inline]
     pub(crate) fn support(&self, index: usize) -> Support {
-        let [support, looked_through, movers] = self.get(index);
-        Support { support, looked_through, movers }
+        Support::of(self.get(index))
+    }
+
+    /// Calls `visit` at least for those of the cells that have counts.
+    pub(crate) fn for_each(&self, cells: &CellBits, mut visit: impl FnMut(usize, Counts)) {
+        match self {
+            Self::None => {}
+            Self::Narrow(_) | Self::Wide(_) => for_each_bit(*cells, |index| visit(index, self.get(index))),
+            Self::Packed(packed) => packed.for_each(cells, visit),
+        }
     }
 
     /// Keeps them in less memory, until one changes.

@@ -1,6 +1,7 @@
-use crate::block_store::{BLOCK_CELLS, CellBits};
+use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
 use crate::cell_counts::{CellCounts, Finding};
 use crate::evidence::{Direction, Support};
+use crate::opinion::{Opinion, OpinionFold};
 
 /// Length of an epoch, seconds. What has come to stand in a place that was free for long is believed after
 /// three of them (`a_new_wall_is_believed_within_ten_seconds`), so an epoch must be shorter than a third of
@@ -59,6 +60,15 @@ impl Epochs {
     /// What was counted in a cell, newest period first.
     pub(crate) fn of_cell(&self, index: usize) -> impl Iterator<Item = (&Period, Support)> {
         self.periods.iter().rev().map(move |period| (period, period.at(index)))
+    }
+
+    /// What the counts say of some cells, by index; of the others nothing.
+    pub(crate) fn opinions(&self, cells: &CellBits, looks_per_reading: f32) -> [Opinion; BLOCK_CELLS] {
+        let mut folds = [OpinionFold::NEW; BLOCK_CELLS];
+        for period in self.periods.iter().rev() {
+            period.for_each(cells, |index, counts| folds[index].add(counts, looks_per_reading));
+        }
+        folds.map(OpinionFold::opinion)
     }
 
     /// What was counted in a cell before an epoch, newest period first; all of it when there is nothing
@@ -214,6 +224,15 @@ impl Period {
     pub(crate) fn count(&mut self, index: usize, finding: Finding, direction: Direction) -> bool {
         let before = self.cells.add(index, finding, direction.unit());
         direction == Direction::Remove && before == 0
+    }
+
+    /// Calls `visit` at least for those of the cells that have counts.
+    fn for_each(&self, cells: &CellBits, mut visit: impl FnMut(usize, Support)) {
+        if self.looked_through == 0 {
+            self.cells.for_each(cells, |index, counts| visit(index, Support::of(counts)));
+        } else {
+            for_each_bit(*cells, |index| visit(index, self.at(index)));
+        }
     }
 
     #[inline]

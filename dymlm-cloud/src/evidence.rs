@@ -1,9 +1,10 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, has, keep_slots, split, without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, for_each_bit, has, keep_slots, split,
+    without,
 };
-use crate::cell_counts::Finding;
+use crate::cell_counts::{Counts, Finding};
 use crate::epochs::{Epochs, epoch_of};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
@@ -64,6 +65,12 @@ pub struct Support {
     pub looked_through: u32,
     /// Frames that read a mover there.
     pub movers: u32,
+}
+
+impl Support {
+    pub(crate) fn of([support, looked_through, movers]: Counts) -> Self {
+        Self { support, looked_through, movers }
+    }
 }
 
 /// Whether a frame is put in or taken out.
@@ -361,6 +368,11 @@ impl EvidenceBlock {
         Opinion::of(self.epochs.of_cell(index).map(|(_, counts)| counts), looks_per_reading)
     }
 
+    /// What its counts say of some cells, by index; of the others nothing.
+    pub(crate) fn opinions(&self, cells: &CellBits, looks_per_reading: f32) -> [Opinion; BLOCK_CELLS] {
+        self.epochs.opinions(cells, looks_per_reading)
+    }
+
     /// What all frames together say of the cell with this index.
     pub(crate) fn total(&self, index: usize) -> Support {
         self.epochs.of_cell(index).fold(Support::default(), |sum, (_, counts)| Support {
@@ -392,11 +404,6 @@ fn note_change(revisions: &mut Vec<u32>, slot: usize, revision: u32) {
 /// Calls `count` for each bit, all of them; tells whether any call said so.
 fn any_bit(cells: CellBits, mut count: impl FnMut(usize) -> bool) -> bool {
     let mut any = false;
-    for (word, mut bits) in cells.into_iter().enumerate() {
-        while bits != 0 {
-            any |= count(word * 64 + bits.trailing_zeros() as usize);
-            bits &= bits - 1;
-        }
-    }
+    for_each_bit(cells, |index| any |= count(index));
     any
 }

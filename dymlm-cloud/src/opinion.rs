@@ -37,24 +37,55 @@ impl Opinion {
     /// What the counts of periods say, the newest first. One reading of a surface outweighs
     /// `looks_per_reading` looks through it.
     pub(crate) fn of(periods: impl IntoIterator<Item = Support>, looks_per_reading: f32) -> Self {
-        let (mut presence, mut staticness) = (Fold::NEW, Fold::NEW);
-        let mut is_read = false;
+        let mut fold = OpinionFold::NEW;
         for counts in periods {
-            let [surface, looked_through, movers] =
-                [counts.support, counts.looked_through, counts.movers].map(|count| count as f32);
-            is_read |= counts.support > 0;
-            presence.add(looks_per_reading * surface - looked_through, surface + looked_through);
-            staticness.add(surface - movers, surface + movers);
-            if presence.weight.max(staticness.weight) < NEGLIGIBLE {
+            fold.add(counts, looks_per_reading);
+            if fold.is_done() {
                 break;
             }
         }
-        Self { presence: presence.limited(), staticness: staticness.limited(), is_read }
+        fold.opinion()
     }
 
     /// Whether something stands there that does not move.
     pub(crate) fn is_static(&self) -> bool {
         self.is_read && self.presence >= 0.0 && self.staticness >= 0.0
+    }
+}
+
+/// An opinion on the way: what some periods say, the newest first.
+#[derive(Clone, Copy)]
+pub(crate) struct OpinionFold {
+    presence: Fold,
+    staticness: Fold,
+    is_read: bool,
+}
+
+impl OpinionFold {
+    pub(crate) const NEW: Self = Self { presence: Fold::NEW, staticness: Fold::NEW, is_read: false };
+
+    /// Takes in the counts of the next older period.
+    #[inline]
+    pub(crate) fn add(&mut self, counts: Support, looks_per_reading: f32) {
+        if self.is_done() {
+            return;
+        }
+        let [surface, looked_through, movers] =
+            [counts.support, counts.looked_through, counts.movers].map(|count| count as f32);
+        self.is_read |= counts.support > 0;
+        self.presence.add(looks_per_reading * surface - looked_through, surface + looked_through);
+        self.staticness.add(surface - movers, surface + movers);
+    }
+
+    /// Whether older periods have no say any more.
+    #[inline]
+    fn is_done(&self) -> bool {
+        self.presence.weight.max(self.staticness.weight) < NEGLIGIBLE
+    }
+
+    pub(crate) fn opinion(self) -> Opinion {
+        let Self { presence, staticness, is_read } = self;
+        Opinion { presence: presence.limited(), staticness: staticness.limited(), is_read }
     }
 }
 

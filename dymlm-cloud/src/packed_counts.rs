@@ -1,4 +1,4 @@
-use crate::block_store::{BLOCK_CELLS, CellBits, has, put};
+use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, has, put};
 use crate::cell_counts::{Counts, FINDINGS, Finding};
 use crate::places::Places;
 
@@ -81,15 +81,30 @@ impl PackedCounts {
         size_of_val(&*self.numbers)
     }
 
+    /// Calls `visit` for those of the cells that have counts.
+    pub(crate) fn for_each(&self, cells: &CellBits, mut visit: impl FnMut(usize, Counts)) {
+        for_each_bit(cells.iter().zip(&self.looked_through).map(|(cells, looked)| cells & looked), |index| {
+            visit(index, [0, self.most, 0]);
+        });
+        self.others.for_each(cells, |index, rank| visit(index, self.numbers_of(rank)));
+    }
+
     #[inline]
     fn numbers_of(&self, rank: usize) -> Counts {
-        let widths = self.widths.map(usize::from);
-        let mut at = rank * widths.iter().sum::<usize>();
+        let widths = self.widths.map(u32::from);
+        let bits = widths.iter().sum::<u32>();
+        let at = rank * bits as usize;
+        let word = |index: usize| self.numbers.get(index).copied().unwrap_or(0);
+        let shift = at as u32 % 64;
+        // The next word's bits follow; shifted in two steps, since all 64 at once are too many.
+        let from = |index: usize| word(index) >> shift | word(index + 1) << 1 << (63 - shift);
+        let mut record = u128::from(from(at / 64));
+        if bits > 64 {
+            record |= u128::from(from(at / 64 + 1)) << 64;
+        }
         widths.map(|width| {
-            let word = |index: usize| u128::from(self.numbers.get(index).copied().unwrap_or(0));
-            let spread = word(at / 64) | word(at / 64 + 1) << 64;
-            let number = (spread >> (at % 64)) as u64 & ((1 << width) - 1);
-            at += width;
+            let number = record as u64 & ((1 << width) - 1);
+            record >>= width;
             number as u32
         })
     }
@@ -118,6 +133,9 @@ mod tests {
                     let [surface, _, mover] = counts(index);
                     assert_eq!(has(&packed.read(), index), surface | mover != 0);
                 }
+                let mut visited = [[0; FINDINGS]; BLOCK_CELLS];
+                packed.for_each(&[u64::MAX; BLOCK_CELLS / 64], |index, counts| visited[index] = counts);
+                assert!((0..BLOCK_CELLS).all(|index| visited[index] == counts(index)));
                 // In bytes a number they would take three times that a cell.
                 let width = (1..4).find(|width| largest >> (8 * width) == 0).unwrap_or(4);
                 assert!(size_of::<PackedCounts>() + packed.memory_bytes() < BLOCK_CELLS * (width + 2) / 4);

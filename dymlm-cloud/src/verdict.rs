@@ -1,5 +1,5 @@
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, has, keep_slots, put, split, without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, for_each_bit, has, keep_slots, put, split, without,
 };
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
@@ -197,8 +197,9 @@ impl BlockVerdict {
         };
         let read = block.cells_read();
         // What was only looked through has no opinion that anybody asks for.
-        for index in (0..BLOCK_CELLS).filter(|&index| has(&read, index)) {
-            let opinion = block.opinion(index, looks_per_reading);
+        let opinions = block.opinions(&read, looks_per_reading);
+        for_each_bit(read, |index| {
+            let opinion = opinions[index];
             if opinion.is_read {
                 verdict.votes[index] = (opinion.presence * VOTE_UNIT).round() as i8;
             }
@@ -211,7 +212,7 @@ impl BlockVerdict {
             if opinion.staticness < 0.0 {
                 put(&mut verdict.movers, index);
             }
-        }
+        });
         verdict
     }
 }
