@@ -288,6 +288,23 @@ fn what_stands_as_far_behind_as_feet_and_mostly_beside_the_box_stays() {
 }
 
 #[test]
+fn who_is_seen_above_and_below_a_screen_is_not_the_screen() {
+    let (head, legs) = (slab([225, 275], [60, 130], 2.2), slab([215, 285], [330, 420], 2.2));
+    let screen = slab([190, 310], [130, 260], 1.5);
+    let desk = slab([80, 420], [260, 330], 1.7);
+    let (_, mask) = run(bare, &[head, legs, screen, desk], &[detect(boxed(215.0, 62.0, 287.0, 420.0))]);
+    assert_masks(&mask, |u, v| is_in(&[head, legs], u, v));
+}
+
+#[test]
+fn specks_in_the_corners_of_a_box_are_nobody() {
+    let walker = slab([230, 300], [100, 400], 2.0);
+    let specks = [slab([200, 212], [82, 94], 1.2), slab([338, 350], [428, 440], 1.2)];
+    let (_, mask) = run(bare, &[walker, specks[0], specks[1]], &[detect(boxed(200.0, 80.0, 350.0, 440.0))]);
+    assert_masks(&mask, |u, v| is_in(&[walker], u, v));
+}
+
+#[test]
 fn a_person_cut_by_the_image_and_partly_without_depth() {
     // The left border of the image has no depth, as after registration of a Kinect's depth to its colour.
     let walker = [slab([0, 60], [40, HEIGHT], 1.2)];

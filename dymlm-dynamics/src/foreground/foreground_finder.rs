@@ -1,35 +1,21 @@
 use dymlm_core::{BoundingBox, ConfigError, Frame, Mask, SensorModel};
-use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
+use dymlm_geometry::{BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
 
 use super::Foreground;
-use crate::Mover;
-use crate::miss_compensation::DEPTH_CHANGE;
+use super::choice::{Candidates, Choice, FOOT_REACH, ends, is_part};
+use crate::{BoxSource, Mover};
 
-/// Samples at which the margin cuts a cluster, in square roots of its size, above which it is no part of a
-/// mover: 2 to 4 for furniture and walls, which go on outside, and 0 for limbs.
-/// With 0.5 pieces of furniture become parts of people (`kitchen_people`: precision .849 to .833).
-const MAX_CUT: f32 = 0.35;
-/// How far the mover's surface may reach before and behind its median depth, metres: an outstretched arm; the
-/// feet of somebody who sits and is seen from behind, whose chair is nearer still. With 0.6 behind, those feet
-/// stay in the map (`feet_beyond_a_chair_belong_to_who_sits_on_it`), with 0.9 more of the desk goes.
-const REACH: [f32; 2] = [0.6, 0.75];
-/// How far the mean depth of another cluster may be before and behind the mover's median depth for it to be a
-/// part of the mover, metres: a forearm before the body; a leg behind it, a person leaning.
-const PART_REACH: [f32; 2] = [0.35, 0.5];
-/// Largest cluster behind that which is still a part when most of it lies in the box, as a share of the mover's
-/// samples: a foot. With 0.1 more furniture behind people goes (`kitchen_people`), with 0.03 feet stay.
-const FOOT_SHARE: f32 = 0.05;
+/// How far the mover's surface may reach before and behind its median depth, metres: an outstretched arm; its
+/// feet.
+const REACH: [f32; 2] = [0.6, FOOT_REACH];
 /// Least share of a cluster's samples in space that was free for long for all of it to be new: with less, a
 /// desk goes with the cup that was put there, with more the parts of a mover remain that were never seen free.
 const NEW_SHARE: f32 = 0.3;
 
 /// Finds the mover among the pixels of its box: paper section III-A, "DBSCAN to extract foreground points".
 ///
-/// The readings of the box and of a margin around it are clustered by a [`BoxSegmenter`]. The cluster is
-/// chosen by its number of samples, each weighted by how central it lies in the box, how near to the camera
-/// or how close to the depth at which the track was expected, and by how little of the cluster goes on
-/// outside the margin, as walls and tables do, or in the boxes of others: who sits before somebody reaches
-/// into the box of the latter, and is nearer.
+/// The readings of the box and of a margin around it are clustered by a [`BoxSegmenter`], and one of the
+/// clusters [is chosen](Choice).
 ///
 /// Other clusters at the mover's depth that end within the margin are parts of the mover: what an occluder,
 /// another limb or a gap without depth has parted, such as legs seen through the back of a chair, or a foot
@@ -42,8 +28,7 @@ pub(crate) struct ForegroundFinder {
     grid: SampleGrid,
     segmenter: BoxSegmenter,
     depths: Vec<f32>,
-    /// Samples of each cluster outside the box that lie in the boxes of other movers.
-    others_samples: Vec<usize>,
+    choice: Choice,
     /// Samples of each cluster that are new.
     new_samples: Vec<usize>,
 }
@@ -77,7 +62,7 @@ impl ForegroundFinder {
             segmenter: BoxSegmenter::new(segmentation)?,
             grid: SampleGrid::default(),
             depths: Vec::new(),
-            others_samples: Vec::new(),
+            choice: Choice::default(),
             new_samples: Vec::new(),
         })
     }
@@ -89,7 +74,7 @@ impl ForegroundFinder {
             BoxView::new(frame, &self.sensor, mover.bounding_box).with_instance_mask(search.instance_mask);
         self.find_background(frame, &view, foreground);
         self.cluster(foreground);
-        if let Some(chosen) = self.choose(search, mover.depth) {
+        if let Some(chosen) = self.choose(search.movers, mover) {
             self.keep(chosen, foreground);
         }
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
@@ -144,37 +129,19 @@ impl ForegroundFinder {
         self.segmenter.cluster(&self.grid, is_free);
     }
 
-    /// The cluster of the highest score.
-    fn choose(&mut self, search: &ForegroundSearch<'_>, expected_depth: Option<f32>) -> Option<usize> {
-        let in_box = self.grid.samples.iter().filter(|sample| sample.is_in_box);
-        let nearest = percentile(&mut self.depths, in_box.map(|sample| sample.point[2]), 0.05)?;
-        let expectation = |z: f32| match expected_depth {
-            Some(expected) => 1.0 / (1.0 + ((z - expected) / DEPTH_CHANGE as f32).powi(2)),
-            None => (nearest / z).min(1.0).powi(2),
-        };
-        self.count_others_samples(search);
-        let own_share = |index: usize, cluster: &BoxCluster| {
-            1.0 - self.others_samples[index] as f32 / cluster.size().max(1) as f32
-        };
-        self.segmenter.best(
-            &self.grid,
-            |sample| sample.centrality * expectation(sample.point[2]),
-            |index, cluster| own_share(index, cluster) / (1.0 + relative_cut(cluster).powi(2)),
-        )
-    }
-
-    /// Counts those samples of each cluster that lie in no box but those of other movers.
-    fn count_others_samples(&mut self, search: &ForegroundSearch<'_>) {
-        self.others_samples.clear();
-        self.others_samples.resize(self.segmenter.clusters().len(), 0);
-        for (sample, cluster) in self.segmenter.members() {
-            let sample = &self.grid.samples[sample];
-            if !sample.is_in_box {
-                let pixel = self.grid.pixel(sample.column as usize, sample.row as usize).map(|c| c as f32);
-                let is_others = search.movers.iter().any(|mover| mover.bounding_box.contains(pixel));
-                self.others_samples[cluster] += usize::from(is_others);
-            }
-        }
+    /// The mover's largest cluster.
+    fn choose(&mut self, movers: &[Mover], own: &Mover) -> Option<usize> {
+        let in_box = || self.grid.samples.iter().filter(|sample| sample.is_in_box);
+        let nearest = percentile(&mut self.depths, in_box().map(|sample| sample.point[2]), 0.05)?;
+        let is_detected = matches!(own.source, BoxSource::Detected { .. });
+        self.choice.choose(&Candidates {
+            grid: &self.grid,
+            segmenter: &self.segmenter,
+            movers,
+            detected: is_detected.then(|| self.grid.bounds(in_box())).flatten(),
+            expected_depth: own.depth,
+            nearest,
+        })
     }
 
     /// Writes the samples of the mover into the foreground: those of the chosen cluster, and of all others at
@@ -187,29 +154,18 @@ impl ForegroundFinder {
         let in_box = in_box.map(|(sample, _)| sample.point[2]);
         let Some(median) = percentile(&mut self.depths, in_box, 0.5) else { return };
         let reach = median - REACH[0]..=median + REACH[1];
-        let is_at_its_depth = |cluster: &BoxCluster| {
-            let is_part = (median - PART_REACH[0]..=median + PART_REACH[1]).contains(&cluster.depth);
-            let is_foot = cluster.depth <= median + REACH[1]
-                && cluster.size() as f32 <= FOOT_SHARE * clusters[chosen].size() as f32
-                && cluster.inside >= cluster.outside;
-            is_part || (is_foot && cluster.depth >= median)
-        };
+        let size = clusters[chosen].size();
 
         foreground.start(median);
         for (sample, index) in members() {
             let (cluster, z) = (&clusters[index], sample.point[2]);
-            let is_part = (index == chosen && sample.is_in_box)
-                || ((index == chosen || is_at_its_depth(cluster)) && relative_cut(cluster) <= MAX_CUT);
+            let is_own = index == chosen && (sample.is_in_box || ends(cluster));
+            let is_part = is_own || (index != chosen && is_part(cluster, median, size));
             if is_part && reach.contains(&z) {
                 foreground.add(sample.column as usize, sample.row as usize, z);
             }
         }
     }
-}
-
-/// Samples at which the margin cuts through a cluster, in square roots of its size.
-fn relative_cut(cluster: &BoxCluster) -> f32 {
-    cluster.cut as f32 / (cluster.size().max(1) as f32).sqrt()
 }
 
 /// The value below which a `share` of the values lies; `None` of none.

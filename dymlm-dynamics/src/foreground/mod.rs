@@ -1,6 +1,7 @@
 //! The part of a box's pixels that is the mover.
 
 mod background;
+mod choice;
 #[expect(clippy::module_inception, reason = "the type of this name")]
 mod foreground;
 mod foreground_finder;

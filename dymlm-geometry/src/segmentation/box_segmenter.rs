@@ -27,7 +27,7 @@ use crate::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 /// let mut grid = SampleGrid::default();
 /// segmenter.sample(&BoxView::new(&frame, &SensorModel::kinect(), bounding_box), &mut grid);
 /// segmenter.cluster(&grid, |_| true);
-/// let person = segmenter.best(&grid, |sample| sample.centrality, |_, _| 1.0).unwrap();
+/// let person = segmenter.best(&grid, |sample| sample.centrality, |_| 1.0).unwrap();
 /// assert_eq!(segmenter.clusters()[person].depth, 2.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -116,13 +116,13 @@ impl BoxSegmenter {
         labelled.filter_map(|(&sample, label)| label.map(|label| (sample as usize, label as usize)))
     }
 
-    /// The cluster of the highest score: the sum over its samples in the box of `weight`, times `factor` of its
-    /// index and itself. The first of equals; `None` when no score is positive.
+    /// The cluster of the highest score: the sum over its samples in the box of `weight`, times `factor` of
+    /// itself. The first of equals; `None` when no score is positive.
     pub fn best(
         &mut self,
         grid: &SampleGrid,
         weight: impl Fn(&GridSample) -> f32,
-        factor: impl Fn(usize, &BoxCluster) -> f32,
+        factor: impl Fn(&BoxCluster) -> f32,
     ) -> Option<usize> {
         let mut scores = std::mem::take(&mut self.scores);
         scores.clear();
@@ -132,8 +132,8 @@ impl BoxSegmenter {
                 scores[cluster] += weight(sample);
             }
         }
-        for (index, (score, cluster)) in scores.iter_mut().zip(&self.clusters).enumerate() {
-            *score *= factor(index, cluster);
+        for (score, cluster) in scores.iter_mut().zip(&self.clusters) {
+            *score *= factor(cluster);
         }
         let best =
             scores.iter().copied().enumerate().reduce(|best, next| if next.1 > best.1 { next } else { best });

@@ -101,7 +101,7 @@ impl ObjectCluster {
         self.is_member.resize(grid.samples.len(), false);
         self.segmenter.cluster(grid, |sample| is_ground.get(sample) == Some(&false));
         let chosen =
-            self.segmenter.best(grid, |sample| sample.centrality, |_, cluster| search.factor(grid, cluster));
+            self.segmenter.best(grid, |sample| sample.centrality, |cluster| search.factor(grid, cluster));
         if let Some(chosen) = chosen {
             self.keep(grid, chosen, search);
         }

@@ -1,0 +1,187 @@
+use dymlm_core::BoundingBox;
+use dymlm_geometry::{BoxCluster, BoxSegmenter, SampleGrid};
+
+use crate::Mover;
+use crate::miss_compensation::DEPTH_CHANGE;
+
+/// Samples at which the margin cuts a cluster, in square roots of its size, above which it is no part of a
+/// mover: 2 to 4 for furniture and walls, which go on outside, and 0 for limbs.
+/// With 0.5 pieces of furniture become parts of people (`kitchen_people`: precision .849 to .833).
+const MAX_CUT: f32 = 0.35;
+/// How far the mean depth of another cluster may be before and behind the mover's depth for it to be a part of
+/// the mover, metres: a forearm before the body; a leg behind it, a person leaning.
+const PART_REACH: [f32; 2] = [0.35, 0.5];
+/// How far behind the mover's depth a foot may be, metres: of somebody who sits and is seen from behind, whose
+/// chair is nearer still. With 0.6 those feet stay in the map
+/// (`feet_beyond_a_chair_belong_to_who_sits_on_it`), with 0.9 more of the desk goes.
+pub(super) const FOOT_REACH: f32 = 0.75;
+/// Largest cluster behind that which is still a part when most of it lies in the box, as a share of the mover's
+/// samples: a foot. With 0.1 more furniture behind people goes (`kitchen_people`), with 0.03 feet stay.
+const FOOT_SHARE: f32 = 0.05;
+/// How far the side of a detector's box lies from the end of what it sees of the mover, as a share of the box's
+/// length (`who_is_seen_above_and_below_a_screen_is_not_the_screen`).
+const SIDE_ERROR: f32 = 0.1;
+/// Beyond so many of these errors a side is wrong, and how wrong says nothing
+/// (`who_is_cut_by_the_image_is_not_the_cabinet_in_the_middle_of_the_box`).
+const LARGEST_ERROR: f32 = 3.0;
+/// Share of a box that its mover fills half as likely as all of it: who is seen between the legs of a desk fills
+/// little, a speck next to nothing (`specks_in_the_corners_of_a_box_are_nobody`; with 0.3 a desk is somebody in
+/// `evaluate --fresh`).
+const SMALL_SHARE: f32 = 0.05;
+
+/// Chooses the cluster that is the mover among those of its box.
+///
+/// A cluster is judged together with the others that would be parts of the mover with it, by how likely the
+/// detector would have put this box around them:
+/// - they reach all four sides: the detector sees the ends of the mover. A desk or a screen before somebody is
+///   nearer and larger than what is seen of them, but leaves out the head above it and the feet below;
+/// - they fill some of the box, more in its middle than at its sides;
+/// - they are at the depth at which the track was expected, or, of a new track, near;
+/// - they do not go on outside the margin, as walls and tables do, nor in the boxes of others: who sits before
+///   somebody reaches into the box of the latter.
+///
+/// Costs O(samples, and clusters times clusters).
+#[derive(Debug, Default)]
+pub(super) struct Choice {
+    clusters: Vec<Judged>,
+}
+
+/// What the choice asks of a cluster beside its shape.
+#[derive(Debug, Clone, Copy, Default)]
+struct Judged {
+    /// Sum over its samples in the box of how central they are.
+    mass: f32,
+    /// The same, weighted by how well their depth was expected.
+    expected: f32,
+    /// Samples outside the box that lie in the boxes of other movers.
+    others: usize,
+    /// Samples at which the margin cuts it, but for those.
+    cut: usize,
+}
+
+/// Where the mover is looked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidates<'a> {
+    pub(super) grid: &'a SampleGrid,
+    pub(super) segmenter: &'a BoxSegmenter,
+    /// All movers, with their boxes.
+    pub(super) movers: &'a [Mover],
+    /// The part of the detector's box in which anything is read; `None` when the box is predicted.
+    pub(super) detected: Option<BoundingBox>,
+    /// Depth at which its track should be, metres.
+    pub(super) expected_depth: Option<f32>,
+    /// Depth of the nearest things in the box, metres.
+    pub(super) nearest: f32,
+}
+
+impl Choice {
+    /// The index of the mover's largest cluster; `None` when there is none in the box.
+    pub(super) fn choose(&mut self, candidates: &Candidates<'_>) -> Option<usize> {
+        self.judge_samples(candidates);
+        let scores = (0..self.clusters.len()).map(|index| (index, self.score(index, candidates)));
+        // The first of equals.
+        let best = scores.reduce(|best, next| if next.1 > best.1 { next } else { best });
+        best.filter(|(_, score)| *score > 0.0).map(|(index, _)| index)
+    }
+
+    fn judge_samples(&mut self, candidates: &Candidates<'_>) {
+        let Candidates { grid, segmenter, movers, .. } = candidates;
+        self.clusters.clear();
+        self.clusters.resize(segmenter.clusters().len(), Judged::default());
+        for (sample, cluster) in segmenter.members() {
+            let (sample, judged) = (&grid.samples[sample], &mut self.clusters[cluster]);
+            if sample.is_in_box {
+                judged.mass += sample.centrality;
+                judged.expected += sample.centrality * candidates.expectation(sample.point[2]);
+            } else {
+                let pixel = grid.pixel(sample.column as usize, sample.row as usize).map(|c| c as f32);
+                let is_others = movers.iter().any(|mover| mover.bounding_box.contains(pixel));
+                judged.others += usize::from(is_others);
+                judged.cut += usize::from(sample.is_cut && !is_others);
+            }
+        }
+    }
+
+    /// How likely a cluster is the mover's largest: 0 when it is none or a larger one would be a part of it.
+    fn score(&self, chosen: usize, candidates: &Candidates<'_>) -> f32 {
+        let clusters = candidates.segmenter.clusters();
+        let own = &clusters[chosen];
+        let (mut mass, mut expected) = (0.0, 0.0);
+        let mut reached = [f32::NEG_INFINITY; 4];
+        for (index, part) in clusters.iter().enumerate() {
+            if index != chosen && !is_part(part, own.depth, own.size()) {
+                continue;
+            }
+            let judged = &self.clusters[index];
+            if judged.mass > self.clusters[chosen].mass {
+                return 0.0;
+            }
+            mass += judged.mass;
+            expected += judged.expected;
+            for (reached, side) in reached.iter_mut().zip(part.bounds(candidates.grid).iter().flat_map(sides))
+            {
+                *reached = side.max(*reached);
+            }
+        }
+        // Without the share of others those behind nearer sitters stay in the map (`evaluate --fresh`).
+        let small = SMALL_SHARE * candidates.grid.box_cells as f32;
+        let own_share = 1.0 - self.clusters[chosen].others as f32 / own.size().max(1) as f32;
+        expected / (mass + small)
+            * candidates.detected.map_or(1.0, |detected| reaches_sides(reached, &detected))
+            * own_share
+            * likelihood(relative_cut(self.clusters[chosen].cut, own.size()) / MAX_CUT)
+    }
+}
+
+impl Candidates<'_> {
+    /// How well a depth agrees with where the mover should be: 0..=1.
+    fn expectation(&self, z: f32) -> f32 {
+        match self.expected_depth {
+            Some(expected) => likelihood((z - expected) / DEPTH_CHANGE as f32),
+            None => (self.nearest / z).min(1.0).powi(2),
+        }
+    }
+}
+
+/// Whether a cluster is a part of the mover whose largest cluster has this depth, metres, and size, samples: it
+/// lies about as deep and ends within the margin.
+pub(super) fn is_part(cluster: &BoxCluster, depth: f32, size: usize) -> bool {
+    let is_near = (depth - PART_REACH[0]..=depth + PART_REACH[1]).contains(&cluster.depth);
+    let is_foot = (depth..=depth + FOOT_REACH).contains(&cluster.depth)
+        && cluster.size() as f32 <= FOOT_SHARE * size as f32
+        && cluster.inside >= cluster.outside;
+    (is_near || is_foot) && ends(cluster)
+}
+
+/// Whether a cluster ends within the margin.
+pub(super) fn ends(cluster: &BoxCluster) -> bool {
+    relative_cut(cluster.cut, cluster.size()) <= MAX_CUT
+}
+
+/// Samples at which a cluster is cut, in square roots of its size.
+fn relative_cut(cut: usize, size: usize) -> f32 {
+    cut as f32 / (size.max(1) as f32).sqrt()
+}
+
+/// The likelihood of sides being that far outward when the box is this one: 0..=1.
+fn reaches_sides(reached: [f32; 4], own: &BoundingBox) -> f32 {
+    let [across, down] = [own.width(), own.height()].map(|length| SIDE_ERROR * length);
+    let errors = [across, down, across, down];
+    let short = sides(own)
+        .into_iter()
+        .zip(reached)
+        .zip(errors)
+        .map(|((side, reached), error)| ((side - reached) / error).clamp(0.0, LARGEST_ERROR));
+    short.map(likelihood).product()
+}
+
+/// How far outward each side of a box is.
+fn sides(own: &BoundingBox) -> [f32; 4] {
+    [-own.x_min(), -own.y_min(), own.x_max(), own.y_max()]
+}
+
+/// The likelihood of an error, in units of its usual size, with the long tails that detectors and trackers
+/// have: 0..=1.
+fn likelihood(error: f32) -> f32 {
+    1.0 / (1.0 + error * error)
+}
