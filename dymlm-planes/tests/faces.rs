@@ -146,6 +146,26 @@ fn a_cylinder_yields_no_plane() {
     }
 }
 
+/// From near the pillar to where it is a few blocks wide.
+#[test]
+fn a_pillar_yields_no_plane_from_any_distance() {
+    let fine = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+    for radius in [0.3, 0.4, 0.5] {
+        let mut world = World::of(&[level([0.0, 0.0, 0.0], 4.0, 4.0)]);
+        world.cylinders.push(Cylinder { foot: [0.0, 0.6, 0.0], radius, height: 2.5 });
+        let views: Vec<Pose> = (0..24)
+            .map(|k| {
+                let (step, from) = (f64::from(k % 4), -0.8 - 0.4 * f64::from(k / 4));
+                look_at([0.1 * step, from - radius, 1.4], [0.0, 0.6, 1.1])
+            })
+            .collect();
+        let map = map_with(&fine, &world, &views);
+        let planes: Vec<_> = map.iter().filter(|plane| plane.plane().normal()[2] < 0.9).collect();
+        let planes: Vec<_> = planes.iter().map(|plane| (plane.plane(), plane.area())).collect();
+        assert!(planes.is_empty(), "radius {radius}: {planes:?}");
+    }
+}
+
 #[test]
 fn a_wall_behind_a_pillar_is_one_plane() {
     let wall = upright([0.0, 1.4, 1.0], 1.3, 0.7);

@@ -3,13 +3,14 @@ use dymlm_core::{DepthImage, Mask, PinholeCamera, SensorModel};
 
 use super::super::config::PlaneDetectorConfig;
 use super::super::rays::Rays;
+use super::bend::Bend;
 use super::block_grid::BlockGrid;
 use super::block_moments::sum_blocks;
 use super::cluster::{Clustering, fit_of_both};
 use super::growing::{Growing, Scene, Seed, sum_pixels};
 use super::meetings::{Meeting, find_meetings, keep_close};
 use super::segment::{Extraction, Segment};
-use super::tolerance::Tolerance;
+use super::tolerance::{Tolerance, width};
 use crate::error::Error;
 use crate::moments::{Fit, Moments};
 
@@ -71,6 +72,8 @@ pub(in crate::detector) struct PlaneExtractor {
     meetings: Vec<Meeting>,
     /// Final label of each label.
     relabelled: Vec<u16>,
+    /// How the plane of each label is bent.
+    bends: Vec<Option<Bend>>,
     extraction: Extraction,
 }
 
@@ -99,6 +102,7 @@ impl PlaneExtractor {
             sums: Vec::new(),
             meetings: Vec::new(),
             relabelled: Vec::new(),
+            bends: Vec::new(),
             extraction: Extraction::default(),
         }
     }
@@ -133,6 +137,7 @@ impl PlaneExtractor {
         self.grow();
         self.sum_planes();
         self.merge_planes();
+        self.measure_bends();
         self.write_planes();
         Ok(())
     }
@@ -357,6 +362,19 @@ impl PlaneExtractor {
         best.map(|(_, a, b)| (a, b))
     }
 
+    /// Sums up how the planes are bent, each reading weighted by 1 / sigma^2.
+    fn measure_bends(&mut self) {
+        self.bends.clear();
+        self.bends.extend(self.sums.iter().map(|sums| sums.fit().map(Bend::new)));
+        for block in (0..self.grid.len()).filter(|&block| self.growing.is_core(block)) {
+            let label = usize::from(self.relabelled[usize::from(self.block_labels[block])]);
+            if let Some(Some(bend)) = label.checked_sub(1).and_then(|label| self.bends.get_mut(label)) {
+                let (moments, centroid) = (&self.moments[block], self.moments[block].centroid());
+                bend.add(centroid, moments.weight / self.tolerance.variance(centroid[2]));
+            }
+        }
+    }
+
     /// Keeps the planes with enough support that have not turned out bent, largest first, and writes the
     /// final labels.
     fn write_planes(&mut self) {
@@ -371,7 +389,10 @@ impl PlaneExtractor {
             let moments = self.sums[usize::from(label) - 1];
             let Some(fit) = moments.fit() else { continue };
             let noise = self.seeds[usize::from(label) - 1].noise_mse;
-            if self.tolerance.is_bent(&moments, noise, &fit) {
+            let width = width(&moments);
+            let is_round =
+                self.bends[usize::from(label) - 1].as_ref().is_some_and(|bend| bend.is_round(width));
+            if is_round || self.tolerance.is_bent(&moments, noise, &fit) {
                 continue;
             }
             self.extraction.segments.push(Segment { fit, support: moments.weight as usize });

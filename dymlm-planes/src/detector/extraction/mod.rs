@@ -1,5 +1,6 @@
 //! Planes of one depth image. See [`PlaneExtractor`].
 
+mod bend;
 mod block_grid;
 mod block_moments;
 mod cluster;

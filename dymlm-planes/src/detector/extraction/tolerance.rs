@@ -36,6 +36,13 @@ pub(super) const COS_MERGE_ANGLE: f64 = 0.5;
 /// but a chair of the kitchen loses its place (`each_thing_is_there_once`).
 const UNEVEN_BEND: f64 = 12.0;
 
+/// How wide a cluster is across its longest extent, metres. Of points spread evenly over a width w the variance is
+/// w^2 / 12.
+pub(super) fn width(cluster: &Moments) -> f64 {
+    let across = symmetric_eigen3(rows(&cluster.covariance())).map_or(0.0, |eigen| eigen.values[1]);
+    (12.0 * across.max(0.0)).sqrt()
+}
+
 impl Tolerance {
     pub(super) fn new(sensor: SensorModel) -> Self {
         Self { sensor, unevenness: 0.0 }
@@ -85,11 +92,8 @@ impl Tolerance {
     pub(super) fn is_bent(&self, cluster: &Moments, noise: f64, fit: &Fit) -> bool {
         let z = fit.centroid[2];
         let slant = dot(fit.normal, fit.centroid) / z;
-        // Of points spread evenly over a width w the variance is w^2 / 12.
-        let across = symmetric_eigen3(rows(&cluster.covariance())).map_or(0.0, |eigen| eigen.values[1]);
-        let width = (12.0 * across.max(0.0)).sqrt();
         let uneven = UNEVEN_BEND * self.unevenness * self.variance(z);
-        (fit.depth_mse - noise) * slant * slant > (MAX_BEND * width).powi(2) + uneven
+        (fit.depth_mse - noise) * slant * slant > (MAX_BEND * width(cluster)).powi(2) + uneven
     }
 
     /// Whether a part lies on a plane but for its noise, the mean squared distance in depth of its points
