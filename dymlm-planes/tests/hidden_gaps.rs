@@ -65,11 +65,20 @@ fn map_of(world: &World, views: &[Pose]) -> PlaneMap {
 }
 
 fn is_level_at_0(plane: &MapPlane) -> bool {
-    plane.plane().normal()[2] > 0.998 && plane.centroid()[2].abs() < 0.02
+    is_level_at_0_in(plane, &Pose::identity())
+}
+
+fn is_level_at_0_in(plane: &MapPlane, new_from_old: &Pose) -> bool {
+    new_from_old.rotate(plane.plane().normal())[2] > 0.998
+        && new_from_old.transform_point(plane.centroid())[2].abs() < 0.02
 }
 
 fn parts(map: &PlaneMap) -> usize {
-    common::all_planes(map).into_iter().filter(|plane| is_level_at_0(plane)).count()
+    parts_in(map, &Pose::identity())
+}
+
+fn parts_in(map: &PlaneMap, new_from_old: &Pose) -> usize {
+    common::all_planes(map).into_iter().filter(|plane| is_level_at_0_in(plane, new_from_old)).count()
 }
 
 fn near_then_far() -> Vec<Pose> {
@@ -225,6 +234,46 @@ fn recordings() -> &'static [Recording; 2] {
     })
 }
 
+/// Both recordings where they were made and in a world that is turned and shifted against it: whether each
+/// key frame does the same in both, and how many parts the floor and the desks have in the one and the other.
+fn here_and_there(turn: [f64; 4], shift: [f64; 3]) -> (bool, [[usize; 2]; 2]) {
+    let norm = turn.iter().map(|q| q * q).sum::<f64>().sqrt();
+    let motion = Pose::new(shift, turn.map(|q| q / norm)).unwrap();
+    let mut is_same = true;
+    let all_parts = recordings().each_ref().map(|recording| {
+        let [mut here, mut there] = [(), ()].map(|()| common::empty_map());
+        for (planes, frame, view) in recording {
+            let first = here.insert(planes, frame, view).unwrap();
+            is_same &= there.insert(planes, frame, &(motion * *view)).unwrap() == first;
+        }
+        [parts(&here), parts_in(&there, &motion.inverse())]
+    });
+    (is_same, all_parts)
+}
+
+/// Motions for which the cells in which ways across the gap are sought fall so that the shortest ways lie
+/// where a look through the gap does not reach, or that a tenth of the cells behind the board is under it.
+#[test]
+fn what_is_hidden_does_not_depend_on_where_cells_fall() {
+    let motions = [
+        ([-0.811, -0.006, -0.8, 0.582], [-87.337, -189.968, 254.676]),
+        ([-0.286, 0.236, 0.433, -0.942], [-103.895, -306.975, -254.209]),
+        ([-0.761, 0.183, 0.512, -0.337], [-95.484, 490.999, -356.081]),
+        (
+            [
+                -0.448_790_817_407_182_4,
+                0.187_123_523_043_885_02,
+                -0.441_852_029_811_898_4,
+                0.009_528_343_826_212_815,
+            ],
+            [78.584_446_266_286_46, -126.019_757_343_765_14, 377.985_638_329_456_1],
+        ),
+    ];
+    for (turn, shift) in motions {
+        assert_eq!(here_and_there(turn, shift), (true, [[1; 2], [2; 2]]), "{turn:?} {shift:?}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
@@ -234,17 +283,7 @@ proptest! {
         turn in prop::array::uniform4(-1.0..1.0_f64),
         shift in prop::array::uniform3(-500.0..500.0_f64),
     ) {
-        let norm = turn.iter().map(|q| q * q).sum::<f64>().sqrt();
-        prop_assume!(norm > 0.1);
-        let motion = Pose::new(shift, turn.map(|q| q / norm)).unwrap();
-        for (recording, expected) in recordings().iter().zip([1, 2]) {
-            let [mut here, mut there] = [(), ()].map(|()| common::empty_map());
-            for (planes, frame, view) in recording {
-                let first = here.insert(planes, frame, view).unwrap();
-                let second = there.insert(planes, frame, &(motion * *view)).unwrap();
-                prop_assert_eq!(first, second);
-            }
-            prop_assert_eq!(parts(&here), expected);
-        }
+        prop_assume!(turn.iter().map(|q| q * q).sum::<f64>() > 0.01);
+        prop_assert_eq!(here_and_there(turn, shift), (true, [[1; 2], [2; 2]]));
     }
 }

@@ -1,3 +1,4 @@
+use dymlm_core::vector3::{difference, norm};
 use dymlm_core::{DepthView, Plane, Pose, Visibility};
 
 use crate::association::{FinitePlane, Partition};
@@ -11,20 +12,25 @@ const MOST_CELLS: usize = 192;
 /// Ways across a gap that are looked along, and places on each.
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
-/// A gap is occluded while at most this share of its places, and of the key frames that look there, look
-/// through it: noise at the rims. With 0 one floor stays two planes (0.2 duplicates a room), with more two
-/// desks become one.
+/// A gap is occluded while at most this share of its places that are seen, and of the key frames that look
+/// there, look through it: noise at the rims. With 0 one floor stays two planes (0.2 duplicates a room), with
+/// more two desks become one.
 pub(super) const MAX_THROUGH: f64 = 0.1;
 
 /// What lies between two patches of one plane: the shortest ways from the one to the other, where they are
 /// nearest.
 #[derive(Debug, Clone)]
 pub(super) struct Gap {
-    /// Places on the ways. World frame.
-    places: Vec<[f64; 3]>,
+    /// The ways from each cell of the one to the nearest of the other. World frame.
+    ways: Vec<Way>,
+    /// Side of the cells, metres.
+    cell: f64,
     /// Places of the one patch near the other, and of the other near the one.
     sides: [Vec<[f64; 3]>; 2],
 }
+
+/// From here to there.
+type Way = [[f64; 3]; 2];
 
 /// What a key frame sees between two patches of one plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -63,77 +69,80 @@ impl Gap {
             let [from, to] = [from, to].map(|place| place.map(|c| c * voxel_size));
             !partitions.iter().any(|partition| partition.parts(from, to))
         };
-        let places = shortest_ways(&of_a, &of_b, max_width / voxel_size, level, is_clear)
-            .flat_map(|[from, to]| {
+        let ways = clear_ways(&of_a, &of_b, max_width / voxel_size, level, is_clear);
+        let ways: Vec<Way> = ways
+            .map(|[from, to]| {
                 let from = foot_on(&a.plane, from.map(|c| c * voxel_size));
-                let to = foot_on(&b.plane, to.map(|c| c * voxel_size));
-                (1..=PLACES).map(move |k| {
-                    let part = k as f64 / (PLACES + 1) as f64;
-                    std::array::from_fn(|axis| from[axis] + part * (to[axis] - from[axis]))
-                })
+                [from, foot_on(&b.plane, to.map(|c| c * voxel_size))]
             })
-            .collect::<Vec<_>>();
+            .collect();
         let side = |of: &[CoarseCell], plane: &Plane| {
             of.iter().map(|cell| foot_on(plane, cell.center(level).map(|c| c * voxel_size))).collect()
         };
         let sides = [side(&of_a, &a.plane), side(&of_b, &b.plane)];
-        (!places.is_empty()).then_some(Self { places, sides })
+        let cell = f64::from(1_u32 << level) * voxel_size;
+        (!ways.is_empty()).then_some(Self { ways, cell, sides })
+    }
+
+    /// Places on the shortest of the ways that are asked for: on some of those that are at most a cell longer
+    /// than the shortest, spread over all.
+    fn places_on_shortest(&self, is_asked: impl Fn(&&Way) -> bool) -> Vec<[f64; 3]> {
+        let length = |[from, to]: &Way| norm(difference(*to, *from));
+        let asked: Vec<&Way> = self.ways.iter().filter(is_asked).collect();
+        let least = asked.iter().map(|way| length(way)).fold(f64::INFINITY, f64::min);
+        let short: Vec<&Way> = asked.into_iter().filter(|way| length(way) <= least + self.cell).collect();
+        let stride = short.len().div_ceil(MOST_WAYS).max(1);
+        let parts = (1..=PLACES).map(|k| k as f64 / (PLACES + 1) as f64);
+        let on_way = |way: &&Way| parts.clone().map(|part| between(way, part)).collect::<Vec<_>>();
+        short.iter().step_by(stride).flat_map(on_way).collect()
     }
 
     /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings,
-    /// sees the plane go on, or sees the gap occluded together with all that is on one side of it, as a wall
-    /// does with the next room. O(places), at most 96 and 192 on each side.
+    /// sees the plane go on, or sees the gap occluded together with most of what is on one side of it, as by
+    /// a wall before the next room. It is asked for the ways in its view alone: which of all are shortest by
+    /// less than a cell is chance. O(ways and places), at most 192 and 96, and 192 places on each side.
     pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
-        let (mut occluded, mut through, mut all) = (0.0, 0.0, self.places.len() as f64);
-        for place in &self.places {
-            match view.look_at_world(camera_from_world, *place, 0.0).visibility {
-                Visibility::Occluded => occluded += 1.0,
-                Visibility::Absent => through += 1.0,
-                // The plane itself: one of the patches reaches here, or will.
-                Visibility::Present => all -= 1.0,
-                Visibility::OutOfView | Visibility::NoReading => {}
-            }
+        let count = |of: &[[f64; 3]], what: Visibility| {
+            let look = |place: &&[f64; 3]| view.look_at_world(camera_from_world, **place, 0.0).visibility;
+            of.iter().filter(|place| look(place) == what).count()
+        };
+        let is_in_view = |way: &&Way| {
+            view.look_at_world(camera_from_world, between(way, 0.5), 0.0).visibility != Visibility::OutOfView
+        };
+        let places = self.places_on_shortest(is_in_view);
+        let [occluded, through] = [Visibility::Occluded, Visibility::Absent].map(|what| count(&places, what));
+        if through as f64 > MAX_THROUGH * (occluded + through) as f64 {
+            return Some(GapLook::LookedThrough);
         }
-        if through > MAX_THROUGH * all {
-            Some(GapLook::LookedThrough)
-        } else {
-            let shows = |side: &Vec<[f64; 3]>| {
-                let look = |place: &[f64; 3]| view.look_at_world(camera_from_world, *place, 0.0).visibility;
-                let count = |what| side.iter().map(look).filter(|at| *at == what).count() as f64;
-                count(Visibility::Present) > 0.0
-                    || count(Visibility::Occluded) <= MAX_THROUGH * side.len() as f64
-            };
-            (occluded > 0.0 && self.sides.iter().all(shows)).then_some(GapLook::Occluded)
-        }
+        let shows = |side: &Vec<[f64; 3]>| {
+            count(side, Visibility::Present) > 0 || 2 * count(side, Visibility::Occluded) <= side.len()
+        };
+        (occluded > 0 && self.sides.iter().all(shows)).then_some(GapLook::Occluded)
     }
 }
 
-/// From each cell of the one patch to the nearest of the other that the way is clear to: the ways that are at
-/// most a cell longer than the shortest, some of them, spread over all. In voxels.
-fn shortest_ways(
+/// From each cell of the one patch to the nearest of the other that the way is clear to. In voxels.
+fn clear_ways(
     of_a: &[CoarseCell],
     of_b: &[CoarseCell],
     max_length: f64,
     level: u32,
-    is_clear: impl Fn([[f64; 3]; 2]) -> bool,
-) -> impl Iterator<Item = [[f64; 3]; 2]> {
-    let side = f64::from(1_u32 << level);
-    let most = (max_length / side).powi(2).floor() as i64;
-    let ways: Vec<(f64, [[f64; 3]; 2])> = of_a
-        .iter()
-        .filter_map(|a| {
-            let mut nearest = None;
-            for b in of_b {
-                let (distance, way) = (a.square_distance(*b), [a.center(level), b.center(level)]);
-                if distance <= most && nearest.is_none_or(|(least, _)| distance < least) && is_clear(way) {
-                    nearest = Some((distance, way));
-                }
+    is_clear: impl Fn(Way) -> bool,
+) -> impl Iterator<Item = Way> {
+    let most = (max_length / f64::from(1_u32 << level)).powi(2).floor() as i64;
+    of_a.iter().filter_map(move |a| {
+        let mut nearest = None;
+        for b in of_b {
+            let (distance, way) = (a.square_distance(*b), [a.center(level), b.center(level)]);
+            if distance <= most && nearest.is_none_or(|(least, _)| distance < least) && is_clear(way) {
+                nearest = Some((distance, way));
             }
-            nearest.map(|(distance, way)| ((distance as f64).sqrt() * side, way))
-        })
-        .collect();
-    let least = ways.iter().map(|(length, _)| *length).fold(f64::INFINITY, f64::min);
-    let short: Vec<_> = ways.into_iter().filter(|(length, _)| *length <= least + side).collect();
-    let stride = short.len().div_ceil(MOST_WAYS).max(1);
-    short.into_iter().step_by(stride).map(|(_, way)| way)
+        }
+        nearest.map(|(_, way)| way)
+    })
+}
+
+/// The place that is a part of the way from here to there.
+fn between([from, to]: &Way, part: f64) -> [f64; 3] {
+    std::array::from_fn(|axis| from[axis] + part * (to[axis] - from[axis]))
 }
