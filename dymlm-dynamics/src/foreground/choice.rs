@@ -123,8 +123,8 @@ impl Choice {
                 *reached = side.max(*reached);
             }
         }
-        // Without the share of others those behind nearer sitters stay in the map (`evaluate --fresh`).
         let small = SMALL_SHARE * candidates.grid.box_cells as f32;
+        // Without it those behind nearer sitters stay in the map (`evaluate --fresh`).
         let own_share = 1.0 - self.clusters[chosen].others as f32 / own.size().max(1) as f32;
         expected / (mass + small)
             * candidates.detected.map_or(1.0, |detected| reaches_sides(reached, &detected))

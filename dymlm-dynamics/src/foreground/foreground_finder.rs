@@ -159,9 +159,12 @@ impl ForegroundFinder {
         foreground.start(median);
         for (sample, index) in members() {
             let (cluster, z) = (&clusters[index], sample.point[2]);
-            let is_own = index == chosen && (sample.is_in_box || ends(cluster));
-            let is_part = is_own || (index != chosen && is_part(cluster, median, size));
-            if is_part && reach.contains(&z) {
+            let is_of_mover = if index == chosen {
+                sample.is_in_box || ends(cluster)
+            } else {
+                is_part(cluster, median, size)
+            };
+            if is_of_mover && reach.contains(&z) {
                 foreground.add(sample.column as usize, sample.row as usize, z);
             }
         }

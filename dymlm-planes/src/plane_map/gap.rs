@@ -102,20 +102,27 @@ impl Gap {
     /// a wall before the next room. It is asked for the ways in its view alone: which of all are shortest by
     /// less than a cell is chance. O(ways and places), at most 192 and 96, and 192 places on each side.
     pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
-        let count = |of: &[[f64; 3]], what: Visibility| {
-            let look = |place: &&[f64; 3]| view.look_at_world(camera_from_world, **place, 0.0).visibility;
-            of.iter().filter(|place| look(place) == what).count()
+        let look = |place| view.look_at_world(camera_from_world, place, 0.0).visibility;
+        // How many of the places show the plane, are occluded and are looked through.
+        let count = |places: &[[f64; 3]]| {
+            let kinds = [Visibility::Present, Visibility::Occluded, Visibility::Absent];
+            places.iter().fold([0; 3], |mut counts: [usize; 3], place| {
+                let visibility = look(*place);
+                counts
+                    .iter_mut()
+                    .zip(kinds)
+                    .for_each(|(count, kind)| *count += usize::from(visibility == kind));
+                counts
+            })
         };
-        let is_in_view = |way: &&Way| {
-            view.look_at_world(camera_from_world, between(way, 0.5), 0.0).visibility != Visibility::OutOfView
-        };
-        let places = self.places_on_shortest(is_in_view);
-        let [occluded, through] = [Visibility::Occluded, Visibility::Absent].map(|what| count(&places, what));
+        let places = self.places_on_shortest(|way| look(between(way, 0.5)) != Visibility::OutOfView);
+        let [_, occluded, through] = count(&places);
         if through as f64 > MAX_THROUGH * (occluded + through) as f64 {
             return Some(GapLook::LookedThrough);
         }
         let shows = |side: &Vec<[f64; 3]>| {
-            count(side, Visibility::Present) > 0 || 2 * count(side, Visibility::Occluded) <= side.len()
+            let [present, occluded, _] = count(side);
+            present > 0 || 2 * occluded <= side.len()
         };
         (occluded > 0 && self.sides.iter().all(shows)).then_some(GapLook::Occluded)
     }

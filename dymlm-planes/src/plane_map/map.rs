@@ -215,12 +215,17 @@ impl PlaneMap {
         let region = detected.patch.bounds().grown(self.criterion.reach());
         let near = self.index.near(&region).into_iter().filter_map(|id| self.planes.get(&id));
         let candidates = near.filter_map(|mapped| {
-            let agreement = self.criterion.test(&detected, &mapped.finite(), &region)?;
-            self.adjoin_clear_of_walls([&detected, &mapped.finite()], &region).then_some(())?;
+            let agreement = self.test([&detected, &mapped.finite()], &region)?;
             Some(Pairing { cost: self.criterion.cost(&agreement), plane: mapped.id, agreement })
         });
         // The first of equals: the oldest.
         candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    /// How two planes agree that adjoin and are one, with no wall between them.
+    fn test(&self, [detected, mapped]: [&FinitePlane<'_>; 2], region: &VoxelBox) -> Option<Agreement> {
+        let agreement = self.criterion.test(detected, mapped, region)?;
+        self.adjoin_clear_of_walls([detected, mapped], region).then_some(agreement)
     }
 
     /// Whether two planes that adjoin do so elsewhere than beside a wall that stands between them.

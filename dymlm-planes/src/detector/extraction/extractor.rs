@@ -255,7 +255,7 @@ impl PlaneExtractor {
         let (moments, fit) = (self.clustering.moments(cluster), self.clustering.fit(cluster));
         let noise = self.clustering.noise_mse(cluster);
         let has_room = self.seeds.len() < usize::from(u16::MAX);
-        if has_room && moments.weight >= smallest && !self.tolerance.is_bent(moments, noise, fit) {
+        if has_room && moments.weight >= smallest && !self.tolerance.is_bent(width(moments), noise, fit) {
             self.seeds.push(Seed::new(fit, noise, self.sensor));
             self.cluster_labels[cluster] = self.seeds.len() as u16;
         }
@@ -392,7 +392,7 @@ impl PlaneExtractor {
             let width = width(&moments);
             let is_round =
                 self.bends[usize::from(label) - 1].as_ref().is_some_and(|bend| bend.is_round(width));
-            if is_round || self.tolerance.is_bent(&moments, noise, &fit) {
+            if is_round || self.tolerance.is_bent(width, noise, &fit) {
                 continue;
             }
             self.extraction.segments.push(Segment { fit, support: moments.weight as usize });

@@ -88,12 +88,12 @@ impl Tolerance {
         rms * rms
     }
 
-    /// Whether a cluster is bent: a strip of something round, as wide as the misfit allows.
-    pub(super) fn is_bent(&self, cluster: &Moments, noise: f64, fit: &Fit) -> bool {
+    /// Whether a cluster of a [`width`] is bent: a strip of something round, as wide as the misfit allows.
+    pub(super) fn is_bent(&self, width: f64, noise: f64, fit: &Fit) -> bool {
         let z = fit.centroid[2];
         let slant = dot(fit.normal, fit.centroid) / z;
         let uneven = UNEVEN_BEND * self.unevenness * self.variance(z);
-        (fit.depth_mse - noise) * slant * slant > (MAX_BEND * width(cluster)).powi(2) + uneven
+        (fit.depth_mse - noise) * slant * slant > (MAX_BEND * width).powi(2) + uneven
     }
 
     /// Whether a part lies on a plane but for its noise, the mean squared distance in depth of its points

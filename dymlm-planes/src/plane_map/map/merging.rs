@@ -116,8 +116,7 @@ impl PlaneMap {
         let found =
             |tie: Tie, agreement: &Agreement| FoundMerge { cost: self.criterion.cost(agreement), merge, tie };
         let (from, into) = (from.finite(), into.finite());
-        let adjoins = self.criterion.test(&from, &into, region);
-        if let Some(agreement) = adjoins.filter(|_| self.adjoin_clear_of_walls([&from, &into], region)) {
+        if let Some(agreement) = self.test([&from, &into], region) {
             return Some(found(Tie::Contact, &agreement));
         }
         let least = self.config.min_observations;
