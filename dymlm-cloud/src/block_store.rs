@@ -59,6 +59,12 @@ impl BlockKey {
         Self(z << (2 * Self::BITS) | y << Self::BITS | x)
     }
 
+    /// Whether blocks with this coordinate have a key.
+    #[inline]
+    pub(crate) fn has_block(coordinate: i32) -> bool {
+        (-Self::BIAS..Self::BIAS).contains(&coordinate)
+    }
+
     /// Block coordinates.
     #[inline]
     pub(crate) fn block(self) -> [i32; 3] {
@@ -166,6 +172,21 @@ impl<B: Default> BlockStore<B> {
     #[inline]
     pub(crate) fn keys(&self) -> &[BlockKey] {
         &self.keys
+    }
+
+    /// The lowest and the highest coordinates of all blocks.
+    pub(crate) fn bounds(&self) -> Option<[[i32; 3]; 2]> {
+        let [first, ..] = self.keys.as_slice() else { return None };
+        let join = |[low, high]: [[i32; 3]; 2], key: &BlockKey| {
+            let block = key.block();
+            [0, 1].map(|end| {
+                [0, 1, 2].map(|axis| match end {
+                    0 => low[axis].min(block[axis]),
+                    _ => high[axis].max(block[axis]),
+                })
+            })
+        };
+        Some(self.keys.iter().fold([first.block(); 2], join))
     }
 
     /// All slots in the order of their keys, which does not depend on the order of insertion.

@@ -23,6 +23,7 @@ mod packed_counts;
 mod parallel;
 mod place_history;
 mod places;
+mod queries;
 mod rounding;
 mod static_cloud;
 mod thinning;
@@ -40,6 +41,7 @@ pub use error::Error;
 pub use evidence::Support;
 pub use mover_masks::MoverMasks;
 pub use place_history::{PlaceHistory, PlacePeriod};
+pub use queries::{PointHit, StaticPoint, StaticPoints, SurfaceNormal};
 pub use verdict::Verdict;
 pub use verdicts::Verdicts;
 

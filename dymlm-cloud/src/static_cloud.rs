@@ -18,8 +18,9 @@ use crate::voxel_block::VoxelBlock;
 pub(crate) struct StaticCloud {
     /// By the slots of the voxels.
     blocks: Vec<StaticBlock>,
-    /// Slots in the order of their keys.
+    /// Slots in the order of their keys, and the box of blocks around them all, lowest and highest.
     order: Vec<u32>,
+    bounds: Option<[[i32; 3]; 2]>,
     /// The newest stamp of a voxel that has been taken in.
     stamp: u32,
     /// The newest change of the verdicts that has been taken in.
@@ -84,12 +85,20 @@ pub(crate) struct Source<'a> {
 }
 
 impl StaticCloud {
+    /// Whether nothing has changed since it was [refreshed](Self::refresh).
+    pub(crate) fn is_fresh(&self, source: &Source<'_>) -> bool {
+        self.order.len() == source.voxels.blocks().len()
+            && self.stamp == source.stamp
+            && self.verdicts == source.verdicts.revision()
+    }
+
     /// Takes in what has changed since the last call.
     pub(crate) fn refresh(&mut self, source: Source<'_>) {
         let (voxels, count) = (source.voxels, source.voxels.blocks().len());
         if self.order.len() < count {
             self.blocks.resize_with(count, StaticBlock::default);
             self.order = voxels.sorted_slots().into_iter().map(|slot| slot as u32).collect();
+            self.bounds = voxels.bounds();
         }
         for (block, key) in self.blocks.iter_mut().zip(voxels.keys()).filter(|(block, _)| block.evidence == 0)
         {
@@ -122,7 +131,7 @@ impl StaticCloud {
     pub(crate) fn forget(&mut self, stays: Option<&[bool]>) {
         if let Some(stays) = stays {
             keep_slots(&mut self.blocks, stays);
-            self.order.clear();
+            (self.order, self.bounds) = (Vec::new(), None);
             self.len = self.blocks.iter().map(|block| block.points.len()).sum();
         }
         self.blocks.iter_mut().for_each(|block| block.evidence = 0);
@@ -274,6 +283,28 @@ impl StaticCloud {
         self.stamp
     }
 
+    /// Slots of all blocks of voxels, in the order of their keys.
+    pub(crate) fn order(&self) -> impl Iterator<Item = usize> {
+        self.order.iter().map(|&slot| slot as usize)
+    }
+
+    /// The lowest and the highest block coordinates of all blocks.
+    pub(crate) fn bounds(&self) -> Option<[[i32; 3]; 2]> {
+        self.bounds
+    }
+
+    /// Mean places of the static voxels of a block, by their place in it.
+    #[inline]
+    pub(crate) fn points(&self, slot: usize) -> &[Point] {
+        self.blocks.get(slot).map_or(&[], |block| &block.points)
+    }
+
+    /// The colours of the first of these, as many as have one.
+    #[inline]
+    pub(crate) fn colors(&self, slot: usize) -> &[Rgb] {
+        self.blocks.get(slot).map_or(&[], |block| &block.colors)
+    }
+
     /// Number of static voxels.
     pub(crate) fn len(&self) -> usize {
         self.len
@@ -284,7 +315,7 @@ impl StaticCloud {
         let mut points = Vec::with_capacity(self.len);
         let is_colored = self.blocks.iter().any(|block| !block.colors.is_empty());
         let mut colors = Vec::with_capacity(if is_colored { self.len } else { 0 });
-        for block in self.order.iter().filter_map(|&slot| self.blocks.get(slot as usize)) {
+        for block in self.order().filter_map(|slot| self.blocks.get(slot)) {
             points.extend_from_slice(&block.points);
             if is_colored {
                 colors.extend_from_slice(&block.colors);

@@ -1,5 +1,4 @@
-use std::ops::Deref;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::static_cloud::{Source, StaticCloud};
 use crate::verdict::VerdictGrid;
@@ -54,29 +53,23 @@ impl CloudMap {
     }
 
     /// What is static, with all changes taken in.
-    pub(crate) fn kept_cloud(&self) -> KeptCloud<'_> {
+    pub(crate) fn kept_cloud(&self) -> Arc<StaticCloud> {
         let mut kept = self.verdicts().kept;
         let Kept { verdicts, cloud } = &mut *kept;
-        cloud.refresh(Source {
+        let source = Source {
             voxels: &self.voxels,
             stamp: self.stamp,
             evidence: &self.evidence,
             verdicts,
             thinning: &self.thinning,
             voxel_size: self.config.voxel_size,
-        });
-        KeptCloud(kept)
-    }
-}
-
-/// The static cloud, up to date.
-pub(crate) struct KeptCloud<'a>(MutexGuard<'a, Kept>);
-
-impl Deref for KeptCloud<'_> {
-    type Target = StaticCloud;
-
-    fn deref(&self) -> &StaticCloud {
-        &self.0.cloud
+        };
+        // Who holds it borrows the map, so that nothing can have changed: it is copied only for a map that has a
+        // clone.
+        if !cloud.is_fresh(&source) {
+            Arc::make_mut(cloud).refresh(source);
+        }
+        Arc::clone(cloud)
     }
 }
 
@@ -84,7 +77,7 @@ impl Deref for KeptCloud<'_> {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Kept {
     verdicts: VerdictGrid,
-    cloud: StaticCloud,
+    cloud: Arc<StaticCloud>,
 }
 
 /// The same behind a lock, so that reading a shared map brings it up to date.
@@ -102,7 +95,7 @@ impl SharedKept {
     pub(crate) fn forget(&mut self, cells: &[bool], voxels: Option<&[bool]>) {
         let Kept { verdicts, cloud } = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
         verdicts.forget(cells);
-        cloud.forget(voxels);
+        Arc::make_mut(cloud).forget(voxels);
     }
 
     /// The newest stamp of voxels that the static cloud has taken in.

@@ -1,0 +1,66 @@
+use std::sync::Arc;
+
+use dymlm_core::{Point, Rgb};
+
+use crate::CloudMap;
+use crate::static_cloud::StaticCloud;
+
+/// The static cloud, to be asked about places ([`CloudMap::static_points`]).
+///
+/// Its points are those of [`Selection::Static`](crate::Selection::Static): no ghosts, no noise. They are found by
+/// the map's blocks of 8^3 voxels, 8 cm at the default voxel size; a question costs what is near, not the map.
+/// Lengths in metres, places in the world. Nothing is near a place that is not finite.
+#[derive(Debug, Clone)]
+pub struct StaticPoints<'a> {
+    pub(super) map: &'a CloudMap,
+    pub(super) cloud: Arc<StaticCloud>,
+}
+
+/// A point of the static cloud.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct StaticPoint {
+    /// Weighted mean of its voxel's readings, metres, world.
+    pub position: Point,
+    /// Its colour, if the map has colours there.
+    pub color: Option<Rgb>,
+}
+
+impl CloudMap {
+    /// The static cloud as it stands, for many questions. Making it costs what has changed since the last
+    /// reading, and a glance at each block.
+    /// Threads may each have their own.
+    ///
+    /// ```
+    /// use dymlm_cloud::{CloudMap, CloudMapConfig};
+    /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
+    /// use dymlm_geometry::OrientedBox;
+    ///
+    /// // A wall, 2 m ahead, seen by frames 1 s apart.
+    /// let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5)?;
+    /// let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect())?;
+    /// for time in 0..3 {
+    ///     let depth = DepthImage::new(64, 48, vec![2.0; 64 * 48])?;
+    ///     map.insert(&Frame::new(f64::from(time), camera, depth, None)?, None, &Pose::identity())?;
+    /// }
+    ///
+    /// let points = map.static_points();
+    /// let nearest = points.nearest([0.0, 0.0, 1.7], 0.5).ok_or("there is a wall")?;
+    /// assert!((nearest.position[2] - 2.0).abs() < 1e-4);
+    /// // The wall faces the camera.
+    /// let normal = points.normal_at(nearest.position, 0.08).ok_or("there are points around")?;
+    /// assert!(normal.is_oriented && normal.direction[2] < -0.99);
+    ///
+    /// let mut found = Vec::new();
+    /// points.in_box(&OrientedBox::between([-0.2, -0.2, 1.9], [0.2, 0.2, 2.1])?, &mut found);
+    /// assert!(found.len() > 50 && points.nearest([0.0, 0.0, 1.0], 0.5).is_none());
+    ///
+    /// let hit = points.cast_ray([0.0; 3], [0.0, 0.0, 1.0], 5.0, 0.05).ok_or("it meets the wall")?;
+    /// assert!((hit.distance - 2.0).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn static_points(&self) -> StaticPoints<'_> {
+        StaticPoints { map: self, cloud: self.kept_cloud() }
+    }
+}
