@@ -44,6 +44,18 @@ pub enum Error {
         /// Cells along y.
         height: u64,
     },
+    /// A region that is none, or too large for a [`DistanceField`](crate::DistanceField).
+    #[error(
+        "no distance field from {min:?} to {max:?} m and {max_distance} m around: not finite, empty or too large"
+    )]
+    Region {
+        /// Given lower corner, metres.
+        min: [f64; 3],
+        /// Given upper corner, metres.
+        max: [f64; 3],
+        /// Given greatest distance, metres.
+        max_distance: f64,
+    },
     /// A file that is no octree file, or one that is damaged.
     #[error("no valid octree file: {0}")]
     Malformed(String),

@@ -1,14 +1,14 @@
 use crate::lattice::Key;
 use crate::{Accessor, CellState, Octree};
 
-/// What a ray does at cells never observed.
+/// What cells never observed are to a ray or a [distance field](crate::DistanceField).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum UnknownCells {
-    /// It passes, as through free cells.
+    /// As free ones: a ray passes.
     Pass,
-    /// It ends there.
+    /// As occupied ones: a ray ends there.
     Stop,
 }
 

@@ -1,0 +1,7 @@
+//! Distances to the nearest obstacle and their gradients, in a box.
+
+mod field;
+mod obstacles;
+mod transform;
+
+pub use field::{Clearance, DistanceField};
