@@ -77,7 +77,7 @@ fn the_nearest_point_is_the_one_that_a_look_at_all_finds() {
             }
             let expected = first_by(cloud.points(), |&point| {
                 let away = distance(place, point);
-                (away <= radius).then_some(away * away)
+                (away * away <= radius * radius).then_some(away * away)
             });
             let found = points.nearest(place, radius).map(|point| point.position);
             assert_eq!(found.map(|p| distance(place, p)), expected.map(|p| distance(place, p)));

@@ -283,6 +283,12 @@ impl ObjectMapper {
         &self.map
     }
 
+    /// A unit vector that points up in the world, once it is known: the
+    /// [given](crate::ParameterizationConfig::up) one, or that which most things rest on.
+    pub fn vertical(&self) -> Option<[f64; 3]> {
+        self.vertical.direction()
+    }
+
     /// The observations of the last frame, by ascending index of their detections.
     pub fn observations(&self) -> &[ObjectObservation] {
         &self.observations

@@ -27,7 +27,7 @@ pub use detector::{
 pub use error::Error;
 pub use mapper::PlaneMapper;
 pub use plane_map::{MapPlane, PlaneMap, PlaneMapConfig, PlaneMerge, PlaneReport};
-pub use queries::{PlaneHit, Surface, SurfaceConfig, SurfaceKind};
+pub use queries::{LevelUnder, PlaneHit, Surface, SurfaceConfig, SurfaceKind};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -1,5 +1,3 @@
-use dymlm_core::vector3::distances_to_box;
-
 use super::{StaticPoint, StaticPoints};
 use crate::block_store::BlockKey;
 
@@ -44,9 +42,10 @@ impl StaticPoints<'_> {
     }
 
     fn ask_block(&self, key: BlockKey, place: [f64; 3], radius: f64, best: &mut Option<Nearest>) {
-        let [to_block, _] = distances_to_box(place, key.bounds(self.voxel_size()));
-        let limit = best.map_or(radius, |best| best.squared.sqrt());
-        if to_block - self.slack() > limit {
+        let [low, high] = self.grown(key.bounds(self.voxel_size()));
+        let gap = |axis: usize| (low[axis] - place[axis]).max(place[axis] - high[axis]).max(0.0);
+        let limit = best.map_or(radius * radius, |best| best.squared);
+        if (0..3).map(|axis| gap(axis) * gap(axis)).sum::<f64>() > limit {
             return;
         }
         let Some(slot) = self.slot_with_points(key) else { return };
@@ -56,7 +55,7 @@ impl StaticPoints<'_> {
             let is_nearer = |best: &Nearest| {
                 squared < best.squared || (squared == best.squared && found.place < best.place)
             };
-            if squared.sqrt() <= radius && best.as_ref().is_none_or(is_nearer) {
+            if squared <= radius * radius && best.as_ref().is_none_or(is_nearer) {
                 *best = Some(found);
             }
         }

@@ -89,7 +89,9 @@ impl StaticPoints<'_> {
         self.voxel_size()
     }
 
-    fn grown(&self, [low, high]: Corners) -> Corners {
+    /// A box and the slack around it.
+    #[inline]
+    pub(super) fn grown(&self, [low, high]: Corners) -> Corners {
         [low.map(|c| c - self.slack()), high.map(|c| c + self.slack())]
     }
 

@@ -1,12 +1,13 @@
 use std::collections::BTreeMap;
 
+use dymlm_core::vector3::{difference, norm};
 use dymlm_core::{FrameId, Plane, PlaneId, Point};
 
 use super::fixed_moments::FixedMoments;
 use crate::association::FinitePlane;
 use crate::boundary::{BoundaryPolygon, CellPicture, FilledCells, trace_boundary};
 use crate::linear_algebra::foot_on;
-use crate::patches::{BlockKey, Patch};
+use crate::patches::{BlockKey, Patch, VoxelBox};
 use crate::plane_frame::PlaneFrame;
 
 /// One finite plane of the map. World frame.
@@ -164,6 +165,11 @@ impl MapPlane {
         self.picture().len() as f64 * self.shape.voxel_size * self.shape.voxel_size
     }
 
+    /// About the side of a square of its area, metres.
+    pub(crate) fn size(&self) -> f64 {
+        (self.inlier_voxels() as f64).sqrt() * self.shape.voxel_size
+    }
+
     fn frame(&self) -> PlaneFrame {
         PlaneFrame::new(self.centroid, self.plane.normal())
     }
@@ -176,6 +182,26 @@ impl MapPlane {
     /// Whether there are inliers at a point of the plane, or beside it by no more than a voxel.
     pub fn holds(&self, point: [f64; 3]) -> bool {
         self.patch.is_near(point, self.shape.voxel_size)
+    }
+
+    /// The inlier nearest to a point of the plane, if one is within `reach` metres; of those equally near the first.
+    /// O(its voxels not much farther than that).
+    pub fn nearest_inlier(&self, point: [f64; 3], reach: f64) -> Option<[f64; 3]> {
+        let voxel_size = self.shape.voxel_size;
+        let mut radius = (8.0 * voxel_size).min(reach);
+        loop {
+            let region = VoxelBox::around([-radius, radius].map(|side| point.map(|c| c + side)), voxel_size);
+            let voxels = self.patch.voxels_in(&region.grown(1));
+            let inliers = voxels.map(|voxel| foot_on(&self.plane(), voxel.center(voxel_size)));
+            let measured = inliers.map(|inlier| (norm(difference(inlier, point)), inlier));
+            let nearest = measured.min_by(|a, b| a.0.total_cmp(&b.0));
+            match nearest.filter(|(distance, _)| *distance <= radius) {
+                Some((_, inlier)) => return Some(inlier),
+                None if radius >= reach => return None,
+                // NaN ends it too.
+                None => radius = (2.0 * radius).min(reach),
+            }
+        }
     }
 
     /// Number of its voxels.

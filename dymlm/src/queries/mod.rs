@@ -1,0 +1,5 @@
+//! Questions that more than one map answers.
+
+mod floor_under;
+
+pub use floor_under::FloorUnder;
