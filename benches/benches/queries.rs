@@ -108,6 +108,7 @@ fn octree(c: &mut Criterion, office: &Office) {
 fn planes(c: &mut Criterion, office: &Office) {
     let (map, up) = (&office.map, [0.0, 0.0, 1.0]);
     each(c, "planes/read under", &office.in_room, |place| map.planes().plane_under(place, up, 3.0));
+    each(c, "objects/near", &office.in_room, |place| map.objects().near(place, 0.5));
     each(c, "map/floor under", &office.in_room, |place| map.floor_under(place, up, 3.0, 3.0));
 }
 

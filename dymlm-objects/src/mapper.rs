@@ -5,7 +5,7 @@ use dymlm_core::{ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
-use crate::object_map::{ObjectLimits, SpaceIndex};
+use crate::object_map::ObjectLimits;
 use crate::optimization::{Existence, PRIOR_SLACK, Proposal, Reparameterizer, is_one, judge_existence};
 use crate::parameterization::{Parameterizer, Vertical};
 use crate::{
@@ -47,7 +47,6 @@ pub struct ObjectMapper {
     associator: Associator,
     reparameterizer: Reparameterizer,
     map: ObjectMap,
-    index: SpaceIndex,
     last_timestamp: Option<f64>,
     /// The objects that somebody carries.
     held: BTreeSet<ObjectId>,
@@ -97,8 +96,7 @@ impl ObjectMapper {
             parameterizer: Parameterizer::new(config.parameterization.clone(), sensor)?,
             associator: Associator::new(config.association.clone()),
             reparameterizer: Reparameterizer::new(config.update.isolation_forest)?,
-            map: ObjectMap::default(),
-            index: SpaceIndex::new(sensor.max_depth.into()),
+            map: ObjectMap::new(sensor.max_depth.into()),
             last_timestamp: None,
             held: BTreeSet::new(),
             vertical: Vertical::new(config.parameterization.up),
@@ -133,9 +131,9 @@ impl ObjectMapper {
         self.observations.clear();
         if view.has_detections() {
             self.last_timestamp = Some(view.frame.timestamp());
-            let Self { index, map, in_view, sensor, .. } = self;
+            let Self { map, in_view, sensor, .. } = self;
             let (camera, max_depth) = (view.frame.camera(), sensor.max_depth.into());
-            index.in_view(map, camera, &view.world_from_camera, max_depth, in_view);
+            map.index.in_view(map, camera, &view.world_from_camera, max_depth, in_view);
             self.parameterize(view, planes);
             self.associate(view);
             self.update(view, planes);
@@ -239,7 +237,7 @@ impl ObjectMapper {
         self.held.remove(&object);
         let moved = self.map.objects.get_mut(place)?;
         moved.move_by(new_from_old);
-        self.index.place(moved);
+        self.map.index.place(moved);
         self.changed.insert(object);
         Some(moved.oriented_box)
     }
@@ -253,7 +251,7 @@ impl ObjectMapper {
     ) -> Vec<ObjectId> {
         let reaches_in = |object: &MapObject| boxes_touch(bounds(object.oriented_box.corners()), region);
         let mut gone = Vec::new();
-        self.index.within(region, &mut gone);
+        self.map.index.within(region, &mut gone);
         gone.retain(|id| {
             let object = self.map.object(*id).filter(|object| !self.held.contains(&object.id));
             object.is_some_and(|object| reaches_in(object) && is_gone(object))
@@ -334,7 +332,7 @@ impl ObjectMapper {
     /// Takes an object out of the map.
     fn remove(&mut self, id: ObjectId) {
         self.map.remove(id);
-        self.index.remove(id);
+        self.map.index.remove(id);
     }
 
     fn update_object(
@@ -361,7 +359,7 @@ impl ObjectMapper {
             planes,
         ) {
             Proposal::Accepted => {
-                self.index.place(object);
+                self.map.index.place(object);
                 self.report.updated.push(object.id);
             }
             Proposal::Rejected => {
@@ -401,7 +399,7 @@ impl ObjectMapper {
             planes,
         );
         self.map.next_id += 1;
-        self.index.place(&object);
+        self.map.index.place(&object);
         self.map.objects.push(object);
         self.report.created.push(id);
         self.observed.push(id);
@@ -484,7 +482,7 @@ impl ObjectMapper {
         for _ in 0..MAX_MERGES {
             let Some(merge) = self.find_duplicates() else { return };
             let Some(removed) = self.map.absorb(merge.removed, merge.kept) else { return };
-            self.index.remove(merge.removed);
+            self.map.index.remove(merge.removed);
             let place = self.map.place(merge.kept);
             let Some(kept) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
             kept.merge(&removed, &self.limits);
@@ -498,7 +496,7 @@ impl ObjectMapper {
                 &self.config.shapes,
                 planes,
             );
-            self.index.place(kept);
+            self.map.index.place(kept);
             self.changed.insert(merge.kept);
             self.report.merged.push(merge);
         }
@@ -508,10 +506,9 @@ impl ObjectMapper {
     /// is none. The one with fewer observations goes.
     fn find_duplicates(&mut self) -> Option<ObjectMerge> {
         while let Some(&id) = self.changed.first() {
-            let Self { index, near, .. } = self;
             if let Some(own) = self.map.place(id).and_then(|place| self.map.objects.get(place)) {
-                index.within(bounds(own.oriented_box.corners()), near);
-                let others = near.iter().filter_map(|&other| self.map.object(other));
+                self.map.index.within(bounds(own.oriented_box.corners()), &mut self.near);
+                let others = self.near.iter().filter_map(|&other| self.map.object(other));
                 if let Some(other) = others.into_iter().find(|other| other.id != id && is_one(own, other)) {
                     let (first, last) = if own.id < other.id { (own, other) } else { (other, own) };
                     let last_goes = last.observations <= first.observations;

@@ -4,7 +4,8 @@
 mod common;
 
 use common::{Scene, TABLE, looking, mapper, planes, upright};
-use dymlm_core::{DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose};
+use dymlm_core::vector3::norm;
+use dymlm_core::{DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose, SplitMix64};
 use dymlm_objects::{
     Error, MapObject, NoPlanes, ObjectMapper, ObjectReport, ObjectState, ObjectView, RejectionCause,
     ShapeKind, SightedPoint, SupportPlane,
@@ -235,7 +236,27 @@ fn questions_are_answered_by_what_is_believed() {
         |point, reach| map.near(point, reach).iter().map(|object| object.id().get()).collect::<Vec<_>>();
     assert_eq!(near([0.2, 0.1, 0.2], 0.15), [1]);
     assert_eq!(near([0.3, 0.15, 0.1], 5.0), [1, 2, 0]);
-    assert!(near([f64::NAN; 3], 5.0).is_empty());
+    for odd in [f64::NAN, f64::INFINITY] {
+        assert!(near([0.0, odd, 0.0], 5.0).is_empty() && near([0.0, odd, 0.0], f64::INFINITY).is_empty());
+    }
+    assert!(near([0.2, 0.1, 0.2], -1.0).is_empty() && near([0.2, 0.1, 0.2], f64::NAN).is_empty());
+    assert_eq!(near([0.3, 0.15, 0.1], f64::INFINITY), [1, 2, 0]);
+    // The index in space finds what a look at all finds.
+    let mut random = SplitMix64::new(5);
+    for reach in [0.05, 0.3, 3.0, 100.0] {
+        for _ in 0..30 {
+            let point = [(); 3].map(|()| 4.0 * random.fraction() - 2.0);
+            let is_near = |object: &&MapObject| {
+                let own = object.oriented_box();
+                let local = own.world_from_box().inverse().transform_point(point);
+                let beside = [0, 1, 2].map(|k| (local[k].abs() - 0.5 * own.lengths()[k]).max(0.0));
+                norm(beside) <= reach
+            };
+            let mut found = near(point, reach);
+            found.sort_unstable();
+            assert_eq!(found, map.objects().filter(is_near).map(|own| own.id().get()).collect::<Vec<_>>());
+        }
+    }
 
     // From above through the cup; along the table through the microwave first.
     let hits = map.along_ray([0.2, 0.1, 3.0], [0.0, 0.0, -2.0]);

@@ -120,3 +120,30 @@ fn where_nothing_is_there_is_no_floor() {
     let all = map.floor_under([0.0, 0.0, 1.3], UP, f64::INFINITY, f64::INFINITY);
     assert_eq!(all, map.floor_under([0.0, 0.0, 1.3], UP, 3.0, 3.0));
 }
+
+#[test]
+fn what_stands_on_a_plane_touches_it() {
+    let mut config = SequenceConfig::default();
+    (config.frames, config.frame_rate) = (50, 5.0);
+    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    for frame in Sequence::new(&config).unwrap().frames() {
+        builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+    }
+    let map = builder.into_map();
+    let mut standing = 0;
+    for plane in map.planes().iter() {
+        for object in map.objects_on(plane.id()) {
+            assert_eq!(object.support().and_then(|support| support.id), Some(plane.id()));
+            let own = object.oriented_box();
+            let heights = own.corners().map(|corner| plane.plane().signed_distance(corner));
+            let lowest = heights.into_iter().fold(f64::INFINITY, f64::min);
+            assert!(lowest.abs() < 0.05, "a {} {lowest} m over its plane", object.label());
+            assert_eq!(
+                map.objects().near(own.center(), 0.0).first().map(|near| near.id()),
+                Some(object.id())
+            );
+            standing += 1;
+        }
+    }
+    assert!(standing >= 4, "{standing}");
+}

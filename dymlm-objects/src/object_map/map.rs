@@ -2,23 +2,31 @@ use std::collections::BTreeMap;
 
 use dymlm_core::ObjectId;
 
-use super::{MapObject, ObjectState};
+use super::{MapObject, ObjectState, SpaceIndex};
 
 /// The objects of the static world.
 ///
 /// Its length, its iteration and all its queries mean objects that are confirmed;
 /// [`candidates`](Self::candidates) are those seen too seldom. Ids are given once and never again: of two
 /// merged objects the one with more observations keeps its id, and the other's leads to it.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct ObjectMap {
     /// By ascending id.
     pub(crate) objects: Vec<MapObject>,
+    /// Where they are.
+    pub(crate) index: SpaceIndex,
     pub(crate) next_id: u64,
     /// What merged objects went into.
     absorbed_by: BTreeMap<ObjectId, ObjectId>,
 }
 
 impl ObjectMap {
+    /// An empty map, made for a camera that sees as far as `range` metres.
+    pub(crate) fn new(range: f64) -> Self {
+        let index = SpaceIndex::new(range);
+        Self { objects: Vec::new(), index, next_id: 0, absorbed_by: BTreeMap::new() }
+    }
+
     /// The confirmed objects, by ascending id.
     pub fn objects(&self) -> impl Iterator<Item = &MapObject> {
         self.objects.iter().filter(|object| object.state == ObjectState::Confirmed)
@@ -87,7 +95,7 @@ mod tests {
     fn the_id_of_a_merged_object_leads_to_what_it_became() {
         let id = ObjectId::new;
         let absorbed_by = BTreeMap::from([(id(4), id(2)), (id(2), id(7))]);
-        let map = ObjectMap { absorbed_by, ..ObjectMap::default() };
+        let map = ObjectMap { absorbed_by, ..ObjectMap::new(4.0) };
         assert_eq!([4, 2, 7, 9].map(|number| map.current_id(id(number)).get()), [7, 7, 7, 9]);
     }
 }

@@ -1,7 +1,7 @@
 use dymlm_core::PlaneId;
 use dymlm_core::vector3::{Vector3, difference, dot, unit};
 
-use super::{MapObject, ObjectMap};
+use super::{MapObject, ObjectMap, ObjectState};
 use crate::ShapeKind;
 
 /// Where a ray meets an object.
@@ -16,16 +16,25 @@ pub struct RayHit<'a> {
     pub point: [f64; 3],
 }
 
-/// Queries mean confirmed objects. Each costs O(objects).
+/// Queries mean confirmed objects. But for [`near`](ObjectMap::near) each costs O(objects).
 impl ObjectMap {
     /// The objects of a label, by ascending id.
     pub fn with_label<'a>(&'a self, label: &'a str) -> impl Iterator<Item = &'a MapObject> {
         self.objects().filter(move |object| object.label() == label)
     }
 
-    /// The objects whose box is within `reach` metres of a point, nearest first (by id among equals).
+    /// The objects whose box is within `reach` metres of a point, nearest first (by id among equals); none of a point
+    /// that is not finite. O(objects near, or all when the reach is vast).
     pub fn near(&self, point: [f64; 3], reach: f64) -> Vec<&MapObject> {
-        let measured = self.objects().map(|object| (distance_to_box(object, point), object));
+        let mut found = Vec::new();
+        if point.iter().all(|c| c.is_finite()) && reach >= 0.0 {
+            self.index.within([-reach, reach].map(|side| point.map(|c| c + side)), &mut found);
+        }
+        let found = found
+            .into_iter()
+            .filter_map(|id| self.object(id))
+            .filter(|object| object.state == ObjectState::Confirmed);
+        let measured = found.map(|object| (distance_to_box(object, point), object));
         let mut near: Vec<_> = measured.filter(|(distance, _)| *distance <= reach).collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         near.into_iter().map(|(_, object)| object).collect()
@@ -57,9 +66,7 @@ fn distance_to_box(object: &MapObject, point: Vector3) -> f64 {
     let local = own.world_from_box().inverse().transform_point(point);
     let half = own.lengths().map(|length| 0.5 * length);
     let outside: [f64; 3] = std::array::from_fn(|axis| (local[axis].abs() - half[axis]).max(0.0));
-    let distance = dot(outside, outside).sqrt();
-    // A point that is not finite is near nothing.
-    if point.iter().all(|c| c.is_finite()) { distance } else { f64::INFINITY }
+    dot(outside, outside).sqrt()
 }
 
 fn distance_along(object: &MapObject, origin: Vector3, direction: Vector3) -> Option<f64> {

@@ -9,7 +9,7 @@ use super::{MapObject, ObjectMap};
 /// around it reaches.
 ///
 /// A question costs what is near, however many objects there are.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct SpaceIndex {
     /// Side of a cell, metres.
     cell: f64,

@@ -1,5 +1,6 @@
 //! Questions that more than one map answers.
 
 mod floor_under;
+mod objects_on;
 
 pub use floor_under::FloorUnder;
