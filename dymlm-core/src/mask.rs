@@ -46,6 +46,26 @@ impl Mask {
         Ok(Self { width, height, words })
     }
 
+    /// Takes rows of words as [`Self::row_words`] gives them; bits behind a row's last pixel are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ImageSize`]; [`Error::BufferLength`] counts words.
+    pub fn from_words(width: usize, height: usize, words: Vec<u64>) -> Result<Self, Error> {
+        check_image_size(width, height)?;
+        let per_row = width.div_ceil(WORD);
+        let (expected, actual) = (per_row * height, words.len());
+        if expected != actual {
+            return Err(Error::BufferLength { width, height, expected, actual });
+        }
+        let mut mask = Self { width, height, words };
+        if !width.is_multiple_of(WORD) {
+            let behind = !0 << (width % WORD);
+            mask.words.iter_mut().skip(per_row - 1).step_by(per_row).for_each(|word| *word &= !behind);
+        }
+        Ok(mask)
+    }
+
     /// Asks `belongs(u, v)` for each pixel, row by row.
     ///
     /// # Errors

@@ -192,4 +192,19 @@ mod run_lengths {
         let error = serde_json::from_str::<Mask>(r#"{"size": [2, 3], "counts": [1, 2]}"#).unwrap_err();
         assert!(error.to_string().contains("add up to 3, an image of 3x2 pixels has 6"), "{error}");
     }
+
+    #[test]
+    fn words_make_the_mask_that_they_are_of() {
+        for width in [1, 63, 64, 65, 130] {
+            let mask = Mask::from_fn(width, 3, |u, v| (u * 7 + v) % 3 == 0).unwrap();
+            let mut words: Vec<u64> = (0..3).flat_map(|v| mask.row_words(v).to_vec()).collect();
+            assert_eq!(Mask::from_words(width, 3, words.clone()).unwrap(), mask);
+            if width % 64 > 0 {
+                *words.last_mut().unwrap() |= 1 << 63;
+                assert_eq!(Mask::from_words(width, 3, words.clone()).unwrap(), mask);
+            }
+            words.pop();
+            assert!(Mask::from_words(width, 3, words).is_err());
+        }
+    }
 }

@@ -31,6 +31,14 @@ impl PastViews {
         self.views.iter().rev()
     }
 
+    /// Follows a world that was moved.
+    pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
+        let old_from_new = new_from_old.inverse();
+        for view in &mut self.views {
+            view.camera_from_world = view.camera_from_world * old_from_new;
+        }
+    }
+
     /// Remembers a frame when the newest view is old enough.
     pub(crate) fn remember(&mut self, frame: &Frame, world_from_camera: &Pose, sensor: &SensorModel) {
         let now = frame.timestamp();

@@ -242,6 +242,13 @@ impl Preprocessor {
         self.unlabelled.track(frame, world_from_camera, &mut self.tracker, &mut self.movers)
     }
 
+    /// Follows a world that was moved: the next frame's pose is one in the new world.
+    pub fn move_world(&mut self, new_from_old: &Pose) {
+        self.tracker.move_world(new_from_old);
+        self.unlabelled.move_world(new_from_old);
+        self.past_views.move_world(new_from_old);
+    }
+
     /// The movers of the last frame, by ascending track id; those without a label behind the others.
     pub fn movers(&self) -> &[Mover] {
         &self.movers

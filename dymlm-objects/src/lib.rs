@@ -23,6 +23,7 @@ mod object_map;
 mod optimization;
 mod parameterization;
 mod quantiles;
+mod renaming;
 mod report;
 mod shape;
 mod support;

@@ -46,10 +46,10 @@ pub struct ObjectMapper {
     parameterizer: Parameterizer,
     associator: Associator,
     reparameterizer: Reparameterizer,
-    map: ObjectMap,
+    pub(crate) map: ObjectMap,
     last_timestamp: Option<f64>,
     /// The objects that somebody carries.
-    held: BTreeSet<ObjectId>,
+    pub(crate) held: BTreeSet<ObjectId>,
     vertical: Vertical,
     observations: Vec<ObjectObservation>,
     /// Each observation's object, as associated.
@@ -59,7 +59,7 @@ pub struct ObjectMapper {
     /// Ids of the objects that the frame observed.
     observed: Vec<ObjectId>,
     /// Ids of the objects whose boxes changed, and that may have become one with others.
-    changed: BTreeSet<ObjectId>,
+    pub(crate) changed: BTreeSet<ObjectId>,
     near: Vec<ObjectId>,
     /// Ids of the planes that objects were seen to stand on.
     supports: BTreeSet<PlaneId>,
@@ -323,9 +323,14 @@ impl ObjectMapper {
         if self.supports.iter().all(|&id| planes.current_id(id) == id) {
             return;
         }
-        self.supports = self.supports.iter().map(|&id| planes.current_id(id)).collect();
+        self.call_planes(|id| planes.current_id(id));
+    }
+
+    /// Calls the planes under objects by other ids.
+    pub(crate) fn call_planes(&mut self, new_id: impl Fn(PlaneId) -> PlaneId) {
+        self.supports = self.supports.iter().map(|&id| new_id(id)).collect();
         for object in &mut self.map.objects {
-            object.follow_planes(planes);
+            object.follow_planes(&new_id);
         }
     }
 
@@ -346,6 +351,7 @@ impl ObjectMapper {
         let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
         let patch = object.observe(observation, view, &self.limits, &self.config.sizes);
         self.observed.push(id);
+        self.report.observed.push((observation.detection, id));
         self.changed.insert(id);
         self.supports.extend(observation.support.and_then(|support| support.id));
         if !Reparameterizer::is_due(object) {
@@ -403,6 +409,7 @@ impl ObjectMapper {
         self.map.objects.push(object);
         self.report.created.push(id);
         self.observed.push(id);
+        self.report.observed.push((observation.detection, id));
         self.in_view.push(id);
         self.changed.insert(id);
         self.supports.extend(observation.support.and_then(|support| support.id));

@@ -9,6 +9,9 @@ use crate::AssociationTests;
 pub struct ObjectReport {
     /// Detections that were associated with an object, by ascending index.
     pub associated: Vec<ObjectAssociation>,
+    /// The object that each detection is of, associated with it or the first of it, by ascending index of the
+    /// detections.
+    pub observed: Vec<(usize, ObjectId)>,
     /// Objects that are new, ascending ids; tentative until they are seen again.
     pub created: Vec<ObjectId>,
     /// Objects that got new parameters, ascending ids.

@@ -1,11 +1,10 @@
 use dymlm_core::{Frame, ObjectId, PlaneId, Point, Pose};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{MapObject, ShapeKind};
-use dymlm_tracking::{
-    ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate, RestReport,
-};
+use dymlm_tracking::{ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate};
 
-use crate::{Error, MapBuilder};
+use crate::session_log::{Event, MovedBody};
+use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Rim around an object in which readings may be its own, metres: noise and mixed pixels. When it stands and
 /// the maps are changed, and while it moves and readings are only left out.
@@ -99,11 +98,19 @@ impl MapBuilder {
             return Err(Error::UnknownObject { object });
         }
         let moved = match &update.came_to_rest {
-            Some(rest) => Some(self.move_object(object, tracker, rest)?),
+            Some(rest) => {
+                let new_from_old = rest.world_from_object * rest.moved_from.inverse();
+                let tracked = body_at(tracker, &rest.moved_from, RIM_AT_REST);
+                let body = MovedBody { object, new_from_old, tracked };
+                let moved = self.map.move_body(&body)?;
+                self.note(|newest| Event::Moved { newest, body });
+                Some(moved)
+            }
             None => None,
         };
         let is_carried = update.state != ObjectState::AtRest;
         self.carried.remove(&object);
+        self.note(|_| Event::Held { object, is_held: is_carried });
         if is_carried {
             self.map.objects.hold(object);
             let body = body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING);
@@ -113,38 +120,30 @@ impl MapBuilder {
         }
         Ok(moved)
     }
+}
 
+impl MultiLevelMap {
     /// Brings an object that was put down to its new place in all maps.
-    fn move_object(
-        &mut self,
-        object: ObjectId,
-        tracker: &ObjectTracker,
-        rest: &RestReport,
-    ) -> Result<ObjectMove, Error> {
-        let new_from_old = rest.world_from_object * rest.moved_from.inverse();
-        let mapped = self.map.objects().object(object).ok_or(Error::UnknownObject { object })?;
+    pub(crate) fn move_body(&mut self, body: &MovedBody) -> Result<ObjectMove, Error> {
+        let (object, new_from_old) = (body.object, &body.new_from_old);
+        let mapped = self.objects().object(object).ok_or(Error::UnknownObject { object })?;
         let from = mapped.oriented_box();
         let support = mapped.support();
-        let places: Vec<OrientedBox> = from
-            .with_rim(RIM_AT_REST)
-            .into_iter()
-            .chain(body_at(tracker, &rest.moved_from, RIM_AT_REST))
-            .collect();
+        let places: Vec<OrientedBox> = from.with_rim(RIM_AT_REST).into_iter().chain(body.tracked).collect();
         let is_body = |place: [f64; 3]| {
             places.iter().any(|body| body.contains(place))
                 && support.is_none_or(|support| support.plane.signed_distance(place) > CLEARANCE)
         };
 
         // First, because it alone may refuse.
-        let planes = self.map.planes.move_body(&new_from_old, is_body)?;
-        let around = OrientedBox::around(&places)
-            .and_then(|around| around.with_rim(self.map.octree.resolution()).ok());
+        let planes = self.planes.move_body(new_from_old, is_body)?;
+        let around =
+            OrientedBox::around(&places).and_then(|around| around.with_rim(self.octree.resolution()).ok());
         let around = around.unwrap_or(from);
-        let cloud = self.map.cloud.move_body(&around, &new_from_old, is_body);
-        let stayed = self.map.cloud.static_points_in(&around);
-        let octree = self.map.octree.move_body(&cloud.from, &cloud.to, &stayed);
-        let to =
-            self.map.objects.move_object(object, &new_from_old).ok_or(Error::UnknownObject { object })?;
+        let cloud = self.cloud.move_body(&around, new_from_old, is_body);
+        let stayed = self.cloud.static_points_in(&around);
+        let octree = self.octree.move_body(&cloud.from, &cloud.to, &stayed);
+        let to = self.objects.move_object(object, new_from_old).ok_or(Error::UnknownObject { object })?;
         Ok(ObjectMove {
             object,
             from,

@@ -42,4 +42,19 @@ pub enum Error {
     /// Refused by the object map: a camera out of its reach.
     #[error(transparent)]
     Objects(#[from] dymlm_objects::Error),
+    /// Key-frame observations could not be kept or read.
+    #[error(transparent)]
+    History(#[from] dymlm_history::Error),
+    /// No observations of key frames are kept, so that none can be mapped again.
+    #[error("no key-frame observations are kept: set the config's history to memory or to a folder")]
+    NoHistory,
+    /// No frame of this id was inserted.
+    #[error("frame {frame} was never inserted")]
+    UnknownFrame {
+        /// The frame named.
+        frame: FrameId,
+    },
+    /// Whoever watched said that it should not go on.
+    #[error("the correction was cancelled")]
+    Cancelled,
 }

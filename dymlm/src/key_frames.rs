@@ -77,6 +77,13 @@ impl KeyFrames {
         Ok(Self { config, newest: f64::NEG_INFINITY, last: None, last_detected: None })
     }
 
+    /// Follows a world that was moved.
+    pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
+        for viewed in self.last.iter_mut().chain(&mut self.last_detected) {
+            viewed.world_from_camera = *new_from_old * viewed.world_from_camera;
+        }
+    }
+
     /// Whether a frame is to be mapped; if so it is the last key frame from now on.
     pub(crate) fn choose(&mut self, frame: Viewed, is_detected: bool) -> bool {
         let period = frame.timestamp - std::mem::replace(&mut self.newest, frame.timestamp);

@@ -40,6 +40,7 @@
 struct ReadmeDoctests;
 
 mod carried_object;
+mod correction;
 mod detections;
 mod error;
 #[cfg(feature = "io")]
@@ -47,6 +48,7 @@ pub mod files;
 mod frame_input;
 mod frame_report;
 mod ghost_removal;
+mod key_frame_view;
 mod key_frames;
 mod map_builder;
 mod map_config;
@@ -54,6 +56,7 @@ mod map_counts;
 mod map_memory;
 mod multi_level_map;
 mod queries;
+mod session_log;
 mod stages;
 mod subsampler;
 mod supporting_planes;
@@ -63,17 +66,20 @@ pub use dymlm_cloud as cloud;
 pub use dymlm_core as core;
 pub use dymlm_dynamics as dynamics;
 pub use dymlm_geometry as geometry;
+pub use dymlm_history as history;
 pub use dymlm_objects as objects;
 pub use dymlm_octree as octree;
 pub use dymlm_planes as planes;
 pub use dymlm_tracking as tracking;
 
 pub use dymlm_cloud::{CloudMap, Selection};
+pub use dymlm_history::HistoryConfig;
 pub use dymlm_objects::ObjectMap;
 pub use dymlm_octree::Octree;
 pub use dymlm_planes::PlaneMap;
 
 pub use carried_object::ObjectMove;
+pub use correction::{CorrectionProgress, CorrectionReport, ThingChanges, ThingMotion};
 pub use detections::Detections;
 pub use error::Error;
 pub use frame_input::FrameInput;

@@ -1,21 +1,20 @@
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use dymlm_cloud::MoverMasks;
 use dymlm_core::{Detection, Frame, FrameId, ObjectId, Pose};
 use dymlm_dynamics::{Preprocessor, SceneKnowledge};
 use dymlm_geometry::OrientedBox;
-use dymlm_objects::ObjectView;
+use dymlm_history::History;
 use dymlm_planes::PlaneDetector;
 
 use crate::ghost_removal::GhostRemoval;
+use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
+use crate::session_log::{Event, InsertedFrame, SessionLog};
 use crate::stages::StageClock;
 use crate::subsampler::{Subsampler, in_all_pixels};
-use crate::supporting_planes::MappedPlanes;
 use crate::waiting_frames::WaitingFrames;
-use crate::{
-    Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MapUpdate, MultiLevelMap, Stage,
-};
+use crate::{Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MultiLevelMap, Stage};
 
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
 ///
@@ -24,13 +23,15 @@ use crate::{
 /// before, but where two map planes prove to be one: then the key frames since the younger was seen are asked.
 #[derive(Debug)]
 pub struct MapBuilder {
-    config: MapConfig,
-    preprocessor: Preprocessor,
+    pub(crate) config: MapConfig,
+    pub(crate) preprocessor: Preprocessor,
     plane_detector: PlaneDetector,
-    key_frames: KeyFrames,
+    pub(crate) key_frames: KeyFrames,
     subsampler: Subsampler,
-    waiting: WaitingFrames,
-    ghost_removal: GhostRemoval,
+    pub(crate) waiting: WaitingFrames,
+    pub(crate) ghost_removal: GhostRemoval,
+    /// What has happened, when a history is kept.
+    pub(crate) log: Option<SessionLog>,
     next_id: u64,
     /// Time of the last frame that was inserted, waiting or not.
     newest: f64,
@@ -54,6 +55,7 @@ impl MapBuilder {
             subsampler: Subsampler::new(config.sensor.stride),
             waiting: WaitingFrames::default(),
             ghost_removal: GhostRemoval::default(),
+            log: History::new(&config.history)?.map(SessionLog::new),
             next_id: 0,
             newest: f64::NEG_INFINITY,
             carried: BTreeMap::new(),
@@ -95,6 +97,10 @@ impl MapBuilder {
         let id = FrameId::new(self.next_id);
         self.next_id += 1;
         self.newest = input.frame.timestamp();
+        if let Some(log) = &mut self.log {
+            let (timestamp, world_from_camera) = (self.newest, input.world_from_camera);
+            log.frames.push(InsertedFrame { timestamp, world_from_camera });
+        }
         self.waiting.give_up_before(self.newest - self.config.max_detection_delay);
         let mut released = self.process_ready()?;
         let carried: Vec<OrientedBox> = std::mem::take(&mut self.carried).into_values().collect();
@@ -166,8 +172,17 @@ impl MapBuilder {
         input: &FrameInput<'_>,
         carried: &[OrientedBox],
     ) -> Result<FrameReport, Error> {
-        let Self { config, preprocessor, plane_detector, key_frames, subsampler, ghost_removal, map, .. } =
-            self;
+        let Self {
+            config,
+            preprocessor,
+            plane_detector,
+            key_frames,
+            subsampler,
+            ghost_removal,
+            log,
+            map,
+            ..
+        } = self;
         let input = subsampler.subsample(input)?;
         let (frame, found, pose) = (input.frame, input.detections(), &input.world_from_camera);
         let mut clock = StageClock::start();
@@ -180,27 +195,33 @@ impl MapBuilder {
         let (movers, static_mask) = (preprocessor.movers(), preprocessor.static_mask());
         let viewed = Viewed { timestamp: frame.timestamp(), world_from_camera: *pose };
         let outcome = if key_frames.choose(viewed, found.is_some()) {
-            let mask = Some(static_mask);
             let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
-            let view = object_view(&input, preprocessor)?;
-
-            let masks = MoverMasks::new(static_mask)
-                .with_movers(preprocessor.mover_mask())
-                .with_unproven(preprocessor.unproven_mask());
-            let cloud = clock.time(Stage::Cloud, || map.cloud.insert(frame, Some(masks), pose))?;
-            let octree =
-                clock.time(Stage::Octree, || map.octree.insert_depth(frame, &config.sensor, mask, pose))?;
-            let detected =
-                clock.time(Stage::PlaneDetection, || plane_detector.detect(frame, mask, &boxes))?;
-            let mut planes = clock.time(Stage::PlaneMap, || map.planes.insert(detected, frame, pose))?;
-            let mut objects =
-                clock.time(Stage::Objects, || map.objects.insert(&view, &MappedPlanes(&map.planes)))?;
-
-            let gone = clock.time(Stage::GhostRemoval, || ghost_removal.run_when_due(frame.timestamp(), map));
-
-            objects.removed.extend(gone);
-            planes.rejected = plane_detector.rejected().to_vec();
-            FrameOutcome::Mapped(Box::new(MapUpdate { cloud, octree, planes, objects }))
+            let detected = clock
+                .time(Stage::PlaneDetection, || plane_detector.detect(frame, Some(static_mask), &boxes))?;
+            let view = KeyFrameView {
+                frame,
+                static_mask,
+                mover_mask: preprocessor.mover_mask(),
+                unproven_mask: preprocessor.unproven_mask(),
+                detections: found,
+                sighted_points: input.sighted_points,
+                planes: detected,
+            };
+            let context =
+                MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
+            let mut update = match log {
+                Some(log) => {
+                    // What is kept is what is mapped, so that it is mapped again to the same bits.
+                    let kept = Arc::new(clock.time(Stage::History, || view.to_observation())?);
+                    let update =
+                        KeyFrameView::of(&kept).map(map, ghost_removal, pose, &context, &mut clock)?;
+                    log.add_key_frame(id, kept, &update);
+                    update
+                }
+                None => view.map(map, ghost_removal, pose, &context, &mut clock)?,
+            };
+            update.planes.rejected = plane_detector.rejected().to_vec();
+            FrameOutcome::Mapped(Box::new(update))
         } else {
             FrameOutcome::Tracked
         };
@@ -220,17 +241,23 @@ impl MapBuilder {
     /// always up to date.
     pub fn settle(&mut self) {
         self.ghost_removal.run(&mut self.map);
+        self.note(|_| Event::Settled);
+    }
+
+    /// Notes what has happened, when a history is kept; it is told the newest frame that was mapped.
+    pub(crate) fn note(&mut self, event: impl FnOnce(FrameId) -> Event) {
+        if let Some(log) = &mut self.log {
+            let event = event(log.newest());
+            log.events.push(event);
+        }
     }
 
     /// Forgets what lies farther than `radius` metres from a place (world), in all maps: for robots that need
     /// their surroundings only. What is near stays as it is. Goes through all blocks held, and through what every
     /// key frame has seen of planes: once every few metres is enough.
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
-        let MultiLevelMap { cloud, octree, planes, objects } = &mut self.map;
-        cloud.forget_outside(center, radius);
-        octree.forget_outside(center, radius);
-        planes.forget_outside(center, radius);
-        objects.forget_outside(center, radius);
+        self.map.forget_outside(center, radius);
+        self.note(|newest| Event::Forgot { newest, center, radius });
     }
 
     /// The maps as they stand.
@@ -259,16 +286,4 @@ impl MapBuilder {
         self.settle();
         self.map
     }
-}
-
-/// The frame as the object map takes it in: its static pixels, and the detections of what is no mover.
-fn object_view<'a>(input: &FrameInput<'a>, dynamics: &'a Preprocessor) -> Result<ObjectView<'a>, Error> {
-    let view = match input.detections() {
-        Some(found) => ObjectView::new(input.frame, found, &input.world_from_camera),
-        None => ObjectView::without_detector_run(input.frame, &input.world_from_camera),
-    };
-    Ok(view
-        .with_static_mask(dynamics.static_mask())?
-        .with_sighted_points(input.sighted_points)
-        .without_labels(dynamics.mover_labels()))
 }

@@ -52,4 +52,12 @@ impl MultiLevelMap {
         self.planes.check_reach(world_from_camera)?;
         Ok(())
     }
+
+    /// Forgets what lies farther than `radius` metres from a place.
+    pub(crate) fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
+        self.cloud.forget_outside(center, radius);
+        self.octree.forget_outside(center, radius);
+        self.planes.forget_outside(center, radius);
+        self.objects.forget_outside(center, radius);
+    }
 }

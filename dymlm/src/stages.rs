@@ -12,6 +12,8 @@ pub enum Stage {
     Octree,
     /// Planes found in the depth image, fitted robustly and filtered.
     PlaneDetection,
+    /// What the key frame has shown is copied, to be kept.
+    History,
     /// Planes associated, fused and merged in their map.
     PlaneMap,
     /// Objects fitted, associated, updated, merged and removed.
@@ -21,7 +23,7 @@ pub enum Stage {
 }
 
 /// Number of steps; private, so that more steps break nobody.
-const STAGES: usize = 7;
+const STAGES: usize = 8;
 
 impl Stage {
     /// All steps, in the order in which they run.
@@ -30,6 +32,7 @@ impl Stage {
         Self::Cloud,
         Self::Octree,
         Self::PlaneDetection,
+        Self::History,
         Self::PlaneMap,
         Self::Objects,
         Self::GhostRemoval,
@@ -42,6 +45,7 @@ impl Stage {
             Self::Cloud => "cloud",
             Self::Octree => "octree",
             Self::PlaneDetection => "plane_detection",
+            Self::History => "history",
             Self::PlaneMap => "plane_map",
             Self::Objects => "objects",
             Self::GhostRemoval => "ghost_removal",

@@ -78,6 +78,19 @@ impl WaitingFrames {
         }
     }
 
+    /// Follows a world that was moved: `poses` are those of all frames by id, and carried objects move by
+    /// `new_from_old`.
+    pub(crate) fn correct(&mut self, poses: &[Pose], new_from_old: &Pose) {
+        for waiting in &mut self.queue {
+            if let Some(pose) = poses.get(waiting.id.get() as usize) {
+                waiting.world_from_camera = *pose;
+            }
+            for body in &mut waiting.carried {
+                *body = body.transformed(new_from_old);
+            }
+        }
+    }
+
     /// Awaits no longer the detections of frames before `time`, seconds: their detector counts as not run.
     pub(crate) fn give_up_before(&mut self, time: f64) {
         for waiting in self.queue.iter_mut().take_while(|waiting| waiting.frame.timestamp() < time) {

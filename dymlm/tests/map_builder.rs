@@ -2,52 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
+use common::{config, fingerprint, insert_all, sequence};
 use dymlm::core::vector3::difference;
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
 use dymlm::planes::RejectionCause;
 use dymlm::{Detections, Error, FrameOutcome, MapBuilder, MapConfig, MultiLevelMap, Selection, Stage};
 use dymlm_metrics::score_cloud;
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig};
-
-/// A short walk, small enough for a test: a quarter of the pixels of a Kinect.
-fn sequence(frames: usize) -> Sequence {
-    let mut config = SequenceConfig::default();
-    config.frames = frames;
-    config.camera = Some(PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap());
-    Sequence::new(&config).unwrap()
-}
-
-fn config() -> MapConfig {
-    let mut config = MapConfig::default();
-    // Half the resolution, voxels of twice the size.
-    config.cloud.voxel_size = 0.02;
-    config
-}
-
-fn insert_all(builder: &mut MapBuilder, frames: &[SimulatedFrame]) {
-    for frame in frames {
-        builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
-    }
-}
-
-/// Everything that the maps say, in bytes.
-fn fingerprint(map: &MultiLevelMap) -> Vec<u8> {
-    let cloud = map.cloud().point_cloud(Selection::Static);
-    let mut bytes: Vec<u8> = cloud.points().iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
-    bytes.extend(cloud.colors().unwrap().iter().flatten());
-    map.octree().write_ot(&mut bytes).unwrap();
-    for plane in map.planes().iter().chain(map.planes().candidates()) {
-        bytes.extend(plane.id().get().to_le_bytes());
-        bytes.extend(plane.plane().normal().iter().chain([&plane.plane().d()]).flat_map(|c| c.to_le_bytes()));
-        bytes.extend(plane.inlier_points().flatten().flat_map(f32::to_le_bytes));
-    }
-    for object in map.objects().objects().chain(map.objects().candidates()) {
-        bytes.extend(object.id().get().to_le_bytes());
-        bytes.extend(object.oriented_box().corners().iter().flatten().flat_map(|c| c.to_le_bytes()));
-        bytes.extend(object.label().bytes());
-    }
-    bytes
-}
 
 #[test]
 fn people_who_walk_through_are_not_in_the_map() {

@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-use dymlm_core::{BoundingBox, Detection, TrackId};
+use dymlm_core::{BoundingBox, Detection, Pose, TrackId};
 use dymlm_geometry::Assignment;
 
 use super::assignment::pair_by_iou;
@@ -164,6 +164,13 @@ impl BoxTracker {
         let elapsed = self.check_time(timestamp)?;
         self.move_on(elapsed, view);
         Ok(self.finish(timestamp, view))
+    }
+
+    /// Follows a world that was moved.
+    pub fn move_world(&mut self, new_from_old: &Pose) {
+        if let Some(view) = &mut self.last_view {
+            view.world_from_camera = *new_from_old * view.world_from_camera;
+        }
     }
 
     fn finish(&mut self, timestamp: f64, view: Option<&View>) -> &[TrackedBox] {

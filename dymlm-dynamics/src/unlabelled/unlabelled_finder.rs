@@ -34,6 +34,11 @@ pub(crate) struct Cutting<'a> {
 }
 
 impl UnlabelledFinder {
+    /// Follows a world that was moved.
+    pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
+        self.tracker.move_world(new_from_old);
+    }
+
     pub(crate) fn new(config: TrackerConfig, sensor: SensorModel) -> Result<Self, Error> {
         Ok(Self {
             sensor,

@@ -17,7 +17,7 @@ pub struct ObjectMap {
     pub(crate) index: SpaceIndex,
     pub(crate) next_id: u64,
     /// What merged objects went into.
-    absorbed_by: BTreeMap<ObjectId, ObjectId>,
+    pub(crate) absorbed_by: BTreeMap<ObjectId, ObjectId>,
 }
 
 impl ObjectMap {
@@ -60,7 +60,7 @@ impl ObjectMap {
     }
 
     /// The id of what an object is now: its own, or that of the object which it went into.
-    pub(crate) fn current_id(&self, id: ObjectId) -> ObjectId {
+    pub fn current_id(&self, id: ObjectId) -> ObjectId {
         let mut current = id;
         // Each merge leads to an object that was still there, so that this ends.
         while let Some(&next) = self.absorbed_by.get(&current) {

@@ -1,5 +1,5 @@
 use dymlm_core::vector3::along;
-use dymlm_core::{ObjectId, Plane, SensorModel};
+use dymlm_core::{ObjectId, Plane, PlaneId, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use super::{
@@ -8,7 +8,6 @@ use super::{
 use crate::association::{JointBox, sample_places};
 use crate::{
     BoxAxes, ObjectObservation, ObjectShape, ObjectView, Relief, ShapeKind, SizePriors, SupportPlane,
-    SupportingPlanes,
 };
 
 /// An object of the map.
@@ -300,11 +299,8 @@ impl MapObject {
     }
 
     /// Calls the planes under it what they are called now; the votes for two that became one are added.
-    pub(crate) fn follow_planes(&mut self, planes: &dyn SupportingPlanes) {
-        let current = |support: &SupportPlane| SupportPlane {
-            id: support.id.map(|id| planes.current_id(id)),
-            ..*support
-        };
+    pub(crate) fn follow_planes(&mut self, current_id: impl Fn(PlaneId) -> PlaneId) {
+        let current = |support: &SupportPlane| SupportPlane { id: support.id.map(&current_id), ..*support };
         if self.supports.iter().any(|votes| current(&votes.support).id != votes.support.id) {
             for votes in std::mem::take(&mut self.supports) {
                 self.vote(SupportVotes { support: current(&votes.support), ..votes });

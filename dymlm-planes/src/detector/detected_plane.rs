@@ -1,4 +1,4 @@
-use dymlm_core::{Plane, Point};
+use dymlm_core::Plane;
 
 use super::covariance::PlaneCovariance;
 use super::plane_samples::PlaneSamples;
@@ -28,9 +28,8 @@ pub struct DetectedPlane {
     pub area: f64,
     /// Every fourth inlier along rows and columns: its patch.
     pub samples: PlaneSamples,
-    /// Points along the rim of the segment and of its holes, without outliers, set onto the plane along their
-    /// rays: the paper's `B_c`.
-    pub edge_points: Vec<Point>,
+    /// Pixels along the rim of the segment and of its holes, without outliers: see [`Self::edge_points`].
+    pub edge: PlaneSamples,
     /// The label of its pixels in [`PlaneDetector::labels`](crate::PlaneDetector::labels).
     pub label: u16,
     /// Sums over the inliers, weighted by 1 / sigma(z)^2; the weight of a reading at 0.4 m is 1.
@@ -38,6 +37,12 @@ pub struct DetectedPlane {
 }
 
 impl DetectedPlane {
+    /// Points along the rim of the segment and of its holes, without outliers, set onto the plane along their
+    /// rays, metres: the paper's `B_c`.
+    pub fn edge_points(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.edge.points(&self.plane)
+    }
+
     /// Share of the segment's pixels that are inliers, 0..=1.
     pub fn inlier_ratio(&self) -> f64 {
         self.inliers as f64 / self.support.max(1) as f64

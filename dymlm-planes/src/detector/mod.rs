@@ -6,6 +6,7 @@ mod detected_plane;
 mod extraction;
 mod filter;
 mod patch_range;
+mod plane_bytes;
 mod plane_detector;
 mod plane_samples;
 mod rays;

@@ -1,5 +1,5 @@
-use dymlm_core::Plane;
 use dymlm_core::vector3::{dot, norm};
+use dymlm_core::{PinholeCamera, Plane};
 
 /// A sample shows no more points than this along rows, and along columns: it stands for that many pixels. With
 /// 1, half of a desk's side that is seen aslant is missing.
@@ -8,8 +8,8 @@ const MOST_PARTS: f64 = 4.0;
 /// Places in a row that have as many parts as the first.
 const NEIGHBORS: u32 = 16;
 
-/// Which pixels of a lattice in the image show a plane's inliers: its patch, to be drawn at any pose. Camera
-/// frame.
+/// Which pixels of a lattice in the image show a plane's inliers: its patch or its edge, to be drawn at any
+/// pose. Camera frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlaneSamples {
@@ -28,6 +28,12 @@ pub(crate) struct RayLattice {
 }
 
 impl PlaneSamples {
+    /// Empties them, for other pixels.
+    pub(super) fn begin(&mut self, lattice: RayLattice) {
+        self.lattice = lattice;
+        self.places.clear();
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.places.len()
@@ -45,6 +51,17 @@ impl PlaneSamples {
 }
 
 impl RayLattice {
+    /// The rays of every so many pixels, from the middle of the first so many on.
+    pub(crate) fn of_pixels(camera: &PinholeCamera, stride: usize) -> Self {
+        let first = stride / 2;
+        let at = |center: f64, focal_length: f64| ((first as f64 - center) / focal_length) as f32;
+        Self {
+            first: [at(camera.cx(), camera.fx()), at(camera.cy(), camera.fy())],
+            step: [(stride as f64 / camera.fx()) as f32, (stride as f64 / camera.fy()) as f32],
+            columns: camera.width().saturating_sub(first).div_ceil(stride) as u32,
+        }
+    }
+
     /// How many points a sample is to show along rows and along columns, so that on a plane they lie no more
     /// than `spacing` metres apart about a point of it: seen aslant or from afar, samples are sparser than the
     /// voxels of a patch.

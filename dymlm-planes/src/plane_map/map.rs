@@ -3,6 +3,7 @@ mod forgetting;
 mod merging;
 mod moved_body;
 mod removal;
+mod renaming;
 
 use std::collections::BTreeMap;
 

@@ -29,8 +29,8 @@ pub(super) fn reach_of_planes(voxel_size: f64) -> f64 {
 
 impl Observation {
     pub(super) fn new(detected: &DetectedPlane, placed: PlacedShare, world_from_camera: &Pose) -> Self {
-        let to_world = |point: &[f32; 3]| world_from_camera.transform_point(point.map(f64::from));
-        Self { placed, edge_points: detected.edge_points.iter().map(to_world).collect() }
+        let to_world = |point| world_from_camera.transform_point(point);
+        Self { placed, edge_points: detected.edge_points().map(to_world).collect() }
     }
 
     pub(super) fn finite(&self) -> FinitePlane<'_> {

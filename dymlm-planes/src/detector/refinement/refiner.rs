@@ -1,5 +1,5 @@
 use dymlm_core::vector3::dot;
-use dymlm_core::{DepthImage, PinholeCamera, Point, SensorModel};
+use dymlm_core::{DepthImage, PinholeCamera, SensorModel};
 
 use super::super::covariance::PlaneCovariance;
 use super::super::detected_plane::DetectedPlane;
@@ -81,7 +81,7 @@ impl PlaneRefiner {
         self.refit();
         self.sum_up(depth, rays, Kernel::Inlier, INLIER_WIDTH, 1);
         self.refit();
-        self.collect_planes(extraction.segments(), self.lattice(camera));
+        self.collect_planes(extraction.segments(), camera);
         self.sample_patches(depth, rays, extraction);
         self.find_edges(depth, rays, extraction);
     }
@@ -141,9 +141,8 @@ impl PlaneRefiner {
     }
 
     /// Puts the planes together; the buffers of the last frame's planes are used again.
-    fn collect_planes(&mut self, segments: &[Segment], lattice: RayLattice) {
-        let mut buffers: Vec<_> =
-            self.planes.drain(..).map(|plane| (plane.samples, plane.edge_points)).collect();
+    fn collect_planes(&mut self, segments: &[Segment], camera: &PinholeCamera) {
+        let mut buffers: Vec<_> = self.planes.drain(..).map(|plane| (plane.samples, plane.edge)).collect();
         self.places.clear();
         for (index, segment) in segments.iter().enumerate() {
             let (fit, sums) = (&self.fits[index], &self.sums[index]);
@@ -154,10 +153,9 @@ impl PlaneRefiner {
                 self.places.push(None);
                 continue;
             };
-            let (mut samples, mut edge_points) = buffers.pop().unwrap_or_default();
-            samples.lattice = lattice;
-            samples.places.clear();
-            edge_points.clear();
+            let (mut samples, mut edge) = buffers.pop().unwrap_or_default();
+            samples.begin(RayLattice::of_pixels(camera, self.stride));
+            edge.begin(RayLattice::of_pixels(camera, 1));
             self.places.push(Some(self.planes.len()));
             self.planes.push(DetectedPlane {
                 plane,
@@ -168,21 +166,10 @@ impl PlaneRefiner {
                 inliers: sums.readings,
                 area: 0.0,
                 samples,
-                edge_points,
+                edge,
                 label: index as u16 + 1,
                 moments: sums.moments,
             });
-        }
-    }
-
-    /// The rays of every so many pixels.
-    fn lattice(&self, camera: &PinholeCamera) -> RayLattice {
-        let (first, stride) = (self.stride / 2, self.stride as f64);
-        let at = |center: f64, focal_length: f64| ((first as f64 - center) / focal_length) as f32;
-        RayLattice {
-            first: [at(camera.cx(), camera.fx()), at(camera.cy(), camera.fy())],
-            step: [(stride / camera.fx()) as f32, (stride / camera.fy()) as f32],
-            columns: camera.width().saturating_sub(first).div_ceil(self.stride) as u32,
         }
     }
 
@@ -191,11 +178,10 @@ impl PlaneRefiner {
         let mut sample = 0;
         for v in (stride / 2..extraction.height()).step_by(stride) {
             for u in (stride / 2..width).step_by(stride) {
-                if let Some((place, point)) = self.inlier_at(depth, rays, extraction, u, v) {
+                if let Some((place, z)) = self.inlier_at(depth, rays, extraction, u, v) {
                     let plane = &mut self.planes[place];
                     plane.samples.places.push(sample);
                     // What one pixel covers of the plane, as many times as there are pixels to a sample.
-                    let z = f64::from(point[2]);
                     let slant = (plane.plane.d() / z).max(1e-3);
                     plane.area += self.pixel_solid_angle * z * z / slant * (stride * stride) as f64;
                 }
@@ -208,14 +194,14 @@ impl PlaneRefiner {
         let (labels, width) = (extraction.labels(), extraction.width());
         let mut planes = std::mem::take(&mut self.planes);
         visit_rims(labels, width, &self.runs, self.stride, |u, v, _| {
-            if let Some((place, point)) = self.inlier_at(depth, rays, extraction, u, v) {
-                planes[place].edge_points.push(point);
+            if let Some((place, _)) = self.inlier_at(depth, rays, extraction, u, v) {
+                planes[place].edge.places.push((v * width + u) as u32);
             }
         });
         self.planes = planes;
     }
 
-    /// The plane whose inlier lies at a pixel, and the point of the plane there.
+    /// The plane whose inlier lies at a pixel, and the depth of the plane there, metres.
     fn inlier_at(
         &self,
         depth: &DepthImage,
@@ -223,7 +209,7 @@ impl PlaneRefiner {
         extraction: &Extraction,
         u: usize,
         v: usize,
-    ) -> Option<(usize, Point)> {
+    ) -> Option<(usize, f64)> {
         let index = extraction.segment_at(u, v)?;
         let place = (*self.places.get(index)?)?;
         let (a, b, z) = (rays.x[u], rays.y[v], depth.at(u, v));
@@ -236,6 +222,6 @@ impl PlaneRefiner {
         let z = dot(fit.normal, fit.centroid) / dot(fit.normal, [a, b, 1.0]);
         let is_there = (z - f64::from(reading)).abs() <= self.sensor.tolerance(reading, 0.0);
         let is_in_range = is_there && (0.0..=self.sensor.max_depth.into()).contains(&z);
-        is_in_range.then(|| (place, [a * z, b * z, z].map(|c| c as f32)))
+        is_in_range.then_some((place, z))
     }
 }

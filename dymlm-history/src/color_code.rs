@@ -1,0 +1,166 @@
+use dymlm_core::{ColorImage, Rgb};
+
+use crate::byte_planes::{put_byte_planes, take_byte_planes};
+use crate::foretelling::{errors_of, undo};
+
+/// Side of the square of pixels that share one brightness, and of the one that shares one hue: a pixel at 2 m is
+/// 4 mm wide, a voxel of the cloud 10.
+const LUMA_SIDE: usize = 2;
+const CHROMA_SIDE: usize = 4;
+/// Steps of brightness and hue, of 256: an eighth of what cameras err from frame to frame, and the mean over many
+/// frames has none. Lower takes bytes (1: 25 kB more a frame), higher shows bands where few frames look.
+const STEP: i32 = 4;
+/// Values of brightness and of hue: 0..=64 and 0..=128.
+const LEVELS: u32 = 129;
+
+/// A colour image as it is kept: brightness for each square of 2x2 pixels, hue for each of 4x4, in steps of 4 of
+/// 256.
+///
+/// What is mapped is the image that comes [out](Self::to_image) of it, so that a map which is built again has the same
+/// colours.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReducedColors {
+    size: [usize; 2],
+    luma: Vec<u8>,
+    /// Red against blue, and green against both.
+    chroma: [Vec<u8>; 2],
+}
+
+impl ReducedColors {
+    /// Reduces an image. O(pixels).
+    pub fn of(image: &ColorImage) -> Self {
+        let size = [image.width(), image.height()];
+        let squares = means(image.data(), size[0], LUMA_SIDE);
+        let luma = squares.iter().map(|&[r, g, b]| quantized(r + 2 * g + b, 4) as u8).collect();
+        let large = means(&squares, size[0].div_ceil(LUMA_SIDE), CHROMA_SIDE / LUMA_SIDE);
+        let hue = |difference: fn([i32; 3]) -> i32| {
+            // -64..=64 as 0..=128.
+            large.iter().map(|&mean| (quantized(difference(mean), 2) + 64) as u8).collect()
+        };
+        Self { size, luma, chroma: [hue(|[r, _, b]| 2 * (r - b)), hue(|[r, g, b]| 2 * g - r - b)] }
+    }
+
+    /// The image that is mapped.
+    ///
+    /// # Errors
+    ///
+    /// None for what [`Self::of`] has made.
+    pub fn to_image(&self) -> Result<ColorImage, dymlm_core::Error> {
+        let [width, height] = self.size;
+        let columns = [LUMA_SIDE, CHROMA_SIDE].map(|side| width.div_ceil(side));
+        let mut pixels = Vec::with_capacity(width * height);
+        let mut row: Vec<Rgb> = Vec::with_capacity(columns[0]);
+        for v in 0..height {
+            if v % LUMA_SIDE == 0 {
+                let luma = &self.luma[v / LUMA_SIDE * columns[0]..][..columns[0]];
+                let hues = v / CHROMA_SIDE * columns[1]..(v / CHROMA_SIDE + 1) * columns[1];
+                let [red, green] = self.chroma.each_ref().map(|plane| &plane[hues.clone()]);
+                row.clear();
+                row.extend(luma.iter().enumerate().map(|(place, &y)| {
+                    let hue = place * LUMA_SIDE / CHROMA_SIDE;
+                    color_of(y, red[hue], green[hue])
+                }));
+            }
+            pixels.extend((0..width).map(|u| row[u / LUMA_SIDE]));
+        }
+        ColorImage::new(width, height, pixels)
+    }
+
+    /// Appends the colours, to be deflated.
+    pub(crate) fn put(&self, out: &mut Vec<u8>) {
+        put_plane(&self.luma, self.size[0].div_ceil(LUMA_SIDE), out);
+        for plane in &self.chroma {
+            put_plane(plane, self.size[0].div_ceil(CHROMA_SIDE), out);
+        }
+    }
+
+    /// The colours that were put; `None` when the bytes are no such.
+    pub(crate) fn take(bytes: &mut &[u8], size: [usize; 2]) -> Option<Self> {
+        let mut plane = |side: usize| take_plane(bytes, size.map(|length| length.div_ceil(side)));
+        Some(Self { size, luma: plane(LUMA_SIDE)?, chroma: [plane(CHROMA_SIDE)?, plane(CHROMA_SIDE)?] })
+    }
+}
+
+fn put_plane(values: &[u8], columns: usize, out: &mut Vec<u8>) {
+    let values: Vec<u32> = values.iter().map(|&value| value.into()).collect();
+    put_byte_planes(&errors_of(&values, columns, LEVELS), LEVELS, out);
+}
+
+fn take_plane(bytes: &mut &[u8], [columns, rows]: [usize; 2]) -> Option<Vec<u8>> {
+    let mut values = take_byte_planes(bytes, columns * rows, LEVELS)?;
+    undo(&mut values, columns, LEVELS)?;
+    Some(values.into_iter().map(|value| value as u8).collect())
+}
+
+/// Mean colours of squares, rounded; those at the rim are smaller.
+fn means<T: Copy + Into<i32>>(colors: &[[T; 3]], width: usize, side: usize) -> Vec<[i32; 3]> {
+    let mut all = Vec::with_capacity(colors.len().div_ceil(side * side) + width + side);
+    for rows in colors.chunks(side * width) {
+        for first in (0..width).step_by(side) {
+            let columns = first..(first + side).min(width);
+            let mut sum = [0; 3];
+            for row in rows.chunks(width) {
+                for color in &row[columns.clone()] {
+                    (0..3).for_each(|channel| sum[channel] += color[channel].into());
+                }
+            }
+            let count = (columns.len() * (rows.len() / width)) as i32;
+            all.push(sum.map(|sum: i32| (sum + count / 2) / count));
+        }
+    }
+    all
+}
+
+/// value / parts in steps, rounded to the nearest.
+fn quantized(value: i32, parts: i32) -> i32 {
+    let step = parts * STEP;
+    (value + step / 2).div_euclid(step)
+}
+
+fn color_of(luma: u8, red: u8, green: u8) -> Rgb {
+    let y = i32::from(luma) * STEP;
+    let [red_blue, green_others] = [red, green].map(|hue| (i32::from(hue) - 64) * STEP);
+    // y = (r + 2 g + b) / 4, red_blue = r - b, green_others = g - (r + b) / 2.
+    let green = y + green_others / 2;
+    let others = y - green_others / 2;
+    [others + red_blue / 2, green, others - red_blue / 2].map(|channel| channel.clamp(0, 255) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(width: usize, height: usize, color: impl Fn(usize, usize) -> Rgb) -> ColorImage {
+        let pixels = (0..width * height).map(|i| color(i % width, i / width)).collect();
+        ColorImage::new(width, height, pixels).unwrap()
+    }
+
+    #[test]
+    fn flat_colors_stay_within_two_steps() {
+        for [width, height] in [[1, 1], [7, 5], [16, 12]] {
+            for color in [[0, 0, 0], [255, 255, 255], [255, 0, 0], [0, 255, 0], [0, 0, 255], [90, 140, 33]] {
+                let reduced = ReducedColors::of(&image(width, height, |_, _| color)).to_image().unwrap();
+                for pixel in reduced.data() {
+                    for channel in 0..3 {
+                        let error = i32::from(pixel[channel]) - i32::from(color[channel]);
+                        assert!(error.abs() <= 2 * STEP, "{pixel:?} for {color:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn packed_colors_come_back() {
+        for [width, height] in [[1, 1], [7, 5], [33, 18]] {
+            let colors = image(width, height, |u, v| [(u * 9) as u8, (v * 31) as u8, (u * v) as u8]);
+            let reduced = ReducedColors::of(&colors);
+            let mut bytes = Vec::new();
+            reduced.put(&mut bytes);
+            let mut rest = bytes.as_slice();
+            assert_eq!(ReducedColors::take(&mut rest, [width, height]), Some(reduced));
+            assert!(rest.is_empty());
+            assert_eq!(ReducedColors::take(&mut &bytes[1..], [width, height]), None);
+        }
+    }
+}

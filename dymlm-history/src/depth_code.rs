@@ -1,0 +1,73 @@
+use bytes::{Buf, BufMut};
+use dymlm_core::DepthImage;
+
+use crate::byte_planes::{put_byte_planes, take_byte_planes};
+use crate::foretelling::{errors_of, undo};
+
+/// Appends a depth image without loss, to be deflated.
+///
+/// A sensor's readings take few values (a Kinect's disparities: some hundred in a frame). Each is replaced by its
+/// rank among those of the frame, and foretold by its neighbours; what is left is mostly 0.
+pub(crate) fn put_depth(depth: &DepthImage, out: &mut Vec<u8>) {
+    // Depths are not negative: their bits have their order.
+    let mut values: Vec<u32> = depth.data().iter().map(|z| z.to_bits()).collect();
+    values.sort_unstable();
+    values.dedup();
+    out.put_u32_le(values.len() as u32);
+    values.iter().for_each(|&value| out.put_u32_le(value));
+    // Most pixels repeat the one before.
+    let (mut last, mut rank) = (values[0], 0);
+    let rank_of = |z: &f32| {
+        if z.to_bits() != last {
+            last = z.to_bits();
+            rank = values.partition_point(|&value| value < last) as u32;
+        }
+        rank
+    };
+    let ranks: Vec<u32> = depth.data().iter().map(rank_of).collect();
+    let count = values.len() as u32;
+    put_byte_planes(&errors_of(&ranks, depth.width(), count), count, out);
+}
+
+/// The image that was put; `None` when the bytes are no such.
+pub(crate) fn take_depth(bytes: &mut &[u8], [width, height]: [usize; 2]) -> Option<DepthImage> {
+    let count = bytes.try_get_u32_le().ok()?;
+    let pixels = width.checked_mul(height)?;
+    // Before anything is allocated.
+    if count as usize > pixels || pixels > bytes.len() {
+        return None;
+    }
+    let values: Option<Vec<f32>> =
+        (0..count).map(|_| bytes.try_get_u32_le().ok().map(f32::from_bits)).collect();
+    let values = values?;
+    let mut ranks = take_byte_planes(bytes, pixels, count)?;
+    undo(&mut ranks, width, count)?;
+    let depths: Option<Vec<f32>> = ranks.into_iter().map(|rank| values.get(rank as usize).copied()).collect();
+    DepthImage::new(width, height, depths?).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depths_come_back_to_the_bit() {
+        let images: [(usize, fn(usize) -> f32); 4] = [
+            (1, |_| 0.0),
+            (64, |_| 1.5),
+            (37, |i| (i % 300) as f32 * 0.001),
+            (50, |i| ((i * 7919) % 100_003) as f32 * 1e-4),
+        ];
+        for (width, depth_of) in images {
+            let depth = DepthImage::new(width, 45, (0..width * 45).map(depth_of).collect()).unwrap();
+            let mut bytes = Vec::new();
+            put_depth(&depth, &mut bytes);
+            let mut rest = bytes.as_slice();
+            assert_eq!(take_depth(&mut rest, [width, 45]).unwrap(), depth);
+            assert!(rest.is_empty());
+            for end in 0..bytes.len() {
+                assert!(take_depth(&mut &bytes[..end], [width, 45]).is_none());
+            }
+        }
+    }
+}

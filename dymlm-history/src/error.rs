@@ -1,0 +1,35 @@
+use std::path::PathBuf;
+
+/// Why observations could not be kept or read. Nothing has changed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The file of the history cannot be made.
+    #[error("no file for key-frame observations can be made in {folder}: {source}")]
+    Create {
+        /// Where it should be.
+        folder: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// An observation cannot be read from the file.
+    #[error("key-frame observation {index} cannot be read: {source}")]
+    Read {
+        /// Which one.
+        index: usize,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// An observation is not what was written.
+    #[error("key-frame observation {index} is damaged")]
+    Damaged {
+        /// Which one.
+        index: usize,
+    },
+    /// No observation of this number is kept.
+    #[error("key-frame observation {index} is not kept")]
+    Unknown {
+        /// Which one.
+        index: usize,
+    },
+}

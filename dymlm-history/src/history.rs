@@ -1,0 +1,122 @@
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::observation_file::ObservationFile;
+use crate::packer::Packer;
+use crate::packing::unpack;
+use crate::{Error, Observation};
+
+/// Where key-frame observations are kept.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum HistoryConfig {
+    /// Nowhere: poses cannot be corrected, and memory does not grow with time.
+    #[default]
+    None,
+    /// In memory: some 90 kB a key frame of 640x480.
+    Memory,
+    /// In a file without a name in this folder, which must exist; it goes with the history.
+    Folder(PathBuf),
+}
+
+/// Key-frame observations by number, packed.
+///
+/// They are packed on a thread of their own, so that whoever adds one does not wait.
+#[derive(Debug)]
+pub struct History {
+    slots: Vec<Slot>,
+    packer: Packer,
+    file: Option<ObservationFile>,
+}
+
+#[derive(Debug)]
+enum Slot {
+    /// It is being packed.
+    Whole(Arc<Observation>),
+    Packed(Box<[u8]>),
+    /// Where it is in the file.
+    Filed {
+        offset: u64,
+        length: usize,
+    },
+    Removed,
+}
+
+impl History {
+    /// An empty history; `None` when none is to be kept.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Create`].
+    pub fn new(config: &HistoryConfig) -> Result<Option<Self>, Error> {
+        let file = match config {
+            HistoryConfig::None => return Ok(None),
+            HistoryConfig::Memory => None,
+            HistoryConfig::Folder(folder) => Some(ObservationFile::create_in(folder)?),
+        };
+        Ok(Some(Self { slots: Vec::new(), packer: Packer::new(), file }))
+    }
+
+    /// Keeps an observation; gives its number. Numbers ascend from 0 and are not used again.
+    pub fn push(&mut self, observation: Arc<Observation>) -> usize {
+        let index = self.slots.len();
+        self.slots.push(Slot::Whole(Arc::clone(&observation)));
+        self.packer.pack(index, observation);
+        self.take_packed();
+        index
+    }
+
+    /// An observation as it was given, to the bit. Costs its unpacking.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unknown`], [`Error::Read`], [`Error::Damaged`].
+    pub fn get(&self, index: usize) -> Result<Arc<Observation>, Error> {
+        let packed = match self.slots.get(index) {
+            None | Some(Slot::Removed) => return Err(Error::Unknown { index }),
+            Some(Slot::Whole(observation)) => return Ok(Arc::clone(observation)),
+            Some(Slot::Packed(packed)) => unpack(packed),
+            Some(&Slot::Filed { offset, length }) => {
+                let file = self.file.as_ref().ok_or(Error::Unknown { index })?;
+                unpack(&file.read(offset, length).map_err(|source| Error::Read { index, source })?)
+            }
+        };
+        packed.map(Arc::new).ok_or(Error::Damaged { index })
+    }
+
+    /// Forgets an observation. Its bytes in a file stay until the history goes.
+    pub fn remove(&mut self, index: usize) {
+        if let Some(slot) = self.slots.get_mut(index) {
+            *slot = Slot::Removed;
+        }
+    }
+
+    /// Bytes in memory, without what is just being packed.
+    pub fn memory_bytes(&self) -> usize {
+        let packed = self.slots.iter().map(|slot| match slot {
+            Slot::Packed(packed) => packed.len(),
+            _ => 0,
+        });
+        packed.sum::<usize>() + self.slots.capacity() * size_of::<Slot>()
+    }
+
+    /// Waits until all is packed.
+    pub fn settle(&mut self) {
+        self.packer.finish();
+        self.take_packed();
+    }
+
+    /// Puts what has been packed in its place. What the file does not take stays in memory.
+    fn take_packed(&mut self) {
+        while let Some((index, packed)) = self.packer.next() {
+            let Some(slot @ Slot::Whole(_)) = self.slots.get_mut(index) else { continue };
+            let filed = self.file.as_mut().and_then(|file| file.append(&packed).ok());
+            *slot = match filed {
+                Some(offset) => Slot::Filed { offset, length: packed.len() },
+                None => Slot::Packed(packed),
+            };
+        }
+    }
+}

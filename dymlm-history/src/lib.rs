@@ -1,0 +1,21 @@
+//! What key frames have shown, compact and in camera coordinates: all that is needed to take a frame out of the
+//! maps and to put it in at another pose, without looking for movers and planes again.
+//!
+//! An [`Observation`] is what is mapped, to the bit: depth as it was read, colours as they are kept. Packed it
+//! takes some 90 kB for a frame of 640x480; a [`History`] holds many of them, in memory or in a file.
+
+mod byte_planes;
+mod color_code;
+mod depth_code;
+mod error;
+mod foretelling;
+mod history;
+mod observation;
+mod observation_file;
+mod packer;
+mod packing;
+
+pub use color_code::ReducedColors;
+pub use error::Error;
+pub use history::{History, HistoryConfig};
+pub use observation::Observation;

@@ -1,0 +1,59 @@
+use dymlm_core::{DepthImage, Detection, Error, Frame, Mask, PinholeCamera};
+use dymlm_objects::SightedPoint;
+use dymlm_planes::DetectedPlane;
+
+use crate::ReducedColors;
+
+/// All that a key frame brings into the maps, in its camera's coordinates; its pose is no part of it.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Observation {
+    /// The images as they are mapped: depth as it was read, colours [reduced](ReducedColors).
+    pub frame: Frame,
+    /// What the frame's colours are made of.
+    pub(crate) colors: Option<ReducedColors>,
+    /// The pixels that are mapped; all at first.
+    pub static_mask: Mask,
+    /// The pixels that are surely a mover's; none at first.
+    pub mover_mask: Mask,
+    /// The pixels of what is new in free space; none at first.
+    pub unproven_mask: Mask,
+    /// What the detector has found, all labels; `None`, as at first, when it did not run.
+    pub detections: Option<Vec<Detection>>,
+    /// The caller's map points in the frame.
+    pub sighted_points: Vec<SightedPoint>,
+    /// The planes of the depth image, camera frame.
+    pub planes: Vec<DetectedPlane>,
+}
+
+impl Observation {
+    /// The observation of a frame of which nothing but the images is known. O(pixels).
+    ///
+    /// # Errors
+    ///
+    /// None for a frame.
+    pub fn of_frame(frame: &Frame) -> Result<Self, Error> {
+        let colors = frame.color().map(ReducedColors::of);
+        Self::of_images(frame.timestamp(), *frame.camera(), frame.depth().clone(), colors)
+    }
+
+    pub(crate) fn of_images(
+        timestamp: f64,
+        camera: PinholeCamera,
+        depth: DepthImage,
+        colors: Option<ReducedColors>,
+    ) -> Result<Self, Error> {
+        let (width, height) = (camera.width(), camera.height());
+        let color = colors.as_ref().map(ReducedColors::to_image).transpose()?;
+        Ok(Self {
+            frame: Frame::new(timestamp, camera, depth, color)?,
+            colors,
+            static_mask: Mask::filled(width, height, true)?,
+            mover_mask: Mask::filled(width, height, false)?,
+            unproven_mask: Mask::filled(width, height, false)?,
+            detections: None,
+            sighted_points: Vec::new(),
+            planes: Vec::new(),
+        })
+    }
+}

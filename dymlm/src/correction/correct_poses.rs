@@ -1,0 +1,152 @@
+use std::collections::BTreeMap;
+
+use dymlm_core::{FrameId, Pose};
+
+use super::new_poses::new_poses;
+use super::replay::{Rebuilt, Replay};
+use super::report::{CorrectionProgress, CorrectionReport};
+use crate::key_frame_view::MappingContext;
+use crate::session_log::Event;
+use crate::{Error, MapBuilder, MultiLevelMap};
+
+/// Maps that follow a SLAM's corrections, when a [history](dymlm_history::HistoryConfig) is kept.
+impl MapBuilder {
+    /// Moves frames to where a loop closure or an optimization has found them: all four maps are those that the same
+    /// observations at the new poses would have made, to the bit. Ids of planes and objects stay, and the report
+    /// says what has become of them.
+    ///
+    /// Any frames may be given, in any order; a frame that is not moves with its neighbours: between two of them
+    /// with both, the nearer in time the more, else with the first or the last. So what comes after the last one given
+    /// is carried along, and the next frame's pose is one in the corrected world.
+    ///
+    /// The maps of before stay until the new ones are whole. Costs the mapping of all key frames without the
+    /// search for movers and planes.
+    ///
+    /// ```no_run
+    /// # use dymlm::{MapBuilder, core::{FrameId, Pose}};
+    /// # fn closed(mut builder: MapBuilder, optimized: Vec<(FrameId, Pose)>) -> Result<(), dymlm::Error> {
+    /// let report = builder.correct_poses(&optimized)?;
+    /// for (plane, into) in &report.planes.merged {
+    ///     // A wall that drift had doubled: its id leads to the other.
+    ///     assert_eq!(builder.map().planes().current_id(*plane), Some(*into));
+    /// }
+    /// # Ok(()) }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoHistory`]; [`Error::UnknownFrame`]; [`Error::History`] when an observation cannot be read;
+    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach. Nothing has changed.
+    #[doc(alias = "loop closure")]
+    pub fn correct_poses(&mut self, poses: &[(FrameId, Pose)]) -> Result<CorrectionReport, Error> {
+        self.correct_poses_watched(poses, &mut |_| true)
+    }
+
+    /// [`Self::correct_poses`], telling `watch` how far it has come; it says whether to go on.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::correct_poses`]; [`Error::Cancelled`] when `watch` says no. Nothing has changed.
+    pub fn correct_poses_watched(
+        &mut self,
+        poses: &[(FrameId, Pose)],
+        watch: &mut dyn FnMut(CorrectionProgress) -> bool,
+    ) -> Result<CorrectionReport, Error> {
+        let log = self.log.as_ref().ok_or(Error::NoHistory)?;
+        // The last of several for one frame.
+        let given: BTreeMap<FrameId, Pose> = poses.iter().copied().collect();
+        if let Some(&frame) = given.keys().find(|frame| log.frame(**frame).is_none()) {
+            return Err(Error::UnknownFrame { frame });
+        }
+        let given: Vec<(FrameId, Pose)> = given.into_iter().collect();
+        let poses = new_poses(&log.frames, &given);
+        self.rebuild(poses, watch)
+    }
+
+    /// Takes a frame out of all maps, as if it had never been inserted. A frame that is no key frame is in none. Costs
+    /// what [`Self::correct_poses`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::correct_poses`].
+    pub fn remove(&mut self, frame: FrameId) -> Result<CorrectionReport, Error> {
+        let log = self.log.as_mut().ok_or(Error::NoHistory)?;
+        if log.frame(frame).is_none() {
+            return Err(Error::UnknownFrame { frame });
+        }
+        let is_it = |event: &Event| matches!(event, Event::KeyFrame(entry) if entry.frame == frame);
+        let Some(place) = log.events.iter().position(is_it) else { return self.correct_poses(&[]) };
+        let event = log.events.remove(place);
+        let poses = log.frames.iter().map(|frame| frame.world_from_camera).collect();
+        let report = self.rebuild(poses, &mut |_| true);
+        if let (Some(log), Event::KeyFrame(entry)) = (&mut self.log, &event) {
+            match &report {
+                Ok(_) => log.history.remove(entry.observation),
+                Err(_) => log.events.insert(place, event),
+            }
+        }
+        report
+    }
+
+    /// Moves the whole world: each place of it, and so each frame's pose, is `new_from_old` times what it was. Costs
+    /// what [`Self::correct_poses`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::correct_poses`].
+    pub fn transform(&mut self, new_from_old: &Pose) -> Result<CorrectionReport, Error> {
+        let log = self.log.as_ref().ok_or(Error::NoHistory)?;
+        let poses = log.frames.iter().map(|frame| *new_from_old * frame.world_from_camera).collect();
+        self.rebuild(poses, &mut |_| true)
+    }
+
+    /// The frames that were inserted, with their times and where they were taken from as they are mapped now, in the
+    /// order of their ids; none without a history.
+    pub fn trajectory(&self) -> impl Iterator<Item = (FrameId, f64, Pose)> {
+        let frames = self.log.iter().flat_map(|log| &log.frames).zip(0..);
+        frames.map(|(frame, id)| (FrameId::new(id), frame.timestamp, frame.world_from_camera))
+    }
+
+    /// Builds the maps again with each frame at its new pose, and goes on with them.
+    fn rebuild(
+        &mut self,
+        poses: Vec<Pose>,
+        watch: &mut dyn FnMut(CorrectionProgress) -> bool,
+    ) -> Result<CorrectionReport, Error> {
+        let log = self.log.as_mut().ok_or(Error::NoHistory)?;
+        let empty = MultiLevelMap::new(&self.config)?;
+        let context =
+            MappingContext { sensor: &self.config.sensor, mover_labels: self.preprocessor.mover_labels() };
+        let rebuilt = Replay::new(log, &poses, &self.map, empty).run(&context, watch)?;
+        let Rebuilt { map, ghost_removal, events, mut report } = rebuilt;
+        (self.map, self.ghost_removal, log.events) = (map, ghost_removal, events);
+
+        let range = f64::from(self.config.sensor.max_depth);
+        for entry in log.events.iter().filter_map(Event::key_frame) {
+            let place = entry.frame.get() as usize;
+            let (old, new) = (&log.frames[place].world_from_camera, &poses[place]);
+            if old != new {
+                report.moved_key_frames += 1;
+                report.largest_motion = report.largest_motion.max(old.distance(new) + range * old.angle(new));
+            }
+        }
+        let newest = log.frames.last().zip(poses.last()).map(|(old, new)| (old.world_from_camera, *new));
+        for (frame, pose) in log.frames.iter_mut().zip(&poses) {
+            frame.world_from_camera = *pose;
+        }
+        if let Some((old, new)) = newest.filter(|(old, new)| old != new) {
+            self.follow_world(&(new * old.inverse()), &poses);
+        }
+        Ok(report)
+    }
+
+    /// Brings what is known of the last frames, and the frames that wait, to the corrected world.
+    fn follow_world(&mut self, new_from_old: &Pose, poses: &[Pose]) {
+        self.preprocessor.move_world(new_from_old);
+        self.key_frames.move_world(new_from_old);
+        self.waiting.correct(poses, new_from_old);
+        for body in self.carried.values_mut() {
+            *body = body.transformed(new_from_old);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Which things of a map that was built again are those of the one before, by the observations that they share.
+///
+/// Each thing of the new map takes the id of the old one with which it shares most, and that shares most with it
+/// among those that are left; the others get new ids.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Identities<Id: Ord> {
+    /// Id in the new map -> id of before.
+    pub(super) names: BTreeMap<Id, Id>,
+    /// Ids of before that no thing has any more, and the thing (by its name) that has most of its observations.
+    pub(super) merged: BTreeMap<Id, Id>,
+    /// Things (by their ids in the new map) that have a part of the observations of one of before, which is another.
+    pub(super) split: BTreeMap<Id, Id>,
+}
+
+impl<Id: Copy + Ord> Identities<Id> {
+    /// `shared` is an observation each: of what it was, and of what it is.
+    pub(super) fn of(shared: impl Iterator<Item = (Id, Id)>) -> Self {
+        let mut counts: BTreeMap<(Id, Id), usize> = BTreeMap::new();
+        shared.for_each(|pair| *counts.entry(pair).or_default() += 1);
+        let mut pairs: Vec<((Id, Id), usize)> = counts.into_iter().collect();
+        // Of equals the older ids first: the sort is stable.
+        pairs.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
+        let (mut names, mut taken) = (BTreeMap::new(), BTreeSet::new());
+        for &((old, new), _) in &pairs {
+            if !taken.contains(&old) && !names.contains_key(&new) {
+                names.insert(new, old);
+                taken.insert(old);
+            }
+        }
+        let (mut merged, mut split) = (BTreeMap::new(), BTreeMap::new());
+        for &((old, new), _) in &pairs {
+            if let (false, Some(&name)) = (taken.contains(&old), names.get(&new)) {
+                merged.entry(old).or_insert(name);
+            }
+            if !names.contains_key(&new) {
+                split.entry(new).or_insert(old);
+            }
+        }
+        Self { names, merged, split }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn things_keep_the_id_with_which_they_share_most() {
+        // 7 was seen as 0 three times and as 1 once, 8 as 1 only.
+        let shared = [(7, 0), (7, 0), (7, 0), (7, 1), (8, 1), (8, 1)];
+        let identities = Identities::of(shared.into_iter());
+        assert_eq!(identities.names, BTreeMap::from([(0, 7), (1, 8)]));
+        assert!(identities.merged.is_empty() && identities.split.is_empty());
+    }
+
+    #[test]
+    fn what_has_no_thing_of_its_own_any_more_has_merged_and_the_other_way_round() {
+        let merged = Identities::of([(7, 0), (7, 0), (8, 0)].into_iter());
+        assert_eq!((merged.names[&0], merged.merged), (7, BTreeMap::from([(8, 7)])));
+        let split = Identities::of([(7, 0), (7, 1), (7, 1)].into_iter());
+        assert_eq!((split.names[&1], split.split), (7, BTreeMap::from([(0, 7)])));
+    }
+}

@@ -1,0 +1,9 @@
+//! Maps that follow when poses are corrected: see [`MapBuilder::correct_poses`](crate::MapBuilder::correct_poses).
+
+mod correct_poses;
+mod identities;
+mod new_poses;
+mod replay;
+mod report;
+
+pub use report::{CorrectionProgress, CorrectionReport, ThingChanges, ThingMotion};

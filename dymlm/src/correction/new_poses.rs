@@ -1,0 +1,82 @@
+use dymlm_core::{FrameId, Pose};
+
+use crate::session_log::InsertedFrame;
+
+/// The poses of all frames after some of them were corrected: a frame between two of these moves with both,
+/// the nearer in time the more; one before the first or behind the last with that one.
+///
+/// `given` ascend by frame, each once, and are within `frames`.
+pub(super) fn new_poses(frames: &[InsertedFrame], given: &[(FrameId, Pose)]) -> Vec<Pose> {
+    let mut poses = Vec::with_capacity(frames.len());
+    let mut behind = given.iter().peekable();
+    let mut before: Option<&(FrameId, Pose)> = None;
+    for (index, frame) in frames.iter().enumerate() {
+        while let Some(next) = behind.next_if(|(id, _)| id.get() as usize <= index) {
+            before = Some(next);
+        }
+        poses.push(match (before, behind.peek()) {
+            (Some((id, pose)), _) if id.get() as usize == index => *pose,
+            (Some(before), Some(behind)) => {
+                let [first, last] = [before, *behind].map(|(id, _)| frames[id.get() as usize].timestamp);
+                let share = if last > first { (frame.timestamp - first) / (last - first) } else { 0.5 };
+                let [with_first, with_last] = [before, *behind].map(|given| moved_with(frames, given, frame));
+                with_first.interpolate(&with_last, share)
+            }
+            (Some(only), None) => moved_with(frames, only, frame),
+            (None, Some(only)) => moved_with(frames, only, frame),
+            (None, None) => frame.world_from_camera,
+        });
+    }
+    poses
+}
+
+/// The pose of a frame that stays where it is, seen from a corrected one.
+fn moved_with(frames: &[InsertedFrame], (id, pose): &(FrameId, Pose), frame: &InsertedFrame) -> Pose {
+    let before = frames[id.get() as usize].world_from_camera;
+    if before == *pose {
+        // Not a bit of rounding for what has not moved.
+        return frame.world_from_camera;
+    }
+    *pose * (before.inverse() * frame.world_from_camera)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64) -> Pose {
+        Pose::new([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()
+    }
+
+    fn frames(places: &[f64]) -> Vec<InsertedFrame> {
+        let frame = |(index, &x)| InsertedFrame { timestamp: index as f64, world_from_camera: at(x) };
+        places.iter().enumerate().map(frame).collect()
+    }
+
+    fn corrected(places: &[f64], given: &[(u64, f64)]) -> Vec<f64> {
+        let given: Vec<_> = given.iter().map(|&(id, x)| (FrameId::new(id), at(x))).collect();
+        new_poses(&frames(places), &given).iter().map(|pose| pose.translation()[0]).collect()
+    }
+
+    #[test]
+    fn frames_between_corrected_ones_move_with_both() {
+        let places = [0.0, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(corrected(&places, &[(0, 0.0), (4, 8.0)]), [0.0, 2.0, 4.0, 6.0, 8.0]);
+        assert_eq!(corrected(&places, &[(2, 2.5)]), [0.5, 1.5, 2.5, 3.5, 4.5]);
+        assert_eq!(corrected(&places, &[]), places);
+    }
+
+    #[test]
+    fn a_turn_carries_along_what_follows() {
+        let turned = Pose::new([0.0; 3], [0.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt()]).unwrap();
+        let poses = new_poses(&frames(&[0.0, 1.0]), &[(FrameId::new(0), turned)]);
+        let [x, y, _] = poses[1].translation();
+        assert!(x.abs() < 1e-12 && (y - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_corrected_to_where_it_is_stays_to_the_bit() {
+        let places = [0.1, 0.7, 1.3];
+        assert_eq!(corrected(&places, &[(0, 0.1), (2, 1.3)]), places);
+    }
+}

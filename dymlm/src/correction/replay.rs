@@ -1,0 +1,225 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use dymlm_core::vector3::{difference, norm};
+use dymlm_core::{FrameId, ObjectId, PlaneId, Pose};
+
+use super::identities::Identities;
+use super::report::{CorrectionProgress, CorrectionReport, ThingChanges, ThingMotion};
+use crate::ghost_removal::GhostRemoval;
+use crate::key_frame_view::{KeyFrameView, MappingContext};
+use crate::session_log::{Event, KeyFrameEntry, MovedBody, SeenThings, SessionLog};
+use crate::stages::StageClock;
+use crate::{Error, MultiLevelMap};
+
+/// Builds the maps again from what key frames have shown, at other poses.
+pub(super) struct Replay<'a> {
+    log: &'a SessionLog,
+    /// The pose of each frame, by its id.
+    poses: &'a [Pose],
+    before: &'a MultiLevelMap,
+    pub(super) map: MultiLevelMap,
+    pub(super) ghost_removal: GhostRemoval,
+    /// What has happened, with what the key frames see in the new maps.
+    events: Vec<Event>,
+}
+
+/// Maps that were built again, and what has become of what was in them.
+pub(crate) struct Rebuilt {
+    pub(crate) map: MultiLevelMap,
+    pub(crate) ghost_removal: GhostRemoval,
+    pub(crate) events: Vec<Event>,
+    pub(crate) report: CorrectionReport,
+}
+
+impl<'a> Replay<'a> {
+    pub(super) fn new(
+        log: &'a SessionLog,
+        poses: &'a [Pose],
+        before: &'a MultiLevelMap,
+        empty: MultiLevelMap,
+    ) -> Self {
+        Self {
+            log,
+            poses,
+            before,
+            map: empty,
+            ghost_removal: GhostRemoval::default(),
+            events: Vec::with_capacity(log.events.len()),
+        }
+    }
+
+    /// Lets everything happen again; `watch` is told after each key frame and says whether to go on.
+    pub(super) fn run(
+        mut self,
+        context: &MappingContext<'_>,
+        watch: &mut dyn FnMut(CorrectionProgress) -> bool,
+    ) -> Result<Rebuilt, Error> {
+        let mut progress = CorrectionProgress { done: 0, total: self.log.key_frames().count() };
+        for event in &self.log.events {
+            let event = match event {
+                Event::KeyFrame(entry) => {
+                    progress.done += 1;
+                    if !watch(progress) {
+                        return Err(Error::Cancelled);
+                    }
+                    Event::KeyFrame(self.map_again(entry, context)?)
+                }
+                Event::Settled => {
+                    self.ghost_removal.run(&mut self.map);
+                    Event::Settled
+                }
+                &Event::Forgot { newest, center, radius } => {
+                    let center =
+                        self.motion_at(newest).map_or(center, |motion| motion.transform_point(center));
+                    self.map.forget_outside(center, radius);
+                    Event::Forgot { newest, center, radius }
+                }
+                &Event::Held { object, is_held } => {
+                    let object = self.object_now(object);
+                    match (object, is_held) {
+                        (Some(object), true) => self.map.objects.hold(object),
+                        (Some(object), false) => self.map.objects.release(object),
+                        (None, _) => continue,
+                    }
+                    let Some(object) = object else { continue };
+                    Event::Held { object, is_held }
+                }
+                Event::Moved { newest, body } => {
+                    let Some(object) = self.object_now(body.object) else { continue };
+                    let body = MovedBody { object, ..body.clone() };
+                    let body =
+                        self.motion_at(*newest).map_or(body.clone(), |motion| body.in_moved_world(&motion));
+                    self.map.move_body(&body)?;
+                    Event::Moved { newest: *newest, body }
+                }
+            };
+            self.events.push(event);
+        }
+        Ok(self.finish())
+    }
+
+    fn map_again(
+        &mut self,
+        entry: &KeyFrameEntry,
+        context: &MappingContext<'_>,
+    ) -> Result<KeyFrameEntry, Error> {
+        let observation = self.log.history.get(entry.observation)?;
+        let pose = &self.poses[entry.frame.get() as usize];
+        let (map, ghost_removal) = (&mut self.map, &mut self.ghost_removal);
+        let view = KeyFrameView::of(&observation);
+        let update = view.map(map, ghost_removal, pose, context, &mut StageClock::start())?;
+        Ok(KeyFrameEntry {
+            seen: SeenThings::of(&update),
+            frame: entry.frame,
+            observation: entry.observation,
+        })
+    }
+
+    /// How the world has moved where a frame was taken; `None` when it has not.
+    fn motion_at(&self, frame: FrameId) -> Option<Pose> {
+        let before = self.log.frame(frame)?.world_from_camera;
+        let now = *self.poses.get(frame.get() as usize)?;
+        (before != now).then(|| now * before.inverse())
+    }
+
+    /// What an object of before is in the map as far as it is built.
+    fn object_now(&self, object: ObjectId) -> Option<ObjectId> {
+        let object = self.before.objects().current_id(object);
+        let mut shared: BTreeMap<ObjectId, usize> = BTreeMap::new();
+        for (old, new) in self.shared_objects() {
+            if self.before.objects().current_id(old) == object && self.map.objects().object(new).is_some() {
+                *shared.entry(self.map.objects().current_id(new)).or_default() += 1;
+            }
+        }
+        // The oldest of equals.
+        shared.into_iter().rev().max_by_key(|&(_, count)| count).map(|(id, _)| id)
+    }
+
+    /// For each observation of a key frame of both maps, what it was called and what it is called.
+    fn pairs(&self) -> impl Iterator<Item = (&'a SeenThings, &SeenThings)> {
+        let entries = self.events.iter().filter_map(Event::key_frame);
+        self.log.key_frames().map(|entry| &entry.seen).zip(entries.map(|entry| &entry.seen))
+    }
+
+    fn shared_planes(&self) -> impl Iterator<Item = (PlaneId, PlaneId)> {
+        self.pairs().flat_map(|(old, new)| old.planes.iter().copied().zip(new.planes.iter().copied()))
+    }
+
+    fn shared_objects(&self) -> impl Iterator<Item = (ObjectId, ObjectId)> {
+        self.pairs().flat_map(|(old, new)| {
+            old.objects.iter().filter_map(|&(detection, id)| {
+                let place = new.objects.binary_search_by_key(&detection, |&(detection, _)| detection).ok()?;
+                Some((id, new.objects[place].1))
+            })
+        })
+    }
+
+    /// Gives planes and objects the ids that they had, and says what has become of them.
+    fn finish(mut self) -> Rebuilt {
+        let (before, now) = (self.before, &self.map);
+        let planes = Identities::of(self.shared_planes().filter_map(|(old, new)| {
+            Some((before.planes.current_id(old).unwrap_or(old), now.planes.current_id(new)?))
+        }));
+        let objects = Identities::of(self.shared_objects().filter_map(|(old, new)| {
+            Some((before.objects().current_id(old), now.objects().object(new)?.id()))
+        }));
+        let plane_names = self.map.planes.succeed(&before.planes, &planes.names, &planes.merged);
+        let object_names =
+            self.map.objects.succeed(&before.objects, &objects.names, &objects.merged, &plane_names);
+        for event in &mut self.events {
+            event.rename(&plane_names, &object_names);
+        }
+        let entries = self.events.iter_mut().filter_map(Event::key_frame_mut);
+        for (old, new) in self.log.key_frames().zip(entries) {
+            new.seen.remember(&old.seen, |object| self.map.objects().object(object).is_some());
+        }
+        let report = CorrectionReport {
+            key_frames: self.log.key_frames().count(),
+            moved_key_frames: 0,
+            largest_motion: 0.0,
+            planes: changes(&planes, &plane_names, places_of_planes(before), places_of_planes(&self.map)),
+            objects: changes(
+                &objects,
+                &object_names,
+                places_of_objects(before),
+                places_of_objects(&self.map),
+            ),
+        };
+        Rebuilt { map: self.map, ghost_removal: self.ghost_removal, events: self.events, report }
+    }
+}
+
+fn places_of_planes(map: &MultiLevelMap) -> BTreeMap<PlaneId, [f64; 3]> {
+    map.planes().iter().map(|plane| (plane.id(), plane.centroid())).collect()
+}
+
+fn places_of_objects(map: &MultiLevelMap) -> BTreeMap<ObjectId, [f64; 3]> {
+    map.objects().objects().map(|object| (object.id(), object.oriented_box().center())).collect()
+}
+
+/// What has become of the things that are believed, before or now.
+fn changes<Id: Copy + Ord>(
+    identities: &Identities<Id>,
+    names: &BTreeMap<Id, Id>,
+    before: BTreeMap<Id, [f64; 3]>,
+    now: BTreeMap<Id, [f64; 3]>,
+) -> ThingChanges<Id> {
+    let split: Vec<(Id, Id)> =
+        identities.split.iter().filter_map(|(new, &old)| Some((old, *names.get(new)?))).collect();
+    let split: Vec<(Id, Id)> = split.into_iter().filter(|(_, part)| now.contains_key(part)).collect();
+    let merged: Vec<(Id, Id)> = identities.merged.iter().map(|(&old, &into)| (old, into)).collect();
+    let merged: Vec<(Id, Id)> = merged.into_iter().filter(|(old, _)| before.contains_key(old)).collect();
+    let parts: BTreeSet<Id> = split.iter().map(|(_, part)| *part).collect();
+    let gone: BTreeSet<Id> = merged.iter().map(|(old, _)| *old).collect();
+    let motion = |(&id, place): (&Id, &[f64; 3])| {
+        let distance = norm(difference(*now.get(&id)?, *place));
+        (distance > 0.0).then_some(ThingMotion { id, distance })
+    };
+    ThingChanges {
+        moved: before.iter().filter_map(motion).collect(),
+        vanished: before.keys().filter(|id| !now.contains_key(id) && !gone.contains(id)).copied().collect(),
+        appeared: now.keys().filter(|id| !before.contains_key(id) && !parts.contains(id)).copied().collect(),
+        merged,
+        split,
+    }
+}
