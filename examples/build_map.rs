@@ -2,21 +2,24 @@
 //! report.
 //!
 //! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR] [--detections FILE]
-//! [--trajectory FILE] [--config FILE.toml] [--every N] [--out DIR]`
+//! [--trajectory FILE] [--corrections FILE] [--config FILE.toml] [--every N] [--out DIR]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
 use std::path::PathBuf;
 
 use clap::Parser;
-use dymlm::{FrameReport, MapBuilder, MapConfig, Selection};
+use dymlm::{FrameReport, HistoryConfig, MapBuilder, MapConfig, Selection};
 use dymlm_examples::{
-    AnyError, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up, named_sequence,
-    objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
-    progress_bar, up_of_planes,
+    AnyError, CorrectionCost, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up,
+    named_sequence, objects_from_above, objects_from_camera, octree_pictures, plane_pictures,
+    planes_from_camera, progress_bar, timed, up_of_planes,
 };
-use dymlm_io::{MapFolderWriter, TumOptions};
+use dymlm_io::{MapFolderWriter, StampedPose, Trajectory, TumOptions};
 use dymlm_sim::SequenceConfig;
+
+/// Longest time between two poses of the corrections that is interpolated, seconds.
+const LONGEST_GAP: f64 = 2.0;
 
 /// Builds the maps of the static world from a recorded RGB-D sequence with people walking through it. Without
 /// --dataset it renders a synthetic walking sequence and maps that.
@@ -37,6 +40,9 @@ struct Arguments {
     /// Poses, camera to world; default: the dataset's groundtruth.txt
     #[arg(long, requires = "dataset")]
     trajectory: Option<PathBuf>,
+    /// Poses of a back end, camera to world, at any times: when all frames are in, the maps are corrected to them
+    #[arg(long)]
+    corrections: Option<PathBuf>,
     /// Settings; what the file leaves out stays at its default
     #[arg(long)]
     config: Option<PathBuf>,
@@ -50,7 +56,11 @@ struct Arguments {
 
 fn main() -> Result<(), AnyError> {
     let arguments = Arguments::parse();
-    let config = read_config(&arguments)?;
+    let mut config = read_config(&arguments)?;
+    let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
+    if corrections.is_some() && config.history == HistoryConfig::None {
+        config.history = HistoryConfig::Memory;
+    }
     let mut source = open_source(&arguments)?;
     // Claimed first: an output folder that cannot be written shall not cost a run.
     let mut folder = MapFolderWriter::create(&arguments.out)?;
@@ -61,9 +71,11 @@ fn main() -> Result<(), AnyError> {
         return Err("no frame could be mapped; nothing is written".into());
     }
     builder.settle();
+    let corrected = corrections.map(|poses| correct(&mut builder, &poses)).transpose()?;
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
-    let report = RunReport::new(source.len(), &reports, builder.map(), builder.config().clone());
+    let mut report = RunReport::new(source.len(), &reports, &builder);
+    report.corrections = corrected;
     let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
     let up = up_of_planes(builder.map().planes(), up);
     let voxel_size = builder.config().cloud.voxel_size;
@@ -84,6 +96,8 @@ fn main() -> Result<(), AnyError> {
         serde_json::to_writer_pretty(&mut *out, &report)?;
         Ok(writeln!(out)?)
     })?;
+    let trajectory = mapped_trajectory(&builder, &source)?;
+    folder.file("trajectory.txt", |out| trajectory.encode(out))?;
     folder.finish(&report.config, &report.counts)?;
 
     print_summary(&report, &arguments);
@@ -133,6 +147,39 @@ fn insert_all(builder: &mut MapBuilder, source: &mut FrameSource) -> Vec<FrameRe
     reports
 }
 
+/// Lets the maps follow the poses of a back end; frames that it says nothing of move with their neighbours.
+fn correct(builder: &mut MapBuilder, poses: &Trajectory) -> Result<CorrectionCost, AnyError> {
+    let new_pose = |(id, time, _)| Some((id, poses.pose_at(time, LONGEST_GAP).ok()?));
+    let given: Vec<_> = builder.trajectory().filter_map(new_pose).collect();
+    if given.is_empty() {
+        return Err("no frame was taken at a time of the corrections".into());
+    }
+    let bar = progress_bar(0, "correcting");
+    let (report, cost) = timed(|| {
+        builder.correct_poses_watched(&given, &mut |progress| {
+            bar.set_length(progress.total as u64);
+            bar.set_position(progress.done as u64);
+            true
+        })
+    });
+    bar.finish();
+    Ok(CorrectionCost { key_frames: report?.moved_key_frames, ..cost })
+}
+
+/// Where the frames were taken from, as they are mapped.
+fn mapped_trajectory(builder: &MapBuilder, source: &FrameSource) -> Result<Trajectory, AnyError> {
+    let corrected = builder.trajectory().map(|(_, time, pose)| (time, pose));
+    let mut poses: Vec<_> = corrected.collect();
+    if poses.is_empty() {
+        // Without a history as they were given.
+        poses.extend(
+            (0..source.len()).filter_map(|index| Some((source.timestamp(index)?, source.pose(index)?))),
+        );
+    }
+    let stamped = |(timestamp, world_from_camera)| StampedPose { timestamp, world_from_camera };
+    Ok(Trajectory::new(poses.into_iter().map(stamped).collect())?)
+}
+
 #[allow(clippy::print_stderr, reason = "warnings of a program for the terminal")]
 fn eprintln_warning(text: &str) {
     eprintln!("warning: {text}");
@@ -163,9 +210,16 @@ fn print_summary(report: &RunReport, arguments: &Arguments) {
     println!("planes: {}", counts.planes);
     println!("objects: {}", counts.objects);
     let megabytes = |bytes: f64| bytes / 1e6;
-    let memory = [report.memory.cloud, report.memory.octree, report.memory.planes, report.memory.objects];
-    let [cloud, octree, planes, objects] = memory.map(|bytes| megabytes(bytes as f64));
-    println!("memory: cloud {cloud:.1}, octree {octree:.1}, planes {planes:.1}, objects {objects:.1} MB");
+    let memory = report.memory_bytes;
+    let memory = [memory.cloud, memory.octree, memory.planes, memory.objects, memory.history];
+    let [cloud, octree, planes, objects, history] = memory.map(|bytes| megabytes(bytes as f64));
+    println!(
+        "memory: cloud {cloud:.1}, octree {octree:.1}, planes {planes:.1}, objects {objects:.1}, history {history:.1} MB"
+    );
+    if let Some(cost) = &report.corrections {
+        let CorrectionCost { key_frames, wall_ms, cpu_ms } = cost;
+        println!("corrected: {key_frames} key frames moved, {wall_ms:.0} ms, processor {cpu_ms:.0} ms");
+    }
     if let Some(bytes) = report.peak_memory_bytes {
         println!("peak memory: {:.0} MB", megabytes(bytes as f64));
     }

@@ -1,6 +1,6 @@
-use crate::MultiLevelMap;
+use crate::{MapBuilder, MultiLevelMap};
 
-/// Bytes that each map holds, about: with what queries and output keep of it, without the builder's buffers.
+/// Bytes that each map holds, and the history, about: with what queries and output keep of it, without the builder's buffers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -13,12 +13,14 @@ pub struct MapMemory {
     pub planes: usize,
     /// The objects.
     pub objects: usize,
+    /// What is kept of key frames, which a builder has and a map has not.
+    pub history: usize,
 }
 
 impl MapMemory {
-    /// Bytes of all maps.
+    /// Bytes of all maps and of the history.
     pub fn total(&self) -> usize {
-        self.cloud + self.octree + self.planes + self.objects
+        self.cloud + self.octree + self.planes + self.objects + self.history
     }
 }
 
@@ -30,6 +32,15 @@ impl MultiLevelMap {
             octree: self.octree().memory_bytes(),
             planes: self.planes().memory_bytes(),
             objects: self.objects().memory_bytes(),
+            history: 0,
         }
+    }
+}
+
+impl MapBuilder {
+    /// How much memory each map takes, and what is kept of key frames. O(blocks + key frames).
+    pub fn memory(&self) -> MapMemory {
+        let history = self.log.as_ref().map_or(0, |log| log.history.memory_bytes());
+        MapMemory { history, ..self.map.memory() }
     }
 }

@@ -102,6 +102,14 @@ impl FrameSource {
         }
     }
 
+    /// The time of a frame, seconds, without loading its images.
+    pub fn timestamp(&self, index: usize) -> Option<f64> {
+        match self {
+            Self::Recorded(recording) => Some(recording.dataset.frames().get(index)?.timestamp),
+            Self::Synthetic(sequence) => (index < sequence.len()).then(|| sequence.timestamp(index)),
+        }
+    }
+
     /// Faults of the dataset's lists and detections that concern no frame that can be loaded, worth a
     /// warning.
     pub fn faults(&self) -> Vec<String> {

@@ -20,7 +20,7 @@ pub use pictures::{
     Picture, cloud_pictures, depth_colors, octree_pictures, plane_pictures, planes_from_camera,
 };
 pub use progress::progress_bar;
-pub use run_report::{RunReport, insertion_time, peak_memory_bytes, step_time};
+pub use run_report::{CorrectionCost, RunReport, insertion_time, peak_memory_bytes, step_time, timed};
 pub use statistics::{Milliseconds, mean_up, up_of_planes};
 
 /// Any error of an example: it is printed and ends the program.

@@ -1,6 +1,8 @@
 use std::collections::BTreeMap;
+use std::time::Instant;
 
-use dymlm::{FrameReport, MapConfig, MapCounts, MapMemory, MultiLevelMap, Stage};
+use dymlm::{FrameReport, MapBuilder, MapConfig, MapCounts, MapMemory, Stage};
+use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;
 
 use crate::Milliseconds;
@@ -18,17 +20,31 @@ pub struct RunReport {
     pub stages: BTreeMap<&'static str, Milliseconds>,
     /// What is in the maps.
     pub counts: MapCounts,
-    /// Bytes that each map holds.
-    pub memory: MapMemory,
+    /// Bytes that each map holds, and what is kept of key frames.
+    pub memory_bytes: MapMemory,
+    /// What correcting the poses took, where they were corrected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub corrections: Option<CorrectionCost>,
     /// Most memory the process held, where the system tells.
     pub peak_memory_bytes: Option<u64>,
     /// The config.
     pub config: MapConfig,
 }
 
+/// What it took to correct the poses.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct CorrectionCost {
+    /// Key frames whose pose has changed.
+    pub key_frames: usize,
+    /// Time that passed, milliseconds.
+    pub wall_ms: f64,
+    /// Processor time of all threads, milliseconds.
+    pub cpu_ms: f64,
+}
+
 impl RunReport {
     /// Sums a run up from the reports of its frames.
-    pub fn new(frames: usize, reports: &[FrameReport], map: &MultiLevelMap, config: MapConfig) -> Self {
+    pub fn new(frames: usize, reports: &[FrameReport], builder: &MapBuilder) -> Self {
         let mut stages: BTreeMap<_, _> =
             Stage::ALL.iter().map(|&stage| (stage.name(), step_time(reports, stage))).collect();
         stages.insert("insert", insertion_time(reports));
@@ -37,10 +53,11 @@ impl RunReport {
             frames_skipped: frames - reports.len(),
             key_frames: reports.iter().filter(|report| report.update().is_some()).count(),
             stages,
-            counts: map.counts(),
-            memory: map.memory(),
+            counts: builder.map().counts(),
+            memory_bytes: builder.memory(),
+            corrections: None,
             peak_memory_bytes: peak_memory_bytes(),
-            config,
+            config: builder.config().clone(),
         }
     }
 }
@@ -55,6 +72,20 @@ pub fn step_time(reports: &[FrameReport], stage: Stage) -> Milliseconds {
 pub fn insertion_time(reports: &[FrameReport]) -> Milliseconds {
     let mapped = reports.iter().filter(|report| report.update().is_some());
     Milliseconds::of(mapped.map(|report| report.stages.total().as_secs_f64() * 1e3).collect())
+}
+
+/// Runs something and says what it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, CorrectionCost) {
+    let (wall, cpu) = (Instant::now(), processor_ms());
+    let result = work();
+    let wall_ms = wall.elapsed().as_secs_f64() * 1e3;
+    (result, CorrectionCost { key_frames: 0, wall_ms, cpu_ms: processor_ms() - cpu })
+}
+
+/// Processor time of all threads of this process so far, milliseconds.
+fn processor_ms() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }
 
 /// Most memory this process ever held, as Linux tells it.
