@@ -52,7 +52,8 @@ mod tests {
 
     #[test]
     fn depths_come_back_to_the_bit() {
-        let images: [(usize, fn(usize) -> f32); 4] = [
+        type DepthOf = fn(usize) -> f32;
+        let images: [(usize, DepthOf); 4] = [
             (1, |_| 0.0),
             (64, |_| 1.5),
             (37, |i| (i % 300) as f32 * 0.001),

@@ -1,6 +1,6 @@
 use std::collections::VecDeque;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::Observation;
 use crate::packing::pack;
@@ -16,7 +16,8 @@ type Packed = (usize, Box<[u8]>);
 pub(crate) struct Packer {
     /// `None` where there is no thread.
     work: Option<SyncSender<(usize, Arc<Observation>)>>,
-    done: Receiver<Packed>,
+    /// Locked by nobody: so that whoever holds a packer can be shared between threads.
+    done: Mutex<Receiver<Packed>>,
     /// What the caller has packed.
     ready: VecDeque<Packed>,
     waiting: usize,
@@ -36,7 +37,7 @@ impl Packer {
         // It ends when there is no packer any more.
         let thread = std::thread::Builder::new().name("dymlm-history".into()).spawn(run);
         let work = thread.is_ok().then_some(work);
-        Self { work, done, ready: VecDeque::new(), waiting: 0 }
+        Self { work, done: Mutex::new(done), ready: VecDeque::new(), waiting: 0 }
     }
 
     /// Has an observation packed.
@@ -55,7 +56,7 @@ impl Packer {
     /// One that has been packed; `None` when none has been yet.
     pub(crate) fn next(&mut self) -> Option<Packed> {
         self.ready.pop_front().or_else(|| {
-            let packed = self.done.try_recv().ok()?;
+            let packed = self.done().try_recv().ok()?;
             self.waiting -= 1;
             Some(packed)
         })
@@ -64,9 +65,13 @@ impl Packer {
     /// Waits until all that was given has been packed.
     pub(crate) fn finish(&mut self) {
         while self.waiting > 0 {
-            let Ok(packed) = self.done.recv() else { return };
+            let Ok(packed) = self.done().recv() else { return };
             self.waiting -= 1;
             self.ready.push_back(packed);
         }
+    }
+
+    fn done(&mut self) -> &mut Receiver<Packed> {
+        self.done.get_mut().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -26,9 +26,14 @@ impl Default for GhostRemoval {
 }
 
 impl GhostRemoval {
+    /// Whether it is time again.
+    pub(crate) fn is_due(&self, timestamp: f64) -> bool {
+        timestamp - self.last >= INTERVAL
+    }
+
     /// Holds the maps against the evidence when it is time again; gives the objects that are gone.
     pub(crate) fn run_when_due(&mut self, timestamp: f64, map: &mut MultiLevelMap) -> Vec<ObjectId> {
-        if timestamp - self.last < INTERVAL {
+        if !self.is_due(timestamp) {
             return Vec::new();
         }
         self.last = timestamp;

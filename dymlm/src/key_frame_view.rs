@@ -1,8 +1,9 @@
-use dymlm_cloud::MoverMasks;
+use dymlm_cloud::{CloudFrameReport, CloudMap, MoverMasks};
 use dymlm_core::{Detection, Frame, Mask, Pose, SensorModel};
 use dymlm_history::Observation;
-use dymlm_objects::{ObjectView, SightedPoint};
-use dymlm_planes::DetectedPlane;
+use dymlm_objects::{ObjectMapper, ObjectReport, ObjectView, SightedPoint};
+use dymlm_octree::{InsertReport, Octree};
+use dymlm_planes::{DetectedPlane, PlaneMap, PlaneReport};
 
 use crate::ghost_removal::GhostRemoval;
 use crate::stages::StageClock;
@@ -26,6 +27,27 @@ pub(crate) struct KeyFrameView<'a> {
 pub(crate) struct MappingContext<'a> {
     pub(crate) sensor: &'a SensorModel,
     pub(crate) mover_labels: &'a [String],
+}
+
+/// The maps that are built without the cloud, which is why they can be built beside it.
+pub(crate) struct OtherMaps<'a> {
+    pub(crate) octree: &'a mut Octree,
+    pub(crate) planes: &'a mut PlaneMap,
+    pub(crate) objects: &'a mut ObjectMapper,
+}
+
+/// What a key frame has brought into them.
+pub(crate) struct OtherUpdates {
+    octree: InsertReport,
+    planes: PlaneReport,
+    objects: ObjectReport,
+}
+
+impl OtherUpdates {
+    pub(crate) fn with_cloud(self, cloud: CloudFrameReport) -> MapUpdate {
+        let Self { octree, planes, objects } = self;
+        MapUpdate { cloud, octree, planes, objects }
+    }
 }
 
 impl<'a> KeyFrameView<'a> {
@@ -54,8 +76,7 @@ impl<'a> KeyFrameView<'a> {
         Ok(observation)
     }
 
-    /// Brings the key frame into all four maps: the second half of the paper's figure 2, a step a line. The same
-    /// for a new frame and for one that is mapped again at another pose.
+    /// Brings the key frame into all four maps: the second half of the paper's figure 2.
     pub(crate) fn map(
         &self,
         map: &mut MultiLevelMap,
@@ -64,22 +85,42 @@ impl<'a> KeyFrameView<'a> {
         context: &MappingContext<'_>,
         clock: &mut StageClock,
     ) -> Result<MapUpdate, Error> {
-        let (frame, pose, time) = (self.frame, world_from_camera, self.frame.timestamp());
+        let (cloud, mut others) = map.split();
+        let cloud = clock.time(Stage::Cloud, || self.map_cloud(cloud, world_from_camera))?;
+        let mut update = self.map_others(&mut others, world_from_camera, context, clock)?;
+        let time = self.frame.timestamp();
+        let gone = clock.time(Stage::GhostRemoval, || ghost_removal.run_when_due(time, map));
+        update.objects.removed.extend(gone);
+        Ok(update.with_cloud(cloud))
+    }
+
+    /// Brings the key frame into the cloud.
+    pub(crate) fn map_cloud(
+        &self,
+        cloud: &mut CloudMap,
+        world_from_camera: &Pose,
+    ) -> Result<CloudFrameReport, Error> {
         let masks =
             MoverMasks::new(self.static_mask).with_movers(self.mover_mask).with_unproven(self.unproven_mask);
+        Ok(cloud.insert(self.frame, Some(masks), world_from_camera)?)
+    }
+
+    /// Brings the key frame into the other maps, a step a line; none of them asks the cloud.
+    pub(crate) fn map_others(
+        &self,
+        maps: &mut OtherMaps<'_>,
+        world_from_camera: &Pose,
+        context: &MappingContext<'_>,
+        clock: &mut StageClock,
+    ) -> Result<OtherUpdates, Error> {
+        let OtherMaps { octree, planes, objects } = maps;
+        let (frame, mask, pose) = (self.frame, Some(self.static_mask), world_from_camera);
         let view = self.object_view(pose, context)?;
-
-        let cloud = clock.time(Stage::Cloud, || map.cloud.insert(frame, Some(masks), pose))?;
-        let octree = clock.time(Stage::Octree, || {
-            map.octree.insert_depth(frame, context.sensor, Some(self.static_mask), pose)
-        })?;
-        let planes = clock.time(Stage::PlaneMap, || map.planes.insert(self.planes, frame, pose))?;
-        let mut objects =
-            clock.time(Stage::Objects, || map.objects.insert(&view, &MappedPlanes(&map.planes)))?;
-        let gone = clock.time(Stage::GhostRemoval, || ghost_removal.run_when_due(time, map));
-
-        objects.removed.extend(gone);
-        Ok(MapUpdate { cloud, octree, planes, objects })
+        Ok(OtherUpdates {
+            octree: clock.time(Stage::Octree, || octree.insert_depth(frame, context.sensor, mask, pose))?,
+            planes: clock.time(Stage::PlaneMap, || planes.insert(self.planes, frame, pose))?,
+            objects: clock.time(Stage::Objects, || objects.insert(&view, &MappedPlanes(planes)))?,
+        })
     }
 
     /// The frame as the object map takes it in: its static pixels, and the detections of what is no mover.

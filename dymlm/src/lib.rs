@@ -55,6 +55,7 @@ mod map_config;
 mod map_counts;
 mod map_memory;
 mod multi_level_map;
+mod parallel;
 mod queries;
 mod session_log;
 mod stages;

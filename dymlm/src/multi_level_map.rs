@@ -4,6 +4,7 @@ use dymlm_objects::{ObjectMap, ObjectMapper};
 use dymlm_octree::Octree;
 use dymlm_planes::PlaneMap;
 
+use crate::key_frame_view::OtherMaps;
 use crate::{Error, MapConfig};
 
 /// The maps of the static world, in one world frame.
@@ -43,6 +44,12 @@ impl MultiLevelMap {
     /// The objects.
     pub fn objects(&self) -> &ObjectMap {
         self.objects.map()
+    }
+
+    /// The cloud, and the maps that are built beside it.
+    pub(crate) fn split(&mut self) -> (&mut CloudMap, OtherMaps<'_>) {
+        let Self { cloud, octree, planes, objects } = self;
+        (cloud, OtherMaps { octree, planes, objects })
     }
 
     /// Asks the maps whether they would take a frame from this pose, before any of them changes. The octree

@@ -8,9 +8,9 @@ use common::{config, fingerprint, insert_all, sequence};
 use dymlm::core::vector3::difference;
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
 use dymlm::planes::RejectionCause;
-use dymlm::{Detections, Error, FrameOutcome, MapBuilder, MapConfig, MultiLevelMap, Selection, Stage};
+use dymlm::{Detections, Error, FrameOutcome, MapBuilder, MapConfig, Selection, Stage};
 use dymlm_metrics::score_cloud;
-use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame, Truth, TruthConfig};
+use dymlm_sim::{SimulatedFrame, Truth, TruthConfig};
 
 #[test]
 fn people_who_walk_through_are_not_in_the_map() {

@@ -11,6 +11,9 @@ use crate::session_log::{Event, KeyFrameEntry, MovedBody, SeenThings, SessionLog
 use crate::stages::StageClock;
 use crate::{Error, MultiLevelMap};
 
+/// Key frames that are unpacked at a time, at most: more wait less for each other, and take more memory.
+const MOST_AT_A_TIME: usize = 16;
+
 /// Builds the maps again from what key frames have shown, at other poses.
 pub(super) struct Replay<'a> {
     log: &'a SessionLog,
@@ -48,71 +51,107 @@ impl<'a> Replay<'a> {
         }
     }
 
-    /// Lets everything happen again; `watch` is told after each key frame and says whether to go on.
+    /// Lets everything happen again. `watch` is told before each few key frames how many will have been mapped then,
+    /// and says whether to go on.
     pub(super) fn run(
         mut self,
         context: &MappingContext<'_>,
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<Rebuilt, Error> {
         let mut progress = CorrectionProgress { done: 0, total: self.log.key_frames().count() };
-        for event in &self.log.events {
-            let event = match event {
-                Event::KeyFrame(entry) => {
-                    progress.done += 1;
-                    if !watch(progress) {
-                        return Err(Error::Cancelled);
-                    }
-                    Event::KeyFrame(self.map_again(entry, context)?)
-                }
-                Event::Settled => {
-                    self.ghost_removal.run(&mut self.map);
-                    Event::Settled
-                }
-                &Event::Forgot { newest, center, radius } => {
-                    let center =
-                        self.motion_at(newest).map_or(center, |motion| motion.transform_point(center));
-                    self.map.forget_outside(center, radius);
-                    Event::Forgot { newest, center, radius }
-                }
-                &Event::Held { object, is_held } => {
-                    let object = self.object_now(object);
-                    match (object, is_held) {
-                        (Some(object), true) => self.map.objects.hold(object),
-                        (Some(object), false) => self.map.objects.release(object),
-                        (None, _) => continue,
-                    }
-                    let Some(object) = object else { continue };
-                    Event::Held { object, is_held }
-                }
-                Event::Moved { newest, body } => {
-                    let Some(object) = self.object_now(body.object) else { continue };
-                    let body = MovedBody { object, ..body.clone() };
-                    let body =
-                        self.motion_at(*newest).map_or(body.clone(), |motion| body.in_moved_world(&motion));
-                    self.map.move_body(&body)?;
-                    Event::Moved { newest: *newest, body }
-                }
-            };
-            self.events.push(event);
+        let mut rest = self.log.events.as_slice();
+        while let Some(event) = rest.first() {
+            let batch = self.next_batch(rest);
+            if batch.is_empty() {
+                self.happen_again(event)?;
+                rest = &rest[1..];
+                continue;
+            }
+            progress.done += batch.len();
+            if !watch(progress) {
+                return Err(Error::Cancelled);
+            }
+            self.map_batch(&batch, context)?;
+            rest = &rest[batch.len()..];
         }
         Ok(self.finish())
     }
 
-    fn map_again(
-        &mut self,
-        entry: &KeyFrameEntry,
-        context: &MappingContext<'_>,
-    ) -> Result<KeyFrameEntry, Error> {
-        let observation = self.log.history.get(entry.observation)?;
-        let pose = &self.poses[entry.frame.get() as usize];
-        let (map, ghost_removal) = (&mut self.map, &mut self.ghost_removal);
-        let view = KeyFrameView::of(&observation);
-        let update = view.map(map, ghost_removal, pose, context, &mut StageClock::start())?;
-        Ok(KeyFrameEntry {
-            seen: SeenThings::of(&update),
-            frame: entry.frame,
-            observation: entry.observation,
-        })
+    /// The key frames that come next, up to one after which ghosts are removed: until then no map asks another
+    /// thread's.
+    fn next_batch(&self, rest: &'a [Event]) -> Vec<&'a KeyFrameEntry> {
+        let mut batch = Vec::new();
+        for entry in rest.iter().map_while(Event::key_frame).take(MOST_AT_A_TIME) {
+            batch.push(entry);
+            if self.log.frame(entry.frame).is_some_and(|frame| self.ghost_removal.is_due(frame.timestamp)) {
+                break;
+            }
+        }
+        batch
+    }
+
+    /// Maps key frames again: the cloud beside the other maps.
+    fn map_batch(&mut self, batch: &[&KeyFrameEntry], context: &MappingContext<'_>) -> Result<(), Error> {
+        let history = &self.log.history;
+        let observations = crate::parallel::map(batch.to_vec(), |entry| history.get(entry.observation));
+        let observations = observations.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let views = || observations.iter().map(|observation| KeyFrameView::of(observation));
+        let poses = || batch.iter().map(|entry| &self.poses[entry.frame.get() as usize]);
+        let (cloud, mut others) = self.map.split();
+        let map_clouds = || views().zip(poses()).map(|(view, pose)| view.map_cloud(cloud, pose)).collect();
+        let map_others = || {
+            let mut clock = StageClock::start();
+            let updates = views()
+                .zip(poses())
+                .map(|(view, pose)| view.map_others(&mut others, pose, context, &mut clock));
+            updates.collect()
+        };
+        let (clouds, updates): (Result<Vec<_>, _>, Result<Vec<_>, _>) =
+            crate::parallel::join(map_clouds, map_others);
+        for ((entry, cloud), update) in batch.iter().zip(clouds?).zip(updates?) {
+            let seen = SeenThings::of(&update.with_cloud(cloud));
+            self.events.push(Event::KeyFrame(KeyFrameEntry { seen, ..KeyFrameEntry::clone(entry) }));
+        }
+        if let Some(last) = observations.last() {
+            self.ghost_removal.run_when_due(last.frame.timestamp(), &mut self.map);
+        }
+        Ok(())
+    }
+
+    /// Lets something else than a key frame happen again.
+    fn happen_again(&mut self, event: &Event) -> Result<(), Error> {
+        let event = match event {
+            // A batch of them is mapped at a time.
+            Event::KeyFrame(_) => return Ok(()),
+            Event::Settled => {
+                self.ghost_removal.run(&mut self.map);
+                Event::Settled
+            }
+            &Event::Forgot { newest, center, radius } => {
+                let center = self.motion_at(newest).map_or(center, |motion| motion.transform_point(center));
+                self.map.forget_outside(center, radius);
+                Event::Forgot { newest, center, radius }
+            }
+            &Event::Held { object, is_held } => {
+                let Some(object) = self.object_now(object) else { return Ok(()) };
+                if is_held {
+                    self.map.objects.hold(object);
+                } else {
+                    self.map.objects.release(object);
+                }
+                Event::Held { object, is_held }
+            }
+            Event::Moved { newest, body } => {
+                let Some(object) = self.object_now(body.object) else { return Ok(()) };
+                let body = MovedBody { object, ..body.clone() };
+                let body =
+                    self.motion_at(*newest).map_or(body.clone(), |motion| body.in_moved_world(&motion));
+                self.map.move_body(&body)?;
+                Event::Moved { newest: *newest, body }
+            }
+        };
+        self.events.push(event);
+        Ok(())
     }
 
     /// How the world has moved where a frame was taken; `None` when it has not.
