@@ -1,7 +1,7 @@
 use dymlm_core::{ColorImage, Rgb};
 
 use crate::byte_planes::{put_byte_planes, take_byte_planes};
-use crate::foretelling::{errors_of, undo};
+use crate::foretelling::Numbers;
 
 /// Side of the square of pixels that share one brightness, and of the one that shares one hue: a pixel at 2 m is
 /// 4 mm wide, a voxel of the cloud 10.
@@ -81,14 +81,18 @@ impl ReducedColors {
     }
 }
 
+fn numbers(width: usize) -> Numbers {
+    Numbers { width, count: LEVELS, has_holes: false }
+}
+
 fn put_plane(values: &[u8], columns: usize, out: &mut Vec<u8>) {
     let values: Vec<u32> = values.iter().map(|&value| value.into()).collect();
-    put_byte_planes(&errors_of(&values, columns, LEVELS), LEVELS, out);
+    put_byte_planes(&numbers(columns).errors_of(&values), LEVELS, out);
 }
 
 fn take_plane(bytes: &mut &[u8], [columns, rows]: [usize; 2]) -> Option<Vec<u8>> {
     let mut values = take_byte_planes(bytes, columns * rows, LEVELS)?;
-    undo(&mut values, columns, LEVELS)?;
+    numbers(columns).undo(&mut values)?;
     Some(values.into_iter().map(|value| value as u8).collect())
 }
 

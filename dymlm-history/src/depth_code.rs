@@ -2,7 +2,7 @@ use bytes::{Buf, BufMut};
 use dymlm_core::DepthImage;
 
 use crate::byte_planes::{put_byte_planes, take_byte_planes};
-use crate::foretelling::{errors_of, undo};
+use crate::foretelling::Numbers;
 
 /// Appends a depth image without loss, to be deflated.
 ///
@@ -14,7 +14,9 @@ pub(crate) fn put_depth(depth: &DepthImage, out: &mut Vec<u8>) {
     values.sort_unstable();
     values.dedup();
     out.put_u32_le(values.len() as u32);
-    values.iter().for_each(|&value| out.put_u32_le(value));
+    for &value in &values {
+        out.put_u32_le(value);
+    }
     // Most pixels repeat the one before.
     let (mut last, mut rank) = (values[0], 0);
     let rank_of = |z: &f32| {
@@ -26,7 +28,8 @@ pub(crate) fn put_depth(depth: &DepthImage, out: &mut Vec<u8>) {
     };
     let ranks: Vec<u32> = depth.data().iter().map(rank_of).collect();
     let count = values.len() as u32;
-    put_byte_planes(&errors_of(&ranks, depth.width(), count), count, out);
+    let numbers = Numbers { width: depth.width(), count, has_holes: has_holes(&values) };
+    put_byte_planes(&numbers.errors_of(&ranks), count, out);
 }
 
 /// The image that was put; `None` when the bytes are no such.
@@ -37,13 +40,18 @@ pub(crate) fn take_depth(bytes: &mut &[u8], [width, height]: [usize; 2]) -> Opti
     if count as usize > pixels || pixels > bytes.len() {
         return None;
     }
-    let values: Option<Vec<f32>> =
-        (0..count).map(|_| bytes.try_get_u32_le().ok().map(f32::from_bits)).collect();
+    let values: Option<Vec<u32>> = (0..count).map(|_| bytes.try_get_u32_le().ok()).collect();
     let values = values?;
     let mut ranks = take_byte_planes(bytes, pixels, count)?;
-    undo(&mut ranks, width, count)?;
-    let depths: Option<Vec<f32>> = ranks.into_iter().map(|rank| values.get(rank as usize).copied()).collect();
+    Numbers { width, count, has_holes: has_holes(&values) }.undo(&mut ranks)?;
+    let depth_of = |rank: u32| values.get(rank as usize).map(|&bits| f32::from_bits(bits));
+    let depths: Option<Vec<f32>> = ranks.into_iter().map(depth_of).collect();
     DepthImage::new(width, height, depths?).ok()
+}
+
+/// Whether pixels without a reading are among the values: they have rank 0.
+fn has_holes(values: &[u32]) -> bool {
+    values.len() > 1 && values.first() == Some(&0)
 }
 
 #[cfg(test)]

@@ -1,45 +1,72 @@
 //! Planes of numbers as what is left when each is foretold by its neighbours: mostly small numbers.
 
-/// What is left of numbers below `count`, row by row: numbers below `count` again, small ones for small errors.
-///
-/// Foretold by the median edge detector of JPEG-LS (Weinberger, Seroussi, Sapiro 2000).
-pub(crate) fn errors_of(values: &[u32], width: usize, count: u32) -> Vec<u32> {
-    let mut errors = Vec::with_capacity(values.len());
-    let mut above: &[u32] = &[];
-    for row in values.chunks(width) {
-        let (mut west, mut north_west) =
-            (above.first().copied().unwrap_or(0), above.first().copied().unwrap_or(0));
-        for (u, &value) in row.iter().enumerate() {
-            let north = above.get(u).copied().unwrap_or(west);
-            let error = value.wrapping_sub(foretold(west, north, north_west));
-            errors.push(folded(error.wrapping_add(if (error as i32) < 0 { count } else { 0 }), count));
-            (west, north_west) = (value, north);
-        }
-        above = row;
-    }
-    errors
+/// Numbers of a plane, row by row.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Numbers {
+    /// Numbers a row.
+    pub(crate) width: usize,
+    /// All are smaller.
+    pub(crate) count: u32,
+    /// Whether a 0 says that there is none: then it foretells nothing, and what is foretold there stands for it.
+    pub(crate) has_holes: bool,
 }
 
-/// The numbers again, in place; `None` when they are none below `count`.
-pub(crate) fn undo(errors: &mut [u32], width: usize, count: u32) -> Option<()> {
-    let mut rest = errors;
-    let mut above: &[u32] = &[];
-    while !rest.is_empty() {
-        let (row, below) = rest.split_at_mut(width.min(rest.len()));
-        let (mut west, mut north_west) =
-            (above.first().copied().unwrap_or(0), above.first().copied().unwrap_or(0));
-        for (u, value) in row.iter_mut().enumerate() {
-            if *value >= count {
-                return None;
+impl Numbers {
+    /// What is left of numbers: numbers below `count` again, small ones for small errors.
+    ///
+    /// Foretold by the median edge detector of JPEG-LS (Weinberger, Seroussi, Sapiro 2000).
+    pub(crate) fn errors_of(self, values: &[u32]) -> Vec<u32> {
+        let mut errors = values.to_vec();
+        let (holes, levels) = self.holes_and_levels();
+        self.foretell(&mut errors, |value, foretold| {
+            if *value < holes {
+                return foretold;
             }
-            let north = above.get(u).copied().unwrap_or(west);
-            let sum = foretold(west, north, north_west) + unfolded(*value, count);
-            *value = if sum >= count { sum - count } else { sum };
-            (west, north_west) = (*value, north);
-        }
-        (above, rest) = (row, below);
+            let known = *value - holes;
+            let error = if known < foretold { known + levels - foretold } else { known - foretold };
+            *value = holes + folded(error, levels);
+            known
+        });
+        errors
     }
-    Some(())
+
+    /// The numbers again, in place; `None` when the errors are of no numbers below `count`.
+    pub(crate) fn undo(self, errors: &mut [u32]) -> Option<()> {
+        if errors.iter().any(|&error| error >= self.count) {
+            return None;
+        }
+        let (holes, levels) = self.holes_and_levels();
+        self.foretell(errors, |value, foretold| {
+            if *value < holes {
+                return foretold;
+            }
+            let sum = foretold + unfolded(*value - holes, levels);
+            let known = if sum >= levels { sum - levels } else { sum };
+            *value = holes + known;
+            known
+        });
+        Some(())
+    }
+
+    /// Smallest number that is one, and how many there are.
+    fn holes_and_levels(self) -> (u32, u32) {
+        let holes = u32::from(self.has_holes);
+        (holes, self.count - holes)
+    }
+
+    /// Goes through the numbers; `visit` is given what is foretold, and answers what stands there.
+    #[inline]
+    fn foretell(self, numbers: &mut [u32], mut visit: impl FnMut(&mut u32, u32) -> u32) {
+        let mut above = vec![0; self.width];
+        for (v, row) in numbers.chunks_mut(self.width).enumerate() {
+            let (mut west, mut north_west) = (above[0], above[0]);
+            for (number, above) in row.iter_mut().zip(&mut above) {
+                let north = if v == 0 { west } else { *above };
+                west = visit(number, foretold(west, north, north_west));
+                (*above, north_west) = (west, north);
+            }
+        }
+    }
 }
 
 /// The neighbour beyond an edge, else the plane through the three.
@@ -72,18 +99,28 @@ mod tests {
         assert_eq!([0, 6, 1, 5, 2, 4, 3].map(|error| folded(error, 7)), [0, 1, 2, 3, 4, 5, 6]);
         assert_eq!([0, 5, 1, 4, 2, 3].map(|error| folded(error, 6)), [0, 1, 2, 3, 4, 5]);
         let slope: Vec<u32> = (0..30).map(|i| i % 10 + 3 * (2 - i / 10)).collect();
-        assert_eq!(errors_of(&slope, 10, 40)[11..20], [0; 9]);
+        let numbers = Numbers { width: 10, count: 40, has_holes: false };
+        assert_eq!(numbers.errors_of(&slope)[11..20], [0; 9]);
+    }
+
+    #[test]
+    fn behind_a_hole_the_surface_before_it_foretells() {
+        let numbers = Numbers { width: 5, count: 40, has_holes: true };
+        assert_eq!(numbers.errors_of(&[30, 30, 0, 0, 30])[1..], [1, 0, 0, 1]);
     }
 
     proptest! {
         #[test]
         fn what_is_foretold_is_undone(
-            (count, values) in (1_u32..200_000).prop_flat_map(|count| (Just(count), prop::collection::vec(0..count, 1..200))),
+            (count, values) in (2_u32..200_000)
+                .prop_flat_map(|count| (Just(count), prop::collection::vec(0..count, 1..200))),
             width in 1_usize..20,
+            has_holes: bool,
         ) {
-            let mut errors = errors_of(&values, width, count);
+            let numbers = Numbers { width, count, has_holes };
+            let mut errors = numbers.errors_of(&values);
             prop_assert!(errors.iter().all(|&error| error < count));
-            undo(&mut errors, width, count).unwrap();
+            numbers.undo(&mut errors).unwrap();
             prop_assert_eq!(errors, values);
         }
     }

@@ -4,6 +4,11 @@
 //! An [`Observation`] is what is mapped, to the bit: depth as it was read, colours as they are kept. Packed it
 //! takes some 90 kB for a frame of 640x480; a [`History`] holds many of them, in memory or in a file.
 
+/// The README's code runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;
+
 mod byte_planes;
 mod color_code;
 mod depth_code;

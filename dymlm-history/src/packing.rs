@@ -7,8 +7,8 @@ use crate::Observation;
 use crate::color_code::ReducedColors;
 use crate::depth_code::{put_depth, take_depth};
 
-/// Deflate's level: higher ones gain 5 % and take twice as long.
-const LEVEL: u8 = 4;
+/// Deflate's level: 4 takes a third of the time and 5 % more bytes, 9 gains 4 % and takes four times as long.
+const LEVEL: u8 = 6;
 /// Bytes that a pixel unpacks to, at most: depth as it is and its place among the frame's (8), colours (3), a bit in
 /// three masks and in a detection's; and what takes none.
 const MOST_BYTES_A_PIXEL: usize = 64;
@@ -34,16 +34,22 @@ pub(crate) fn pack(observation: &Observation) -> Box<[u8]> {
     if let Some(colors) = colors {
         colors.put(&mut out);
     }
-    [static_mask, mover_mask, unproven_mask].into_iter().for_each(|mask| put_mask(mask, &mut out));
+    for mask in [static_mask, mover_mask, unproven_mask] {
+        put_mask(mask, &mut out);
+    }
     put_count(detections.as_ref().map_or(0, |found| found.len() + 1), &mut out);
     detections.iter().flatten().for_each(|detection| put_detection(detection, &mut out));
     put_count(sighted_points.len(), &mut out);
     for point in sighted_points {
         out.put_u64_le(point.id);
-        point.pixel.into_iter().for_each(|c| out.put_f32_le(c));
+        for c in point.pixel {
+            out.put_f32_le(c);
+        }
     }
     put_count(planes.len(), &mut out);
-    planes.iter().for_each(|plane| plane.put_bytes(&mut out));
+    for plane in planes {
+        plane.put_bytes(&mut out);
+    }
     miniz_oxide::deflate::compress_to_vec_zlib(&out, LEVEL).into_boxed_slice()
 }
 
@@ -76,8 +82,11 @@ pub(crate) fn unpack(packed: &[u8]) -> Option<Observation> {
 }
 
 fn put_camera(camera: &PinholeCamera, out: &mut Vec<u8>) {
-    [camera.width(), camera.height()].into_iter().for_each(|side| put_count(side, out));
-    [camera.fx(), camera.fy(), camera.cx(), camera.cy()].into_iter().for_each(|value| out.put_f64_le(value));
+    put_count(camera.width(), out);
+    put_count(camera.height(), out);
+    for value in [camera.fx(), camera.fy(), camera.cx(), camera.cy()] {
+        out.put_f64_le(value);
+    }
 }
 
 fn take_camera(bytes: &mut &[u8]) -> Option<PinholeCamera> {
@@ -101,9 +110,9 @@ fn put_detection(detection: &Detection, out: &mut Vec<u8>) {
     put_count(detection.label().len(), out);
     out.put_slice(detection.label().as_bytes());
     let around = detection.bounding_box();
-    [detection.score(), around.x_min(), around.y_min(), around.x_max(), around.y_max()]
-        .into_iter()
-        .for_each(|value| out.put_f32_le(value));
+    for value in [detection.score(), around.x_min(), around.y_min(), around.x_max(), around.y_max()] {
+        out.put_f32_le(value);
+    }
     out.put_u8(detection.mask().is_some().into());
     if let Some(mask) = detection.mask() {
         put_mask(mask, out);

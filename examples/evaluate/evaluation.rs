@@ -78,6 +78,8 @@ pub(crate) struct Ways<'a> {
     pub(crate) detectors: &'a [Detector],
     /// Detections of a lower score are left out.
     pub(crate) min_score: f32,
+    /// Whether the maps follow the true poses in the end.
+    pub(crate) corrects: bool,
 }
 
 /// Maps every subject in every way, on all cores: a sequence a core. The rows come in the order of the
@@ -109,11 +111,11 @@ pub(crate) fn evaluate(subjects: &[Subject], ways: &Ways<'_>) -> Result<Vec<Eval
 /// Renders each frame once and feeds it to one builder a treatment.
 fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Result<Evaluation, AnyError> {
     let mut standard = Standard::new(&subject.sequence)?;
-    let Ways { treatments, detectors, min_score } = *ways;
+    let Ways { treatments, detectors, min_score, corrects } = *ways;
     let each =
         treatments.iter().flat_map(|&treatment| detectors.iter().map(move |&detector| (treatment, detector)));
     let mut runs = each
-        .map(|(treatment, detector)| Run::new(treatment, detector, min_score, subject.sensor))
+        .map(|(treatment, detector)| Run::new(treatment, detector, min_score, subject.sensor, corrects))
         .collect::<Result<Vec<_>, _>>()?;
     let mut watches: Vec<ChangeWatch> = runs.iter().map(|_| ChangeWatch::new(&subject.sequence)).collect();
     let mut scratch = FrameScratch::default();
@@ -128,7 +130,7 @@ fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Re
         scratch.recycle(frame);
         bar.inc(1);
     }
-    runs.iter_mut().for_each(Run::settle);
+    runs.iter_mut().try_for_each(Run::finish)?;
 
     let comparing = treatments.len() > 1;
     let stages: &[Stage] = if comparing { &[Stage::Before, Stage::After] } else { &[Stage::After] };

@@ -59,6 +59,9 @@ struct Arguments {
     /// Poses drift as a SLAM's do
     #[arg(long)]
     pose_noise: bool,
+    /// With it: when all frames are in, the maps follow the true poses, as after a perfect loop closure
+    #[arg(long, requires = "pose_noise")]
+    correct: bool,
     /// Other depth cameras instead: stereo, time of flight, 320x240, 1280x720, 110 degrees of view, rolled;
     /// held against thresholds
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
@@ -153,7 +156,8 @@ fn main() -> Result<(), AnyError> {
         }
         detectors.push(Detector::EveryNth((subjects::FAST_FRAME_RATE / rate).round() as usize));
     }
-    let ways = Ways { treatments, detectors: &detectors, min_score: arguments.min_score };
+    let (min_score, corrects) = (arguments.min_score, arguments.correct);
+    let ways = Ways { treatments, detectors: &detectors, min_score, corrects };
     let evaluations = evaluation::evaluate(&subjects, &ways)?;
     for (subject, evaluation) in subjects.iter().zip(&evaluations) {
         residue_picture::write(&evaluation.panels, &subject.name, &arguments.out)?;

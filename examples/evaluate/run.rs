@@ -1,6 +1,6 @@
-use dymlm::core::{BoundingBox, Detection, SensorModel};
+use dymlm::core::{BoundingBox, Detection, FrameId, Pose, SensorModel};
 use dymlm::dynamics::Mover;
-use dymlm::{Detections, FrameReport, MapBuilder, MultiLevelMap, Stage};
+use dymlm::{Detections, FrameReport, HistoryConfig, MapBuilder, MultiLevelMap, Stage};
 use dymlm_examples::{AnyError, insertion_time, step_time};
 use dymlm_metrics::{IdentifiedBox, MaskScore, TrackingScorer};
 use dymlm_sim::{SimulatedFrame, VisibleThing};
@@ -19,6 +19,8 @@ pub(crate) struct Run {
     masks: MaskScore,
     boxes: TrackingScorer,
     reports: Vec<FrameReport>,
+    /// Where the frames were truly taken from; none when the maps do not follow.
+    true_poses: Option<Vec<(FrameId, Pose)>>,
 }
 
 /// Share of the image below which a view of a mover is a sliver, and neither asked for nor wrong when it is
@@ -41,9 +43,13 @@ impl Run {
         detector: Detector,
         min_score: f32,
         sensor: SensorModel,
+        corrects: bool,
     ) -> Result<Self, AnyError> {
         let mut config = treatment.config();
         config.sensor = sensor;
+        if corrects {
+            config.history = HistoryConfig::Memory;
+        }
         Ok(Self {
             treatment,
             detector,
@@ -54,6 +60,7 @@ impl Run {
             masks: MaskScore::default(),
             boxes: TrackingScorer::new(),
             reports: Vec::new(),
+            true_poses: corrects.then(Vec::new),
         })
     }
 
@@ -69,9 +76,13 @@ impl Run {
         self.builder.map()
     }
 
-    /// Brings all maps up to date after the last frame.
-    pub(crate) fn settle(&mut self) {
+    /// Brings all maps up to date after the last frame, and to the true poses where they follow.
+    pub(crate) fn finish(&mut self) -> Result<(), AnyError> {
         self.builder.settle();
+        if let Some(poses) = &self.true_poses {
+            self.builder.correct_poses(poses)?;
+        }
+        Ok(())
     }
 
     pub(crate) fn insert(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
@@ -81,6 +92,9 @@ impl Run {
         let found = if runs { Detections::Found(&detections) } else { Detections::NotRun };
         self.frames += 1;
         let report = self.builder.insert(&frame.frame, found, &frame.estimated_world_from_camera)?;
+        if let Some(poses) = &mut self.true_poses {
+            poses.push((report.id, frame.world_from_camera));
+        }
         let masked = self.builder.preprocessor().static_mask().inverted();
         if masked.width() == frame.mover_mask.width() {
             self.masks.add(&masked, &frame.mover_mask, frame.frame.depth())?;

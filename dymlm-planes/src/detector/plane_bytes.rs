@@ -79,7 +79,9 @@ impl PlaneSamples {
 }
 
 fn put_all<const N: usize>(out: &mut Vec<u8>, values: [f64; N]) {
-    values.into_iter().for_each(|value| out.put_f64_le(value));
+    for value in values {
+        out.put_f64_le(value);
+    }
 }
 
 fn take_all<const N: usize>(bytes: &mut &[u8]) -> Option<[f64; N]> {

@@ -6,7 +6,7 @@ use super::new_poses::new_poses;
 use super::replay::{Rebuilt, Replay};
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
-use crate::session_log::Event;
+use crate::session_log::{Event, InsertedFrame};
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's corrections, when a [history](dymlm_history::HistoryConfig) is kept.
@@ -60,7 +60,7 @@ impl MapBuilder {
         }
         let given: Vec<(FrameId, Pose)> = given.into_iter().collect();
         let poses = new_poses(&log.frames, &given);
-        self.rebuild(poses, watch)
+        self.rebuild(&poses, watch)
     }
 
     /// Takes a frame out of all maps, as if it had never been inserted. A frame that is no key frame is in none. Costs
@@ -77,8 +77,8 @@ impl MapBuilder {
         let is_it = |event: &Event| matches!(event, Event::KeyFrame(entry) if entry.frame == frame);
         let Some(place) = log.events.iter().position(is_it) else { return self.correct_poses(&[]) };
         let event = log.events.remove(place);
-        let poses = log.frames.iter().map(|frame| frame.world_from_camera).collect();
-        let report = self.rebuild(poses, &mut |_| true);
+        let poses: Vec<Pose> = log.frames.iter().map(|frame| frame.world_from_camera).collect();
+        let report = self.rebuild(&poses, &mut |_| true);
         if let (Some(log), Event::KeyFrame(entry)) = (&mut self.log, &event) {
             match &report {
                 Ok(_) => log.history.remove(entry.observation),
@@ -96,8 +96,9 @@ impl MapBuilder {
     /// As [`Self::correct_poses`].
     pub fn transform(&mut self, new_from_old: &Pose) -> Result<CorrectionReport, Error> {
         let log = self.log.as_ref().ok_or(Error::NoHistory)?;
-        let poses = log.frames.iter().map(|frame| *new_from_old * frame.world_from_camera).collect();
-        self.rebuild(poses, &mut |_| true)
+        let moved = |frame: &InsertedFrame| *new_from_old * frame.world_from_camera;
+        let poses: Vec<Pose> = log.frames.iter().map(moved).collect();
+        self.rebuild(&poses, &mut |_| true)
     }
 
     /// The frames that were inserted, with their times and where they were taken from as they are mapped now, in the
@@ -110,14 +111,14 @@ impl MapBuilder {
     /// Builds the maps again with each frame at its new pose, and goes on with them.
     fn rebuild(
         &mut self,
-        poses: Vec<Pose>,
+        poses: &[Pose],
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<CorrectionReport, Error> {
         let log = self.log.as_mut().ok_or(Error::NoHistory)?;
         let empty = MultiLevelMap::new(&self.config)?;
         let context =
             MappingContext { sensor: &self.config.sensor, mover_labels: self.preprocessor.mover_labels() };
-        let rebuilt = Replay::new(log, &poses, &self.map, empty).run(&context, watch)?;
+        let rebuilt = Replay::new(log, poses, &self.map, empty).run(&context, watch)?;
         let Rebuilt { map, ghost_removal, events, mut report } = rebuilt;
         (self.map, self.ghost_removal, log.events) = (map, ghost_removal, events);
 
@@ -131,11 +132,11 @@ impl MapBuilder {
             }
         }
         let newest = log.frames.last().zip(poses.last()).map(|(old, new)| (old.world_from_camera, *new));
-        for (frame, pose) in log.frames.iter_mut().zip(&poses) {
+        for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;
         }
         if let Some((old, new)) = newest.filter(|(old, new)| old != new) {
-            self.follow_world(&(new * old.inverse()), &poses);
+            self.follow_world(&(new * old.inverse()), poses);
         }
         Ok(report)
     }

@@ -5,5 +5,6 @@ mod identities;
 mod new_poses;
 mod replay;
 mod report;
+mod thing_changes;
 
 pub use report::{CorrectionProgress, CorrectionReport, ThingChanges, ThingMotion};

@@ -1,10 +1,10 @@
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use dymlm_core::vector3::{difference, norm};
 use dymlm_core::{FrameId, ObjectId, PlaneId, Pose};
 
 use super::identities::Identities;
-use super::report::{CorrectionProgress, CorrectionReport, ThingChanges, ThingMotion};
+use super::report::{CorrectionProgress, CorrectionReport};
+use super::thing_changes::{objects_changed, planes_changed};
 use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::session_log::{Event, KeyFrameEntry, MovedBody, SeenThings, SessionLog};
@@ -216,49 +216,9 @@ impl<'a> Replay<'a> {
             key_frames: self.log.key_frames().count(),
             moved_key_frames: 0,
             largest_motion: 0.0,
-            planes: changes(&planes, &plane_names, places_of_planes(before), places_of_planes(&self.map)),
-            objects: changes(
-                &objects,
-                &object_names,
-                places_of_objects(before),
-                places_of_objects(&self.map),
-            ),
+            planes: planes_changed(&planes, &plane_names, before, &self.map),
+            objects: objects_changed(&objects, &object_names, before, &self.map),
         };
         Rebuilt { map: self.map, ghost_removal: self.ghost_removal, events: self.events, report }
-    }
-}
-
-fn places_of_planes(map: &MultiLevelMap) -> BTreeMap<PlaneId, [f64; 3]> {
-    map.planes().iter().map(|plane| (plane.id(), plane.centroid())).collect()
-}
-
-fn places_of_objects(map: &MultiLevelMap) -> BTreeMap<ObjectId, [f64; 3]> {
-    map.objects().objects().map(|object| (object.id(), object.oriented_box().center())).collect()
-}
-
-/// What has become of the things that are believed, before or now.
-fn changes<Id: Copy + Ord>(
-    identities: &Identities<Id>,
-    names: &BTreeMap<Id, Id>,
-    before: BTreeMap<Id, [f64; 3]>,
-    now: BTreeMap<Id, [f64; 3]>,
-) -> ThingChanges<Id> {
-    let split: Vec<(Id, Id)> =
-        identities.split.iter().filter_map(|(new, &old)| Some((old, *names.get(new)?))).collect();
-    let split: Vec<(Id, Id)> = split.into_iter().filter(|(_, part)| now.contains_key(part)).collect();
-    let merged: Vec<(Id, Id)> = identities.merged.iter().map(|(&old, &into)| (old, into)).collect();
-    let merged: Vec<(Id, Id)> = merged.into_iter().filter(|(old, _)| before.contains_key(old)).collect();
-    let parts: BTreeSet<Id> = split.iter().map(|(_, part)| *part).collect();
-    let gone: BTreeSet<Id> = merged.iter().map(|(old, _)| *old).collect();
-    let motion = |(&id, place): (&Id, &[f64; 3])| {
-        let distance = norm(difference(*now.get(&id)?, *place));
-        (distance > 0.0).then_some(ThingMotion { id, distance })
-    };
-    ThingChanges {
-        moved: before.iter().filter_map(motion).collect(),
-        vanished: before.keys().filter(|id| !now.contains_key(id) && !gone.contains(id)).copied().collect(),
-        appeared: now.keys().filter(|id| !before.contains_key(id) && !parts.contains(id)).copied().collect(),
-        merged,
-        split,
     }
 }

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "not every test uses all")]
 
 use dymlm::core::{ObjectId, PinholeCamera, PlaneId};
+use dymlm::objects::MapObject;
+use dymlm::planes::MapPlane;
 use dymlm::{MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
@@ -66,7 +68,7 @@ pub(crate) fn fingerprint_without_ids(map: &MultiLevelMap) -> Vec<u8> {
 /// The ids of all planes and objects, believed or not.
 pub(crate) fn ids(map: &MultiLevelMap) -> (Vec<PlaneId>, Vec<ObjectId>) {
     (
-        map.planes().iter().chain(map.planes().candidates()).map(|plane| plane.id()).collect(),
-        map.objects().objects().chain(map.objects().candidates()).map(|object| object.id()).collect(),
+        map.planes().iter().chain(map.planes().candidates()).map(MapPlane::id).collect(),
+        map.objects().objects().chain(map.objects().candidates()).map(MapObject::id).collect(),
     )
 }

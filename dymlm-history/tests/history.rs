@@ -1,0 +1,83 @@
+//! Observations in memory and in a file, and what one takes.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use dymlm_core::{DepthImage, Frame, PinholeCamera, SensorModel};
+use dymlm_history::{Error, History, HistoryConfig, Observation};
+use dymlm_planes::{PlaneDetector, PlaneDetectorConfig};
+use dymlm_test_support::{recorded_frames, recording};
+
+fn observation(number: usize) -> Arc<Observation> {
+    let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+    let depth = (0..64 * 48).map(|i| 1.0 + 0.001 * ((i * number) % 300) as f32).collect();
+    let depth = DepthImage::new(64, 48, depth).unwrap();
+    let frame = Frame::new(number as f64, camera, depth, None).unwrap();
+    Arc::new(Observation::of_frame(&frame).unwrap())
+}
+
+#[test]
+fn what_is_kept_comes_back_whether_it_is_packed_yet_or_not() {
+    let folder = tempfile::tempdir().unwrap();
+    for config in [HistoryConfig::Memory, HistoryConfig::Folder(folder.path().into())] {
+        let mut history = History::new(&config).unwrap().unwrap();
+        let numbers: Vec<usize> = (0..40).map(|number| history.push(observation(number))).collect();
+        assert!(numbers.iter().copied().eq(0..40));
+        for is_packed in [false, true] {
+            if is_packed {
+                history.settle();
+            }
+            history.remove(7);
+            for number in (0..40).filter(|&number| number != 7) {
+                assert!(history.get(number).unwrap() == observation(number));
+            }
+            assert!(matches!(history.get(7), Err(Error::Unknown { index: 7 })));
+            assert!(matches!(history.get(40), Err(Error::Unknown { index: 40 })));
+        }
+        let in_memory = 40 * observation(1).frame.depth().data().len();
+        assert!(history.memory_bytes() < in_memory, "{} bytes", history.memory_bytes());
+    }
+}
+
+#[test]
+fn a_file_takes_no_memory_and_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = || std::fs::read_dir(folder.path()).unwrap().count();
+    let mut history = History::new(&HistoryConfig::Folder(folder.path().into())).unwrap().unwrap();
+    for number in 0..100 {
+        history.push(observation(number));
+    }
+    history.settle();
+    assert!(history.memory_bytes() < 100 * 64, "{} bytes", history.memory_bytes());
+    assert_eq!(files(), usize::from(!cfg!(unix)), "without a name where the system allows it");
+    drop(history);
+    assert_eq!(files(), 0);
+}
+
+#[test]
+fn a_folder_that_is_none_is_refused() {
+    let nowhere = PathBuf::from("/nowhere/at/all");
+    let refused = History::new(&HistoryConfig::Folder(nowhere.clone())).unwrap_err();
+    assert!(matches!(&refused, Error::Create { folder, .. } if *folder == nowhere));
+    assert!(refused.to_string().contains("/nowhere/at/all"), "{refused}");
+    assert!(History::new(&HistoryConfig::None).unwrap().is_none());
+}
+
+#[test]
+fn a_kitchen_frame_takes_less_than_100_kilobytes() {
+    let Some(folder) = recording("kitchen_people") else { return };
+    let mut detector = PlaneDetector::new(&PlaneDetectorConfig::default(), &SensorModel::kinect()).unwrap();
+    let mut history = History::new(&HistoryConfig::Memory).unwrap().unwrap();
+    let mut count = 0;
+    for recorded in recorded_frames(&folder).step_by(10) {
+        let mut observation = Observation::of_frame(&recorded.frame).unwrap();
+        observation.planes = detector.detect(&recorded.frame, None, &[]).unwrap().to_vec();
+        history.push(Arc::new(observation));
+        count += 1;
+    }
+    history.settle();
+    let each = history.memory_bytes() / count;
+    assert!(each < 100_000, "{each} bytes");
+}

@@ -1,0 +1,59 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use dymlm_core::vector3::{difference, norm};
+use dymlm_core::{ObjectId, PlaneId};
+
+use super::identities::Identities;
+use super::report::{ThingChanges, ThingMotion};
+use crate::MultiLevelMap;
+
+/// What has become of the confirmed planes.
+pub(super) fn planes_changed(
+    identities: &Identities<PlaneId>,
+    names: &BTreeMap<PlaneId, PlaneId>,
+    before: &MultiLevelMap,
+    now: &MultiLevelMap,
+) -> ThingChanges<PlaneId> {
+    let places =
+        |map: &MultiLevelMap| map.planes().iter().map(|plane| (plane.id(), plane.centroid())).collect();
+    changes(identities, names, &places(before), &places(now))
+}
+
+/// What has become of the confirmed objects.
+pub(super) fn objects_changed(
+    identities: &Identities<ObjectId>,
+    names: &BTreeMap<ObjectId, ObjectId>,
+    before: &MultiLevelMap,
+    now: &MultiLevelMap,
+) -> ThingChanges<ObjectId> {
+    let places = |map: &MultiLevelMap| {
+        map.objects().objects().map(|object| (object.id(), object.oriented_box().center())).collect()
+    };
+    changes(identities, names, &places(before), &places(now))
+}
+
+/// By the places of the things that are believed, before and now.
+fn changes<Id: Copy + Ord>(
+    identities: &Identities<Id>,
+    names: &BTreeMap<Id, Id>,
+    before: &BTreeMap<Id, [f64; 3]>,
+    now: &BTreeMap<Id, [f64; 3]>,
+) -> ThingChanges<Id> {
+    let parts = identities.split.iter().filter_map(|(new, &old)| Some((old, *names.get(new)?)));
+    let split: Vec<(Id, Id)> = parts.filter(|(_, part)| now.contains_key(part)).collect();
+    let gone = identities.merged.iter().map(|(&old, &into)| (old, into));
+    let merged: Vec<(Id, Id)> = gone.filter(|(old, _)| before.contains_key(old)).collect();
+    let parts: BTreeSet<Id> = split.iter().map(|(_, part)| *part).collect();
+    let gone: BTreeSet<Id> = merged.iter().map(|(old, _)| *old).collect();
+    let motion = |(&id, place): (&Id, &[f64; 3])| {
+        let distance = norm(difference(*now.get(&id)?, *place));
+        (distance > 0.0).then_some(ThingMotion { id, distance })
+    };
+    ThingChanges {
+        moved: before.iter().filter_map(motion).collect(),
+        vanished: before.keys().filter(|id| !now.contains_key(id) && !gone.contains(id)).copied().collect(),
+        appeared: now.keys().filter(|id| !before.contains_key(id) && !parts.contains(id)).copied().collect(),
+        merged,
+        split,
+    }
+}
