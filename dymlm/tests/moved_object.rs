@@ -2,12 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
+use common::fingerprint;
 use dymlm::core::{Frame, ObjectId, Pose};
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::MapObject;
 use dymlm::octree::CellState;
 use dymlm::tracking::{Error as TrackingError, ObjectState, ObjectTrackerConfig};
-use dymlm::{Error, MapBuilder, MapConfig, ObjectMove, Selection};
+use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, ObjectMove, Selection};
 use dymlm_sim::{
     CameraPath, CarriedKind, CarriedMotion, CarriedObject, CarriedThing, Sequence, SequenceConfig,
     SimulatedFrame,
@@ -32,7 +35,9 @@ fn sequence() -> Sequence {
 
 /// The maps of the first frames, before the thing is moved, and the last of the frames.
 fn map_before(sequence: &Sequence, frames: usize) -> (MapBuilder, SimulatedFrame) {
-    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    let mut config = MapConfig::default();
+    config.history = HistoryConfig::Memory;
+    let mut builder = MapBuilder::new(config).unwrap();
     for index in 0..frames {
         let frame = sequence.frame(index).unwrap();
         builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
@@ -100,6 +105,18 @@ fn the_old_place_is_empty_and_the_thing_stands_at_the_new_one_in_all_maps() {
     assert!(there as f64 > 0.8 * before as f64, "{there} points at the new place of {before}");
     assert_eq!(object_at(&builder, &new), Some(object));
     assert_eq!(object_at(&builder, &old), None);
+
+    // Built again, the maps are the same; in a world that is moved, the thing was moved there.
+    let first = fingerprint(builder.map());
+    builder.correct_poses(&[]).unwrap();
+    assert!(fingerprint(builder.map()) == first);
+    let new_from_old = Pose::new([0.5, 2.0, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap();
+    builder.transform(&new_from_old).unwrap();
+    let mut moved = new;
+    moved.world_from_object = new_from_old * moved.world_from_object;
+    assert_eq!(object_at(&builder, &moved), Some(object));
+    let there = static_points(&builder, &above_table(&moved));
+    assert!(there as f64 > 0.8 * before as f64, "{there} points at the new place of {before}");
 }
 
 fn assert_moved(builder: &MapBuilder, object: ObjectId, [old, new]: [&CarriedThing; 2], before: usize) {

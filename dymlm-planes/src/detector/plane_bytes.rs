@@ -139,7 +139,9 @@ mod tests {
         assert_eq!(planes.len(), 2);
 
         let mut bytes = Vec::new();
-        planes.iter().for_each(|plane| plane.put_bytes(&mut bytes));
+        for plane in planes {
+            plane.put_bytes(&mut bytes);
+        }
         let mut rest = bytes.as_slice();
         let again: Vec<_> = std::iter::from_fn(|| DetectedPlane::take_bytes(&mut rest)).collect();
         assert_eq!(again, planes);
