@@ -168,6 +168,13 @@ impl<B: Default> BlockStore<B> {
         &mut self.blocks
     }
 
+    /// Forgets all blocks, and keeps the memory.
+    pub(crate) fn clear(&mut self) {
+        self.slots.clear();
+        self.keys.clear();
+        self.blocks.clear();
+    }
+
     /// Keys by slot.
     #[inline]
     pub(crate) fn keys(&self) -> &[BlockKey] {

@@ -2,7 +2,8 @@ use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel
 
 use crate::block_store::{BlockKey, BlockStore, CellBits, has, put, split};
 use crate::evidence::{Direction, Evidence, Support};
-use crate::fixed_point::{FixedPointFrame, PixelRow};
+use crate::fixed_point::{FixedPointFrame, PixelRow, ray_length};
+use crate::scan::Scan;
 use crate::thinning::Thinning;
 use crate::verdict::Verdict;
 use crate::verdicts::SharedKept;
@@ -331,11 +332,20 @@ impl CloudMap {
         if let Some(masks) = masks {
             masks.check(frame.camera())?;
         }
+        self.lattice_around(ray_length(frame.camera()), world_from_camera)
+    }
+
+    /// The lattice for readings that are as far as the sensor's farthest depth times `longest_ray`.
+    pub(crate) fn lattice_around(
+        &self,
+        longest_ray: f64,
+        world_from_sensor: &Pose,
+    ) -> Result<FixedPointFrame, Error> {
         let voxel_size = self.config.voxel_size;
         let limit = BlockKey::LIMIT.min(i32::MAX / SUBVOXELS) * SUBVOXELS;
-        FixedPointFrame::new(frame.camera(), world_from_camera, voxel_size, self.weighting, limit).ok_or_else(
+        FixedPointFrame::new(longest_ray, world_from_sensor, voxel_size, self.weighting, limit).ok_or_else(
             || Error::OutOfReach {
-                translation: world_from_camera.translation(),
+                translation: world_from_sensor.translation(),
                 voxel_size,
                 reach: f64::from(limit / SUBVOXELS) * voxel_size,
             },
@@ -350,20 +360,37 @@ impl CloudMap {
         lattice: &FixedPointFrame,
         direction: Direction,
     ) -> CloudFrameReport {
-        self.begin_frame(frame, direction);
+        self.begin_frame(frame.timestamp(), direction);
+        let camera: &PinholeCamera = frame.camera();
+        self.ray_x.clear();
+        self.ray_x.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));
         let report = self.add_readings(frame, masks, lattice, direction);
         self.evidence.count_frame(frame.camera(), frame.depth(), world_from_camera, direction);
         report
     }
 
-    fn begin_frame(&mut self, frame: &Frame, direction: Direction) {
-        self.evidence.begin_frame(frame.timestamp());
+    fn begin_frame(&mut self, timestamp: f64, direction: Direction) {
+        self.evidence.begin_frame(timestamp);
         self.frames = self.frames.wrapping_add(direction.unit());
         self.touched.clear();
         self.next_stamp();
-        let camera: &PinholeCamera = frame.camera();
-        self.ray_x.clear();
-        self.ray_x.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));
+    }
+
+    /// The same for a scan.
+    pub(crate) fn apply_scan(
+        &mut self,
+        scan: Scan<'_>,
+        lattice: &FixedPointFrame,
+        direction: Direction,
+    ) -> CloudFrameReport {
+        self.begin_frame(scan.timestamp, direction);
+        let mut report = CloudFrameReport::default();
+        lattice.fill_points(&mut self.row, scan.points);
+        self.find_voxels_of_row(&mut report);
+        self.add_row(None, direction, &mut report);
+        self.voxel_count += report.new_voxels;
+        self.evidence.count_scan(scan, direction);
+        report
     }
 
     /// A stamp for what changes from now on.
@@ -386,11 +413,19 @@ impl CloudMap {
         direction: Direction,
     ) -> CloudFrameReport {
         let mut report = CloudFrameReport::default();
-        let width = frame.camera().width();
+        let (width, inverse_fy) = (frame.camera().width(), 1.0 / frame.camera().fy());
         for (v, depths) in frame.depth().data().chunks_exact(width).enumerate() {
             let pixels = v * width..(v + 1) * width;
             let colors = frame.color().and_then(|color| color.data().get(pixels));
-            lattice.fill(&mut self.row, v, &self.ray_x, depths, masks.map(|masks| masks.static_mask()));
+            let ray_y = ((v as f64 - frame.camera().cy()) * inverse_fy) as f32;
+            lattice.fill(
+                &mut self.row,
+                v,
+                ray_y,
+                &self.ray_x,
+                depths,
+                masks.map(|masks| masks.static_mask()),
+            );
             self.find_voxels_of_row(&mut report);
             self.add_row(colors, direction, &mut report);
             if let Some(masks) = masks {
@@ -474,7 +509,7 @@ impl CloudMap {
     }
 
     /// Whether the frame that was just taken out had not been in the map.
-    fn is_overdrawn(&self) -> bool {
+    pub(crate) fn is_overdrawn(&self) -> bool {
         self.frames > u32::MAX / 2
             || self.evidence.is_overdrawn()
             || self
@@ -485,7 +520,7 @@ impl CloudMap {
     }
 
     /// Drops the voxels that the last removal has emptied.
-    fn drop_empty_voxels(&mut self) {
+    pub(crate) fn drop_empty_voxels(&mut self) {
         for &(slot, _) in &self.touched {
             if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
                 block.lowered = self.stamp;

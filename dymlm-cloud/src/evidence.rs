@@ -9,6 +9,7 @@ use crate::epochs::{Epochs, epoch_of};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
 use crate::place_history::{PlaceHistory, PlacePeriod};
+use crate::scan::{Scan, ScanRays};
 
 /// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are
 /// missed by the one reading at their centre, larger ones hold both a surface and the free space before it.
@@ -29,6 +30,8 @@ pub(crate) struct Evidence {
     /// A cell has 2^`cell_shift` voxels along its side.
     cell_shift: u32,
     look_through: LookThrough,
+    /// What the rays of the last scan passed.
+    rays: ScanRays,
     blocks: BlockStore<EvidenceBlock>,
     /// The epoch of the current frame.
     epoch: i32,
@@ -97,6 +100,7 @@ impl Evidence {
         Self {
             cell_shift,
             look_through: LookThrough::new(voxel_size * f64::from(1_u32 << cell_shift), sensor),
+            rays: ScanRays::default(),
             blocks: BlockStore::default(),
             epoch: 0,
             revision: 0,
@@ -170,6 +174,22 @@ impl Evidence {
         self.is_overdrawn = false;
         self.look_through.take_view(camera, depth, world_from_camera);
         self.count_looked_through(depth, direction);
+        self.count_readings(direction);
+    }
+
+    /// The same for a scan: its rays are followed.
+    pub(crate) fn count_scan(&mut self, scan: Scan<'_>, direction: Direction) {
+        self.is_overdrawn = false;
+        let mut rays = std::mem::take(&mut self.rays);
+        rays.follow(scan, &self.look_through);
+        for (key, cells) in rays.blocks() {
+            let slot = self.blocks.slot_or_insert(key);
+            let Some(block) = self.blocks.blocks_mut().get_mut(slot) else { continue };
+            note_change(&mut self.revisions, slot, self.revision);
+            let looked_through = LookedThrough::Cells(cells);
+            self.is_overdrawn |= block.count_looked_through(looked_through, self.epoch, direction);
+        }
+        self.rays = rays;
         self.count_readings(direction);
     }
 

@@ -1,10 +1,10 @@
-use dymlm_core::{Mask, PinholeCamera, Pose};
+use dymlm_core::{Mask, PinholeCamera, Point, Pose};
 
 use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 use crate::voxel::{SUBVOXEL_BITS, SUBVOXELS};
 use crate::weighting::Weighting;
 
-/// One row of pixels as fixed-point world coordinates (1/256 voxel) and weights; weight 0 = not mapped.
+/// One row of pixels, or a scan's points, as fixed-point world coordinates (1/256 voxel) and weights; weight 0 = not mapped.
 ///
 /// Coordinates relative to the camera are exact to a fraction of a unit in f32; the camera's own place is
 /// added as an integer, so that precision does not fall with the distance from the world's origin.
@@ -30,23 +30,21 @@ impl PixelRow {
     }
 }
 
-/// Takes the pixels of one frame to the world's lattice, a row at a time.
+/// Takes the readings of one frame or scan to the world's lattice, a row at a time.
 #[derive(Debug, Clone)]
 pub(crate) struct FixedPointFrame {
     /// Columns of the rotation, in units of 1/256 voxel a metre.
     columns: [[f32; 3]; 3],
     /// The camera's place, 1/256 voxel.
     origin: [i32; 3],
-    inverse_fy: f64,
-    cy: f64,
     weighting: Weighting,
 }
 
 impl FixedPointFrame {
-    /// `None` when a mapped reading of this frame could lie `limit` units or more from the world's origin, or
-    /// [`ROUNDING_LIMIT`] from the camera.
+    /// `None` when a mapped reading of a frame whose rays at depth 1 are so long at most, or of a scan with 1, could
+    /// lie `limit` units or more from the world's origin, or [`ROUNDING_LIMIT`] from the camera.
     pub(crate) fn new(
-        camera: &PinholeCamera,
+        longest_ray: f64,
         world_from_camera: &Pose,
         voxel_size: f64,
         weighting: Weighting,
@@ -58,24 +56,19 @@ impl FixedPointFrame {
             std::array::from_fn(|row| (rotation[row][column] * units_per_metre) as f32)
         });
         let origin = world_from_camera.translation().map(|t| (t * units_per_metre).round());
-        let reach = (ray_length(camera) * f64::from(weighting.sensor().max_depth) * units_per_metre).ceil();
+        let reach = (longest_ray * f64::from(weighting.sensor().max_depth) * units_per_metre).ceil();
         let inside = reach < f64::from(ROUNDING_LIMIT)
             && origin.iter().all(|place| place.abs() + reach < f64::from(limit));
-        inside.then(|| Self {
-            columns,
-            origin: origin.map(|place| place as i32),
-            inverse_fy: 1.0 / camera.fy(),
-            cy: camera.cy(),
-            weighting,
-        })
+        inside.then(|| Self { columns, origin: origin.map(|place| place as i32), weighting })
     }
 
-    /// Fills `row` with the pixels of row `v`. `ray_x` holds (u - cx) / fx of each column; pixels that are
-    /// not static, without a reading or out of range get weight 0.
+    /// Fills `row` with the pixels of row `v`, whose (v - cy) / fy is `ray_y`. `ray_x` holds (u - cx) / fx of each
+    /// column; pixels that are not static, without a reading or out of range get weight 0.
     pub(crate) fn fill(
         &self,
         row: &mut PixelRow,
         v: usize,
+        ray_y: f32,
         ray_x: &[f32],
         depths: &[f32],
         static_mask: Option<&Mask>,
@@ -85,7 +78,6 @@ impl FixedPointFrame {
             buffer.resize(width, 0);
         }
         row.weight.resize(width, 0);
-        let ray_y = ((v as f64 - self.cy) * self.inverse_fy) as f32;
         let [right, down, forward] = self.columns;
         for (axis, out) in [&mut row.x, &mut row.y, &mut row.z].into_iter().enumerate() {
             let base = down[axis] * ray_y + forward[axis];
@@ -101,10 +93,31 @@ impl FixedPointFrame {
             mask.overwrite_outside(v, &mut row.weight, 0);
         }
     }
+
+    /// Fills `row` with the points of a scan, sensor frame. Their depth is their distance from the sensor; those that
+    /// are not finite or out of range get weight 0.
+    pub(crate) fn fill_points(&self, row: &mut PixelRow, points: &[Point]) {
+        let [right, down, forward] = self.columns;
+        for (axis, out) in [&mut row.x, &mut row.y, &mut row.z].into_iter().enumerate() {
+            let origin = self.origin[axis];
+            out.clear();
+            out.extend(points.iter().map(|[x, y, z]| {
+                origin.wrapping_add(round_to_i32(right[axis] * x + down[axis] * y + forward[axis] * z))
+            }));
+        }
+        row.weight.clear();
+        row.weight.extend(points.iter().map(|&point| self.weighting.weight(range(point))));
+    }
+}
+
+/// Distance of a point from the sensor.
+#[inline]
+pub(crate) fn range([x, y, z]: Point) -> f32 {
+    (x * x + y * y + z * z).sqrt()
 }
 
 /// Longest ray of the image at depth 1: the one through the corner farthest from the principal point.
-fn ray_length(camera: &PinholeCamera) -> f64 {
+pub(crate) fn ray_length(camera: &PinholeCamera) -> f64 {
     let farthest = |size: usize, centre: f64, focal: f64| {
         ((0.0 - centre) / focal).abs().max(((size as f64 - 1.0 - centre) / focal).abs())
     };

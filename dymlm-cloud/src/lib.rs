@@ -25,6 +25,7 @@ mod place_history;
 mod places;
 mod queries;
 mod rounding;
+mod scan;
 mod static_cloud;
 mod thinning;
 mod verdict;

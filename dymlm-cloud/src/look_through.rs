@@ -186,8 +186,13 @@ impl LookThrough {
         (self.block_side() * 0.75_f64.sqrt()) as f32
     }
 
+    /// The sensor.
+    pub(crate) fn sensor(&self) -> &SensorModel {
+        &self.sensor
+    }
+
     /// How far beyond a cell at depth `z` a reading must lie to have looked through it.
-    fn tolerance(&self, z: f32) -> f32 {
+    pub(crate) fn tolerance(&self, z: f32) -> f32 {
         self.sensor.tolerance(z, self.place_sigma) as f32
     }
 

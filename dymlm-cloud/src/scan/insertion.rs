@@ -1,0 +1,80 @@
+use dymlm_core::{Point, Pose};
+
+use super::Scan;
+use crate::evidence::Direction;
+use crate::{CloudFrameReport, CloudMap, Error};
+
+/// Scans.
+impl CloudMap {
+    /// Adds the points of a scan, given in the sensor's frame, metres: what [`insert`](Self::insert) is for images. A
+    /// point's depth is its distance from the sensor; its weight and the tolerances follow from the
+    /// [`SensorModel`](dymlm_core::SensorModel) in the same way. Points that are not finite or out of the sensor's range
+    /// are no readings.
+    ///
+    /// Evidence of what is free comes from the rays, one to the centre of each cell of the evidence (4 cm) that was
+    /// read: it looks through a cell when it passes no farther from the cell's centre than half a side, and ends beyond
+    /// by more than the tolerance. A scan counts for a cell once. O(points + cells that the rays pass).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Core`] when the time is not finite; [`Error::OutOfReach`].
+    ///
+    /// ```
+    /// use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
+    /// use dymlm_core::{DepthNoise, Pose, SensorModel};
+    ///
+    /// let mut sensor = SensorModel::time_of_flight();
+    /// (sensor.noise, sensor.max_depth) = (DepthNoise::constant(0.01), 30.0);
+    /// let mut map = CloudMap::new(CloudMapConfig::default(), sensor)?;
+    /// for second in 0..3 {
+    ///     map.insert_scan(f64::from(second), &[[5.0, 0.0, 1.0], [5.0, 0.1, 1.0]], &Pose::identity())?;
+    /// }
+    /// assert_eq!(map.point_cloud(Selection::Static).points(), [[5.0, 0.0, 1.0], [5.0, 0.1, 1.0]]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn insert_scan(
+        &mut self,
+        timestamp: f64,
+        points: &[Point],
+        world_from_sensor: &Pose,
+    ) -> Result<CloudFrameReport, Error> {
+        self.check_scan(timestamp, world_from_sensor)?;
+        let lattice = self.lattice_around(1.0, world_from_sensor)?;
+        Ok(self.apply_scan(Scan { timestamp, points, world_from_sensor }, &lattice, Direction::Insert))
+    }
+
+    /// Takes a scan out again, exactly: time, points and pose must be those it was inserted with.
+    ///
+    /// # Errors
+    ///
+    /// As [`CloudMap::insert_scan`]; [`Error::NotInserted`] when a sum would go negative.
+    pub fn remove_scan(
+        &mut self,
+        timestamp: f64,
+        points: &[Point],
+        world_from_sensor: &Pose,
+    ) -> Result<(), Error> {
+        self.check_scan(timestamp, world_from_sensor)?;
+        let lattice = self.lattice_around(1.0, world_from_sensor)?;
+        let scan = Scan { timestamp, points, world_from_sensor };
+        self.apply_scan(scan, &lattice, Direction::Remove);
+        let is_overdrawn = self.is_overdrawn();
+        if is_overdrawn {
+            self.apply_scan(scan, &lattice, Direction::Insert);
+        }
+        self.drop_empty_voxels();
+        if is_overdrawn { Err(Error::NotInserted { timestamp }) } else { Ok(()) }
+    }
+
+    /// Whether a scan of this time and from this place can be taken in: all that an insertion refuses.
+    ///
+    /// # Errors
+    ///
+    /// As [`CloudMap::insert_scan`].
+    pub fn check_scan(&self, timestamp: f64, world_from_sensor: &Pose) -> Result<(), Error> {
+        if !timestamp.is_finite() {
+            return Err(dymlm_core::Error::Timestamp(timestamp).into());
+        }
+        self.lattice_around(1.0, world_from_sensor).map(|_| ())
+    }
+}

@@ -1,0 +1,114 @@
+use dymlm_core::vector3::{difference, dot, norm, unit};
+
+use super::Scan;
+use crate::block_store::{BlockKey, BlockStore, CellBits, for_each_bit, put, split};
+use crate::fixed_point::range;
+use crate::look_through::LookThrough;
+
+/// The cells that the rays of a scan look through, each once.
+///
+/// Readings in one cell share a ray, to its centre: a lidar has many of them near by, and half a cell is within the
+/// tolerance.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ScanRays {
+    ends: BlockStore<CellBits>,
+    passed: BlockStore<CellBits>,
+}
+
+/// A ray and the part of it that tells what is free, metres.
+struct Ray {
+    origin: [f64; 3],
+    direction: [f64; 3],
+    from: f64,
+    to: f64,
+}
+
+impl ScanRays {
+    /// Follows all rays of a scan.
+    pub(crate) fn follow(&mut self, scan: Scan<'_>, look: &LookThrough) {
+        self.find_ends(scan, look);
+        self.passed.clear();
+        let (side, sensor) = (look.cell_size(), look.sensor());
+        let origin = scan.world_from_sensor.translation();
+        let Self { ends, passed } = self;
+        for (key, cells) in ends.keys().iter().zip(ends.blocks()) {
+            for_each_bit(*cells, |index| {
+                let way = difference(key.cell(index).map(|c| (f64::from(c) + 0.5) * side), origin);
+                let Some(direction) = unit(way) else { return };
+                let reading = norm(way);
+                // The tolerance where the ray ends, which is the greatest on it.
+                let tolerance = look.tolerance((reading as f32).min(sensor.max_depth));
+                let to = (reading - f64::from(tolerance)).min(sensor.max_depth.into());
+                let ray = Ray { origin, direction, from: sensor.min_depth.into(), to };
+                follow_ray(passed, &ray, side);
+            });
+        }
+    }
+
+    /// Finds the cells in which readings lie; those of readings beyond the range, where they pass its end.
+    fn find_ends(&mut self, Scan { points, world_from_sensor, .. }: Scan<'_>, look: &LookThrough) {
+        self.ends.clear();
+        let sensor = look.sensor();
+        let far_enough = sensor.max_depth + 2.0 * look.tolerance(sensor.max_depth);
+        for &point in points {
+            let reading = range(point);
+            if reading >= sensor.min_depth && reading.is_finite() {
+                let shortened = f64::from(far_enough.min(reading) / reading);
+                let place = world_from_sensor.transform_point(point.map(|c| f64::from(c) * shortened));
+                let (block, index) = split(place.map(|c| (c / look.cell_size()).floor() as i32));
+                let slot = self.ends.slot_or_insert(BlockKey::new(block));
+                if let Some(cells) = self.ends.blocks_mut().get_mut(slot) {
+                    put(cells, index);
+                }
+            }
+        }
+    }
+
+    /// The cells that were passed, by blocks.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = (BlockKey, CellBits)> {
+        self.passed.keys().iter().copied().zip(self.passed.blocks().iter().copied())
+    }
+}
+
+/// Notes the cells whose centres lie no farther than half a side beside a ray. Every such cell is passed by it.
+fn follow_ray(passed: &mut BlockStore<CellBits>, ray: &Ray, side: f64) {
+    let Ray { origin, direction, from, to } = *ray;
+    let infinite = [f64::INFINITY; 3];
+    let (mut cell, mut next, mut between, mut step) = ([0; 3], infinite, infinite, [0; 3]);
+    for axis in 0..3 {
+        let along = direction[axis];
+        cell[axis] = ((origin[axis] + from * along) / side).floor() as i32;
+        if along != 0.0 {
+            let is_up = along > 0.0;
+            step[axis] = if is_up { 1 } else { -1 };
+            next[axis] = (f64::from(cell[axis] + i32::from(is_up)) * side - origin[axis]) / along;
+            between[axis] = side / along.abs();
+        }
+    }
+    let mut offset: [f64; 3] = [0, 1, 2].map(|axis| (f64::from(cell[axis]) + 0.5) * side - origin[axis]);
+    let mut last: Option<([i32; 3], usize)> = None;
+    loop {
+        let away = dot(offset, direction);
+        let beside = dot(offset, offset) - away * away;
+        if from <= away && away < to && beside <= 0.25 * side * side {
+            let (block, index) = split(cell);
+            let slot = match last {
+                Some((last_block, slot)) if last_block == block => slot,
+                _ => passed.slot_or_insert(BlockKey::new(block)),
+            };
+            last = Some((block, slot));
+            if let Some(cells) = passed.blocks_mut().get_mut(slot) {
+                put(cells, index);
+            }
+        }
+        let axis =
+            if next[0] <= next[1] && next[0] <= next[2] { 0 } else { 1 + usize::from(next[2] < next[1]) };
+        // The centre of a cell is less than a cell from where the ray enters it.
+        if next[axis] >= to + side {
+            return;
+        }
+        cell[axis] += step[axis];
+        offset[axis] += f64::from(step[axis]) * side;
+        next[axis] += between[axis];
+    }
+}
