@@ -1,5 +1,5 @@
 use dymlm_cloud::CloudFrameReport;
-use dymlm_core::FrameId;
+use dymlm_core::{FrameId, ObjectId};
 use dymlm_dynamics::Mover;
 use dymlm_objects::ObjectReport;
 use dymlm_octree::InsertReport;
@@ -47,7 +47,15 @@ impl FrameReport {
     pub fn update(&self) -> Option<&MapUpdate> {
         match &self.outcome {
             FrameOutcome::Mapped(update) => Some(update),
-            FrameOutcome::Waiting | FrameOutcome::Tracked => None,
+            FrameOutcome::Waiting | FrameOutcome::Tracked | FrameOutcome::Scanned(_) => None,
+        }
+    }
+
+    /// What a [scan](crate::MapBuilder::insert_scan) has brought into the maps; `None` of a frame.
+    pub fn scan(&self) -> Option<&ScanUpdate> {
+        match &self.outcome {
+            FrameOutcome::Scanned(update) => Some(update),
+            FrameOutcome::Waiting | FrameOutcome::Tracked | FrameOutcome::Mapped(_) => None,
         }
     }
 }
@@ -62,6 +70,20 @@ pub enum FrameOutcome {
     Tracked,
     /// It is a key frame and was mapped.
     Mapped(Box<MapUpdate>),
+    /// It is no frame but a scan, and was mapped.
+    Scanned(ScanUpdate),
+}
+
+/// What a scan has brought into the maps.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ScanUpdate {
+    /// Into the dense cloud.
+    pub cloud: CloudFrameReport,
+    /// Into the octree.
+    pub octree: InsertReport,
+    /// Objects that are no more where they were.
+    pub removed: Vec<ObjectId>,
 }
 
 /// What a key frame has brought into the maps.

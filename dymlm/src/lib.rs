@@ -57,6 +57,7 @@ mod map_memory;
 mod multi_level_map;
 mod parallel;
 mod queries;
+mod scans;
 mod session_log;
 mod stages;
 mod subsampler;
@@ -84,7 +85,7 @@ pub use correction::{CorrectionProgress, CorrectionReport, ThingChanges, ThingMo
 pub use detections::Detections;
 pub use error::Error;
 pub use frame_input::FrameInput;
-pub use frame_report::{FrameOutcome, FrameReport, MapUpdate};
+pub use frame_report::{FrameOutcome, FrameReport, MapUpdate, ScanUpdate};
 pub use key_frames::KeyFrameConfig;
 pub use map_builder::MapBuilder;
 pub use map_config::MapConfig;

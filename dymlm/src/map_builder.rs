@@ -10,6 +10,7 @@ use dymlm_planes::PlaneDetector;
 use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
+use crate::scans::ScanMapper;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
 use crate::stages::StageClock;
 use crate::subsampler::{Subsampler, in_all_pixels};
@@ -38,6 +39,7 @@ pub struct MapBuilder {
     /// Where carried objects are in the next frame, with a rim, in the world.
     pub(crate) carried: BTreeMap<ObjectId, OrientedBox>,
     pub(crate) map: MultiLevelMap,
+    pub(crate) scan_mapper: ScanMapper,
 }
 
 impl MapBuilder {
@@ -60,6 +62,7 @@ impl MapBuilder {
             newest: f64::NEG_INFINITY,
             carried: BTreeMap::new(),
             map: MultiLevelMap::new(&config)?,
+            scan_mapper: ScanMapper::default(),
             config,
         })
     }
@@ -94,15 +97,7 @@ impl MapBuilder {
     /// As [`insert`](Self::insert).
     pub fn insert_frame(&mut self, input: &FrameInput<'_>) -> Result<FrameReport, Error> {
         self.check(input)?;
-        let id = FrameId::new(self.next_id);
-        self.next_id += 1;
-        self.newest = input.frame.timestamp();
-        if let Some(log) = &mut self.log {
-            let (timestamp, world_from_camera) = (self.newest, input.world_from_camera);
-            log.frames.push(InsertedFrame { timestamp, world_from_camera });
-        }
-        self.waiting.give_up_before(self.newest - self.config.max_detection_delay);
-        let mut released = self.process_ready()?;
+        let (id, mut released) = self.begin_input(input.frame.timestamp(), &input.world_from_camera)?;
         let carried: Vec<OrientedBox> = std::mem::take(&mut self.carried).into_values().collect();
         if self.waiting.must_wait(&input.found) {
             self.waiting.push(id, input, carried);
@@ -113,6 +108,23 @@ impl MapBuilder {
         let mut report = self.process(id, input, &carried)?;
         report.released.append(&mut released);
         Ok(report)
+    }
+
+    /// Names what has come in, and processes the frames that have waited long enough.
+    pub(crate) fn begin_input(
+        &mut self,
+        timestamp: f64,
+        world_from_camera: &Pose,
+    ) -> Result<(FrameId, Vec<FrameReport>), Error> {
+        self.check_time(timestamp)?;
+        let id = FrameId::new(self.next_id);
+        self.next_id += 1;
+        self.newest = timestamp;
+        if let Some(log) = &mut self.log {
+            log.frames.push(InsertedFrame { timestamp, world_from_camera: *world_from_camera });
+        }
+        self.waiting.give_up_before(self.newest - self.config.max_detection_delay);
+        Ok((id, self.process_ready()?))
     }
 
     /// Brings the detections of a frame that was inserted with [`Detections::Pending`], and processes it and
@@ -155,14 +167,18 @@ impl MapBuilder {
 
     /// Everything that can be refused is refused here, before anything changes.
     fn check(&self, input: &FrameInput<'_>) -> Result<(), Error> {
-        let timestamp = input.frame.timestamp();
-        if timestamp < self.newest {
-            let previous = self.newest;
-            return Err(dymlm_dynamics::Error::TimeReversed { previous, timestamp }.into());
-        }
+        self.check_time(input.frame.timestamp())?;
         self.preprocessor.check(input.frame, input.detections().unwrap_or(&[]))?;
         input.frame.camera().subsampled(self.config.sensor.stride)?;
         self.map.check_reach(input.frame, &input.world_from_camera)
+    }
+
+    fn check_time(&self, timestamp: f64) -> Result<(), Error> {
+        let previous = self.newest;
+        if timestamp < previous {
+            return Err(dymlm_dynamics::Error::TimeReversed { previous, timestamp }.into());
+        }
+        Ok(())
     }
 
     /// The paper's figure 2, a step a line. `carried`: where carried objects are, with a rim, in the world.

@@ -1,3 +1,4 @@
+use crate::session_log::SessionLog;
 use crate::{MapBuilder, MultiLevelMap};
 
 /// Bytes that each map holds, and the history, about: with what queries and output keep of it, without the builder's buffers.
@@ -13,7 +14,7 @@ pub struct MapMemory {
     pub planes: usize,
     /// The objects.
     pub objects: usize,
-    /// What is kept of key frames, which a builder has and a map has not.
+    /// What is kept of key frames and scans, which a builder has and a map has not.
     pub history: usize,
 }
 
@@ -40,7 +41,7 @@ impl MultiLevelMap {
 impl MapBuilder {
     /// How much memory each map takes, and what is kept of key frames. O(blocks + key frames).
     pub fn memory(&self) -> MapMemory {
-        let history = self.log.as_ref().map_or(0, |log| log.history.memory_bytes());
+        let history = self.log.as_ref().map_or(0, SessionLog::memory_bytes);
         MapMemory { history, ..self.map.memory() }
     }
 }

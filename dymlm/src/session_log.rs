@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use dymlm_core::{FrameId, ObjectId, PlaneId, Pose};
+use dymlm_core::{FrameId, ObjectId, PlaneId, Point, Pose};
 use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 
@@ -27,6 +27,7 @@ pub(crate) struct InsertedFrame {
 #[derive(Debug, Clone)]
 pub(crate) enum Event {
     KeyFrame(KeyFrameEntry),
+    Scan(ScanEntry),
     /// Ghosts were removed because somebody asked for it.
     Settled,
     Forgot {
@@ -52,6 +53,14 @@ pub(crate) struct KeyFrameEntry {
     /// Its number in the history.
     pub(crate) observation: usize,
     pub(crate) seen: SeenThings,
+}
+
+/// A scan that was mapped.
+#[derive(Debug, Clone)]
+pub(crate) struct ScanEntry {
+    pub(crate) frame: FrameId,
+    /// As they were given, in the sensor's frame.
+    pub(crate) points: Arc<[Point]>,
 }
 
 /// Which things of the maps a key frame has observed.
@@ -80,6 +89,15 @@ impl Event {
         }
     }
 
+    /// The frame or scan that was mapped, if it is one.
+    pub(crate) fn mapped(&self) -> Option<FrameId> {
+        match self {
+            Self::KeyFrame(entry) => Some(entry.frame),
+            Self::Scan(entry) => Some(entry.frame),
+            _ => None,
+        }
+    }
+
     pub(crate) fn key_frame_mut(&mut self) -> Option<&mut KeyFrameEntry> {
         match self {
             Self::KeyFrame(entry) => Some(entry),
@@ -101,7 +119,7 @@ impl Event {
             }
             Self::Held { object, .. } => rename_object(object),
             Self::Moved { body, .. } => rename_object(&mut body.object),
-            Self::Settled | Self::Forgot { .. } => {}
+            Self::Scan(_) | Self::Settled | Self::Forgot { .. } => {}
         }
     }
 }
@@ -150,9 +168,18 @@ impl SessionLog {
         self.events.push(Event::KeyFrame(KeyFrameEntry { frame, observation, seen: SeenThings::of(update) }));
     }
 
-    /// The newest frame that has been mapped; the first when there is none.
+    /// The newest frame or scan that has been mapped; the first when there is none.
     pub(crate) fn newest(&self) -> FrameId {
-        self.key_frames().next_back().map_or(FrameId::new(0), |entry| entry.frame)
+        self.events.iter().rev().find_map(Event::mapped).unwrap_or(FrameId::new(0))
+    }
+
+    /// Bytes of the observations and scans in memory.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let bytes = |event: &Event| match event {
+            Event::Scan(scan) => scan.points.len() * size_of::<Point>(),
+            _ => 0,
+        };
+        self.history.memory_bytes() + self.events.iter().map(bytes).sum::<usize>()
     }
 
     /// The key frames in their order.

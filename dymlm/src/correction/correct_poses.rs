@@ -63,7 +63,7 @@ impl MapBuilder {
         self.rebuild(&poses, watch)
     }
 
-    /// Takes a frame out of all maps, as if it had never been inserted. A frame that is no key frame is in none. Costs
+    /// Takes a frame or a scan out of all maps, as if it had never been inserted. A frame that is no key frame is in none. Costs
     /// what [`Self::correct_poses`] does.
     ///
     /// # Errors
@@ -74,15 +74,16 @@ impl MapBuilder {
         if log.frame(frame).is_none() {
             return Err(Error::UnknownFrame { frame });
         }
-        let is_it = |event: &Event| matches!(event, Event::KeyFrame(entry) if entry.frame == frame);
+        let is_it = |event: &Event| event.mapped() == Some(frame);
         let Some(place) = log.events.iter().position(is_it) else { return self.correct_poses(&[]) };
         let event = log.events.remove(place);
         let poses: Vec<Pose> = log.frames.iter().map(|frame| frame.world_from_camera).collect();
         let report = self.rebuild(&poses, &mut |_| true);
-        if let (Some(log), Event::KeyFrame(entry)) = (&mut self.log, &event) {
-            match &report {
-                Ok(_) => log.history.remove(entry.observation),
-                Err(_) => log.events.insert(place, event),
+        if let Some(log) = &mut self.log {
+            match (&report, &event) {
+                (Ok(_), Event::KeyFrame(entry)) => log.history.remove(entry.observation),
+                (Ok(_), _) => {}
+                (Err(_), _) => log.events.insert(place, event),
             }
         }
         report

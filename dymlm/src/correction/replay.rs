@@ -7,6 +7,7 @@ use super::report::{CorrectionProgress, CorrectionReport};
 use super::thing_changes::{objects_changed, planes_changed};
 use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
+use crate::scans::{Scan, ScanMapper};
 use crate::session_log::{Event, KeyFrameEntry, MovedBody, SeenThings, SessionLog};
 use crate::stages::StageClock;
 use crate::{Error, MultiLevelMap};
@@ -24,6 +25,7 @@ pub(super) struct Replay<'a> {
     pub(super) ghost_removal: GhostRemoval,
     /// What has happened, with what the key frames see in the new maps.
     events: Vec<Event>,
+    scan_mapper: ScanMapper,
 }
 
 /// Maps that were built again, and what has become of what was in them.
@@ -48,6 +50,7 @@ impl<'a> Replay<'a> {
             map: empty,
             ghost_removal: GhostRemoval::default(),
             events: Vec::with_capacity(log.events.len()),
+            scan_mapper: ScanMapper::default(),
         }
     }
 
@@ -63,7 +66,7 @@ impl<'a> Replay<'a> {
         while let Some(event) = rest.first() {
             let batch = self.next_batch(rest);
             if batch.is_empty() {
-                self.happen_again(event)?;
+                self.happen_again(event, context)?;
                 rest = &rest[1..];
                 continue;
             }
@@ -119,10 +122,21 @@ impl<'a> Replay<'a> {
     }
 
     /// Lets something else than a key frame happen again.
-    fn happen_again(&mut self, event: &Event) -> Result<(), Error> {
+    fn happen_again(&mut self, event: &Event, context: &MappingContext<'_>) -> Result<(), Error> {
         let event = match event {
             // A batch of them is mapped at a time.
             Event::KeyFrame(_) => return Ok(()),
+            Event::Scan(entry) => {
+                let place = entry.frame.get() as usize;
+                let Some((frame, pose)) = self.log.frame(entry.frame).zip(self.poses.get(place)) else {
+                    return Ok(());
+                };
+                let scan =
+                    Scan { timestamp: frame.timestamp, points: &entry.points, world_from_sensor: pose };
+                let (map, clock) = (&mut self.map, &mut StageClock::start());
+                self.scan_mapper.map(&scan, map, &mut self.ghost_removal, context.sensor, clock)?;
+                event.clone()
+            }
             Event::Settled => {
                 self.ghost_removal.run(&mut self.map);
                 Event::Settled

@@ -1,0 +1,124 @@
+use dymlm_core::vector3::norm;
+use dymlm_core::{Point, Pose, SensorModel};
+use dymlm_octree::{Error as OctreeError, InsertReport, Octree};
+
+use crate::ghost_removal::GhostRemoval;
+use crate::session_log::{Event, ScanEntry};
+use crate::stages::StageClock;
+use crate::{Error, FrameOutcome, FrameReport, MapBuilder, MultiLevelMap, ScanUpdate, Stage};
+
+impl MapBuilder {
+    /// Takes in a scan of a lidar or of any other sensor that is no camera: `points` in the sensor's frame, metres, and
+    /// the pose that takes them to the world. Each scan is mapped, into cloud and octree with their evidence; planes
+    /// and objects come from images alone. Nobody masks movers in it: they vanish when later scans or frames look
+    /// through where they were.
+    ///
+    /// Noise and range are those of [`MapConfig::sensor`](crate::MapConfig::sensor), with a point's distance for its
+    /// depth; the octree's range is its own ([`max_range`](dymlm_octree::OctreeConfig::max_range)). Points that are not
+    /// finite or too near are no readings. Scans and frames come in the order of their time; a scan does not wait for
+    /// frames that wait for detections. With a [history](dymlm_history::HistoryConfig) its points are kept in memory, 12
+    /// bytes each, and follow corrected poses.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Dynamics`] when time runs backwards, [`Error::Cloud`] when it is not finite or the pose lies outside
+    /// what the cloud can reach. The builder stays as it was.
+    ///
+    /// ```
+    /// use dymlm::{MapBuilder, MapConfig, Selection};
+    /// use dymlm::core::{DepthNoise, Pose};
+    /// use dymlm::octree::CellState;
+    ///
+    /// let mut config = MapConfig::default();
+    /// (config.sensor.noise, config.sensor.max_depth) = (DepthNoise::constant(0.01), 30.0);
+    /// config.octree.max_range = 30.0;
+    /// let mut builder = MapBuilder::new(config)?;
+    /// for step in 0..3 {
+    ///     let report = builder.insert_scan(0.1 * f64::from(step), &[[9.0, 0.0, 0.5]], &Pose::identity())?;
+    ///     assert_eq!(report.scan().map(|scan| scan.octree.hit_cells), Some(1));
+    /// }
+    /// assert_eq!(builder.map().octree().state([9.0, 0.0, 0.5]), CellState::Occupied);
+    /// assert_eq!(builder.map().octree().state([5.0, 0.0, 0.28]), CellState::Free);
+    /// assert_eq!(builder.map().cloud().point_cloud(Selection::Static).points(), [[9.0, 0.0, 0.5]]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[doc(alias = "lidar")]
+    pub fn insert_scan(
+        &mut self,
+        timestamp: f64,
+        points: &[Point],
+        world_from_sensor: &Pose,
+    ) -> Result<FrameReport, Error> {
+        self.map.cloud.check_scan(timestamp, world_from_sensor)?;
+        let (id, mut released) = self.begin_input(timestamp, world_from_sensor)?;
+        let mut clock = StageClock::start();
+        let Self { map, scan_mapper, config, ghost_removal, .. } = self;
+        let scan = Scan { timestamp, points, world_from_sensor };
+        let update = scan_mapper.map(&scan, map, ghost_removal, &config.sensor, &mut clock)?;
+        if let Some(log) = &mut self.log {
+            log.events.push(Event::Scan(ScanEntry { frame: id, points: points.into() }));
+        }
+        let mut report = FrameReport::waiting(id, timestamp);
+        (report.outcome, report.stages) = (FrameOutcome::Scanned(update), clock.finish());
+        report.released.append(&mut released);
+        Ok(report)
+    }
+}
+
+/// Points as a sensor has read them.
+pub(crate) struct Scan<'a> {
+    pub(crate) timestamp: f64,
+    /// In the sensor's frame.
+    pub(crate) points: &'a [Point],
+    pub(crate) world_from_sensor: &'a Pose,
+}
+
+/// Maps scans, now or again.
+#[derive(Debug, Default)]
+pub(crate) struct ScanMapper {
+    /// The readings of a scan, in the world.
+    readings: Vec<Point>,
+}
+
+impl ScanMapper {
+    pub(crate) fn map(
+        &mut self,
+        scan: &Scan<'_>,
+        map: &mut MultiLevelMap,
+        ghost_removal: &mut GhostRemoval,
+        sensor: &SensorModel,
+        clock: &mut StageClock,
+    ) -> Result<ScanUpdate, Error> {
+        let &Scan { timestamp, points, world_from_sensor } = scan;
+        let cloud =
+            clock.time(Stage::Cloud, || map.cloud.insert_scan(timestamp, points, world_from_sensor))?;
+        let octree = clock.time(Stage::Octree, || self.insert_into(&mut map.octree, scan, sensor))?;
+        let removed = clock.time(Stage::GhostRemoval, || ghost_removal.run_when_due(timestamp, map));
+        Ok(ScanUpdate { cloud, octree, removed })
+    }
+
+    fn insert_into(
+        &mut self,
+        octree: &mut Octree,
+        scan: &Scan<'_>,
+        sensor: &SensorModel,
+    ) -> Result<InsertReport, Error> {
+        let points = scan.points.iter().map(|point| point.map(f64::from));
+        let readings = points.filter(|&point| norm(point) >= sensor.min_depth.into());
+        let in_world = readings.map(|point| scan.world_from_sensor.transform_point(point).map(|c| c as f32));
+        self.readings.clear();
+        self.readings.extend(in_world);
+        match octree.insert_scan(scan.world_from_sensor.translation(), &self.readings) {
+            // As with frames: where the octree ends, it alone leaves them out.
+            Err(OctreeError::Origin { .. }) => Ok(outside(self.readings.len())),
+            inserted => Ok(inserted?),
+        }
+    }
+}
+
+/// What became of a scan of which nothing is in the octree.
+fn outside(readings: usize) -> InsertReport {
+    let mut report = InsertReport::default();
+    (report.readings, report.outside) = (readings, readings);
+    report
+}
