@@ -4,7 +4,8 @@ use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 use crate::voxel::{SUBVOXEL_BITS, SUBVOXELS};
 use crate::weighting::Weighting;
 
-/// One row of pixels, or a scan's points, as fixed-point world coordinates (1/256 voxel) and weights; weight 0 = not mapped.
+/// One row of pixels, or a scan's points, as fixed-point world coordinates (1/256 voxel) and weights; weight
+/// 0 = not mapped.
 ///
 /// Coordinates relative to the camera are exact to a fraction of a unit in f32; the camera's own place is
 /// added as an integer, so that precision does not fall with the distance from the world's origin.
@@ -41,8 +42,8 @@ pub(crate) struct FixedPointFrame {
 }
 
 impl FixedPointFrame {
-    /// `None` when a mapped reading of a frame whose rays at depth 1 are so long at most, or of a scan with 1, could
-    /// lie `limit` units or more from the world's origin, or [`ROUNDING_LIMIT`] from the camera.
+    /// `None` when a mapped reading of a frame whose rays at depth 1 are so long at most, or of a scan with
+    /// 1, could lie `limit` units or more from the world's origin, or [`ROUNDING_LIMIT`] from the camera.
     pub(crate) fn new(
         longest_ray: f64,
         world_from_camera: &Pose,
@@ -62,8 +63,8 @@ impl FixedPointFrame {
         inside.then(|| Self { columns, origin: origin.map(|place| place as i32), weighting })
     }
 
-    /// Fills `row` with the pixels of row `v`, whose (v - cy) / fy is `ray_y`. `ray_x` holds (u - cx) / fx of each
-    /// column; pixels that are not static, without a reading or out of range get weight 0.
+    /// Fills `row` with the pixels of row `v`, whose (v - cy) / fy is `ray_y`. `ray_x` holds (u - cx) / fx of
+    /// each column; pixels that are not static, without a reading or out of range get weight 0.
     pub(crate) fn fill(
         &self,
         row: &mut PixelRow,
@@ -94,8 +95,8 @@ impl FixedPointFrame {
         }
     }
 
-    /// Fills `row` with the points of a scan, sensor frame. Their depth is their distance from the sensor; those that
-    /// are not finite or out of range get weight 0.
+    /// Fills `row` with the points of a scan, sensor frame. Their depth is their distance from the sensor;
+    /// those that are not finite or out of range get weight 0.
     pub(crate) fn fill_points(&self, row: &mut PixelRow, points: &[Point]) {
         let [right, down, forward] = self.columns;
         for (axis, out) in [&mut row.x, &mut row.y, &mut row.z].into_iter().enumerate() {

@@ -64,8 +64,8 @@ impl CloudMap {
             thinning: &self.thinning,
             voxel_size: self.config.voxel_size,
         };
-        // Who holds it borrows the map, so that nothing can have changed: it is copied only for a map that has a
-        // clone.
+        // Who holds it borrows the map, so that nothing can have changed: it is copied only for a map that
+        // has a clone.
         if !cloud.is_fresh(&source) {
             Arc::make_mut(cloud).refresh(source);
         }
@@ -90,8 +90,8 @@ impl SharedKept {
         *self = Self::default();
     }
 
-    /// Forgets what is kept of blocks that are gone; tells by their slots which stayed, of the evidence and, when
-    /// any went, of the voxels.
+    /// Forgets what is kept of blocks that are gone; tells by their slots which stayed, of the evidence and,
+    /// when any went, of the voxels.
     pub(crate) fn forget(&mut self, cells: &[bool], voxels: Option<&[bool]>) {
         let Kept { verdicts, cloud } = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
         verdicts.forget(cells);

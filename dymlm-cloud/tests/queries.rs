@@ -1,5 +1,5 @@
-//! Questions to the static cloud: against all its points, on surfaces whose truth is known, after rigid motions,
-//! and where there is nothing to find.
+//! Questions to the static cloud: against all its points, on surfaces whose truth is known, after rigid
+//! motions, and where there is nothing to find.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -1,5 +1,5 @@
-//! Scans: the same as images of the same readings, free space against a look at all rays, exact removal, refused
-//! input; and OctoMap's scan.
+//! Scans: the same as images of the same readings, free space against a look at all rays, exact removal,
+//! refused input; and OctoMap's scan.
 
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
@@ -185,7 +185,8 @@ fn what_is_no_reading_is_passed_over_and_what_is_no_scan_refused() {
     assert_eq!(voxels(&map), before);
 }
 
-/// One laser scan of a corridor, thrice: what stands there is read where it is, and nothing is a ghost of itself.
+/// One laser scan of a corridor, thrice: what stands there is read where it is, and nothing is a ghost of
+/// itself.
 #[test]
 fn the_scan_of_octomap_is_mapped() {
     let Some(path) = recording("octomap/scan.dat") else { return };

@@ -1,4 +1,5 @@
-//! The distance field against a look at all obstacles, under motions of the lattice, and for regions that are none.
+//! The distance field against a look at all obstacles, under motions of the lattice, and for regions that are
+//! none.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

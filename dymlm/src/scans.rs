@@ -8,21 +8,22 @@ use crate::stages::StageClock;
 use crate::{Error, FrameOutcome, FrameReport, MapBuilder, MultiLevelMap, ScanUpdate, Stage};
 
 impl MapBuilder {
-    /// Takes in a scan of a lidar or of any other sensor that is no camera: `points` in the sensor's frame, metres, and
-    /// the pose that takes them to the world. Each scan is mapped, into cloud and octree with their evidence; planes
-    /// and objects come from images alone. Nobody masks movers in it: they vanish when later scans or frames look
-    /// through where they were.
+    /// Takes in a scan of a lidar or of any other sensor that is no camera: `points` in the sensor's frame,
+    /// metres, and the pose that takes them to the world. Each scan is mapped, into cloud and octree with
+    /// their evidence; planes and objects come from images alone. Nobody masks movers in it: they vanish when
+    /// later scans or frames look through where they were.
     ///
-    /// Noise and range are those of [`MapConfig::sensor`](crate::MapConfig::sensor), with a point's distance for its
-    /// depth; the octree's range is its own ([`max_range`](dymlm_octree::OctreeConfig::max_range)). Points that are not
-    /// finite or too near are no readings. Scans and frames come in the order of their time; a scan does not wait for
-    /// frames that wait for detections. With a [history](dymlm_history::HistoryConfig) its points are kept in memory, 12
-    /// bytes each, and follow corrected poses.
+    /// Noise and range are those of [`MapConfig::sensor`](crate::MapConfig::sensor), with a point's distance
+    /// for its depth; the octree's range is its own ([`max_range`](dymlm_octree::OctreeConfig::max_range)).
+    /// Points that are not finite or too near are no readings. Scans and frames come in the order of their
+    /// time; a scan does not wait for frames that wait for detections. With a
+    /// [history](dymlm_history::HistoryConfig) its points are kept in memory, 12 bytes each, and follow
+    /// corrected poses.
     ///
     /// # Errors
     ///
-    /// [`Error::Dynamics`] when time runs backwards, [`Error::Cloud`] when it is not finite or the pose lies outside
-    /// what the cloud can reach. The builder stays as it was.
+    /// [`Error::Dynamics`] when time runs backwards, [`Error::Cloud`] when it is not finite or the pose lies
+    /// outside what the cloud can reach. The builder stays as it was.
     ///
     /// ```
     /// use dymlm::{MapBuilder, MapConfig, Selection};

@@ -10,8 +10,8 @@ use dymlm_test_support::{Cylinder, Rectangle, World};
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// The maps of exact bodies seen from (0, 0, 1.3), looking along y and a little down, in a world that `moved` takes
-/// the bodies' to.
+/// The maps of exact bodies seen from (0, 0, 1.3), looking along y and a little down, in a world that `moved`
+/// takes the bodies' to.
 fn mapped(world: &World, moved: &Pose) -> MultiLevelMap {
     let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).unwrap();
     let mut builder = MapBuilder::new(MapConfig::offline()).unwrap();

@@ -1,4 +1,5 @@
-//! Questions to the static cloud: what is nearest, what is in a box, what a ray meets, which way a surface faces.
+//! Questions to the static cloud: what is nearest, what is in a box, what a ray meets, which way a surface
+//! faces.
 
 mod nearest;
 mod normal;

@@ -11,9 +11,9 @@ struct Nearest {
 }
 
 impl StaticPoints<'_> {
-    /// The static point nearest to a place, if one is within `radius` metres (infinite for no limit); of points
-    /// equally near the first of the cloud. Blocks are asked by their distance: O(blocks that are nearer than the
-    /// answer, at most those of the map).
+    /// The static point nearest to a place, if one is within `radius` metres (infinite for no limit); of
+    /// points equally near the first of the cloud. Blocks are asked by their distance: O(blocks that are
+    /// nearer than the answer, at most those of the map).
     pub fn nearest(&self, place: [f64; 3], radius: f64) -> Option<StaticPoint> {
         if !place.iter().all(|c| c.is_finite()) || radius.is_nan() || radius < 0.0 {
             return None;

@@ -3,12 +3,12 @@ use dymlm_core::{Point, symmetric_eigen3};
 
 use super::StaticPoints;
 
-/// Least variance across a neighbourhood's longest extent, as a share of the variance along it. Less lets a cable
-/// have a normal, which noise decides; more denies it to the rims of surfaces
-/// (`a_line_and_a_few_points_have_no_normal`).
+/// Least variance across a neighbourhood's longest extent, as a share of the variance along it. Less lets a
+/// cable have a normal, which noise decides (`a_line_and_a_few_points_have_no_normal`); more denies it to
+/// surfaces of few points (`normals_are_those_of_the_surfaces_and_face_the_camera`).
 const LEAST_SPREAD: f64 = 0.01;
-/// How far from the surface frames are asked for that looked through, in cells of the evidence. With less, none has
-/// before a surface that was read from afar, where the noise is large, or at an angle
+/// How far from the surface frames are asked for that looked through, in cells of the evidence. With less,
+/// none has before a surface that was read from afar, where the noise is large, or at an angle
 /// (`normals_are_those_of_the_surfaces_and_face_the_camera`); with more, other rooms may have a say.
 const LOOK_REACH: u32 = 6;
 
@@ -19,21 +19,22 @@ const LOOK_REACH: u32 = 6;
 pub struct SurfaceNormal {
     /// Unit vector across the surface, world.
     pub direction: [f64; 3],
-    /// Whether it is known to point to where the surface was seen from: more frames have looked through the space
-    /// before it than behind it. Else its component of greatest magnitude is positive.
+    /// Whether it is known to point to where the surface was seen from: more frames have looked through the
+    /// space before it than behind it. Else its component of greatest magnitude is positive.
     pub is_oriented: bool,
-    /// Surface variation (Pauly 2002): the share of the neighbourhood's variance along the normal, 0 for a plane to
-    /// 1/3 for points all around. High at edges, corners and small things.
+    /// Surface variation (Pauly 2002): the share of the neighbourhood's variance along the normal, 0 for a
+    /// plane to 1/3 for points all around. High at edges, corners and small things.
     pub variation: f64,
 }
 
 impl StaticPoints<'_> {
-    /// The normal of the static surface around a place: the direction in which the points within `radius` metres of
-    /// it spread least, towards the side that frames looked through. `None` where there are fewer than three, or
-    /// they lie on a line. O(points in the blocks around).
+    /// The normal of the static surface around a place: the direction in which the points within `radius`
+    /// metres of it spread least, towards the side that frames looked through. `None` where there are fewer
+    /// than three, or they lie on a line. O(points in the blocks around).
     ///
-    /// A larger radius evens out the noise, a smaller one keeps the edges of small things. Of a Kinect's floor, wall
-    /// and box at 1 to 3 m half of the normals are within 9 degrees at 4 voxels (4 cm), and within 1.5 at 8.
+    /// A larger radius evens out the noise, a smaller one keeps the edges of small things. Of a Kinect's
+    /// floor, wall and box at 1 to 3 m half of the normals are within 9 degrees at 4 voxels (4 cm), and
+    /// within 1.5 at 8.
     pub fn normal_at(&self, place: Point, radius: f64) -> Option<SurfaceNormal> {
         let center = place.map(f64::from);
         if !center.iter().all(|c| c.is_finite()) || !radius.is_finite() {
@@ -80,8 +81,9 @@ impl StaticPoints<'_> {
         (count >= 3.0).then(covariance)
     }
 
-    /// To which side of a surface more frames have looked through the space: 1.0 along the normal, -1.0 against it.
-    /// The nearest cells that differ decide, since behind a thin wall another room is looked through.
+    /// To which side of a surface more frames have looked through the space: 1.0 along the normal, -1.0
+    /// against it. The nearest cells that differ decide, since behind a thin wall another room is looked
+    /// through.
     fn seen_side(&self, center: [f64; 3], normal: [f64; 3]) -> Option<f64> {
         let evidence = &self.map.evidence;
         let looks = |side: f64, step: u32| {

@@ -15,12 +15,13 @@ pub struct PointHit {
 }
 
 impl StaticPoints<'_> {
-    /// The first static point within `max_range` metres along a ray that is no farther than `radius` metres beside
-    /// it; of points equally far the first of the cloud. `direction` may have any length. `None` also for a
-    /// direction without length and for what is not finite, but for `max_range`.
+    /// The first static point within `max_range` metres along a ray that is no farther than `radius` metres
+    /// beside it; of points equally far the first of the cloud. `direction` may have any length. `None` also
+    /// for a direction without length and for what is not finite, but for `max_range`.
     ///
-    /// With less than a voxel and a half a ray may slip between the points of a surface. On a surface met at an
-    /// angle the point comes up to radius / tan(angle) early. O(blocks along the ray, at most those of the map).
+    /// With less than a voxel and a half a ray may slip between the points of a surface. On a surface met at
+    /// an angle the point comes up to radius / tan(angle) early. O(blocks along the ray, at most those of the
+    /// map).
     pub fn cast_ray(
         &self,
         origin: [f64; 3],

@@ -9,8 +9,8 @@ pub(super) type Corners = [[f64; 3]; 2];
 
 impl StaticPoints<'_> {
     /// The points in a box, in place of what `found` holds, in the order of the
-    /// [cloud](crate::CloudMap::point_cloud). [`OrientedBox::between`] makes a box along the axes. O(blocks of the
-    /// box around it, at most those of the map, + points in the blocks that it touches).
+    /// [cloud](crate::CloudMap::point_cloud). [`OrientedBox::between`] makes a box along the axes. O(blocks
+    /// of the box around it, at most those of the map, + points in the blocks that it touches).
     pub fn in_box(&self, region: &OrientedBox, found: &mut Vec<StaticPoint>) {
         found.clear();
         let (box_from_world, half) = (region.world_from_box().inverse(), region.lengths().map(|c| 0.5 * c));
@@ -30,8 +30,8 @@ impl StaticPoints<'_> {
         });
     }
 
-    /// Calls `visit` for the slot and the corners of each block with static points that may reach into a box, in
-    /// the order of the cloud.
+    /// Calls `visit` for the slot and the corners of each block with static points that may reach into a box,
+    /// in the order of the cloud.
     pub(super) fn for_each_block(&self, region: Corners, mut visit: impl FnMut(usize, Corners)) {
         let [low, high] = [self.block_at(region[0], -1.0), self.block_at(region[1], 1.0)];
         let side = |axis: usize| (i64::from(high[axis]) - i64::from(low[axis]) + 1).max(0) as u64;
@@ -83,8 +83,8 @@ impl StaticPoints<'_> {
         BLOCK_SIDE as f64 * self.voxel_size()
     }
 
-    /// How far a point may lie outside its block, metres, since coordinates of [`Point`](dymlm_core::Point) are
-    /// rounded: where the map ends, by not quite a voxel.
+    /// How far a point may lie outside its block, metres, since coordinates of [`Point`](dymlm_core::Point)
+    /// are rounded: where the map ends, by not quite a voxel.
     pub(super) fn slack(&self) -> f64 {
         self.voxel_size()
     }
@@ -95,7 +95,8 @@ impl StaticPoints<'_> {
         [low.map(|c| c - self.slack()), high.map(|c| c + self.slack())]
     }
 
-    /// Block coordinates of a place, moved outward by the slack, or of the block nearest to it at the map's border.
+    /// Block coordinates of a place, moved outward by the slack, or of the block nearest to it at the map's
+    /// border.
     pub(super) fn block_at(&self, place: [f64; 3], outward: f64) -> [i32; 3] {
         let limit = f64::from(BlockKey::LIMIT) / BLOCK_SIDE as f64;
         place.map(|c| {

@@ -7,9 +7,9 @@ use crate::static_cloud::StaticCloud;
 
 /// The static cloud, to be asked about places ([`CloudMap::static_points`]).
 ///
-/// Its points are those of [`Selection::Static`](crate::Selection::Static): no ghosts, no noise. They are found by
-/// the map's blocks of 8^3 voxels, 8 cm at the default voxel size; a question costs what is near, not the map.
-/// Lengths in metres, places in the world. Nothing is near a place that is not finite.
+/// Its points are those of [`Selection::Static`](crate::Selection::Static): no ghosts, no noise. They are
+/// found by the map's blocks of 8^3 voxels, 8 cm at the default voxel size; a question costs what is near,
+/// not the map. Lengths in metres, places in the world. Nothing is near a place that is not finite.
 #[derive(Debug, Clone)]
 pub struct StaticPoints<'a> {
     pub(super) map: &'a CloudMap,

@@ -6,14 +6,15 @@ use crate::{CloudFrameReport, CloudMap, Error};
 
 /// Scans.
 impl CloudMap {
-    /// Adds the points of a scan, given in the sensor's frame, metres: what [`insert`](Self::insert) is for images. A
-    /// point's depth is its distance from the sensor; its weight and the tolerances follow from the
-    /// [`SensorModel`](dymlm_core::SensorModel) in the same way. Points that are not finite or out of the sensor's range
-    /// are no readings.
+    /// Adds the points of a scan, given in the sensor's frame, metres: what [`insert`](Self::insert) is for
+    /// images. A point's depth is its distance from the sensor; its weight and the tolerances follow from the
+    /// [`SensorModel`](dymlm_core::SensorModel) in the same way. Points that are not finite or out of the
+    /// sensor's range are no readings.
     ///
-    /// Evidence of what is free comes from the rays, one to the centre of each cell of the evidence (4 cm) that was
-    /// read: it looks through a cell when it passes no farther from the cell's centre than half a side, and ends beyond
-    /// by more than the tolerance. A scan counts for a cell once. O(points + cells that the rays pass).
+    /// Evidence of what is free comes from the rays, one to the centre of each cell of the evidence (4 cm)
+    /// that was read: it looks through a cell when it passes no farther from the cell's centre than half a
+    /// side, and ends beyond by more than the tolerance. A scan counts for a cell once. O(points + cells that
+    /// the rays pass).
     ///
     /// # Errors
     ///

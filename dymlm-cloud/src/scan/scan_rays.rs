@@ -7,8 +7,8 @@ use crate::look_through::LookThrough;
 
 /// The cells that the rays of a scan look through, each once.
 ///
-/// Readings in one cell share a ray, to its centre: a lidar has many of them near by, and half a cell is within the
-/// tolerance.
+/// Readings in one cell share a ray, to its centre: a lidar has many of them near by, and half a cell is
+/// within the tolerance.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScanRays {
     ends: BlockStore<CellBits>,
@@ -70,7 +70,8 @@ impl ScanRays {
     }
 }
 
-/// Notes the cells whose centres lie no farther than half a side beside a ray. Every such cell is passed by it.
+/// Notes the cells whose centres lie no farther than half a side beside a ray. Every such cell is passed by
+/// it.
 fn follow_ray(passed: &mut BlockStore<CellBits>, ray: &Ray, side: f64) {
     let Ray { origin, direction, from, to } = *ray;
     let infinite = [f64::INFINITY; 3];

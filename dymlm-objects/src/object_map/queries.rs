@@ -23,8 +23,8 @@ impl ObjectMap {
         self.objects().filter(move |object| object.label() == label)
     }
 
-    /// The objects whose box is within `reach` metres of a point, nearest first (by id among equals); none of a point
-    /// that is not finite. O(objects near, or all when the reach is vast).
+    /// The objects whose box is within `reach` metres of a point, nearest first (by id among equals); none of
+    /// a point that is not finite. O(objects near, or all when the reach is vast).
     pub fn near(&self, point: [f64; 3], reach: f64) -> Vec<&MapObject> {
         let mut found = Vec::new();
         if point.iter().all(|c| c.is_finite()) && reach >= 0.0 {

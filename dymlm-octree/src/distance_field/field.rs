@@ -4,15 +4,16 @@ use super::obstacles::CellBox;
 use super::transform::{Transform, cells_within};
 use crate::{Error, Extent, Octree, UnknownCells};
 
-/// Distances to the nearest obstacle in a box of the world, with their gradients: what trajectory optimizers ask
-/// thousands of times ([`Octree::distance_field`]).
+/// Distances to the nearest obstacle in a box of the world, with their gradients: what trajectory optimizers
+/// ask thousands of times ([`Octree::distance_field`]).
 ///
-/// An obstacle is the centre of an occupied cell; on [request](UnknownCells::Stop) also of one never observed.
-/// Obstacles outside the box count too. At the centres of cells distances are exact, up to the greatest that is asked
-/// for; between them they are interpolated along the three axes, which changes them by less than 0.87 cells. A cell's
-/// nearest face is nearer than its centre by half a cell to 0.87 cells.
+/// An obstacle is the centre of an occupied cell; on [request](UnknownCells::Stop) also of one never
+/// observed. Obstacles outside the box count too. At the centres of cells distances are exact, up to the
+/// greatest that is asked for; between them they are interpolated along the three axes, which changes them by
+/// less than 0.87 cells. A cell's nearest face is nearer than its centre by half a cell to 0.87 cells.
 ///
-/// The field is a copy: it does not follow the octree. [`update`](Self::update) makes it anew in the same memory.
+/// The field is a copy: it does not follow the octree. [`update`](Self::update) makes it anew in the same
+/// memory.
 #[derive(Debug, Clone)]
 pub struct DistanceField {
     region: Extent,
@@ -32,20 +33,21 @@ pub struct DistanceField {
 pub struct Clearance {
     /// Distance to the nearest obstacle, metres, at most the field's greatest.
     pub distance: f64,
-    /// Its derivative along x, y, z: points away from the obstacle, with a length of about 1; 0 where nothing is near,
-    /// and within an obstacle of several cells.
+    /// Its derivative along x, y, z: points away from the obstacle, with a length of about 1; 0 where nothing
+    /// is near, and within an obstacle of several cells.
     pub gradient: [f64; 3],
 }
 
 impl Octree {
-    /// Distances to the nearest obstacle, up to `max_distance` metres, at all places of a region (world, metres).
+    /// Distances to the nearest obstacle, up to `max_distance` metres, at all places of a region (world,
+    /// metres).
     ///
     /// O(cells within `max_distance` of the region): 8 ms for 4 x 4 x 2 m and 0.5 m at 5 cm.
     ///
     /// # Errors
     ///
-    /// [`Error::Region`] when a corner is not finite or `max` is below `min`, when `max_distance` is not positive, and
-    /// when these are more than [`DistanceField::MAX_CELLS`].
+    /// [`Error::Region`] when a corner is not finite or `max` is below `min`, when `max_distance` is not
+    /// positive, and when these are more than [`DistanceField::MAX_CELLS`].
     ///
     /// ```
     /// use dymlm_octree::{Extent, Octree, OctreeConfig, UnknownCells};

@@ -17,8 +17,8 @@ pub(super) struct CellBox {
 }
 
 impl CellBox {
-    /// The cells whose centres surround each place of a region, two at least along an axis; `None` for a region that
-    /// is none or too far out.
+    /// The cells whose centres surround each place of a region, two at least along an axis; `None` for a
+    /// region that is none or too far out.
     pub(super) fn around(region: &Extent, resolution: f64) -> Option<Self> {
         let Extent { min, max } = *region;
         let is_near = |c: &f64| c.abs() / resolution < 1e9;

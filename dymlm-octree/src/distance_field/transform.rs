@@ -1,8 +1,9 @@
 use super::obstacles::CellBox;
 
-/// Exact squared Euclidean distances, in cells, by one pass along each axis: in the first the cells are counted, in
-/// the others the lower envelope of parabolas is found (Felzenszwalb and Huttenlocher: "Distance transforms of sampled
-/// functions", Theory of Computing 8, 2012). Squares of whole numbers this small are exact in `f32`.
+/// Exact squared Euclidean distances, in cells, by one pass along each axis: in the first the cells are
+/// counted, in the others the lower envelope of parabolas is found (Felzenszwalb and Huttenlocher: "Distance
+/// transforms of sampled functions", Theory of Computing 8, 2012). Squares of whole numbers this small are
+/// exact in `f32`.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Transform {
     /// Which cells are obstacles, x fastest.
@@ -15,7 +16,8 @@ pub(super) struct Transform {
     envelope: Vec<Parabola>,
 }
 
-/// A parabola of the envelope: where it has its lowest point and how high that is, and from where on it is the lowest.
+/// A parabola of the envelope: where it has its lowest point and how high that is, and from where on it is
+/// the lowest.
 #[derive(Debug, Clone, Copy)]
 struct Parabola {
     at: usize,
@@ -23,15 +25,16 @@ struct Parabola {
     from: f64,
 }
 
-/// How many cells along an axis are within a distance; `None` for one that is not positive or beyond counting.
+/// How many cells along an axis are within a distance; `None` for one that is not positive or beyond
+/// counting.
 pub(super) fn cells_within(distance: f64, resolution: f64) -> Option<usize> {
     let cells = distance / resolution;
     (distance > 0.0 && cells < 1e6).then_some(cells as usize)
 }
 
 impl Transform {
-    /// Squared distances from the cells of a box without a margin of `reach` cells to its obstacles, x fastest; those
-    /// beyond the reach may be infinite.
+    /// Squared distances from the cells of a box without a margin of `reach` cells to its obstacles, x
+    /// fastest; those beyond the reach may be infinite.
     pub(super) fn measure(&mut self, around: &CellBox, reach: usize, squared: &mut Vec<f32>) {
         let Self { obstacles, layer, layers, column, envelope } = self;
         let [width, height, depth] = around.size;

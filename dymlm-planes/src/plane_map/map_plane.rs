@@ -184,8 +184,8 @@ impl MapPlane {
         self.patch.is_near(point, self.shape.voxel_size)
     }
 
-    /// The inlier nearest to a point of the plane, if one is within `reach` metres; of those equally near the first.
-    /// O(its voxels not much farther than that).
+    /// The inlier nearest to a point of the plane, if one is within `reach` metres; of those equally near the
+    /// first. O(its voxels not much farther than that).
     pub fn nearest_inlier(&self, point: [f64; 3], reach: f64) -> Option<[f64; 3]> {
         let voxel_size = self.shape.voxel_size;
         let mut radius = (8.0 * voxel_size).min(reach);

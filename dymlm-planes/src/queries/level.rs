@@ -16,19 +16,23 @@ pub struct LevelUnder {
     pub distance: f64,
     /// Where that is, metres, world.
     pub point: [f64; 3],
-    /// The inlier of the plane that is nearest to there, set onto the plane; the same place where the plane was read.
+    /// The inlier of the plane that is nearest to there, set onto the plane; the same place where the plane
+    /// was read.
     pub nearest_inlier: [f64; 3],
-    /// Distance between the two, metres: 0 where the plane was read, to a voxel, else by how much it is extended.
+    /// Distance between the two, metres: 0 where the plane was read, to a voxel, else by how much it is
+    /// extended.
     pub extended_by: f64,
 }
 
 impl PlaneMap {
-    /// The level planes that face up and lie under a point, within `max_distance` metres against `up`, as far as they
-    /// have inliers near the place there: a forward camera never sees what it stands on. Near is within `reach`
-    /// metres, and no farther than the plane is large, by the root of its area. Level is what [`SurfaceConfig`] takes
-    /// for it by default. By their distances. Empty for an `up` without length and for what is not finite.
+    /// The level planes that face up and lie under a point, within `max_distance` metres against `up`, as far
+    /// as they have inliers near the place there: a forward camera never sees what it stands on. Near is
+    /// within `reach` metres, and no farther than the plane is large, by the root of its area. Level is what
+    /// [`SurfaceConfig`] takes for it by default. By their distances. Empty for an `up` without length and
+    /// for what is not finite.
     ///
-    /// Says nothing of what lies between the inliers and the point. O(planes near, and their voxels within reach).
+    /// Says nothing of what lies between the inliers and the point. O(planes near, and their voxels within
+    /// reach).
     pub fn levels_under(
         &self,
         point: [f64; 3],

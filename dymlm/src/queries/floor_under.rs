@@ -5,8 +5,10 @@ use dymlm_planes::LevelUnder;
 
 use crate::MultiLevelMap;
 
-/// How many cells of the octree a surface is thick, and how far noise of the readings reaches around it. Less takes
-/// the readings of a floor for what lies before it or for holes in it; more overlooks steps that low.
+/// How many cells of the octree a surface is thick, and how far noise of the readings reaches around it. Less
+/// takes the readings of a floor for what lies before it or for holes in it
+/// (`the_floor_goes_on_to_the_feet_of_the_camera`); more overlooks steps and posts that low
+/// (`a_landing_does_not_go_on_where_one_looks_past_its_edge`).
 const SURFACE_CELLS: f64 = 2.0;
 
 /// What something at a point stands on, or would fall onto.
@@ -20,29 +22,30 @@ pub struct FloorUnder {
     pub point: [f64; 3],
     /// Distance to there, metres.
     pub distance: f64,
-    /// How far from there the plane was read, metres: 0 where it was read there itself, else it is extended by so
-    /// much, and the point is as uncertain as the plane's tilt times that.
+    /// How far from there the plane was read, metres: 0 where it was read there itself, else it is extended
+    /// by so much, and the point is as uncertain as the plane's tilt times that.
     pub extended_by: f64,
 }
 
 impl MultiLevelMap {
-    /// A unit vector that points up in the world, once it is known: given in the config of the objects, or learnt
-    /// from what things rest on.
+    /// A unit vector that points up in the world, once it is known: given in the config of the objects, or
+    /// learnt from what things rest on.
     pub fn up(&self) -> Option<[f64; 3]> {
         self.objects.vertical()
     }
 
-    /// The first level surface under a point, going at most `max_distance` metres against `up`: a floor, or a table.
+    /// The first level surface under a point, going at most `max_distance` metres against `up`: a floor, or a
+    /// table.
     ///
-    /// A plane that was read there is the answer. A forward camera does not see its own feet, though: else a plane
-    /// that was read within `reach` metres of there is extended, by no more than its own size (the root of its area),
-    /// unless something is known against it: that something lies between (the octree is occupied on the way straight
-    /// down, or to where the plane was read), or that it ends (the octree is free below it on the way from there). Of
-    /// several the first met.
+    /// A plane that was read there is the answer. A forward camera does not see its own feet, though: else a
+    /// plane that was read within `reach` metres of there is extended, by no more than its own size (the root
+    /// of its area), unless something is known against it: that something lies between (the octree is
+    /// occupied on the way straight down, or to where the plane was read), or that it ends (the octree is
+    /// free below it on the way from there). Of several the first met.
     ///
-    /// `None` where no plane is known, for an `up` without length and for what is not finite. O(planes near, and their
-    /// voxels within reach, + cells on the ways): some 10 us, and 100 us where much of a floor
-    /// is within reach but not near.
+    /// `None` where no plane is known, for an `up` without length and for what is not finite. O(planes near,
+    /// and their voxels within reach, + cells on the ways): some 10 us, and 100 us where much of a floor is
+    /// within reach but not near.
     ///
     /// ```
     /// use dymlm::{MapBuilder, MapConfig};
@@ -50,8 +53,8 @@ impl MultiLevelMap {
     ///
     /// // A camera 1 m above a floor looks ahead along y; its image begins 1.7 m before it.
     /// let camera = PinholeCamera::new(160, 120, 100.0, 100.0, 79.5, 59.5)?;
-    /// let depth = (0..160 * 120).map(|i| if i / 160 > 84 { 100.0 / ((i / 160) as f32 - 59.5) } else { 0.0 });
-    /// let depth = DepthImage::new(160, 120, depth.collect())?;
+    /// let row = |v: usize| if v > 84 { 100.0 / (v as f32 - 59.5) } else { 0.0 };
+    /// let depth = DepthImage::new(160, 120, (0..160 * 120).map(|i| row(i / 160)).collect())?;
     /// let rows = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
     /// let eye = Pose::from_rotation_matrix(rows, [0.0, 0.0, 1.0])?;
     /// let mut builder = MapBuilder::new(MapConfig::offline())?;
@@ -59,9 +62,10 @@ impl MultiLevelMap {
     ///     builder.insert(&Frame::new(f64::from(time), camera, depth.clone(), None)?, &[], &eye)?;
     /// }
     ///
-    /// let floor = builder.map().floor_under([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 2.0, 3.0).ok_or("it goes on")?;
+    /// let (map, up) = (builder.map(), [0.0, 0.0, 1.0]);
+    /// let floor = map.floor_under([0.0, 0.0, 1.0], up, 2.0, 3.0).ok_or("it goes on")?;
     /// assert!((floor.distance - 1.0).abs() < 0.02 && (1.5..2.0).contains(&floor.extended_by));
-    /// let ahead = builder.map().floor_under([0.0, 2.5, 1.0], [0.0, 0.0, 1.0], 2.0, 0.0).ok_or("it was read")?;
+    /// let ahead = map.floor_under([0.0, 2.5, 1.0], up, 2.0, 0.0).ok_or("it was read")?;
     /// assert_eq!(ahead.extended_by, 0.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -81,8 +85,8 @@ impl MultiLevelMap {
         Some(FloorUnder { plane, point, distance, extended_by })
     }
 
-    /// Whether nothing is known to lie between a point and a plane: straight down, and on the way to where it was
-    /// read.
+    /// Whether nothing is known to lie between a point and a plane: straight down, and on the way to where it
+    /// was read.
     fn is_clear_to(&self, point: [f64; 3], level: &LevelUnder) -> bool {
         let mut accessor = self.octree.accessor();
         let thickness = SURFACE_CELLS * self.octree.resolution();
@@ -93,8 +97,8 @@ impl MultiLevelMap {
         })
     }
 
-    /// Whether nothing is known to be free below a plane between where it was read and the point under which it is
-    /// asked for.
+    /// Whether nothing is known to be free below a plane between where it was read and the point under which
+    /// it is asked for.
     fn does_not_end(&self, level: &LevelUnder, up: [f64; 3]) -> bool {
         let mut accessor = self.octree.accessor();
         let resolution = self.octree.resolution();
