@@ -1,4 +1,4 @@
-use dymlm_core::vector3::{bounds, boxes_touch};
+use dymlm_core::vector3::{bounds, boxes_touch, difference, dot};
 use dymlm_geometry::OrientedBox;
 
 use super::{StaticPoint, StaticPoints};
@@ -13,20 +13,21 @@ impl StaticPoints<'_> {
     /// of the box around it, at most those of the map, + points in the blocks that it touches).
     pub fn in_box(&self, region: &OrientedBox, found: &mut Vec<StaticPoint>) {
         found.clear();
-        let (box_from_world, half) = (region.world_from_box().inverse(), region.lengths().map(|c| 0.5 * c));
+        // The rotation as a matrix, which is faster for many points.
+        let (axes, center) = (region.world_from_box().inverse().rotation_matrix(), region.center());
+        let half = region.lengths().map(|c| 0.5 * c);
+        let beyond = |place: [f64; 3], rim: f64| {
+            let offset = difference(place, center);
+            (0..3).any(|axis| dot(axes[axis], offset).abs() > half[axis] + rim)
+        };
         let block_radius = 0.5 * 3.0_f64.sqrt() * self.block_side();
         self.for_each_block(bounds(region.corners()), |slot, [low, high]| {
             // A block whose ball lies beyond one of the sides has no point in the box.
-            let center = [0, 1, 2].map(|axis| f64::midpoint(low[axis], high[axis]));
-            let local = box_from_world.transform_point(center);
-            let reach = block_radius + self.slack();
-            if (0..3).any(|axis| local[axis].abs() > half[axis] + reach) {
-                return;
+            let middle = [0, 1, 2].map(|axis| f64::midpoint(low[axis], high[axis]));
+            if !beyond(middle, block_radius + self.slack()) {
+                found
+                    .extend(self.points_of(slot).filter(|point| !beyond(point.position.map(f64::from), 0.0)));
             }
-            found.extend(self.points_of(slot).filter(|point| {
-                let local = box_from_world.transform_point(point.position.map(f64::from));
-                (0..3).all(|axis| local[axis].abs() <= half[axis])
-            }));
         });
     }
 
