@@ -1,5 +1,6 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::Arc;
 
 /// Cells along the side of a block.
 pub(crate) const BLOCK_SIDE: usize = 8;
@@ -124,14 +125,16 @@ pub(crate) fn cell_in_block(index: usize) -> [i32; 3] {
 }
 
 /// Blocks by their place, each at a slot that stays. O(1) expected a look-up.
+///
+/// A clone shares the blocks; each is copied when it is changed while both have it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BlockStore<B> {
     slots: HashMap<BlockKey, u32, BuildHasherDefault<KeyHasher>>,
     keys: Vec<BlockKey>,
-    blocks: Vec<B>,
+    blocks: Vec<Arc<B>>,
 }
 
-impl<B: Default> BlockStore<B> {
+impl<B: Default + Clone> BlockStore<B> {
     #[inline]
     pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
         self.slots.get(&key).map(|&slot| slot as usize)
@@ -148,24 +151,30 @@ impl<B: Default> BlockStore<B> {
                 self.blocks.reserve_exact(64 + next / 8);
             }
             self.keys.push(key);
-            self.blocks.push(B::default());
+            self.blocks.push(Arc::default());
         }
         slot
     }
 
     #[inline]
     pub(crate) fn get(&self, key: BlockKey) -> Option<&B> {
-        self.slot(key).and_then(|slot| self.blocks.get(slot))
+        self.slot(key).and_then(|slot| self.blocks.get(slot)).map(Arc::as_ref)
     }
 
     #[inline]
-    pub(crate) fn blocks(&self) -> &[B] {
+    pub(crate) fn blocks(&self) -> &[Arc<B>] {
         &self.blocks
     }
 
+    /// The block of a slot, to be changed.
     #[inline]
-    pub(crate) fn blocks_mut(&mut self) -> &mut [B] {
-        &mut self.blocks
+    pub(crate) fn block_mut(&mut self, slot: usize) -> Option<&mut B> {
+        self.blocks.get_mut(slot).map(Arc::make_mut)
+    }
+
+    /// All blocks, to be changed.
+    pub(crate) fn blocks_mut(&mut self) -> impl Iterator<Item = &mut B> {
+        self.blocks.iter_mut().map(Arc::make_mut)
     }
 
     /// Forgets all blocks, and keeps the memory.
@@ -226,7 +235,7 @@ impl<B: Default> BlockStore<B> {
     pub(crate) fn memory_bytes(&self) -> usize {
         self.slots.capacity() * (size_of::<(BlockKey, u32)>() + 1)
             + self.keys.capacity() * size_of::<BlockKey>()
-            + self.blocks.capacity() * size_of::<B>()
+            + self.blocks.capacity() * (size_of::<Arc<B>>() + 2 * size_of::<usize>() + size_of::<B>())
     }
 }
 

@@ -87,8 +87,7 @@ impl CloudMap {
         let mut moved = Vec::new();
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for key in self.blocks_about(region) {
-            let Some(block) = self.voxels.slot(key).and_then(|slot| self.voxels.blocks_mut().get_mut(slot))
-            else {
+            let Some(block) = self.voxels.slot(key).and_then(|slot| self.voxels.block_mut(slot)) else {
                 continue;
             };
             let inside: Vec<(usize, Point)> = block
@@ -144,7 +143,7 @@ impl CloudMap {
         let (block, place) = split(cell);
         let slot = self.voxels.slot_or_insert(BlockKey::new(block));
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
-        if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
+        if let Some(block) = self.voxels.block_mut(slot) {
             block.begin(stamp, seen);
             self.voxel_count += usize::from(block.make(place));
             block.merge(place, &voxel.placed(within));

@@ -209,7 +209,7 @@ impl CloudMap {
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks()) {
             let slot = self.voxels.slot_or_insert(*key);
-            let Some(block) = self.voxels.blocks_mut().get_mut(slot) else { continue };
+            let Some(block) = self.voxels.block_mut(slot) else { continue };
             let count = block.len();
             block.begin(stamp, seen);
             theirs.iter().for_each(|(place, voxel)| block.merge(place, &voxel));
@@ -318,7 +318,7 @@ impl CloudMap {
 
     /// Bytes that the map holds, about.
     pub fn memory_bytes(&self) -> usize {
-        let voxels: usize = self.voxels.blocks().iter().map(VoxelBlock::memory_bytes).sum();
+        let voxels: usize = self.voxels.blocks().iter().map(|block| block.memory_bytes()).sum();
         self.voxels.memory_bytes() + voxels + self.evidence.memory_bytes() + self.kept.memory_bytes()
     }
 
@@ -398,7 +398,7 @@ impl CloudMap {
         self.stamp = self.stamp.wrapping_add(1);
         if self.stamp == 0 {
             // Once in 2^32 frames: no block may carry a stamp that comes again.
-            self.voxels.blocks_mut().iter_mut().for_each(|block| (block.stamp, block.lowered) = (1, 0));
+            self.voxels.blocks_mut().for_each(|block| (block.stamp, block.lowered) = (1, 0));
             self.kept.clear();
             self.stamp = 2;
         }
@@ -461,7 +461,7 @@ impl CloudMap {
                 _ => self.voxels.slot_or_insert(key),
             };
             last = Some((cell, key, slot));
-            let block = &mut self.voxels.blocks_mut()[slot];
+            let Some(block) = self.voxels.block_mut(slot) else { continue };
             if block.begin(self.stamp, seen) {
                 block.touched = self.touched.len() as u32;
                 self.touched.push((slot, CellBits::default()));
@@ -483,7 +483,8 @@ impl CloudMap {
             if direction == Direction::Remove {
                 readings = readings.negated();
             }
-            let (block, place) = (&mut self.voxels.blocks_mut()[target.slot as usize], target.place.into());
+            let Some(block) = self.voxels.block_mut(target.slot as usize) else { continue };
+            let place = target.place.into();
             let Some((_, read)) = self.touched.get_mut(block.touched as usize) else { continue };
             let is_first = !has(read, place);
             block.add(place, readings, if is_first { direction.unit() } else { 0 });
@@ -522,7 +523,7 @@ impl CloudMap {
     /// Drops the voxels that the last removal has emptied.
     pub(crate) fn drop_empty_voxels(&mut self) {
         for &(slot, _) in &self.touched {
-            if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
+            if let Some(block) = self.voxels.block_mut(slot) {
                 block.lowered = self.stamp;
                 self.voxel_count -= block.drop_empty();
             }

@@ -154,7 +154,7 @@ impl Evidence {
             _ => self.blocks.slot_or_insert(key),
         };
         self.last_read = Some((key, slot));
-        if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
+        if let Some(block) = self.blocks.block_mut(slot) {
             if !block.is_read {
                 block.is_read = true;
                 self.read_blocks.push(slot);
@@ -270,7 +270,7 @@ impl Evidence {
     pub(crate) fn clear_support(&mut self, voxel: [i32; 3]) {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot(BlockKey::new(block));
-        if let Some(block) = slot.and_then(|slot| self.blocks.blocks_mut().get_mut(slot)) {
+        if let Some(block) = slot.and_then(|slot| self.blocks.block_mut(slot)) {
             block.epochs.clear_support(index);
         }
         self.revision += 1;
@@ -284,7 +284,7 @@ impl Evidence {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot_or_insert(BlockKey::new(block));
         let epoch = self.epoch;
-        if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
+        if let Some(block) = self.blocks.block_mut(slot) {
             block.epochs.period_mut(epoch);
             block.epochs.give_support(index, support.max(1));
         }
@@ -306,7 +306,7 @@ impl Evidence {
         self.revision += 1;
         for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks()) {
             let slot = self.blocks.slot_or_insert(*key);
-            if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
+            if let Some(block) = self.blocks.block_mut(slot) {
                 block.epochs.merge(&theirs.epochs);
             }
             note_change(&mut self.revisions, slot, self.revision);
@@ -338,7 +338,7 @@ impl Evidence {
         let (epoch, revision, revisions) = (self.epoch, self.revision, &mut self.revisions);
         self.look_through.for_each_block(depth, |place, looked_through| {
             let slot = blocks.slot_or_insert(BlockKey::new(place));
-            let Some(block) = blocks.blocks_mut().get_mut(slot) else { return };
+            let Some(block) = blocks.block_mut(slot) else { return };
             note_change(revisions, slot, revision);
             *is_overdrawn |= block.count_looked_through(looked_through, epoch, direction);
         });
@@ -347,7 +347,7 @@ impl Evidence {
     fn count_readings(&mut self, direction: Direction) {
         for slot in self.read_blocks.drain(..) {
             note_change(&mut self.revisions, slot, self.revision);
-            if let Some(block) = self.blocks.blocks_mut().get_mut(slot) {
+            if let Some(block) = self.blocks.block_mut(slot) {
                 self.is_overdrawn |= block.count_readings(self.epoch, direction);
             }
         }

@@ -1,7 +1,6 @@
 use dymlm_core::vector3::distances_to_box;
 
 use crate::CloudMap;
-use crate::voxel_block::VoxelBlock;
 
 impl CloudMap {
     /// Forgets what lies farther than `radius` metres from a place (world), by whole blocks of the evidence (8
@@ -18,12 +17,12 @@ impl CloudMap {
         self.kept.forget(&cells.stays, voxels.as_ref().map(|voxels| voxels.stays.as_slice()));
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for slot in voxels.into_iter().flat_map(|voxels| voxels.around) {
-            if let Some(block) = self.voxels.blocks_mut().get_mut(slot) {
+            if let Some(block) = self.voxels.block_mut(slot) {
                 // Nothing beside it is heavier any more.
                 block.begin(stamp, seen);
                 block.lowered = stamp;
             }
         }
-        self.voxel_count = self.voxels.blocks().iter().map(VoxelBlock::len).sum();
+        self.voxel_count = self.voxels.blocks().iter().map(|block| block.len()).sum();
     }
 }

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use dymlm_core::{Point, PointCloud, Rgb};
 
 use crate::block_store::{BlockStore, CellBits, has, keep_slots, put, without};
@@ -17,7 +19,7 @@ use crate::voxel_block::VoxelBlock;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StaticCloud {
     /// By the slots of the voxels.
-    blocks: Vec<StaticBlock>,
+    blocks: Vec<Arc<StaticBlock>>,
     /// Slots in the order of their keys, and the box of blocks around them all, lowest and highest.
     order: Vec<u32>,
     bounds: Option<[[i32; 3]; 2]>,
@@ -96,18 +98,20 @@ impl StaticCloud {
     pub(crate) fn refresh(&mut self, source: Source<'_>) {
         let (voxels, count) = (source.voxels, source.voxels.blocks().len());
         if self.order.len() < count {
-            self.blocks.resize_with(count, StaticBlock::default);
+            self.blocks.resize_with(count, Arc::default);
             self.order = voxels.sorted_slots().into_iter().map(|slot| slot as u32).collect();
             self.bounds = voxels.bounds();
         }
         for (block, key) in self.blocks.iter_mut().zip(voxels.keys()).filter(|(block, _)| block.evidence == 0)
         {
-            block.evidence = source.evidence.slot_of(key.cell(0)).map_or(0, |slot| slot as u32 + 1);
+            if let Some(slot) = source.evidence.slot_of(key.cell(0)) {
+                Arc::make_mut(block).evidence = slot as u32 + 1;
+            }
         }
         let changes = self.changes(source);
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
         for change in changes.iter() {
-            let block = &mut self.blocks[change.slot];
+            let block = Arc::make_mut(&mut self.blocks[change.slot]);
             block.firm = *change.firm.cells();
             block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
             block.looks_around = change.radii.iter().any(|&radius| looks_around(radius));
@@ -123,7 +127,7 @@ impl StaticCloud {
         for (slot, block) in judged.into_iter().flatten() {
             self.len += block.points.len();
             self.len -= self.blocks[slot].points.len();
-            self.blocks[slot] = block;
+            self.blocks[slot] = Arc::new(block);
         }
     }
 
@@ -134,7 +138,7 @@ impl StaticCloud {
             (self.order, self.bounds) = (Vec::new(), None);
             self.len = self.blocks.iter().map(|block| block.points.len()).sum();
         }
-        self.blocks.iter_mut().for_each(|block| block.evidence = 0);
+        self.blocks.iter_mut().for_each(|block| Arc::make_mut(block).evidence = 0);
     }
 
     /// What has changed since the last call.
@@ -336,8 +340,10 @@ impl StaticCloud {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let points: usize = self.blocks.iter().map(StaticBlock::memory_bytes).sum();
-        self.blocks.capacity() * size_of::<StaticBlock>() + self.order.capacity() * size_of::<u32>() + points
+        let points: usize = self.blocks.iter().map(|block| block.memory_bytes()).sum();
+        self.blocks.capacity() * (size_of::<Arc<StaticBlock>>() + size_of::<StaticBlock>())
+            + self.order.capacity() * size_of::<u32>()
+            + points
     }
 }
 

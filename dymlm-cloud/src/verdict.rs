@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use crate::block_store::{
     BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, for_each_bit, has, keep_slots, put, split, without,
 };
@@ -36,7 +38,7 @@ const VOTE_UNIT: f32 = 12.0;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VerdictGrid {
     /// By the slots of the evidence; none where nothing was ever read.
-    blocks: Vec<Option<Box<BlockVerdict>>>,
+    blocks: Vec<Option<Arc<BlockVerdict>>>,
     /// The state of each block of the evidence that its verdicts are of.
     revisions: Vec<u32>,
     /// Counts the calls that have changed a verdict.
@@ -74,11 +76,12 @@ impl VerdictGrid {
         }
         let judged = crate::parallel::map(changed.clone(), |slot| {
             let block = &blocks.blocks()[slot];
-            block.may_be_read().then(|| Box::new(BlockVerdict::of(block, looks_per_reading)))
+            block.may_be_read().then(|| Arc::new(BlockVerdict::of(block, looks_per_reading)))
         });
         for (&slot, mut verdict) in changed.iter().zip(judged) {
             self.revisions[slot] = evidence.revisions()[slot];
             if let (Some(new), Some(old)) = (&mut verdict, &self.blocks[slot]) {
+                let new = Arc::make_mut(new);
                 (new.statics, new.revision) = (old.statics, old.revision);
             }
             self.blocks[slot] = verdict;
@@ -94,12 +97,16 @@ impl VerdictGrid {
         });
         self.revision += 1;
         for (slot, majority) in around.into_iter().zip(majorities) {
-            if let Some(block) = &mut self.blocks[slot] {
-                block.present = without(majority, block.free);
-                let statics = without(block.present, block.movers);
-                if statics != block.statics {
-                    (block.statics, block.revision) = (statics, self.revision);
-                }
+            let Some(block) = &mut self.blocks[slot] else { continue };
+            let present = without(majority, block.free);
+            let statics = without(present, block.movers);
+            if statics != block.statics {
+                let block = Arc::make_mut(block);
+                (block.statics, block.revision) = (statics, self.revision);
+            }
+            // What stays is not copied for a map that has a clone.
+            if present != block.present {
+                Arc::make_mut(block).present = present;
             }
         }
     }
@@ -147,7 +154,7 @@ impl VerdictGrid {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let judged = self.blocks.iter().filter(|block| block.is_some()).count();
-        self.blocks.capacity() * size_of::<Option<Box<BlockVerdict>>>()
+        self.blocks.capacity() * size_of::<Option<Arc<BlockVerdict>>>()
             + self.revisions.capacity() * size_of::<u32>()
             + judged * size_of::<BlockVerdict>()
     }
