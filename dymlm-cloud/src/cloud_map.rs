@@ -1,10 +1,11 @@
 use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
-use crate::block_store::{BlockKey, BlockStore, CellBits, has, put, split};
+use crate::block_store::{BlockKey, BlockStore, has, put, split};
 use crate::evidence::{Direction, Evidence, Support};
 use crate::fixed_point::{FixedPointFrame, PixelRow, ray_length};
 use crate::scan::Scan;
 use crate::thinning::Thinning;
+use crate::touched_blocks::{TouchedBlock, TouchedBlocks};
 use crate::verdict::Verdict;
 use crate::verdicts::SharedKept;
 use crate::voxel::{SUBVOXELS, Sums};
@@ -62,8 +63,8 @@ pub struct CloudMap {
     ray_x: Vec<f32>,
     /// The voxels that the row's readings fall into.
     targets: Vec<Target>,
-    /// Slots of the blocks that the current frame touches, and which of their voxels it has read.
-    touched: Vec<(usize, CellBits)>,
+    /// The blocks that the current frame touches.
+    touched: TouchedBlocks,
 }
 
 /// The voxel of readings side by side.
@@ -71,7 +72,8 @@ pub struct CloudMap {
 struct Target {
     /// Their first column and the one after the last; pixels without a reading between them weigh nothing.
     columns: [u32; 2],
-    slot: u32,
+    /// Which of the touched blocks it is in.
+    touched: u32,
     /// In the block.
     place: u16,
 }
@@ -144,7 +146,7 @@ impl CloudMap {
             row: PixelRow::default(),
             ray_x: Vec::new(),
             targets: Vec::new(),
-            touched: Vec::new(),
+            touched: TouchedBlocks::default(),
         })
     }
 
@@ -388,6 +390,7 @@ impl CloudMap {
         lattice.fill_points(&mut self.row, scan.points);
         self.find_voxels_of_row(&mut report);
         self.add_row(None, direction, &mut report);
+        self.touched.put_back(&mut self.voxels);
         self.voxel_count += report.new_voxels;
         self.evidence.count_scan(scan, direction);
         report
@@ -432,6 +435,7 @@ impl CloudMap {
                 self.note_unmapped(&masks, v, depths);
             }
         }
+        self.touched.put_back(&mut self.voxels);
         self.voxel_count += report.new_voxels;
         report
     }
@@ -441,7 +445,7 @@ impl CloudMap {
     fn find_voxels_of_row(&mut self, report: &mut CloudFrameReport) {
         self.targets.clear();
         let seen = self.kept.stamp();
-        let mut last: Option<([i32; 3], BlockKey, usize)> = None;
+        let mut last: Option<([i32; 3], BlockKey, u32)> = None;
         for (u, &weight) in self.row.weight.iter().enumerate() {
             if weight == 0 {
                 continue;
@@ -456,19 +460,15 @@ impl CloudMap {
             }
             let (block, place) = split(cell);
             let key = BlockKey::new(block);
-            let slot = match last {
-                Some((_, last_key, slot)) if last_key == key => slot,
-                _ => self.voxels.slot_or_insert(key),
+            let touched = match last {
+                Some((_, last_key, touched)) if last_key == key => touched,
+                _ => self.touched.touch(&mut self.voxels, key, self.stamp, seen),
             };
-            last = Some((cell, key, slot));
-            let Some(block) = self.voxels.block_mut(slot) else { continue };
-            if block.begin(self.stamp, seen) {
-                block.touched = self.touched.len() as u32;
-                self.touched.push((slot, CellBits::default()));
-            }
+            last = Some((cell, key, touched));
+            let Some(TouchedBlock { block, .. }) = self.touched.get_mut(touched) else { continue };
             report.new_voxels += usize::from(block.make(place));
             let columns = [u as u32, u as u32 + 1];
-            self.targets.push(Target { columns, slot: slot as u32, place: place as u16 });
+            self.targets.push(Target { columns, touched, place: place as u16 });
         }
     }
 
@@ -483,9 +483,10 @@ impl CloudMap {
             if direction == Direction::Remove {
                 readings = readings.negated();
             }
-            let Some(block) = self.voxels.block_mut(target.slot as usize) else { continue };
+            let Some(TouchedBlock { block, read, .. }) = self.touched.get_mut(target.touched) else {
+                continue;
+            };
             let place = target.place.into();
-            let Some((_, read)) = self.touched.get_mut(block.touched as usize) else { continue };
             let is_first = !has(read, place);
             block.add(place, readings, if is_first { direction.unit() } else { 0 });
             if is_first {
@@ -516,14 +517,14 @@ impl CloudMap {
             || self
                 .touched
                 .iter()
-                .filter_map(|(slot, read)| self.voxels.blocks().get(*slot).map(|block| (block, read)))
+                .filter_map(|touched| Some((self.voxels.blocks().get(touched.slot)?, &touched.read)))
                 .any(|(block, read)| block.is_overdrawn(read))
     }
 
     /// Drops the voxels that the last removal has emptied.
     pub(crate) fn drop_empty_voxels(&mut self) {
-        for &(slot, _) in &self.touched {
-            if let Some(block) = self.voxels.block_mut(slot) {
+        for touched in self.touched.iter() {
+            if let Some(block) = self.voxels.block_mut(touched.slot) {
                 block.lowered = self.stamp;
                 self.voxel_count -= block.drop_empty();
             }

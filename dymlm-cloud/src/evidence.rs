@@ -1,11 +1,12 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, for_each_bit, has, keep_slots, split,
-    without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, for_each_bit, has, keep_slots, put,
+    split, without,
 };
 use crate::cell_counts::{Counts, Finding};
 use crate::epochs::{Epochs, epoch_of};
+use crate::frame_reads::{BlockReads, FrameReads};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
 use crate::place_history::{PlaceHistory, PlacePeriod};
@@ -40,10 +41,7 @@ pub(crate) struct Evidence {
     /// By slot, the change that was the block's last; beside the blocks, so that looking for what has changed
     /// need not fetch them all.
     revisions: Vec<u32>,
-    /// Slots of blocks with a cell read by the current frame.
-    read_blocks: Vec<usize>,
-    /// The block read last, and its slot.
-    last_read: Option<(BlockKey, usize)>,
+    reads: FrameReads,
     /// Whether the current frame has taken out more than was put in.
     is_overdrawn: bool,
 }
@@ -51,11 +49,6 @@ pub(crate) struct Evidence {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EvidenceBlock {
     epochs: Epochs,
-    /// The cells in which the current frame has read a surface, those in which it has read a mover, and
-    /// whether there are any.
-    read: CellBits,
-    movers: CellBits,
-    is_read: bool,
 }
 
 /// How many frames speak for and against a place.
@@ -105,8 +98,7 @@ impl Evidence {
             epoch: 0,
             revision: 0,
             revisions: Vec::new(),
-            read_blocks: Vec::new(),
-            last_read: None,
+            reads: FrameReads::default(),
             is_overdrawn: false,
         }
     }
@@ -135,7 +127,7 @@ impl Evidence {
     /// Notes that the current frame has read a surface in `voxel`.
     #[inline]
     pub(crate) fn read(&mut self, voxel: [i32; 3]) {
-        self.note(voxel, |block| &mut block.read);
+        self.note(voxel, |block| &mut block.surfaces);
     }
 
     /// Notes that the current frame has read a mover in `voxel`.
@@ -145,22 +137,10 @@ impl Evidence {
     }
 
     #[inline]
-    fn note(&mut self, voxel: [i32; 3], cells: impl Fn(&mut EvidenceBlock) -> &mut CellBits) {
+    fn note(&mut self, voxel: [i32; 3], cells: impl Fn(&mut BlockReads) -> &mut CellBits) {
         let (block, index) = self.cell_of(voxel);
         let key = BlockKey::new(block);
-        // Neighbouring readings mostly share a block.
-        let slot = match self.last_read {
-            Some((last_key, slot)) if last_key == key => slot,
-            _ => self.blocks.slot_or_insert(key),
-        };
-        self.last_read = Some((key, slot));
-        if let Some(block) = self.blocks.block_mut(slot) {
-            if !block.is_read {
-                block.is_read = true;
-                self.read_blocks.push(slot);
-            }
-            cells(block)[index / 64] |= 1 << (index % 64);
-        }
+        put(cells(self.reads.of_block(key, || self.blocks.slot_or_insert(key))), index);
     }
 
     /// Counts the frame whose readings have been noted: what it looks through, then what it has read.
@@ -184,10 +164,11 @@ impl Evidence {
         rays.follow(scan, &self.look_through);
         for (key, cells) in rays.blocks() {
             let slot = self.blocks.slot_or_insert(key);
-            let Some(block) = self.blocks.blocks_mut().get_mut(slot) else { continue };
+            let Some(block) = self.blocks.block_mut(slot) else { continue };
             note_change(&mut self.revisions, slot, self.revision);
             let looked_through = LookedThrough::Cells(cells);
-            self.is_overdrawn |= block.count_looked_through(looked_through, self.epoch, direction);
+            self.is_overdrawn |=
+                block.count_looked_through(looked_through, self.reads.at(slot), self.epoch, direction);
         }
         self.rays = rays;
         self.count_readings(direction);
@@ -318,7 +299,7 @@ impl Evidence {
     pub(crate) fn forget(&mut self, is_forgotten: impl Fn([[f64; 3]; 2]) -> bool) -> Option<Retained> {
         let cell_size = self.cell_size();
         let retained = self.blocks.retain(|key| !is_forgotten(key.bounds(cell_size)))?;
-        self.last_read = None;
+        self.reads.clear();
         self.revision += 1;
         self.revisions.resize(retained.stays.len(), 0);
         keep_slots(&mut self.revisions, &retained.stays);
@@ -336,46 +317,51 @@ impl Evidence {
     fn count_looked_through(&mut self, depth: &DepthImage, direction: Direction) {
         let (blocks, is_overdrawn) = (&mut self.blocks, &mut self.is_overdrawn);
         let (epoch, revision, revisions) = (self.epoch, self.revision, &mut self.revisions);
+        let reads = &self.reads;
         self.look_through.for_each_block(depth, |place, looked_through| {
             let slot = blocks.slot_or_insert(BlockKey::new(place));
             let Some(block) = blocks.block_mut(slot) else { return };
             note_change(revisions, slot, revision);
-            *is_overdrawn |= block.count_looked_through(looked_through, epoch, direction);
+            *is_overdrawn |= block.count_looked_through(looked_through, reads.at(slot), epoch, direction);
         });
     }
 
     fn count_readings(&mut self, direction: Direction) {
-        for slot in self.read_blocks.drain(..) {
-            note_change(&mut self.revisions, slot, self.revision);
-            if let Some(block) = self.blocks.block_mut(slot) {
-                self.is_overdrawn |= block.count_readings(self.epoch, direction);
+        for reads in self.reads.iter() {
+            note_change(&mut self.revisions, reads.slot, self.revision);
+            if let Some(block) = self.blocks.block_mut(reads.slot) {
+                self.is_overdrawn |= block.count_readings(reads, self.epoch, direction);
             }
         }
+        self.reads.clear();
     }
 }
 
 impl EvidenceBlock {
-    /// Counts the cells that the current frame has read, and forgets which they were. Like the next, tells
-    /// whether a count is overdrawn.
-    fn count_readings(&mut self, epoch: i32, direction: Direction) -> bool {
-        let read = std::mem::take(&mut self.read);
-        let movers = without(std::mem::take(&mut self.movers), read);
-        self.is_read = false;
+    /// Counts the cells that the current frame has read. Like the next, tells whether a count is overdrawn.
+    fn count_readings(&mut self, reads: &BlockReads, epoch: i32, direction: Direction) -> bool {
+        let movers = without(reads.movers, reads.surfaces);
         let Some(period) = self.epochs.period_mut(epoch) else { return false };
-        any_bit(read, |index| period.count(index, Finding::Surface, direction))
+        any_bit(reads.surfaces, |index| period.count(index, Finding::Surface, direction))
             | any_bit(movers, |index| period.count(index, Finding::Mover, direction))
     }
 
-    fn count_looked_through(&mut self, cells: LookedThrough, epoch: i32, direction: Direction) -> bool {
+    fn count_looked_through(
+        &mut self,
+        cells: LookedThrough,
+        reads: Option<&BlockReads>,
+        epoch: i32,
+        direction: Direction,
+    ) -> bool {
         let cells = match cells {
-            LookedThrough::All if !self.is_read => {
+            LookedThrough::All if reads.is_none() => {
                 let period = self.epochs.period_mut(epoch);
                 return period.is_some_and(|period| period.count_whole(direction));
             }
             LookedThrough::All => [u64::MAX; BLOCK_CELLS / 64],
             LookedThrough::Cells(cells) => cells,
         };
-        let cells = without(without(cells, self.read), self.movers);
+        let cells = reads.map_or(cells, |reads| without(without(cells, reads.surfaces), reads.movers));
         if cells == CellBits::default() {
             return false;
         }

@@ -32,7 +32,7 @@ impl ScanRays {
         let origin = scan.world_from_sensor.translation();
         let Self { ends, passed } = self;
         for (key, cells) in ends.keys().iter().zip(ends.blocks()) {
-            for_each_bit(*cells, |index| {
+            for_each_bit(**cells, |index| {
                 let way = difference(key.cell(index).map(|c| (f64::from(c) + 0.5) * side), origin);
                 let Some(direction) = unit(way) else { return };
                 let reading = norm(way);
@@ -57,7 +57,7 @@ impl ScanRays {
                 let place = world_from_sensor.transform_point(point.map(|c| f64::from(c) * shortened));
                 let (block, index) = split(place.map(|c| (c / look.cell_size()).floor() as i32));
                 let slot = self.ends.slot_or_insert(BlockKey::new(block));
-                if let Some(cells) = self.ends.blocks_mut().get_mut(slot) {
+                if let Some(cells) = self.ends.block_mut(slot) {
                     put(cells, index);
                 }
             }
@@ -66,7 +66,7 @@ impl ScanRays {
 
     /// The cells that were passed, by blocks.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = (BlockKey, CellBits)> {
-        self.passed.keys().iter().copied().zip(self.passed.blocks().iter().copied())
+        self.passed.keys().iter().copied().zip(self.passed.blocks().iter().map(|cells| **cells))
     }
 }
 
@@ -98,7 +98,7 @@ fn follow_ray(passed: &mut BlockStore<CellBits>, ray: &Ray, side: f64) {
                 _ => passed.slot_or_insert(BlockKey::new(block)),
             };
             last = Some((block, slot));
-            if let Some(cells) = passed.blocks_mut().get_mut(slot) {
+            if let Some(cells) = passed.block_mut(slot) {
                 put(cells, index);
             }
         }
