@@ -3,7 +3,7 @@ use crate::voxel_block::VoxelBlock;
 
 /// The blocks of voxels that a frame touches. While the frame is added they stand here instead of at their slots,
 /// where each access would ask anew whether a clone of the map shares them.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct TouchedBlocks {
     blocks: Vec<TouchedBlock>,
 }
@@ -14,6 +14,13 @@ pub(crate) struct TouchedBlock {
     pub(crate) block: VoxelBlock,
     /// Which of its voxels the frame has read.
     pub(crate) read: CellBits,
+}
+
+/// A clone begins without any: what a frame has touched is asked for right after it.
+impl Clone for TouchedBlocks {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl TouchedBlocks {

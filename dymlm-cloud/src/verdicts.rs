@@ -1,3 +1,4 @@
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::static_cloud::{Source, StaticCloud};
@@ -73,6 +74,14 @@ impl CloudMap {
     }
 }
 
+impl CloudMap {
+    /// Takes over what a clone of an earlier state of this map has found to be static, if that is newer than what is
+    /// known here; what has changed since is found when it is asked for. Does nothing while somebody asks the clone.
+    pub fn adopt_static(&mut self, earlier: &Self) {
+        self.kept.adopt(&earlier.kept);
+    }
+}
+
 /// What follows from the sums, kept from call to call.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Kept {
@@ -82,7 +91,23 @@ pub(crate) struct Kept {
 
 /// The same behind a lock, so that reading a shared map brings it up to date.
 #[derive(Debug, Default)]
-pub(crate) struct SharedKept(Mutex<Kept>);
+pub(crate) struct SharedKept {
+    kept: Mutex<Kept>,
+    /// Maps with the same one have their blocks at the same slots, with stamps that go on from each other's.
+    lineage: Lineage,
+}
+
+/// Tells maps apart that are no clones of each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Lineage(u64);
+
+impl Default for Lineage {
+    fn default() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        // Only compared, so that results do not depend on it.
+        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}
 
 impl SharedKept {
     /// Forgets what is kept.
@@ -93,14 +118,25 @@ impl SharedKept {
     /// Forgets what is kept of blocks that are gone; tells by their slots which stayed, of the evidence and,
     /// when any went, of the voxels.
     pub(crate) fn forget(&mut self, cells: &[bool], voxels: Option<&[bool]>) {
-        let Kept { verdicts, cloud } = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
+        self.lineage = Lineage::default();
+        let Kept { verdicts, cloud } = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
         verdicts.forget(cells);
         Arc::make_mut(cloud).forget(voxels);
     }
 
     /// The newest stamp of voxels that the static cloud has taken in.
     pub(crate) fn stamp(&mut self) -> u32 {
-        self.0.get_mut().unwrap_or_else(PoisonError::into_inner).cloud.stamp()
+        self.kept.get_mut().unwrap_or_else(PoisonError::into_inner).cloud.stamp()
+    }
+
+    fn adopt(&mut self, other: &Self) {
+        if self.lineage != other.lineage {
+            return;
+        }
+        let (Ok(own), Ok(other)) = (self.kept.get_mut(), other.kept.try_lock()) else { return };
+        if other.cloud.stamp() > own.cloud.stamp() {
+            *own = other.clone();
+        }
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
@@ -109,11 +145,11 @@ impl SharedKept {
     }
 
     fn lock(&self) -> MutexGuard<'_, Kept> {
-        self.0.lock().unwrap_or_else(|poisoned| {
+        self.kept.lock().unwrap_or_else(|poisoned| {
             // A panic may have left it half done.
             let mut kept = poisoned.into_inner();
             *kept = Kept::default();
-            self.0.clear_poison();
+            self.kept.clear_poison();
             kept
         })
     }
@@ -121,6 +157,6 @@ impl SharedKept {
 
 impl Clone for SharedKept {
     fn clone(&self) -> Self {
-        Self(Mutex::new(self.lock().clone()))
+        Self { kept: Mutex::new(self.lock().clone()), lineage: self.lineage }
     }
 }

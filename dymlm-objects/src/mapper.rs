@@ -38,7 +38,7 @@ use crate::{
 /// assert!((object.oriented_box().lengths()[0] - 0.4).abs() < 0.03);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct ObjectMapper {
     config: ObjectConfig,
     sensor: SensorModel,

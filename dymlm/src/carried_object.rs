@@ -104,6 +104,7 @@ impl MapBuilder {
                 let body = MovedBody { object, new_from_old, tracked };
                 let moved = self.map.move_body(&body)?;
                 self.note(|newest| Event::Moved { newest, body });
+                self.publish_change();
                 Some(moved)
             }
             None => None,

@@ -42,7 +42,7 @@ impl GhostRemoval {
 
     /// Holds the maps against the evidence, where it has changed since the last time.
     pub(crate) fn run(&mut self, map: &mut MultiLevelMap) -> Vec<ObjectId> {
-        let MultiLevelMap { cloud, octree, planes, objects } = map;
+        let MultiLevelMap { cloud, octree, planes, objects, .. } = map;
         let verdicts = cloud.verdicts();
         let boxes: Vec<[[f64; 3]; 2]> = verdicts.ghost_boxes_since(self.revision).collect();
         self.revision = cloud.evidence_revision();

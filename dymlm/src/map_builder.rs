@@ -10,12 +10,15 @@ use dymlm_planes::PlaneDetector;
 use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
+use crate::publisher::Publisher;
 use crate::scans::ScanMapper;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
 use crate::stages::StageClock;
 use crate::subsampler::{Subsampler, in_all_pixels};
 use crate::waiting_frames::WaitingFrames;
-use crate::{Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MultiLevelMap, Stage};
+use crate::{
+    Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MapReader, MultiLevelMap, Stage,
+};
 
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
 ///
@@ -39,6 +42,7 @@ pub struct MapBuilder {
     /// Where carried objects are in the next frame, with a rim, in the world.
     pub(crate) carried: BTreeMap<ObjectId, OrientedBox>,
     pub(crate) map: MultiLevelMap,
+    pub(crate) publisher: Publisher,
     pub(crate) scan_mapper: ScanMapper,
 }
 
@@ -62,6 +66,7 @@ impl MapBuilder {
             newest: f64::NEG_INFINITY,
             carried: BTreeMap::new(),
             map: MultiLevelMap::new(&config)?,
+            publisher: Publisher::default(),
             scan_mapper: ScanMapper::default(),
             config,
         })
@@ -197,6 +202,7 @@ impl MapBuilder {
             ghost_removal,
             log,
             map,
+            publisher,
             ..
         } = self;
         let input = subsampler.subsample(input)?;
@@ -236,6 +242,10 @@ impl MapBuilder {
                 }
                 None => view.map(map, ghost_removal, pose, &context, &mut clock)?,
             };
+            map.change();
+            clock.time(Stage::Publishing, || {
+                publisher.publish_when_due(frame.timestamp(), config.publish_interval, map);
+            });
             update.planes.rejected = plane_detector.rejected().to_vec();
             FrameOutcome::Mapped(Box::new(update))
         } else {
@@ -258,6 +268,7 @@ impl MapBuilder {
     pub fn settle(&mut self) {
         self.ghost_removal.run(&mut self.map);
         self.note(|_| Event::Settled);
+        self.publish_change();
     }
 
     /// Notes what has happened, when a history is kept; it is told the newest frame that was mapped.
@@ -274,6 +285,23 @@ impl MapBuilder {
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         self.map.forget_outside(center, radius);
         self.note(|newest| Event::Forgot { newest, center, radius });
+        self.publish_change();
+    }
+
+    /// A reader of the maps for other threads. It sees the maps as they stand now, then as they are published:
+    /// every [`publish_interval`](MapConfig::publish_interval), and at once after [`settle`](Self::settle),
+    /// [`forget_outside`](Self::forget_outside), a moved object or a correction of poses.
+    ///
+    /// Publishing costs some nanoseconds for each block of the cloud, a copy of the other maps, and once a copy of each
+    /// block that later frames change; nothing while nobody has a reader.
+    pub fn reader(&mut self) -> MapReader {
+        self.publisher.reader(&mut self.map)
+    }
+
+    /// Publishes a change that is made on request.
+    pub(crate) fn publish_change(&mut self) {
+        self.map.change();
+        self.publisher.publish(&mut self.map);
     }
 
     /// The maps as they stand.

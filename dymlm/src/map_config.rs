@@ -34,6 +34,9 @@ pub struct MapConfig {
     pub max_detection_delay: f64,
     /// Which frames are mapped.
     pub key_frames: KeyFrameConfig,
+    /// How often the maps are published to [readers](crate::MapReader), seconds of the frames' clock, 0..=60. Default
+    /// 0.5: more often costs more copies of what each frame changes, less often gives readers older maps.
+    pub publish_interval: f64,
     /// Where what key frames have shown is kept, so that the maps can [follow](crate::MapBuilder::correct_poses) when
     /// poses are corrected. Default none: it takes some 90 kB a key frame of 640x480.
     pub history: HistoryConfig,
@@ -55,6 +58,7 @@ impl Default for MapConfig {
             sensor: SensorModel::default(),
             max_detection_delay: 0.5,
             key_frames: KeyFrameConfig::default(),
+            publish_interval: 0.5,
             history: HistoryConfig::default(),
             dynamics: DynamicsConfig::default(),
             cloud: CloudMapConfig::default(),
@@ -89,6 +93,7 @@ impl MapConfig {
     /// Checks the fields that belong to no part.
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         self.sensor.validate()?;
-        check_range("max_detection_delay", self.max_detection_delay, 0.0..=60.0)
+        check_range("max_detection_delay", self.max_detection_delay, 0.0..=60.0)?;
+        check_range("publish_interval", self.publish_interval, 0.0..=60.0)
     }
 }

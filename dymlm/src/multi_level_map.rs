@@ -5,15 +5,16 @@ use dymlm_octree::Octree;
 use dymlm_planes::PlaneMap;
 
 use crate::key_frame_view::OtherMaps;
-use crate::{Error, MapConfig};
+use crate::{Error, MapConfig, Revision};
 
 /// The maps of the static world, in one world frame.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct MultiLevelMap {
     pub(crate) cloud: CloudMap,
     pub(crate) octree: Octree,
     pub(crate) planes: PlaneMap,
     pub(crate) objects: ObjectMapper,
+    pub(crate) revision: Revision,
 }
 
 impl MultiLevelMap {
@@ -23,6 +24,7 @@ impl MultiLevelMap {
             octree: Octree::new(config.octree.clone())?,
             planes: PlaneMap::new(config.planes.map.clone(), config.sensor)?,
             objects: ObjectMapper::new(config.objects.clone(), config.sensor)?,
+            revision: Revision::default(),
         })
     }
 
@@ -46,9 +48,19 @@ impl MultiLevelMap {
         self.objects.map()
     }
 
+    /// Which state of the maps it is: it grows whenever they change.
+    pub fn revision(&self) -> Revision {
+        self.revision
+    }
+
+    /// Notes that the maps have changed.
+    pub(crate) fn change(&mut self) {
+        self.revision.0 += 1;
+    }
+
     /// The cloud, and the maps that are built beside it.
     pub(crate) fn split(&mut self) -> (&mut CloudMap, OtherMaps<'_>) {
-        let Self { cloud, octree, planes, objects } = self;
+        let Self { cloud, octree, planes, objects, .. } = self;
         (cloud, OtherMaps { octree, planes, objects })
     }
 

@@ -56,6 +56,8 @@ impl MapBuilder {
         let Self { map, scan_mapper, config, ghost_removal, .. } = self;
         let scan = Scan { timestamp, points, world_from_sensor };
         let update = scan_mapper.map(&scan, map, ghost_removal, &config.sensor, &mut clock)?;
+        self.map.change();
+        self.publisher.publish_when_due(timestamp, self.config.publish_interval, &mut self.map);
         if let Some(log) = &mut self.log {
             log.events.push(Event::Scan(ScanEntry { frame: id, points: points.into() }));
         }

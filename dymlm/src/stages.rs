@@ -20,10 +20,12 @@ pub enum Stage {
     Objects,
     /// What the evidence has found to be no part of the static world leaves octree, planes and objects.
     GhostRemoval,
+    /// The maps are shared with readers, when it is time again.
+    Publishing,
 }
 
 /// Number of steps; private, so that more steps break nobody.
-const STAGES: usize = 8;
+const STAGES: usize = 9;
 
 impl Stage {
     /// All steps, in the order in which they run.
@@ -36,6 +38,7 @@ impl Stage {
         Self::PlaneMap,
         Self::Objects,
         Self::GhostRemoval,
+        Self::Publishing,
     ];
 
     /// Name in reports, in lower case.
@@ -49,6 +52,7 @@ impl Stage {
             Self::PlaneMap => "plane_map",
             Self::Objects => "objects",
             Self::GhostRemoval => "ghost_removal",
+            Self::Publishing => "publishing",
         }
     }
 }

@@ -80,6 +80,13 @@ pub struct DbscanScratch {
     numbering: Numbering,
 }
 
+/// A clone begins without buffers: nothing is in them between calls.
+impl Clone for DbscanScratch {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
 /// How cells are given the numbers of their clusters.
 #[derive(Debug, Default)]
 struct Numbering {

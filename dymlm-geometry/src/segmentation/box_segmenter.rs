@@ -31,7 +31,7 @@ use crate::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 /// assert_eq!(segmenter.clusters()[person].depth, 2.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct BoxSegmenter {
     config: SegmentationConfig,
     dbscan: Dbscan,

@@ -54,7 +54,7 @@ impl AssociationTests {
 }
 
 /// Pairs the observations of a frame with the objects of the map.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Associator {
     config: AssociationConfig,
     tests: Vec<AssociationTests>,

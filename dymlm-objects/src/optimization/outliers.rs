@@ -5,7 +5,7 @@ use crate::object_map::ObjectCloud;
 
 /// Chooses the points of a cloud that are the object: those that enough observations have, that are above the
 /// supporting plane, and that the isolation forest does not set apart (paper IV-C).
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct OutlierFilter {
     forest: IsolationForest,
     /// Score above which a point is an outlier.

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// New parameters for an object from all its points, and whether to accept them (paper IV-C).
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Reparameterizer {
     fitter: BoxFitter,
     outliers: OutlierFilter,

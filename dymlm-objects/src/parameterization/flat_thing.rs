@@ -8,7 +8,7 @@ use crate::{ObjectView, SupportPlane};
 /// The colours of the plane around the box tell what in the box is the plane: a sample is the thing's when
 /// its colour is more frequent in the box than around it (the ratio of both histograms, Swain and Ballard
 /// 1991). Without colours the whole box is the thing, and the views of several frames cut it out. O(samples).
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct FlatThing {
     inside: Vec<f32>,
     outside: Vec<f32>,

@@ -7,7 +7,7 @@ use super::flat_thing::LyingPlane;
 use crate::{SupportPlane, SupportingPlanes};
 
 /// The planes that things in a window may stand on.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Ground {
     sensor: SensorModel,
     /// How far from a plane a point counts as its, metres, before the noise is added.

@@ -8,7 +8,7 @@ use crate::SizePrior;
 /// The cluster is chosen by its size, each sample weighted by how central it lies, by how little of it goes
 /// on outside the box, as background does, and by how well it fills the box from side to side. Clusters at
 /// about the same depth that end within the margin are parts of the object: legs below a seat.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct ObjectCluster {
     segmenter: BoxSegmenter,
     /// Whether each cluster is a part of the object.

@@ -15,7 +15,7 @@ use crate::{BoxFitterConfig, ObjectView, SizePriors, SupportPlane, SupportingPla
 /// the readings around it; points on supporting planes go; DBSCAN; which cluster the object is; the plane
 /// under it; how much of it is seen; the box around it ([`BoxFitter`]). Constant time a detection, half a
 /// millisecond or less: the grid has a bounded number of points.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Parameterizer {
     config: ParameterizationConfig,
     sensor: SensorModel,

@@ -121,7 +121,9 @@ impl MapBuilder {
             MappingContext { sensor: &self.config.sensor, mover_labels: self.preprocessor.mover_labels() };
         let rebuilt = Replay::new(log, poses, &self.map, empty).run(&context, watch)?;
         let Rebuilt { map, ghost_removal, events, mut report } = rebuilt;
-        (self.map, self.ghost_removal, log.events) = (map, ghost_removal, events);
+        let before = std::mem::replace(&mut self.map, map);
+        self.map.revision = before.revision;
+        (self.ghost_removal, log.events) = (ghost_removal, events);
 
         let range = f64::from(self.config.sensor.max_depth);
         for entry in log.events.iter().filter_map(Event::key_frame) {
@@ -139,6 +141,7 @@ impl MapBuilder {
         if let Some((old, new)) = newest.filter(|(old, new)| old != new) {
             self.follow_world(&(new * old.inverse()), poses);
         }
+        self.publish_change();
         Ok(report)
     }
 

@@ -1,0 +1,39 @@
+use crate::{MapReader, MultiLevelMap};
+
+/// Publishes maps to readers every so often.
+#[derive(Debug, Default)]
+pub(crate) struct Publisher {
+    /// What readers are clones of; none before the first.
+    reader: Option<MapReader>,
+    /// Time of the last publication, seconds of the frames' clock.
+    last: Option<f64>,
+}
+
+impl Publisher {
+    /// A reader of the maps as they stand, and of those that will be published.
+    pub(crate) fn reader(&mut self, map: &mut MultiLevelMap) -> MapReader {
+        if let Some(reader) = &self.reader {
+            let reader = reader.clone();
+            self.publish(map);
+            return reader;
+        }
+        self.reader.insert(MapReader::new(map.clone())).clone()
+    }
+
+    /// Publishes when so many seconds have passed since the last time, and anybody reads.
+    pub(crate) fn publish_when_due(&mut self, timestamp: f64, interval: f64, map: &mut MultiLevelMap) {
+        if self.last.is_none_or(|last| timestamp - last >= interval) && self.publish(map) {
+            self.last = Some(timestamp);
+        }
+    }
+
+    /// Publishes the maps if anybody reads; tells whether it did. Costs what has changed, and some nanoseconds a block
+    /// of the cloud.
+    pub(crate) fn publish(&self, map: &mut MultiLevelMap) -> bool {
+        let Some(reader) = self.reader.as_ref().filter(|reader| reader.is_shared()) else { return false };
+        // What a reader has found to be static need not be found again.
+        map.cloud.adopt_static(&reader.latest().cloud);
+        reader.publish(map.clone());
+        true
+    }
+}
