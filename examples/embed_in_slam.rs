@@ -1,14 +1,18 @@
-//! How a SLAM system feeds `dymlm`: frames, detections and poses in, maps out.
+//! How a SLAM system feeds `dymlm`: frames, detections and poses in, maps out; after a loop closure they follow.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
-use dymlm::core::{BoundingBox, ColorImage, DepthImage, Detection, Frame, PinholeCamera, Pose};
+use dymlm::core::{BoundingBox, ColorImage, DepthImage, Detection, Frame, FrameId, PinholeCamera, Pose};
 use dymlm::octree::UnknownCells;
-use dymlm::{MapBuilder, MapConfig, Selection};
+use dymlm::{HistoryConfig, MapBuilder, MapConfig, Selection};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?;
-    let mut builder = MapBuilder::new(MapConfig::default())?;
+    let mut config = MapConfig::default();
+    // Only for a SLAM that closes loops: what key frames have shown is kept, to be mapped again.
+    config.history = HistoryConfig::Memory;
+    let mut builder = MapBuilder::new(config)?;
+    let mut mapped: Vec<(FrameId, Pose)> = Vec::new();
 
     for k in 0..30 {
         // Your camera: depth as stored (here millimetres), colour registered to it.
@@ -21,12 +25,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let world_from_camera = Pose::new([0.01 * f64::from(k), 0.0, 1.2], [0.0, 0.0, 0.0, 1.0])?;
 
         let report = builder.insert(&frame, &detections, &world_from_camera)?;
+        mapped.push((report.id, world_from_camera));
         println!("{:.2} s: {} movers, {:.1?}", report.timestamp, report.movers.len(), report.stages.total());
     }
+
+    // Your back end has closed a loop: any of the frames, each at its new pose; the others move with them.
+    let optimized: Vec<(FrameId, Pose)> = mapped.iter().map(|&(id, pose)| (id, moved_back(id, pose))).collect();
+    let report = builder.correct_poses(&optimized)?;
+    println!("{} of {} key frames moved", report.moved_key_frames, report.key_frames);
 
     // Your planner: read the maps whenever you need them.
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
     let ahead = builder.map().octree().cast_ray([0.0, 0.0, 1.2], [0.0, 0.0, 1.0], 5.0, UnknownCells::Stop);
     println!("{} points; the ray ahead ends at {:?}", cloud.len(), ahead);
     Ok(())
+}
+
+/// What a back end may find: drift that had grown with each frame.
+fn moved_back(frame: FrameId, drifted: Pose) -> Pose {
+    Pose::new([-0.001 * frame.get() as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).map_or(drifted, |back| back * drifted)
 }

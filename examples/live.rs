@@ -1,0 +1,164 @@
+//! A camera, a mapper and a planner, each on its own thread, with a loop closure in the middle.
+//!
+//! The camera's odometry drifts. The planner asks the maps while they are built; neither waits for the other. When the
+//! SLAM closes a loop, the mapper lets the maps follow, and the planner goes on with the old ones until then.
+
+#![allow(clippy::print_stdout, reason = "a program for the terminal")]
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use dymlm::core::{FrameId, Pose};
+use dymlm::{HistoryConfig, MapBuilder, MapConfig, MapReader, MultiLevelMap, Revision};
+use dymlm_examples::AnyError;
+use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig, SimulatedFrame};
+
+/// Frames of the walk, at 10 Hz, and the second at which the loop closes.
+const FRAMES: usize = 160;
+const LOOP_CLOSES_AT: f64 = 10.0;
+
+/// What the SLAM says.
+enum Event {
+    /// A frame with detections and the pose as odometry has it now.
+    Frame(Box<SimulatedFrame>),
+    /// The poses of all frames so far, optimized.
+    LoopClosure(Vec<Pose>),
+}
+
+fn main() -> Result<(), AnyError> {
+    let sequence = drifting_walk()?;
+    let mut config = MapConfig::default();
+    // What key frames have shown is kept, so that they can be mapped again where they were.
+    config.history = HistoryConfig::Memory;
+    let mut builder = MapBuilder::new(config)?;
+    let reader = builder.reader();
+    let (send, receive) = sync_channel(4);
+    let is_over = AtomicBool::new(false);
+
+    thread::scope(|scope| -> Result<(), AnyError> {
+        scope.spawn(|| camera(&sequence, &send));
+        let planner = scope.spawn(|| planner(&reader, &is_over));
+        // The mapper is this thread. It ends when the camera does.
+        let mapped = mapper(&mut builder, &receive);
+        is_over.store(true, Ordering::Relaxed);
+        let asked = planner.join().map_err(|_| "the planner panicked")?;
+        mapped?;
+        println!(
+            "planner: {} maps read, {} places asked, waited {:.3} ms for a map at the longest",
+            asked.maps,
+            asked.places,
+            asked.longest_wait.as_secs_f64() * 1e3
+        );
+        Ok(())
+    })
+}
+
+/// People walk through an office; the loop closes in the middle.
+fn drifting_walk() -> Result<Sequence, AnyError> {
+    let mut config = SequenceConfig::default();
+    config.frames = FRAMES;
+    config.pose_error = PoseErrorConfig::slam();
+    config.pose_error.loop_closure = Some(LOOP_CLOSES_AT);
+    Ok(Sequence::new(&config)?)
+}
+
+/// Sends frames, and the optimized poses when the loop closes.
+fn camera(sequence: &Sequence, send: &SyncSender<Event>) {
+    for (index, frame) in sequence.frames().enumerate() {
+        if sequence.loop_closure_frame() == Some(index) {
+            let before = index.saturating_sub(1);
+            let optimized = sequence.corrected_poses(index).into_iter().take(before + 1).collect();
+            if send.send(Event::LoopClosure(optimized)).is_err() {
+                return;
+            }
+        }
+        if send.send(Event::Frame(Box::new(frame))).is_err() {
+            return;
+        }
+    }
+}
+
+/// Maps what comes.
+fn mapper(builder: &mut MapBuilder, events: &Receiver<Event>) -> Result<(), AnyError> {
+    // The SLAM numbers its frames itself.
+    let mut ids: Vec<FrameId> = Vec::new();
+    while let Ok(event) = events.recv() {
+        match event {
+            Event::Frame(next) => {
+                let pose = &next.estimated_world_from_camera;
+                ids.push(builder.insert(&next.frame, &next.detections, pose)?.id);
+                if ids.len() == FRAMES {
+                    break;
+                }
+            }
+            Event::LoopClosure(poses) => {
+                let optimized: Vec<(FrameId, Pose)> = ids.iter().copied().zip(poses).collect();
+                let start = Instant::now();
+                let report = builder.correct_poses(&optimized)?;
+                println!(
+                    "loop closure after {} frames: {} of {} key frames moved, a reading by up to {:.2} m, in {:.2?}",
+                    ids.len(),
+                    report.moved_key_frames,
+                    report.key_frames,
+                    report.largest_motion,
+                    start.elapsed()
+                );
+                println!(
+                    "  planes: {} merged, {} split; objects: {} merged, {} split",
+                    report.planes.merged.len(),
+                    report.planes.split.len(),
+                    report.objects.merged.len(),
+                    report.objects.split.len()
+                );
+            }
+        }
+    }
+    builder.settle();
+    let counts = builder.map().counts();
+    println!(
+        "mapper: {} points, {} planes, {} objects; history {:.1} MB",
+        counts.cloud_points,
+        counts.planes,
+        counts.objects,
+        builder.memory().history as f64 / 1e6
+    );
+    Ok(())
+}
+
+/// What the planner has done.
+#[derive(Default)]
+struct Asked {
+    maps: usize,
+    places: usize,
+    longest_wait: Duration,
+}
+
+/// Reads the newest map again and again, and asks it how far things are.
+fn planner(reader: &MapReader, is_over: &AtomicBool) -> Asked {
+    let mut asked = Asked::default();
+    let mut newest = Revision::default();
+    while !is_over.load(Ordering::Relaxed) {
+        let start = Instant::now();
+        let map = reader.latest();
+        asked.longest_wait = asked.longest_wait.max(start.elapsed());
+        if map.revision() == newest {
+            // Nothing new: sleep until there is.
+            reader.wait_newer(newest, Duration::from_millis(100));
+            continue;
+        }
+        newest = map.revision();
+        asked.maps += 1;
+        asked.places += plan(&map);
+    }
+    asked
+}
+
+/// Looks for what is near, all over the room; gives how many places were asked.
+fn plan(map: &MultiLevelMap) -> usize {
+    let at = |i: i32, j: i32| [f64::from(i) * 0.5, f64::from(j) * 0.5, 0.5];
+    let places = (-4..=4).flat_map(|i| (-4..=4).map(move |j| at(i, j)));
+    let cloud = map.cloud().static_points();
+    places.map(|place| std::hint::black_box(cloud.nearest(place, 1.0))).count()
+}
