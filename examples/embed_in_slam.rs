@@ -30,7 +30,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // Your back end has closed a loop: any of the frames, each at its new pose; the others move with them.
-    let optimized: Vec<(FrameId, Pose)> = mapped.iter().map(|&(id, pose)| (id, moved_back(id, pose))).collect();
+    let optimized: Vec<(FrameId, Pose)> =
+        mapped.iter().map(|&(id, pose)| (id, moved_back(id, pose))).collect();
     let report = builder.correct_poses(&optimized)?;
     println!("{} of {} key frames moved", report.moved_key_frames, report.key_frames);
 
@@ -43,5 +44,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// What a back end may find: drift that had grown with each frame.
 fn moved_back(frame: FrameId, drifted: Pose) -> Pose {
-    Pose::new([-0.001 * frame.get() as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).map_or(drifted, |back| back * drifted)
+    Pose::new([-0.001 * frame.get() as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
+        .map_or(drifted, |back| back * drifted)
 }
