@@ -46,7 +46,7 @@ fn main() -> Result<(), AnyError> {
         let asked = planner.join().map_err(|_| "the planner panicked")?;
         mapped?;
         println!(
-            "planner: {} maps read, {} places asked, waited {:.3} ms for a map at the longest",
+            "planner: {} maps read, {} places found near something, waited {:.3} ms for a map at the longest",
             asked.maps,
             asked.places,
             asked.longest_wait.as_secs_f64() * 1e3
@@ -155,10 +155,10 @@ fn planner(reader: &MapReader, is_over: &AtomicBool) -> Asked {
     asked
 }
 
-/// Looks for what is near, all over the room; gives how many places were asked.
+/// Asks how far the nearest things are, all over the room; gives how many places have one near.
 fn plan(map: &MultiLevelMap) -> usize {
     let at = |i: i32, j: i32| [f64::from(i) * 0.5, f64::from(j) * 0.5, 0.5];
     let places = (-4..=4).flat_map(|i| (-4..=4).map(move |j| at(i, j)));
     let cloud = map.cloud().static_points();
-    places.map(|place| std::hint::black_box(cloud.nearest(place, 1.0))).count()
+    places.filter(|&place| cloud.nearest(place, 1.0).is_some()).count()
 }
