@@ -129,6 +129,7 @@ impl Preprocessor {
         self.check(frame, found)?;
         self.track(frame, detections, world_from_camera)?;
         self.find_foregrounds(frame, found);
+        self.remember_depths();
         self.compensate_misses();
         self.correct_boxes(frame);
         self.mask_movers(frame, found, world_from_camera);
@@ -171,8 +172,28 @@ impl Preprocessor {
         }
     }
 
-    /// Drops predicted movers whose box does not hold them, puts the boxes of the others around what was
-    /// found, and remembers the depth of those that are detected.
+    /// Remembers the depths of movers. Only a detection vouches for what is in a box; and who is hidden by another
+    /// mover is still at the depth at which they were seen before.
+    fn remember_depths(&mut self) {
+        for (own, mover) in self.movers.iter().enumerate() {
+            if let (BoxSource::Detected { .. }, Some(depth)) = (mover.source, self.foregrounds[own].depth())
+                && (mover.depth.is_none() || !self.is_anothers(own))
+            {
+                self.tracker.observe_depth(mover.track_id, depth);
+            }
+        }
+    }
+
+    /// Whether a mover's foreground is more likely that of another.
+    fn is_anothers(&self, own: usize) -> bool {
+        let mine = &self.foregrounds[own];
+        self.foregrounds.iter().take(self.movers.len()).enumerate().any(|(other, theirs)| {
+            (theirs.likelihood(), own) > (mine.likelihood(), other) && mine.is_mostly_on(theirs)
+        })
+    }
+
+    /// Drops predicted movers whose box does not hold them, and puts the boxes of the others around what was
+    /// found.
     fn compensate_misses(&mut self) {
         let mut kept = 0;
         for index in 0..self.movers.len() {
@@ -190,10 +211,6 @@ impl Preprocessor {
                 mover.bounding_box = found;
             }
             mover.depth = foreground.depth();
-            // Only a detection vouches for what is in the box.
-            if let (BoxSource::Detected { .. }, Some(depth)) = (mover.source, mover.depth) {
-                self.tracker.observe_depth(mover.track_id, depth);
-            }
             self.movers.swap(kept, index);
             self.foregrounds.swap(kept, index);
             kept += 1;

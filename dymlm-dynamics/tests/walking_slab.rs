@@ -264,6 +264,26 @@ fn who_reaches_into_a_box_is_not_the_one_in_it() {
     assert_masks(&mask, |u, v| is_in(&[near, far], u, v));
 }
 
+/// Somebody passes before who sits there, whom the detector misses as soon as they show again.
+#[test]
+fn who_was_hidden_by_another_is_still_expected_at_their_own_depth() {
+    let (sitter, passer) = (person(240, 2.5), slab([200, 360], [20, 480], 1.2));
+    let behind: Vec<Slab> = sitter.into_iter().chain([passer]).collect();
+    let both = [detect(person_box(240)), detect(boxed(200.0, 20.0, 360.0, 480.0))];
+    let mut preprocessor = preprocessor(bare);
+    let mut masks = |time: f64, slabs: &[Slab], found: &[Detection]| {
+        let result = preprocessor.process(&frame(time, slabs), Some(found), &Pose::identity()).unwrap();
+        result.static_mask.clone()
+    };
+    for time in [0.0, 0.1, 0.2] {
+        masks(time, &sitter, &both[..1]);
+    }
+    let mask = masks(0.3, &behind, &both);
+    assert_masks(&mask, |u, v| is_in(&[passer], u, v));
+    let mask = masks(0.4, &sitter, &[]);
+    assert_masks(&mask, |u, v| is_in(&sitter, u, v));
+}
+
 #[test]
 fn who_is_cut_by_the_image_is_not_the_cabinet_in_the_middle_of_the_box() {
     let (cut, cabinet) = (slab([590, WIDTH], [60, 470], 2.0), slab([450, 570], [60, 470], 2.9));

@@ -59,6 +59,16 @@ struct Judged {
     cut: usize,
 }
 
+/// A cluster that may be the mover's largest.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Chosen {
+    pub(super) index: usize,
+    /// How likely it is by its shape and by the depth that was expected, if any was: 0..=1.
+    pub(super) likelihood: f32,
+    /// The same, and nearer is likelier where no depth was expected.
+    score: f32,
+}
+
 /// Where the mover is looked for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidates<'a> {
@@ -75,13 +85,13 @@ pub(super) struct Candidates<'a> {
 }
 
 impl Choice {
-    /// The index of the mover's largest cluster; `None` when there is none in the box.
-    pub(super) fn choose(&mut self, candidates: &Candidates<'_>) -> Option<usize> {
+    /// The mover's largest cluster; `None` when there is none in the box.
+    pub(super) fn choose(&mut self, candidates: &Candidates<'_>) -> Option<Chosen> {
         self.judge_samples(candidates);
-        let scores = (0..self.clusters.len()).map(|index| (index, self.score(index, candidates)));
+        let scores = (0..self.clusters.len()).map(|index| self.score(index, candidates));
         // The first of equals.
-        let best = scores.reduce(|best, next| if next.1 > best.1 { next } else { best });
-        best.filter(|(_, score)| *score > 0.0).map(|(index, _)| index)
+        let best = scores.reduce(|best, next| if next.score > best.score { next } else { best });
+        best.filter(|best| best.score > 0.0)
     }
 
     fn judge_samples(&mut self, candidates: &Candidates<'_>) {
@@ -103,7 +113,7 @@ impl Choice {
     }
 
     /// How likely a cluster is the mover's largest: 0 when it is none or a larger one would be a part of it.
-    fn score(&self, chosen: usize, candidates: &Candidates<'_>) -> f32 {
+    fn score(&self, chosen: usize, candidates: &Candidates<'_>) -> Chosen {
         let clusters = candidates.segmenter.clusters();
         let own = &clusters[chosen];
         let (mut mass, mut expected) = (0.0, 0.0);
@@ -114,7 +124,7 @@ impl Choice {
             }
             let judged = &self.clusters[index];
             if judged.mass > self.clusters[chosen].mass {
-                return 0.0;
+                return Chosen::default();
             }
             mass += judged.mass;
             expected += judged.expected;
@@ -126,10 +136,12 @@ impl Choice {
         let small = SMALL_SHARE * candidates.grid.box_cells as f32;
         // Without it those behind nearer sitters stay in the map (`evaluate --fresh`).
         let own_share = 1.0 - self.clusters[chosen].others as f32 / own.size().max(1) as f32;
-        expected / (mass + small)
-            * candidates.detected.map_or(1.0, |detected| reaches_sides(reached, &detected))
+        let shape = candidates.detected.map_or(1.0, |detected| reaches_sides(reached, &detected))
             * own_share
             * likelihood(relative_cut(self.clusters[chosen].cut, own.size()) / MAX_CUT)
+            / (mass + small);
+        let known = if candidates.expected_depth.is_some() { expected } else { mass };
+        Chosen { index: chosen, likelihood: known * shape, score: expected * shape }
     }
 }
 

@@ -18,6 +18,8 @@ pub(crate) struct Foreground {
     /// Depth of each cell; 0 = not of the foreground.
     depths: Vec<f32>,
     count: usize,
+    /// How likely it is the mover of its box: 0..=1.
+    pub(super) likelihood: f32,
     /// Least depth of its surface, the median, and the greatest, metres.
     near: f32,
     median: f32,
@@ -40,7 +42,7 @@ impl Foreground {
         (self.columns, self.rows) = (grid.columns, grid.rows);
         self.depths.clear();
         self.depths.resize(grid.columns * grid.rows, 0.0);
-        self.count = 0;
+        (self.count, self.likelihood) = (0, 0.0);
     }
 
     /// Begins with the median depth of the surface.
@@ -65,6 +67,23 @@ impl Foreground {
         } else {
             sensor.tolerance(z, SLOPE_SIGMA * pitch * f64::from(z)) as f32 / z
         };
+    }
+
+    /// How likely it is the mover of its box: 0..=1.
+    pub(crate) fn likelihood(&self) -> f32 {
+        self.likelihood
+    }
+
+    /// Whether most of its cells lie on another foreground's surface.
+    pub(crate) fn is_mostly_on(&self, other: &Self) -> bool {
+        let cells = self.depths.iter().enumerate().filter(|(_, depth)| **depth > 0.0);
+        let on_other = cells.filter(|&(cell, &depth)| {
+            let pixel = |cell: usize, first: usize| first + cell * self.stride + self.stride / 2;
+            let [u, v] =
+                [pixel(cell % self.columns, self.first[0]), pixel(cell / self.columns, self.first[1])];
+            other.holds(u, v, depth)
+        });
+        2 * on_other.count() > self.count
     }
 
     /// Whether nothing was found.

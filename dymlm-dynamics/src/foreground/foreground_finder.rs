@@ -74,9 +74,7 @@ impl ForegroundFinder {
             BoxView::new(frame, &self.sensor, mover.bounding_box).with_instance_mask(search.instance_mask);
         self.find_background(frame, &view, foreground);
         self.cluster(foreground);
-        if let Some(chosen) = self.choose(search.movers, mover) {
-            self.keep(chosen, foreground);
-        }
+        self.choose(search.movers, mover, foreground);
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
@@ -129,19 +127,24 @@ impl ForegroundFinder {
         self.segmenter.cluster(&self.grid, is_free);
     }
 
-    /// The mover's largest cluster.
-    fn choose(&mut self, movers: &[Mover], own: &Mover) -> Option<usize> {
+    /// Chooses the mover's cluster and writes it into the foreground.
+    fn choose(&mut self, movers: &[Mover], own: &Mover, foreground: &mut Foreground) {
         let in_box = || self.grid.samples.iter().filter(|sample| sample.is_in_box);
-        let nearest = percentile(&mut self.depths, in_box().map(|sample| sample.point[2]), 0.05)?;
+        let nearest = percentile(&mut self.depths, in_box().map(|sample| sample.point[2]), 0.05);
+        let Some(nearest) = nearest else { return };
         let is_detected = matches!(own.source, BoxSource::Detected { .. });
-        self.choice.choose(&Candidates {
+        let chosen = self.choice.choose(&Candidates {
             grid: &self.grid,
             segmenter: &self.segmenter,
             movers,
             detected: is_detected.then(|| self.grid.bounds(in_box())).flatten(),
             expected_depth: own.depth,
             nearest,
-        })
+        });
+        if let Some(chosen) = chosen {
+            foreground.likelihood = chosen.likelihood;
+            self.keep(chosen.index, foreground);
+        }
     }
 
     /// Writes the samples of the mover into the foreground: those of the chosen cluster, and of all others at
