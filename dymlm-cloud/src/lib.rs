@@ -3,6 +3,7 @@
 //!
 //! Paper III-A. See [`CloudMap`].
 
+mod block_changes;
 mod block_store;
 mod body_motion;
 mod cell_counts;
@@ -37,6 +38,7 @@ mod voxel_block;
 mod voxel_records;
 mod weighting;
 
+pub use block_changes::CloudBlock;
 pub use body_motion::BodyMotion;
 pub use cloud_map::{CloudFrameReport, CloudMap, CloudVoxel, Selection};
 pub use config::CloudMapConfig;

@@ -309,6 +309,16 @@ impl StaticCloud {
         self.blocks.get(slot).map_or(&[], |block| &block.colors)
     }
 
+    /// Whether a block has the points that one of another cloud has.
+    pub(crate) fn has_same_points(&self, slot: usize, other: &Self, other_slot: usize) -> bool {
+        match (self.blocks.get(slot), other.blocks.get(other_slot)) {
+            (Some(own), Some(other)) => {
+                Arc::ptr_eq(own, other) || (&own.points, &own.colors) == (&other.points, &other.colors)
+            }
+            (own, other) => own.or(other).is_none_or(|block| block.points.is_empty()),
+        }
+    }
+
     /// Number of static voxels.
     pub(crate) fn len(&self) -> usize {
         self.len

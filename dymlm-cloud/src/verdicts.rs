@@ -82,6 +82,13 @@ impl CloudMap {
     }
 }
 
+impl CloudMap {
+    /// Whether two maps are clones of each other, so that they have their blocks at the same slots.
+    pub(crate) fn is_clone_of(&self, other: &Self) -> bool {
+        self.kept.lineage == other.kept.lineage
+    }
+}
+
 /// What follows from the sums, kept from call to call.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Kept {

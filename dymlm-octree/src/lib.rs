@@ -17,6 +17,7 @@
 mod accessor;
 mod body_motion;
 mod cell_state;
+mod changes;
 mod config;
 mod distance_field;
 mod error;

@@ -4,13 +4,15 @@
 
 mod common;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use common::{config, fingerprint, insert_all, sequence};
-use dymlm::core::Pose;
-use dymlm::{HistoryConfig, MapBuilder, MapReader, MultiLevelMap, Revision};
+use dymlm::cloud::CloudBlock;
+use dymlm::core::{ObjectId, PlaneId, Pose};
+use dymlm::{HistoryConfig, MapBuilder, MapReader, MultiLevelMap, Revision, Selection};
 use dymlm_sim::SimulatedFrame;
 
 fn frames(count: usize) -> Vec<SimulatedFrame> {
@@ -94,7 +96,7 @@ fn whoever_waits_is_woken_and_whoever_waits_in_vain_is_told() {
             while !is_done.load(Ordering::Relaxed) || reader.latest().revision() > *seen.last().unwrap() {
                 if let Some(map) = reader.wait_newer(*seen.last().unwrap(), Duration::from_millis(20)) {
                     // What is given is whole: as many points as it says.
-                    assert_eq!(map.cloud().len(), map.cloud().point_cloud(dymlm::Selection::Static).len());
+                    assert_eq!(map.cloud().len(), map.cloud().point_cloud(Selection::Static).len());
                     seen.push(map.revision());
                 }
             }
@@ -130,4 +132,56 @@ fn the_interval_is_kept_and_nobody_s_maps_are_not_published() {
     // A new reader sees them as they stand.
     drop(reader);
     assert_eq!(builder.reader().latest().revision(), builder.map().revision());
+}
+
+#[test]
+fn changes_applied_to_a_copy_are_the_map_over_a_session_with_a_correction() {
+    let frames = frames(14);
+    let mut builder = builder();
+    let reader = builder.reader();
+    let mut known = reader.latest();
+    let mut cloud: BTreeMap<[i32; 3], CloudBlock> = BTreeMap::new();
+    let mut planes: BTreeSet<PlaneId> = BTreeSet::new();
+    let mut objects: BTreeSet<ObjectId> = BTreeSet::new();
+    for (index, frame) in frames.iter().enumerate() {
+        insert_all(&mut builder, std::slice::from_ref(frame));
+        match index {
+            5 => drop(builder.transform(&Pose::new([0.3, 0.1, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap()).unwrap()),
+            9 => builder.forget_outside(frame.world_from_camera.translation(), 1.5),
+            _ => {}
+        }
+        // Not every state is asked for.
+        if index % 2 == 1 {
+            continue;
+        }
+        let now = reader.latest();
+        let changes = now.changes_since(&known);
+        assert_eq!((changes.from, changes.to), (known.revision(), now.revision()));
+        cloud.extend(changes.cloud.into_iter().map(|block| (block.place, block)));
+        cloud.retain(|_, block| !block.points.is_empty());
+        for (planes_gone, into) in &changes.planes.merged {
+            assert_eq!(now.planes().current_id(*planes_gone), Some(*into));
+            planes.remove(planes_gone);
+        }
+        planes.retain(|id| !changes.planes.removed.contains(id));
+        planes.extend(changes.planes.confirmed);
+        objects.retain(|id| {
+            !changes.objects.removed.contains(id)
+                && !changes.objects.merged.iter().any(|(gone, _)| gone == id)
+        });
+        objects.extend(changes.objects.confirmed);
+
+        let copied: usize = cloud.values().map(|block| block.points.len()).sum();
+        assert_eq!(copied, now.cloud().len());
+        let mut whole: Vec<_> = now.cloud().point_cloud(Selection::Static).points().to_vec();
+        let mut copy: Vec<_> = cloud.values().flat_map(|block| block.points.iter().copied()).collect();
+        for points in [&mut whole, &mut copy] {
+            points.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        }
+        assert!(whole == copy);
+        assert!(planes.iter().copied().eq(now.planes().iter().map(|plane| plane.id())));
+        assert!(objects.iter().copied().eq(now.objects().objects().map(|object| object.id())));
+        assert!(now.changes_since(&now).octree.is_empty() && now.changes_since(&now).cloud.is_empty());
+        known = now;
+    }
 }

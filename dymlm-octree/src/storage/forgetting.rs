@@ -31,9 +31,7 @@ impl Tree {
             if old == Entry::Unknown {
                 continue;
             }
-            let step = entry_steps(entry);
-            let corner =
-                [0, 1, 2].map(|axis| (u32::from(corner[axis]) + u32::from(step[axis]) * side) as u16);
+            let corner = corner_of(corner, entry, side);
             match forgotten(corner, side) {
                 Forgotten::All => self.drop_entry(node, level, entry),
                 Forgotten::Part if level > 1 => {
@@ -62,6 +60,12 @@ impl Tree {
             colors.branches[node as usize][entry] = NO_COLOR;
         }
     }
+}
+
+/// The lowest cell of an entry of a node that begins at `corner`, with entries of so many cells a side.
+pub(super) fn corner_of(corner: Key, entry: usize, side: u32) -> Key {
+    let step = entry_steps(entry);
+    [0, 1, 2].map(|axis| (u32::from(corner[axis]) + u32::from(step[axis]) * side) as u16)
 }
 
 /// Where an entry lies in its node: what [`entry_of`](super::entry_of) makes an entry of.

@@ -12,6 +12,7 @@
 
 mod block;
 mod branch;
+mod difference;
 mod forgetting;
 mod subtree;
 mod tree;

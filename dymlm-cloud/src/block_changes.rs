@@ -1,0 +1,51 @@
+use dymlm_core::{Point, Rgb};
+
+use crate::CloudMap;
+use crate::block_store::BlockKey;
+
+/// The static points of a cube of 8^3 voxels, all of them.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct CloudBlock {
+    /// Which cube: its lowest corner is this times 8 voxels.
+    pub place: [i32; 3],
+    /// Metres, world; none when nothing static is left in it.
+    pub points: Vec<Point>,
+    /// The colours of the first of these, as many as have one.
+    pub colors: Vec<Rgb>,
+}
+
+impl CloudMap {
+    /// The blocks in which the static cloud differs from that of an earlier map, as they are now: who replaces these in
+    /// a copy of the earlier one has this one. In the order of slots that a map gives its blocks as they come.
+    ///
+    /// O(blocks), a comparison of pointers each where the earlier map is a clone of this one, and what has changed.
+    pub fn changes_since(&self, earlier: &Self) -> Vec<CloudBlock> {
+        let (new, old) = (self.kept_cloud(), earlier.kept_cloud());
+        let has_same_slots = self.is_clone_of(earlier);
+        let old_slot =
+            |slot: usize, key: BlockKey| if has_same_slots { Some(slot) } else { earlier.voxels.slot(key) };
+        let block = |(slot, &key): (usize, &BlockKey)| {
+            let is_changed = match old_slot(slot, key) {
+                Some(before) => !new.has_same_points(slot, &old, before),
+                None => !new.points(slot).is_empty(),
+            };
+            is_changed.then(|| CloudBlock {
+                place: key.block(),
+                points: new.points(slot).to_vec(),
+                colors: new.colors(slot).to_vec(),
+            })
+        };
+        let mut changes: Vec<CloudBlock> = self.voxels.keys().iter().enumerate().filter_map(block).collect();
+        if !has_same_slots {
+            let gone = earlier.voxels.keys().iter().enumerate();
+            let gone =
+                gone.filter(|(slot, key)| self.voxels.slot(**key).is_none() && !old.points(*slot).is_empty());
+            let empty =
+                |key: BlockKey| CloudBlock { place: key.block(), points: Vec::new(), colors: Vec::new() };
+            changes.extend(gone.map(|(_, &key)| empty(key)));
+        }
+        changes
+    }
+}
