@@ -2,6 +2,7 @@ use std::collections::BTreeSet;
 
 use dymlm_cloud::CloudBlock;
 use dymlm_core::{ObjectId, PlaneId};
+use dymlm_objects::MapObject;
 use dymlm_octree::Extent;
 use dymlm_planes::MapPlane;
 
@@ -49,9 +50,8 @@ impl MultiLevelMap {
     /// is forgotten: then of points), of nodes of the octree, and what has changed.
     pub fn changes_since(&self, earlier: &Self) -> MapChanges {
         let plane_ids = |map: &Self| -> BTreeSet<PlaneId> { map.planes.iter().map(MapPlane::id).collect() };
-        let object_ids = |map: &Self| -> BTreeSet<ObjectId> {
-            map.objects().objects().map(|object| object.id()).collect()
-        };
+        let object_ids =
+            |map: &Self| -> BTreeSet<ObjectId> { map.objects().objects().map(MapObject::id).collect() };
         let plane = |map: &Self, id| {
             let plane = map.planes.plane(id)?;
             Some((plane.plane(), plane.observations(), plane.inlier_voxels(), plane.weight().to_bits()))
@@ -80,7 +80,7 @@ impl MultiLevelMap {
                 &object_ids(earlier),
                 &object_ids(self),
                 |id| object(self, id) != object(earlier, id),
-                |id| self.objects().object(id).map(|object| object.id()),
+                |id| self.objects().object(id).map(MapObject::id),
             ),
         }
     }

@@ -12,6 +12,8 @@ use std::time::Duration;
 use common::{config, fingerprint, insert_all, sequence};
 use dymlm::cloud::CloudBlock;
 use dymlm::core::{ObjectId, PlaneId, Pose};
+use dymlm::objects::MapObject;
+use dymlm::planes::MapPlane;
 use dymlm::{HistoryConfig, MapBuilder, MapReader, MultiLevelMap, Revision, Selection};
 use dymlm_sim::SimulatedFrame;
 
@@ -179,8 +181,8 @@ fn changes_applied_to_a_copy_are_the_map_over_a_session_with_a_correction() {
             points.sort_by(|a, b| a.partial_cmp(b).unwrap());
         }
         assert!(whole == copy);
-        assert!(planes.iter().copied().eq(now.planes().iter().map(|plane| plane.id())));
-        assert!(objects.iter().copied().eq(now.objects().objects().map(|object| object.id())));
+        assert!(planes.iter().copied().eq(now.planes().iter().map(MapPlane::id)));
+        assert!(objects.iter().copied().eq(now.objects().objects().map(MapObject::id)));
         assert!(now.changes_since(&now).octree.is_empty() && now.changes_since(&now).cloud.is_empty());
         known = now;
     }
