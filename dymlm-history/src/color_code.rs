@@ -48,20 +48,17 @@ impl ReducedColors {
     pub fn to_image(&self) -> Result<ColorImage, dymlm_core::Error> {
         let [width, height] = self.size;
         let columns = [LUMA_SIDE, CHROMA_SIDE].map(|side| width.div_ceil(side));
-        let mut pixels = Vec::with_capacity(width * height);
-        let mut row: Vec<Rgb> = Vec::with_capacity(columns[0]);
-        for v in 0..height {
-            if v % LUMA_SIDE == 0 {
-                let luma = &self.luma[v / LUMA_SIDE * columns[0]..][..columns[0]];
-                let hues = v / CHROMA_SIDE * columns[1]..(v / CHROMA_SIDE + 1) * columns[1];
-                let [red, green] = self.chroma.each_ref().map(|plane| &plane[hues.clone()]);
-                row.clear();
-                row.extend(luma.iter().enumerate().map(|(place, &y)| {
-                    let hue = place * LUMA_SIDE / CHROMA_SIDE;
-                    color_of(y, red[hue], green[hue])
-                }));
-            }
-            pixels.extend((0..width).map(|u| row[u / LUMA_SIDE]));
+        let mut pixels: Vec<Rgb> = vec![[0; 3]; width * height];
+        for (place, rows) in pixels.chunks_mut(LUMA_SIDE * width).enumerate() {
+            let luma = &self.luma[place * columns[0]..][..columns[0]];
+            let hues = place * LUMA_SIDE / CHROMA_SIDE * columns[1];
+            let [red, green] = self.chroma.each_ref().map(|plane| &plane[hues..][..columns[1]]);
+            let colors = luma.chunks(CHROMA_SIDE / LUMA_SIDE).zip(red.iter().zip(green));
+            let colors =
+                colors.flat_map(|(luma, (&red, &green))| luma.iter().map(move |&y| color_of(y, red, green)));
+            let (first, others) = rows.split_at_mut(width);
+            first.chunks_mut(LUMA_SIDE).zip(colors).for_each(|(square, color)| square.fill(color));
+            others.chunks_mut(width).for_each(|row| row.copy_from_slice(first));
         }
         ColorImage::new(width, height, pixels)
     }
@@ -99,18 +96,23 @@ fn take_plane(bytes: &mut &[u8], [columns, rows]: [usize; 2]) -> Option<Vec<u8>>
 /// Mean colours of squares, rounded; those at the rim are smaller.
 fn means<T: Copy + Into<i32>>(colors: &[[T; 3]], width: usize, side: usize) -> Vec<[i32; 3]> {
     let mut all = Vec::with_capacity(colors.len().div_ceil(side * side) + width + side);
+    let mut sums = vec![[0_i32; 3]; width.div_ceil(side)];
     for rows in colors.chunks(side * width) {
-        for first in (0..width).step_by(side) {
-            let columns = first..(first + side).min(width);
-            let mut sum = [0; 3];
-            for row in rows.chunks(width) {
-                for color in &row[columns.clone()] {
+        sums.fill([0; 3]);
+        for row in rows.chunks(width) {
+            for (sum, colors) in sums.iter_mut().zip(row.chunks(side)) {
+                for color in colors {
                     (0..3).for_each(|channel| sum[channel] += color[channel].into());
                 }
             }
-            let count = (columns.len() * (rows.len() / width)) as i32;
-            all.push(sum.map(|sum: i32| (sum + count / 2) / count));
         }
+        let height = rows.len() / width;
+        let counts = (0..width).step_by(side).map(|first| height * side.min(width - first));
+        all.extend(sums.iter().zip(counts).map(|(sum, count)| match count as i32 {
+            // Most of them: without a division.
+            4 => sum.map(|sum| (sum + 2) >> 2),
+            count => sum.map(|sum| (sum + count / 2) / count),
+        }));
     }
     all
 }
