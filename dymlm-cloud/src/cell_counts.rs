@@ -1,14 +1,7 @@
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
-use crate::evidence::Support;
+use crate::finding::{Counts, FINDINGS, Finding};
 use crate::packed_counts::PackedCounts;
-
-/// What a frame has found in a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Finding {
-    Surface,
-    LookedThrough,
-    Mover,
-}
+use crate::support::Support;
 
 /// For each cell of a block, how many frames have found what there: for all cells, or for none as long as no
 /// cell differs from the others. Arithmetic wraps.
@@ -22,12 +15,6 @@ pub(crate) enum CellCounts {
     Wide(Box<Cells<u32>>),
     Packed(Box<PackedCounts>),
 }
-
-/// How many different findings there are.
-pub(crate) const FINDINGS: usize = 3;
-
-/// The counts of a cell, by [`Finding`].
-pub(crate) type Counts = [u32; FINDINGS];
 
 #[derive(Debug, Clone)]
 pub(crate) struct Cells<N> {

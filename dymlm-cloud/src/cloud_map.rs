@@ -1,9 +1,11 @@
 use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
 use crate::block_store::{BlockKey, BlockStore, has, put, split};
-use crate::evidence::{Direction, Evidence, Support};
+use crate::direction::Direction;
+use crate::evidence::Evidence;
 use crate::fixed_point::{FixedPointFrame, PixelRow, ray_length};
 use crate::scan::Scan;
+use crate::support::Support;
 use crate::thinning::Thinning;
 use crate::touched_blocks::{TouchedBlock, TouchedBlocks};
 use crate::verdict::Verdict;

@@ -1,7 +1,9 @@
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
-use crate::cell_counts::{CellCounts, Finding};
-use crate::evidence::{Direction, Support};
+use crate::cell_counts::CellCounts;
+use crate::direction::Direction;
+use crate::finding::Finding;
 use crate::opinion::{Opinion, OpinionFold};
+use crate::support::Support;
 
 /// Length of an epoch, seconds. What has come to stand in a place that was free for long is believed after
 /// three of them (`a_new_wall_is_believed_within_ten_seconds`), so an epoch must be shorter than a third of

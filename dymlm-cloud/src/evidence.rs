@@ -4,13 +4,15 @@ use crate::block_store::{
     BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, for_each_bit, has, keep_slots, put,
     split, without,
 };
-use crate::cell_counts::{Counts, Finding};
+use crate::direction::Direction;
 use crate::epochs::{Epochs, epoch_of};
+use crate::finding::Finding;
 use crate::frame_reads::{BlockReads, FrameReads};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
 use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
+use crate::support::Support;
 
 /// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are
 /// missed by the one reading at their centre, larger ones hold both a surface and the free space before it.
@@ -49,42 +51,6 @@ pub(crate) struct Evidence {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EvidenceBlock {
     epochs: Epochs,
-}
-
-/// How many frames speak for and against a place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Support {
-    /// Frames that read a surface there.
-    pub support: u32,
-    /// Frames that looked through.
-    pub looked_through: u32,
-    /// Frames that read a mover there.
-    pub movers: u32,
-}
-
-impl Support {
-    pub(crate) fn of([support, looked_through, movers]: Counts) -> Self {
-        Self { support, looked_through, movers }
-    }
-}
-
-/// Whether a frame is put in or taken out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Direction {
-    Insert,
-    Remove,
-}
-
-impl Direction {
-    /// +1 or -1 for wrapping counters.
-    #[inline]
-    pub(crate) fn unit(self) -> u32 {
-        match self {
-            Self::Insert => 1,
-            Self::Remove => 1_u32.wrapping_neg(),
-        }
-    }
 }
 
 impl Evidence {

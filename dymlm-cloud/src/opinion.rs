@@ -1,4 +1,4 @@
-use crate::evidence::Support;
+use crate::support::Support;
 
 /// Most that a cell can say either way. With less, a few frames decide as much as many; without a limit, a
 /// surface watched for minutes outvotes the trace of a mover that touched it
@@ -110,9 +110,9 @@ impl Fold {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cell_counts::Finding;
+    use crate::direction::Direction;
     use crate::epochs::Epochs;
-    use crate::evidence::Direction;
+    use crate::finding::Finding;
 
     fn opinion(frames: &[(i32, usize, Finding)]) -> Opinion {
         let mut epochs = Epochs::default();

@@ -1,5 +1,5 @@
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, has, put};
-use crate::cell_counts::{Counts, FINDINGS, Finding};
+use crate::finding::{Counts, FINDINGS, Finding};
 use crate::places::Places;
 
 /// The counts of a block's cells in little memory, for reading only.

@@ -1,4 +1,4 @@
-use crate::evidence::Support;
+use crate::support::Support;
 
 /// What was seen of one place over time, at the resolution of the evidence's cells, in periods that are the
 /// longer the older they are ([`CloudMap::history`](crate::CloudMap::history)).

@@ -1,7 +1,7 @@
 use dymlm_core::{Point, Pose};
 
 use super::Scan;
-use crate::evidence::Direction;
+use crate::direction::Direction;
 use crate::{CloudFrameReport, CloudMap, Error};
 
 /// Scans.

@@ -1,6 +1,6 @@
 use std::array::from_fn;
 
-use super::obstacles::CellBox;
+use super::cell_box::CellBox;
 use super::transform::{Transform, cells_within};
 use crate::{Error, Extent, Octree, UnknownCells};
 

@@ -1,5 +1,6 @@
 //! Distances to the nearest obstacle and their gradients, in a box.
 
+mod cell_box;
 mod field;
 mod obstacles;
 mod transform;

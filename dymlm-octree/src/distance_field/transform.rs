@@ -1,4 +1,4 @@
-use super::obstacles::CellBox;
+use super::cell_box::CellBox;
 
 /// Exact squared Euclidean distances, in cells, by one pass along each axis: in the first the cells are
 /// counted, in the others the lower envelope of parabolas is found (Felzenszwalb and Huttenlocher: "Distance

@@ -9,6 +9,7 @@ mod cells;
 mod insert;
 mod marks;
 mod ray;
+mod reading_row;
 mod scan_scratch;
 mod sparse_marks;
 mod window_marks;

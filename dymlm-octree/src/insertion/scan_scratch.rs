@@ -4,7 +4,7 @@ use std::hash::BuildHasherDefault;
 use dymlm_core::Point;
 
 use super::cell_colors::CellColors;
-use super::cells::Row;
+use super::reading_row::Row;
 use super::sparse_marks::{IntegerHasher, SparseMarks};
 use super::window_marks::WindowMarks;
 use crate::lattice::Key;

@@ -3,21 +3,11 @@ use dymlm_core::vector3::dot;
 
 use super::config::{AssociationConfig, Sides};
 use super::contact::Contact;
+use super::finite_plane::FinitePlane;
 use super::partition::Partition;
 use crate::linear_algebra::foot_on;
-use crate::patches::{Patch, VoxelBox};
+use crate::patches::VoxelBox;
 use crate::plane_frame::PlaneFrame;
-
-/// A finite plane in the world, as the tests see it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FinitePlane<'a> {
-    pub(crate) plane: Plane,
-    pub(crate) centroid: [f64; 3],
-    pub(crate) patch: &'a Patch,
-    /// The points that equation 3 counts (`B_c)`: those along its edge; a plane of the map, whose edge moves
-    /// with each fusion, gives all its inliers.
-    pub(crate) edge_points: Option<&'a [[f64; 3]]>,
-}
 
 /// Inliers of a map plane that equation 3 looks at, at most.
 const MOST_POINTS: usize = 400;

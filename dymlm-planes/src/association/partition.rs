@@ -1,7 +1,7 @@
 use dymlm_core::Plane;
 use dymlm_core::vector3::{cross, dot, unit};
 
-use super::criterion::FinitePlane;
+use super::finite_plane::FinitePlane;
 use crate::patches::{Patch, VoxelBox};
 
 /// Cosine of the angle between two planes from which on the one stands across the other: 45 degrees. A lower

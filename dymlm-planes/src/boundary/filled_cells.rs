@@ -1,6 +1,5 @@
 use std::collections::BTreeMap;
 
-use super::outline::TILE;
 use crate::patches::Patch;
 use crate::plane_frame::PlaneFrame;
 
@@ -10,6 +9,8 @@ const FILLED_SHARE: f32 = 0.6;
 /// Cells around one that count on each side.
 const AROUND: i64 = 2;
 
+/// Cells a side of a tile.
+pub(super) const TILE: i64 = 32;
 const SIDE: usize = TILE as usize;
 /// A tile with what counts around it.
 const WIDE: usize = SIDE + 2 * AROUND as usize;

@@ -1,9 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::filled_cells::FilledCells;
-
-/// Cells a side of a tile.
-pub(super) const TILE: i64 = 32;
+use super::filled_cells::{FilledCells, TILE};
 
 /// A picture of cells that is empty but for some tiles: a plane may reach for kilometres.
 #[derive(Debug, Clone, PartialEq, Default)]
