@@ -40,7 +40,8 @@ struct Arguments {
     /// Poses, camera to world; default: the dataset's groundtruth.txt
     #[arg(long, requires = "dataset")]
     trajectory: Option<PathBuf>,
-    /// Poses of a back end, camera to world, at any times: when all frames are in, the maps are corrected to them
+    /// Poses of a back end, camera to world, at any times: when all frames are in, the maps are corrected to
+    /// them
     #[arg(long)]
     corrections: Option<PathBuf>,
     /// Settings; what the file leaves out stays at its default

@@ -1,4 +1,5 @@
-//! How a SLAM system feeds `dymlm`: frames, detections and poses in, maps out; after a loop closure they follow.
+//! How a SLAM system feeds `dymlm`: frames, detections and poses in, maps out; after a loop closure they
+//! follow.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 

@@ -1,7 +1,8 @@
 //! A camera, a mapper and a planner, each on its own thread, with a loop closure in the middle.
 //!
-//! The camera's odometry drifts. The planner asks the maps while they are built; neither waits for the other. When the
-//! SLAM closes a loop, the mapper lets the maps follow, and the planner goes on with the old ones until then.
+//! The camera's odometry drifts. The planner asks the maps while they are built; neither waits for the other.
+//! When the SLAM closes a loop, the mapper lets the maps follow, and the planner goes on with the old ones
+//! until then.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 

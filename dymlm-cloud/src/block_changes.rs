@@ -17,10 +17,12 @@ pub struct CloudBlock {
 }
 
 impl CloudMap {
-    /// The blocks in which the static cloud differs from that of an earlier map, as they are now: who replaces these in
-    /// a copy of the earlier one has this one. In the order of slots that a map gives its blocks as they come.
+    /// The blocks in which the static cloud differs from that of an earlier map, as they are now: who
+    /// replaces these in a copy of the earlier one has this one. In the order of slots that a map gives its
+    /// blocks as they come.
     ///
-    /// O(blocks), a comparison of pointers each where the earlier map is a clone of this one, and what has changed.
+    /// O(blocks), a comparison of pointers each where the earlier map is a clone of this one, and what has
+    /// changed.
     pub fn changes_since(&self, earlier: &Self) -> Vec<CloudBlock> {
         let (new, old) = (self.kept_cloud(), earlier.kept_cloud());
         let has_same_slots = self.is_clone_of(earlier);

@@ -124,33 +124,67 @@ pub(crate) fn cell_in_block(index: usize) -> [i32; 3] {
     [index & 7, index >> 3 & 7, index >> 6].map(|c| c as i32)
 }
 
-/// Blocks by their place, each at a slot that stays. O(1) expected a look-up.
+/// Slots of blocks by their place, counted up from 0; each stays. O(1) expected a look-up.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct BlockIndex {
+    slots: HashMap<BlockKey, u32, BuildHasherDefault<KeyHasher>>,
+    keys: Vec<BlockKey>,
+}
+
+impl BlockIndex {
+    #[inline]
+    pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
+        self.slots.get(&key).map(|&slot| slot as usize)
+    }
+
+    /// The slot of the block at `key`; the next when it has none yet.
+    #[inline]
+    pub(crate) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
+        let next = self.keys.len();
+        let slot = *self.slots.entry(key).or_insert(next as u32) as usize;
+        if slot == next {
+            self.keys.push(key);
+        }
+        slot
+    }
+
+    /// Keys by slot.
+    #[inline]
+    pub(crate) fn keys(&self) -> &[BlockKey] {
+        &self.keys
+    }
+
+    /// Forgets all, and keeps the memory.
+    pub(crate) fn clear(&mut self) {
+        self.slots.clear();
+        self.keys.clear();
+    }
+}
+
+/// Blocks by their place, each at a slot that stays.
 ///
 /// A clone shares the blocks; each is copied when it is changed while both have it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BlockStore<B> {
-    slots: HashMap<BlockKey, u32, BuildHasherDefault<KeyHasher>>,
-    keys: Vec<BlockKey>,
+    index: BlockIndex,
     blocks: Vec<Arc<B>>,
 }
 
 impl<B: Default + Clone> BlockStore<B> {
     #[inline]
     pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
-        self.slots.get(&key).map(|&slot| slot as usize)
+        self.index.slot(key)
     }
 
     /// The slot of the block at `key`, made when there is none.
     #[inline]
     pub(crate) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
-        let next = self.blocks.len();
-        let slot = *self.slots.entry(key).or_insert(next as u32) as usize;
+        let (slot, next) = (self.index.slot_or_insert(key), self.blocks.len());
         if slot == next {
             if next == self.blocks.capacity() {
                 // Small steps: doubling would waste memory where most of it is.
                 self.blocks.reserve_exact(64 + next / 8);
             }
-            self.keys.push(key);
             self.blocks.push(Arc::default());
         }
         slot
@@ -177,22 +211,15 @@ impl<B: Default + Clone> BlockStore<B> {
         self.blocks.iter_mut().map(Arc::make_mut)
     }
 
-    /// Forgets all blocks, and keeps the memory.
-    pub(crate) fn clear(&mut self) {
-        self.slots.clear();
-        self.keys.clear();
-        self.blocks.clear();
-    }
-
     /// Keys by slot.
     #[inline]
     pub(crate) fn keys(&self) -> &[BlockKey] {
-        &self.keys
+        self.index.keys()
     }
 
     /// The lowest and the highest coordinates of all blocks.
     pub(crate) fn bounds(&self) -> Option<[[i32; 3]; 2]> {
-        let [first, ..] = self.keys.as_slice() else { return None };
+        let [first, ..] = self.index.keys.as_slice() else { return None };
         let join = |[low, high]: [[i32; 3]; 2], key: &BlockKey| {
             let block = key.block();
             [0, 1].map(|end| {
@@ -202,28 +229,29 @@ impl<B: Default + Clone> BlockStore<B> {
                 })
             })
         };
-        Some(self.keys.iter().fold([first.block(); 2], join))
+        Some(self.index.keys.iter().fold([first.block(); 2], join))
     }
 
     /// All slots in the order of their keys, which does not depend on the order of insertion.
     pub(crate) fn sorted_slots(&self) -> Vec<usize> {
-        let mut slots: Vec<usize> = (0..self.keys.len()).collect();
-        slots.sort_unstable_by_key(|&slot| self.keys[slot]);
+        let mut slots: Vec<usize> = (0..self.index.keys.len()).collect();
+        slots.sort_unstable_by_key(|&slot| self.index.keys[slot]);
         slots
     }
 
-    /// Keeps the blocks whose keys `is_kept` says so of; `None` when all stay. Else those that stay move up to
-    /// lower slots, in their order.
+    /// Keeps the blocks whose keys `is_kept` says so of; `None` when all stay. Else those that stay move up
+    /// to lower slots, in their order.
     pub(crate) fn retain(&mut self, is_kept: impl Fn(BlockKey) -> bool) -> Option<Retained> {
-        let stays: Vec<bool> = self.keys.iter().map(|&key| is_kept(key)).collect();
-        let gone = self.keys.iter().zip(&stays).filter(|(_, stays)| !**stays);
+        let stays: Vec<bool> = self.index.keys.iter().map(|&key| is_kept(key)).collect();
+        let gone = self.index.keys.iter().zip(&stays).filter(|(_, stays)| !**stays);
         let gone: Vec<BlockKey> = gone.map(|(&key, _)| key).collect();
         if gone.is_empty() {
             return None;
         }
-        keep_slots(&mut self.keys, &stays);
+        keep_slots(&mut self.index.keys, &stays);
         keep_slots(&mut self.blocks, &stays);
-        self.slots = self.keys.iter().enumerate().map(|(slot, &key)| (key, slot as u32)).collect();
+        self.index.slots =
+            self.index.keys.iter().enumerate().map(|(slot, &key)| (key, slot as u32)).collect();
         let around = gone.iter().flat_map(|key| key.neighborhood());
         let mut around: Vec<usize> = around.filter_map(|neighbor| self.slot(neighbor.key)).collect();
         around.sort_unstable();
@@ -233,8 +261,8 @@ impl<B: Default + Clone> BlockStore<B> {
 
     /// Bytes of the store itself, without what its blocks own.
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.slots.capacity() * (size_of::<(BlockKey, u32)>() + 1)
-            + self.keys.capacity() * size_of::<BlockKey>()
+        self.index.slots.capacity() * (size_of::<(BlockKey, u32)>() + 1)
+            + self.index.keys.capacity() * size_of::<BlockKey>()
             + self.blocks.capacity() * (size_of::<Arc<B>>() + 2 * size_of::<usize>() + size_of::<B>())
     }
 }

@@ -253,8 +253,8 @@ impl CloudMap {
     /// The cloud in the order of [`CloudMap::voxels`]. It has colours when any of its voxels has; what was
     /// read without is black.
     ///
-    /// The static cloud is kept from call to call, some 23 bytes a point: reading it again costs what has changed,
-    /// and copying it.
+    /// The static cloud is kept from call to call, some 23 bytes a point: reading it again costs what has
+    /// changed, and copying it.
     pub fn point_cloud(&self, selection: Selection) -> PointCloud {
         if selection == Selection::Static {
             return self.kept_cloud().to_point_cloud();

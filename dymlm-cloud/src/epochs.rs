@@ -11,8 +11,8 @@ use crate::support::Support;
 pub(crate) const EPOCH: f64 = 2.5;
 /// Periods of more than 2^`MAX_LEVEL` epochs, three hours, are not made.
 const MAX_LEVEL: u32 = 12;
-/// A period that ended so many epochs, six hours, before a block was seen last is forgotten: not before it has
-/// become one of the longest, so that the order of frames does not matter.
+/// A period that ended so many epochs, six hours, before a block was seen last is forgotten: not before it
+/// has become one of the longest, so that the order of frames does not matter.
 const MEMORY: i32 = 2 << MAX_LEVEL;
 
 /// The epoch that a time lies in, seconds.

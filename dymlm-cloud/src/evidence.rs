@@ -260,8 +260,8 @@ impl Evidence {
         }
     }
 
-    /// Forgets the blocks for which `is_forgotten` says so (lowest and highest corner, metres); those around them
-    /// have changed.
+    /// Forgets the blocks for which `is_forgotten` says so (lowest and highest corner, metres); those around
+    /// them have changed.
     pub(crate) fn forget(&mut self, is_forgotten: impl Fn([[f64; 3]; 2]) -> bool) -> Option<Retained> {
         let cell_size = self.cell_size();
         let retained = self.blocks.retain(|key| !is_forgotten(key.bounds(cell_size)))?;

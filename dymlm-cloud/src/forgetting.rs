@@ -3,8 +3,9 @@ use dymlm_core::vector3::distances_to_box;
 use crate::CloudMap;
 
 impl CloudMap {
-    /// Forgets what lies farther than `radius` metres from a place (world), by whole blocks of the evidence (8
-    /// cells of some 4 cm a side): their voxels, and all that frames said of them. What is left is as it was.
+    /// Forgets what lies farther than `radius` metres from a place (world), by whole blocks of the evidence
+    /// (8 cells of some 4 cm a side): their voxels, and all that frames said of them. What is left is as it
+    /// was.
     ///
     /// Frames that reach farther can be [removed](CloudMap::remove) no more. O(blocks held), without judging
     /// anew what is far from the border.

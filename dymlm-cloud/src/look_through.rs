@@ -10,9 +10,9 @@ use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 /// sensor's tolerance ([`Visibility::Absent`](dymlm_core::Visibility::Absent)), whatever it is a reading of:
 /// also somebody who walks behind a place shows that the place is free.
 ///
-/// Cost a frame: one look at the image for each block of 8^3 cells between the camera and the readings, and one
-/// for each cell of the blocks that the readings pass; independent of the number of frames before and of what
-/// lies behind.
+/// Cost a frame: one look at the image for each block of 8^3 cells between the camera and the readings, and
+/// one for each cell of the blocks that the readings pass; independent of the number of frames before and of
+/// what lies behind.
 #[derive(Debug, Clone)]
 pub(crate) struct LookThrough {
     cell_size: f64,
@@ -22,8 +22,8 @@ pub(crate) struct LookThrough {
     view: View,
     tiles: DepthTiles,
     samples: Box<CellSamples>,
-    /// What the frame may look through, and cubes that are still to be judged: lowest block, and the logarithm
-    /// of the side.
+    /// What the frame may look through, and cubes that are still to be judged: lowest block, and the
+    /// logarithm of the side.
     found: Vec<FoundBlock>,
     cubes: Vec<([i32; 3], u32)>,
 }
@@ -53,7 +53,8 @@ struct View {
     cx: f32,
     cy: f32,
     camera_from_world: Pose,
-    /// x / z at the left and the right border of the image, y / z at the upper and the lower, a pixel outside.
+    /// x / z at the left and the right border of the image, y / z at the upper and the lower, a pixel
+    /// outside.
     slopes: [[f32; 2]; 2],
     /// Lowest and highest block coordinates around what is seen.
     low: [i32; 3],

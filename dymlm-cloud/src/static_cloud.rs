@@ -131,7 +131,8 @@ impl StaticCloud {
         }
     }
 
-    /// Forgets blocks of voxels that are gone: by slot, which stayed. Slots of the evidence have changed as well.
+    /// Forgets blocks of voxels that are gone: by slot, which stayed. Slots of the evidence have changed as
+    /// well.
     pub(crate) fn forget(&mut self, stays: Option<&[bool]>) {
         if let Some(stays) = stays {
             keep_slots(&mut self.blocks, stays);

@@ -1,8 +1,8 @@
 use crate::block_store::{BlockKey, BlockStore, CellBits};
 use crate::voxel_block::VoxelBlock;
 
-/// The blocks of voxels that a frame touches. While the frame is added they stand here instead of at their slots,
-/// where each access would ask anew whether a clone of the map shares them.
+/// The blocks of voxels that a frame touches. While the frame is added they stand here instead of at their
+/// slots, where each access would ask anew whether a clone of the map shares them.
 #[derive(Debug, Default)]
 pub(crate) struct TouchedBlocks {
     blocks: Vec<TouchedBlock>,
@@ -29,8 +29,8 @@ impl TouchedBlocks {
         self.blocks.clear();
     }
 
-    /// The number here of the block at `key`, made when there is none; the first time it is taken from its slot.
-    /// `stamp` is the frame's, what changed before `seen` is known.
+    /// The number here of the block at `key`, made when there is none; the first time it is taken from its
+    /// slot. `stamp` is the frame's, what changed before `seen` is known.
     #[inline]
     pub(crate) fn touch(
         &mut self,

@@ -75,8 +75,9 @@ impl CloudMap {
 }
 
 impl CloudMap {
-    /// Takes over what a clone of an earlier state of this map has found to be static, if that is newer than what is
-    /// known here; what has changed since is found when it is asked for. Does nothing while somebody asks the clone.
+    /// Takes over what a clone of an earlier state of this map has found to be static, if that is newer than
+    /// what is known here; what has changed since is found when it is asked for. Does nothing while somebody
+    /// asks the clone.
     pub fn adopt_static(&mut self, earlier: &Self) {
         self.kept.adopt(&earlier.kept);
     }

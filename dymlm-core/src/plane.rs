@@ -37,8 +37,8 @@ impl Plane {
         self.normal
     }
 
-    /// A plane as it was taken apart by [`Self::normal`] and [`Self::d`], the same bits: nothing is normalized. `None`
-    /// when the normal is not of unit length.
+    /// A plane as it was taken apart by [`Self::normal`] and [`Self::d`], the same bits: nothing is
+    /// normalized. `None` when the normal is not of unit length.
     #[must_use]
     pub fn of_unit_normal(normal: [f64; 3], d: f64) -> Option<Self> {
         let is_unit = (dot(normal, normal) - 1.0).abs() < 1e-9;

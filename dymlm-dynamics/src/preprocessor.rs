@@ -172,8 +172,8 @@ impl Preprocessor {
         }
     }
 
-    /// Remembers the depths of movers. Only a detection vouches for what is in a box; and who is hidden by another
-    /// mover is still at the depth at which they were seen before.
+    /// Remembers the depths of movers. Only a detection vouches for what is in a box; and who is hidden by
+    /// another mover is still at the depth at which they were seen before.
     fn remember_depths(&mut self) {
         for (own, mover) in self.movers.iter().enumerate() {
             if let (BoxSource::Detected { .. }, Some(depth)) = (mover.source, self.foregrounds[own].depth())
@@ -287,8 +287,8 @@ impl Preprocessor {
         &self.mover_mask
     }
 
-    /// The pixels of the last frame (`true`) that are left out of the static mask because they are new in free
-    /// space: a mover, or what has just come to stay. A single pixel before the first frame.
+    /// The pixels of the last frame (`true`) that are left out of the static mask because they are new in
+    /// free space: a mover, or what has just come to stay. A single pixel before the first frame.
     pub fn unproven_mask(&self) -> &Mask {
         &self.unproven_mask
     }

@@ -3,21 +3,21 @@ use dymlm_core::{ColorImage, Rgb};
 use crate::byte_planes::{put_byte_planes, take_byte_planes};
 use crate::foretelling::Numbers;
 
-/// Side of the square of pixels that share one brightness, and of the one that shares one hue: a pixel at 2 m is
-/// 4 mm wide, a voxel of the cloud 10.
+/// Side of the square of pixels that share one brightness, and of the one that shares one hue: a pixel at 2 m
+/// is 4 mm wide, a voxel of the cloud 10.
 const LUMA_SIDE: usize = 2;
 const CHROMA_SIDE: usize = 4;
-/// Steps of brightness and hue, of 256: an eighth of what cameras err from frame to frame, and the mean over many
-/// frames has none. Lower takes bytes (1: 25 kB more a frame), higher shows bands where few frames look.
+/// Steps of brightness and hue, of 256: about what a camera errs from frame to frame, so that the mean over
+/// many frames has none. Lower takes bytes (1: 25 kB more a frame), higher shows bands where few frames look.
 const STEP: i32 = 4;
 /// Values of brightness and of hue: 0..=64 and 0..=128.
 const LEVELS: u32 = 129;
 
-/// A colour image as it is kept: brightness for each square of 2x2 pixels, hue for each of 4x4, in steps of 4 of
-/// 256.
+/// A colour image as it is kept: brightness for each square of 2x2 pixels, hue for each of 4x4, in steps of 4
+/// of 256.
 ///
-/// What is mapped is the image that comes [out](Self::to_image) of it, so that a map which is built again has the same
-/// colours.
+/// What is mapped is the image that comes [out](Self::to_image) of it, so that a map which is built again has
+/// the same colours.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReducedColors {
     size: [usize; 2],

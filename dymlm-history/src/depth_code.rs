@@ -6,8 +6,8 @@ use crate::foretelling::Numbers;
 
 /// Appends a depth image without loss, to be deflated.
 ///
-/// A sensor's readings take few values (a Kinect's disparities: some hundred in a frame). Each is replaced by its
-/// rank among those of the frame, and foretold by its neighbours; what is left is mostly 0.
+/// A sensor's readings take few values (a Kinect's disparities: some hundred in a frame). Each is replaced by
+/// its rank among those of the frame, and foretold by its neighbours; what is left is mostly 0.
 pub(crate) fn put_depth(depth: &DepthImage, out: &mut Vec<u8>) {
     // Depths are not negative: their bits have their order.
     let mut values: Vec<u32> = depth.data().iter().map(|z| z.to_bits()).collect();

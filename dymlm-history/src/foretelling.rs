@@ -7,7 +7,8 @@ pub(crate) struct Numbers {
     pub(crate) width: usize,
     /// All are smaller.
     pub(crate) count: u32,
-    /// Whether a 0 says that there is none: then it foretells nothing, and what is foretold there stands for it.
+    /// Whether a 0 says that there is none: then it foretells nothing, and what is foretold there stands for
+    /// it.
     pub(crate) has_holes: bool,
 }
 

@@ -9,8 +9,8 @@ use crate::depth_code::{put_depth, take_depth};
 
 /// Deflate's level: 4 takes a third of the time and 5 % more bytes, 9 gains 4 % and takes four times as long.
 const LEVEL: u8 = 6;
-/// Bytes that a pixel unpacks to, at most: depth as it is and its place among the frame's (8), colours (3), a bit in
-/// three masks and in a detection's; and what takes none.
+/// Bytes that a pixel unpacks to, at most: depth as it is and its place among the frame's (8), colours (3), a
+/// bit in three masks and in a detection's; and what takes none.
 const MOST_BYTES_A_PIXEL: usize = 64;
 const MOST_BYTES_BESIDE: usize = 1 << 26;
 

@@ -69,8 +69,8 @@ pub struct ObjectMapper {
 /// Farthest that a camera may be from the world's origin on an axis, metres: places stay exact to a
 /// micrometre.
 const REACH: f64 = 1e8;
-/// Intersection over union of an object's projection and a detection's box from which on the detector may mean
-/// the object. Lower loses things before or behind others, higher keeps what was found beside an object
+/// Intersection over union of an object's projection and a detection's box from which on the detector may
+/// mean the object. Lower loses things before or behind others, higher keeps what was found beside an object
 /// instead of it.
 const LOOKS_LIKE: f64 = 0.4;
 /// Merges a frame, at most; the others wait for the next.
@@ -242,8 +242,8 @@ impl ObjectMapper {
         Some(moved.oriented_box)
     }
 
-    /// Removes the objects whose box reaches into a region (lowest and highest corner, metres, world) and that
-    /// `is_gone` says are; gives their ids. Carried objects stay.
+    /// Removes the objects whose box reaches into a region (lowest and highest corner, metres, world) and
+    /// that `is_gone` says are; gives their ids. Carried objects stay.
     pub fn remove_where(
         &mut self,
         region: [[f64; 3]; 2],
@@ -262,8 +262,8 @@ impl ObjectMapper {
         gone
     }
 
-    /// Forgets the objects whose centre is farther than `radius` metres from a place (world), but for those that
-    /// somebody carries. Met again, they are new ones.
+    /// Forgets the objects whose centre is farther than `radius` metres from a place (world), but for those
+    /// that somebody carries. Met again, they are new ones.
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let is_far = |object: &&MapObject| {
             let away = norm(difference(object.oriented_box.center(), center));
@@ -509,8 +509,8 @@ impl ObjectMapper {
         }
     }
 
-    /// The first pair of objects that are one, among those that changed and those near them; `None` when there
-    /// is none. The one with fewer observations goes.
+    /// The first pair of objects that are one, among those that changed and those near them; `None` when
+    /// there is none. The one with fewer observations goes.
     fn find_duplicates(&mut self) -> Option<ObjectMerge> {
         while let Some(&id) = self.changed.first() {
             if let Some(own) = self.map.place(id).and_then(|place| self.map.objects.get(place)) {

@@ -6,10 +6,11 @@ use crate::ObjectMapper;
 
 /// The ids of a map that was built before, for one that takes its place.
 impl ObjectMapper {
-    /// Takes the place of a map that was built of the same frames: the objects of `names` (id here -> id of an object
-    /// there, no two alike) are called so from now on, all others get ids that neither map ever gave. Ids that led to
-    /// other objects there lead there still; those of `merged` (id of an object there -> id that one of `names` has now)
-    /// lead to what they became. `plane_names` are the new ids of the planes that things stand on.
+    /// Takes the place of a map that was built of the same frames: the objects of `names` (id here -> id of
+    /// an object there, no two alike) are called so from now on, all others get ids that neither map ever
+    /// gave. Ids that led to other objects there lead there still; those of `merged` (id of an object there
+    /// -> id that one of `names` has now) lead to what they became. `plane_names` are the new ids of the
+    /// planes that things stand on.
     ///
     /// Gives the new id of each id that this map ever gave. Nothing but ids changes. O(objects).
     pub fn succeed(

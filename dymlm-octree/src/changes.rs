@@ -1,9 +1,9 @@
 use crate::{Extent, Octree};
 
 impl Octree {
-    /// Cubes in which cells differ from those of an earlier map of the same resolution: who takes the leaves of an
-    /// earlier one outside of them and [those of this one](Self::leaves_in_box) within them has this one. Of 8 cells a
-    /// side, larger where a pruned leaf of so many was parted or made. In a fixed order.
+    /// Cubes in which cells differ from those of an earlier map of the same resolution: who takes the leaves
+    /// of an earlier one outside of them and [those of this one](Self::leaves_in_box) within them has this
+    /// one. Of 8 cells a side, larger where a pruned leaf of so many was parted or made. In a fixed order.
     ///
     /// O(nodes), half a millisecond a megabyte.
     pub fn changes_since(&self, earlier: &Self) -> Vec<Extent> {

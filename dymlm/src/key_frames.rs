@@ -13,8 +13,8 @@ use dymlm_core::{ConfigError, Pose, check_range};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct KeyFrameConfig {
-    /// Translation since the last key frame, metres, at least 0. Default 0.02: a hand-held camera is mapped ten
-    /// times a second, about.
+    /// Translation since the last key frame, metres, at least 0. Default 0.02: a hand-held camera is mapped
+    /// ten times a second, about.
     pub min_translation: f64,
     /// Rotation since the last key frame, radians, at least 0. Default 1 degree: 3 cm at 2 m.
     pub min_rotation: f64,

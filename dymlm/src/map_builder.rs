@@ -23,8 +23,9 @@ use crate::{
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
 ///
 /// Frames come in the order of their time. Each is a [`FrameInput`]: images, what the detector says
-/// ([`Detections`]), and the pose. The cost of a frame follows what it sees, and does not grow with the frames
-/// before, but where two map planes prove to be one: then the key frames since the younger was seen are asked.
+/// ([`Detections`]), and the pose. The cost of a frame follows what it sees, and does not grow with the
+/// frames before, but where two map planes prove to be one: then the key frames since the younger was seen
+/// are asked.
 #[derive(Debug)]
 pub struct MapBuilder {
     pub(crate) config: MapConfig,
@@ -280,20 +281,21 @@ impl MapBuilder {
     }
 
     /// Forgets what lies farther than `radius` metres from a place (world), in all maps: for robots that need
-    /// their surroundings only. What is near stays as it is. Goes through all blocks held, and through what every
-    /// key frame has seen of planes: once every few metres is enough.
+    /// their surroundings only. What is near stays as it is. Goes through all blocks held, and through what
+    /// every key frame has seen of planes: once every few metres is enough.
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         self.map.forget_outside(center, radius);
         self.note(|newest| Event::Forgot { newest, center, radius });
         self.publish_change();
     }
 
-    /// A reader of the maps for other threads. It sees the maps as they stand now, then as they are published:
-    /// every [`publish_interval`](MapConfig::publish_interval), and at once after [`settle`](Self::settle),
+    /// A reader of the maps for other threads. It sees the maps as they stand now, then as they are
+    /// published: every [`publish_interval`](MapConfig::publish_interval), and at once after
+    /// [`settle`](Self::settle),
     /// [`forget_outside`](Self::forget_outside), a moved object or a correction of poses.
     ///
-    /// Publishing costs some nanoseconds for each block of the cloud, a copy of the other maps, and once a copy of each
-    /// block that later frames change; nothing while nobody has a reader.
+    /// Publishing costs some nanoseconds for each block of the cloud, a copy of the other maps, and once a
+    /// copy of each block that later frames change; nothing while nobody has a reader.
     pub fn reader(&mut self) -> MapReader {
         self.publisher.reader(&mut self.map)
     }

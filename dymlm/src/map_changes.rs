@@ -43,11 +43,12 @@ pub struct ChangedThings<Id> {
 }
 
 impl MultiLevelMap {
-    /// What has changed since an earlier state, such as the one that a [reader](crate::MapReader) gave before: any
-    /// number of consumers, each with the state that it knows. Who replaces these in a copy has this state.
+    /// What has changed since an earlier state, such as the one that a [reader](crate::MapReader) gave
+    /// before: any number of consumers, each with the state that it knows. Who replaces these in a copy has
+    /// this state.
     ///
-    /// O(blocks), a comparison of pointers each while the cloud is the same one (until poses are corrected or what is far
-    /// is forgotten: then of points), of nodes of the octree, and what has changed.
+    /// O(blocks), a comparison of pointers each while the cloud is the same one (until poses are corrected or
+    /// what is far is forgotten: then of points), of nodes of the octree, and what has changed.
     pub fn changes_since(&self, earlier: &Self) -> MapChanges {
         let plane_ids = |map: &Self| -> BTreeSet<PlaneId> { map.planes.iter().map(MapPlane::id).collect() };
         let object_ids =

@@ -34,11 +34,13 @@ pub struct MapConfig {
     pub max_detection_delay: f64,
     /// Which frames are mapped.
     pub key_frames: KeyFrameConfig,
-    /// How often the maps are published to [readers](crate::MapReader), seconds of the frames' clock, 0..=60. Default
-    /// 0.5: more often costs more copies of what each frame changes, less often gives readers older maps.
+    /// How often the maps are published to [readers](crate::MapReader), seconds of the frames' clock, 0..=60.
+    /// Default 0.5: more often costs more copies of what each frame changes, less often gives readers older
+    /// maps.
     pub publish_interval: f64,
-    /// Where what key frames have shown is kept, so that the maps can [follow](crate::MapBuilder::correct_poses) when
-    /// poses are corrected. Default none: it takes some 90 kB a key frame of 640x480.
+    /// Where what key frames have shown is kept, so that the maps can
+    /// [follow](crate::MapBuilder::correct_poses) when poses are corrected. Default none: it takes some 90 kB
+    /// a key frame of 640x480.
     pub history: HistoryConfig,
     /// Preprocessing: tracking, compensation, box correction, static mask.
     pub dynamics: DynamicsConfig,
@@ -76,8 +78,8 @@ impl MapConfig {
         Self { key_frames: KeyFrameConfig::every_frame(), ..Self::default() }
     }
 
-    /// For a robot that maps while it drives: a key frame every 5 cm, 3 degrees or 0.2 s, cloud voxels of 2 cm:
-    /// half of the processor time of each key frame, and nothing but tracking between them.
+    /// For a robot that maps while it drives: a key frame every 5 cm, 3 degrees or 0.2 s, cloud voxels of 2
+    /// cm: half of the processor time of each key frame, and nothing but tracking between them.
     #[must_use]
     pub fn robot() -> Self {
         let key_frames = KeyFrameConfig {

@@ -1,7 +1,8 @@
 use crate::session_log::SessionLog;
 use crate::{MapBuilder, MultiLevelMap};
 
-/// Bytes that each map holds, and the history, about: with what queries and output keep of it, without the builder's buffers.
+/// Bytes that each map holds, and the history, about: with what queries and output keep of it, without the
+/// builder's buffers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

@@ -17,8 +17,8 @@ impl Revision {
 
 /// Reads the maps of a builder on any thread: see [`MapBuilder::reader`](crate::MapBuilder::reader).
 ///
-/// What it gives is whole and stays as it is, while the builder goes on; neither waits for the other. A map that is
-/// held shares all blocks of its cloud with the builder's, but for those that have changed since.
+/// What it gives is whole and stays as it is, while the builder goes on; neither waits for the other. A map
+/// that is held shares all blocks of its cloud with the builder's, but for those that have changed since.
 ///
 /// ```
 /// use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -58,7 +58,8 @@ impl MapReader {
         Arc::clone(&self.locked())
     }
 
-    /// Waits for maps that are newer than a revision, and gives the last published; `None` when none came in time.
+    /// Waits for maps that are newer than a revision, and gives the last published; `None` when none came in
+    /// time.
     pub fn wait_newer(&self, than: Revision, timeout: Duration) -> Option<Arc<MultiLevelMap>> {
         // A time that no clock reaches is waited for without end.
         let end = Instant::now().checked_add(timeout);

@@ -140,7 +140,8 @@ impl SeenThings {
         Self { planes: update.planes.associations.clone(), objects: update.objects.observed.clone() }
     }
 
-    /// Remembers what detections were of that are of no object of the map now: a later correction may find it again.
+    /// Remembers what detections were of that are of no object of the map now: a later correction may find it
+    /// again.
     pub(crate) fn remember(&mut self, before: &Self, is_in_map: impl Fn(ObjectId) -> bool) {
         let known: BTreeSet<usize> =
             self.objects.iter().filter(|(_, id)| is_in_map(*id)).map(|(detection, _)| *detection).collect();

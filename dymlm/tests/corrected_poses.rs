@@ -1,5 +1,5 @@
-//! Maps that follow when poses are corrected: equal to the bit to maps that are built anew, ids that stay, refusals
-//! that change nothing.
+//! Maps that follow when poses are corrected: equal to the bit to maps that are built anew, ids that stay,
+//! refusals that change nothing.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -10,11 +10,11 @@
 //! `--detector-rate 10` takes sequences at 30 Hz with detections in each frame and, beside them, in every
 //! third.
 //!
-//! `--unlabelled` takes people and things that move and are never detected, `--fresh SEED` other people in other
-//! rooms (both: the former in the latter); `--no-detections` and `--min-score 0.7` withhold detections.
+//! `--unlabelled` takes people and things that move and are never detected, `--fresh SEED` other people in
+//! other rooms (both: the former in the latter); `--no-detections` and `--min-score 0.7` withhold detections.
 //!
-//! `--building SEED` takes a floor of a building instead, `--rooms 8` of them, with `--rate 5` frames a second;
-//! `--robot`, `--pitch 60` and `--roll 90` say how the camera is held; held against thresholds.
+//! `--building SEED` takes a floor of a building instead, `--rooms 8` of them, with `--rate 5` frames a
+//! second; `--robot`, `--pitch 60` and `--roll 90` say how the camera is held; held against thresholds.
 //!
 //! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
 

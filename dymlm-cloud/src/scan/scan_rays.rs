@@ -1,7 +1,8 @@
 use dymlm_core::vector3::{difference, dot, norm, unit};
 
 use super::Scan;
-use crate::block_store::{BlockKey, BlockStore, CellBits, for_each_bit, put, split};
+use super::cell_set::CellSet;
+use crate::block_store::{BlockKey, CellBits, for_each_bit, split};
 use crate::fixed_point::range;
 use crate::look_through::LookThrough;
 
@@ -11,8 +12,8 @@ use crate::look_through::LookThrough;
 /// within the tolerance.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScanRays {
-    ends: BlockStore<CellBits>,
-    passed: BlockStore<CellBits>,
+    ends: CellSet,
+    passed: CellSet,
 }
 
 /// A ray and the part of it that tells what is free, metres.
@@ -31,8 +32,8 @@ impl ScanRays {
         let (side, sensor) = (look.cell_size(), look.sensor());
         let origin = scan.world_from_sensor.translation();
         let Self { ends, passed } = self;
-        for (key, cells) in ends.keys().iter().zip(ends.blocks()) {
-            for_each_bit(**cells, |index| {
+        for (key, cells) in ends.blocks() {
+            for_each_bit(cells, |index| {
                 let way = difference(key.cell(index).map(|c| (f64::from(c) + 0.5) * side), origin);
                 let Some(direction) = unit(way) else { return };
                 let reading = norm(way);
@@ -57,22 +58,20 @@ impl ScanRays {
                 let place = world_from_sensor.transform_point(point.map(|c| f64::from(c) * shortened));
                 let (block, index) = split(place.map(|c| (c / look.cell_size()).floor() as i32));
                 let slot = self.ends.slot_or_insert(BlockKey::new(block));
-                if let Some(cells) = self.ends.block_mut(slot) {
-                    put(cells, index);
-                }
+                self.ends.put(slot, index);
             }
         }
     }
 
     /// The cells that were passed, by blocks.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = (BlockKey, CellBits)> {
-        self.passed.keys().iter().copied().zip(self.passed.blocks().iter().map(|cells| **cells))
+        self.passed.blocks()
     }
 }
 
 /// Notes the cells whose centres lie no farther than half a side beside a ray. Every such cell is passed by
 /// it.
-fn follow_ray(passed: &mut BlockStore<CellBits>, ray: &Ray, side: f64) {
+fn follow_ray(passed: &mut CellSet, ray: &Ray, side: f64) {
     let Ray { origin, direction, from, to } = *ray;
     let infinite = [f64::INFINITY; 3];
     let (mut cell, mut next, mut between, mut step) = ([0; 3], infinite, infinite, [0; 3]);
@@ -98,9 +97,7 @@ fn follow_ray(passed: &mut BlockStore<CellBits>, ray: &Ray, side: f64) {
                 _ => passed.slot_or_insert(BlockKey::new(block)),
             };
             last = Some((block, slot));
-            if let Some(cells) = passed.block_mut(slot) {
-                put(cells, index);
-            }
+            passed.put(slot, index);
         }
         let axis =
             if next[0] <= next[1] && next[0] <= next[2] { 0 } else { 1 + usize::from(next[2] < next[1]) };

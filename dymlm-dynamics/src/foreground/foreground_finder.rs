@@ -9,7 +9,8 @@ use crate::{BoxSource, Mover};
 /// feet.
 const REACH: [f32; 2] = [0.6, FOOT_REACH];
 /// Least share of a cluster's samples in space that was free for long for all of it to be new: with less, a
-/// desk goes with the cup that was put there, with more the parts of a mover remain that were never seen free.
+/// desk goes with the cup that was put there, with more the parts of a mover remain that were never seen
+/// free.
 const NEW_SHARE: f32 = 0.3;
 
 /// Finds the mover among the pixels of its box: paper section III-A, "DBSCAN to extract foreground points".

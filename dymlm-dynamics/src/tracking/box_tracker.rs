@@ -258,8 +258,8 @@ impl BoxTracker {
         self.scratch.candidates = candidates;
     }
 
-    /// Pairs those of `candidates`, which are of one label, that no track took with the unmatched tracks of that
-    /// label: the sum of what `likeness` says of track, predicted box and detection is greatest.
+    /// Pairs those of `candidates`, which are of one label, that no track took with the unmatched tracks of
+    /// that label: the sum of what `likeness` says of track, predicted box and detection is greatest.
     fn pair(
         &mut self,
         timestamp: f64,
@@ -366,12 +366,12 @@ fn is_taken(tracks: &[Track], detection: usize) -> bool {
     tracks.iter().any(|track| track.matched.is_some_and(|(index, _)| index == detection))
 }
 
-/// How much a detection is like a box that may have gone on for `elapsed` seconds: the intersection over union of
-/// both when centred, less the farther they are apart; 0 when that is farther than who is seen in the box can
-/// have gone.
+/// How much a detection is like a box that may have gone on for `elapsed` seconds: the intersection over
+/// union of both when centred, less the farther they are apart; 0 when that is farther than who is seen in
+/// the box can have gone.
 ///
-/// Nobody walks farther than their own height in a second, 1.7 m. A detector that looks once a second sees boxes
-/// that do not even overlap (`misses_are_bridged_at_every_frame_rate`).
+/// Nobody walks farther than their own height in a second, 1.7 m. A detector that looks once a second sees
+/// boxes that do not even overlap (`misses_are_bridged_at_every_frame_rate`).
 fn likeness_within_reach(predicted: &BoundingBox, found: &BoundingBox, elapsed: f64) -> f64 {
     let [width, height] = [predicted.width().min(found.width()), predicted.height().min(found.height())];
     let shared = f64::from(width * height);

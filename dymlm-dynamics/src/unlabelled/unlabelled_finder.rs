@@ -7,8 +7,8 @@ use crate::{
     StaticMaskBuilder, TrackerConfig, View,
 };
 
-/// How often the box of a new surface is widened to the thing that it is a part of. Each time takes in what is
-/// joined to it within the margin of the search; a thing that fills half of the image needs three.
+/// How often the box of a new surface is widened to the thing that it is a part of. Each time takes in what
+/// is joined to it within the margin of the search; a thing that fills half of the image needs three.
 const MAX_WIDENINGS: usize = 3;
 
 /// Finds what moves and is reported by no detector, and follows it from frame to frame.
@@ -34,11 +34,6 @@ pub(crate) struct Cutting<'a> {
 }
 
 impl UnlabelledFinder {
-    /// Follows a world that was moved.
-    pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
-        self.tracker.move_world(new_from_old);
-    }
-
     pub(crate) fn new(config: TrackerConfig, sensor: SensorModel) -> Result<Self, Error> {
         Ok(Self {
             sensor,
@@ -48,6 +43,11 @@ impl UnlabelledFinder {
             found: Vec::new(),
             corrected: Vec::new(),
         })
+    }
+
+    /// Follows a world that was moved.
+    pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
+        self.tracker.move_world(new_from_old);
     }
 
     /// Makes pixels of new things `false` in the mask of static pixels.

@@ -144,7 +144,8 @@ impl Associator {
         if projection_iou < self.config.min_projection_iou || projection_iou <= 0.0 {
             return AssociationTests { projection_iou, ..AssociationTests::default() };
         }
-        // The boxes of a slow detector are predicted from run to run, whose times may waver; a pause is no step.
+        // The boxes of a slow detector are predicted from run to run, whose times may waver; a pause is no
+        // step.
         let [newest, last, before] = self.times;
         let max_gap = self.config.max_motion_gap.max(1.5 * (newest - last).min(last - before));
         let predicted = object.motion.predict(newest, max_gap);

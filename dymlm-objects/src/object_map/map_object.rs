@@ -264,8 +264,8 @@ impl MapObject {
         patch
     }
 
-    /// The points of an observation that can be the object's: all while it is little known and where the object
-    /// may be so large, else those in its box and somewhat around.
+    /// The points of an observation that can be the object's: all while it is little known and where the
+    /// object may be so large, else those in its box and somewhat around.
     fn patch(
         &self,
         observation: &ObjectObservation,
@@ -340,8 +340,8 @@ impl MapObject {
     }
 }
 
-/// Share of the observations, by weight, that must have found an object on its plane. Lower takes the edge of a table below
-/// it for its support, higher leaves without one what stands among other things.
+/// Share of the observations, by weight, that must have found an object on its plane. Lower takes the edge of
+/// a table below it for its support, higher leaves without one what stands among other things.
 const SUPPORT_SHARE: f64 = 0.2;
 /// Observations after which an object's box tells which points can be its.
 const KNOWN: u32 = 4;

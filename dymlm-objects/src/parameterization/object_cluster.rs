@@ -33,8 +33,8 @@ pub(super) struct ClusterSearch<'a> {
 }
 
 impl ClusterSearch<'_> {
-    /// Whether a cluster so far, in depth, from a mover that hides much of the box can be the thing: a seat is
-    /// at its depth; at that of what nobody sits on is only what is left of the mover.
+    /// Whether a cluster so far, in depth, from a mover that hides much of the box can be the thing: a seat
+    /// is at its depth; at that of what nobody sits on is only what is left of the mover.
     fn may_be_beside_mover(&self, apart: f32) -> bool {
         self.is_seat == (apart.abs() <= MOVER_REACH)
     }
@@ -64,8 +64,8 @@ const MAX_SAMPLES: usize = 1600;
 const MARGIN_SHARE: f32 = 0.15;
 /// Share of a box hidden by movers from which on they tell where the thing is.
 const HIDDEN: f32 = 0.2;
-/// How far a seat may be from who sits on it, in depth, and what is left of a mover from it, metres. Lower takes
-/// rests of people for things, higher what stands behind a person for a seat.
+/// How far a seat may be from who sits on it, in depth, and what is left of a mover from it, metres. Lower
+/// takes rests of people for things, higher what stands behind a person for a seat.
 const MOVER_REACH: f32 = 0.4;
 /// Share of a cluster outside the box at which its score is halved, and from which on it is no part of the
 /// object, nor taken with what lies outside. Lower cuts off what a tight box leaves out, higher takes in the

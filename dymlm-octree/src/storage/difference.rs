@@ -4,8 +4,8 @@ use super::{ENTRIES, ROOT_LEVEL, Tree};
 use crate::lattice::Key;
 
 impl Tree {
-    /// Calls `visit` for cubes of cells, by their lowest cell and their side in cells, in which two trees differ: the
-    /// smallest that both trees part alike, no smaller than blocks. Colours are not compared.
+    /// Calls `visit` for cubes of cells, by their lowest cell and their side in cells, in which two trees
+    /// differ: the smallest that both trees part alike, no smaller than blocks. Colours are not compared.
     pub(crate) fn for_each_difference(&self, other: &Self, visit: &mut impl FnMut(Key, u32)) {
         self.compare_below([0, 0], other, ROOT_LEVEL, [0; 3], visit);
     }

@@ -11,8 +11,8 @@ pub(crate) enum Forgotten {
 }
 
 impl Tree {
-    /// Forgets cubes of cells, no smaller ones than blocks. `forgotten` is asked for cubes by their lowest cell
-    /// and their side in cells. Freed nodes are used again by what comes.
+    /// Forgets cubes of cells, no smaller ones than blocks. `forgotten` is asked for cubes by their lowest
+    /// cell and their side in cells. Freed nodes are used again by what comes.
     pub(crate) fn forget(&mut self, forgotten: &impl Fn(Key, u32) -> Forgotten) {
         self.forget_below(0, ROOT_LEVEL, [0; 3], forgotten);
     }

@@ -10,9 +10,9 @@ const COS_ACROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// A plane that stands between two that are coplanar: a side of the wall that parts two rooms' ceilings.
 ///
-/// Depth images do not end a patch at the wall: at the corner readings are within the noise of both, and where
-/// they lie on the patch's plane may be a hand's breadth behind the wall. So what two patches have in common
-/// beside a partition says nothing, nor that it occludes the way from the one to the other.
+/// Depth images do not end a patch at the wall: at the corner readings are within the noise of both, and
+/// where they lie on the patch's plane may be a hand's breadth behind the wall. So what two patches have in
+/// common beside a partition says nothing, nor that it occludes the way from the one to the other.
 #[derive(Debug, Clone)]
 pub(crate) struct Partition {
     plane: Plane,
@@ -27,8 +27,8 @@ pub(crate) struct Partition {
 
 impl Partition {
     /// `None` unless one of two planes is before the wall and the other behind it, where they are near each
-    /// other: `region`. Its corner with them is not seen to the last: it stands up to `apart` metres beside its
-    /// own voxels. O(voxels of the three in the region).
+    /// other: `region`. Its corner with them is not seen to the last: it stands up to `apart` metres beside
+    /// its own voxels. O(voxels of the three in the region).
     pub(super) fn new(
         wall: &FinitePlane<'_>,
         [a, b]: [&FinitePlane<'_>; 2],
@@ -57,8 +57,8 @@ impl Partition {
         Some(Self { plane: wall.plane, reach, along, first, stands, voxel_size })
     }
 
-    /// Whether the way from one place to another goes through it or, when it is too short for that, runs beside
-    /// it.
+    /// Whether the way from one place to another goes through it or, when it is too short for that, runs
+    /// beside it.
     pub(crate) fn parts(&self, from: [f64; 3], to: [f64; 3]) -> bool {
         let [s, t] = [from, to].map(|place| self.plane.signed_distance(place));
         let share = if s * t < 0.0 { s / (s - t) } else { f64::from(u8::from(s.abs() > t.abs())) };

@@ -52,8 +52,8 @@ impl CellPicture {
     /// Fills holes (empty cells joined by their sides and corners, with filled ones all round) of at most
     /// `largest` cells.
     ///
-    /// A hole is found from the cell below it. What has grown too large is remembered, so that what is outside
-    /// is walked once along its rim.
+    /// A hole is found from the cell below it. What has grown too large is remembered, so that what is
+    /// outside is walked once along its rim.
     pub(super) fn fill_holes(&mut self, largest: usize) {
         let starts: Vec<[i64; 2]> =
             self.cells().map(|[u, v]| [u, v + 1]).filter(|&[u, v]| !self.at(u, v)).collect();

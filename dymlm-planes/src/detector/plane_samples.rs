@@ -1,8 +1,8 @@
 use dymlm_core::vector3::{dot, norm};
 use dymlm_core::{PinholeCamera, Plane};
 
-/// A sample shows no more points than this along rows, and along columns: it stands for that many pixels. With
-/// 1, half of a desk's side that is seen aslant is missing.
+/// A sample shows no more points than this along rows, and along columns: it stands for that many pixels.
+/// With 1, half of a desk's side that is seen aslant is missing.
 const MOST_PARTS: f64 = 4.0;
 
 /// Places in a row that have as many parts as the first.
@@ -63,8 +63,8 @@ impl RayLattice {
     }
 
     /// How many points a sample is to show along rows and along columns, so that on a plane they lie no more
-    /// than `spacing` metres apart about a point of it: seen aslant or from afar, samples are sparser than the
-    /// voxels of a patch.
+    /// than `spacing` metres apart about a point of it: seen aslant or from afar, samples are sparser than
+    /// the voxels of a patch.
     fn parts(self, plane: &Plane, point: [f64; 3], spacing: f64) -> [u32; 2] {
         let ray = point.map(|c| c / point[2]);
         std::array::from_fn(|axis| {

@@ -33,14 +33,14 @@ use crate::patches::{PlaneIndex, VoxelBox};
 /// ways between them; when enough saw them occluded and hardly any looked through, they merge. What has
 /// merged is not parted when a later key frame looks through after all.
 ///
-/// All sums are integers, and what every key frame has seen is kept in its camera's frame, as sums and a coded
-/// image of labels: 1 to 2 kB. So [`PlaneMap::remove`] takes a key frame out exactly: the planes are those that they
-/// would be if it had added nothing, and merges that it brought about, or that it was needed for as a witness
-/// of what is occluded, are undone.
+/// All sums are integers, and what every key frame has seen is kept in its camera's frame, as sums and a
+/// coded image of labels: 1 to 2 kB. So [`PlaneMap::remove`] takes a key frame out exactly: the planes are
+/// those that they would be if it had added nothing, and merges that it brought about, or that it was needed
+/// for as a witness of what is occluded, are undone.
 ///
 /// An insertion costs what the frame sees, whatever the size and the age of the map and of its planes: voxels
-/// are held in blocks, an index in space knows which planes are where, and key frames are looked at again only
-/// when planes merge, back to where the younger of them was seen first.
+/// are held in blocks, an index in space knows which planes are where, and key frames are looked at again
+/// only when planes merge, back to where the younger of them was seen first.
 #[derive(Debug, Clone)]
 pub struct PlaneMap {
     config: PlaneMapConfig,
@@ -187,9 +187,9 @@ impl PlaneMap {
         &self.config
     }
 
-    /// Bytes that the map holds and that grow: the planes with their voxels and the index of them; what each key
-    /// frame has seen, looked at and merged; the ids that were merged away. What the allocator adds is not
-    /// counted. O(key frames + blocks of voxels).
+    /// Bytes that the map holds and that grow: the planes with their voxels and the index of them; what each
+    /// key frame has seen, looked at and merged; the ids that were merged away. What the allocator adds is
+    /// not counted. O(key frames + blocks of voxels).
     pub fn memory_bytes(&self) -> usize {
         let planes: usize = self.planes.values().map(MapPlane::memory_bytes).sum();
         let key_frames: usize = self.key_frames.values().map(KeyFrame::memory_bytes).sum();
@@ -210,7 +210,8 @@ impl PlaneMap {
         detected.iter().zip(&key_frame.shares).map(place).collect()
     }
 
-    /// The best plane of the map for a detected one. Several detected ones may share it: parts of one surface.
+    /// The best plane of the map for a detected one. Several detected ones may share it: parts of one
+    /// surface.
     fn associate(&self, observation: &Observation) -> Option<Pairing> {
         let detected = observation.finite();
         let region = detected.patch.bounds().grown(self.criterion.reach());

@@ -21,8 +21,8 @@ pub(super) struct Observation {
     edge_points: Vec<[f64; 3]>,
 }
 
-/// How far from the world's origin planes can be summed, metres: a frame's samples lie within a hundred metres
-/// of their centroid.
+/// How far from the world's origin planes can be summed, metres: a frame's samples lie within a hundred
+/// metres of their centroid.
 pub(super) fn reach_of_planes(voxel_size: f64) -> f64 {
     REACH.min(reach(voxel_size)) - 100.0
 }

@@ -6,18 +6,18 @@ use super::new_poses::new_poses;
 use super::replay::{Rebuilt, Replay};
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
-use crate::session_log::{Event, InsertedFrame};
+use crate::session_log::{Event, InsertedFrame, KeyFrameEntry};
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's corrections, when a [history](dymlm_history::HistoryConfig) is kept.
 impl MapBuilder {
-    /// Moves frames to where a loop closure or an optimization has found them: all four maps are those that the same
-    /// observations at the new poses would have made, to the bit. Ids of planes and objects stay, and the report
-    /// says what has become of them.
+    /// Moves frames to where a loop closure or an optimization has found them: all four maps are those that
+    /// the same observations at the new poses would have made, to the bit. Ids of planes and objects stay,
+    /// and the report says what has become of them.
     ///
-    /// Any frames may be given, in any order; a frame that is not moves with its neighbours: between two of them
-    /// with both, the nearer in time the more, else with the first or the last. So what comes after the last one given
-    /// is carried along, and the next frame's pose is one in the corrected world.
+    /// Any frames may be given, in any order; a frame that is not moves with its neighbours: between two of
+    /// them with both, the nearer in time the more, else with the first or the last. So what comes after the
+    /// last one given is carried along, and the next frame's pose is one in the corrected world.
     ///
     /// The maps of before stay until the new ones are whole. Costs the mapping of all key frames without the
     /// search for movers and planes.
@@ -36,7 +36,8 @@ impl MapBuilder {
     /// # Errors
     ///
     /// [`Error::NoHistory`]; [`Error::UnknownFrame`]; [`Error::History`] when an observation cannot be read;
-    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach. Nothing has changed.
+    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach. Nothing has
+    /// changed.
     #[doc(alias = "loop closure")]
     pub fn correct_poses(&mut self, poses: &[(FrameId, Pose)]) -> Result<CorrectionReport, Error> {
         self.correct_poses_watched(poses, &mut |_| true)
@@ -63,8 +64,8 @@ impl MapBuilder {
         self.rebuild(&poses, watch)
     }
 
-    /// Takes a frame or a scan out of all maps, as if it had never been inserted. A frame that is no key frame is in none. Costs
-    /// what [`Self::correct_poses`] does.
+    /// Takes a frame or a scan out of all maps, as if it had never been inserted. A frame that is no key
+    /// frame is in none. Costs what [`Self::correct_poses`] does.
     ///
     /// # Errors
     ///
@@ -89,8 +90,8 @@ impl MapBuilder {
         report
     }
 
-    /// Moves the whole world: each place of it, and so each frame's pose, is `new_from_old` times what it was. Costs
-    /// what [`Self::correct_poses`] does.
+    /// Moves the whole world: each place of it, and so each frame's pose, is `new_from_old` times what it
+    /// was. Costs what [`Self::correct_poses`] does.
     ///
     /// # Errors
     ///
@@ -102,8 +103,8 @@ impl MapBuilder {
         self.rebuild(&poses, &mut |_| true)
     }
 
-    /// The frames that were inserted, with their times and where they were taken from as they are mapped now, in the
-    /// order of their ids; none without a history.
+    /// The frames that were inserted, with their times and where they were taken from as they are mapped now,
+    /// in the order of their ids; none without a history.
     pub fn trajectory(&self) -> impl Iterator<Item = (FrameId, f64, Pose)> {
         let frames = self.log.iter().flat_map(|log| &log.frames).zip(0..);
         frames.map(|(frame, id)| (FrameId::new(id), frame.timestamp, frame.world_from_camera))
@@ -120,20 +121,25 @@ impl MapBuilder {
         let context =
             MappingContext { sensor: &self.config.sensor, mover_labels: self.preprocessor.mover_labels() };
         let rebuilt = Replay::new(log, poses, &self.map, empty).run(&context, watch)?;
-        let Rebuilt { map, ghost_removal, events, mut report } = rebuilt;
+        let Rebuilt { map, ghost_removal, events, planes, objects } = rebuilt;
         let before = std::mem::replace(&mut self.map, map);
         self.map.revision = before.revision;
         (self.ghost_removal, log.events) = (ghost_removal, events);
 
         let range = f64::from(self.config.sensor.max_depth);
-        for entry in log.events.iter().filter_map(Event::key_frame) {
+        let motion = |entry: &KeyFrameEntry| {
             let place = entry.frame.get() as usize;
             let (old, new) = (&log.frames[place].world_from_camera, &poses[place]);
-            if old != new {
-                report.moved_key_frames += 1;
-                report.largest_motion = report.largest_motion.max(old.distance(new) + range * old.angle(new));
-            }
-        }
+            (old != new).then(|| old.distance(new) + range * old.angle(new))
+        };
+        let motions: Vec<f64> = log.key_frames().filter_map(motion).collect();
+        let report = CorrectionReport {
+            key_frames: log.key_frames().count(),
+            moved_key_frames: motions.len(),
+            largest_motion: motions.into_iter().fold(0.0, f64::max),
+            planes,
+            objects,
+        };
         let newest = log.frames.last().zip(poses.last()).map(|(old, new)| (old.world_from_camera, *new));
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;

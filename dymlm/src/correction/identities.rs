@@ -1,16 +1,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Which things of a map that was built again are those of the one before, by the observations that they share.
+/// Which things of a map that was built again are those of the one before, by the observations that they
+/// share.
 ///
-/// Each thing of the new map takes the id of the old one with which it shares most, and that shares most with it
-/// among those that are left; the others get new ids.
+/// Each thing of the new map takes the id of the old one with which it shares most, and that shares most with
+/// it among those that are left; the others get new ids.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Identities<Id: Ord> {
     /// Id in the new map -> id of before.
     pub(super) names: BTreeMap<Id, Id>,
-    /// Ids of before that no thing has any more, and the thing (by its name) that has most of its observations.
+    /// Ids of before that no thing has any more, and the thing (by its name) that has most of its
+    /// observations.
     pub(super) merged: BTreeMap<Id, Id>,
-    /// Things (by their ids in the new map) that have a part of the observations of one of before, which is another.
+    /// Things (by their ids in the new map) that have a part of the observations of one of before, which is
+    /// another.
     pub(super) split: BTreeMap<Id, Id>,
 }
 

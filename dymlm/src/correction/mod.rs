@@ -1,4 +1,5 @@
-//! Maps that follow when poses are corrected: see [`MapBuilder::correct_poses`](crate::MapBuilder::correct_poses).
+//! Maps that follow when poses are corrected: see
+//! [`MapBuilder::correct_poses`](crate::MapBuilder::correct_poses).
 
 mod correct_poses;
 mod identities;

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use dymlm_core::{FrameId, ObjectId, PlaneId, Pose};
 
 use super::identities::Identities;
-use super::report::{CorrectionProgress, CorrectionReport};
+use super::report::{CorrectionProgress, ThingChanges};
 use super::thing_changes::{objects_changed, planes_changed};
 use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
@@ -33,7 +33,8 @@ pub(crate) struct Rebuilt {
     pub(crate) map: MultiLevelMap,
     pub(crate) ghost_removal: GhostRemoval,
     pub(crate) events: Vec<Event>,
-    pub(crate) report: CorrectionReport,
+    pub(crate) planes: ThingChanges<PlaneId>,
+    pub(crate) objects: ThingChanges<ObjectId>,
 }
 
 impl<'a> Replay<'a> {
@@ -54,8 +55,8 @@ impl<'a> Replay<'a> {
         }
     }
 
-    /// Lets everything happen again. `watch` is told before each few key frames how many will have been mapped then,
-    /// and says whether to go on.
+    /// Lets everything happen again. `watch` is told before each few key frames how many will have been
+    /// mapped then, and says whether to go on.
     pub(super) fn run(
         mut self,
         context: &MappingContext<'_>,
@@ -80,8 +81,8 @@ impl<'a> Replay<'a> {
         Ok(self.finish())
     }
 
-    /// The key frames that come next, up to one after which ghosts are removed: until then no map asks another
-    /// thread's.
+    /// The key frames that come next, up to one after which ghosts are removed: until then no map asks
+    /// another thread's.
     fn next_batch(&self, rest: &'a [Event]) -> Vec<&'a KeyFrameEntry> {
         let mut batch = Vec::new();
         for entry in rest.iter().map_while(Event::key_frame).take(MOST_AT_A_TIME) {
@@ -226,13 +227,12 @@ impl<'a> Replay<'a> {
         for (old, new) in self.log.key_frames().zip(entries) {
             new.seen.remember(&old.seen, |object| self.map.objects().object(object).is_some());
         }
-        let report = CorrectionReport {
-            key_frames: self.log.key_frames().count(),
-            moved_key_frames: 0,
-            largest_motion: 0.0,
+        Rebuilt {
             planes: planes_changed(&planes, &plane_names, before, &self.map),
             objects: objects_changed(&objects, &object_names, before, &self.map),
-        };
-        Rebuilt { map: self.map, ghost_removal: self.ghost_removal, events: self.events, report }
+            map: self.map,
+            ghost_removal: self.ghost_removal,
+            events: self.events,
+        }
     }
 }

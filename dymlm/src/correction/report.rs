@@ -9,8 +9,8 @@ pub struct CorrectionReport {
     pub key_frames: usize,
     /// Key frames whose pose has changed.
     pub moved_key_frames: usize,
-    /// The farthest that a reading can have moved by the change of its key frame's pose, metres: the translation, and
-    /// the rotation times the sensor's range.
+    /// The farthest that a reading can have moved by the change of its key frame's pose, metres: the
+    /// translation, and the rotation times the sensor's range.
     pub largest_motion: f64,
     /// The planes.
     pub planes: ThingChanges<PlaneId>,
@@ -18,8 +18,8 @@ pub struct CorrectionReport {
     pub objects: ThingChanges<ObjectId>,
 }
 
-/// What has become of planes or objects. A thing keeps its id when most of the observations that it shares with
-/// one of before are of that one.
+/// What has become of planes or objects. A thing keeps its id when most of the observations that it shares
+/// with one of before are of that one.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

@@ -14,8 +14,8 @@ use super::tolerance::{Tolerance, width};
 use crate::error::Error;
 use crate::moments::{Fit, Moments};
 
-/// Share of a block's pixels that must have a reading. (Feng 2014 demands all, but a Kinect leaves holes.) With
-/// less, slivers at the rim of a pillar are planes (`a_cylinder_yields_no_plane`).
+/// Share of a block's pixels that must have a reading. (Feng 2014 demands all, but a Kinect leaves holes.)
+/// With less, slivers at the rim of a pillar are planes (`a_cylinder_yields_no_plane`).
 const MIN_BLOCK_FILL: f64 = 0.5;
 /// A block is rough from this many times the expected variance on: five standard deviations of the variance
 /// of 64 readings. Without the rule planes of random rooms are 0.1 mm and 0.03 degrees worse.
@@ -207,8 +207,8 @@ impl PlaneExtractor {
         }
     }
 
-    /// How far neighbouring flat blocks are from a common plane: the median of all pairs, most of which lie on
-    /// one.
+    /// How far neighbouring flat blocks are from a common plane: the median of all pairs, most of which lie
+    /// on one.
     fn measure_unevenness(&mut self) {
         self.ratios.clear();
         let below = self.grid.columns;

@@ -36,8 +36,8 @@ pub(super) const COS_MERGE_ANGLE: f64 = 0.5;
 /// but a chair of the kitchen loses its place (`each_thing_is_there_once`).
 const UNEVEN_BEND: f64 = 12.0;
 
-/// How wide a cluster is across its longest extent, metres. Of points spread evenly over a width w the variance is
-/// w^2 / 12.
+/// How wide a cluster is across its longest extent, metres. Of points spread evenly over a width w the
+/// variance is w^2 / 12.
 pub(super) fn width(cluster: &Moments) -> f64 {
     let across = symmetric_eigen3(rows(&cluster.covariance())).map_or(0.0, |eigen| eigen.values[1]);
     (12.0 * across.max(0.0)).sqrt()
@@ -71,8 +71,9 @@ impl Tolerance {
         Some((both.depth_mse - noise).max(0.0) * slant * slant / self.variance(z))
     }
 
-    /// Whether a block or a merged plane is flat. Noise runs along the ray, so its share across the plane falls
-    /// with the angle of incidence; a plane laid through a step of depth is steep, and its misfit is not.
+    /// Whether a block or a merged plane is flat. Noise runs along the ray, so its share across the plane
+    /// falls with the angle of incidence; a plane laid through a step of depth is steep, and its misfit is
+    /// not.
     #[inline]
     pub(super) fn holds(&self, fit: &Fit) -> bool {
         let z = fit.centroid[2];

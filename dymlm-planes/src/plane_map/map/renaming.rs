@@ -8,12 +8,13 @@ use crate::patches::PlaneIndex;
 
 /// The ids of a map that was built before, for one that takes its place.
 impl PlaneMap {
-    /// Takes the place of a map that was built of the same key frames: the planes of `names` (id here -> id of a
-    /// plane there, no two alike) are called so from now on, all others get ids that neither map ever gave. Ids that
-    /// led to other planes there lead there still; those of `merged` (id of a plane there -> id that one of `names` has
-    /// now) lead to what they became.
+    /// Takes the place of a map that was built of the same key frames: the planes of `names` (id here -> id
+    /// of a plane there, no two alike) are called so from now on, all others get ids that neither map ever
+    /// gave. Ids that led to other planes there lead there still; those of `merged` (id of a plane there ->
+    /// id that one of `names` has now) lead to what they became.
     ///
-    /// Gives the new id of each id that this map ever gave. Nothing but ids changes. O(what the key frames have seen).
+    /// Gives the new id of each id that this map ever gave. Nothing but ids changes. O(what the key frames
+    /// have seen).
     pub fn succeed(
         &mut self,
         before: &Self,
