@@ -212,7 +212,8 @@ fn print_summary(report: &RunReport, arguments: &Arguments) {
     println!("objects: {}", counts.objects);
     let megabytes = |bytes: f64| bytes / 1e6;
     let memory = report.memory_bytes;
-    let memory = [memory.cloud, memory.octree, memory.planes, memory.objects, memory.history];
+    let memory =
+        [memory.cloud, memory.octree, memory.planes, memory.objects, memory.history + memory.snapshots];
     let [cloud, octree, planes, objects, history] = memory.map(|bytes| megabytes(bytes as f64));
     println!(
         "memory: cloud {cloud:.1}, octree {octree:.1}, planes {planes:.1}, objects {objects:.1}, history {history:.1} MB"

@@ -21,25 +21,28 @@ impl CloudMap {
     /// replaces these in a copy of the earlier one has this one. In the order of slots that a map gives its
     /// blocks as they come.
     ///
-    /// O(blocks), a comparison of pointers each where the earlier map is a clone of this one, and what has
-    /// changed.
+    /// Where the earlier map is a clone of this one, O(blocks / 64), a comparison of pointers each, and what
+    /// has changed; else O(points).
     pub fn changes_since(&self, earlier: &Self) -> Vec<CloudBlock> {
         let (new, old) = (self.kept_cloud(), earlier.kept_cloud());
         let has_same_slots = self.is_clone_of(earlier);
-        let old_slot =
-            |slot: usize, key: BlockKey| if has_same_slots { Some(slot) } else { earlier.voxels.slot(key) };
-        let block = |(slot, &key): (usize, &BlockKey)| {
-            let is_changed = match old_slot(slot, key) {
-                Some(before) => !new.has_same_points(slot, &old, before),
-                None => !new.points(slot).is_empty(),
-            };
-            is_changed.then(|| CloudBlock {
-                place: key.block(),
-                points: new.points(slot).to_vec(),
-                colors: new.colors(slot).to_vec(),
-            })
+        let has_changed = |slot: &usize| {
+            let key = self.voxels.keys()[*slot];
+            match if has_same_slots { Some(*slot) } else { earlier.voxels.slot(key) } {
+                Some(before) => !new.has_same_points(*slot, &old, before),
+                None => !new.points(*slot).is_empty(),
+            }
         };
-        let mut changes: Vec<CloudBlock> = self.voxels.keys().iter().enumerate().filter_map(block).collect();
+        let block = |slot: usize| CloudBlock {
+            place: self.voxels.keys()[slot].block(),
+            points: new.points(slot).to_vec(),
+            colors: new.colors(slot).to_vec(),
+        };
+        let mut changes: Vec<CloudBlock> = if has_same_slots {
+            new.unshared(&old).filter(has_changed).map(block).collect()
+        } else {
+            (0..self.voxels.keys().len()).filter(has_changed).map(block).collect()
+        };
         if !has_same_slots {
             let gone = earlier.voxels.keys().iter().enumerate();
             let gone =

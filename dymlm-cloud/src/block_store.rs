@@ -1,11 +1,15 @@
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::Arc;
+
+use crate::pages::Pages;
+use crate::slot_index::SlotIndex;
 
 /// Cells along the side of a block.
 pub(crate) const BLOCK_SIDE: usize = 8;
 /// Cells of a block.
 pub(crate) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
+
+/// Blocks of a cube of 4^3 of them.
+pub(crate) const CUBE_BLOCKS: usize = 64;
 
 /// Blocks of a neighbourhood.
 pub(crate) const NEIGHBORS: usize = 27;
@@ -74,6 +78,14 @@ impl BlockKey {
             .map(|c| c as i32 - Self::BIAS)
     }
 
+    /// The cube of 4^3 blocks that holds the block, by the lowest of them, and the block's place in it.
+    #[inline]
+    pub(crate) fn in_cube(self) -> (Self, usize) {
+        const LOW: u64 = 3 | 3 << BlockKey::BITS | 3 << (2 * BlockKey::BITS);
+        let [x, y, z] = [0, Self::BITS, 2 * Self::BITS].map(|shift| (self.0 >> shift & 3) as usize);
+        (Self(self.0 & !LOW), z << 4 | y << 2 | x)
+    }
+
     /// The cell with this index in the block.
     #[inline]
     pub(crate) fn cell(self, index: usize) -> [i32; 3] {
@@ -124,50 +136,21 @@ pub(crate) fn cell_in_block(index: usize) -> [i32; 3] {
     [index & 7, index >> 3 & 7, index >> 6].map(|c| c as i32)
 }
 
-/// Slots of blocks by their place, counted up from 0; each stays. O(1) expected a look-up.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct BlockIndex {
-    slots: HashMap<BlockKey, u32, BuildHasherDefault<KeyHasher>>,
-    keys: Vec<BlockKey>,
-}
-
-impl BlockIndex {
-    #[inline]
-    pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
-        self.slots.get(&key).map(|&slot| slot as usize)
-    }
-
-    /// The slot of the block at `key`; the next when it has none yet.
-    #[inline]
-    pub(crate) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
-        let next = self.keys.len();
-        let slot = *self.slots.entry(key).or_insert(next as u32) as usize;
-        if slot == next {
-            self.keys.push(key);
-        }
-        slot
-    }
-
-    /// Keys by slot.
-    #[inline]
-    pub(crate) fn keys(&self) -> &[BlockKey] {
-        &self.keys
-    }
-
-    /// Forgets all, and keeps the memory.
-    pub(crate) fn clear(&mut self) {
-        self.slots.clear();
-        self.keys.clear();
-    }
-}
-
 /// Blocks by their place, each at a slot that stays.
 ///
-/// A clone shares the blocks; each is copied when it is changed while both have it.
-#[derive(Debug, Clone, Default)]
+/// A clone shares the blocks, and the pages and cubes that list them; each is copied when it is changed while
+/// both have it.
+#[derive(Debug, Clone)]
 pub(crate) struct BlockStore<B> {
-    index: BlockIndex,
-    blocks: Vec<Arc<B>>,
+    index: SlotIndex,
+    keys: Pages<BlockKey>,
+    blocks: Pages<Arc<B>>,
+}
+
+impl<B> Default for BlockStore<B> {
+    fn default() -> Self {
+        Self { index: SlotIndex::default(), keys: Pages::default(), blocks: Pages::default() }
+    }
 }
 
 impl<B: Default + Clone> BlockStore<B> {
@@ -176,17 +159,19 @@ impl<B: Default + Clone> BlockStore<B> {
         self.index.slot(key)
     }
 
-    /// The slot of the block at `key`, made when there is none.
-    #[inline]
+    /// The slot of the block at `key`, made when there is none. Who asks for each reading remembers the last:
+    /// apart from their loops, which stay small.
+    #[inline(never)]
     pub(crate) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
-        let (slot, next) = (self.index.slot_or_insert(key), self.blocks.len());
-        if slot == next {
-            if next == self.blocks.capacity() {
-                // Small steps: doubling would waste memory where most of it is.
-                self.blocks.reserve_exact(64 + next / 8);
-            }
-            self.blocks.push(Arc::default());
-        }
+        self.slot(key).unwrap_or_else(|| self.insert(key))
+    }
+
+    #[cold]
+    fn insert(&mut self, key: BlockKey) -> usize {
+        let slot = self.blocks.len();
+        self.index.insert(key, slot);
+        self.keys.push(key);
+        self.blocks.push(Arc::default());
         slot
     }
 
@@ -196,7 +181,7 @@ impl<B: Default + Clone> BlockStore<B> {
     }
 
     #[inline]
-    pub(crate) fn blocks(&self) -> &[Arc<B>] {
+    pub(crate) fn blocks(&self) -> &Pages<Arc<B>> {
         &self.blocks
     }
 
@@ -213,13 +198,13 @@ impl<B: Default + Clone> BlockStore<B> {
 
     /// Keys by slot.
     #[inline]
-    pub(crate) fn keys(&self) -> &[BlockKey] {
-        self.index.keys()
+    pub(crate) fn keys(&self) -> &Pages<BlockKey> {
+        &self.keys
     }
 
     /// The lowest and the highest coordinates of all blocks.
     pub(crate) fn bounds(&self) -> Option<[[i32; 3]; 2]> {
-        let [first, ..] = self.index.keys.as_slice() else { return None };
+        let first = self.keys.get(0)?;
         let join = |[low, high]: [[i32; 3]; 2], key: &BlockKey| {
             let block = key.block();
             [0, 1].map(|end| {
@@ -229,29 +214,31 @@ impl<B: Default + Clone> BlockStore<B> {
                 })
             })
         };
-        Some(self.index.keys.iter().fold([first.block(); 2], join))
+        Some(self.keys.iter().fold([first.block(); 2], join))
     }
 
     /// All slots in the order of their keys, which does not depend on the order of insertion.
     pub(crate) fn sorted_slots(&self) -> Vec<usize> {
-        let mut slots: Vec<usize> = (0..self.index.keys.len()).collect();
-        slots.sort_unstable_by_key(|&slot| self.index.keys[slot]);
+        let mut slots: Vec<usize> = (0..self.keys.len()).collect();
+        slots.sort_unstable_by_key(|&slot| self.keys[slot]);
         slots
     }
 
     /// Keeps the blocks whose keys `is_kept` says so of; `None` when all stay. Else those that stay move up
     /// to lower slots, in their order.
     pub(crate) fn retain(&mut self, is_kept: impl Fn(BlockKey) -> bool) -> Option<Retained> {
-        let stays: Vec<bool> = self.index.keys.iter().map(|&key| is_kept(key)).collect();
-        let gone = self.index.keys.iter().zip(&stays).filter(|(_, stays)| !**stays);
+        let stays: Vec<bool> = self.keys.iter().map(|&key| is_kept(key)).collect();
+        let gone = self.keys.iter().zip(&stays).filter(|(_, stays)| !**stays);
         let gone: Vec<BlockKey> = gone.map(|(&key, _)| key).collect();
         if gone.is_empty() {
             return None;
         }
-        keep_slots(&mut self.index.keys, &stays);
-        keep_slots(&mut self.blocks, &stays);
-        self.index.slots =
-            self.index.keys.iter().enumerate().map(|(slot, &key)| (key, slot as u32)).collect();
+        self.keys.keep(&stays);
+        self.blocks.keep(&stays);
+        self.index = SlotIndex::default();
+        for (slot, &key) in self.keys.iter().enumerate() {
+            self.index.insert(key, slot);
+        }
         let around = gone.iter().flat_map(|key| key.neighborhood());
         let mut around: Vec<usize> = around.filter_map(|neighbor| self.slot(neighbor.key)).collect();
         around.sort_unstable();
@@ -259,49 +246,30 @@ impl<B: Default + Clone> BlockStore<B> {
         Some(Retained { stays, around })
     }
 
+    /// The blocks that a clone has not, or has changed since.
+    pub(crate) fn unshared<'a>(&'a self, clone: &'a Self) -> impl Iterator<Item = &'a B> {
+        let theirs = clone.blocks.iter().map(Some).chain(std::iter::repeat(None));
+        let is_own =
+            |(own, theirs): &(&Arc<B>, Option<&Arc<B>>)| !theirs.is_some_and(|it| Arc::ptr_eq(own, it));
+        self.blocks.iter().zip(theirs).filter(is_own).map(|(own, _)| own.as_ref())
+    }
+
     /// Bytes of the store itself, without what its blocks own.
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.index.slots.capacity() * (size_of::<(BlockKey, u32)>() + 1)
-            + self.index.keys.capacity() * size_of::<BlockKey>()
-            + self.blocks.capacity() * (size_of::<Arc<B>>() + 2 * size_of::<usize>() + size_of::<B>())
+        let block = size_of::<B>() + 2 * size_of::<usize>();
+        self.index.memory_bytes()
+            + self.keys.memory_bytes()
+            + self.blocks.memory_bytes()
+            + self.blocks.len() * block
     }
 }
 
 /// What [`BlockStore::retain`] has left.
 pub(crate) struct Retained {
-    /// By slot as before, whether its block stayed: for [`keep_slots`] of what is kept by slot elsewhere.
+    /// By slot as before, whether its block stayed: for [`Pages::keep`] of what is kept by slot elsewhere.
     pub(crate) stays: Vec<bool>,
     /// Slots, as they are now, of the blocks beside one that went.
     pub(crate) around: Vec<usize>,
-}
-
-/// Keeps the items of the slots that [stayed](Retained::stays), and gives the memory of the others back.
-pub(crate) fn keep_slots<T>(items: &mut Vec<T>, stays: &[bool]) {
-    let mut stays = stays.iter();
-    items.retain(|_| stays.next().is_some_and(|&stays| stays));
-    items.shrink_to_fit();
-}
-
-/// Multiplies and folds: keys are distinct words already, an attacker does not choose them, and the standard
-/// hasher would cost more than the rest of the look-up.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct KeyHasher(u64);
-
-impl Hasher for KeyHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.write_u64(u64::from(byte));
-        }
-    }
-
-    fn write_u64(&mut self, word: u64) {
-        let product = (self.0 ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        self.0 = product ^ product >> 32;
-    }
 }
 
 #[cfg(test)]
@@ -321,6 +289,12 @@ mod tests {
             }
         }
         assert!(keys.is_sorted());
+    }
+
+    #[test]
+    fn blocks_share_the_cube_that_they_lie_in() {
+        let (cube, place) = BlockKey::new([5, -1, 2]).in_cube();
+        assert_eq!((cube.block(), place), ([4, -4, 0], 2 << 4 | 3 << 2 | 1));
     }
 
     #[test]

@@ -211,7 +211,7 @@ impl CloudMap {
             return Err(Error::DifferentConfigs);
         }
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
-        for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks()) {
+        for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks().iter()) {
             let slot = self.voxels.slot_or_insert(*key);
             let Some(block) = self.voxels.block_mut(slot) else { continue };
             let count = block.len();
@@ -324,6 +324,17 @@ impl CloudMap {
     pub fn memory_bytes(&self) -> usize {
         let voxels: usize = self.voxels.blocks().iter().map(|block| block.memory_bytes()).sum();
         self.voxels.memory_bytes() + voxels + self.evidence.memory_bytes() + self.kept.memory_bytes()
+    }
+
+    /// Bytes that the map holds beside those that it shares with a clone, about, without what queries keep. All
+    /// of it for a map that is no clone.
+    pub fn memory_bytes_beside(&self, clone: &Self) -> usize {
+        if !self.is_clone_of(clone) {
+            return self.memory_bytes();
+        }
+        let voxels = self.voxels.unshared(&clone.voxels);
+        let voxels: usize = voxels.map(|block| size_of::<VoxelBlock>() + block.memory_bytes()).sum();
+        voxels + self.evidence.memory_bytes_beside(&clone.evidence)
     }
 
     /// Checks what can be wrong with a frame, before anything changes.

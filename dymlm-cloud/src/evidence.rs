@@ -1,8 +1,7 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, for_each_bit, has, keep_slots, put,
-    split, without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, for_each_bit, has, put, split, without,
 };
 use crate::direction::Direction;
 use crate::epochs::{Epochs, epoch_of};
@@ -10,6 +9,7 @@ use crate::finding::Finding;
 use crate::frame_reads::{BlockReads, FrameReads};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
+use crate::pages::Pages;
 use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
 use crate::support::Support;
@@ -42,7 +42,7 @@ pub(crate) struct Evidence {
     revision: u32,
     /// By slot, the change that was the block's last; beside the blocks, so that looking for what has changed
     /// need not fetch them all.
-    revisions: Vec<u32>,
+    revisions: Pages<u32>,
     reads: FrameReads,
     /// Whether the current frame has taken out more than was put in.
     is_overdrawn: bool,
@@ -63,7 +63,7 @@ impl Evidence {
             blocks: BlockStore::default(),
             epoch: 0,
             revision: 0,
-            revisions: Vec::new(),
+            revisions: Pages::default(),
             reads: FrameReads::default(),
             is_overdrawn: false,
         }
@@ -86,7 +86,7 @@ impl Evidence {
     }
 
     /// By slot, the number of the block's last change; 0 beyond the end.
-    pub(crate) fn revisions(&self) -> &[u32] {
+    pub(crate) fn revisions(&self) -> &Pages<u32> {
         &self.revisions
     }
 
@@ -251,7 +251,7 @@ impl Evidence {
     /// Adds another map's evidence.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.revision += 1;
-        for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks()) {
+        for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks().iter()) {
             let slot = self.blocks.slot_or_insert(*key);
             if let Some(block) = self.blocks.block_mut(slot) {
                 block.epochs.merge(&theirs.epochs);
@@ -267,8 +267,8 @@ impl Evidence {
         let retained = self.blocks.retain(|key| !is_forgotten(key.bounds(cell_size)))?;
         self.reads.clear();
         self.revision += 1;
-        self.revisions.resize(retained.stays.len(), 0);
-        keep_slots(&mut self.revisions, &retained.stays);
+        self.revisions.grow(retained.stays.len(), || 0);
+        self.revisions.keep(&retained.stays);
         for &slot in &retained.around {
             note_change(&mut self.revisions, slot, self.revision);
         }
@@ -277,7 +277,13 @@ impl Evidence {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let epochs: usize = self.blocks.blocks().iter().map(|block| block.epochs.memory_bytes()).sum();
-        self.blocks.memory_bytes() + self.revisions.capacity() * size_of::<u32>() + epochs
+        self.blocks.memory_bytes() + self.revisions.memory_bytes() + epochs
+    }
+
+    /// Bytes that a clone does not share.
+    pub(crate) fn memory_bytes_beside(&self, clone: &Self) -> usize {
+        let own = self.blocks.unshared(&clone.blocks);
+        own.map(|block| size_of_val(block) + block.epochs.memory_bytes()).sum()
     }
 
     fn count_looked_through(&mut self, depth: &DepthImage, direction: Direction) {
@@ -366,11 +372,11 @@ impl EvidenceBlock {
     }
 }
 
-fn note_change(revisions: &mut Vec<u32>, slot: usize, revision: u32) {
-    if slot >= revisions.len() {
-        revisions.resize(slot + 1, 0);
+fn note_change(revisions: &mut Pages<u32>, slot: usize, revision: u32) {
+    revisions.grow(slot + 1, || 0);
+    if let Some(last) = revisions.get_mut(slot) {
+        *last = revision;
     }
-    revisions[slot] = revision;
 }
 
 /// Calls `count` for each bit, all of them; tells whether any call said so.

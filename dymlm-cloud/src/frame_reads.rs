@@ -1,7 +1,7 @@
 use crate::block_store::{BlockKey, CellBits};
 
 /// Which cells of the evidence the current frame has read, block by block.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct FrameReads {
     blocks: Vec<BlockReads>,
     /// By the slots of the blocks, 1 + their place among these, or 0.
@@ -16,6 +16,13 @@ pub(crate) struct BlockReads {
     pub(crate) slot: usize,
     pub(crate) surfaces: CellBits,
     pub(crate) movers: CellBits,
+}
+
+/// A clone begins with none: a map has a clone made between frames.
+impl Clone for FrameReads {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl FrameReads {

@@ -2,9 +2,10 @@ use std::sync::Arc;
 
 use dymlm_core::{Point, PointCloud, Rgb};
 
-use crate::block_store::{BlockStore, CellBits, has, keep_slots, put, without};
+use crate::block_store::{BlockStore, CellBits, has, put, without};
 use crate::changes::{Change, Changes, Effect, Touched};
 use crate::evidence::Evidence;
+use crate::pages::Pages;
 use crate::places::Places;
 use crate::thinning::{Candidate, Thinning, Window, limit, looks_around};
 use crate::verdict::{Verdict, VerdictGrid};
@@ -19,7 +20,7 @@ use crate::voxel_block::VoxelBlock;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StaticCloud {
     /// By the slots of the voxels.
-    blocks: Vec<Arc<StaticBlock>>,
+    blocks: Pages<Arc<StaticBlock>>,
     /// Slots in the order of their keys, and the box of blocks around them all, lowest and highest.
     order: Vec<u32>,
     bounds: Option<[[i32; 3]; 2]>,
@@ -98,20 +99,19 @@ impl StaticCloud {
     pub(crate) fn refresh(&mut self, source: Source<'_>) {
         let (voxels, count) = (source.voxels, source.voxels.blocks().len());
         if self.order.len() < count {
-            self.blocks.resize_with(count, Arc::default);
+            self.blocks.grow(count, Arc::default);
             self.order = voxels.sorted_slots().into_iter().map(|slot| slot as u32).collect();
             self.bounds = voxels.bounds();
         }
-        for (block, key) in self.blocks.iter_mut().zip(voxels.keys()).filter(|(block, _)| block.evidence == 0)
-        {
-            if let Some(slot) = source.evidence.slot_of(key.cell(0)) {
-                Arc::make_mut(block).evidence = slot as u32 + 1;
+        for (slot, evidence) in self.found_in_evidence(source) {
+            if let Some(block) = self.blocks.get_mut(slot) {
+                Arc::make_mut(block).evidence = evidence;
             }
         }
         let changes = self.changes(source);
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
         for change in changes.iter() {
-            let block = Arc::make_mut(&mut self.blocks[change.slot]);
+            let Some(block) = self.blocks.get_mut(change.slot).map(Arc::make_mut) else { continue };
             block.firm = *change.firm.cells();
             block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
             block.looks_around = change.radii.iter().any(|&radius| looks_around(radius));
@@ -125,17 +125,29 @@ impl StaticCloud {
             is_new.then(|| (slot, StaticBlock::new(source, slot, statics, changes.of(slot), before)))
         });
         for (slot, block) in judged.into_iter().flatten() {
+            let Some(before) = self.blocks.get_mut(slot) else { continue };
             self.len += block.points.len();
-            self.len -= self.blocks[slot].points.len();
-            self.blocks[slot] = Arc::new(block);
+            self.len -= before.points.len();
+            *before = Arc::new(block);
         }
+    }
+
+    /// The slots of blocks whose evidence was not found before, each with 1 + the slot of that.
+    fn found_in_evidence(&self, source: Source<'_>) -> Vec<(usize, u32)> {
+        let blocks = self.blocks.iter().zip(source.voxels.keys().iter()).enumerate();
+        let unknown = blocks.filter(|(_, (block, _))| block.evidence == 0);
+        let found = unknown.filter_map(|(slot, (_, key))| {
+            let evidence = source.evidence.slot_of(key.cell(0))?;
+            Some((slot, evidence as u32 + 1))
+        });
+        found.collect()
     }
 
     /// Forgets blocks of voxels that are gone: by slot, which stayed. Slots of the evidence have changed as
     /// well.
     pub(crate) fn forget(&mut self, stays: Option<&[bool]>) {
         if let Some(stays) = stays {
-            keep_slots(&mut self.blocks, stays);
+            self.blocks.keep(stays);
             (self.order, self.bounds) = (Vec::new(), None);
             self.len = self.blocks.iter().map(|block| block.points.len()).sum();
         }
@@ -310,6 +322,11 @@ impl StaticCloud {
         self.blocks.get(slot).map_or(&[], |block| &block.colors)
     }
 
+    /// The slots of blocks that this cloud does not share with another of the same map.
+    pub(crate) fn unshared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = usize> + 'a {
+        self.blocks.unshared(&other.blocks)
+    }
+
     /// Whether a block has the points that one of another cloud has.
     pub(crate) fn has_same_points(&self, slot: usize, other: &Self, other_slot: usize) -> bool {
         match (self.blocks.get(slot), other.blocks.get(other_slot)) {
@@ -352,7 +369,8 @@ impl StaticCloud {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let points: usize = self.blocks.iter().map(|block| block.memory_bytes()).sum();
-        self.blocks.capacity() * (size_of::<Arc<StaticBlock>>() + size_of::<StaticBlock>())
+        self.blocks.memory_bytes()
+            + self.blocks.len() * (size_of::<StaticBlock>() + 2 * size_of::<usize>())
             + self.order.capacity() * size_of::<u32>()
             + points
     }

@@ -1,10 +1,11 @@
 use std::sync::Arc;
 
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, for_each_bit, has, keep_slots, put, split, without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, for_each_bit, has, put, split, without,
 };
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
+use crate::pages::Pages;
 
 /// What the evidence of all frames says of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,9 +39,9 @@ const VOTE_UNIT: f32 = 12.0;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VerdictGrid {
     /// By the slots of the evidence; none where nothing was ever read.
-    blocks: Vec<Option<Arc<BlockVerdict>>>,
+    blocks: Pages<Option<Arc<BlockVerdict>>>,
     /// The state of each block of the evidence that its verdicts are of.
-    revisions: Vec<u32>,
+    revisions: Pages<u32>,
     /// Counts the calls that have changed a verdict.
     revision: u32,
 }
@@ -67,9 +68,9 @@ impl VerdictGrid {
     /// each other.
     pub(crate) fn refresh(&mut self, evidence: &Evidence, looks_per_reading: f32) {
         let blocks = evidence.blocks();
-        self.blocks.resize_with(blocks.blocks().len(), || None);
-        self.revisions.resize(blocks.blocks().len(), 0);
-        let both = self.revisions.iter().zip(evidence.revisions()).enumerate();
+        self.blocks.grow(blocks.blocks().len(), || None);
+        self.revisions.grow(blocks.blocks().len(), || 0);
+        let both = self.revisions.iter().zip(evidence.revisions().iter()).enumerate();
         let changed: Vec<usize> = both.filter(|(_, (old, new))| old != new).map(|(slot, _)| slot).collect();
         if changed.is_empty() {
             return;
@@ -79,12 +80,16 @@ impl VerdictGrid {
             block.may_be_read().then(|| Arc::new(BlockVerdict::of(block, looks_per_reading)))
         });
         for (&slot, mut verdict) in changed.iter().zip(judged) {
-            self.revisions[slot] = evidence.revisions()[slot];
-            if let (Some(new), Some(old)) = (&mut verdict, &self.blocks[slot]) {
+            let (Some(block), Some(revision)) = (self.blocks.get_mut(slot), self.revisions.get_mut(slot))
+            else {
+                continue;
+            };
+            *revision = evidence.revisions()[slot];
+            if let (Some(new), Some(old)) = (&mut verdict, &*block) {
                 let new = Arc::make_mut(new);
                 (new.statics, new.revision) = (old.statics, old.revision);
             }
-            self.blocks[slot] = verdict;
+            *block = verdict;
         }
 
         let around = changed.iter().flat_map(|&slot| blocks.keys()[slot].neighborhood());
@@ -97,24 +102,27 @@ impl VerdictGrid {
         });
         self.revision += 1;
         for (slot, majority) in around.into_iter().zip(majorities) {
-            let Some(block) = &mut self.blocks[slot] else { continue };
+            let Some(block) = &self.blocks[slot] else { continue };
             let present = without(majority, block.free);
             let statics = without(present, block.movers);
+            // What stays is not copied for a map that has a clone.
+            if (statics, present) == (block.statics, block.present) {
+                continue;
+            }
+            let Some(block) = self.blocks.get_mut(slot).and_then(Option::as_mut).map(Arc::make_mut) else {
+                continue;
+            };
             if statics != block.statics {
-                let block = Arc::make_mut(block);
                 (block.statics, block.revision) = (statics, self.revision);
             }
-            // What stays is not copied for a map that has a clone.
-            if present != block.present {
-                Arc::make_mut(block).present = present;
-            }
+            block.present = present;
         }
     }
 
     /// Forgets blocks of the evidence that are gone; by slot, which stayed.
     pub(crate) fn forget(&mut self, stays: &[bool]) {
-        keep_slots(&mut self.blocks, stays);
-        keep_slots(&mut self.revisions, stays);
+        self.blocks.keep(stays);
+        self.revisions.keep(stays);
     }
 
     /// The number of the last call that has changed a verdict, at least.
@@ -144,7 +152,7 @@ impl VerdictGrid {
 
     /// Slots of blocks that hold a ghost, of those whose evidence has changed since a revision.
     pub(crate) fn ghost_blocks_since(&self, revision: u32) -> impl Iterator<Item = usize> {
-        let blocks = self.blocks.iter().zip(&self.revisions).enumerate();
+        let blocks = self.blocks.iter().zip(self.revisions.iter()).enumerate();
         let recent = blocks.filter(move |(_, (_, changed))| **changed > revision);
         recent.filter_map(|(slot, (block, _))| {
             let block = block.as_ref()?;
@@ -154,9 +162,7 @@ impl VerdictGrid {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let judged = self.blocks.iter().filter(|block| block.is_some()).count();
-        self.blocks.capacity() * size_of::<Option<Arc<BlockVerdict>>>()
-            + self.revisions.capacity() * size_of::<u32>()
-            + judged * size_of::<BlockVerdict>()
+        self.blocks.memory_bytes() + self.revisions.memory_bytes() + judged * size_of::<BlockVerdict>()
     }
 
     fn block(&self, evidence: &Evidence, block: [i32; 3]) -> Option<&BlockVerdict> {

@@ -84,6 +84,12 @@ impl CloudMap {
 }
 
 impl CloudMap {
+    /// Goes another way than the maps that this one is a clone of: what they find from now on is not so here.
+    /// To be called when a clone of an earlier state takes the place of the map.
+    pub fn part_from_clones(&mut self) {
+        self.kept.lineage = Lineage::default();
+    }
+
     /// Whether two maps are clones of each other, so that they have their blocks at the same slots.
     pub(crate) fn is_clone_of(&self, other: &Self) -> bool {
         self.kept.lineage == other.kept.lineage

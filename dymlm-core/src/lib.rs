@@ -51,6 +51,7 @@ mod rectifier;
 mod run_lengths;
 mod sensor_model;
 mod split_mix64;
+mod succession;
 mod symmetric_eigen3;
 pub mod vector3;
 mod visibility;
@@ -77,6 +78,7 @@ pub use pose::Pose;
 pub use rectifier::Rectifier;
 pub use sensor_model::SensorModel;
 pub use split_mix64::SplitMix64;
+pub use succession::Succession;
 pub use symmetric_eigen3::{SymmetricEigen3, symmetric_eigen3};
 pub use visibility::{DepthView, Sighting, Visibility};
 

@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, PinholeCamera, Pose, SensorModel};
+use dymlm_core::{Frame, PinholeCamera, Pose, SensorModel, Visibility};
 
 use crate::block_depths::BlockDepths;
 
@@ -29,6 +29,16 @@ impl PastViews {
     /// The views, the oldest first.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &PastView> {
         self.views.iter().rev()
+    }
+
+    /// Whether a view has looked through a place in the world.
+    pub(crate) fn have_looked_through(&self, place: [f64; 3], sensor: &SensorModel) -> bool {
+        self.views.iter().any(|view| {
+            let in_view = view.camera_from_world.transform_point(place);
+            let tolerance = sensor.tolerance(in_view[2] as f32, 0.0);
+            let reading = view.reading_of(in_view, tolerance).unwrap_or(0.0);
+            Visibility::of_reading(reading, in_view[2], tolerance) == Visibility::Absent
+        })
     }
 
     /// Follows a world that was moved.

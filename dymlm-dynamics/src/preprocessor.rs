@@ -254,7 +254,13 @@ impl Preprocessor {
             corrector: &mut self.corrector,
             mask_builder: &mut self.mask_builder,
         };
-        self.unlabelled.mask(frame, world_from_camera, free_space, &mut cutting, &mut self.static_mask)?;
+        // Where poses drift, the map's free space is of another place after a while, and all walls are new:
+        // only what was seen to be free not long ago is known to have been.
+        let (past_views, sensor) = (&self.past_views, &self.sensor);
+        let was_free = |place, margin| {
+            free_space.is_long_free(place, margin) && past_views.have_looked_through(place, sensor)
+        };
+        self.unlabelled.mask(frame, world_from_camera, &was_free, &mut cutting, &mut self.static_mask)?;
         self.unproven_mask.subtract(&self.static_mask)?;
         self.unlabelled.track(frame, world_from_camera, &mut self.tracker, &mut self.movers)
     }

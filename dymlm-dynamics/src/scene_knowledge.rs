@@ -18,7 +18,8 @@ impl<'a> SceneKnowledge<'a> {
         self
     }
 
-    /// Adds a map of free space: what appears in it is masked, whether a detector reports it or not.
+    /// Adds a map of free space: what appears in it where a frame of the last half minute has looked through
+    /// is masked, whether a detector reports it or not.
     #[must_use]
     pub fn with_free_space(mut self, free_space: &'a dyn FreeSpace) -> Self {
         self.free_space = Some(free_space);

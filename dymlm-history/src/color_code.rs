@@ -1,7 +1,6 @@
 use dymlm_core::{ColorImage, Rgb};
 
-use crate::byte_planes::{put_byte_planes, take_byte_planes};
-use crate::foretelling::Numbers;
+use crate::number_plane::NumberPlane;
 
 /// Side of the square of pixels that share one brightness, and of the one that shares one hue: a pixel at 2 m
 /// is 4 mm wide, a voxel of the cloud 10.
@@ -63,7 +62,7 @@ impl ReducedColors {
         ColorImage::new(width, height, pixels)
     }
 
-    /// Appends the colours, to be deflated.
+    /// Appends the colours.
     pub(crate) fn put(&self, out: &mut Vec<u8>) {
         put_plane(&self.luma, self.size[0].div_ceil(LUMA_SIDE), out);
         for plane in &self.chroma {
@@ -78,18 +77,17 @@ impl ReducedColors {
     }
 }
 
-fn numbers(width: usize) -> Numbers {
-    Numbers { width, count: LEVELS, has_holes: false }
+fn plane(width: usize) -> NumberPlane {
+    NumberPlane { width, count: LEVELS, has_holes: false }
 }
 
 fn put_plane(values: &[u8], columns: usize, out: &mut Vec<u8>) {
-    let values: Vec<u32> = values.iter().map(|&value| value.into()).collect();
-    put_byte_planes(&numbers(columns).errors_of(&values), LEVELS, out);
+    let values: Vec<u32> = values.iter().copied().map(u32::from).collect();
+    plane(columns).put(&values, out);
 }
 
 fn take_plane(bytes: &mut &[u8], [columns, rows]: [usize; 2]) -> Option<Vec<u8>> {
-    let mut values = take_byte_planes(bytes, columns * rows, LEVELS)?;
-    numbers(columns).undo(&mut values)?;
+    let values = plane(columns).take(columns * rows, bytes)?;
     Some(values.into_iter().map(|value| value as u8).collect())
 }
 

@@ -1,57 +1,62 @@
 use bytes::{Buf, BufMut};
 use dymlm_core::DepthImage;
 
-use crate::byte_planes::{put_byte_planes, take_byte_planes};
-use crate::foretelling::Numbers;
+use crate::number_plane::NumberPlane;
 
-/// Appends a depth image without loss, to be deflated.
+/// Appends a depth image without loss: its values to `head`, which of them each pixel has to `body`.
 ///
 /// A sensor's readings take few values (a Kinect's disparities: some hundred in a frame). Each is replaced by
-/// its rank among those of the frame, and foretold by its neighbours; what is left is mostly 0.
-pub(crate) fn put_depth(depth: &DepthImage, out: &mut Vec<u8>) {
+/// its rank among those of the frame, which its neighbours foretell.
+pub(crate) fn put_depth(depth: &DepthImage, head: &mut Vec<u8>, body: &mut Vec<u8>) {
     // Depths are not negative: their bits have their order.
-    let mut values: Vec<u32> = depth.data().iter().map(|z| z.to_bits()).collect();
+    let bits = || depth.data().iter().map(|z| z.to_bits());
+    // Most pixels repeat the one before: that leaves less to sort.
+    let mut values: Vec<u32> = Vec::new();
+    for value in bits() {
+        if values.last() != Some(&value) {
+            values.push(value);
+        }
+    }
     values.sort_unstable();
     values.dedup();
-    out.put_u32_le(values.len() as u32);
+    head.put_u32_le(values.len() as u32);
     for &value in &values {
-        out.put_u32_le(value);
+        head.put_u32_le(value);
     }
-    // Most pixels repeat the one before.
     let (mut last, mut rank) = (values[0], 0);
-    let rank_of = |z: &f32| {
-        if z.to_bits() != last {
-            last = z.to_bits();
-            rank = values.partition_point(|&value| value < last) as u32;
+    let rank_of = |value| {
+        if value != last {
+            last = value;
+            rank = values.partition_point(|&smaller| smaller < value) as u32;
         }
         rank
     };
-    let ranks: Vec<u32> = depth.data().iter().map(rank_of).collect();
-    let count = values.len() as u32;
-    let numbers = Numbers { width: depth.width(), count, has_holes: has_holes(&values) };
-    put_byte_planes(&numbers.errors_of(&ranks), count, out);
+    let ranks: Vec<u32> = bits().map(rank_of).collect();
+    plane_of(&values, depth.width()).put(&ranks, body);
 }
 
 /// The image that was put; `None` when the bytes are no such.
-pub(crate) fn take_depth(bytes: &mut &[u8], [width, height]: [usize; 2]) -> Option<DepthImage> {
-    let count = bytes.try_get_u32_le().ok()?;
+pub(crate) fn take_depth(
+    head: &mut &[u8],
+    body: &mut &[u8],
+    [width, height]: [usize; 2],
+) -> Option<DepthImage> {
+    let count = head.try_get_u32_le().ok()? as usize;
     let pixels = width.checked_mul(height)?;
     // Before anything is allocated.
-    if count as usize > pixels || pixels > bytes.len() {
+    if count == 0 || count > pixels || count > head.len() / 4 {
         return None;
     }
-    let values: Option<Vec<u32>> = (0..count).map(|_| bytes.try_get_u32_le().ok()).collect();
-    let values = values?;
-    let mut ranks = take_byte_planes(bytes, pixels, count)?;
-    Numbers { width, count, has_holes: has_holes(&values) }.undo(&mut ranks)?;
-    let depth_of = |rank: u32| values.get(rank as usize).map(|&bits| f32::from_bits(bits));
-    let depths: Option<Vec<f32>> = ranks.into_iter().map(depth_of).collect();
-    DepthImage::new(width, height, depths?).ok()
+    let values: Vec<u32> = (0..count).map(|_| head.get_u32_le()).collect();
+    let ranks = plane_of(&values, width).take(pixels, body)?;
+    let depths = ranks.into_iter().map(|rank| f32::from_bits(values[rank as usize])).collect();
+    DepthImage::new(width, height, depths).ok()
 }
 
-/// Whether pixels without a reading are among the values: they have rank 0.
-fn has_holes(values: &[u32]) -> bool {
-    values.len() > 1 && values.first() == Some(&0)
+/// Pixels without a reading are holes: they have rank 0.
+fn plane_of(values: &[u32], width: usize) -> NumberPlane {
+    let has_holes = values.len() > 1 && values.first() == Some(&0);
+    NumberPlane { width, count: values.len() as u32, has_holes }
 }
 
 #[cfg(test)]
@@ -69,13 +74,18 @@ mod tests {
         ];
         for (width, depth_of) in images {
             let depth = DepthImage::new(width, 45, (0..width * 45).map(depth_of).collect()).unwrap();
-            let mut bytes = Vec::new();
-            put_depth(&depth, &mut bytes);
-            let mut rest = bytes.as_slice();
-            assert_eq!(take_depth(&mut rest, [width, 45]).unwrap(), depth);
-            assert!(rest.is_empty());
-            for end in 0..bytes.len() {
-                assert!(take_depth(&mut &bytes[..end], [width, 45]).is_none());
+            let (mut head, mut body) = (Vec::new(), Vec::new());
+            put_depth(&depth, &mut head, &mut body);
+            let taken = |mut head: &[u8], mut body: &[u8]| {
+                let depth = take_depth(&mut head, &mut body, [width, 45])?;
+                (head.is_empty() && body.is_empty()).then_some(depth)
+            };
+            assert_eq!(taken(&head, &body), Some(depth));
+            for end in 0..head.len() {
+                assert!(taken(&head[..end], &body).is_none());
+            }
+            for end in 0..body.len() {
+                assert!(taken(&head, &body[..end]).is_none());
             }
         }
     }

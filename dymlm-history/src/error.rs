@@ -13,7 +13,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// An observation cannot be read from the file.
-    #[error("key-frame observation {index} cannot be read: {source}")]
+    #[error("observation {index} cannot be read: {source}")]
     Read {
         /// Which one.
         index: usize,
@@ -21,13 +21,13 @@ pub enum Error {
         source: std::io::Error,
     },
     /// An observation is not what was written.
-    #[error("key-frame observation {index} is damaged")]
+    #[error("observation {index} is damaged")]
     Damaged {
         /// Which one.
         index: usize,
     },
-    /// No observation of this number is kept.
-    #[error("key-frame observation {index} is not kept")]
+    /// No such observation is kept under this number.
+    #[error("observation {index} is not kept")]
     Unknown {
         /// Which one.
         index: usize,

@@ -1,12 +1,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use dymlm_core::Point;
+
+use crate::kept::Kept;
 use crate::observation_file::ObservationFile;
 use crate::packer::Packer;
-use crate::packing::unpack;
 use crate::{Error, Observation};
 
-/// Where key-frame observations are kept.
+/// Where key-frame observations and scans are kept.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -15,13 +17,13 @@ pub enum HistoryConfig {
     /// Nowhere: poses cannot be corrected, and memory does not grow with time.
     #[default]
     None,
-    /// In memory: some 90 kB a key frame of 640x480.
+    /// In memory: some 65 kB a key frame of 640x480, 8 bytes a point of a scan.
     Memory,
     /// In a file without a name in this folder, which must exist; it goes with the history.
     Folder(PathBuf),
 }
 
-/// Key-frame observations by number, packed.
+/// Key-frame observations and scans by number, packed.
 ///
 /// They are packed on a thread of their own, so that whoever adds one does not wait.
 #[derive(Debug)]
@@ -34,7 +36,7 @@ pub struct History {
 #[derive(Debug)]
 enum Slot {
     /// It is being packed.
-    Whole(Arc<Observation>),
+    Whole(Kept),
     Packed(Box<[u8]>),
     /// Where it is in the file.
     Filed {
@@ -61,9 +63,19 @@ impl History {
 
     /// Keeps an observation; gives its number. Numbers ascend from 0 and are not used again.
     pub fn push(&mut self, observation: Arc<Observation>) -> usize {
+        self.keep(Kept::Observation(observation))
+    }
+
+    /// Keeps a scan's points, in the sensor's frame, metres, to the bit whatever they are; gives its number,
+    /// of those of the observations. Packed, a lidar's point takes some 8 bytes.
+    pub fn push_scan(&mut self, points: Arc<[Point]>) -> usize {
+        self.keep(Kept::Scan(points))
+    }
+
+    fn keep(&mut self, kept: Kept) -> usize {
         let index = self.slots.len();
-        self.slots.push(Slot::Whole(Arc::clone(&observation)));
-        self.packer.pack(index, observation);
+        self.slots.push(Slot::Whole(kept.clone()));
+        self.packer.pack(index, kept);
         self.take_packed();
         index
     }
@@ -72,21 +84,40 @@ impl History {
     ///
     /// # Errors
     ///
-    /// [`Error::Unknown`], [`Error::Read`], [`Error::Damaged`].
+    /// [`Error::Unknown`], also for a scan; [`Error::Read`], [`Error::Damaged`].
     pub fn get(&self, index: usize) -> Result<Arc<Observation>, Error> {
-        let packed = match self.slots.get(index) {
-            None | Some(Slot::Removed) => return Err(Error::Unknown { index }),
-            Some(Slot::Whole(observation)) => return Ok(Arc::clone(observation)),
-            Some(Slot::Packed(packed)) => unpack(packed),
-            Some(&Slot::Filed { offset, length }) => {
-                let file = self.file.as_ref().ok_or(Error::Unknown { index })?;
-                unpack(&file.read(offset, length).map_err(|source| Error::Read { index, source })?)
-            }
-        };
-        packed.map(Arc::new).ok_or(Error::Damaged { index })
+        match self.kept(index)? {
+            Kept::Observation(observation) => Ok(observation),
+            Kept::Scan(_) => Err(Error::Unknown { index }),
+        }
     }
 
-    /// Forgets an observation. Its bytes in a file stay until the history goes.
+    /// A scan's points as they were given. Costs their unpacking.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unknown`], also for an observation; [`Error::Read`], [`Error::Damaged`].
+    pub fn scan(&self, index: usize) -> Result<Arc<[Point]>, Error> {
+        match self.kept(index)? {
+            Kept::Scan(points) => Ok(points),
+            Kept::Observation(_) => Err(Error::Unknown { index }),
+        }
+    }
+
+    fn kept(&self, index: usize) -> Result<Kept, Error> {
+        let kept = match self.slots.get(index) {
+            None | Some(Slot::Removed) => return Err(Error::Unknown { index }),
+            Some(Slot::Whole(kept)) => return Ok(kept.clone()),
+            Some(Slot::Packed(packed)) => Kept::unpack(packed),
+            Some(&Slot::Filed { offset, length }) => {
+                let file = self.file.as_ref().ok_or(Error::Unknown { index })?;
+                Kept::unpack(&file.read(offset, length).map_err(|source| Error::Read { index, source })?)
+            }
+        };
+        kept.ok_or(Error::Damaged { index })
+    }
+
+    /// Forgets an observation or a scan. Its bytes in a file stay until the history goes.
     pub fn remove(&mut self, index: usize) {
         if let Some(slot) = self.slots.get_mut(index) {
             *slot = Slot::Removed;

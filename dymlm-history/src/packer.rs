@@ -1,21 +1,20 @@
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use crate::Observation;
-use crate::packing::pack;
+use crate::kept::Kept;
 
-/// Observations that wait to be packed, at most: a second of key frames. Whoever adds more waits.
+/// Observations and scans that wait to be packed, at most: a second of key frames. Whoever adds more waits.
 const MOST_WAITING: usize = 8;
 
-/// An observation, by its number, as bytes.
+/// What is kept under a number, as bytes.
 type Packed = (usize, Box<[u8]>);
 
-/// Packs observations on a thread of its own, in their order; on the caller's where there are no threads.
+/// Packs observations and scans on a thread of its own, in their order; on the caller's where there are no threads.
 #[derive(Debug)]
 pub(crate) struct Packer {
     /// `None` where there is no thread.
-    work: Option<SyncSender<(usize, Arc<Observation>)>>,
+    work: Option<SyncSender<(usize, Kept)>>,
     /// Locked by nobody: so that whoever holds a packer can be shared between threads.
     done: Mutex<Receiver<Packed>>,
     /// What the caller has packed.
@@ -25,11 +24,11 @@ pub(crate) struct Packer {
 
 impl Packer {
     pub(crate) fn new() -> Self {
-        let (work, tasks) = sync_channel::<(usize, Arc<Observation>)>(MOST_WAITING);
+        let (work, tasks) = sync_channel::<(usize, Kept)>(MOST_WAITING);
         let (results, done) = channel();
         let run = move || {
-            for (index, observation) in tasks {
-                if results.send((index, pack(&observation))).is_err() {
+            for (index, kept) in tasks {
+                if results.send((index, kept.pack())).is_err() {
                     return;
                 }
             }
@@ -40,15 +39,15 @@ impl Packer {
         Self { work, done: Mutex::new(done), ready: VecDeque::new(), waiting: 0 }
     }
 
-    /// Has an observation packed.
-    pub(crate) fn pack(&mut self, index: usize, observation: Arc<Observation>) {
-        let task = (index, observation);
+    /// Has something packed.
+    pub(crate) fn pack(&mut self, index: usize, kept: Kept) {
+        let task = (index, kept);
         let undone = match &self.work {
             Some(work) => work.send(task).err().map(|refused| refused.0),
             None => Some(task),
         };
         match undone {
-            Some((index, observation)) => self.ready.push_back((index, pack(&observation))),
+            Some((index, kept)) => self.ready.push_back((index, kept.pack())),
             None => self.waiting += 1,
         }
     }

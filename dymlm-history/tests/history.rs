@@ -1,11 +1,11 @@
-//! Observations in memory and in a file, and what one takes.
+//! Observations and scans in memory and in a file, and what one takes.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use dymlm_core::{DepthImage, Frame, PinholeCamera, SensorModel};
+use dymlm_core::{DepthImage, Frame, PinholeCamera, Point, SensorModel};
 use dymlm_history::{Error, History, HistoryConfig, Observation};
 use dymlm_planes::{PlaneDetector, PlaneDetectorConfig};
 use dymlm_test_support::{recorded_frames, recording};
@@ -54,6 +54,43 @@ fn a_file_takes_no_memory_and_leaves_nothing_behind() {
     assert_eq!(files(), usize::from(!cfg!(unix)), "without a name where the system allows it");
     drop(history);
     assert_eq!(files(), 0);
+}
+
+#[test]
+fn scans_are_kept_beside_observations_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let scan: Arc<[Point]> = (0..5000).map(|i| [5.0, 0.001 * i as f32, -0.5]).collect();
+    for config in [HistoryConfig::Memory, HistoryConfig::Folder(folder.path().into())] {
+        let mut history = History::new(&config).unwrap().unwrap();
+        assert_eq!(history.push(observation(3)), 0);
+        assert_eq!(history.push_scan(Arc::clone(&scan)), 1);
+        for is_packed in [false, true] {
+            if is_packed {
+                history.settle();
+            }
+            assert_eq!(history.scan(1).unwrap(), scan);
+            assert!(history.get(0).unwrap() == observation(3));
+            assert!(matches!(history.get(1), Err(Error::Unknown { index: 1 })));
+            assert!(matches!(history.scan(0), Err(Error::Unknown { index: 0 })));
+        }
+        assert!(history.memory_bytes() < size_of_val(&*scan) / 2, "{} bytes", history.memory_bytes());
+        history.remove(1);
+        assert!(matches!(history.scan(1), Err(Error::Unknown { index: 1 })));
+    }
+}
+
+#[test]
+fn a_scan_of_a_lidar_takes_two_thirds() {
+    let Some(path) = recording("octomap/scan.dat") else { return };
+    let text = std::fs::read_to_string(path).unwrap();
+    let numbers: Vec<f32> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
+    let scan: Arc<[Point]> = numbers.chunks_exact(3).map(|point| [point[0], point[1], point[2]]).collect();
+    let mut history = History::new(&HistoryConfig::Memory).unwrap().unwrap();
+    history.push_scan(Arc::clone(&scan));
+    history.settle();
+    let each = history.memory_bytes() as f64 / scan.len() as f64;
+    assert!(each < 8.2, "{each} bytes a point");
+    assert_eq!(history.scan(0).unwrap(), scan);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! Nothing here renders or maps anything. Whoever has a map and knows what is there can score it: a cloud
 //! ([`score_cloud`]) and an occupancy grid or octree ([`OccupancyScorer`]) against a [`SpaceTruth`], planes
-//! ([`score_planes`]) against [`TrueFace`]s, objects ([`score_objects`]) against [`TrueObject`]s, masks of
+//! ([`score_planes`]) and the thickness of a cloud's walls ([`score_walls`]) against [`TrueFace`]s, objects ([`score_objects`]) against [`TrueObject`]s, masks of
 //! movers ([`MaskScore`]), boxes of a tracker ([`TrackingScorer`]) and what a map keeps of all readings
 //! ([`DynamicMapScorer`]). A recording without movers is the
 //! truth of one with them: [`ReferenceCloud`]. The crate `dymlm-sim` renders sequences of which all of this
@@ -27,6 +27,7 @@ mod true_face;
 mod true_object;
 mod voxel_key;
 mod voxel_means;
+mod wall_score;
 
 pub use cloud_score::{CloudScore, score_cloud};
 pub use dynamic_map_score::{DynamicMapScore, DynamicMapScorer};
@@ -49,6 +50,7 @@ pub use tracking_score::{IdentifiedBox, TrackingScore, TrackingScoreError, Track
 pub use true_face::{CellRaster, FaceCells, TrueFace};
 pub use true_object::{TrueObject, YawSymmetry};
 pub use voxel_key::{VoxelKey, VoxelMap};
+pub use wall_score::{WallScore, score_walls};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -2,7 +2,7 @@
 
 use dymlm_metrics::{
     CloudScore, DynamicMapScorer, MaskScore, ObjectScore, OccupancyScorer, PlaneScore, PointTruth,
-    ReferenceCloud, TrackingScorer, TrueFace, TrueObject,
+    ReferenceCloud, TrackingScorer, TrueFace, TrueObject, WallScore,
 };
 
 #[test]
@@ -11,5 +11,5 @@ fn scorers_and_scores_are_send_sync_and_clone() {
     fn copied<T: Send + Sync + Clone>() {}
     shared::<PointTruth>();
     copied::<(CloudScore, DynamicMapScorer, MaskScore, ObjectScore, OccupancyScorer)>();
-    copied::<(PlaneScore, ReferenceCloud, TrackingScorer, TrueFace, TrueObject)>();
+    copied::<(PlaneScore, ReferenceCloud, TrackingScorer, TrueFace, TrueObject, WallScore)>();
 }

@@ -1,4 +1,5 @@
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use dymlm_core::vector3::{bounds, boxes_touch, difference, norm};
 use dymlm_core::{ObjectId, PlaneId, Pose, SensorModel};
@@ -219,14 +220,14 @@ impl ObjectMapper {
 
     /// Says that somebody carries an object: until it is [released](Self::release) or
     /// [moved](Self::move_object), it stays in the map where it stood, and frames have no say about it. Any
-    /// number of objects can be held at once.
-    pub fn hold(&mut self, object: ObjectId) {
-        self.held.insert(self.map.current_id(object));
+    /// number of objects can be held at once. Tells whether that is new.
+    pub fn hold(&mut self, object: ObjectId) -> bool {
+        self.held.insert(self.map.current_id(object))
     }
 
-    /// Says that nobody carries an object any more.
-    pub fn release(&mut self, object: ObjectId) {
-        self.held.remove(&self.map.current_id(object));
+    /// Says that nobody carries an object any more. Tells whether that is new.
+    pub fn release(&mut self, object: ObjectId) -> bool {
+        self.held.remove(&self.map.current_id(object))
     }
 
     /// Moves an object with all that is known of it, and [releases](Self::release) it. Gives its new box;
@@ -235,7 +236,7 @@ impl ObjectMapper {
         let object = self.map.current_id(object);
         let place = self.map.place(object)?;
         self.held.remove(&object);
-        let moved = self.map.objects.get_mut(place)?;
+        let moved = self.map.objects.get_mut(place).map(Arc::make_mut)?;
         moved.move_by(new_from_old);
         self.map.index.place(moved);
         self.changed.insert(object);
@@ -270,7 +271,7 @@ impl ObjectMapper {
             // A radius that is no number forgets nothing.
             away > radius && !self.held.contains(&object.id)
         };
-        let far: Vec<ObjectId> = self.map.objects.iter().filter(is_far).map(|object| object.id).collect();
+        let far: Vec<ObjectId> = self.map.all().filter(is_far).map(|object| object.id).collect();
         for id in far {
             self.remove(id);
         }
@@ -327,10 +328,12 @@ impl ObjectMapper {
     }
 
     /// Calls the planes under objects by other ids.
-    pub(crate) fn call_planes(&mut self, new_id: impl Fn(PlaneId) -> PlaneId) {
+    pub(crate) fn call_planes(&mut self, mut new_id: impl FnMut(PlaneId) -> PlaneId) {
         self.supports = self.supports.iter().map(|&id| new_id(id)).collect();
         for object in &mut self.map.objects {
-            object.follow_planes(&new_id);
+            if object.supports.iter().any(|votes| votes.support.id.is_some_and(|id| new_id(id) != id)) {
+                Arc::make_mut(object).follow_planes(&mut new_id);
+            }
         }
     }
 
@@ -349,6 +352,7 @@ impl ObjectMapper {
     ) {
         let place = self.map.place(id);
         let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
+        let object = Arc::make_mut(object);
         let patch = object.observe(observation, view, &self.limits, &self.config.sizes);
         self.observed.push(id);
         self.report.observed.push((observation.detection, id));
@@ -369,7 +373,7 @@ impl ObjectMapper {
                 self.report.updated.push(object.id);
             }
             Proposal::Rejected => {
-                object.cloud.subtract(&patch);
+                Arc::make_mut(&mut object.cloud).subtract(&patch);
                 self.report.kept_parameters.push(object.id);
             }
             Proposal::None => {}
@@ -406,7 +410,7 @@ impl ObjectMapper {
         );
         self.map.next_id += 1;
         self.map.index.place(&object);
-        self.map.objects.push(object);
+        self.map.objects.push(Arc::new(object));
         self.report.created.push(id);
         self.observed.push(id);
         self.report.observed.push((observation.detection, id));
@@ -458,14 +462,13 @@ impl ObjectMapper {
             }
             let place = self.map.place(id);
             let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { continue };
-            match judge_existence(view, object, &self.sensor) {
-                Existence::Unknown => {}
-                Existence::Present => object.frames_in_view += 1,
-                Existence::Absent => {
-                    object.frames_in_view += 1;
-                    object.looked_through += 1;
-                }
+            let existence = judge_existence(view, object, &self.sensor);
+            if existence == Existence::Unknown {
+                continue;
             }
+            let object = Arc::make_mut(object);
+            object.frames_in_view += 1;
+            object.looked_through += u32::from(existence == Existence::Absent);
         }
     }
 
@@ -492,6 +495,7 @@ impl ObjectMapper {
             self.map.index.remove(merge.removed);
             let place = self.map.place(merge.kept);
             let Some(kept) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
+            let kept = Arc::make_mut(kept);
             kept.merge(&removed, &self.limits);
             if self.held.remove(&merge.removed) {
                 self.held.insert(merge.kept);
@@ -513,7 +517,8 @@ impl ObjectMapper {
     /// there is none. The one with fewer observations goes.
     fn find_duplicates(&mut self) -> Option<ObjectMerge> {
         while let Some(&id) = self.changed.first() {
-            if let Some(own) = self.map.place(id).and_then(|place| self.map.objects.get(place)) {
+            let own = self.map.place(id).and_then(|place| self.map.objects.get(place));
+            if let Some(own) = own.map(Arc::as_ref) {
                 self.map.index.within(bounds(own.oriented_box.corners()), &mut self.near);
                 let others = self.near.iter().filter_map(|&other| self.map.object(other));
                 if let Some(other) = others.into_iter().find(|other| other.id != id && is_one(own, other)) {
@@ -545,11 +550,11 @@ impl ObjectMapper {
             let believed = is_seen && is_plausible;
             match (object.state, believed) {
                 (ObjectState::Tentative, true) => {
-                    object.state = ObjectState::Confirmed;
+                    Arc::make_mut(object).state = ObjectState::Confirmed;
                     self.report.confirmed.push(object.id);
                 }
                 (ObjectState::Confirmed, false) => {
-                    object.state = ObjectState::Tentative;
+                    Arc::make_mut(object).state = ObjectState::Tentative;
                     self.report.unconfirmed.push(object.id);
                 }
                 _ => {}

@@ -1,6 +1,6 @@
 use crate::lattice::{Key, Lattice};
 use crate::occupancy_model::OccupancyModel;
-use crate::storage::{Place, Tree};
+use crate::storage::{Entry, Tree};
 use crate::{CellState, Octree};
 
 /// A reader that remembers where it last looked: queries near each other cost a few nanoseconds.
@@ -19,19 +19,33 @@ use crate::{CellState, Octree};
 pub struct Accessor<'a> {
     pub(crate) lattice: Lattice,
     tree: &'a Tree,
-    /// The 8^3 block last looked at (key >> 3), and where it is kept.
+    /// The 64^3 cells last looked at (key >> 6), and what is there.
+    region: Key,
+    in_region: &'a Entry,
+    /// The 8^3 cells last looked at (key >> 3), and what is there.
     block: Key,
-    place: Place,
+    in_block: &'a Entry,
 }
+
+/// What an accessor has not looked at yet: no block or region has this key.
+const NOWHERE: Key = [u16::MAX; 3];
+static NOTHING: Entry = Entry::Unknown;
 
 impl Octree {
     /// A reader for many queries in one neighbourhood.
     pub fn accessor(&self) -> Accessor<'_> {
-        Accessor { lattice: self.lattice, tree: &self.tree, block: [0; 3], place: self.tree.place([0; 3]) }
+        Accessor {
+            lattice: self.lattice,
+            tree: &self.tree,
+            region: NOWHERE,
+            in_region: &NOTHING,
+            block: NOWHERE,
+            in_block: &NOTHING,
+        }
     }
 }
 
-impl Accessor<'_> {
+impl<'a> Accessor<'a> {
     /// [`Octree::state`].
     #[inline]
     pub fn state(&mut self, point: [f64; 3]) -> CellState {
@@ -52,9 +66,18 @@ impl Accessor<'_> {
         let block = key.map(|index| index >> 3);
         if block != self.block {
             self.block = block;
-            self.place = self.tree.place(key);
+            self.in_block = self.find_block(key);
         }
-        self.tree.log_odds_at(self.place, key)
+        self.in_block.log_odds(key)
+    }
+
+    fn find_block(&mut self, key: Key) -> &'a Entry {
+        let region = key.map(|index| index >> 6);
+        if region != self.region {
+            self.region = region;
+            self.in_region = self.tree.entry(key, 2);
+        }
+        self.in_region.below(key)
     }
 
     /// The state of a cell.

@@ -5,7 +5,7 @@ impl Octree {
     /// of an earlier one outside of them and [those of this one](Self::leaves_in_box) within them has this
     /// one. Of 8 cells a side, larger where a pruned leaf of so many was parted or made. In a fixed order.
     ///
-    /// O(nodes), half a millisecond a megabyte.
+    /// O(nodes that the maps do not share): what has changed where the earlier map is a clone of this one.
     pub fn changes_since(&self, earlier: &Self) -> Vec<Extent> {
         let mut changes = Vec::new();
         self.tree.for_each_difference(&earlier.tree, &mut |corner, side| {

@@ -2,7 +2,7 @@ use dymlm_core::Rgb;
 
 use crate::lattice::{DEPTH, Key, Lattice};
 use crate::occupancy_model::{OccupancyModel, probability};
-use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
+use crate::storage::{Kind, NO_COLOR, Subtree, child_corner};
 use crate::{CellState, Octree};
 
 /// A leaf of the octree: a cube that is equal throughout.
@@ -39,7 +39,7 @@ impl Leaf {
 pub struct Leaves<'a> {
     map: &'a Octree,
     /// Nodes to visit, the next one last, with their lower corners.
-    stack: Vec<(Subtree, Key)>,
+    stack: Vec<(Subtree<'a>, Key)>,
     /// Cells of the box, from and to including.
     min: Key,
     max: Key,
@@ -57,7 +57,7 @@ impl Octree {
     /// # Ok::<(), dymlm_octree::Error>(())
     /// ```
     pub fn leaves(&self) -> Leaves<'_> {
-        Leaves { map: self, stack: vec![(Subtree::ROOT, [0; 3])], min: [0; 3], max: [u16::MAX; 3] }
+        Leaves { map: self, stack: vec![(self.tree.subtree(), [0; 3])], min: [0; 3], max: [u16::MAX; 3] }
     }
 
     /// The leaves that share a cell with the box from `min` to `max`, metres. A box that ends before it
@@ -88,15 +88,15 @@ impl Lattice {
     }
 }
 
-impl Leaves<'_> {
+impl<'a> Leaves<'a> {
     fn overlaps(&self, corner: Key, depth: u8) -> bool {
         let last = ((1_u32 << (DEPTH - depth)) - 1) as u16;
         (0..3).all(|axis| corner[axis] <= self.max[axis] && corner[axis] + last >= self.min[axis])
     }
 
-    fn push_children(&mut self, tree: &Tree, parent: Subtree, corner: Key) {
+    fn push_children(&mut self, parent: Subtree<'a>, corner: Key) {
         for i in (0..8).rev() {
-            let child = tree.child(parent, i);
+            let child = parent.child(i);
             let corner = child_corner(corner, parent.depth(), i);
             if self.overlaps(corner, child.depth()) {
                 self.stack.push((child, corner));
@@ -111,9 +111,9 @@ impl Iterator for Leaves<'_> {
     fn next(&mut self) -> Option<Leaf> {
         let map = self.map;
         while let Some((subtree, corner)) = self.stack.pop() {
-            match map.tree.kind(subtree) {
+            match subtree.kind() {
                 Kind::Absent => {}
-                Kind::Inner => self.push_children(&map.tree, subtree, corner),
+                Kind::Inner => self.push_children(subtree, corner),
                 Kind::Leaf(log_odds) => return Some(map.leaf(subtree, corner, log_odds)),
             }
         }
@@ -122,9 +122,9 @@ impl Iterator for Leaves<'_> {
 }
 
 impl Octree {
-    fn leaf(&self, subtree: Subtree, corner: Key, log_odds: f32) -> Leaf {
+    fn leaf(&self, subtree: Subtree<'_>, corner: Key, log_odds: f32) -> Leaf {
         let size = self.lattice.size(subtree.depth());
-        let color = self.tree.color(subtree);
+        let color = subtree.color();
         Leaf {
             key: corner,
             depth: subtree.depth(),

@@ -23,10 +23,10 @@ pub struct NearestObstacle {
 
 /// A node to visit, ordered by its distance and, for equal distances, by its place.
 #[derive(Debug, Clone, Copy)]
-struct Candidate {
+struct Candidate<'a> {
     squared: f64,
     corner: Key,
-    subtree: Subtree,
+    subtree: Subtree<'a>,
 }
 
 impl Octree {
@@ -52,11 +52,11 @@ impl Octree {
         }
         let limit = max_distance.max(0.0) * max_distance.max(0.0);
         let mut queue = BinaryHeap::new();
-        self.enqueue(Subtree::ROOT, [0; 3], point, limit, &mut queue);
+        self.enqueue(self.tree.subtree(), [0; 3], point, limit, &mut queue);
         while let Some(Reverse(Candidate { subtree, corner, .. })) = queue.pop() {
-            if let Kind::Inner = self.tree.kind(subtree) {
+            if let Kind::Inner = subtree.kind() {
                 for i in 0..8 {
-                    let child = self.tree.child(subtree, i);
+                    let child = subtree.child(i);
                     self.enqueue(child, child_corner(corner, subtree.depth(), i), point, limit, &mut queue);
                 }
             } else {
@@ -67,15 +67,15 @@ impl Octree {
     }
 
     /// Adds a node to the queue if it holds anything occupied within the limit.
-    fn enqueue(
+    fn enqueue<'a>(
         &self,
-        subtree: Subtree,
+        subtree: Subtree<'a>,
         corner: Key,
         point: [f64; 3],
         limit: f64,
-        queue: &mut BinaryHeap<Reverse<Candidate>>,
+        queue: &mut BinaryHeap<Reverse<Candidate<'a>>>,
     ) {
-        if self.tree.max_log_odds(subtree).is_some_and(OccupancyModel::is_occupied) {
+        if subtree.max_log_odds().is_some_and(OccupancyModel::is_occupied) {
             let nearest = self.nearest_in(subtree, corner, point);
             let squared = (0..3).map(|axis| (nearest[axis] - point[axis]).powi(2)).sum();
             if squared <= limit {
@@ -85,13 +85,13 @@ impl Octree {
     }
 
     /// The point of a node nearest to `point`.
-    fn nearest_in(&self, subtree: Subtree, corner: Key, point: [f64; 3]) -> [f64; 3] {
+    fn nearest_in(&self, subtree: Subtree<'_>, corner: Key, point: [f64; 3]) -> [f64; 3] {
         let min = self.lattice.corner(corner);
         let size = self.lattice.size(subtree.depth());
         std::array::from_fn(|axis| point[axis].clamp(min[axis], min[axis] + size))
     }
 
-    fn obstacle(&self, subtree: Subtree, corner: Key, point: [f64; 3]) -> NearestObstacle {
+    fn obstacle(&self, subtree: Subtree<'_>, corner: Key, point: [f64; 3]) -> NearestObstacle {
         let nearest = self.nearest_in(subtree, corner, point);
         let size = self.lattice.size(subtree.depth());
         NearestObstacle {
@@ -103,7 +103,7 @@ impl Octree {
     }
 }
 
-impl Ord for Candidate {
+impl Ord for Candidate<'_> {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         // Larger nodes first: at equal distance an inner node may hold a leaf with a lower key.
         self.squared
@@ -113,16 +113,16 @@ impl Ord for Candidate {
     }
 }
 
-impl PartialOrd for Candidate {
+impl PartialOrd for Candidate<'_> {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Candidate {
+impl PartialEq for Candidate<'_> {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Candidate {}
+impl Eq for Candidate<'_> {}

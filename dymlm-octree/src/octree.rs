@@ -114,13 +114,13 @@ impl Octree {
         self.tree.is_empty()
     }
 
-    /// Forgets all observations. Memory is kept for what comes.
+    /// Forgets all observations.
     pub fn clear(&mut self) {
         self.tree.clear();
     }
 
     /// Forgets what lies farther than `radius` metres from a place, by whole blocks of 8 cells a side: it is
-    /// unknown again. Memory is kept for what comes. O(nodes stored).
+    /// unknown again. O(nodes stored).
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let lattice = self.lattice;
         self.tree.forget(&|corner, side| {
@@ -145,7 +145,7 @@ impl Octree {
     pub fn state_at_depth(&self, point: [f64; 3], depth: u8) -> CellState {
         let max = self.lattice.key(point).and_then(|key| {
             let subtree = self.tree.subtree_at(key, depth.min(DEPTH));
-            self.tree.max_log_odds(subtree)
+            subtree.max_log_odds()
         });
         OccupancyModel::state(max)
     }
@@ -154,7 +154,7 @@ impl Octree {
     #[inline]
     pub fn log_odds(&self, point: [f64; 3]) -> Option<f32> {
         let key = self.lattice.key(point)?;
-        self.tree.log_odds_at(self.tree.place(key), key)
+        self.tree.log_odds(key)
     }
 
     /// Probability that the cell at a point is occupied; `None` where nothing is known.
@@ -211,29 +211,11 @@ impl Octree {
     /// Counts nodes and leaves. O(blocks).
     pub fn counts(&self) -> OctreeCounts {
         let mut counts = OctreeCounts::default();
-        self.count(Subtree::ROOT, &mut counts);
+        count(self.tree.subtree(), &mut counts);
         counts
     }
 
-    /// At most 16 calls deep.
-    fn count(&self, subtree: Subtree, counts: &mut OctreeCounts) {
-        match self.tree.kind(subtree) {
-            Kind::Absent => {}
-            Kind::Leaf(log_odds) => {
-                counts.nodes += 1;
-                counts.leaves += 1;
-                counts.occupied_leaves += usize::from(OccupancyModel::is_occupied(log_odds));
-            }
-            Kind::Inner => {
-                counts.nodes += 1;
-                for i in 0..8 {
-                    self.count(self.tree.child(subtree, i), counts);
-                }
-            }
-        }
-    }
-
-    /// Bytes of memory held, buffers included.
+    /// Bytes of memory held, buffers included, and what is shared with clones. O(blocks).
     pub fn memory_bytes(&self) -> usize {
         size_of::<Self>() + self.tree.memory_bytes() + self.scratch.memory_bytes()
     }
@@ -280,6 +262,24 @@ impl Octree {
             tree,
             scratch: ScanScratch::default(),
             config,
+        }
+    }
+}
+
+/// At most 16 calls deep.
+fn count(subtree: Subtree<'_>, counts: &mut OctreeCounts) {
+    match subtree.kind() {
+        Kind::Absent => {}
+        Kind::Leaf(log_odds) => {
+            counts.nodes += 1;
+            counts.leaves += 1;
+            counts.occupied_leaves += usize::from(OccupancyModel::is_occupied(log_odds));
+        }
+        Kind::Inner => {
+            counts.nodes += 1;
+            for i in 0..8 {
+                count(subtree.child(i), counts);
+            }
         }
     }
 }

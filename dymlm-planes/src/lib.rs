@@ -16,6 +16,7 @@ mod patches;
 mod plane_frame;
 mod plane_map;
 mod queries;
+mod shared_map;
 
 pub use association::{AssociationConfig, Sides};
 pub use boundary::BoundaryPolygon;

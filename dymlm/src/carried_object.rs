@@ -3,7 +3,8 @@ use dymlm_geometry::OrientedBox;
 use dymlm_objects::{MapObject, ShapeKind};
 use dymlm_tracking::{ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate};
 
-use crate::session_log::{Event, MovedBody};
+use crate::session_log::{BodyMotion, Event};
+use crate::witnesses::Witnesses;
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Rim around an object in which readings may be its own, metres: noise and mixed pixels. When it stands and
@@ -101,36 +102,60 @@ impl MapBuilder {
             Some(rest) => {
                 let new_from_old = rest.world_from_object * rest.moved_from.inverse();
                 let tracked = body_at(tracker, &rest.moved_from, RIM_AT_REST);
-                let body = MovedBody { object, new_from_old, tracked };
-                let moved = self.map.move_body(&body)?;
-                self.note(|newest| Event::Moved { newest, body });
-                self.publish_change();
-                Some(moved)
+                Some(self.put_down(object, BodyMotion { new_from_old, tracked })?)
             }
             None => None,
         };
         let is_carried = update.state != ObjectState::AtRest;
         self.carried.remove(&object);
-        self.note(|_| Event::Held { object, is_held: is_carried });
+        self.set_held(object, is_carried);
         if is_carried {
-            self.map.objects.hold(object);
             let body = body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING);
             self.carried.extend(body.map(|body| (object, body)));
-        } else {
-            self.map.objects.release(object);
         }
         Ok(moved)
+    }
+
+    /// Takes note of whether somebody carries an object.
+    pub(crate) fn set_held(&mut self, object: ObjectId, is_held: bool) {
+        let objects = &mut self.map.objects;
+        let is_new = if is_held { objects.hold(object) } else { objects.release(object) };
+        if is_new {
+            let event = self.witnesses_of(object).map(|object| Event::Held { object, is_held });
+            self.note(event);
+        }
+    }
+
+    /// Brings an object to where it was put down, and notes it.
+    pub(crate) fn put_down(&mut self, object: ObjectId, mut motion: BodyMotion) -> Result<ObjectMove, Error> {
+        let mut event = None;
+        if let Some(((newest, world_from_camera), object)) =
+            self.newest_mapped().zip(self.witnesses_of(object))
+        {
+            let in_camera = motion.seen_from(&world_from_camera.inverse());
+            motion = in_camera.seen_from(&world_from_camera);
+            event = Some(Event::Moved { newest, object, motion: in_camera });
+        }
+        let moved = self.map.move_body(object, &motion)?;
+        self.note(event);
+        self.publish_change();
+        Ok(moved)
+    }
+
+    /// What tells in a history which object it is.
+    fn witnesses_of(&self, object: ObjectId) -> Option<Witnesses> {
+        self.log.as_ref().map(|log| Witnesses::of(object, &log.events, self.map.objects()))
     }
 }
 
 impl MultiLevelMap {
     /// Brings an object that was put down to its new place in all maps.
-    pub(crate) fn move_body(&mut self, body: &MovedBody) -> Result<ObjectMove, Error> {
-        let (object, new_from_old) = (body.object, &body.new_from_old);
+    pub(crate) fn move_body(&mut self, object: ObjectId, motion: &BodyMotion) -> Result<ObjectMove, Error> {
+        let new_from_old = &motion.new_from_old;
         let mapped = self.objects().object(object).ok_or(Error::UnknownObject { object })?;
         let from = mapped.oriented_box();
         let support = mapped.support();
-        let places: Vec<OrientedBox> = from.with_rim(RIM_AT_REST).into_iter().chain(body.tracked).collect();
+        let places: Vec<OrientedBox> = from.with_rim(RIM_AT_REST).into_iter().chain(motion.tracked).collect();
         let is_body = |place: [f64; 3]| {
             places.iter().any(|body| body.contains(place))
                 && support.is_none_or(|support| support.plane.signed_distance(place) > CLEARANCE)
@@ -174,4 +199,62 @@ fn body_at(tracker: &ObjectTracker, world_from_object: &Pose, rim: f64) -> Optio
     let [low, high] = tracker.model().bounds();
     let body = OrientedBox::between(low, high).and_then(|body| body.with_rim(rim)).ok()?;
     Some(body.transformed(world_from_object))
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{FrameId, PinholeCamera};
+    use dymlm_history::HistoryConfig;
+    use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
+
+    use super::*;
+    use crate::{Detections, MapConfig};
+
+    fn frames(count: usize) -> Vec<SimulatedFrame> {
+        let mut config = SequenceConfig::default();
+        (config.frames, config.people) = (5 * count, 0);
+        config.camera = Some(PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap());
+        Sequence::new(&config).unwrap().frames().step_by(5).collect()
+    }
+
+    #[test]
+    fn an_object_that_a_correction_loses_is_put_down_again_when_another_brings_it_back() {
+        let mut config = MapConfig::default();
+        (config.history, config.cloud.voxel_size) = (HistoryConfig::Memory, 0.02);
+        let mut builder = MapBuilder::new(config).unwrap();
+        let all = frames(8);
+        let (last, shown) = all.split_last().unwrap();
+        for frame in shown {
+            builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        }
+        // Nobody looks for objects in the last frame.
+        builder.insert(&last.frame, Detections::NotRun, &last.world_from_camera).unwrap();
+        builder.forget_outside(last.world_from_camera.translation(), 8.0);
+        let object = builder.map().objects().objects().next().unwrap().id();
+        let new_from_old = Pose::new([0.3, 0.2, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap();
+        builder.put_down(object, BodyMotion { new_from_old, tracked: None }).unwrap();
+        let (right, stands) = (poses(&builder), place(&builder, object).unwrap());
+
+        // What the first frames show lies where all was forgotten, wherever the world is moved then.
+        let far = Pose::new([30.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        let wrong: Vec<_> = right[..shown.len()].iter().map(|&(id, pose)| (id, far * pose)).collect();
+        let last = right[shown.len()];
+        builder.correct_poses(&[wrong.as_slice(), &[last]].concat()).unwrap();
+        assert_eq!(place(&builder, object), None);
+        let turned = Pose::new([5.0, 1.0, 0.0], [0.0, 0.0, 0.8, 0.6]).unwrap();
+        builder.transform(&turned).unwrap();
+        builder.transform(&turned.inverse()).unwrap();
+
+        builder.correct_poses(&right).unwrap();
+        assert_eq!(place(&builder, object), Some(stands));
+    }
+
+    fn poses(builder: &MapBuilder) -> Vec<(FrameId, Pose)> {
+        builder.trajectory().map(|(id, _, pose)| (id, pose)).collect()
+    }
+
+    /// Where an object of the map stands.
+    fn place(builder: &MapBuilder, object: ObjectId) -> Option<[f64; 3]> {
+        builder.map().objects().object(object).map(|object| object.oriented_box().center())
+    }
 }

@@ -5,7 +5,7 @@ use dymlm_objects::ObjectReport;
 use dymlm_octree::InsertReport;
 use dymlm_planes::PlaneReport;
 
-use crate::StageTimes;
+use crate::{CorrectionReport, StageTimes};
 
 /// What one frame has done: who moved in it, what was masked, and what came into the maps.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,7 +47,7 @@ impl FrameReport {
     pub fn update(&self) -> Option<&MapUpdate> {
         match &self.outcome {
             FrameOutcome::Mapped(update) => Some(update),
-            FrameOutcome::Waiting | FrameOutcome::Tracked | FrameOutcome::Scanned(_) => None,
+            _ => None,
         }
     }
 
@@ -55,7 +55,7 @@ impl FrameReport {
     pub fn scan(&self) -> Option<&ScanUpdate> {
         match &self.outcome {
             FrameOutcome::Scanned(update) => Some(update),
-            FrameOutcome::Waiting | FrameOutcome::Tracked | FrameOutcome::Mapped(_) => None,
+            _ => None,
         }
     }
 }
@@ -72,6 +72,8 @@ pub enum FrameOutcome {
     Mapped(Box<MapUpdate>),
     /// It is no frame but a scan, and was mapped.
     Scanned(ScanUpdate),
+    /// It had been mapped without detections, and was mapped again when they came.
+    Mended(Box<CorrectionReport>),
 }
 
 /// What a scan has brought into the maps.

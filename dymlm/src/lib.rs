@@ -39,6 +39,13 @@
 #[doc = include_str!("../README.md")]
 struct ReadmeDoctests;
 
+// Unit tests share what the integration tests do.
+#[cfg(test)]
+extern crate self as dymlm;
+#[cfg(test)]
+#[path = "../tests/common/mod.rs"]
+mod common;
+
 mod carried_object;
 mod correction;
 mod detections;
@@ -50,6 +57,7 @@ mod frame_report;
 mod ghost_removal;
 mod key_frame_view;
 mod key_frames;
+mod late_detections;
 mod map_builder;
 mod map_changes;
 mod map_config;
@@ -62,10 +70,12 @@ mod publisher;
 mod queries;
 mod scans;
 mod session_log;
+mod snapshots;
 mod stages;
 mod subsampler;
 mod supporting_planes;
 mod waiting_frames;
+mod witnesses;
 
 pub use dymlm_cloud as cloud;
 pub use dymlm_core as core;

@@ -13,6 +13,7 @@ use crate::key_frames::{KeyFrames, Viewed};
 use crate::publisher::Publisher;
 use crate::scans::ScanMapper;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
+use crate::snapshots::Snapshots;
 use crate::stages::StageClock;
 use crate::subsampler::{Subsampler, in_all_pixels};
 use crate::waiting_frames::WaitingFrames;
@@ -37,6 +38,7 @@ pub struct MapBuilder {
     pub(crate) ghost_removal: GhostRemoval,
     /// What has happened, when a history is kept.
     pub(crate) log: Option<SessionLog>,
+    pub(crate) snapshots: Snapshots,
     next_id: u64,
     /// Time of the last frame that was inserted, waiting or not.
     newest: f64,
@@ -63,6 +65,7 @@ impl MapBuilder {
             waiting: WaitingFrames::default(),
             ghost_removal: GhostRemoval::default(),
             log: History::new(&config.history)?.map(SessionLog::new),
+            snapshots: Snapshots::default(),
             next_id: 0,
             newest: f64::NEG_INFINITY,
             carried: BTreeMap::new(),
@@ -137,11 +140,19 @@ impl MapBuilder {
     /// those behind it that need wait no longer. Its report is that of the frame, which waits still where an
     /// older one does.
     ///
+    /// With a [history](MapConfig::history), detections also come in time for a key frame that was mapped
+    /// without: what moved in it is taken out of the maps, which costs what
+    /// [`correct_poses`](Self::correct_poses) does from that frame on.
+    ///
     /// # Errors
     ///
-    /// [`Error::NotPending`] when the frame awaits no detections; [`Error::Dynamics`] when an instance mask
-    /// is of another size than the frame. The builder stays as it was.
+    /// [`Error::NotPending`] when the frame awaits no detections, nor was mapped without; [`Error::Dynamics`]
+    /// when an instance mask is of another size than the frame; [`Error::History`] when what the frame showed
+    /// cannot be read. The builder stays as it was.
     pub fn detections_for(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
+        if self.waiting.pending(frame).is_err() {
+            return self.mend(frame, found);
+        }
         let waiting = self.waiting.pending(frame)?;
         self.preprocessor.check(&waiting.frame, found)?;
         let report = FrameReport::waiting(frame, waiting.frame.timestamp());
@@ -202,6 +213,7 @@ impl MapBuilder {
             subsampler,
             ghost_removal,
             log,
+            snapshots,
             map,
             publisher,
             ..
@@ -239,6 +251,7 @@ impl MapBuilder {
                     let update =
                         KeyFrameView::of(&kept).map(map, ghost_removal, pose, &context, &mut clock)?;
                     log.add_key_frame(id, kept, &update);
+                    snapshots.take_when_due(1, || log.state(map, ghost_removal));
                     update
                 }
                 None => view.map(map, ghost_removal, pose, &context, &mut clock)?,
@@ -268,24 +281,32 @@ impl MapBuilder {
     /// always up to date.
     pub fn settle(&mut self) {
         self.ghost_removal.run(&mut self.map);
-        self.note(|_| Event::Settled);
+        self.note(Some(Event::Settled));
         self.publish_change();
     }
 
-    /// Notes what has happened, when a history is kept; it is told the newest frame that was mapped.
-    pub(crate) fn note(&mut self, event: impl FnOnce(FrameId) -> Event) {
+    /// Notes what has happened, when a history is kept.
+    pub(crate) fn note(&mut self, event: Option<Event>) {
         if let Some(log) = &mut self.log {
-            let event = event(log.newest());
-            log.events.push(event);
+            log.events.extend(event);
         }
+    }
+
+    /// The newest frame or scan of a history, and where it was taken from.
+    pub(crate) fn newest_mapped(&self) -> Option<(FrameId, Pose)> {
+        self.log.as_ref()?.newest()
     }
 
     /// Forgets what lies farther than `radius` metres from a place (world), in all maps: for robots that need
     /// their surroundings only. What is near stays as it is. Goes through all blocks held, and through what
     /// every key frame has seen of planes: once every few metres is enough.
-    pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
+    pub fn forget_outside(&mut self, mut center: [f64; 3], radius: f64) {
+        if let Some((newest, world_from_camera)) = self.newest_mapped() {
+            let in_camera = world_from_camera.inverse().transform_point(center);
+            center = world_from_camera.transform_point(in_camera);
+            self.note(Some(Event::Forgot { newest, center: in_camera, radius }));
+        }
         self.map.forget_outside(center, radius);
-        self.note(|newest| Event::Forgot { newest, center, radius });
         self.publish_change();
     }
 

@@ -1,4 +1,4 @@
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use dymlm_cloud::CloudBlock;
 use dymlm_core::{ObjectId, PlaneId};
@@ -47,59 +47,66 @@ impl MultiLevelMap {
     /// before: any number of consumers, each with the state that it knows. Who replaces these in a copy has
     /// this state.
     ///
-    /// O(blocks), a comparison of pointers each while the cloud is the same one (until poses are corrected or
-    /// what is far is forgotten: then of points), of nodes of the octree, and what has changed.
+    /// O(blocks of the cloud / 64, planes and objects), a comparison of pointers each, and what has changed.
+    /// That is while they are the same maps: after poses were corrected, or what is far was forgotten, it is
+    /// O(all that they hold).
     pub fn changes_since(&self, earlier: &Self) -> MapChanges {
-        let plane_ids = |map: &Self| -> BTreeSet<PlaneId> { map.planes.iter().map(MapPlane::id).collect() };
-        let object_ids =
-            |map: &Self| -> BTreeSet<ObjectId> { map.objects().objects().map(MapObject::id).collect() };
-        let plane = |map: &Self, id| {
-            let plane = map.planes.plane(id)?;
-            Some((plane.plane(), plane.observations(), plane.inlier_voxels(), plane.weight().to_bits()))
-        };
-        let object = |map: &Self, id| {
-            let object = map.objects().object(id)?;
-            Some((
-                object.oriented_box(),
-                object.label().to_owned(),
-                object.observations(),
-                object.point_count(),
-            ))
-        };
         MapChanges {
             from: earlier.revision,
             to: self.revision,
             cloud: self.cloud.changes_since(&earlier.cloud),
             octree: self.octree.changes_since(&earlier.octree),
             planes: changed_things(
-                &plane_ids(earlier),
-                &plane_ids(self),
-                |id| plane(self, id) != plane(earlier, id),
+                &earlier.planes.iter().map(|plane| (plane.id(), plane)).collect(),
+                &self.planes.iter().map(|plane| (plane.id(), plane)).collect(),
+                differ_as_planes,
                 |id| self.planes.current_id(id),
             ),
             objects: changed_things(
-                &object_ids(earlier),
-                &object_ids(self),
-                |id| object(self, id) != object(earlier, id),
+                &earlier.objects().objects().map(|object| (object.id(), object)).collect(),
+                &self.objects().objects().map(|object| (object.id(), object)).collect(),
+                differ_as_objects,
                 |id| self.objects().object(id).map(MapObject::id),
             ),
         }
     }
 }
 
-fn changed_things<Id: Copy + Ord>(
-    before: &BTreeSet<Id>,
-    now: &BTreeSet<Id>,
-    has_changed: impl Fn(Id) -> bool,
+fn differ_as_planes(a: &MapPlane, b: &MapPlane) -> bool {
+    let seen = |plane: &MapPlane| {
+        (plane.plane(), plane.observations(), plane.inlier_voxels(), plane.weight().to_bits())
+    };
+    seen(a) != seen(b)
+}
+
+fn differ_as_objects(a: &MapObject, b: &MapObject) -> bool {
+    let seen = |object: &MapObject| (object.oriented_box(), object.observations(), object.point_count());
+    seen(a) != seen(b) || a.label() != b.label()
+}
+
+fn changed_things<Id: Copy + Ord, T>(
+    before: &BTreeMap<Id, &T>,
+    now: &BTreeMap<Id, &T>,
+    differ: impl Fn(&T, &T) -> bool,
     current_id: impl Fn(Id) -> Option<Id>,
 ) -> ChangedThings<Id> {
-    let gone = || before.difference(now).copied();
+    // Maps share what neither has changed.
+    let has_changed = |old: &T, new: &T| !std::ptr::eq(old, new) && differ(old, new);
     let merged =
-        |id: Id| current_id(id).filter(|into| *into != id && now.contains(into)).map(|into| (id, into));
-    ChangedThings {
-        confirmed: now.difference(before).copied().collect(),
-        changed: now.intersection(before).copied().filter(|&id| has_changed(id)).collect(),
+        |id: Id| current_id(id).filter(|into| *into != id && now.contains_key(into)).map(|into| (id, into));
+    let gone = || before.keys().copied().filter(|id| !now.contains_key(id));
+    let mut things = ChangedThings {
+        confirmed: Vec::new(),
+        changed: Vec::new(),
         merged: gone().filter_map(merged).collect(),
         removed: gone().filter(|&id| merged(id).is_none()).collect(),
+    };
+    for (&id, new) in now {
+        match before.get(&id) {
+            None => things.confirmed.push(id),
+            Some(old) if has_changed(old, new) => things.changed.push(id),
+            Some(_) => {}
+        }
     }
+    things
 }

@@ -39,7 +39,7 @@ pub struct MapConfig {
     /// maps.
     pub publish_interval: f64,
     /// Where what key frames have shown is kept, so that the maps can
-    /// [follow](crate::MapBuilder::correct_poses) when poses are corrected. Default none: it takes some 90 kB
+    /// [follow](crate::MapBuilder::correct_poses) when poses are corrected. Default none: it takes some 65 kB
     /// a key frame of 640x480.
     pub history: HistoryConfig,
     /// Preprocessing: tracking, compensation, box correction, static mask.

@@ -1,4 +1,3 @@
-use crate::session_log::SessionLog;
 use crate::{MapBuilder, MultiLevelMap};
 
 /// Bytes that each map holds, and the history, about: with what queries and output keep of it, without the
@@ -17,12 +16,14 @@ pub struct MapMemory {
     pub objects: usize,
     /// What is kept of key frames and scans, which a builder has and a map has not.
     pub history: usize,
+    /// What is kept of earlier states of the maps, from which a correction begins; none without a history.
+    pub snapshots: usize,
 }
 
 impl MapMemory {
-    /// Bytes of all maps and of the history.
+    /// Bytes of all that.
     pub fn total(&self) -> usize {
-        self.cloud + self.octree + self.planes + self.objects + self.history
+        self.cloud + self.octree + self.planes + self.objects + self.history + self.snapshots
     }
 }
 
@@ -35,14 +36,15 @@ impl MultiLevelMap {
             planes: self.planes().memory_bytes(),
             objects: self.objects().memory_bytes(),
             history: 0,
+            snapshots: 0,
         }
     }
 }
 
 impl MapBuilder {
-    /// How much memory each map takes, and what is kept of key frames. O(blocks + key frames).
+    /// How much memory each map takes, and what is kept for corrections. O(blocks + key frames).
     pub fn memory(&self) -> MapMemory {
-        let history = self.log.as_ref().map_or(0, SessionLog::memory_bytes);
-        MapMemory { history, ..self.map.memory() }
+        let history = self.log.as_ref().map_or(0, |log| log.history.memory_bytes());
+        MapMemory { history, snapshots: self.snapshots.memory_bytes(&self.map), ..self.map.memory() }
     }
 }

@@ -18,7 +18,7 @@ impl Revision {
 /// Reads the maps of a builder on any thread: see [`MapBuilder::reader`](crate::MapBuilder::reader).
 ///
 /// What it gives is whole and stays as it is, while the builder goes on; neither waits for the other. A map
-/// that is held shares all blocks of its cloud with the builder's, but for those that have changed since.
+/// that is held shares with the builder's all that has not changed since.
 ///
 /// ```
 /// use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -27,8 +27,9 @@ impl Revision {
 /// let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5)?;
 /// let mut builder = MapBuilder::new(MapConfig::default())?;
 /// let reader = builder.reader();
+/// let empty = reader.latest().revision();
 /// let planner = std::thread::spawn(move || {
-///     let map = reader.wait_newer(reader.latest().revision(), std::time::Duration::from_secs(10));
+///     let map = reader.wait_newer(empty, std::time::Duration::from_secs(10));
 ///     map.map(|map| map.cloud().point_cloud(Selection::All).len())
 /// });
 /// let depth = DepthImage::new(64, 48, vec![1.5; 64 * 48])?;

@@ -3,7 +3,6 @@ use dymlm_core::{Point, Pose, SensorModel};
 use dymlm_octree::{Error as OctreeError, InsertReport, Octree};
 
 use crate::ghost_removal::GhostRemoval;
-use crate::session_log::{Event, ScanEntry};
 use crate::stages::StageClock;
 use crate::{Error, FrameOutcome, FrameReport, MapBuilder, MultiLevelMap, ScanUpdate, Stage};
 
@@ -17,8 +16,8 @@ impl MapBuilder {
     /// for its depth; the octree's range is its own ([`max_range`](dymlm_octree::OctreeConfig::max_range)).
     /// Points that are not finite or too near are no readings. Scans and frames come in the order of their
     /// time; a scan does not wait for frames that wait for detections. With a
-    /// [history](dymlm_history::HistoryConfig) its points are kept in memory, 12 bytes each, and follow
-    /// corrected poses.
+    /// [history](dymlm_history::HistoryConfig) its points are kept there, some 8 bytes each, and follow corrected
+    /// poses.
     ///
     /// # Errors
     ///
@@ -59,7 +58,7 @@ impl MapBuilder {
         self.map.change();
         self.publisher.publish_when_due(timestamp, self.config.publish_interval, &mut self.map);
         if let Some(log) = &mut self.log {
-            log.events.push(Event::Scan(ScanEntry { frame: id, points: points.into() }));
+            log.add_scan(id, points);
         }
         let mut report = FrameReport::waiting(id, timestamp);
         (report.outcome, report.stages) = (FrameOutcome::Scanned(update), clock.finish());

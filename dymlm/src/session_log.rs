@@ -1,11 +1,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use dymlm_core::{FrameId, ObjectId, PlaneId, Point, Pose};
+use dymlm_core::{FrameId, ObjectId, PlaneId, Point, Pose, Succession};
 use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 
-use crate::MapUpdate;
+use crate::ghost_removal::GhostRemoval;
+use crate::snapshots::SessionState;
+use crate::witnesses::Witnesses;
+use crate::{MapUpdate, MultiLevelMap};
 
 /// What has happened in a session, in its order: all that is needed to build the maps again at other poses.
 #[derive(Debug)]
@@ -23,7 +26,9 @@ pub(crate) struct InsertedFrame {
     pub(crate) world_from_camera: Pose,
 }
 
-/// Something that changed the maps. Places of the world are those of the frame that was the newest.
+/// Something that changed the maps. What has a place in the world has it in the camera coordinates of the
+/// frame that was the newest of those mapped, and happens at once as it will happen again: where the frame is
+/// taken to be the same, to the same bits, whatever has been corrected meanwhile.
 #[derive(Debug, Clone)]
 pub(crate) enum Event {
     KeyFrame(KeyFrameEntry),
@@ -37,12 +42,14 @@ pub(crate) enum Event {
     },
     /// Somebody carries an object, or does so no more.
     Held {
-        object: ObjectId,
+        object: Witnesses,
         is_held: bool,
     },
+    /// An object was put down elsewhere.
     Moved {
         newest: FrameId,
-        body: MovedBody,
+        object: Witnesses,
+        motion: BodyMotion,
     },
 }
 
@@ -59,8 +66,8 @@ pub(crate) struct KeyFrameEntry {
 #[derive(Debug, Clone)]
 pub(crate) struct ScanEntry {
     pub(crate) frame: FrameId,
-    /// As they were given, in the sensor's frame.
-    pub(crate) points: Arc<[Point]>,
+    /// The number of its points in the history.
+    pub(crate) points: usize,
 }
 
 /// Which things of the maps a key frame has observed.
@@ -72,10 +79,9 @@ pub(crate) struct SeenThings {
     pub(crate) objects: Vec<(usize, ObjectId)>,
 }
 
-/// An object that was put down elsewhere.
+/// How an object has moved that was put down elsewhere.
 #[derive(Debug, Clone)]
-pub(crate) struct MovedBody {
-    pub(crate) object: ObjectId,
+pub(crate) struct BodyMotion {
     pub(crate) new_from_old: Pose,
     /// Where it stood, as its tracker knows.
     pub(crate) tracked: Option<OrientedBox>,
@@ -104,31 +110,12 @@ impl Event {
             _ => None,
         }
     }
-
-    /// Calls planes and objects by other ids.
-    pub(crate) fn rename(
-        &mut self,
-        planes: &BTreeMap<PlaneId, PlaneId>,
-        objects: &BTreeMap<ObjectId, ObjectId>,
-    ) {
-        let rename_object = |id: &mut ObjectId| *id = objects.get(id).copied().unwrap_or(*id);
-        match self {
-            Self::KeyFrame(KeyFrameEntry { seen, .. }) => {
-                seen.planes.iter_mut().for_each(|id| *id = planes.get(id).copied().unwrap_or(*id));
-                seen.objects.iter_mut().for_each(|(_, id)| rename_object(id));
-            }
-            Self::Held { object, .. } => rename_object(object),
-            Self::Moved { body, .. } => rename_object(&mut body.object),
-            Self::Scan(_) | Self::Settled | Self::Forgot { .. } => {}
-        }
-    }
 }
 
-impl MovedBody {
-    /// The same in a world that was moved.
-    pub(crate) fn in_moved_world(&self, new_from_old: &Pose) -> Self {
+impl BodyMotion {
+    /// The same in other coordinates.
+    pub(crate) fn seen_from(&self, new_from_old: &Pose) -> Self {
         Self {
-            object: self.object,
             new_from_old: *new_from_old * self.new_from_old * new_from_old.inverse(),
             tracked: self.tracked.as_ref().map(|body| body.transformed(new_from_old)),
         }
@@ -140,8 +127,18 @@ impl SeenThings {
         Self { planes: update.planes.associations.clone(), objects: update.objects.observed.clone() }
     }
 
-    /// Remembers what detections were of that are of no object of the map now: a later correction may find it
-    /// again.
+    /// Calls planes and objects by other ids.
+    pub(crate) fn rename(&mut self, planes: &mut Succession<PlaneId>, objects: &mut Succession<ObjectId>) {
+        for id in &mut self.planes {
+            *id = planes.of(*id);
+        }
+        for (_, id) in &mut self.objects {
+            *id = objects.of(*id);
+        }
+    }
+
+    /// Keeps the old ids of what detections were of that are of no object of the map now: a later
+    /// correction may find it again.
     pub(crate) fn remember(&mut self, before: &Self, is_in_map: impl Fn(ObjectId) -> bool) {
         let known: BTreeSet<usize> =
             self.objects.iter().filter(|(_, id)| is_in_map(*id)).map(|(detection, _)| *detection).collect();
@@ -169,18 +166,21 @@ impl SessionLog {
         self.events.push(Event::KeyFrame(KeyFrameEntry { frame, observation, seen: SeenThings::of(update) }));
     }
 
-    /// The newest frame or scan that has been mapped; the first when there is none.
-    pub(crate) fn newest(&self) -> FrameId {
-        self.events.iter().rev().find_map(Event::mapped).unwrap_or(FrameId::new(0))
+    /// Notes a scan that has been mapped.
+    pub(crate) fn add_scan(&mut self, frame: FrameId, points: &[Point]) {
+        let points = self.history.push_scan(points.into());
+        self.events.push(Event::Scan(ScanEntry { frame, points }));
     }
 
-    /// Bytes of the observations and scans in memory.
-    pub(crate) fn memory_bytes(&self) -> usize {
-        let bytes = |event: &Event| match event {
-            Event::Scan(scan) => scan.points.len() * size_of::<Point>(),
-            _ => 0,
-        };
-        self.history.memory_bytes() + self.events.iter().map(bytes).sum::<usize>()
+    /// The newest frame or scan that has been mapped, and where it was taken from.
+    pub(crate) fn newest(&self) -> Option<(FrameId, Pose)> {
+        let newest = self.events.iter().rev().find_map(Event::mapped)?;
+        Some((newest, self.frame(newest)?.world_from_camera))
+    }
+
+    /// The state of the session, with the maps as they stand.
+    pub(crate) fn state(&self, map: &MultiLevelMap, ghost_removal: &GhostRemoval) -> SessionState {
+        SessionState { map: map.clone(), ghost_removal: ghost_removal.clone(), length: self.events.len() }
     }
 
     /// The key frames in their order.

@@ -8,9 +8,10 @@ use crate::{Detections, Error, FrameInput};
 
 /// Frames whose detector still runs, and all frames behind them: movers are tracked in the order of time.
 ///
-/// They wait instead of being mapped and mended later. Waiting is exact: the maps are those that the
-/// detections would have made at once. It costs the detector's latency, which is short beside the time in
-/// which a map is used, and memory for the frames of that time.
+/// They wait instead of being mapped and mended later (which is for those that come too late: see
+/// `late_detections.rs`). Waiting is exact: the maps are those that the detections would have made at once. It
+/// costs the detector's latency, which is short beside the time in which a map is used, and memory for the
+/// frames of that time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WaitingFrames {
     queue: VecDeque<WaitingFrame>,
@@ -76,6 +77,11 @@ impl WaitingFrames {
         if let Some(waiting) = self.queue.iter_mut().find(|waiting| waiting.id == id) {
             waiting.found = Awaited::Found(found.to_vec());
         }
+    }
+
+    /// Forgets a frame. Those behind it that wait for nothing else are ready then.
+    pub(crate) fn remove(&mut self, id: FrameId) {
+        self.queue.retain(|waiting| waiting.id != id);
     }
 
     /// Follows a world that was moved: `poses` are those of all frames by id, and carried objects move by

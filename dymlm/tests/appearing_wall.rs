@@ -152,14 +152,21 @@ fn a_wall_that_stands_there_from_the_first_frame_is_in_all_maps() {
 
 #[test]
 fn a_wall_appears_in_all_maps_within_ten_seconds_after_five_empty_minutes() {
-    for rate in [2.0, 30.0] {
-        assert_there(&after_change(true, 300.0, rate));
-    }
+    assert_there(&after_change(true, 300.0, 2.0));
+}
+
+#[test]
+fn at_30_hz_it_appears_as_well() {
+    assert_there(&after_change(true, 300.0, 30.0));
 }
 
 #[test]
 fn a_wall_that_stood_for_five_minutes_is_gone_from_all_maps_within_ten_seconds() {
-    for rate in [2.0, 30.0] {
-        assert_gone(&after_change(false, 300.0, rate));
-    }
+    assert_gone(&after_change(false, 300.0, 2.0));
+}
+
+#[test]
+#[ignore = "a minute: .ci/nightly"]
+fn at_30_hz_it_is_gone_as_well() {
+    assert_gone(&after_change(false, 300.0, 30.0));
 }

@@ -1,5 +1,5 @@
 //! Maps that follow when poses are corrected: equal to the bit to maps that are built anew, ids that stay,
-//! refusals that change nothing.
+//! refusals that change nothing. Random sessions are in `src/correction/random_sessions.rs`.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -7,9 +7,8 @@ mod common;
 
 use common::{config, fingerprint, fingerprint_without_ids, ids, insert_all, sequence};
 use dymlm::core::{FrameId, Pose};
-use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig};
+use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
 use dymlm_sim::SimulatedFrame;
-use proptest::prelude::*;
 
 fn with_history() -> MapConfig {
     let mut config = config();
@@ -119,6 +118,25 @@ fn frames_are_taken_out_one_by_one_until_nothing_is_left() {
 }
 
 #[test]
+fn a_frame_that_is_in_no_map_is_taken_out_without_building_them_again() {
+    let all = frames(4);
+    let mut builder = mapped(&all[..3]);
+    let last = &all[2];
+    let tracked = builder.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
+    assert!(matches!(tracked.outcome, FrameOutcome::Tracked));
+    let waiting = builder.insert(&all[3].frame, Detections::Pending, &all[3].world_from_camera).unwrap();
+    let (first, revision) = (fingerprint(builder.map()), builder.map().revision());
+    for frame in [tracked.id, waiting.id] {
+        let report = builder.remove(frame).unwrap();
+        assert_eq!((report.key_frames, report.moved_key_frames, report.largest_motion), (3, 0, 0.0));
+    }
+    assert_eq!(builder.map().revision(), revision);
+    assert!(builder.detections_for(waiting.id, &[]).is_err());
+    assert!(builder.process_waiting().unwrap().is_empty());
+    assert_eq!(fingerprint(builder.map()), first);
+}
+
+#[test]
 fn what_is_refused_changes_nothing() {
     let mut without = MapBuilder::new(config()).unwrap();
     let all = frames(4);
@@ -145,24 +163,54 @@ fn what_is_refused_changes_nothing() {
     assert_eq!(fingerprint(builder.map()), first);
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
-    #[test]
-    fn corrections_in_any_order_and_number_end_in_the_map_of_their_last_poses(
-        steps in prop::collection::vec((prop::collection::vec(0_u64..9, 1..4), -0.2_f64..0.2, -0.1_f64..0.1), 1..4),
-    ) {
-        let mut builder = mapped(&frames(9));
-        for (chosen, meters, radians) in steps {
-            let all = drifted(&poses(&builder), meters, radians);
-            let given: Vec<_> = all.into_iter().filter(|(id, _)| chosen.contains(&id.get())).collect();
-            builder.correct_poses(&given).unwrap();
-            for (id, pose) in given {
-                prop_assert_eq!(poses(&builder)[id.get() as usize].1, pose);
-            }
-        }
-        let last = fingerprint_without_ids(builder.map());
-        let mut again = mapped(&frames(9));
-        again.correct_poses(&poses(&builder)).unwrap();
-        prop_assert!(fingerprint_without_ids(again.map()) == last);
+#[test]
+fn a_correction_of_the_last_frames_maps_few_again_to_the_same_bits() {
+    let all = frames(30);
+    let mut builder = mapped(&all);
+    let right = poses(&builder);
+    let mut late = drifted(&right, 0.3, 0.1);
+    late.drain(..24);
+    let mut total = 0;
+    // From the first such correction on.
+    builder.correct_poses(&late).unwrap();
+    builder.correct_poses(&right).unwrap();
+    builder
+        .correct_poses_watched(&late, &mut |progress| {
+            total = progress.total;
+            true
+        })
+        .unwrap();
+    assert!((6..=12).contains(&total), "{total}");
+
+    let mut moved = all.clone();
+    for (frame, (id, _, pose)) in moved.iter_mut().zip(builder.trajectory()) {
+        assert_eq!(id.get() >= 24, frame.world_from_camera != pose);
+        frame.world_from_camera = pose;
     }
+    let mut again = MapBuilder::new(with_history()).unwrap();
+    insert_all(&mut again, &all);
+    // From the beginning: the first frame leaves its place and comes back.
+    let mut away = poses(&again);
+    away[0].1 = moved[29].world_from_camera;
+    again.correct_poses(&away).unwrap();
+    again.correct_poses(&poses(&builder)).unwrap();
+    assert!(fingerprint_without_ids(builder.map()) == fingerprint_without_ids(again.map()));
+}
+
+#[test]
+fn many_corrections_do_not_use_up_ids() {
+    let mut builder = mapped(&frames(12));
+    let right = poses(&builder);
+    let known = ids(builder.map());
+    let given = |builder: &MapBuilder| builder.map().planes().ids_given();
+    let mut largest = 0;
+    for round in 0..6 {
+        let moved = drifted(&right, 0.02 * f64::from(round), 0.01);
+        let first = 2 * usize::try_from(round).unwrap();
+        builder.correct_poses(&moved[first..]).unwrap();
+        builder.correct_poses(&right).unwrap();
+        assert_eq!(ids(builder.map()), known);
+        largest = given(&builder);
+    }
+    assert!(largest < 3 * 60, "{largest}");
 }

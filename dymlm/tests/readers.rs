@@ -4,16 +4,13 @@
 
 mod common;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use common::map_copy::MapCopy;
 use common::{config, fingerprint, insert_all, sequence};
-use dymlm::cloud::CloudBlock;
-use dymlm::core::{ObjectId, PlaneId, Pose};
-use dymlm::objects::MapObject;
-use dymlm::planes::MapPlane;
+use dymlm::core::Pose;
 use dymlm::{HistoryConfig, MapBuilder, MapReader, MultiLevelMap, Revision, Selection};
 use dymlm_sim::SimulatedFrame;
 
@@ -142,9 +139,7 @@ fn changes_applied_to_a_copy_are_the_map_over_a_session_with_a_correction() {
     let mut builder = builder();
     let reader = builder.reader();
     let mut known = reader.latest();
-    let mut cloud: BTreeMap<[i32; 3], CloudBlock> = BTreeMap::new();
-    let mut planes: BTreeSet<PlaneId> = BTreeSet::new();
-    let mut objects: BTreeSet<ObjectId> = BTreeSet::new();
+    let mut copy = MapCopy::default();
     for (index, frame) in frames.iter().enumerate() {
         insert_all(&mut builder, std::slice::from_ref(frame));
         match index {
@@ -157,32 +152,8 @@ fn changes_applied_to_a_copy_are_the_map_over_a_session_with_a_correction() {
             continue;
         }
         let now = reader.latest();
-        let changes = now.changes_since(&known);
-        assert_eq!((changes.from, changes.to), (known.revision(), now.revision()));
-        cloud.extend(changes.cloud.into_iter().map(|block| (block.place, block)));
-        cloud.retain(|_, block| !block.points.is_empty());
-        for (planes_gone, into) in &changes.planes.merged {
-            assert_eq!(now.planes().current_id(*planes_gone), Some(*into));
-            planes.remove(planes_gone);
-        }
-        planes.retain(|id| !changes.planes.removed.contains(id));
-        planes.extend(changes.planes.confirmed);
-        objects.retain(|id| {
-            !changes.objects.removed.contains(id)
-                && !changes.objects.merged.iter().any(|(gone, _)| gone == id)
-        });
-        objects.extend(changes.objects.confirmed);
-
-        let copied: usize = cloud.values().map(|block| block.points.len()).sum();
-        assert_eq!(copied, now.cloud().len());
-        let mut whole: Vec<_> = now.cloud().point_cloud(Selection::Static).points().to_vec();
-        let mut copy: Vec<_> = cloud.values().flat_map(|block| block.points.iter().copied()).collect();
-        for points in [&mut whole, &mut copy] {
-            points.sort_by(|a, b| a.partial_cmp(b).unwrap());
-        }
-        assert!(whole == copy);
-        assert!(planes.iter().copied().eq(now.planes().iter().map(MapPlane::id)));
-        assert!(objects.iter().copied().eq(now.objects().objects().map(MapObject::id)));
+        copy.follow(&known, &now);
+        assert_eq!(copy.difference(&now), None);
         assert!(now.changes_since(&now).octree.is_empty() && now.changes_since(&now).cloud.is_empty());
         known = now;
     }

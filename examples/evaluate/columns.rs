@@ -67,6 +67,8 @@ pub(crate) const BLOCKS: &[Block] = &[
             column("cloud.undetected_residue", "of undetected", Unit::Percent(4)),
             column("cloud.median", "median", Unit::Millimetres),
             column("cloud.p95", "95 %", Unit::Millimetres),
+            column("cloud.wall_thickness", "walls' thickness", Unit::Millimetres),
+            column("cloud.wall_thickness_p95", "95 %", Unit::Millimetres),
             column("cloud.static_accuracy", "SA", Unit::Percent(2)),
             column("cloud.dynamic_accuracy", "DA", Unit::Percent(2)),
             column("cloud.associated_accuracy", "AA", Unit::Percent(2)),

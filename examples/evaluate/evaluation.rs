@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::change_watch::ChangeWatch;
 use crate::columns::Scores;
+use crate::drift::Poses;
 use crate::residue_picture::Panel;
 use crate::run::Run;
 use crate::standard::Standard;
@@ -28,6 +29,8 @@ pub(crate) struct Row {
     pub(crate) treatment: Treatment,
     /// In which frames the detector ran.
     pub(crate) detector: Detector,
+    /// Where the poses come from.
+    pub(crate) poses: Poses,
     /// Before or after late removal.
     pub(crate) stage: Stage,
     /// The figures.
@@ -78,8 +81,8 @@ pub(crate) struct Ways<'a> {
     pub(crate) detectors: &'a [Detector],
     /// Detections of a lower score are left out.
     pub(crate) min_score: f32,
-    /// Whether the maps follow the true poses in the end.
-    pub(crate) corrects: bool,
+    /// Which poses are given, and whether the maps follow others in the end.
+    pub(crate) poses: &'a [Poses],
 }
 
 /// Maps every subject in every way, on all cores: a sequence a core. The rows come in the order of the
@@ -111,31 +114,66 @@ pub(crate) fn evaluate(subjects: &[Subject], ways: &Ways<'_>) -> Result<Vec<Eval
 /// Renders each frame once and feeds it to one builder a treatment.
 fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Result<Evaluation, AnyError> {
     let mut standard = Standard::new(&subject.sequence)?;
-    let Ways { treatments, detectors, min_score, corrects } = *ways;
-    let each =
-        treatments.iter().flat_map(|&treatment| detectors.iter().map(move |&detector| (treatment, detector)));
-    let mut runs = each
-        .map(|(treatment, detector)| Run::new(treatment, detector, min_score, subject.sensor, corrects))
-        .collect::<Result<Vec<_>, _>>()?;
+    let mut runs = runs(ways, subject)?;
     let mut watches: Vec<ChangeWatch> = runs.iter().map(|_| ChangeWatch::new(&subject.sequence)).collect();
     let mut scratch = FrameScratch::default();
-    for index in 0..subject.sequence.len() {
+    for (index, drifting) in subject.drifting.iter().enumerate() {
         let frame =
             subject.sequence.frame_with(index, &mut scratch).ok_or("a frame could not be rendered")?;
         standard.observe(&frame)?;
         for (run, watch) in runs.iter_mut().zip(&mut watches) {
-            run.insert(&frame)?;
+            run.insert(&frame, drifting)?;
             watch.check(&frame, run.map(), standard.truth());
         }
         scratch.recycle(frame);
         bar.inc(1);
     }
-    runs.iter_mut().try_for_each(Run::finish)?;
-
-    let comparing = treatments.len() > 1;
-    let stages: &[Stage] = if comparing { &[Stage::Before, Stage::After] } else { &[Stage::After] };
+    let scoring = Scoring { standard: &standard, subject, compares: ways.treatments.len() > 1 };
     let mut evaluation = Evaluation { rows: Vec::new(), panels: Vec::new() };
-    for (run, watch) in runs.iter().zip(&watches) {
+    for (run, watch) in runs.iter_mut().zip(&watches) {
+        run.finish();
+        if run.poses() == Poses::Corrected {
+            scoring.score(run, watch, Poses::Drifting, &mut evaluation)?;
+            run.correct()?;
+        }
+        scoring.score(run, watch, run.poses(), &mut evaluation)?;
+    }
+    Ok(evaluation)
+}
+
+/// A builder for each way.
+fn runs(ways: &Ways<'_>, subject: &Subject) -> Result<Vec<Run>, AnyError> {
+    let Ways { treatments, detectors, min_score, poses } = *ways;
+    let mut runs = Vec::new();
+    for &treatment in treatments {
+        for &detector in detectors {
+            for &poses in poses {
+                runs.push(Run::new(treatment, detector, min_score, subject.sensor, poses)?);
+            }
+        }
+    }
+    Ok(runs)
+}
+
+/// Holds maps against the truth.
+struct Scoring<'a> {
+    standard: &'a Standard,
+    subject: &'a Subject,
+    /// Whether there is more than one way of treating movers: before and after late removal, with pictures.
+    compares: bool,
+}
+
+impl Scoring<'_> {
+    /// Adds the rows of the maps as they are, which `poses` have come to.
+    fn score(
+        &self,
+        run: &Run,
+        watch: &ChangeWatch,
+        poses: Poses,
+        evaluation: &mut Evaluation,
+    ) -> Result<(), AnyError> {
+        let (standard, subject) = (self.standard, self.subject);
+        let stages: &[Stage] = if self.compares { &[Stage::Before, Stage::After] } else { &[Stage::After] };
         for &stage in stages {
             let cloud = run.map().cloud().point_cloud(stage.selection());
             let mut scores = Scores::default();
@@ -147,7 +185,7 @@ fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Re
                 watch.score(standard.truth(), &mut scores);
                 run.score(&mut scores);
             }
-            if comparing {
+            if self.compares {
                 evaluation.panels.push(Panel::draw(&cloud, standard.truth(), &subject.sequence));
             }
             evaluation.rows.push(Row {
@@ -155,10 +193,11 @@ fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Re
                 set: Some(subject.set),
                 treatment: run.treatment(),
                 detector: run.detector(),
+                poses,
                 stage,
                 scores,
             });
         }
+        Ok(())
     }
-    Ok(evaluation)
 }

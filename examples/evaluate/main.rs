@@ -16,12 +16,16 @@
 //! `--building SEED` takes a floor of a building instead, `--rooms 8` of them, with `--rate 5` frames a
 //! second; `--robot`, `--pitch 60` and `--roll 90` say how the camera is held; held against thresholds.
 //!
+//! `--pose-noise`, `--drift-share 0.05` or `--recorded-drift FILE --true-path FILE` let the poses drift;
+//! `--correct` has the maps follow the true ones in the end, and sets all three side by side.
+//!
 //! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
 mod change_watch;
 mod columns;
+mod drift;
 mod evaluation;
 mod limits;
 mod recording;
@@ -37,6 +41,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use dymlm_examples::AnyError;
 
+use crate::drift::DriftArguments;
 use crate::evaluation::{Row, Ways};
 use crate::treatment::{Detector, Treatment};
 
@@ -56,12 +61,8 @@ struct Arguments {
     /// Number of random rooms
     #[arg(long, default_value_t = 4)]
     random_rooms: u64,
-    /// Poses drift as a SLAM's do
-    #[arg(long)]
-    pose_noise: bool,
-    /// With it: when all frames are in, the maps follow the true poses, as after a perfect loop closure
-    #[arg(long, requires = "pose_noise")]
-    correct: bool,
+    #[command(flatten)]
+    drift: DriftArguments,
     /// Other depth cameras instead: stereo, time of flight, 320x240, 1280x720, 110 degrees of view, rolled;
     /// held against thresholds
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
@@ -156,8 +157,9 @@ fn main() -> Result<(), AnyError> {
         }
         detectors.push(Detector::EveryNth((subjects::FAST_FRAME_RATE / rate).round() as usize));
     }
-    let (min_score, corrects) = (arguments.min_score, arguments.correct);
-    let ways = Ways { treatments, detectors: &detectors, min_score, corrects };
+    arguments.drift.apply(&mut subjects)?;
+    let (min_score, poses) = (arguments.min_score, arguments.drift.poses());
+    let ways = Ways { treatments, detectors: &detectors, min_score, poses };
     let evaluations = evaluation::evaluate(&subjects, &ways)?;
     for (subject, evaluation) in subjects.iter().zip(&evaluations) {
         residue_picture::write(&evaluation.panels, &subject.name, &arguments.out)?;

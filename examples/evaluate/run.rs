@@ -6,6 +6,7 @@ use dymlm_metrics::{IdentifiedBox, MaskScore, TrackingScorer};
 use dymlm_sim::{SimulatedFrame, VisibleThing};
 
 use crate::columns::Scores;
+use crate::drift::Poses;
 use crate::treatment::{Detector, Treatment};
 
 /// A builder at work, and what is counted on the way.
@@ -19,8 +20,9 @@ pub(crate) struct Run {
     masks: MaskScore,
     boxes: TrackingScorer,
     reports: Vec<FrameReport>,
-    /// Where the frames were truly taken from; none when the maps do not follow.
-    true_poses: Option<Vec<(FrameId, Pose)>>,
+    poses: Poses,
+    /// Where the frames were truly taken from.
+    true_poses: Vec<(FrameId, Pose)>,
 }
 
 /// Share of the image below which a view of a mover is a sliver, and neither asked for nor wrong when it is
@@ -43,11 +45,11 @@ impl Run {
         detector: Detector,
         min_score: f32,
         sensor: SensorModel,
-        corrects: bool,
+        poses: Poses,
     ) -> Result<Self, AnyError> {
         let mut config = treatment.config();
         config.sensor = sensor;
-        if corrects {
+        if poses == Poses::Corrected {
             config.history = HistoryConfig::Memory;
         }
         Ok(Self {
@@ -60,7 +62,8 @@ impl Run {
             masks: MaskScore::default(),
             boxes: TrackingScorer::new(),
             reports: Vec::new(),
-            true_poses: corrects.then(Vec::new),
+            poses,
+            true_poses: Vec::new(),
         })
     }
 
@@ -76,25 +79,31 @@ impl Run {
         self.builder.map()
     }
 
-    /// Brings all maps up to date after the last frame, and to the true poses where they follow.
-    pub(crate) fn finish(&mut self) -> Result<(), AnyError> {
+    pub(crate) fn poses(&self) -> Poses {
+        self.poses
+    }
+
+    /// Brings all maps up to date after the last frame.
+    pub(crate) fn finish(&mut self) {
         self.builder.settle();
-        if let Some(poses) = &self.true_poses {
-            self.builder.correct_poses(poses)?;
-        }
+    }
+
+    /// The maps follow the true poses.
+    pub(crate) fn correct(&mut self) -> Result<(), AnyError> {
+        self.builder.correct_poses(&self.true_poses)?;
         Ok(())
     }
 
-    pub(crate) fn insert(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
+    /// Takes in a frame, and its pose as it may drift.
+    pub(crate) fn insert(&mut self, frame: &SimulatedFrame, drifting: &Pose) -> Result<(), AnyError> {
         let mut detections = frame.detections.clone();
         detections.retain(|detection| detection.score() >= self.min_score);
         let runs = self.treatment != Treatment::NoDetections && self.detector.runs(self.frames);
         let found = if runs { Detections::Found(&detections) } else { Detections::NotRun };
         self.frames += 1;
-        let report = self.builder.insert(&frame.frame, found, &frame.estimated_world_from_camera)?;
-        if let Some(poses) = &mut self.true_poses {
-            poses.push((report.id, frame.world_from_camera));
-        }
+        let pose = if self.poses == Poses::True { &frame.world_from_camera } else { drifting };
+        let report = self.builder.insert(&frame.frame, found, pose)?;
+        self.true_poses.push((report.id, frame.world_from_camera));
         let masked = self.builder.preprocessor().static_mask().inverted();
         if masked.width() == frame.mover_mask.width() {
             self.masks.add(&masked, &frame.mover_mask, frame.frame.depth())?;

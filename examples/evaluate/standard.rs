@@ -5,7 +5,7 @@ use dymlm::{ObjectMap, Octree, PlaneMap};
 use dymlm_examples::AnyError;
 use dymlm_metrics::{
     DynamicMapScorer, EstimatedObject, EstimatedPlane, Occupancy, OccupancyScorer, OccupiedCell, SpaceTruth,
-    score_cloud, score_objects, score_planes,
+    score_cloud, score_objects, score_planes, score_walls,
 };
 use dymlm_sim::{Sequence, SimulatedFrame, Truth, TruthConfig};
 
@@ -67,6 +67,10 @@ impl Standard {
             scores.set("cloud.completeness_near_people", score.completeness_near_people);
             scores.set("cloud.median", score.median_distance);
             scores.set("cloud.p95", score.p95_distance);
+        }
+        if let Some(score) = score_walls(cloud, &self.truth.faces(), &self.truth) {
+            scores.set("cloud.wall_thickness", score.thickness.median);
+            scores.set("cloud.wall_thickness_p95", score.thickness.p95);
         }
         if self.has_undetected {
             let residue = score_cloud(cloud, &Undetected(&self.truth)).map(|score| score.residue);

@@ -3,11 +3,11 @@ use std::f64::consts::FRAC_PI_2;
 use dymlm::core::{PinholeCamera, Pose, SensorModel};
 use dymlm_examples::{AnyError, NamedSequence, SequenceSet, every, named_sequences};
 use dymlm_sim::{
-    Activity, CameraPath, PoseErrorConfig, Room, SceneEvent, SensorConfig, Sequence, SequenceConfig,
-    SequenceType,
+    Activity, CameraPath, Room, SceneEvent, SensorConfig, Sequence, SequenceConfig, SequenceType,
 };
 
 use crate::Arguments;
+use crate::drift::true_poses;
 
 /// A sequence that maps are built from.
 pub(crate) struct Subject {
@@ -19,12 +19,18 @@ pub(crate) struct Subject {
     pub(crate) sequence: Sequence,
     /// What the maps are told of its depth camera.
     pub(crate) sensor: SensorModel,
+    /// The poses of the frames as they drift; the true ones where they do not.
+    pub(crate) drifting: Vec<Pose>,
 }
 
 impl Subject {
     fn new(named: NamedSequence, every_nth: usize) -> Result<Self, AnyError> {
         let sequence = Sequence::new(&every(named.config, every_nth))?;
-        Ok(Self { name: named.name, set: named.set, sequence, sensor: SensorModel::default() })
+        Ok(Self::of(sequence, named.name, named.set, SensorModel::default()))
+    }
+
+    fn of(sequence: Sequence, name: String, set: SequenceSet, sensor: SensorModel) -> Self {
+        Self { name, set, drifting: true_poses(&sequence), sequence, sensor }
     }
 }
 
@@ -35,9 +41,6 @@ pub(crate) fn chosen(arguments: &Arguments) -> Result<Vec<Subject>, AnyError> {
             let ratio = FAST_FRAME_RATE / named.config.frame_rate;
             named.config.frames = (named.config.frames as f64 * ratio).round() as usize;
             named.config.frame_rate = FAST_FRAME_RATE;
-        }
-        if arguments.pose_noise {
-            named.config.pose_error = PoseErrorConfig::slam();
         }
         Subject::new(named, arguments.every)
     });
@@ -82,7 +85,7 @@ pub(crate) fn sensors(every_nth: usize) -> Result<Vec<Subject>, AnyError> {
     ];
     let subjects = sensors.into_iter().map(|(name, config, sensor)| {
         let sequence = Sequence::new(&every(config, every_nth))?;
-        Ok(Subject { name: name.to_owned(), set: SequenceSet::Sensors, sequence, sensor })
+        Ok(Subject::of(sequence, name.to_owned(), SequenceSet::Sensors, sensor))
     });
     subjects.collect()
 }
@@ -120,12 +123,7 @@ pub(crate) fn undetected(fresh: Option<u64>, every_nth: usize) -> Result<Vec<Sub
         let config = (first..first + 100).map(of_seed).find(|config| Sequence::new(config).is_ok());
         let config = config.ok_or_else(|| format!("{name}: no place in a hundred rooms"))?;
         let sequence = Sequence::new(&every(config, every_nth))?;
-        Ok(Subject {
-            name: name.to_owned(),
-            set: SequenceSet::Undetected,
-            sequence,
-            sensor: SensorModel::default(),
-        })
+        Ok(Subject::of(sequence, name.to_owned(), SequenceSet::Undetected, SensorModel::default()))
     });
     subjects.collect()
 }
@@ -163,9 +161,6 @@ pub(crate) fn building(arguments: &Arguments, seed: u64) -> Result<Subject, AnyE
     config.camera_roll = arguments.roll.to_radians();
     if arguments.robot {
         config.path = CameraPath::Robot;
-    }
-    if arguments.pose_noise {
-        config.pose_error = PoseErrorConfig::slam();
     }
     let name = format!("building_{seed}_{}_rooms", arguments.rooms);
     Subject::new(NamedSequence { name, config, set: SequenceSet::Building }, arguments.every)

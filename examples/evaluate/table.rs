@@ -6,6 +6,7 @@ use dymlm_io::write_atomically;
 use serde::Serialize;
 
 use crate::columns::{BLOCKS, Block, Column, Scores};
+use crate::drift::Poses;
 use crate::evaluation::{Row, Stage};
 use crate::treatment::{Detector, Treatment};
 
@@ -88,30 +89,18 @@ fn with_means(rows: &[Row]) -> Vec<Row> {
 }
 
 fn means(rows: &[Row], name: &str, set: SequenceSet) -> Vec<Row> {
+    let way = |row: &Row| (row.treatment, row.stage, row.detector, row.poses);
+    let of_set: Vec<&Row> = rows.iter().filter(|row| row.set == Some(set)).collect();
+    // Each way once, as it comes first: that of the first sequence.
+    let firsts = of_set.iter().enumerate();
+    let ways = firsts.filter(|(index, row)| !of_set[..*index].iter().any(|before| way(before) == way(row)));
     let mut means = Vec::new();
-    let mut detectors: Vec<Detector> = rows.iter().map(|row| row.detector).collect();
-    detectors.dedup();
-    detectors.truncate(2);
-    for &treatment in Treatment::ALL {
-        for stage in [Stage::Before, Stage::After] {
-            for &detector in &detectors {
-                let alike = |row: &&Row| {
-                    (row.set, row.treatment, row.stage, row.detector)
-                        == (Some(set), treatment, stage, detector)
-                };
-                let scores: Vec<&Scores> = rows.iter().filter(alike).map(|row| &row.scores).collect();
-                if scores.len() > 1 {
-                    let scores = Scores::mean(&scores);
-                    means.push(Row {
-                        sequence: name.to_owned(),
-                        set: None,
-                        treatment,
-                        detector,
-                        stage,
-                        scores,
-                    });
-                }
-            }
+    for (_, first) in ways {
+        let alike: Vec<&Scores> =
+            of_set.iter().filter(|row| way(row) == way(first)).map(|row| &row.scores).collect();
+        if alike.len() > 1 {
+            let scores = Scores::mean(&alike);
+            means.push(Row { sequence: name.to_owned(), set: None, scores, ..Row::clone(first) });
         }
     }
     means
@@ -120,10 +109,14 @@ fn means(rows: &[Row], name: &str, set: SequenceSet) -> Vec<Row> {
 /// Heading and rows of a block; rows that have nothing in it are left out, unless none has anything.
 fn block_cells(block: &Block, rows: &[Row]) -> Vec<Vec<String>> {
     let many = rows.iter().any(|row| row.treatment != Treatment::Silhouettes || row.stage == Stage::Before);
-    let name = |row: &Row| match row.detector {
-        _ if many => format!("{}, {}, {}", row.sequence, row.treatment.name(), row.stage.name()),
-        Detector::EveryFrame => row.sequence.clone(),
-        Detector::EveryNth(n) => format!("{}, detections in 1 of {n} frames", row.sequence),
+    let drifts = rows.iter().any(|row| row.poses != Poses::True);
+    let name = |row: &Row| {
+        let name = match row.detector {
+            _ if many => format!("{}, {}, {}", row.sequence, row.treatment.name(), row.stage.name()),
+            Detector::EveryFrame => row.sequence.clone(),
+            Detector::EveryNth(n) => format!("{}, detections in 1 of {n} frames", row.sequence),
+        };
+        if drifts { format!("{name}, {}", row.poses.name()) } else { name }
     };
     let any = |row: &&Row| block.columns.iter().any(|column| row.scores.get(column.key).is_some());
     let heading = std::iter::once(String::new()).chain(block.columns.iter().map(Column::title)).collect();

@@ -28,7 +28,7 @@ impl StaticPoints<'_> {
             }
             let around = 2 * i64::from(shell) + 1;
             if around.saturating_pow(3) > stored.len() as i64 {
-                for &key in stored {
+                for &key in stored.iter() {
                     self.ask_block(key, place, radius, &mut best);
                 }
                 break;

@@ -1,4 +1,5 @@
-use crate::block_store::{BlockIndex, BlockKey, CellBits, put};
+use super::block_index::BlockIndex;
+use crate::block_store::{BlockKey, CellBits, put};
 
 /// A set of cells of the evidence, block by block. Emptied, it keeps its memory.
 #[derive(Debug, Clone, Default)]

@@ -1,5 +1,6 @@
 //! Scans: points of a lidar or of any other sensor that is no camera.
 
+mod block_index;
 mod cell_set;
 mod insertion;
 mod scan_rays;

@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use dymlm_core::ObjectId;
 
@@ -11,8 +12,8 @@ use super::{MapObject, ObjectState, SpaceIndex};
 /// merged objects the one with more observations keeps its id, and the other's leads to it.
 #[derive(Debug, Clone)]
 pub struct ObjectMap {
-    /// By ascending id.
-    pub(crate) objects: Vec<MapObject>,
+    /// By ascending id; clones share those that neither has changed since.
+    pub(crate) objects: Vec<Arc<MapObject>>,
     /// Where they are.
     pub(crate) index: SpaceIndex,
     pub(crate) next_id: u64,
@@ -29,18 +30,18 @@ impl ObjectMap {
 
     /// The confirmed objects, by ascending id.
     pub fn objects(&self) -> impl Iterator<Item = &MapObject> {
-        self.objects.iter().filter(|object| object.state == ObjectState::Confirmed)
+        self.all().filter(|object| object.state == ObjectState::Confirmed)
     }
 
     /// The objects that are not confirmed, by ascending id: seen too seldom, or not any more.
     pub fn candidates(&self) -> impl Iterator<Item = &MapObject> {
-        self.objects.iter().filter(|object| object.state == ObjectState::Tentative)
+        self.all().filter(|object| object.state == ObjectState::Tentative)
     }
 
     /// The object of an id, confirmed or not; of a merged object the one that it went into. `None` once it
     /// was removed.
     pub fn object(&self, id: ObjectId) -> Option<&MapObject> {
-        self.place(self.current_id(id)).and_then(|place| self.objects.get(place))
+        self.place(self.current_id(id)).and_then(|place| self.objects.get(place)).map(Arc::as_ref)
     }
 
     /// Number of confirmed objects.
@@ -53,9 +54,9 @@ impl ObjectMap {
         self.len() == 0
     }
 
-    /// Bytes that the map holds, about.
+    /// Bytes that the map holds, about, with what clones share.
     pub fn memory_bytes(&self) -> usize {
-        let objects: usize = self.objects.iter().map(MapObject::memory_bytes).sum();
+        let objects: usize = self.all().map(MapObject::memory_bytes).sum();
         objects + self.absorbed_by.len() * size_of::<[ObjectId; 2]>()
     }
 
@@ -69,18 +70,23 @@ impl ObjectMap {
         current
     }
 
+    /// All objects, by ascending id.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &MapObject> {
+        self.objects.iter().map(Arc::as_ref)
+    }
+
     pub(crate) fn place(&self, id: ObjectId) -> Option<usize> {
         self.objects.binary_search_by_key(&id, |object| object.id).ok()
     }
 
     /// Takes an object out.
-    pub(crate) fn remove(&mut self, id: ObjectId) -> Option<MapObject> {
+    pub(crate) fn remove(&mut self, id: ObjectId) -> Option<Arc<MapObject>> {
         let place = self.place(id)?;
         Some(self.objects.remove(place))
     }
 
     /// Takes an object out that goes into another: its id leads there from now on.
-    pub(crate) fn absorb(&mut self, removed: ObjectId, kept: ObjectId) -> Option<MapObject> {
+    pub(crate) fn absorb(&mut self, removed: ObjectId, kept: ObjectId) -> Option<Arc<MapObject>> {
         let object = self.remove(removed)?;
         self.absorbed_by.insert(removed, kept);
         Some(object)

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use dymlm_core::vector3::along;
 use dymlm_core::{ObjectId, Plane, PlaneId, SensorModel};
 use dymlm_geometry::OrientedBox;
@@ -30,7 +32,8 @@ pub struct MapObject {
     pub(crate) first_seen: f64,
     pub(crate) last_seen: f64,
     pub(crate) supports: Vec<SupportVotes>,
-    pub(crate) cloud: ObjectCloud,
+    /// Nearly all that it holds: clones share it until a point is added.
+    pub(crate) cloud: Arc<ObjectCloud>,
     pub(crate) centroids: CentroidCloud,
     pub(crate) key_views: KeyViews,
     pub(crate) motion: BoxMotion,
@@ -118,6 +121,7 @@ impl MapObject {
     /// Bytes that it holds, about: nearly all are its points.
     pub fn memory_bytes(&self) -> usize {
         size_of::<Self>()
+            + size_of::<ObjectCloud>()
             + self.cloud.memory_bytes()
             + self.key_views.memory_bytes()
             + self.supports.capacity() * size_of::<SupportVotes>()
@@ -214,7 +218,7 @@ impl MapObject {
             first_seen: timestamp,
             last_seen: timestamp,
             supports: Vec::new(),
-            cloud: ObjectCloud::new(observation.centroid, limits.voxel_size),
+            cloud: Arc::new(ObjectCloud::new(observation.centroid, limits.voxel_size)),
             centroids: CentroidCloud::default(),
             key_views: KeyViews::default(),
             motion: BoxMotion::default(),
@@ -238,7 +242,7 @@ impl MapObject {
     ) -> CloudPatch {
         let weight = self.view.next(self.oriented_box.center(), view.world_from_camera.translation());
         let patch = self.patch(observation, weight, view, &limits.sensor, priors);
-        self.cloud.add(&patch, limits.max_voxels);
+        Arc::make_mut(&mut self.cloud).add(&patch, limits.max_voxels);
         self.centroids.add(observation.centroid);
         self.flat_observations += u32::from(observation.relief == Relief::Flat);
         self.evidence.add(&observation.label, f64::from(observation.score));
@@ -299,8 +303,9 @@ impl MapObject {
     }
 
     /// Calls the planes under it what they are called now; the votes for two that became one are added.
-    pub(crate) fn follow_planes(&mut self, current_id: impl Fn(PlaneId) -> PlaneId) {
-        let current = |support: &SupportPlane| SupportPlane { id: support.id.map(&current_id), ..*support };
+    pub(crate) fn follow_planes(&mut self, mut current_id: impl FnMut(PlaneId) -> PlaneId) {
+        let mut current =
+            |support: &SupportPlane| SupportPlane { id: support.id.map(&mut current_id), ..*support };
         if self.supports.iter().any(|votes| current(&votes.support).id != votes.support.id) {
             for votes in std::mem::take(&mut self.supports) {
                 self.vote(SupportVotes { support: current(&votes.support), ..votes });
@@ -318,7 +323,7 @@ impl MapObject {
 
     /// Takes over all that is known of a duplicate.
     pub(crate) fn merge(&mut self, other: &Self, limits: &ObjectLimits) {
-        self.cloud.merge(&other.cloud, limits.max_voxels);
+        Arc::make_mut(&mut self.cloud).merge(&other.cloud, limits.max_voxels);
         self.centroids.merge(&other.centroids);
         self.evidence.merge(&other.evidence);
         if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use dymlm_core::Pose;
 
 use super::{BoxMotion, MapObject};
@@ -7,7 +9,7 @@ impl MapObject {
     /// been taken of it there. What it stood on, and what was last seen of it in the image, is forgotten.
     pub(crate) fn move_by(&mut self, new_from_old: &Pose) {
         self.oriented_box = self.oriented_box.transformed(new_from_old);
-        self.cloud = self.cloud.moved(new_from_old);
+        self.cloud = Arc::new(self.cloud.moved(new_from_old));
         self.centroids = self.centroids.moved(new_from_old);
         self.key_views.move_by(new_from_old);
         self.supports.clear();

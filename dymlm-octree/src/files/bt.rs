@@ -3,9 +3,9 @@ use std::path::Path;
 
 use super::header::Header;
 use super::{load, read_error, read_tree, save};
-use crate::lattice::{DEPTH, Key};
+use crate::lattice::DEPTH;
 use crate::occupancy_model::OccupancyModel;
-use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
+use crate::storage::{Kind, NO_COLOR, Subtree, SubtreeToFill};
 use crate::{Error, Octree, OctreeConfig};
 
 const FIRST_LINE: &str = "# Octomap OcTree binary file";
@@ -34,7 +34,7 @@ impl Octree {
         let header = Header { id: "OcTree".to_owned(), size: nodes, resolution: map.resolution() };
         header.write(&mut writer, FIRST_LINE)?;
         if !map.is_empty() {
-            write_children(&map.tree, Subtree::ROOT, &mut writer)?;
+            write_children(map.tree.subtree(), &mut writer)?;
         }
         writer.flush()?;
         Ok(())
@@ -63,7 +63,9 @@ impl Octree {
     pub fn read_bt(mut reader: impl BufRead, config: OctreeConfig) -> Result<Self, Error> {
         let header = Header::read(&mut reader, FIRST_LINE)?;
         let model = OccupancyModel::new(&config);
-        read_tree(&header, config, false, |tree| read_nodes(&mut reader, &model, tree))
+        read_tree(&header, config, false, |tree| {
+            Ok(1 + read_children(&mut reader, &model, tree.subtree_to_fill(), 0)?)
+        })
     }
 
     /// [`Self::write_bt`] to a file: under another name in its folder first, so that an older file is
@@ -88,11 +90,11 @@ impl Octree {
 
 /// Two bits for each child, children 0 to 3 in the first byte, then those children that are no leaves. At
 /// most 16 calls deep.
-fn write_children(tree: &Tree, subtree: Subtree, writer: &mut impl Write) -> Result<(), Error> {
-    let children: [Subtree; 8] = std::array::from_fn(|i| tree.child(subtree, i as u8));
+fn write_children(subtree: Subtree<'_>, writer: &mut impl Write) -> Result<(), Error> {
+    let children: [Subtree<'_>; 8] = std::array::from_fn(|i| subtree.child(i as u8));
     let bits = children.iter().rev().fold(0, |bits, &child| {
         bits << 2
-            | match tree.kind(child) {
+            | match child.kind() {
                 Kind::Absent => 0,
                 Kind::Leaf(log_odds) if OccupancyModel::is_occupied(log_odds) => OCCUPIED,
                 Kind::Leaf(_) => FREE,
@@ -102,34 +104,43 @@ fn write_children(tree: &Tree, subtree: Subtree, writer: &mut impl Write) -> Res
     writer.write_all(&bits.to_le_bytes())?;
     children
         .iter()
-        .filter(|&&child| tree.kind(child) == Kind::Inner)
-        .try_for_each(|&child| write_children(tree, child, writer))
+        .filter(|&&child| child.kind() == Kind::Inner)
+        .try_for_each(|&child| write_children(child, writer))
 }
 
-/// Reads a whole tree into leaves, and counts its nodes.
-fn read_nodes(reader: &mut impl BufRead, model: &OccupancyModel, tree: &mut Tree) -> Result<u64, Error> {
-    let mut nodes = 1;
-    // Inner nodes to come, the next one last: depth and lower corner. At most 7 a level and one.
-    let mut stack: Vec<(u8, Key)> = vec![(0, [0; 3])];
-    while let Some((depth, corner)) = stack.pop() {
-        let mut bytes = [0; 2];
-        reader.read_exact(&mut bytes).map_err(read_error)?;
-        let bits = u16::from_le_bytes(bytes);
-        if bits == 0 {
-            return Err(Error::Malformed(format!("an inner node without children at depth {depth}")));
-        }
-        for i in (0..8).rev() {
-            let corner = child_corner(corner, depth, i);
-            match bits >> (2 * i) & 0b11 {
-                FREE => tree.fill(corner, depth + 1, model.min, NO_COLOR),
-                OCCUPIED => tree.fill(corner, depth + 1, model.max, NO_COLOR),
-                INNER if depth + 1 == DEPTH => {
-                    return Err(Error::Malformed(format!("a node with children below depth {DEPTH}")));
-                }
-                INNER => stack.push((depth + 1, corner)),
-                _ => continue,
+/// Reads an inner node at a depth into leaves, and counts the nodes below. At most 16 calls deep.
+fn read_children(
+    reader: &mut impl BufRead,
+    model: &OccupancyModel,
+    mut node: SubtreeToFill<'_>,
+    depth: u8,
+) -> Result<u64, Error> {
+    let mut bytes = [0; 2];
+    reader.read_exact(&mut bytes).map_err(read_error)?;
+    let bits = u16::from_le_bytes(bytes);
+    if bits == 0 {
+        return Err(Error::Malformed(format!("an inner node without children at depth {depth}")));
+    }
+    let mut nodes = 0;
+    let kind = |i: u8| bits >> (2 * i) & 0b11;
+    for i in 0..8 {
+        let log_odds = match kind(i) {
+            FREE => model.min,
+            OCCUPIED => model.max,
+            INNER if depth + 1 == DEPTH => {
+                return Err(Error::Malformed(format!("a node with children below depth {DEPTH}")));
             }
+            _ => continue,
+        };
+        if let Some(child) = node.child(i) {
+            child.fill(log_odds, NO_COLOR);
             nodes += 1;
+        }
+    }
+    // Children that are no leaves follow their parent's bits.
+    for i in (0..8).filter(|&i| kind(i) == INNER) {
+        if let Some(child) = node.child(i) {
+            nodes += 1 + read_children(reader, model, child, depth + 1)?;
         }
     }
     Ok(nodes)

@@ -5,8 +5,8 @@ use dymlm_core::Rgb;
 
 use super::header::Header;
 use super::{load, read_error, read_tree, save};
-use crate::lattice::{DEPTH, Key};
-use crate::storage::{Kind, NO_COLOR, Subtree, Tree, child_corner};
+use crate::lattice::DEPTH;
+use crate::storage::{Kind, NO_COLOR, Subtree, SubtreeToFill};
 use crate::{Error, Octree, OctreeConfig};
 
 const FIRST_LINE: &str = "# Octomap OcTree file";
@@ -23,7 +23,7 @@ impl Octree {
         let header =
             Header { id: id.to_owned(), size: self.counts().nodes as u64, resolution: self.resolution() };
         header.write(&mut writer, FIRST_LINE)?;
-        write_node(&self.tree, Subtree::ROOT, &mut writer)?;
+        write_node(self.tree.subtree(), self.tree.has_colors(), &mut writer)?;
         writer.flush()?;
         Ok(())
     }
@@ -51,7 +51,9 @@ impl Octree {
     pub fn read_ot(mut reader: impl BufRead, config: OctreeConfig) -> Result<Self, Error> {
         let header = Header::read(&mut reader, FIRST_LINE)?;
         let colored = header.id == "ColorOcTree";
-        read_tree(&header, config, colored, |tree| read_nodes(&mut reader, colored, tree))
+        read_tree(&header, config, colored, |tree| {
+            read_nodes(&mut reader, colored, tree.subtree_to_fill(), 0)
+        })
     }
 
     /// [`Self::write_ot`] to a file: under another name in its folder first, so that an older file is
@@ -76,25 +78,25 @@ impl Octree {
 
 /// A node: log-odds (f32), colour (three bytes, only in a `ColorOcTree`), one bit for each child that exists,
 /// then the children. At most 16 calls deep.
-fn write_node(tree: &Tree, subtree: Subtree, writer: &mut impl Write) -> Result<(), Error> {
-    let kind = tree.kind(subtree);
+fn write_node(subtree: Subtree<'_>, colored: bool, writer: &mut impl Write) -> Result<(), Error> {
+    let kind = subtree.kind();
     let log_odds = match kind {
         Kind::Absent => return Ok(()),
         Kind::Leaf(log_odds) => log_odds,
-        Kind::Inner => tree.max_log_odds(subtree).unwrap_or(0.0),
+        Kind::Inner => subtree.max_log_odds().unwrap_or(0.0),
     };
     writer.write_all(&log_odds.to_le_bytes())?;
-    if tree.has_colors() {
-        writer.write_all(&tree.color(subtree))?;
+    if colored {
+        writer.write_all(&subtree.color())?;
     }
     if kind != Kind::Inner {
         writer.write_all(&[0])?;
         return Ok(());
     }
-    let children: [Subtree; 8] = std::array::from_fn(|i| tree.child(subtree, i as u8));
-    let exists = |i: usize| u8::from(tree.kind(children[i]) != Kind::Absent) << i;
+    let children: [Subtree<'_>; 8] = std::array::from_fn(|i| subtree.child(i as u8));
+    let exists = |i: usize| u8::from(children[i].kind() != Kind::Absent) << i;
     writer.write_all(&[(0..8).map(exists).sum()])?;
-    children.iter().try_for_each(|&child| write_node(tree, child, writer))
+    children.iter().try_for_each(|&child| write_node(child, colored, writer))
 }
 
 /// One node as the file has it.
@@ -104,28 +106,28 @@ struct Node {
     children: u8,
 }
 
-/// Reads a whole tree into leaves, and counts its nodes.
-fn read_nodes(reader: &mut impl BufRead, colored: bool, tree: &mut Tree) -> Result<u64, Error> {
-    let mut nodes = 0;
-    // Nodes to come, the next one last: depth and lower corner. At most 7 a level and one.
-    let mut stack: Vec<(u8, Key)> = vec![(0, [0; 3])];
-    while let Some((depth, corner)) = stack.pop() {
-        let node = read_node(reader, colored)?;
-        nodes += 1;
-        if node.children == 0 {
-            if !node.log_odds.is_finite() {
-                let log_odds = node.log_odds;
-                return Err(Error::Malformed(format!("the log-odds of its node {nodes} are {log_odds}")));
-            }
-            tree.fill(corner, depth, node.log_odds, node.color);
-            continue;
+/// Reads a tree into leaves, and counts its nodes. At most 16 calls deep.
+fn read_nodes(
+    reader: &mut impl BufRead,
+    colored: bool,
+    mut subtree: SubtreeToFill<'_>,
+    before: u64,
+) -> Result<u64, Error> {
+    let node = read_node(reader, colored)?;
+    let mut nodes = before + 1;
+    if node.children == 0 {
+        if !node.log_odds.is_finite() {
+            let log_odds = node.log_odds;
+            return Err(Error::Malformed(format!("the log-odds of its node {nodes} are {log_odds}")));
         }
-        if depth == DEPTH {
+        subtree.fill(node.log_odds, node.color);
+        return Ok(nodes);
+    }
+    for i in (0..8).filter(|i| node.children >> i & 1 != 0) {
+        let Some(child) = subtree.child(i) else {
             return Err(Error::Malformed(format!("its node {nodes} has children below depth {DEPTH}")));
-        }
-        for i in (0..8).rev().filter(|i| node.children >> i & 1 != 0) {
-            stack.push((depth + 1, child_corner(corner, depth, i)));
-        }
+        };
+        nodes = read_nodes(reader, colored, child, nodes)?;
     }
     Ok(nodes)
 }

@@ -1,27 +1,53 @@
-use super::{Bits, ENTRIES};
+use dymlm_core::Rgb;
+
+use super::colors::EntryColors;
+use super::{Bits, ENTRIES, NO_COLOR, has};
 use crate::occupancy_model::OccupancyModel;
 
 /// 8 x 8 x 8 cells.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
     /// Cells that have been observed.
-    pub(crate) known: Bits,
+    pub(super) known: Bits,
     /// Largest log-odds of a known cell.
-    pub(crate) max: f32,
+    pub(super) max: f32,
+    pub(super) colors: EntryColors,
     /// Log-odds; 0 where nothing is known.
-    pub(crate) log_odds: [f32; ENTRIES],
+    pub(super) log_odds: [f32; ENTRIES],
 }
 
 impl Block {
-    pub(crate) const EMPTY: Self = Self { known: [0; 8], max: f32::NEG_INFINITY, log_odds: [0.0; ENTRIES] };
+    pub(super) const EMPTY: Self =
+        Self { known: [0; 8], max: f32::NEG_INFINITY, colors: EntryColors::NONE, log_odds: [0.0; ENTRIES] };
 
     /// A block that is all one leaf.
-    pub(crate) fn filled(log_odds: f32) -> Self {
-        Self { known: [u64::MAX; 8], max: log_odds, log_odds: [log_odds; ENTRIES] }
+    pub(super) fn filled(log_odds: f32, color: Rgb) -> Self {
+        Self {
+            known: [u64::MAX; 8],
+            max: log_odds,
+            colors: EntryColors::filled(color),
+            log_odds: [log_odds; ENTRIES],
+        }
+    }
+
+    /// The log-odds of a cell; `None` where nothing is known.
+    #[inline]
+    pub(super) fn cell(&self, entry: usize) -> Option<f32> {
+        has(&self.known, entry).then(|| self.log_odds[entry])
+    }
+
+    /// Sets the log-odds of a cell; `None` forgets it, with its colour. `max` is left to [`Self::refresh`].
+    pub(super) fn set(&mut self, entry: usize, log_odds: Option<f32>) {
+        self.log_odds[entry] = log_odds.unwrap_or(0.0);
+        self.known[entry / 64] &= !(1 << (entry % 64));
+        self.known[entry / 64] |= u64::from(log_odds.is_some()) << (entry % 64);
+        if log_odds.is_none() {
+            self.colors.set(entry, NO_COLOR);
+        }
     }
 
     /// Adds one observation to each chosen cell. `max` is left to [`Self::refresh`].
-    pub(crate) fn observe(&mut self, misses: &Bits, hits: &Bits, model: &OccupancyModel) {
+    pub(super) fn observe(&mut self, misses: &Bits, hits: &Bits, model: &OccupancyModel) {
         self.add(misses, model.miss, model);
         self.add(hits, model.hit, model);
     }
@@ -47,7 +73,7 @@ impl Block {
     }
 
     /// Brings `max` up to date.
-    pub(crate) fn refresh(&mut self) {
+    pub(super) fn refresh(&mut self) {
         let mut max = f32::NEG_INFINITY;
         for (&known, values) in self.known.iter().zip(self.log_odds.chunks_exact(64)) {
             if known == u64::MAX {
@@ -64,7 +90,7 @@ impl Block {
     }
 
     /// The one value of all cells, if there is one.
-    pub(crate) fn single_value(&self) -> Option<f32> {
+    pub(super) fn single_value(&self) -> Option<f32> {
         let first = self.log_odds[0];
         (self.known == [u64::MAX; 8] && self.log_odds.iter().all(|&value| value == first)).then_some(first)
     }

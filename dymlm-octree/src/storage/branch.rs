@@ -1,77 +1,194 @@
-use super::{Bits, ENTRIES, has};
+use std::sync::Arc;
 
-/// 8 x 8 x 8 entries, each of them unknown, a leaf, or a child node.
+use dymlm_core::Rgb;
+
+use super::colors::EntryColors;
+use super::{Bits, Block, ENTRIES, for_each_bit};
+
+/// 8 x 8 x 8 entries, each of them unknown, a leaf, or a node of the level below.
 #[derive(Debug, Clone)]
 pub(crate) struct Branch {
+    /// 1 to 5: those of level 1 hold blocks.
+    pub(super) level: u8,
     /// Entries that are leaves.
-    pub(crate) leaves: Bits,
-    /// Entries that are child nodes.
-    pub(crate) children: Bits,
+    pub(super) leaves: Bits,
+    /// Entries that are nodes.
+    pub(super) children: Bits,
     /// Largest log-odds below.
-    pub(crate) max: f32,
-    /// The bits of a leaf's log-odds, or the index of a child in its arena.
-    pub(crate) data: [u32; ENTRIES],
+    pub(super) max: f32,
+    /// Of the leaves.
+    pub(super) colors: EntryColors,
+    entries: [Entry; ENTRIES],
 }
 
-/// An entry of a branch.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// An entry of a branch. Clones of a tree share its nodes; each is copied when it changes while both have it.
+#[derive(Debug, Clone)]
 pub(crate) enum Entry {
     Unknown,
+    /// All cells have these log-odds.
     Leaf(f32),
-    Child(u32),
+    Block(Arc<Block>),
+    Branch(Arc<Branch>),
+}
+
+impl Entry {
+    /// What an entry that is an empty node, or one that is all one leaf, is to become, and the colour of that
+    /// leaf.
+    fn simpler(&self) -> Option<(Self, Rgb)> {
+        let (is_empty, value, colors) = match self {
+            Self::Unknown | Self::Leaf(_) => return None,
+            Self::Block(block) => (block.known == [0; 8], block.single_value(), &block.colors),
+            Self::Branch(branch) => (branch.is_empty(), branch.single_value(), &branch.colors),
+        };
+        let simpler = if is_empty { Some(Self::Unknown) } else { value.map(Self::Leaf) };
+        simpler.map(|entry| (entry, colors.mean(0..ENTRIES)))
+    }
+
+    /// Largest log-odds in it.
+    #[inline]
+    pub(super) fn max(&self) -> f32 {
+        match self {
+            Self::Unknown => f32::NEG_INFINITY,
+            Self::Leaf(log_odds) => *log_odds,
+            Self::Block(block) => block.max,
+            Self::Branch(branch) => branch.max,
+        }
+    }
 }
 
 impl Branch {
-    pub(crate) const EMPTY: Self =
-        Self { leaves: [0; 8], children: [0; 8], max: f32::NEG_INFINITY, data: [0; ENTRIES] };
-
-    /// A branch that is all one leaf.
-    pub(crate) fn filled(log_odds: f32) -> Self {
-        Self { leaves: [u64::MAX; 8], children: [0; 8], max: log_odds, data: [log_odds.to_bits(); ENTRIES] }
-    }
-
-    #[inline]
-    pub(crate) fn entry(&self, entry: usize) -> Entry {
-        if has(&self.children, entry) {
-            Entry::Child(self.data[entry])
-        } else if has(&self.leaves, entry) {
-            Entry::Leaf(self.leaf(entry))
-        } else {
-            Entry::Unknown
+    pub(super) fn empty(level: u8) -> Self {
+        Self {
+            level,
+            leaves: [0; 8],
+            children: [0; 8],
+            max: f32::NEG_INFINITY,
+            colors: EntryColors::NONE,
+            entries: [const { Entry::Unknown }; ENTRIES],
         }
     }
 
-    /// The log-odds of an entry that is a leaf.
-    #[inline]
-    pub(crate) fn leaf(&self, entry: usize) -> f32 {
-        f32::from_bits(self.data[entry])
+    /// A branch that is all one leaf.
+    fn filled(level: u8, log_odds: f32, color: Rgb) -> Self {
+        Self {
+            level,
+            leaves: [u64::MAX; 8],
+            children: [0; 8],
+            max: log_odds,
+            colors: EntryColors::filled(color),
+            entries: std::array::from_fn(|_| Entry::Leaf(log_odds)),
+        }
     }
 
-    pub(crate) fn set(&mut self, index: usize, entry: Entry) {
+    #[inline]
+    pub(super) fn entry(&self, entry: usize) -> &Entry {
+        &self.entries[entry]
+    }
+
+    /// An entry, whose node may be changed but not replaced.
+    pub(super) fn entry_mut(&mut self, entry: usize) -> &mut Entry {
+        &mut self.entries[entry]
+    }
+
+    pub(super) fn set(&mut self, index: usize, entry: Entry) {
         let bit = 1 << (index % 64);
         self.leaves[index / 64] &= !bit;
         self.children[index / 64] &= !bit;
         match entry {
-            Entry::Unknown => self.data[index] = 0,
-            Entry::Leaf(log_odds) => {
-                self.leaves[index / 64] |= bit;
-                self.data[index] = log_odds.to_bits();
-            }
-            Entry::Child(child) => {
-                self.children[index / 64] |= bit;
-                self.data[index] = child;
-            }
+            Entry::Unknown => {}
+            Entry::Leaf(_) => self.leaves[index / 64] |= bit,
+            Entry::Block(_) | Entry::Branch(_) => self.children[index / 64] |= bit,
         }
+        self.entries[index] = entry;
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
+    /// An entry made a node if it is none: what was a leaf is spread over the node's entries.
+    pub(super) fn parted(&mut self, entry: usize) -> &mut Entry {
+        let (below, color) = (self.level - 1, self.colors.at(entry));
+        let node = match (&self.entries[entry], below) {
+            (Entry::Block(_) | Entry::Branch(_), _) => None,
+            (Entry::Leaf(value), 0) => Some(Entry::Block(Arc::new(Block::filled(*value, color)))),
+            (Entry::Leaf(value), _) => Some(Entry::Branch(Arc::new(Self::filled(below, *value, color)))),
+            (Entry::Unknown, 0) => Some(Entry::Block(Arc::new(Block::EMPTY))),
+            (Entry::Unknown, _) => Some(Entry::Branch(Arc::new(Self::empty(below)))),
+        };
+        if let Some(node) = node {
+            self.set(entry, node);
+        }
+        &mut self.entries[entry]
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
         self.leaves == [0; 8] && self.children == [0; 8]
     }
 
     /// The one value of all entries, if all are leaves of that value.
-    pub(crate) fn single_value(&self) -> Option<f32> {
-        let first = self.leaf(0);
-        (self.leaves == [u64::MAX; 8] && self.data.iter().all(|&bits| f32::from_bits(bits) == first))
-            .then_some(first)
+    fn single_value(&self) -> Option<f32> {
+        match self.entries[0] {
+            Entry::Leaf(first) if self.leaves == [u64::MAX; 8] && self.is_all(0..ENTRIES, first) => {
+                Some(first)
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether some entries are leaves of one value.
+    pub(super) fn is_all(&self, entries: std::ops::Range<usize>, value: f32) -> bool {
+        self.entries[entries].iter().all(|entry| matches!(entry, Entry::Leaf(own) if *own == value))
+    }
+
+    /// Takes nodes that are empty or one single leaf into the branch, and brings `max` up to date.
+    pub(super) fn settle(&mut self) {
+        let mut max = f32::NEG_INFINITY;
+        let children = self.children;
+        for_each_bit(&children, |entry| {
+            if let Some((simpler, color)) = self.entries[entry].simpler() {
+                self.colors.set(entry, color);
+                self.set(entry, simpler);
+            } else {
+                max = max.max(self.entries[entry].max());
+            }
+        });
+        for_each_bit(&self.leaves, |entry| max = max.max(self.entries[entry].max()));
+        self.max = max;
+    }
+
+    /// Settles all nodes below, then the branch. At most five levels deep.
+    pub(super) fn settle_all(&mut self) {
+        let children = self.children;
+        for_each_bit(&children, |entry| match &mut self.entries[entry] {
+            Entry::Block(block) => Arc::make_mut(block).refresh(),
+            Entry::Branch(branch) => Arc::make_mut(branch).settle_all(),
+            Entry::Unknown | Entry::Leaf(_) => {}
+        });
+        self.settle();
+    }
+
+    /// Changes every value below. To be followed by [`Self::settle_all`]. At most five levels deep.
+    pub(super) fn map_values(&mut self, f: &impl Fn(f32) -> f32) {
+        for entry in &mut self.entries {
+            match entry {
+                Entry::Unknown => {}
+                Entry::Leaf(value) => *value = f(*value),
+                Entry::Branch(branch) => Arc::make_mut(branch).map_values(f),
+                Entry::Block(block) => {
+                    let block = Arc::make_mut(block);
+                    for_each_bit(&block.known, |entry| block.log_odds[entry] = f(block.log_odds[entry]));
+                }
+            }
+        }
+    }
+
+    /// Bytes of all nodes below. At most five levels deep.
+    pub(super) fn memory_bytes(&self) -> usize {
+        let mut bytes = self.colors.memory_bytes();
+        for_each_bit(&self.children, |entry| {
+            bytes += match &self.entries[entry] {
+                Entry::Unknown | Entry::Leaf(_) => 0,
+                Entry::Block(block) => super::shared_bytes::<Block>() + block.colors.memory_bytes(),
+                Entry::Branch(branch) => super::shared_bytes::<Self>() + branch.memory_bytes(),
+            };
+        });
+        bytes
     }
 }

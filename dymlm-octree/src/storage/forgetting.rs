@@ -1,5 +1,6 @@
-use super::branch::Entry;
-use super::{ENTRIES, NO_COLOR, ROOT_LEVEL, Tree};
+use std::sync::Arc;
+
+use super::{Branch, ENTRIES, Entry, NO_COLOR, Tree};
 use crate::lattice::Key;
 
 /// How much of a cube of cells is to be forgotten.
@@ -12,54 +13,34 @@ pub(crate) enum Forgotten {
 
 impl Tree {
     /// Forgets cubes of cells, no smaller ones than blocks. `forgotten` is asked for cubes by their lowest
-    /// cell and their side in cells. Freed nodes are used again by what comes.
+    /// cell and their side in cells.
     pub(crate) fn forget(&mut self, forgotten: &impl Fn(Key, u32) -> Forgotten) {
-        self.forget_below(0, ROOT_LEVEL, [0; 3], forgotten);
+        forget_below(self.root_mut(), [0; 3], forgotten);
     }
+}
 
-    /// At most five levels deep.
-    fn forget_below(
-        &mut self,
-        node: u32,
-        level: u8,
-        corner: Key,
-        forgotten: &impl Fn(Key, u32) -> Forgotten,
-    ) {
-        let side = 1_u32 << (3 * level);
-        for entry in 0..ENTRIES {
-            let old = self.branches[node as usize].entry(entry);
-            if old == Entry::Unknown {
-                continue;
+/// At most five levels deep.
+fn forget_below(branch: &mut Branch, corner: Key, forgotten: &impl Fn(Key, u32) -> Forgotten) {
+    let side = 1_u32 << (3 * branch.level);
+    for entry in 0..ENTRIES {
+        if matches!(branch.entry(entry), Entry::Unknown) {
+            continue;
+        }
+        let corner = corner_of(corner, entry, side);
+        match forgotten(corner, side) {
+            Forgotten::All => {
+                branch.set(entry, Entry::Unknown);
+                branch.colors.set(entry, NO_COLOR);
             }
-            let corner = corner_of(corner, entry, side);
-            match forgotten(corner, side) {
-                Forgotten::All => self.drop_entry(node, level, entry),
-                Forgotten::Part if level > 1 => {
-                    let child = match old {
-                        Entry::Child(child) => child,
-                        leaf => self.add_child(node, level, entry, leaf),
-                    };
-                    self.forget_below(child, level - 1, corner, forgotten);
+            Forgotten::Part if branch.level > 1 => {
+                if let Entry::Branch(below) = branch.parted(entry) {
+                    forget_below(Arc::make_mut(below), corner, forgotten);
                 }
-                Forgotten::Part | Forgotten::Nothing => {}
             }
-        }
-        self.settle_node(node, level);
-    }
-
-    /// Makes an entry unknown, and frees all nodes below it.
-    fn drop_entry(&mut self, node: u32, level: u8, entry: usize) {
-        if let Entry::Child(child) = self.branches[node as usize].entry(entry) {
-            if level > 1 {
-                (0..ENTRIES).for_each(|entry| self.drop_entry(child, level - 1, entry));
-            }
-            self.free_node(child, level - 1);
-        }
-        self.branches[node as usize].set(entry, Entry::Unknown);
-        if let Some(colors) = &mut self.colors {
-            colors.branches[node as usize][entry] = NO_COLOR;
+            Forgotten::Part | Forgotten::Nothing => {}
         }
     }
+    branch.settle();
 }
 
 /// The lowest cell of an entry of a node that begins at `corner`, with entries of so many cells a side.

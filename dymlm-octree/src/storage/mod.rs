@@ -1,5 +1,5 @@
-//! Where cells are kept: a tree of nodes with 8 x 8 x 8 entries, that is three octree levels a node, in
-//! arenas.
+//! Where cells are kept: a tree of nodes with 8 x 8 x 8 entries, that is three octree levels a node. Clones
+//! share nodes, which are copied when they change.
 //!
 //! A node of level L has entries that cover `2^(3 L)` cells along each axis: blocks (level 0) hold cells,
 //! branches (levels 1 to 5) hold children or leaves larger than a cell, and the root (level 5) uses its first
@@ -12,16 +12,20 @@
 
 mod block;
 mod branch;
+mod colors;
 mod difference;
+mod filling;
 mod forgetting;
+mod merging;
 mod subtree;
 mod tree;
 
-pub(crate) use block::Block;
-pub(crate) use branch::Branch;
+use block::Block;
+pub(crate) use branch::{Branch, Entry};
+pub(crate) use filling::SubtreeToFill;
 pub(crate) use forgetting::Forgotten;
 pub(crate) use subtree::{Kind, Subtree, child_corner};
-pub(crate) use tree::{Place, Tree};
+pub(crate) use tree::Tree;
 
 use dymlm_core::Rgb;
 
@@ -48,6 +52,11 @@ pub(crate) fn entry_of(key: Key, level: u8) -> usize {
     let [x, y, z] =
         key.map(|index| SPREAD[usize::from((u32::from(index) >> (3 * u32::from(level))) as u16 & 7)]);
     usize::from(x | y << 1 | z << 2)
+}
+
+/// Bytes of something behind an `Arc`, with its two counts.
+fn shared_bytes<T>() -> usize {
+    size_of::<T>() + 2 * size_of::<usize>()
 }
 
 #[inline]

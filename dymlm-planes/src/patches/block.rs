@@ -1,7 +1,7 @@
-use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use super::voxel_box::VoxelBox;
+use crate::shared_map::SharedMap;
 
 /// Voxels a side of a block, as a power of two: 16, 0.4 m at 2.5 cm. Of a plane a block holds some hundred.
 const BLOCK_BITS: u32 = 4;
@@ -63,8 +63,8 @@ pub(super) fn voxel_at(block: BlockKey, local: u16) -> [i32; 3] {
 
 /// Calls `visit` for what a map holds in the cells of 2^bits blocks a side that a box of voxels touches, in
 /// the order of the keys. O(columns of cells in the box, or all that is held).
-pub(super) fn visit_in<'a, T>(
-    cells: &'a BTreeMap<BlockKey, T>,
+pub(super) fn visit_in<'a, T: Clone>(
+    cells: &'a SharedMap<BlockKey, T>,
     region: &VoxelBox,
     bits: u32,
     mut visit: impl FnMut(BlockKey, &'a T),

@@ -1,13 +1,12 @@
-use std::collections::BTreeMap;
-
 use super::block::{BlockKey, REACH, local, split_key, visit_in, voxel_at, voxel_key};
 use super::voxel_box::VoxelBox;
+use crate::shared_map::SharedMap;
 
 /// The voxels of a plane's inliers with the number of samples in each, in blocks. Counts add up and can be
 /// taken out again; both cost what is added or taken, however large the plane is.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Patch {
-    blocks: BTreeMap<BlockKey, Vec<Counted>>,
+    blocks: SharedMap<BlockKey, Vec<Counted>>,
     voxels: usize,
     bounds: VoxelBox,
 }
@@ -133,8 +132,8 @@ impl Patch {
     /// Adds the counts of another patch; calls `is_new` for each block that there was none of.
     /// O(blocks of the other).
     pub(crate) fn add(&mut self, other: &Self, mut is_new: impl FnMut(BlockKey)) {
-        for (&block, theirs) in &other.blocks {
-            let ours = self.blocks.entry(block).or_insert_with(|| {
+        for (&block, theirs) in other.blocks.iter() {
+            let ours = self.blocks.get_or_insert_with(block, || {
                 is_new(block);
                 Vec::new()
             });
@@ -148,7 +147,7 @@ impl Patch {
     /// Takes the counts of a patch out that was added before; calls `is_gone` for each block that nothing is
     /// left of. O(blocks of the other), and O(n) when it reached to the end of the plane.
     pub(crate) fn subtract(&mut self, other: &Self, mut is_gone: impl FnMut(BlockKey)) {
-        for (&block, theirs) in &other.blocks {
+        for (&block, theirs) in other.blocks.iter() {
             let Some(ours) = self.blocks.get_mut(&block) else { continue };
             self.voxels -= ours.len();
             let mut theirs = theirs.iter().peekable();
@@ -224,8 +223,8 @@ impl Patch {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let block = size_of::<(BlockKey, Vec<Counted>)>();
-        self.blocks.values().map(|voxels| block + voxels.capacity() * size_of::<Counted>()).sum()
+        let voxels: usize = self.blocks.values().map(Vec::capacity).sum();
+        self.blocks.memory_bytes() + voxels * size_of::<Counted>()
     }
 }
 

@@ -1,9 +1,8 @@
-use std::collections::BTreeMap;
-
 use dymlm_core::PlaneId;
 
 use super::block::{BlockKey, visit_in};
 use super::voxel_box::VoxelBox;
+use crate::shared_map::SharedMap;
 
 /// Blocks a side of a cell, as a power of two: 4, 1.6 m at 2.5 cm. A frame's view touches some dozens.
 const CELL_BITS: u32 = 2;
@@ -12,7 +11,7 @@ const CELL_BITS: u32 = 2;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PlaneIndex {
     /// The planes in a cell, by id, and how many of their blocks lie in it.
-    cells: BTreeMap<BlockKey, Vec<(PlaneId, u32)>>,
+    cells: SharedMap<BlockKey, Vec<(PlaneId, u32)>>,
     /// A box around all that ever was noted.
     bounds: VoxelBox,
 }
@@ -25,7 +24,7 @@ impl PlaneIndex {
     /// Notes that a plane has a block.
     pub(crate) fn add(&mut self, block: BlockKey, plane: PlaneId) {
         self.bounds = self.bounds.union(&block.voxels());
-        let planes = self.cells.entry(Self::cell_of(block)).or_default();
+        let planes = self.cells.get_or_insert_with(Self::cell_of(block), Vec::new);
         match planes.binary_search_by_key(&plane, |(id, _)| *id) {
             Ok(place) => planes[place].1 += 1,
             Err(place) => planes.insert(place, (plane, 1)),
@@ -62,9 +61,7 @@ impl PlaneIndex {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let held = |planes: &Vec<(PlaneId, u32)>| {
-            size_of::<(BlockKey, Vec<(PlaneId, u32)>)>() + planes.capacity() * size_of::<(PlaneId, u32)>()
-        };
-        self.cells.values().map(held).sum()
+        let planes: usize = self.cells.values().map(Vec::capacity).sum();
+        self.cells.memory_bytes() + planes * size_of::<(PlaneId, u32)>()
     }
 }

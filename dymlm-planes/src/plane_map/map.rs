@@ -20,6 +20,7 @@ use crate::association::{Agreement, Criterion, FinitePlane, Partition};
 use crate::detector::DetectedPlane;
 use crate::error::Error;
 use crate::patches::{PlaneIndex, VoxelBox};
+use crate::shared_map::SharedMap;
 
 /// The map of finite planes (paper III-B).
 ///
@@ -41,14 +42,16 @@ use crate::patches::{PlaneIndex, VoxelBox};
 /// An insertion costs what the frame sees, whatever the size and the age of the map and of its planes: voxels
 /// are held in blocks, an index in space knows which planes are where, and key frames are looked at again
 /// only when planes merge, back to where the younger of them was seen first.
+///
+/// A clone shares planes, their blocks and what the key frames have seen; each is copied when it changes.
 #[derive(Debug, Clone)]
 pub struct PlaneMap {
     config: PlaneMapConfig,
     sensor: SensorModel,
     criterion: Criterion,
-    planes: BTreeMap<PlaneId, MapPlane>,
+    planes: SharedMap<PlaneId, MapPlane>,
     index: PlaneIndex,
-    key_frames: BTreeMap<FrameId, KeyFrame>,
+    key_frames: SharedMap<FrameId, KeyFrame>,
     /// Where planes have gone that were merged into others.
     merged: BTreeMap<PlaneId, PlaneId>,
     /// What the key frames saw between planes, by the ids that these have now.
@@ -78,9 +81,9 @@ impl PlaneMap {
             criterion: Criterion::new(&config.association, config.voxel_size),
             config,
             sensor,
-            planes: BTreeMap::new(),
+            planes: SharedMap::default(),
             index: PlaneIndex::default(),
-            key_frames: BTreeMap::new(),
+            key_frames: SharedMap::default(),
             merged: BTreeMap::new(),
             gaps: GapRecord::default(),
             next_plane: 0,
@@ -188,7 +191,8 @@ impl PlaneMap {
     }
 
     /// Bytes that the map holds and that grow: the planes with their voxels and the index of them; what each
-    /// key frame has seen, looked at and merged; the ids that were merged away. What the allocator adds is
+    /// key frame has seen, looked at and merged; the ids that were merged away; all of it, also what clones
+    /// share. What the allocator adds is
     /// not counted. O(key frames + blocks of voxels).
     pub fn memory_bytes(&self) -> usize {
         let planes: usize = self.planes.values().map(MapPlane::memory_bytes).sum();
@@ -269,7 +273,8 @@ impl PlaneMap {
                 PlaneId::new(self.next_plane - 1)
             };
             let id = share.plane;
-            let into = self.planes.entry(id).or_insert_with(|| MapPlane::new(id, placed.plane, shape));
+            let new = || MapPlane::new(id, placed.plane, shape);
+            let into = self.planes.get_or_insert_with(id, new);
             into.moments.add(&placed.moments);
             into.patch.add(&placed.patch, |block| self.index.add(block, id));
             report.associations.push(id);

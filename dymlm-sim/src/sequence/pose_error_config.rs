@@ -81,6 +81,14 @@ impl PoseErrorConfig {
         }
     }
 
+    /// Odometry whose position is off by a `share` of the way (root mean square) when `metres` have been
+    /// travelled: visual odometry drifts by .01 to .05 of it. Rotation and jitter are those of
+    /// [`slam`](Self::slam); what the turned camera then goes astray comes on top.
+    #[must_use]
+    pub fn share_of_way(share: f64, metres: f64) -> Self {
+        Self { translation_per_second: 0.0, translation_per_metre: share * metres.sqrt(), ..Self::slam() }
+    }
+
     /// Whether estimated poses are exact.
     pub(super) fn is_exact(&self) -> bool {
         [

@@ -3,11 +3,11 @@ use std::collections::BTreeMap;
 use dymlm_core::{FrameId, Pose};
 
 use super::new_poses::new_poses;
-use super::replay::{Rebuilt, Replay};
+use super::replay::Replay;
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
 use crate::session_log::{Event, InsertedFrame, KeyFrameEntry};
-use crate::{Error, MapBuilder, MultiLevelMap};
+use crate::{Error, MapBuilder};
 
 /// Maps that follow a SLAM's corrections, when a [history](dymlm_history::HistoryConfig) is kept.
 impl MapBuilder {
@@ -16,11 +16,12 @@ impl MapBuilder {
     /// and the report says what has become of them.
     ///
     /// Any frames may be given, in any order; a frame that is not moves with its neighbours: between two of
-    /// them with both, the nearer in time the more, else with the first or the last. So what comes after the
-    /// last one given is carried along, and the next frame's pose is one in the corrected world.
+    /// them with both, the nearer in time the more. What comes after the last one given is carried along with
+    /// it, and the next frame's pose is one in the corrected world. What was before the first one given stays.
     ///
-    /// The maps of before stay until the new ones are whole. Costs the mapping of all key frames without the
-    /// search for movers and planes.
+    /// The maps of before stay until the new ones are whole. Costs the mapping of the key frames since the
+    /// first that has moved, without the search for movers and planes: when that was one of the last
+    /// twenty, of at most twice as many (but for the first correction of that kind), else of all.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{FrameId, Pose}};
@@ -61,11 +62,12 @@ impl MapBuilder {
         }
         let given: Vec<(FrameId, Pose)> = given.into_iter().collect();
         let poses = new_poses(&log.frames, &given);
-        self.rebuild(&poses, watch)
+        self.correct_from(None, &poses, watch)
     }
 
-    /// Takes a frame or a scan out of all maps, as if it had never been inserted. A frame that is no key
-    /// frame is in none. Costs what [`Self::correct_poses`] does.
+    /// Takes a frame or a scan out of all maps, as if it had never been inserted. Costs what
+    /// [`Self::correct_poses`] does; nothing for a frame that is no key frame, since it is in no map. A frame
+    /// that waits for its detections waits no more.
     ///
     /// # Errors
     ///
@@ -76,13 +78,18 @@ impl MapBuilder {
             return Err(Error::UnknownFrame { frame });
         }
         let is_it = |event: &Event| event.mapped() == Some(frame);
-        let Some(place) = log.events.iter().position(is_it) else { return self.correct_poses(&[]) };
+        let Some(place) = log.events.iter().position(is_it) else {
+            let key_frames = log.key_frames().count();
+            self.waiting.remove(frame);
+            return Ok(CorrectionReport::unchanged(key_frames));
+        };
         let event = log.events.remove(place);
         let poses: Vec<Pose> = log.frames.iter().map(|frame| frame.world_from_camera).collect();
-        let report = self.rebuild(&poses, &mut |_| true);
+        let report = self.correct_from(Some(place), &poses, &mut |_| true);
         if let Some(log) = &mut self.log {
             match (&report, &event) {
                 (Ok(_), Event::KeyFrame(entry)) => log.history.remove(entry.observation),
+                (Ok(_), Event::Scan(entry)) => log.history.remove(entry.points),
                 (Ok(_), _) => {}
                 (Err(_), _) => log.events.insert(place, event),
             }
@@ -100,7 +107,7 @@ impl MapBuilder {
         let log = self.log.as_ref().ok_or(Error::NoHistory)?;
         let moved = |frame: &InsertedFrame| *new_from_old * frame.world_from_camera;
         let poses: Vec<Pose> = log.frames.iter().map(moved).collect();
-        self.rebuild(&poses, &mut |_| true)
+        self.correct_from(None, &poses, &mut |_| true)
     }
 
     /// The frames that were inserted, with their times and where they were taken from as they are mapped now,
@@ -110,23 +117,50 @@ impl MapBuilder {
         frames.map(|(frame, id)| (FrameId::new(id), frame.timestamp, frame.world_from_camera))
     }
 
-    /// Builds the maps again with each frame at its new pose, and goes on with them.
-    fn rebuild(
+    /// Lets the session happen again with each frame at its new pose, from the first event on that is another
+    /// than before: `changed`, or that of a frame that moved.
+    pub(crate) fn correct_from(
         &mut self,
+        changed: Option<usize>,
         poses: &[Pose],
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<CorrectionReport, Error> {
-        let log = self.log.as_mut().ok_or(Error::NoHistory)?;
-        let empty = MultiLevelMap::new(&self.config)?;
-        let context =
-            MappingContext { sensor: &self.config.sensor, mover_labels: self.preprocessor.mover_labels() };
-        let rebuilt = Replay::new(log, poses, &self.map, empty).run(&context, watch)?;
-        let Rebuilt { map, ghost_removal, events, planes, objects } = rebuilt;
-        let before = std::mem::replace(&mut self.map, map);
-        self.map.revision = before.revision;
-        (self.ghost_removal, log.events) = (ghost_removal, events);
+        let log = self.log.as_ref().ok_or(Error::NoHistory)?;
+        let has_moved = |frame: FrameId| {
+            log.frame(frame).map(|frame| frame.world_from_camera) != poses.get(frame.get() as usize).copied()
+        };
+        let first_moved = log.events.iter().position(|event| event.mapped().is_some_and(has_moved));
+        let report = match first_moved.into_iter().chain(changed).min() {
+            Some(first_changed) => self.rebuild(first_changed, poses, watch)?,
+            None => CorrectionReport::unchanged(log.key_frames().count()),
+        };
+        self.take_over(poses);
+        Ok(report)
+    }
 
-        let range = f64::from(self.config.sensor.max_depth);
+    /// Builds the maps again with each frame at its new pose, and goes on with them.
+    fn rebuild(
+        &mut self,
+        first_changed: usize,
+        poses: &[Pose],
+        watch: &mut dyn FnMut(CorrectionProgress) -> bool,
+    ) -> Result<CorrectionReport, Error> {
+        let Self { log, map, snapshots, config, preprocessor, ghost_removal, .. } = self;
+        let log = log.as_mut().ok_or(Error::NoHistory)?;
+        let context = MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
+        let rebuilt = Replay::new(log, poses, map, snapshots, first_changed, config)
+            .and_then(|replay| replay.run(&context, watch));
+        if rebuilt.is_err() {
+            // Those that it has taken are of maps that are none.
+            snapshots.forget_behind(first_changed);
+        }
+        let rebuilt = rebuilt?;
+        let revision = map.revision;
+        *map = rebuilt.map;
+        map.revision = revision;
+        (*ghost_removal, log.events) = (rebuilt.ghost_removal, rebuilt.events);
+
+        let range = f64::from(config.sensor.max_depth);
         let motion = |entry: &KeyFrameEntry| {
             let place = entry.frame.get() as usize;
             let (old, new) = (&log.frames[place].world_from_camera, &poses[place]);
@@ -137,9 +171,16 @@ impl MapBuilder {
             key_frames: log.key_frames().count(),
             moved_key_frames: motions.len(),
             largest_motion: motions.into_iter().fold(0.0, f64::max),
-            planes,
-            objects,
+            planes: rebuilt.planes,
+            objects: rebuilt.objects,
         };
+        self.publish_change();
+        Ok(report)
+    }
+
+    /// Takes the new poses for those of the frames.
+    fn take_over(&mut self, poses: &[Pose]) {
+        let Some(log) = &mut self.log else { return };
         let newest = log.frames.last().zip(poses.last()).map(|(old, new)| (old.world_from_camera, *new));
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;
@@ -147,8 +188,6 @@ impl MapBuilder {
         if let Some((old, new)) = newest.filter(|(old, new)| old != new) {
             self.follow_world(&(new * old.inverse()), poses);
         }
-        self.publish_change();
-        Ok(report)
     }
 
     /// Brings what is known of the last frames, and the frames that wait, to the corrected world.

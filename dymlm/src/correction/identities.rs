@@ -18,22 +18,13 @@ pub(super) struct Identities<Id: Ord> {
 }
 
 impl<Id: Copy + Ord> Identities<Id> {
-    /// `shared` is an observation each: of what it was, and of what it is.
+    /// `shared` is an observation each: of what it was, and of what it is, of the things that are in the maps.
     pub(super) fn of(shared: impl Iterator<Item = (Id, Id)>) -> Self {
-        let mut counts: BTreeMap<(Id, Id), usize> = BTreeMap::new();
-        shared.for_each(|pair| *counts.entry(pair).or_default() += 1);
-        let mut pairs: Vec<((Id, Id), usize)> = counts.into_iter().collect();
-        // Of equals the older ids first: the sort is stable.
-        pairs.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
+        let pairs = most_frequent_first(shared);
         let (mut names, mut taken) = (BTreeMap::new(), BTreeSet::new());
-        for &((old, new), _) in &pairs {
-            if !taken.contains(&old) && !names.contains_key(&new) {
-                names.insert(new, old);
-                taken.insert(old);
-            }
-        }
+        name(&pairs, &mut names, &mut taken);
         let (mut merged, mut split) = (BTreeMap::new(), BTreeMap::new());
-        for &((old, new), _) in &pairs {
+        for &(old, new) in &pairs {
             if let (false, Some(&name)) = (taken.contains(&old), names.get(&new)) {
                 merged.entry(old).or_insert(name);
             }
@@ -42,6 +33,37 @@ impl<Id: Copy + Ord> Identities<Id> {
             }
         }
         Self { names, merged, split }
+    }
+
+    /// The names for the ids of things that are in the new map no more as well: so that an id whose thing comes
+    /// and goes with corrections stays the same, and ids are not used up. `shared` as observations were noted.
+    pub(super) fn names_of_all(&self, shared: impl Iterator<Item = (Id, Id)>) -> BTreeMap<Id, Id> {
+        let mut names = self.names.clone();
+        let mut taken = names.values().copied().collect();
+        name(&most_frequent_first(shared), &mut names, &mut taken);
+        names
+    }
+}
+
+/// Each pair once; of equally frequent ones the older ids first.
+fn most_frequent_first<Id: Copy + Ord>(shared: impl Iterator<Item = (Id, Id)>) -> Vec<(Id, Id)> {
+    let mut counts: BTreeMap<(Id, Id), usize> = BTreeMap::new();
+    for pair in shared {
+        *counts.entry(pair).or_default() += 1;
+    }
+    let mut pairs: Vec<((Id, Id), usize)> = counts.into_iter().collect();
+    // The sort is stable.
+    pairs.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
+    pairs.into_iter().map(|(pair, _)| pair).collect()
+}
+
+/// Gives the new of each pair the old one's id where both are free.
+fn name<Id: Copy + Ord>(pairs: &[(Id, Id)], names: &mut BTreeMap<Id, Id>, taken: &mut BTreeSet<Id>) {
+    for &(old, new) in pairs {
+        if !taken.contains(&old) && !names.contains_key(&new) {
+            names.insert(new, old);
+            taken.insert(old);
+        }
     }
 }
 
@@ -56,6 +78,14 @@ mod tests {
         let identities = Identities::of(shared.into_iter());
         assert_eq!(identities.names, BTreeMap::from([(0, 7), (1, 8)]));
         assert!(identities.merged.is_empty() && identities.split.is_empty());
+    }
+
+    #[test]
+    fn what_is_gone_keeps_its_id_too() {
+        // The new map's 1 was taken into its 0, as 8 into 7.
+        let identities = Identities::of([(7, 0), (7, 0), (7, 0)].into_iter());
+        let names = identities.names_of_all([(7, 0), (8, 1), (7, 0)].into_iter());
+        assert_eq!(names, BTreeMap::from([(0, 7), (1, 8)]));
     }
 
     #[test]

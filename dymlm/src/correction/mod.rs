@@ -4,6 +4,8 @@
 mod correct_poses;
 mod identities;
 mod new_poses;
+#[cfg(test)]
+mod random_sessions;
 mod replay;
 mod report;
 mod thing_changes;

@@ -3,7 +3,8 @@ use dymlm_core::{FrameId, Pose};
 use crate::session_log::InsertedFrame;
 
 /// The poses of all frames after some of them were corrected: a frame between two of these moves with both,
-/// the nearer in time the more; one before the first or behind the last with that one.
+/// the nearer in time the more; one behind the last with that one, since its pose was found from there on; one
+/// before the first stays.
 ///
 /// `given` ascend by frame, each once, and are within `frames`.
 pub(super) fn new_poses(frames: &[InsertedFrame], given: &[(FrameId, Pose)]) -> Vec<Pose> {
@@ -23,8 +24,7 @@ pub(super) fn new_poses(frames: &[InsertedFrame], given: &[(FrameId, Pose)]) -> 
                 with_first.interpolate(&with_last, share)
             }
             (Some(only), None) => moved_with(frames, only, frame),
-            (None, Some(only)) => moved_with(frames, only, frame),
-            (None, None) => frame.world_from_camera,
+            (None, _) => frame.world_from_camera,
         });
     }
     poses
@@ -62,7 +62,7 @@ mod tests {
     fn frames_between_corrected_ones_move_with_both() {
         let places = [0.0, 1.0, 2.0, 3.0, 4.0];
         assert_eq!(corrected(&places, &[(0, 0.0), (4, 8.0)]), [0.0, 2.0, 4.0, 6.0, 8.0]);
-        assert_eq!(corrected(&places, &[(2, 2.5)]), [0.5, 1.5, 2.5, 3.5, 4.5]);
+        assert_eq!(corrected(&places, &[(2, 2.5)]), [0.0, 1.0, 2.5, 3.5, 4.5]);
         assert_eq!(corrected(&places, &[]), places);
     }
 

@@ -1,6 +1,4 @@
-use std::collections::BTreeMap;
-
-use dymlm_core::{FrameId, ObjectId, PlaneId, Pose};
+use dymlm_core::{FrameId, ObjectId, PlaneId, Pose, Succession};
 
 use super::identities::Identities;
 use super::report::{CorrectionProgress, ThingChanges};
@@ -8,14 +6,16 @@ use super::thing_changes::{objects_changed, planes_changed};
 use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::scans::{Scan, ScanMapper};
-use crate::session_log::{Event, KeyFrameEntry, MovedBody, SeenThings, SessionLog};
+use crate::session_log::{Event, KeyFrameEntry, SeenThings, SessionLog};
+use crate::snapshots::{SessionState, Snapshots};
 use crate::stages::StageClock;
-use crate::{Error, MultiLevelMap};
+use crate::{Error, MapConfig, MultiLevelMap};
 
 /// Key frames that are unpacked at a time, at most: more wait less for each other, and take more memory.
 const MOST_AT_A_TIME: usize = 16;
 
-/// Builds the maps again from what key frames have shown, at other poses.
+/// Builds the maps again from what key frames have shown, at other poses, from a state on in which nothing has
+/// changed.
 pub(super) struct Replay<'a> {
     log: &'a SessionLog,
     /// The pose of each frame, by its id.
@@ -25,6 +25,7 @@ pub(super) struct Replay<'a> {
     pub(super) ghost_removal: GhostRemoval,
     /// What has happened, with what the key frames see in the new maps.
     events: Vec<Event>,
+    snapshots: &'a mut Snapshots,
     scan_mapper: ScanMapper,
 }
 
@@ -38,32 +39,40 @@ pub(crate) struct Rebuilt {
 }
 
 impl<'a> Replay<'a> {
+    /// Begins at the newest snapshot before the first event that has changed, else with empty maps. The
+    /// snapshots behind it are dropped, and others taken.
     pub(super) fn new(
         log: &'a SessionLog,
         poses: &'a [Pose],
         before: &'a MultiLevelMap,
-        empty: MultiLevelMap,
-    ) -> Self {
-        Self {
-            log,
-            poses,
-            before,
-            map: empty,
-            ghost_removal: GhostRemoval::default(),
-            events: Vec::with_capacity(log.events.len()),
-            scan_mapper: ScanMapper::default(),
-        }
+        snapshots: &'a mut Snapshots,
+        first_changed: usize,
+        config: &MapConfig,
+    ) -> Result<Self, Error> {
+        let again = log.events[first_changed..].iter().filter_map(Event::key_frame).count();
+        snapshots.note_correction(again);
+        snapshots.forget_behind(first_changed);
+        snapshots.keep_events(&log.events);
+        let (state, events) = match snapshots.newest() {
+            Some(snapshot) => (snapshot.state.clone(), snapshot.events(&log.events).to_vec()),
+            None => (SessionState::beginning(MultiLevelMap::new(config)?), Vec::new()),
+        };
+        let SessionState { mut map, ghost_removal, .. } = state;
+        map.cloud.part_from_clones();
+        let scan_mapper = ScanMapper::default();
+        Ok(Self { log, poses, before, map, ghost_removal, events, snapshots, scan_mapper })
     }
 
-    /// Lets everything happen again. `watch` is told before each few key frames how many will have been
+    /// Lets everything from there on happen again. `watch` is told before each few key frames how many will have been
     /// mapped then, and says whether to go on.
     pub(super) fn run(
         mut self,
         context: &MappingContext<'_>,
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<Rebuilt, Error> {
-        let mut progress = CorrectionProgress { done: 0, total: self.log.key_frames().count() };
-        let mut rest = self.log.events.as_slice();
+        let mut rest = &self.log.events[self.events.len()..];
+        let mut progress =
+            CorrectionProgress { done: 0, total: rest.iter().filter_map(Event::key_frame).count() };
         while let Some(event) = rest.first() {
             let batch = self.next_batch(rest);
             if batch.is_empty() {
@@ -119,6 +128,12 @@ impl<'a> Replay<'a> {
         if let Some(last) = observations.last() {
             self.ghost_removal.run_when_due(last.frame.timestamp(), &mut self.map);
         }
+        let Self { map, ghost_removal, events, snapshots, .. } = self;
+        snapshots.take_when_due(batch.len(), || SessionState {
+            map: map.clone(),
+            ghost_removal: ghost_removal.clone(),
+            length: events.len(),
+        });
         Ok(())
     }
 
@@ -132,8 +147,8 @@ impl<'a> Replay<'a> {
                 let Some((frame, pose)) = self.log.frame(entry.frame).zip(self.poses.get(place)) else {
                     return Ok(());
                 };
-                let scan =
-                    Scan { timestamp: frame.timestamp, points: &entry.points, world_from_sensor: pose };
+                let points = self.log.history.scan(entry.points)?;
+                let scan = Scan { timestamp: frame.timestamp, points: &points, world_from_sensor: pose };
                 let (map, clock) = (&mut self.map, &mut StageClock::start());
                 self.scan_mapper.map(&scan, map, &mut self.ghost_removal, context.sensor, clock)?;
                 event.clone()
@@ -143,50 +158,35 @@ impl<'a> Replay<'a> {
                 Event::Settled
             }
             &Event::Forgot { newest, center, radius } => {
-                let center = self.motion_at(newest).map_or(center, |motion| motion.transform_point(center));
-                self.map.forget_outside(center, radius);
-                Event::Forgot { newest, center, radius }
-            }
-            &Event::Held { object, is_held } => {
-                let Some(object) = self.object_now(object) else { return Ok(()) };
-                if is_held {
-                    self.map.objects.hold(object);
-                } else {
-                    self.map.objects.release(object);
+                if let Some(pose) = self.pose(newest) {
+                    self.map.forget_outside(pose.transform_point(center), radius);
                 }
-                Event::Held { object, is_held }
+                event.clone()
             }
-            Event::Moved { newest, body } => {
-                let Some(object) = self.object_now(body.object) else { return Ok(()) };
-                let body = MovedBody { object, ..body.clone() };
-                let body =
-                    self.motion_at(*newest).map_or(body.clone(), |motion| body.in_moved_world(&motion));
-                self.map.move_body(&body)?;
-                Event::Moved { newest: *newest, body }
+            Event::Held { object, is_held } => {
+                if let Some(now) = object.object(&self.events, self.map.objects()) {
+                    if *is_held {
+                        self.map.objects.hold(now)
+                    } else {
+                        self.map.objects.release(now)
+                    };
+                }
+                event.clone()
+            }
+            Event::Moved { newest, object, motion } => {
+                let now = object.object(&self.events, self.map.objects());
+                if let Some((now, pose)) = now.zip(self.pose(*newest)) {
+                    self.map.move_body(now, &motion.seen_from(&pose))?;
+                }
+                event.clone()
             }
         };
         self.events.push(event);
         Ok(())
     }
 
-    /// How the world has moved where a frame was taken; `None` when it has not.
-    fn motion_at(&self, frame: FrameId) -> Option<Pose> {
-        let before = self.log.frame(frame)?.world_from_camera;
-        let now = *self.poses.get(frame.get() as usize)?;
-        (before != now).then(|| now * before.inverse())
-    }
-
-    /// What an object of before is in the map as far as it is built.
-    fn object_now(&self, object: ObjectId) -> Option<ObjectId> {
-        let object = self.before.objects().current_id(object);
-        let mut shared: BTreeMap<ObjectId, usize> = BTreeMap::new();
-        for (old, new) in self.shared_objects() {
-            if self.before.objects().current_id(old) == object && self.map.objects().object(new).is_some() {
-                *shared.entry(self.map.objects().current_id(new)).or_default() += 1;
-            }
-        }
-        // The oldest of equals.
-        shared.into_iter().rev().max_by_key(|&(_, count)| count).map(|(id, _)| id)
+    fn pose(&self, frame: FrameId) -> Option<Pose> {
+        self.poses.get(frame.get() as usize).copied()
     }
 
     /// For each observation of a key frame of both maps, what it was called and what it is called.
@@ -217,19 +217,30 @@ impl<'a> Replay<'a> {
         let objects = Identities::of(self.shared_objects().filter_map(|(old, new)| {
             Some((before.objects().current_id(old), now.objects().object(new)?.id()))
         }));
-        let plane_names = self.map.planes.succeed(&before.planes, &planes.names, &planes.merged);
-        let object_names =
-            self.map.objects.succeed(&before.objects, &objects.names, &objects.merged, &plane_names);
-        for event in &mut self.events {
-            event.rename(&plane_names, &object_names);
+        let mut plane_ids = Succession::new(
+            planes.names_of_all(self.shared_planes()),
+            [before.planes.ids_given(), now.planes.ids_given()],
+            PlaneId::new,
+        );
+        let mut object_ids = Succession::new(
+            objects.names_of_all(self.shared_objects()),
+            [before.objects.ids_given(), now.objects.ids_given()],
+            ObjectId::new,
+        );
+        self.snapshots.keep_events(&self.events);
+        for entry in self.events.iter_mut().filter_map(Event::key_frame_mut) {
+            entry.seen.rename(&mut plane_ids, &mut object_ids);
         }
+        self.map.objects.succeed(&before.objects, &mut object_ids, &objects.merged, &mut plane_ids);
+        self.map.planes.succeed(&before.planes, &mut plane_ids, &planes.merged);
+        let is_in_map = |object| self.map.objects().object(object).is_some();
         let entries = self.events.iter_mut().filter_map(Event::key_frame_mut);
         for (old, new) in self.log.key_frames().zip(entries) {
-            new.seen.remember(&old.seen, |object| self.map.objects().object(object).is_some());
+            new.seen.remember(&old.seen, is_in_map);
         }
         Rebuilt {
-            planes: planes_changed(&planes, &plane_names, before, &self.map),
-            objects: objects_changed(&objects, &object_names, before, &self.map),
+            planes: planes_changed(&planes, &plane_ids, before, &self.map),
+            objects: objects_changed(&objects, &object_ids, before, &self.map),
             map: self.map,
             ghost_removal: self.ghost_removal,
             events: self.events,

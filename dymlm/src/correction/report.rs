@@ -18,6 +18,19 @@ pub struct CorrectionReport {
     pub objects: ThingChanges<ObjectId>,
 }
 
+impl CorrectionReport {
+    /// The report when the maps are as they were.
+    pub(super) fn unchanged(key_frames: usize) -> Self {
+        Self {
+            key_frames,
+            moved_key_frames: 0,
+            largest_motion: 0.0,
+            planes: ThingChanges::none(),
+            objects: ThingChanges::none(),
+        }
+    }
+}
+
 /// What has become of planes or objects. A thing keeps its id when most of the observations that it shares
 /// with one of before are of that one.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +47,18 @@ pub struct ThingChanges<Id> {
     pub vanished: Vec<Id>,
     /// Those that were not there before, nor a part of another, ascending.
     pub appeared: Vec<Id>,
+}
+
+impl<Id> ThingChanges<Id> {
+    fn none() -> Self {
+        Self {
+            moved: Vec::new(),
+            merged: Vec::new(),
+            split: Vec::new(),
+            vanished: Vec::new(),
+            appeared: Vec::new(),
+        }
+    }
 }
 
 /// How far a thing has moved.

@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::vector3::{difference, norm};
-use dymlm_core::{ObjectId, PlaneId};
+use dymlm_core::{ObjectId, PlaneId, Succession};
 
 use super::identities::Identities;
 use super::report::{ThingChanges, ThingMotion};
@@ -10,7 +10,7 @@ use crate::MultiLevelMap;
 /// What has become of the confirmed planes.
 pub(super) fn planes_changed(
     identities: &Identities<PlaneId>,
-    names: &BTreeMap<PlaneId, PlaneId>,
+    names: &Succession<PlaneId>,
     before: &MultiLevelMap,
     now: &MultiLevelMap,
 ) -> ThingChanges<PlaneId> {
@@ -22,7 +22,7 @@ pub(super) fn planes_changed(
 /// What has become of the confirmed objects.
 pub(super) fn objects_changed(
     identities: &Identities<ObjectId>,
-    names: &BTreeMap<ObjectId, ObjectId>,
+    names: &Succession<ObjectId>,
     before: &MultiLevelMap,
     now: &MultiLevelMap,
 ) -> ThingChanges<ObjectId> {
@@ -35,11 +35,11 @@ pub(super) fn objects_changed(
 /// By the places of the things that are believed, before and now.
 fn changes<Id: Copy + Ord>(
     identities: &Identities<Id>,
-    names: &BTreeMap<Id, Id>,
+    names: &Succession<Id>,
     before: &BTreeMap<Id, [f64; 3]>,
     now: &BTreeMap<Id, [f64; 3]>,
 ) -> ThingChanges<Id> {
-    let parts = identities.split.iter().filter_map(|(new, &old)| Some((old, *names.get(new)?)));
+    let parts = identities.split.iter().filter_map(|(new, &old)| Some((old, names.get(*new)?)));
     let split: Vec<(Id, Id)> = parts.filter(|(_, part)| now.contains_key(part)).collect();
     let gone = identities.merged.iter().map(|(&old, &into)| (old, into));
     let merged: Vec<(Id, Id)> = gone.filter(|(old, _)| before.contains_key(old)).collect();

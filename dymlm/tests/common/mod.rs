@@ -1,6 +1,8 @@
 //! What tests of the facade share.
 #![allow(dead_code, reason = "not every test uses all")]
 
+pub(crate) mod map_copy;
+
 use dymlm::core::{ObjectId, PinholeCamera, PlaneId};
 use dymlm::objects::MapObject;
 use dymlm::planes::MapPlane;

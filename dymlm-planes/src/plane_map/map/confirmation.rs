@@ -102,7 +102,7 @@ impl PlaneMap {
     /// Which key frames have seen a plane or looked at it, counted anew. O(key frames).
     pub(super) fn sightings(&self, id: PlaneId) -> Sightings {
         let mut sightings = Sightings::default();
-        for (&number, key_frame) in &self.key_frames {
+        for (&number, key_frame) in self.key_frames.iter() {
             let [saw, looked] = key_frame.looks_at(id, |id| self.resolve(id));
             if saw {
                 sightings.add(number, key_frame.timestamp);

@@ -30,7 +30,7 @@ impl PlaneMap {
             key_frame.merges.retain(|merge| is_known(&merge.merge.into));
         }
         let is_empty = |frame: &KeyFrame| frame.shares.is_empty() && frame.merges.is_empty();
-        self.key_frames.retain(|_, key_frame| !is_empty(key_frame));
+        self.key_frames.retain(|key_frame| !is_empty(key_frame));
         let merged = self.merged.clone();
         self.merged.retain(|_, into| self.planes.contains_key(&resolve(&merged, *into)));
         self.collect_gaps();

@@ -63,7 +63,7 @@ impl PlaneMap {
     /// Moves what the key frames have seen of some planes, all or nothing.
     fn move_shares(&mut self, planes: &[PlaneId], new_from_old: &Pose) -> Result<(), Error> {
         let mut moved = BTreeMap::new();
-        for (&number, key_frame) in &self.key_frames {
+        for (&number, key_frame) in self.key_frames.iter() {
             let goes = |share: &Share| planes.contains(&self.resolve(share.plane));
             if key_frame.shares.iter().any(goes) {
                 let (mut key_frame, places) = (key_frame.clone(), key_frame.places());
@@ -76,7 +76,9 @@ impl PlaneMap {
                 moved.insert(number, key_frame);
             }
         }
-        self.key_frames.extend(moved);
+        for (number, key_frame) in moved {
+            self.key_frames.insert(number, key_frame);
+        }
         Ok(())
     }
 }

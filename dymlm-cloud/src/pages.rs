@@ -1,0 +1,148 @@
+use std::ops::Index;
+use std::sync::Arc;
+
+/// Items of a page.
+const PAGE: usize = 64;
+
+/// A list of which clones share the pages that neither has changed since, so that a clone costs a pointer a
+/// page.
+#[derive(Debug, Clone)]
+pub(crate) struct Pages<T> {
+    full: Vec<Arc<[T; PAGE]>>,
+    /// The items behind the last full page, fewer than one holds.
+    rest: Vec<T>,
+}
+
+impl<T> Default for Pages<T> {
+    fn default() -> Self {
+        Self { full: Vec::new(), rest: Vec::new() }
+    }
+}
+
+impl<T> Pages<T> {
+    #[inline]
+    pub(crate) fn len(&self) -> usize {
+        self.full.len() * PAGE + self.rest.len()
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, index: usize) -> Option<&T> {
+        match self.full.get(index / PAGE) {
+            Some(page) => Some(&page[index % PAGE]),
+            None => self.rest.get(index - self.full.len() * PAGE),
+        }
+    }
+
+    /// The indices of the items that this list does not share with another.
+    pub(crate) fn unshared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = usize> + 'a {
+        let is_shared = |page: &usize| {
+            let pages = self.full.get(*page).zip(other.full.get(*page));
+            pages.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
+        };
+        let pages = (0..self.len().div_ceil(PAGE)).filter(move |page| !is_shared(page));
+        pages.flat_map(|page| page * PAGE..((page + 1) * PAGE).min(self.len()))
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
+        self.full.iter().flat_map(|page| page.iter()).chain(&self.rest)
+    }
+
+    pub(crate) fn push(&mut self, item: T) {
+        self.rest.push(item);
+        if self.rest.len() == PAGE {
+            match <[T; PAGE]>::try_from(std::mem::take(&mut self.rest)) {
+                Ok(page) => self.full.push(Arc::new(page)),
+                Err(rest) => self.rest = rest,
+            }
+        }
+    }
+
+    /// Bytes held, without what the items own.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let page = size_of::<[T; PAGE]>() + 2 * size_of::<usize>();
+        self.full.capacity() * size_of::<Arc<[T; PAGE]>>()
+            + self.full.len() * page
+            + self.rest.capacity() * size_of::<T>()
+    }
+}
+
+impl<T: Clone> Pages<T> {
+    /// An item to be changed; its page is copied while a clone has it.
+    #[inline]
+    pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut T> {
+        let rest = self.full.len() * PAGE;
+        match self.full.get_mut(index / PAGE) {
+            Some(page) => Some(&mut Arc::make_mut(page)[index % PAGE]),
+            None => self.rest.get_mut(index - rest),
+        }
+    }
+
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        self.full.iter_mut().flat_map(|page| Arc::make_mut(page).iter_mut()).chain(&mut self.rest)
+    }
+
+    /// Makes it so long, with more of these.
+    pub(crate) fn grow(&mut self, len: usize, mut new: impl FnMut() -> T) {
+        while self.len() < len {
+            self.push(new());
+        }
+    }
+
+    /// Keeps the items for whose places `stays` says so, in their order.
+    pub(crate) fn keep(&mut self, stays: &[bool]) {
+        let kept = self.iter().zip(stays).filter(|(_, stays)| **stays).map(|(item, _)| item.clone());
+        *self = kept.collect();
+    }
+}
+
+impl<T> FromIterator<T> for Pages<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(items: I) -> Self {
+        let mut pages = Self::default();
+        for item in items {
+            pages.push(item);
+        }
+        pages
+    }
+}
+
+impl<T> Index<usize> for Pages<T> {
+    type Output = T;
+
+    /// As of a slice, for an index that is known to be within.
+    #[inline]
+    fn index(&self, index: usize) -> &T {
+        match self.full.get(index / PAGE) {
+            Some(page) => &page[index % PAGE],
+            None => &self.rest[index - self.full.len() * PAGE],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clone_stays_as_it_was_and_shares_what_has_not_changed() {
+        let mut pages: Pages<usize> = (0..200).collect();
+        let clone = pages.clone();
+        *pages.get_mut(70).unwrap() = 7;
+        *pages.get_mut(199).unwrap() = 8;
+        pages.push(200);
+        assert!(clone.iter().copied().eq(0..200) && clone.len() == 200 && clone.get(200).is_none());
+        assert_eq!((pages[70], pages[199], pages[200], pages.len()), (7, 8, 200, 201));
+        let shared: Vec<bool> = pages.full.iter().zip(&clone.full).map(|(a, b)| Arc::ptr_eq(a, b)).collect();
+        assert_eq!(shared, [true, false, true]);
+        assert!(pages.unshared(&clone).eq((64..128).chain(192..201)));
+    }
+
+    #[test]
+    fn it_grows_and_keeps_what_stays() {
+        let mut pages: Pages<u32> = Pages::default();
+        pages.grow(130, || 5);
+        pages.iter_mut().zip(0..).for_each(|(item, index)| *item = index);
+        let stays: Vec<bool> = (0..130).map(|index| index % 2 == 1).collect();
+        pages.keep(&stays);
+        assert!(pages.iter().copied().eq((0..65).map(|half| 2 * half + 1)));
+    }
+}

@@ -1,0 +1,56 @@
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::Arc;
+
+use crate::block_store::{BlockKey, CUBE_BLOCKS};
+
+/// Slots of blocks by their place, by cubes of 4^3 blocks: what is looked up together lies together, and
+/// clones share the cubes that neither has changed since. O(1) expected a look-up.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SlotIndex {
+    /// In each place of a cube 1 + the slot of its block, or 0.
+    cubes: HashMap<BlockKey, Arc<[u32; CUBE_BLOCKS]>, BuildHasherDefault<KeyHasher>>,
+}
+
+impl SlotIndex {
+    #[inline]
+    pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
+        let (cube, place) = key.in_cube();
+        (self.cubes.get(&cube)?[place] as usize).checked_sub(1)
+    }
+
+    /// Notes the slot of a block.
+    pub(crate) fn insert(&mut self, key: BlockKey, slot: usize) {
+        let (cube, place) = key.in_cube();
+        let cube = self.cubes.entry(cube).or_insert_with(|| Arc::new([0; CUBE_BLOCKS]));
+        Arc::make_mut(cube)[place] = slot as u32 + 1;
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let cube = size_of::<[u32; CUBE_BLOCKS]>() + 2 * size_of::<usize>();
+        self.cubes.capacity() * (size_of::<(BlockKey, Arc<[u32; CUBE_BLOCKS]>)>() + 1)
+            + self.cubes.len() * cube
+    }
+}
+
+/// Multiplies and folds: keys are distinct words already, an attacker does not choose them, and the standard
+/// hasher would cost more than the rest of the look-up.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u64(u64::from(byte));
+        }
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        let product = (self.0 ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        self.0 = product ^ product >> 32;
+    }
+}

@@ -1,0 +1,247 @@
+//! Symbols as bits, by how often each occurs where it stands: asymmetric numeral systems (Duda: "Asymmetric
+//! numeral systems", arXiv:1311.2540, 2013), the range variant with a state of 32 bits.
+
+use bytes::{Buf, BufMut};
+
+/// Symbols are below.
+pub(crate) const SYMBOLS: usize = 64;
+
+/// Frequencies are of so many bits: a finer scale gains nothing, a coarser one makes rare symbols dear.
+const SCALE_BITS: u32 = 10;
+const SCALE: usize = 1 << SCALE_BITS;
+/// Smallest state between two symbols.
+const LEAST_STATE: u32 = 1 << 16;
+
+/// A symbol and the context in which it stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Placed {
+    pub(crate) context: u8,
+    pub(crate) symbol: u8,
+}
+
+/// How often each symbol occurs in a context, of [`SCALE`], and the sum of those before it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Frequencies {
+    of: [u16; SYMBOLS],
+    before: [u16; SYMBOLS],
+}
+
+/// Appends symbols; contexts are below `contexts`.
+pub(crate) fn put_symbols(symbols: &[Placed], contexts: usize, out: &mut Vec<u8>) {
+    let mut counts = vec![[0_u32; SYMBOLS]; contexts];
+    for placed in symbols {
+        counts[usize::from(placed.context)][usize::from(placed.symbol)] += 1;
+    }
+    let tables: Vec<Frequencies> = counts.iter().map(Frequencies::of_counts).collect();
+    for table in &tables {
+        table.put(out);
+    }
+    let mut words = Vec::with_capacity(symbols.len() / 8);
+    let mut state = LEAST_STATE;
+    // The decoder takes back what was put last.
+    for placed in symbols.iter().rev() {
+        let table = &tables[usize::from(placed.context)];
+        let [frequency, before] =
+            [&table.of, &table.before].map(|numbers| u32::from(numbers[usize::from(placed.symbol)]));
+        if state >> (u32::BITS - SCALE_BITS) >= frequency {
+            words.push(state as u16);
+            state >>= 16;
+        }
+        state = ((state / frequency) << SCALE_BITS) + state % frequency + before;
+    }
+    out.put_u32_le(state);
+    out.put_u32_le(words.len() as u32);
+    for &word in words.iter().rev() {
+        out.put_u16_le(word);
+    }
+}
+
+/// Takes symbols that were put, one by one.
+#[derive(Debug)]
+pub(crate) struct Decoder<'a> {
+    /// [`SCALE`] of each context: what the state's place on the scale says, in one number, since each symbol
+    /// waits for it.
+    places: Vec<PackedPlace>,
+    words: std::slice::ChunksExact<'a, u8>,
+    state: u32,
+}
+
+/// A place on the scale: the symbol, its frequency, and how far behind the symbol's first place it is.
+#[derive(Debug, Clone, Copy)]
+struct PackedPlace(u32);
+
+impl<'a> Decoder<'a> {
+    /// `None` when the bytes are no symbols in so many contexts.
+    pub(crate) fn take(bytes: &mut &'a [u8], contexts: usize) -> Option<Self> {
+        let mut places = Vec::with_capacity(contexts * SCALE);
+        for context in 1..=contexts {
+            let frequencies = Frequencies::take(bytes)?;
+            for (symbol, &frequency) in frequencies.of.iter().enumerate() {
+                places.extend((0..frequency).map(|offset| PackedPlace::new(symbol, frequency, offset)));
+            }
+            // Of a context that does not occur.
+            places.resize(context * SCALE, PackedPlace(0));
+        }
+        let state = bytes.try_get_u32_le().ok()?;
+        let length = bytes.try_get_u32_le().ok()? as usize;
+        let (words, rest) = bytes.split_at_checked(length.checked_mul(2)?)?;
+        *bytes = rest;
+        (state >= LEAST_STATE).then_some(Self { places, words: words.chunks_exact(2), state })
+    }
+
+    /// The next symbol, which stands in this context; any symbol when the bytes are damaged.
+    #[inline]
+    pub(crate) fn next(&mut self, context: u8) -> u8 {
+        let place = self.places[usize::from(context) * SCALE + self.state as usize % SCALE];
+        self.state = place.frequency() * (self.state >> SCALE_BITS) + place.offset();
+        if self.state < LEAST_STATE {
+            let word = self.words.next().map_or(0, |mut word| word.get_u16_le());
+            self.state = self.state << 16 | u32::from(word);
+        }
+        place.symbol()
+    }
+
+    /// Whether all symbols, and no others, have been taken.
+    pub(crate) fn is_done(&self) -> bool {
+        self.state == LEAST_STATE && self.words.len() == 0
+    }
+}
+
+impl PackedPlace {
+    fn new(symbol: usize, frequency: u16, offset: u16) -> Self {
+        Self(u32::from(frequency) << 20 | u32::from(offset) << 8 | symbol as u32)
+    }
+
+    #[inline]
+    fn frequency(self) -> u32 {
+        self.0 >> 20
+    }
+
+    #[inline]
+    fn offset(self) -> u32 {
+        self.0 >> 8 & 0xfff
+    }
+
+    #[inline]
+    fn symbol(self) -> u8 {
+        self.0 as u8
+    }
+}
+
+impl Frequencies {
+    /// Of a context that does not occur, all are 0.
+    fn of_counts(counts: &[u32; SYMBOLS]) -> Self {
+        let total: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+        let mut of = [0; SYMBOLS];
+        if total > 0 {
+            let share = |count: u32| (u64::from(count) * SCALE as u64 / total).max(u64::from(count > 0));
+            of = counts.map(|count| share(count) as u16);
+            // What rounding has added or left over is the most frequent symbol's, for which it matters least.
+            loop {
+                let sum: usize = of.iter().copied().map(usize::from).sum();
+                let Some(most) = of.iter_mut().max() else { break };
+                match sum.cmp(&SCALE) {
+                    std::cmp::Ordering::Less => *most += (SCALE - sum) as u16,
+                    std::cmp::Ordering::Greater => *most -= 1,
+                    std::cmp::Ordering::Equal => break,
+                }
+            }
+        }
+        Self::new(of)
+    }
+
+    fn new(of: [u16; SYMBOLS]) -> Self {
+        let mut sum = 0;
+        let before = of.map(|frequency| {
+            sum += frequency;
+            sum - frequency
+        });
+        Self { of, before }
+    }
+
+    /// Appends how many symbols there are, up to the last that occurs, and their frequencies: those below 128
+    /// in a byte.
+    fn put(&self, out: &mut Vec<u8>) {
+        let used = self.of.iter().rposition(|&frequency| frequency > 0).map_or(0, |last| last + 1);
+        out.put_u8(used as u8);
+        for &frequency in &self.of[..used] {
+            if frequency >= 128 {
+                out.put_u8((frequency >> 7) as u8 | 128);
+            }
+            out.put_u8(frequency as u8 & 127);
+        }
+    }
+
+    fn take(bytes: &mut &[u8]) -> Option<Self> {
+        let used = usize::from(bytes.try_get_u8().ok()?);
+        let mut of = [0; SYMBOLS];
+        for frequency in of.get_mut(..used)? {
+            let first = bytes.try_get_u8().ok()?;
+            let upper = u16::from(first & 127);
+            *frequency =
+                if first < 128 { upper } else { upper << 7 | u16::from(bytes.try_get_u8().ok()? & 127) };
+        }
+        let sum: usize = of.iter().copied().map(usize::from).sum();
+        (sum == if used == 0 { 0 } else { SCALE }).then(|| Self::new(of))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn taken(bytes: &[u8], contexts: usize, like: &[Placed]) -> Option<Vec<u8>> {
+        let mut rest = bytes;
+        let mut decoder = Decoder::take(&mut rest, contexts)?;
+        let symbols = like.iter().map(|placed| decoder.next(placed.context)).collect();
+        (decoder.is_done() && rest.is_empty()).then_some(symbols)
+    }
+
+    #[test]
+    fn what_never_varies_takes_no_bytes() {
+        let same = vec![Placed { context: 0, symbol: 7 }; 100_000];
+        let mut bytes = Vec::new();
+        put_symbols(&same, 1, &mut bytes);
+        assert_eq!(bytes.len(), 1 + 7 + 2 + 8);
+        assert_eq!(taken(&bytes, 1, &same), Some(vec![7; 100_000]));
+    }
+
+    #[test]
+    fn the_length_is_the_entropy() {
+        // Three quarters of one symbol, a quarter of another: 0.8113 bits a symbol.
+        let symbols: Vec<Placed> =
+            (0..80_000_u32).map(|i| Placed { context: 0, symbol: u8::from(i % 4 == 0) }).collect();
+        let mut bytes = Vec::new();
+        put_symbols(&symbols, 1, &mut bytes);
+        assert!((8113..8150).contains(&bytes.len()), "{}", bytes.len());
+    }
+
+    proptest! {
+        #[test]
+        fn symbols_come_back(
+            symbols in prop::collection::vec((0_u8..5, 0..SYMBOLS as u8, 0_u8..4), 0..3000),
+        ) {
+            // Contexts of different habits; the fourth does not occur.
+            let placed = |&(context, symbol, rarely): &(u8, u8, u8)| {
+                let context = if context == 3 { 0 } else { context };
+                Placed { context, symbol: if rarely > 0 { context } else { symbol } }
+            };
+            let symbols: Vec<Placed> = symbols.iter().map(placed).collect();
+            let mut bytes = Vec::new();
+            put_symbols(&symbols, 5, &mut bytes);
+            let expected: Vec<u8> = symbols.iter().map(|placed| placed.symbol).collect();
+            prop_assert_eq!(taken(&bytes, 5, &symbols), Some(expected));
+        }
+
+        #[test]
+        fn any_bytes_are_refused_or_give_symbols(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            if let Some(mut decoder) = Decoder::take(&mut bytes.as_slice(), 2) {
+                for i in 0..100 {
+                    prop_assert!(usize::from(decoder.next(i % 2)) < SYMBOLS);
+                }
+            }
+        }
+    }
+}

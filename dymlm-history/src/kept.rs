@@ -1,0 +1,39 @@
+use std::sync::Arc;
+
+use dymlm_core::Point;
+
+use crate::Observation;
+use crate::packing::{pack, unpack};
+use crate::scan_code::{pack_scan, unpack_scan};
+
+/// What a history keeps.
+#[derive(Debug, Clone)]
+pub(crate) enum Kept {
+    Observation(Arc<Observation>),
+    /// In the sensor's frame.
+    Scan(Arc<[Point]>),
+}
+
+/// The last byte of what is packed.
+const OBSERVATION: u8 = 0;
+const SCAN: u8 = 1;
+
+impl Kept {
+    pub(crate) fn pack(&self) -> Box<[u8]> {
+        let (mut packed, kind) = match self {
+            Self::Observation(observation) => (pack(observation), OBSERVATION),
+            Self::Scan(points) => (pack_scan(points), SCAN),
+        };
+        packed.push(kind);
+        packed.into_boxed_slice()
+    }
+
+    /// What was packed; `None` when it is damaged.
+    pub(crate) fn unpack(packed: &[u8]) -> Option<Self> {
+        match packed.split_last()? {
+            (&OBSERVATION, packed) => Some(Self::Observation(Arc::new(unpack(packed)?))),
+            (&SCAN, packed) => Some(Self::Scan(unpack_scan(packed)?.into())),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Planes of numbers, packed by what their neighbours foretell.
+
+use crate::bits::{BitReader, BitWriter};
+use crate::entropy_code::{Decoder, Placed, put_symbols};
+
+/// Errors below are symbols of their own. Of larger ones the symbol tells the highest two bits, and the others
+/// follow as they are.
+const DIRECT: u32 = 16;
+const DIRECT_BITS: u32 = DIRECT.ilog2();
+/// Which of two neighbours are holes, and seven classes of how far the neighbours differ.
+const CONTEXTS: usize = 4 * 7;
+/// The class of each sum of differences; what is larger is of the last.
+const CLASSES: [u8; 18] = [0, 1, 2, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 6];
+
+/// A plane of numbers, row by row.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NumberPlane {
+    /// Numbers a row.
+    pub(crate) width: usize,
+    /// All are smaller. At most 2^28.
+    pub(crate) count: u32,
+    /// Whether a 0 says that there is none: then it foretells nothing, and what is foretold there stands for
+    /// it.
+    pub(crate) has_holes: bool,
+}
+
+/// What the neighbours before a number foretell.
+#[derive(Debug, Clone, Copy)]
+struct Foretold {
+    /// By the median edge detector of JPEG-LS (Weinberger, Seroussi, Sapiro 2000).
+    number: u32,
+    /// How sure that is: where neighbours differ, errors are larger.
+    context: u8,
+}
+
+/// A number that has been visited: what stands there, or would if it were no hole.
+#[derive(Debug, Clone, Copy, Default)]
+struct Visited {
+    known: u32,
+    is_hole: bool,
+}
+
+impl NumberPlane {
+    /// Appends numbers.
+    pub(crate) fn put(self, numbers: &[u32], out: &mut Vec<u8>) {
+        let (holes, levels) = self.holes_and_levels();
+        let mut symbols = Vec::with_capacity(numbers.len());
+        let mut bits = BitWriter::default();
+        let mut rest = numbers.iter();
+        // There is a number for each visit.
+        let _ = self.walk(numbers.len(), |foretold| {
+            let number = *rest.next()?;
+            let (visited, error) = if number < holes {
+                (Visited { known: foretold.number, is_hole: true }, number)
+            } else {
+                let known = number - holes;
+                let error = if known < foretold.number { known + levels } else { known } - foretold.number;
+                (Visited { known, is_hole: false }, holes + folded(error, levels))
+            };
+            symbols.push(Placed { context: foretold.context, symbol: put_error(error, &mut bits) });
+            Some(visited)
+        });
+        put_symbols(&symbols, CONTEXTS, out);
+        bits.finish(out);
+    }
+
+    /// So many numbers that were put; `None` when the bytes are no such.
+    pub(crate) fn take(self, length: usize, bytes: &mut &[u8]) -> Option<Vec<u32>> {
+        let (holes, levels) = self.holes_and_levels();
+        let mut decoder = Decoder::take(bytes, CONTEXTS)?;
+        let mut bits = BitReader::take(bytes)?;
+        let mut numbers = Vec::with_capacity(length);
+        self.walk(length, |foretold| {
+            let error = take_error(decoder.next(foretold.context), &mut bits)?;
+            if error < holes {
+                numbers.push(error);
+                return Some(Visited { known: foretold.number, is_hole: true });
+            }
+            let error = error - holes;
+            if error >= levels {
+                return None;
+            }
+            let sum = foretold.number + unfolded(error, levels);
+            let known = if sum >= levels { sum - levels } else { sum };
+            numbers.push(holes + known);
+            Some(Visited { known, is_hole: false })
+        })?;
+        (decoder.is_done() && bits.is_done()).then_some(numbers)
+    }
+
+    /// Smallest number that is none of a hole, and how many there are.
+    fn holes_and_levels(self) -> (u32, u32) {
+        let holes = u32::from(self.has_holes);
+        (holes, self.count - holes)
+    }
+
+    /// Goes through so many numbers; `visit` is given what is foretold, and answers what stands there, or
+    /// `None` to end.
+    #[inline]
+    fn walk(self, length: usize, mut visit: impl FnMut(Foretold) -> Option<Visited>) -> Option<()> {
+        // With the last of a row once more behind it.
+        let mut above = vec![Visited::default(); self.width + 1];
+        for first in (0..length).step_by(self.width) {
+            let [mut second_west, mut west, mut north_west] = [above[0]; 3];
+            for u in 0..self.width.min(length - first) {
+                let north = if first == 0 { west } else { above[u] };
+                let north_east = if first == 0 { west } else { above[u + 1] };
+                let visited = visit(Foretold::by(second_west, west, north_west, north, north_east))?;
+                (above[u], second_west, west, north_west) = (visited, west, visited, north);
+            }
+            above[self.width] = west;
+        }
+        Some(())
+    }
+}
+
+impl Foretold {
+    /// The neighbour beyond an edge, else the plane through the three. How far neighbours differ is asked of
+    /// those that are known before `west`, so that a decoder need not wait for it.
+    #[inline]
+    fn by(
+        second_west: Visited,
+        west: Visited,
+        north_west: Visited,
+        north: Visited,
+        north_east: Visited,
+    ) -> Self {
+        let [w, nw, n, ne] = [west, north_west, north, north_east].map(|neighbor| neighbor.known);
+        let number = (w + n).saturating_sub(nw).clamp(w.min(n), w.max(n));
+        let spread = second_west.known.abs_diff(nw) + nw.abs_diff(n) + n.abs_diff(ne);
+        let class = CLASSES[(spread as usize).min(CLASSES.len() - 1)];
+        let holes = u8::from(west.is_hole) + 2 * u8::from(north.is_hole);
+        Self { number, context: 7 * holes + class }
+    }
+}
+
+/// The symbol of an error, and the bits that it does not tell.
+#[inline]
+fn put_error(error: u32, bits: &mut BitWriter) -> u8 {
+    if error < DIRECT {
+        return error as u8;
+    }
+    let untold = error.ilog2() - 1;
+    bits.put(error & ((1 << untold) - 1), untold);
+    // The highest bit is 1: the symbol tells its place and the bit behind it.
+    (DIRECT + 2 * (untold + 1 - DIRECT_BITS) + (error >> untold & 1)) as u8
+}
+
+#[inline]
+fn take_error(symbol: u8, bits: &mut BitReader<'_>) -> Option<u32> {
+    let symbol = u32::from(symbol);
+    if symbol < DIRECT {
+        return Some(symbol);
+    }
+    let told = symbol - DIRECT;
+    let untold = told / 2 + DIRECT_BITS - 1;
+    Some((2 | (told % 2)) << untold | bits.next(untold)?)
+}
+
+/// Errors modulo `count` in the order 0, -1, 1, -2, 2 ...
+#[inline]
+fn folded(error: u32, count: u32) -> u32 {
+    let back = count - error;
+    if error < back { 2 * error } else { 2 * back - 1 }
+}
+
+#[inline]
+fn unfolded(folded: u32, count: u32) -> u32 {
+    if folded & 1 == 0 { folded / 2 } else { count - folded / 2 - 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn bytes_of(plane: NumberPlane, numbers: &[u32]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        plane.put(numbers, &mut bytes);
+        bytes
+    }
+
+    #[test]
+    fn small_errors_are_small_numbers() {
+        assert_eq!([0, 6, 1, 5, 2, 4, 3].map(|error| folded(error, 7)), [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!([0, 5, 1, 4, 2, 3].map(|error| folded(error, 6)), [0, 1, 2, 3, 4, 5]);
+    }
+
+    #[test]
+    fn errors_come_back_from_symbol_and_bits() {
+        for error in (0..5000).chain([(1 << 20) + 12_345, (1 << 28) - 1]) {
+            let mut writer = BitWriter::default();
+            let symbol = put_error(error, &mut writer);
+            assert!(usize::from(symbol) < crate::entropy_code::SYMBOLS);
+            let mut bytes = Vec::new();
+            writer.finish(&mut bytes);
+            let mut reader = BitReader::take(&mut bytes.as_slice()).unwrap();
+            assert_eq!((take_error(symbol, &mut reader), reader.is_done()), (Some(error), true));
+        }
+    }
+
+    #[test]
+    fn a_slope_is_foretold_but_for_its_rim() {
+        let slope: Vec<u32> = (0..20_000).map(|i| i % 100 + 3 * (200 - i / 100)).collect();
+        let bytes = bytes_of(NumberPlane { width: 100, count: 1000, has_holes: false }, &slope);
+        assert!(bytes.len() < 300, "{}", bytes.len());
+    }
+
+    #[test]
+    fn behind_a_hole_the_surface_before_it_foretells() {
+        // A wall with columns of holes.
+        let wall = |u: u32| if u % 10 == 4 { 0 } else { 500 };
+        let numbers: Vec<u32> = (0..20_000).map(|i| wall(i % 100)).collect();
+        let bytes = bytes_of(NumberPlane { width: 100, count: 1000, has_holes: true }, &numbers);
+        assert!(bytes.len() < 2000, "{}", bytes.len());
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_come_back(
+            (count, numbers) in (2_u32..200_000)
+                .prop_flat_map(|count| (Just(count), prop::collection::vec(0..count, 1..200))),
+            width in 1_usize..20,
+            has_holes: bool,
+        ) {
+            let plane = NumberPlane { width, count, has_holes };
+            let bytes = bytes_of(plane, &numbers);
+            let mut rest = bytes.as_slice();
+            prop_assert_eq!(plane.take(numbers.len(), &mut rest), Some(numbers));
+            prop_assert!(rest.is_empty());
+        }
+
+        #[test]
+        fn any_bytes_are_refused_or_give_numbers_below_the_count(
+            bytes in prop::collection::vec(any::<u8>(), 0..300),
+        ) {
+            let plane = NumberPlane { width: 7, count: 50, has_holes: true };
+            if let Some(numbers) = plane.take(70, &mut bytes.as_slice()) {
+                prop_assert!(numbers.iter().all(|&number| number < 50));
+            }
+        }
+    }
+}

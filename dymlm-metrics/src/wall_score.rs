@@ -1,0 +1,231 @@
+use std::collections::BTreeMap;
+
+use dymlm_core::PointCloud;
+use dymlm_core::vector3::{along, bounds};
+
+use crate::nearest::is_finite;
+use crate::{SpaceTruth, Spread, TrueFace};
+
+/// How far before or behind a face a point may lie and still be a reading of it, metres: the drift that
+/// doubles walls. What lies farther off is counted as stray by [`score_cloud`](crate::score_cloud).
+const REACH: f64 = 0.3;
+/// How much farther from the face than from the nearest surface a point may be, metres: the rounding of
+/// measured surfaces ([`PointTruth`](crate::PointTruth) has points some 2 cm apart).
+const TIE: f64 = 0.01;
+/// Side of a tile, metres: so small that a wall that is bent as a whole is thin in it.
+const TILE: f64 = 0.5;
+/// Share of a tile that the face has to fill.
+const FILLED: f64 = 0.5;
+/// Fewest points of a tile: the 5 % quantile of fewer is a single point.
+const FEWEST: usize = 20;
+/// Side of the cubes by which faces are found, metres.
+const CUBE: f64 = 0.5;
+
+/// How thick the walls, floors and table tops of a cloud are: a wall that was mapped twice, where the pose had
+/// drifted meanwhile, is as thick as its two copies are apart.
+///
+/// Each true face is divided into tiles of 50 cm. A point of the cloud belongs to the face that it is nearest
+/// to, by the distance along the face's normal, where it is above or below the face's outline by at most 30
+/// cm and no other surface is nearer (by more than 1 cm). The thickness of a tile is the range from the 5 %
+/// to the 95 % quantile of the signed distances of its points. Tiles count that the face fills by half, with
+/// at least 20 points.
+///
+/// So a copy shows when it has 5 % of the points. A copy that is nearer to the next surface than to its own
+/// is that one's: behind a partition of 10 cm, no more than 5 cm show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct WallScore {
+    /// Thickness over the tiles, metres: of a good cloud 3.3 standard deviations of its noise.
+    pub thickness: Spread,
+    /// Number of tiles.
+    pub tiles: usize,
+}
+
+/// A face of the truth, to be asked for its points.
+struct Wall<'a> {
+    face: &'a TrueFace,
+    /// Corners of the box around all of its points.
+    around: [[f64; 3]; 2],
+    /// For each tile, its share that the face fills.
+    filled: BTreeMap<[usize; 2], f64>,
+}
+
+/// Scores the thickness of the walls of a cloud in the world frame; `None` when no tile has points.
+///
+/// O(n log n) in the number of points, and one question to the truth a point.
+pub fn score_walls(cloud: &PointCloud, faces: &[TrueFace], truth: &impl SpaceTruth) -> Option<WallScore> {
+    let walls: Vec<Wall<'_>> = faces.iter().filter_map(Wall::of).collect();
+    let near = walls_by_cube(&walls);
+    let mut tiles: BTreeMap<(usize, [usize; 2]), Vec<f64>> = BTreeMap::new();
+    for &point in cloud.points().iter().filter(|point| is_finite(point)) {
+        let place = point.map(f64::from);
+        let candidates = near.get(&cube_of(place)).map_or(&[][..], Vec::as_slice);
+        let hits = candidates.iter().filter_map(|&index| Some((index, walls[index].hit(place)?)));
+        let Some((index, hit)) = hits.min_by(|(_, a), (_, b)| a.height.abs().total_cmp(&b.height.abs()))
+        else {
+            continue;
+        };
+        if hit.height.abs() <= f64::from(truth.surface_distance(point)) + TIE {
+            tiles.entry((index, hit.tile)).or_default().push(hit.height);
+        }
+    }
+    let thick = tiles.into_iter().filter(|((index, tile), _)| walls[*index].fills(*tile));
+    let thick: Vec<f64> = thick.filter_map(|(_, heights)| thickness(heights)).collect();
+    let count = thick.len();
+    Some(WallScore { thickness: Spread::of(thick)?, tiles: count })
+}
+
+/// Where a point is above a face.
+struct Hit {
+    /// Metres along the normal.
+    height: f64,
+    tile: [usize; 2],
+}
+
+impl<'a> Wall<'a> {
+    /// `None` for a face that fills no tile.
+    fn of(face: &'a TrueFace) -> Option<Self> {
+        let (raster, mut filled) = (&face.cells.raster, BTreeMap::new());
+        let inside = face.cells.inside.iter().enumerate().filter(|(_, inside)| **inside);
+        for (cell, _) in inside {
+            let tile = tile_of(raster.coordinates(raster.center(cell)));
+            *filled.entry(tile).or_insert(0.0) += raster.cell_area() / (TILE * TILE);
+        }
+        let corners = face.outline.iter().flatten().copied();
+        let ends = corners
+            .flat_map(|corner| [-REACH, REACH].map(|height| along(corner, height, face.plane.normal())));
+        let around = bounds(ends);
+        filled.values().any(|&share| share >= FILLED).then_some(Self { face, around, filled })
+    }
+
+    /// Where a place is above the face or below it; `None` when it is not, or too far.
+    fn hit(&self, place: [f64; 3]) -> Option<Hit> {
+        let height = self.face.plane.signed_distance(place);
+        if height.abs() > REACH {
+            return None;
+        }
+        let raster = &self.face.cells.raster;
+        let coordinates = raster.coordinates(place);
+        let is_inside = self.face.cells.inside.get(raster.cell_at(coordinates)?).copied()?;
+        is_inside.then(|| Hit { height, tile: tile_of(coordinates) })
+    }
+
+    fn fills(&self, tile: [usize; 2]) -> bool {
+        self.filled.get(&tile).is_some_and(|&share| share >= FILLED)
+    }
+}
+
+/// The tile of coordinates on a face, metres, not negative.
+fn tile_of(coordinates: [f64; 2]) -> [usize; 2] {
+    coordinates.map(|c| (c / TILE) as usize)
+}
+
+fn cube_of(place: [f64; 3]) -> [i64; 3] {
+    place.map(|c| (c / CUBE).floor() as i64)
+}
+
+/// By cube of space, the walls whose points may be in it.
+fn walls_by_cube(walls: &[Wall<'_>]) -> BTreeMap<[i64; 3], Vec<usize>> {
+    let mut near: BTreeMap<[i64; 3], Vec<usize>> = BTreeMap::new();
+    for (index, wall) in walls.iter().enumerate() {
+        let [low, high] = wall.around.map(cube_of);
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                for z in low[2]..=high[2] {
+                    near.entry([x, y, z]).or_default().push(index);
+                }
+            }
+        }
+    }
+    near
+}
+
+/// From the 5 % to the 95 % quantile; `None` of too few.
+fn thickness(mut heights: Vec<f64>) -> Option<f64> {
+    if heights.len() < FEWEST {
+        return None;
+    }
+    heights.sort_unstable_by(f64::total_cmp);
+    let rank = (heights.len() / 20).min(heights.len() - 1);
+    Some(heights[heights.len() - 1 - rank] - heights[rank])
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{Plane, Point, SplitMix64};
+
+    use super::*;
+    use crate::PointTruth;
+
+    /// A wall of 3 x 2 m at x = `x` that is seen from greater x.
+    fn wall(id: usize, x: f64) -> TrueFace {
+        let outline = vec![[x, 0.0, 0.0], [x, 3.0, 0.0], [x, 3.0, 2.0], [x, 0.0, 2.0]];
+        TrueFace::new(id, Plane::new([1.0, 0.0, 0.0], -x).unwrap(), vec![outline], 0.02).unwrap()
+    }
+
+    /// Points of it, with a noise of 5 mm.
+    fn readings(x: f64, seed: u64) -> Vec<Point> {
+        let mut random = SplitMix64::new(seed);
+        let mut normal = || (0..12).map(|_| random.fraction()).sum::<f64>() - 6.0;
+        let points = (0..150).flat_map(|i| (0..100).map(move |j| [0.02 * f64::from(i), 0.02 * f64::from(j)]));
+        points.map(|[y, z]| [x + 0.005 * normal(), y, z].map(|c| c as f32)).collect()
+    }
+
+    fn truth(walls: &[f64]) -> PointTruth {
+        let surface = walls.iter().flat_map(|&x| {
+            (0..300).flat_map(move |i| (0..200).map(move |j| [x as f32, 0.01 * i as f32, 0.01 * j as f32]))
+        });
+        PointTruth::new(surface.collect(), &[], 0.1).unwrap()
+    }
+
+    fn score(points: Vec<Point>, walls: &[f64]) -> Option<WallScore> {
+        let faces: Vec<TrueFace> = walls.iter().enumerate().map(|(id, &x)| wall(id, x)).collect();
+        score_walls(&PointCloud::new(points), &faces, &truth(walls))
+    }
+
+    #[test]
+    fn a_wall_is_as_thick_as_its_noise() {
+        let score = score(readings(1.0, 1), &[1.0]).unwrap();
+        assert_eq!(score.tiles, 24);
+        // 2 * 1.645 standard deviations.
+        assert!((score.thickness.median - 0.0164).abs() < 0.001, "{score:?}");
+        assert!(score.thickness.p95 < 0.018, "{score:?}");
+    }
+
+    #[test]
+    fn a_doubled_wall_is_as_thick_as_its_copies_are_apart() {
+        for apart in [0.1, -0.1] {
+            let doubled = [readings(1.0, 1), readings(1.0 + apart, 2)].concat();
+            let score = score(doubled, &[1.0]).unwrap();
+            // And the outer tenths of each copy.
+            assert!((score.thickness.median - (0.1 + 2.0 * 1.28 * 0.005)).abs() < 0.003, "{score:?}");
+        }
+    }
+
+    #[test]
+    fn half_a_wall_that_is_doubled_shows_in_the_quantile() {
+        let copy = readings(1.0 + 0.1, 2).into_iter().filter(|point| point[1] < 1.5);
+        let score = score(readings(1.0, 1).into_iter().chain(copy).collect(), &[1.0]).unwrap();
+        assert!(score.thickness.median < 0.02 && score.thickness.p95 > 0.1, "{score:?}");
+    }
+
+    #[test]
+    fn points_are_of_the_nearest_surface() {
+        // Two walls 20 cm apart, and what is nearer to a thing that is no wall.
+        let both = [readings(1.0, 1), readings(1.2, 2)].concat();
+        let two = score(both.clone(), &[1.0, 1.2]).unwrap();
+        assert!(two.thickness.p95 < 0.02 && two.tiles == 48, "{two:?}");
+        let faces = [wall(0, 1.0)];
+        let one = score_walls(&PointCloud::new(both), &faces, &truth(&[1.0, 1.2])).unwrap();
+        assert!(one.thickness.p95 < 0.02 && one.tiles == 24, "{one:?}");
+    }
+
+    #[test]
+    fn without_points_or_faces_there_is_no_thickness() {
+        assert_eq!(score(Vec::new(), &[1.0]), None);
+        assert_eq!(score(readings(5.0, 1), &[1.0]), None);
+        assert_eq!(score(vec![[f32::NAN; 3]; 100], &[1.0]), None);
+        assert_eq!(score_walls(&PointCloud::new(readings(1.0, 1)), &[], &truth(&[1.0])), None);
+    }
+}

@@ -1,0 +1,90 @@
+use std::collections::{BTreeMap, btree_map};
+use std::ops::RangeBounds;
+use std::sync::Arc;
+
+/// A map whose clones share what it holds: a clone costs a pointer each, and what is changed is copied while
+/// both have it. What it gives to be changed counts as changed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct SharedMap<K, V>(BTreeMap<K, Arc<V>>);
+
+impl<K, V> Default for SharedMap<K, V> {
+    fn default() -> Self {
+        Self(BTreeMap::new())
+    }
+}
+
+impl<K: Ord, V: Clone> SharedMap<K, V> {
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub(crate) fn contains_key(&self, key: &K) -> bool {
+        self.0.contains_key(key)
+    }
+
+    pub(crate) fn get(&self, key: &K) -> Option<&V> {
+        self.0.get(key).map(Arc::as_ref)
+    }
+
+    pub(crate) fn get_mut(&mut self, key: &K) -> Option<&mut V> {
+        self.0.get_mut(key).map(Arc::make_mut)
+    }
+
+    /// What is held under a key, made when there is nothing.
+    pub(crate) fn get_or_insert_with(&mut self, key: K, new: impl FnOnce() -> V) -> &mut V {
+        Arc::make_mut(self.0.entry(key).or_insert_with(|| Arc::new(new())))
+    }
+
+    pub(crate) fn insert(&mut self, key: K, value: V) {
+        self.0.insert(key, Arc::new(value));
+    }
+
+    pub(crate) fn remove(&mut self, key: &K) -> Option<V> {
+        self.0.remove(key).map(Arc::unwrap_or_clone)
+    }
+
+    pub(crate) fn retain(&mut self, mut is_kept: impl FnMut(&V) -> bool) {
+        self.0.retain(|_, value| is_kept(value));
+    }
+
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &K> {
+        self.0.keys()
+    }
+
+    pub(crate) fn values(&self) -> impl Iterator<Item = &V> {
+        self.0.values().map(Arc::as_ref)
+    }
+
+    pub(crate) fn values_mut(&mut self) -> impl Iterator<Item = &mut V> {
+        self.0.values_mut().map(Arc::make_mut)
+    }
+
+    pub(crate) fn into_values(self) -> impl Iterator<Item = V> {
+        self.0.into_values().map(Arc::unwrap_or_clone)
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&K, &V)> {
+        self.0.iter().map(|(key, value)| (key, value.as_ref()))
+    }
+
+    /// What is held under the keys of a range, in their order.
+    pub(crate) fn range(&self, keys: impl RangeBounds<K>) -> impl Iterator<Item = (&K, &V)> {
+        let held: btree_map::Range<'_, K, Arc<V>> = self.0.range(keys);
+        held.map(|(key, value)| (key, value.as_ref()))
+    }
+
+    /// Bytes of the map, without what its values own.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.len() * (size_of::<(K, Arc<V>)>() + 2 * size_of::<usize>() + size_of::<V>())
+    }
+}
+
+impl<K: Ord, V> FromIterator<(K, V)> for SharedMap<K, V> {
+    fn from_iter<I: IntoIterator<Item = (K, V)>>(items: I) -> Self {
+        Self(items.into_iter().map(|(key, value)| (key, Arc::new(value))).collect())
+    }
+}

@@ -1,0 +1,87 @@
+use std::sync::Arc;
+
+use dymlm_core::{Detection, FrameId, Pose};
+use dymlm_dynamics::Preprocessor;
+use dymlm_history::Observation;
+use dymlm_planes::PlaneDetector;
+
+use crate::session_log::{Event, KeyFrameEntry, SeenThings};
+use crate::subsampler::in_all_pixels;
+use crate::{Error, FrameOutcome, FrameReport, MapBuilder};
+
+/// Detections of a key frame that was mapped without any, since they came too late for it.
+impl MapBuilder {
+    /// Takes the movers among them out of the maps, and brings the things in.
+    ///
+    /// Movers are looked for in this frame alone: what was tracked through it, and masked, stays masked.
+    pub(crate) fn mend(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
+        let log = self.log.as_ref().ok_or(Error::NotPending { frame })?;
+        let is_it = |event: &Event| event.key_frame().is_some_and(|entry| entry.frame == frame);
+        let place = log.events.iter().position(is_it).ok_or(Error::NotPending { frame })?;
+        let entry = log.events[place].key_frame().ok_or(Error::NotPending { frame })?.clone();
+        let before = log.history.get(entry.observation)?;
+        if before.detections.is_some() {
+            return Err(Error::NotPending { frame });
+        }
+        let poses: Vec<Pose> = log.frames.iter().map(|frame| frame.world_from_camera).collect();
+        let pose = &poses[frame.get() as usize];
+
+        let stride = self.config.sensor.stride;
+        let found: Vec<Detection> = found.iter().map(|detection| detection.subsampled(stride)).collect();
+        let mut preprocessor = Preprocessor::new(self.config.dynamics.clone(), self.config.sensor)?;
+        preprocessor.check(&before.frame, &found)?;
+        preprocessor.process(&before.frame, Some(&found), pose)?;
+        let mended = self.mended(&before, &preprocessor, found)?;
+
+        let mut report = FrameReport::waiting(frame, before.frame.timestamp());
+        report.movers = in_all_pixels(preprocessor.movers(), stride);
+        report.masked_pixels =
+            mended.static_mask.width() * mended.static_mask.height() - mended.static_mask.count();
+        let correction = self.replace(place, entry, mended, &poses)?;
+        report.outcome = FrameOutcome::Mended(Box::new(correction));
+        Ok(report)
+    }
+
+    /// The observation without what moves in it, and with planes that were found without it.
+    fn mended(
+        &self,
+        before: &Observation,
+        preprocessor: &Preprocessor,
+        found: Vec<Detection>,
+    ) -> Result<Observation, Error> {
+        let mut mended = before.clone();
+        mended.static_mask.subtract(&preprocessor.static_mask().inverted())?;
+        mended.mover_mask.unite(preprocessor.mover_mask())?;
+        mended.unproven_mask.subtract(preprocessor.mover_mask())?;
+        let boxes: Vec<_> = preprocessor.movers().iter().map(|mover| mover.corrected_box).collect();
+        let mut detector = PlaneDetector::new(&self.config.planes.detector, &self.config.sensor)?;
+        mended.planes = detector.detect(&mended.frame, Some(&mended.static_mask), &boxes)?.to_vec();
+        mended.detections = Some(found);
+        Ok(mended)
+    }
+
+    /// Maps another observation in the place of a key frame's.
+    fn replace(
+        &mut self,
+        place: usize,
+        before: KeyFrameEntry,
+        mended: Observation,
+        poses: &[Pose],
+    ) -> Result<crate::CorrectionReport, Error> {
+        let log = self.log.as_mut().ok_or(Error::NoHistory)?;
+        let observation = log.history.push(Arc::new(mended));
+        // Its planes are others: they tell of no plane which one it was.
+        let (frame, seen) = (before.frame, SeenThings::default());
+        log.events[place] = Event::KeyFrame(KeyFrameEntry { frame, observation, seen });
+        let report = self.correct_from(Some(place), poses, &mut |_| true);
+        if let Some(log) = &mut self.log {
+            if report.is_ok() {
+                log.history.remove(before.observation);
+            } else {
+                log.history.remove(observation);
+                log.events[place] = Event::KeyFrame(before);
+            }
+        }
+        report
+    }
+}

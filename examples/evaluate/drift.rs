@@ -1,0 +1,128 @@
+use std::path::Path;
+
+use clap::Args;
+use dymlm::core::Pose;
+use dymlm_examples::AnyError;
+use dymlm_sim::{PoseErrorConfig, RecordedDrift, Sequence};
+use serde::Serialize;
+
+use crate::subjects::Subject;
+
+/// Where the poses come from that the maps are given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Poses {
+    /// They are the true ones.
+    True,
+    /// They drift, and the maps stay as they are.
+    Drifting,
+    /// They drift; when all frames are in, the maps follow the true ones.
+    Corrected,
+}
+
+impl Poses {
+    /// Name in tables.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::True => "true poses",
+            Self::Drifting => "drifting",
+            Self::Corrected => "corrected",
+        }
+    }
+}
+
+/// How poses drift.
+#[derive(Args)]
+pub(crate) struct DriftArguments {
+    /// Poses drift as a SLAM's do
+    #[arg(long, group = "drift")]
+    pose_noise: bool,
+    /// Poses drift by this share of the way travelled, as well as a SLAM's turn away: 0.01 to 0.05
+    #[arg(long, value_name = "SHARE", group = "drift")]
+    drift_share: Option<f64>,
+    /// Poses drift as an odometry's on a recorded path: a pose a line, x, y, z, qx, qy, qz, qw
+    #[arg(long, value_name = "FILE", group = "drift", requires = "true_path")]
+    recorded_drift: Option<std::path::PathBuf>,
+    /// The true poses of that path, line by line
+    #[arg(long, value_name = "FILE", requires = "recorded_drift")]
+    true_path: Option<std::path::PathBuf>,
+    /// With drift: each sequence with the true poses, with those that drift, and when the maps have followed
+    /// the true poses in the end, as after a perfect loop closure
+    #[arg(long, requires = "drift")]
+    correct: bool,
+}
+
+/// How the poses of subjects drift.
+enum Drift {
+    Slam,
+    /// Of the way travelled.
+    Share(f64),
+    Recorded(RecordedDrift),
+}
+
+impl DriftArguments {
+    /// With which poses each sequence is mapped.
+    pub(crate) fn poses(&self) -> &'static [Poses] {
+        let drifts = self.pose_noise || self.drift_share.is_some() || self.recorded_drift.is_some();
+        match (drifts, self.correct) {
+            (false, _) => &[Poses::True],
+            (true, false) => &[Poses::Drifting],
+            (true, true) => &[Poses::True, Poses::Corrected],
+        }
+    }
+
+    /// Lets the poses of subjects drift.
+    pub(crate) fn apply(&self, subjects: &mut [Subject]) -> Result<(), AnyError> {
+        let Some(drift) = self.drift()? else { return Ok(()) };
+        for subject in subjects {
+            drift.apply(subject)?;
+        }
+        Ok(())
+    }
+
+    fn drift(&self) -> Result<Option<Drift>, AnyError> {
+        if let (Some(estimated), Some(exact)) = (&self.recorded_drift, &self.true_path) {
+            let recorded = RecordedDrift::new(&read_path(exact)?, &read_path(estimated)?);
+            let recorded = recorded.ok_or("the recorded paths are not of one length, or have none")?;
+            return Ok(Some(Drift::Recorded(recorded)));
+        }
+        Ok(self.drift_share.map(Drift::Share).or(self.pose_noise.then_some(Drift::Slam)))
+    }
+}
+
+impl Drift {
+    fn apply(&self, subject: &mut Subject) -> Result<(), AnyError> {
+        let exact = true_poses(&subject.sequence);
+        let way: f64 = exact.windows(2).map(|pair| pair[0].distance(&pair[1])).sum();
+        let error = match self {
+            Self::Recorded(drift) => {
+                subject.drifting = drift.on_path(&exact);
+                return Ok(());
+            }
+            Self::Slam => PoseErrorConfig::slam(),
+            Self::Share(share) => PoseErrorConfig::share_of_way(*share, way),
+        };
+        let mut config = subject.sequence.config().clone();
+        config.pose_error = error;
+        subject.sequence = Sequence::new(&config)?;
+        subject.drifting = (0..exact.len()).map(|index| subject.sequence.estimated_pose(index)).collect();
+        Ok(())
+    }
+}
+
+/// Where the frames of a sequence are truly taken from.
+pub(crate) fn true_poses(sequence: &Sequence) -> Vec<Pose> {
+    (0..sequence.len()).map(|index| sequence.world_from_camera(index)).collect()
+}
+
+fn read_path(file: &Path) -> Result<Vec<Pose>, AnyError> {
+    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let pose = |(index, line): (usize, &str)| {
+        let numbers: Result<Vec<f64>, _> = line.split(',').map(|number| number.trim().parse()).collect();
+        match numbers?[..] {
+            [x, y, z, qx, qy, qz, qw] => Ok(Pose::new([x, y, z], [qx, qy, qz, qw])?),
+            _ => Err(AnyError::from(format!("{}:{}: seven numbers expected", file.display(), index + 1))),
+        }
+    };
+    text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()).map(pose).collect()
+}
