@@ -24,23 +24,21 @@ impl ObjectMapper {
         merged: &BTreeMap<ObjectId, ObjectId>,
         plane_ids: &mut Succession<PlaneId>,
     ) {
-        let mut new_id = |id: ObjectId| ids.of(id);
         for object in &mut self.map.objects {
             self.map.index.remove(object.id);
-            let id = new_id(object.id);
+            let id = ids.of(object.id);
             if id != object.id {
                 Arc::make_mut(object).id = id;
             }
         }
         self.map.objects.sort_unstable_by_key(|object| object.id);
         self.map.objects.iter().for_each(|object| self.map.index.place(object));
-        let own = std::mem::take(&mut self.map.absorbed_by).into_iter();
-        let own: Vec<_> = own.map(|(from, into)| (new_id(from), new_id(into))).collect();
-        let inherited = before.map.absorbed_by.iter().chain(merged).map(|(&from, &into)| (from, into));
-        let inherited = inherited.filter(|(from, _)| self.map.place(*from).is_none());
-        self.map.absorbed_by = inherited.chain(own).collect();
-        for ids in [&mut self.held, &mut self.changed] {
-            *ids = ids.iter().map(|&id| new_id(id)).collect();
+        let mut absorbed_by = std::mem::take(&mut self.map.absorbed_by);
+        let is_in_map = |id| self.map.place(id).is_some();
+        absorbed_by.succeed(ids, merged, &before.map.absorbed_by, is_in_map);
+        self.map.absorbed_by = absorbed_by;
+        for noted in [&mut self.held, &mut self.changed] {
+            *noted = noted.iter().map(|&id| ids.of(id)).collect();
         }
         self.map.next_id = ids.given();
         self.call_planes(|id| plane_ids.of(id));

@@ -1,7 +1,6 @@
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dymlm_core::ObjectId;
+use dymlm_core::{MergedIds, ObjectId};
 
 use super::{MapObject, ObjectState, SpaceIndex};
 
@@ -18,14 +17,14 @@ pub struct ObjectMap {
     pub(crate) index: SpaceIndex,
     pub(crate) next_id: u64,
     /// What merged objects went into.
-    pub(crate) absorbed_by: BTreeMap<ObjectId, ObjectId>,
+    pub(crate) absorbed_by: MergedIds<ObjectId>,
 }
 
 impl ObjectMap {
     /// An empty map, made for a camera that sees as far as `range` metres.
     pub(crate) fn new(range: f64) -> Self {
         let index = SpaceIndex::new(range);
-        Self { objects: Vec::new(), index, next_id: 0, absorbed_by: BTreeMap::new() }
+        Self { objects: Vec::new(), index, next_id: 0, absorbed_by: MergedIds::default() }
     }
 
     /// The confirmed objects, by ascending id.
@@ -57,17 +56,12 @@ impl ObjectMap {
     /// Bytes that the map holds, about, with what clones share.
     pub fn memory_bytes(&self) -> usize {
         let objects: usize = self.all().map(MapObject::memory_bytes).sum();
-        objects + self.absorbed_by.len() * size_of::<[ObjectId; 2]>()
+        objects + self.absorbed_by.memory_bytes()
     }
 
     /// The id of what an object is now: its own, or that of the object which it went into.
     pub fn current_id(&self, id: ObjectId) -> ObjectId {
-        let mut current = id;
-        // Each merge leads to an object that was still there, so that this ends.
-        while let Some(&next) = self.absorbed_by.get(&current) {
-            current = next;
-        }
-        current
+        self.absorbed_by.current(id)
     }
 
     /// All objects, by ascending id.
@@ -90,18 +84,5 @@ impl ObjectMap {
         let object = self.remove(removed)?;
         self.absorbed_by.insert(removed, kept);
         Some(object)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_id_of_a_merged_object_leads_to_what_it_became() {
-        let id = ObjectId::new;
-        let absorbed_by = BTreeMap::from([(id(4), id(2)), (id(2), id(7))]);
-        let map = ObjectMap { absorbed_by, ..ObjectMap::new(4.0) };
-        assert_eq!([4, 2, 7, 9].map(|number| map.current_id(id(number)).get()), [7, 7, 7, 9]);
     }
 }

@@ -5,10 +5,8 @@ mod moved_body;
 mod removal;
 mod renaming;
 
-use std::collections::BTreeMap;
-
 use dymlm_core::vector3::norm;
-use dymlm_core::{DepthView, Frame, FrameId, PlaneId, Pose, SensorModel};
+use dymlm_core::{DepthView, Frame, FrameId, MergedIds, PlaneId, Pose, SensorModel};
 
 use super::config::PlaneMapConfig;
 use super::gap_record::GapRecord;
@@ -53,7 +51,7 @@ pub struct PlaneMap {
     index: PlaneIndex,
     key_frames: SharedMap<FrameId, KeyFrame>,
     /// Where planes have gone that were merged into others.
-    merged: BTreeMap<PlaneId, PlaneId>,
+    merged: MergedIds<PlaneId>,
     /// What the key frames saw between planes, by the ids that these have now.
     gaps: GapRecord,
     next_plane: u64,
@@ -84,7 +82,7 @@ impl PlaneMap {
             planes: SharedMap::default(),
             index: PlaneIndex::default(),
             key_frames: SharedMap::default(),
-            merged: BTreeMap::new(),
+            merged: MergedIds::default(),
             gaps: GapRecord::default(),
             next_plane: 0,
             next_key_frame: 0,
@@ -197,8 +195,11 @@ impl PlaneMap {
     pub fn memory_bytes(&self) -> usize {
         let planes: usize = self.planes.values().map(MapPlane::memory_bytes).sum();
         let key_frames: usize = self.key_frames.values().map(KeyFrame::memory_bytes).sum();
-        let merged = self.merged.len() * size_of::<(PlaneId, PlaneId)>();
-        planes + key_frames + merged + self.index.memory_bytes() + self.gaps.memory_bytes()
+        planes
+            + key_frames
+            + self.merged.memory_bytes()
+            + self.index.memory_bytes()
+            + self.gaps.memory_bytes()
     }
 
     fn bring_to_world(
@@ -298,14 +299,6 @@ impl PlaneMap {
 
     /// The plane that an id stands for now.
     fn resolve(&self, id: PlaneId) -> PlaneId {
-        resolve(&self.merged, id)
+        self.merged.current(id)
     }
-}
-
-/// The plane that an id stands for, after merges.
-fn resolve(merged: &BTreeMap<PlaneId, PlaneId>, mut id: PlaneId) -> PlaneId {
-    while let Some(&into) = merged.get(&id) {
-        id = into;
-    }
-    id
 }

@@ -1,7 +1,7 @@
 use dymlm_core::PlaneId;
 
 use super::super::key_frame::KeyFrame;
-use super::{PlaneMap, resolve};
+use super::PlaneMap;
 
 /// Forgetting what is far.
 impl PlaneMap {
@@ -24,15 +24,14 @@ impl PlaneMap {
         self.recount(&touched);
         let known = &self.planes;
         for key_frame in self.key_frames.values_mut() {
-            let is_known = |id: &PlaneId| known.contains_key(&resolve(&self.merged, *id));
+            let is_known = |id: &PlaneId| known.contains_key(&self.merged.current(*id));
             key_frame.missed.retain(is_known);
             key_frame.gap_looks.retain(|(pair, _)| pair.iter().all(is_known));
             key_frame.merges.retain(|merge| is_known(&merge.merge.into));
         }
         let is_empty = |frame: &KeyFrame| frame.shares.is_empty() && frame.merges.is_empty();
         self.key_frames.retain(|key_frame| !is_empty(key_frame));
-        let merged = self.merged.clone();
-        self.merged.retain(|_, into| self.planes.contains_key(&resolve(&merged, *into)));
+        self.merged.retain(|id| self.planes.contains_key(&id));
         self.collect_gaps();
     }
 }

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use dymlm_core::{PlaneId, Pose};
 
 use super::super::key_frame::Share;
-use super::{PlaneMap, resolve};
+use super::PlaneMap;
 use crate::error::Error;
 use crate::linear_algebra::foot_on;
 use crate::patches::PatchVoxel;
@@ -42,15 +42,15 @@ impl PlaneMap {
         self.move_shares(&going, new_from_old)?;
         let merged = &self.merged;
         for key_frame in self.key_frames.values_mut() {
-            if key_frame.shares.iter().any(|share| cut.contains_key(&resolve(merged, share.plane))) {
+            if key_frame.shares.iter().any(|share| cut.contains_key(&merged.current(share.plane))) {
                 key_frame.retain_samples(voxel_size, |share, cell| {
                     let center = PatchVoxel { cell, count: 1 }.center(voxel_size);
-                    let plane = cut.get(&resolve(merged, share.plane));
+                    let plane = cut.get(&merged.current(share.plane));
                     plane.is_none_or(|plane| !is_body(foot_on(plane, center)))
                 });
             }
             // What lay between them and others lies there no more.
-            let goes = |id: &PlaneId| going.contains(&resolve(merged, *id));
+            let goes = |id: &PlaneId| going.contains(&merged.current(*id));
             key_frame.gap_looks.retain(|(pair, _)| !pair.iter().any(goes));
         }
         self.collect_gaps();

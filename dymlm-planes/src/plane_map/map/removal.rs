@@ -91,7 +91,7 @@ impl PlaneMap {
         let mut touched: Vec<PlaneId> = gone.shares.iter().map(|share| self.resolve(share.plane)).collect();
         touched.extend(undone.iter().map(|merge| self.resolve(merge.into)));
         for merge in undone {
-            self.merged.remove(&merge.from);
+            self.merged.remove(merge.from);
         }
         touched.extend(undone.iter().flat_map(|merge| [self.resolve(merge.from), self.resolve(merge.into)]));
         touched.sort_unstable();

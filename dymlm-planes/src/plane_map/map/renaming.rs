@@ -24,9 +24,8 @@ impl PlaneMap {
         ids: &mut Succession<PlaneId>,
         merged: &BTreeMap<PlaneId, PlaneId>,
     ) {
-        let mut new_id = |id: PlaneId| ids.of(id);
         let planes = std::mem::take(&mut self.planes).into_values().map(|mut plane| {
-            plane.id = new_id(plane.id);
+            plane.id = ids.of(plane.id);
             (plane.id, plane)
         });
         self.planes = planes.collect();
@@ -34,19 +33,16 @@ impl PlaneMap {
         for (&id, plane) in self.planes.iter() {
             plane.patch.blocks().for_each(|block| self.index.add(block, id));
         }
-        let own = std::mem::take(&mut self.merged).into_iter();
-        let own: Vec<_> = own.map(|(from, into)| (new_id(from), new_id(into))).collect();
-        let inherited = before.merged.iter().chain(merged).map(|(&from, &into)| (from, into));
-        self.merged = inherited.filter(|(from, _)| !self.planes.contains_key(from)).chain(own).collect();
+        self.merged.succeed(ids, merged, &before.merged, |id| self.planes.contains_key(&id));
         for key_frame in self.key_frames.values_mut() {
-            key_frame.shares.iter_mut().for_each(|share| share.plane = new_id(share.plane));
-            key_frame.missed.iter_mut().for_each(|id| *id = new_id(*id));
+            key_frame.shares.iter_mut().for_each(|share| share.plane = ids.of(share.plane));
+            key_frame.missed.iter_mut().for_each(|id| *id = ids.of(*id));
             for merge in &mut key_frame.merges {
-                merge.merge.from = new_id(merge.merge.from);
-                merge.merge.into = new_id(merge.merge.into);
+                merge.merge.from = ids.of(merge.merge.from);
+                merge.merge.into = ids.of(merge.merge.into);
             }
             for (pair, _) in &mut key_frame.gap_looks {
-                *pair = pair_of(new_id(pair[0]), new_id(pair[1]));
+                *pair = pair_of(ids.of(pair[0]), ids.of(pair[1]));
             }
             key_frame.gap_looks.sort_unstable();
         }

@@ -1,0 +1,140 @@
+use std::collections::BTreeMap;
+
+use crate::Succession;
+
+/// What the ids of merged things lead to: each to the thing that it went into, and on from there.
+///
+/// No id ever leads back to itself, so that each way ends.
+///
+/// ```
+/// use dymlm_core::{MergedIds, PlaneId};
+///
+/// let [a, b, c] = [0, 1, 2].map(PlaneId::new);
+/// let mut merged = MergedIds::default();
+/// assert!(merged.insert(a, b) && merged.insert(b, c));
+/// assert_eq!(merged.current(a), c);
+/// assert!(!merged.insert(c, a));
+/// assert_eq!(merged.current(c), c);
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MergedIds<Id> {
+    into: BTreeMap<Id, Id>,
+}
+
+impl<Id> Default for MergedIds<Id> {
+    fn default() -> Self {
+        Self { into: BTreeMap::new() }
+    }
+}
+
+impl<Id: Copy + Ord> MergedIds<Id> {
+    /// What an id leads to: itself unless its thing was merged. O(merges on the way).
+    pub fn current(&self, id: Id) -> Id {
+        let mut current = id;
+        while let Some(&into) = self.into.get(&current) {
+            current = into;
+        }
+        current
+    }
+
+    /// Lets an id lead to another. Refuses, and says `false`, when the other leads back to it.
+    pub fn insert(&mut self, from: Id, into: Id) -> bool {
+        let is_open = self.current(into) != from;
+        if is_open {
+            self.into.insert(from, into);
+        }
+        is_open
+    }
+
+    /// Lets an id stand for its own thing again.
+    pub fn remove(&mut self, from: Id) {
+        self.into.remove(&from);
+    }
+
+    /// Forgets the ids that do not lead to one that `stays`.
+    pub fn retain(&mut self, stays: impl Fn(Id) -> bool) {
+        let leading: Vec<Id> = self.into.keys().copied().filter(|&from| stays(self.current(from))).collect();
+        self.into.retain(|from, _| leading.binary_search(from).is_ok());
+    }
+
+    /// Calls all by new ids.
+    ///
+    /// These are the merges of a map that takes the place of another: what led on there (`before`) leads on
+    /// still, and what became one with another thing only now (`merged`) leads to that; not so the ids of
+    /// things that the new map has by themselves, and not where the new map's own merges lead back.
+    pub fn succeed(
+        &mut self,
+        ids: &mut Succession<Id>,
+        merged: &BTreeMap<Id, Id>,
+        before: &Self,
+        is_in_map: impl Fn(Id) -> bool,
+    ) {
+        self.into = self.into.iter().map(|(&from, &into)| (ids.of(from), ids.of(into))).collect();
+        for (&from, &into) in merged.iter().chain(&before.into) {
+            if !is_in_map(from) && !self.into.contains_key(&from) {
+                self.insert(from, into);
+            }
+        }
+    }
+
+    /// Bytes that it holds, about.
+    pub fn memory_bytes(&self) -> usize {
+        self.into.len() * size_of::<[Id; 2]>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ObjectId;
+
+    fn merged(pairs: &[[u64; 2]]) -> MergedIds<ObjectId> {
+        let mut merged = MergedIds::default();
+        for pair in pairs {
+            let [from, into] = pair.map(ObjectId::new);
+            assert!(merged.insert(from, into));
+        }
+        merged
+    }
+
+    fn current(merged: &MergedIds<ObjectId>, id: u64) -> u64 {
+        merged.current(ObjectId::new(id)).get()
+    }
+
+    #[test]
+    fn a_merged_id_leads_to_what_it_became() {
+        let merged = merged(&[[4, 2], [2, 7]]);
+        assert_eq!([4, 2, 7, 9].map(|id| current(&merged, id)), [7, 7, 7, 9]);
+    }
+
+    #[test]
+    fn what_does_not_lead_to_anything_that_stays_is_forgotten() {
+        let mut merged = merged(&[[4, 2], [2, 7], [5, 6]]);
+        merged.retain(|id| id.get() == 7);
+        assert_eq!([4, 2, 5].map(|id| current(&merged, id)), [7, 7, 5]);
+    }
+
+    /// Before, 0 went into 1, and 2 into 3; in the new map 1 into 2, and 3 into 0. All of them are gone.
+    #[test]
+    fn merges_of_two_maps_do_not_lead_round_in_a_circle() {
+        let before = merged(&[[0, 1], [2, 3]]);
+        let mut now = merged(&[[1, 2], [3, 0]]);
+        let same = (0..4).map(|id| (ObjectId::new(id), ObjectId::new(id))).collect();
+        let mut ids = Succession::new(same, [4, 4], ObjectId::new);
+        now.succeed(&mut ids, &BTreeMap::new(), &before, |_| false);
+        // Each way ends, and the new map's merges hold.
+        let ends = [0, 1, 2, 3].map(|id| current(&now, id));
+        assert_eq!((ends[1], ends[3]), (ends[2], ends[0]));
+    }
+
+    #[test]
+    fn what_a_new_map_has_by_itself_leads_nowhere() {
+        let before = merged(&[[0, 1]]);
+        let names = BTreeMap::from([(ObjectId::new(0), ObjectId::new(0))]);
+        let mut ids = Succession::new(names, [3, 1], ObjectId::new);
+        let mut now = MergedIds::default();
+        let became = BTreeMap::from([(ObjectId::new(2), ObjectId::new(0))]);
+        now.succeed(&mut ids, &became, &before, |id| id.get() == 0);
+        assert_eq!([0, 1, 2].map(|id| current(&now, id)), [0, 1, 0]);
+    }
+}
