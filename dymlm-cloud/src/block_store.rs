@@ -248,10 +248,11 @@ impl<B: Default + Clone> BlockStore<B> {
 
     /// The blocks that a clone has not, or has changed since.
     pub(crate) fn unshared<'a>(&'a self, clone: &'a Self) -> impl Iterator<Item = &'a B> {
-        let theirs = clone.blocks.iter().map(Some).chain(std::iter::repeat(None));
-        let is_own =
-            |(own, theirs): &(&Arc<B>, Option<&Arc<B>>)| !theirs.is_some_and(|it| Arc::ptr_eq(own, it));
-        self.blocks.iter().zip(theirs).filter(is_own).map(|(own, _)| own.as_ref())
+        let is_shared = |slot: &usize| {
+            clone.blocks.get(*slot).is_some_and(|theirs| Arc::ptr_eq(&self.blocks[*slot], theirs))
+        };
+        let own = self.blocks.unshared(&clone.blocks).filter(move |slot| !is_shared(slot));
+        own.map(|slot| self.blocks[slot].as_ref())
     }
 
     /// Bytes of the store itself, without what its blocks own.

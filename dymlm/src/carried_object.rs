@@ -203,11 +203,12 @@ fn body_at(tracker: &ObjectTracker, world_from_object: &Pose, rim: f64) -> Optio
 
 #[cfg(test)]
 mod tests {
-    use dymlm_core::{FrameId, PinholeCamera};
+    use dymlm_core::PinholeCamera;
     use dymlm_history::HistoryConfig;
     use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
     use super::*;
+    use crate::common::poses;
     use crate::{Detections, MapConfig};
 
     fn frames(count: usize) -> Vec<SimulatedFrame> {
@@ -247,10 +248,6 @@ mod tests {
 
         builder.correct_poses(&right).unwrap();
         assert_eq!(place(&builder, object), Some(stands));
-    }
-
-    fn poses(builder: &MapBuilder) -> Vec<(FrameId, Pose)> {
-        builder.trajectory().map(|(id, _, pose)| (id, pose)).collect()
     }
 
     /// Where an object of the map stands.

@@ -7,7 +7,7 @@ use dymlm_planes::PlaneDetector;
 
 use crate::session_log::{Event, KeyFrameEntry, SeenThings};
 use crate::subsampler::in_all_pixels;
-use crate::{Error, FrameOutcome, FrameReport, MapBuilder};
+use crate::{CorrectionReport, Error, FrameOutcome, FrameReport, MapBuilder};
 
 /// Detections of a key frame that was mapped without any, since they came too late for it.
 impl MapBuilder {
@@ -16,14 +16,16 @@ impl MapBuilder {
     /// Movers are looked for in this frame alone: what was tracked through it, and masked, stays masked.
     pub(crate) fn mend(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
         let log = self.log.as_ref().ok_or(Error::NotPending { frame })?;
-        let is_it = |event: &Event| event.key_frame().is_some_and(|entry| entry.frame == frame);
-        let place = log.events.iter().position(is_it).ok_or(Error::NotPending { frame })?;
-        let entry = log.events[place].key_frame().ok_or(Error::NotPending { frame })?.clone();
+        let mut events = log.events.iter().map(Event::key_frame).enumerate();
+        let found_entry =
+            events.find_map(|(place, entry)| Some(place).zip(entry.filter(|it| it.frame == frame)));
+        let (place, entry) = found_entry.ok_or(Error::NotPending { frame })?;
+        let entry = entry.clone();
         let before = log.history.get(entry.observation)?;
         if before.detections.is_some() {
             return Err(Error::NotPending { frame });
         }
-        let poses: Vec<Pose> = log.frames.iter().map(|frame| frame.world_from_camera).collect();
+        let poses: Vec<Pose> = log.poses().collect();
         let pose = &poses[frame.get() as usize];
 
         let stride = self.config.sensor.stride;
@@ -67,7 +69,7 @@ impl MapBuilder {
         before: KeyFrameEntry,
         mended: Observation,
         poses: &[Pose],
-    ) -> Result<crate::CorrectionReport, Error> {
+    ) -> Result<CorrectionReport, Error> {
         let log = self.log.as_mut().ok_or(Error::NoHistory)?;
         let observation = log.history.push(Arc::new(mended));
         // Its planes are others: they tell of no plane which one it was.

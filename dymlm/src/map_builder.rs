@@ -150,10 +150,7 @@ impl MapBuilder {
     /// when an instance mask is of another size than the frame; [`Error::History`] when what the frame showed
     /// cannot be read. The builder stays as it was.
     pub fn detections_for(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
-        if self.waiting.pending(frame).is_err() {
-            return self.mend(frame, found);
-        }
-        let waiting = self.waiting.pending(frame)?;
+        let Ok(waiting) = self.waiting.pending(frame) else { return self.mend(frame, found) };
         self.preprocessor.check(&waiting.frame, found)?;
         let report = FrameReport::waiting(frame, waiting.frame.timestamp());
         self.waiting.resolve(frame, found);
@@ -251,7 +248,7 @@ impl MapBuilder {
                     let update =
                         KeyFrameView::of(&kept).map(map, ghost_removal, pose, &context, &mut clock)?;
                     log.add_key_frame(id, kept, &update);
-                    snapshots.take_when_due(1, || log.state(map, ghost_removal));
+                    snapshots.take_when_due(1, map, ghost_removal, log.events.len());
                     update
                 }
                 None => view.map(map, ghost_removal, pose, &context, &mut clock)?,

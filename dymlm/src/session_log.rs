@@ -5,10 +5,8 @@ use dymlm_core::{FrameId, ObjectId, PlaneId, Point, Pose, Succession};
 use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 
-use crate::ghost_removal::GhostRemoval;
-use crate::snapshots::SessionState;
+use crate::MapUpdate;
 use crate::witnesses::Witnesses;
-use crate::{MapUpdate, MultiLevelMap};
 
 /// What has happened in a session, in its order: all that is needed to build the maps again at other poses.
 #[derive(Debug)]
@@ -178,9 +176,9 @@ impl SessionLog {
         Some((newest, self.frame(newest)?.world_from_camera))
     }
 
-    /// The state of the session, with the maps as they stand.
-    pub(crate) fn state(&self, map: &MultiLevelMap, ghost_removal: &GhostRemoval) -> SessionState {
-        SessionState { map: map.clone(), ghost_removal: ghost_removal.clone(), length: self.events.len() }
+    /// The pose of each frame and scan, by its id.
+    pub(crate) fn poses(&self) -> impl Iterator<Item = Pose> {
+        self.frames.iter().map(|frame| frame.world_from_camera)
     }
 
     /// The key frames in their order.

@@ -46,8 +46,8 @@ impl Snapshot {
     }
 }
 
-/// Some late states of the session, the closer together the younger they are: so that a correction of the last key
-/// frames maps not many more than those again. They share with the maps what has not changed since.
+/// Some late states of the session, the closer together the younger they are: so that a correction of the
+/// last key frames maps not many more than those again. They share with the maps what has not changed since.
 ///
 /// They are taken from the first such correction on, since what they share is copied when it changes: who closes
 /// loops only shall not pay for it, and whose SLAM optimizes its last frames does so from its first seconds on.
@@ -62,8 +62,15 @@ pub(crate) struct Snapshots {
 }
 
 impl Snapshots {
-    /// Takes a snapshot when enough key frames have been mapped since the last, and drops those that are old.
-    pub(crate) fn take_when_due(&mut self, new_key_frames: usize, state: impl FnOnce() -> SessionState) {
+    /// Takes a snapshot, of the maps after so many events, when enough key frames have been mapped since the
+    /// last, and drops those that are old.
+    pub(crate) fn take_when_due(
+        &mut self,
+        new_key_frames: usize,
+        map: &MultiLevelMap,
+        ghost_removal: &GhostRemoval,
+        length: usize,
+    ) {
         self.patience = self.patience.saturating_sub(new_key_frames);
         if self.patience == 0 {
             self.taken.clear();
@@ -75,7 +82,8 @@ impl Snapshots {
         }
         self.key_frames = 0;
         let number = self.taken.last().map_or(1, |last| last.number + 1);
-        self.taken.push(Snapshot { state: state(), events: None, number });
+        let state = SessionState { map: map.clone(), ghost_removal: ghost_removal.clone(), length };
+        self.taken.push(Snapshot { state, events: None, number });
         self.taken.retain(|snapshot| number - snapshot.number < LIVES[(snapshot.number % 2) as usize]);
     }
 
@@ -129,10 +137,7 @@ mod tests {
         let mut snapshots = Snapshots::default();
         for key_frames in 1..=500 {
             snapshots.note_correction(10);
-            snapshots.take_when_due(1, || SessionState {
-                length: key_frames,
-                ..SessionState::beginning(map.clone())
-            });
+            snapshots.take_when_due(1, &map, &GhostRemoval::default(), key_frames);
             assert!(snapshots.taken.len() <= 5, "{}", snapshots.taken.len());
             for changed in 1..=20.min(key_frames) {
                 let first = key_frames - changed;
@@ -149,7 +154,7 @@ mod tests {
         let mut snapshots = Snapshots::default();
         let insert = |snapshots: &mut Snapshots, key_frames: usize| {
             for _ in 0..key_frames {
-                snapshots.take_when_due(1, || SessionState::beginning(map.clone()));
+                snapshots.take_when_due(1, &map, &GhostRemoval::default(), 0);
             }
             snapshots.taken.len()
         };

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{config, fingerprint, fingerprint_without_ids, ids, insert_all, sequence};
+use common::{config, fingerprint, fingerprint_without_ids, ids, insert_all, poses, sequence};
 use dymlm::core::{FrameId, Pose};
 use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
 use dymlm_sim::SimulatedFrame;
@@ -25,10 +25,6 @@ fn mapped(frames: &[SimulatedFrame]) -> MapBuilder {
     let mut builder = MapBuilder::new(with_history()).unwrap();
     insert_all(&mut builder, frames);
     builder
-}
-
-fn poses(builder: &MapBuilder) -> Vec<(FrameId, Pose)> {
-    builder.trajectory().map(|(id, _, pose)| (id, pose)).collect()
 }
 
 /// A drift that grows with the frames.

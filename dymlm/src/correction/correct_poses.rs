@@ -6,7 +6,7 @@ use super::new_poses::new_poses;
 use super::replay::Replay;
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
-use crate::session_log::{Event, InsertedFrame, KeyFrameEntry};
+use crate::session_log::{Event, KeyFrameEntry};
 use crate::{Error, MapBuilder};
 
 /// Maps that follow a SLAM's corrections, when a [history](dymlm_history::HistoryConfig) is kept.
@@ -84,7 +84,7 @@ impl MapBuilder {
             return Ok(CorrectionReport::unchanged(key_frames));
         };
         let event = log.events.remove(place);
-        let poses: Vec<Pose> = log.frames.iter().map(|frame| frame.world_from_camera).collect();
+        let poses: Vec<Pose> = log.poses().collect();
         let report = self.correct_from(Some(place), &poses, &mut |_| true);
         if let Some(log) = &mut self.log {
             match (&report, &event) {
@@ -105,8 +105,7 @@ impl MapBuilder {
     /// As [`Self::correct_poses`].
     pub fn transform(&mut self, new_from_old: &Pose) -> Result<CorrectionReport, Error> {
         let log = self.log.as_ref().ok_or(Error::NoHistory)?;
-        let moved = |frame: &InsertedFrame| *new_from_old * frame.world_from_camera;
-        let poses: Vec<Pose> = log.frames.iter().map(moved).collect();
+        let poses: Vec<Pose> = log.poses().map(|pose| *new_from_old * pose).collect();
         self.correct_from(None, &poses, &mut |_| true)
     }
 

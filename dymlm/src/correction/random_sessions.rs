@@ -10,7 +10,7 @@ use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 use proptest::prelude::*;
 
 use crate::common::map_copy::MapCopy;
-use crate::common::{fingerprint_without_ids, ids};
+use crate::common::{fingerprint_without_ids, ids, poses};
 use crate::session_log::BodyMotion;
 use crate::{Detections, MapBuilder, MapConfig, MultiLevelMap};
 
@@ -162,19 +162,15 @@ impl Session {
         objects.get(which % objects.len().max(1)).copied()
     }
 
-    fn poses(&self) -> Vec<(FrameId, Pose)> {
-        self.builder.trajectory().map(|(id, _, pose)| (id, pose)).collect()
-    }
-
     fn correct(&mut self, correction: &Correction) {
         let step = moved(correction.metres, correction.radians);
-        let mut given = self.poses();
+        let mut given = poses(&self.builder);
         given.retain(|(id, _)| correction.chosen.contains(&(id.get() as usize)));
         for (_, pose) in &mut given {
             *pose = step * *pose;
         }
         self.builder.correct_poses(&given).unwrap();
-        let now = self.poses();
+        let now = poses(&self.builder);
         assert!(given.iter().all(|given| now.contains(given)));
     }
 
@@ -202,7 +198,7 @@ fn moved(metres: f64, radians: f64) -> Pose {
 /// The maps after a session are corrected and corrected back.
 fn check_corrected_back(steps: &[Step], corrections: &[Correction]) {
     let mut session = Session::run(steps);
-    let right = session.poses();
+    let right = poses(&session.builder);
     let first = fingerprint_without_ids(session.builder.map());
     let (planes, objects) = ids(session.builder.map());
     for correction in corrections {
@@ -213,12 +209,25 @@ fn check_corrected_back(steps: &[Step], corrections: &[Correction]) {
     session.builder.transform(&moved(7.0, 0.5)).unwrap();
     session.builder.correct_poses(&right).unwrap();
     session.check_copy();
-    assert_eq!(session.poses(), right);
+    assert_eq!(poses(&session.builder), right);
     assert!(fingerprint_without_ids(session.builder.map()) == first);
     // Each id leads to something still: what was one with another on the way keeps the other's.
     let map = session.builder.map();
     assert!(planes.into_iter().all(|id| map.planes().current_id(id).is_some()));
     assert!(objects.into_iter().all(|id| map.objects().object(id).is_some()));
+}
+
+/// The maps after all frames of a session are taken out, in an order.
+fn check_nothing_left(steps: &[Step], order: impl IntoIterator<Item = u64>) {
+    let mut session = Session::run(steps);
+    let frames = poses(&session.builder).len() as u64;
+    for id in order.into_iter().filter(|&id| id < frames) {
+        session.builder.remove(FrameId::new(id)).unwrap();
+        session.check_copy();
+    }
+    let counts = session.builder.map().counts();
+    assert_eq!((counts.cloud_voxels, counts.octree_leaves, counts.planes, counts.objects), (0, 0, 0, 0));
+    assert_eq!(ids(session.builder.map()), (Vec::new(), Vec::new()));
 }
 
 proptest! {
@@ -247,7 +256,7 @@ proptest! {
             session.correct(correction);
         }
         let mut again = Session::run(&steps);
-        again.builder.correct_poses(&session.poses()).unwrap();
+        again.builder.correct_poses(&poses(&session.builder)).unwrap();
         prop_assert!(
             fingerprint_without_ids(again.builder.map()) == fingerprint_without_ids(session.builder.map())
         );
@@ -258,17 +267,7 @@ proptest! {
         steps in session(),
         order in Just((0..FRAMES as u64).collect::<Vec<_>>()).prop_shuffle(),
     ) {
-        let mut session = Session::run(&steps);
-        let frames = session.poses().len() as u64;
-        for id in order.into_iter().filter(|&id| id < frames) {
-            session.builder.remove(FrameId::new(id)).unwrap();
-            session.check_copy();
-        }
-        let counts = session.builder.map().counts();
-        prop_assert_eq!(
-            (counts.cloud_voxels, counts.octree_leaves, counts.planes, counts.objects), (0, 0, 0, 0)
-        );
-        prop_assert_eq!(ids(session.builder.map()), (Vec::new(), Vec::new()));
+        check_nothing_left(&steps, order);
     }
 }
 
@@ -281,6 +280,19 @@ fn there_is_something_in_the_sessions() {
     assert!(counts.planes >= 3 && counts.objects >= 3, "{counts:?}");
 }
 
+fn frames(detected: &[bool]) -> Vec<Step> {
+    detected.iter().map(|&is_detector_run| Step::Frame { is_detector_run }).collect()
+}
+
+/// What one map had merged, the next had the other way round, and both things went: their ids led to each
+/// other, and looking one up never ended.
+#[test]
+fn merged_ids_of_two_maps_do_not_lead_round_in_a_circle() {
+    let mut steps = frames(&[false, true, false, false, true, false, false, true]);
+    steps.push(Step::Forget { radius: 1.0 });
+    check_nothing_left(&steps, 0..8);
+}
+
 #[test]
 fn what_vanished_after_it_was_put_down_is_put_down_again() {
     let mut steps = vec![Step::Frame { is_detector_run: true }; 3];
@@ -291,9 +303,6 @@ fn what_vanished_after_it_was_put_down_is_put_down_again() {
 
 #[test]
 fn the_same_object_is_put_down_again_after_it_was_one_with_another() {
-    let frames = |detected: &[bool]| -> Vec<Step> {
-        detected.iter().map(|&is_detector_run| Step::Frame { is_detector_run }).collect()
-    };
     let away =
         |chosen: usize, metres: f64, radians: f64| Correction { chosen: vec![chosen], metres, radians };
     let mut steps = frames(&[false, true, false]);

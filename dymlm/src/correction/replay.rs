@@ -63,8 +63,8 @@ impl<'a> Replay<'a> {
         Ok(Self { log, poses, before, map, ghost_removal, events, snapshots, scan_mapper })
     }
 
-    /// Lets everything from there on happen again. `watch` is told before each few key frames how many will have been
-    /// mapped then, and says whether to go on.
+    /// Lets everything from there on happen again. `watch` is told before each few key frames how many will
+    /// have been mapped then, and says whether to go on.
     pub(super) fn run(
         mut self,
         context: &MappingContext<'_>,
@@ -129,11 +129,7 @@ impl<'a> Replay<'a> {
             self.ghost_removal.run_when_due(last.frame.timestamp(), &mut self.map);
         }
         let Self { map, ghost_removal, events, snapshots, .. } = self;
-        snapshots.take_when_due(batch.len(), || SessionState {
-            map: map.clone(),
-            ghost_removal: ghost_removal.clone(),
-            length: events.len(),
-        });
+        snapshots.take_when_due(batch.len(), map, ghost_removal, events.len());
         Ok(())
     }
 

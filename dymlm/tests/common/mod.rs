@@ -3,7 +3,7 @@
 
 pub(crate) mod map_copy;
 
-use dymlm::core::{ObjectId, PinholeCamera, PlaneId};
+use dymlm::core::{FrameId, ObjectId, PinholeCamera, PlaneId, Pose};
 use dymlm::objects::MapObject;
 use dymlm::planes::MapPlane;
 use dymlm::{MapBuilder, MapConfig, MultiLevelMap, Selection};
@@ -28,6 +28,11 @@ pub(crate) fn insert_all(builder: &mut MapBuilder, frames: &[SimulatedFrame]) {
     for frame in frames {
         builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
     }
+}
+
+/// Where the frames were taken from, as a caller knows it.
+pub(crate) fn poses(builder: &MapBuilder) -> Vec<(FrameId, Pose)> {
+    builder.trajectory().map(|(id, _, pose)| (id, pose)).collect()
 }
 
 /// Everything that the maps say, in bytes.
