@@ -50,6 +50,8 @@ mod point_cloud;
 mod pose;
 mod rectifier;
 mod run_lengths;
+#[cfg(feature = "state")]
+mod saved_state;
 mod sensor_model;
 mod split_mix64;
 mod succession;
@@ -78,6 +80,8 @@ pub use point::{Point, Rgb};
 pub use point_cloud::PointCloud;
 pub use pose::Pose;
 pub use rectifier::Rectifier;
+#[cfg(feature = "state")]
+pub use saved_state::{DamagedState, StateSink, decode_part, encode_part};
 pub use sensor_model::SensorModel;
 pub use split_mix64::SplitMix64;
 pub use succession::Succession;
