@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use crate::pages::Pages;
 use crate::slot_index::SlotIndex;
+use dymlm_core::Pages;
 
 /// Cells along the side of a block.
 pub(crate) const BLOCK_SIDE: usize = 8;

@@ -9,10 +9,10 @@ use crate::finding::Finding;
 use crate::frame_reads::{BlockReads, FrameReads};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
-use crate::pages::Pages;
 use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
 use crate::support::Support;
+use dymlm_core::Pages;
 
 /// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are
 /// missed by the one reading at their centre, larger ones hold both a surface and the free space before it.

@@ -24,7 +24,6 @@ mod look_through;
 mod mover_masks;
 mod opinion;
 mod packed_counts;
-mod pages;
 mod parallel;
 mod place_history;
 mod places;

@@ -5,11 +5,11 @@ use dymlm_core::{Point, PointCloud, Rgb};
 use crate::block_store::{BlockStore, CellBits, has, put, without};
 use crate::changes::{Change, Changes, Effect, Touched};
 use crate::evidence::Evidence;
-use crate::pages::Pages;
 use crate::places::Places;
 use crate::thinning::{Candidate, Thinning, Window, limit, looks_around};
 use crate::verdict::{Verdict, VerdictGrid};
 use crate::voxel_block::VoxelBlock;
+use dymlm_core::Pages;
 
 /// What is static in the map, block by block, as of the last reading: ghosts left out, then what is
 /// [noise](Thinning).

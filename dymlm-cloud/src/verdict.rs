@@ -5,7 +5,7 @@ use crate::block_store::{
 };
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
-use crate::pages::Pages;
+use dymlm_core::Pages;
 
 /// What the evidence of all frames says of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -153,8 +153,17 @@ struct RawPose {
 impl TryFrom<RawPose> for Pose {
     type Error = Error;
 
+    /// A pose that was written is read back to the bit: what is one already, to rounding, is not normalized
+    /// again.
     fn try_from(raw: RawPose) -> Result<Self, Error> {
-        Self::new(raw.translation, raw.quaternion)
+        let pose = Self::new(raw.translation, raw.quaternion)?;
+        let departure = raw.quaternion.iter().map(|q| q * q).sum::<f64>() - 1.0;
+        if departure.abs() > 1e-9 {
+            return Ok(pose);
+        }
+        let [x, y, z, w] = raw.quaternion;
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+        Ok(Self { isometry: Isometry3::from_parts(pose.isometry.translation, rotation) })
     }
 }
 

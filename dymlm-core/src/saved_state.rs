@@ -49,6 +49,7 @@ pub fn decode_part<T: DeserializeOwned>(part: u64, bytes: &[u8]) -> Result<T, Da
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Pose;
 
     #[test]
     fn floating_point_numbers_come_back_to_the_bit() {
@@ -56,6 +57,18 @@ mod tests {
         let bytes = encode_part(&values).unwrap();
         let back: [f64; 6] = decode_part(0, &bytes).unwrap();
         assert_eq!(back.map(f64::to_bits), values.map(f64::to_bits));
+    }
+
+    #[test]
+    fn poses_come_back_to_the_bit() {
+        let turn = Pose::new([0.1, 0.2, 0.3], [0.1, 0.2, 0.3, 0.9273]).unwrap();
+        let mut pose = turn;
+        for _ in 0..1000 {
+            pose = pose * turn;
+            let back: Pose = decode_part(0, &encode_part(&pose).unwrap()).unwrap();
+            assert_eq!(back.quaternion().map(f64::to_bits), pose.quaternion().map(f64::to_bits));
+            assert_eq!(back, pose);
+        }
     }
 
     #[test]

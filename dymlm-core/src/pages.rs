@@ -4,10 +4,20 @@ use std::sync::Arc;
 /// Items of a page.
 const PAGE: usize = 64;
 
-/// A list of which clones share the pages that neither has changed since, so that a clone costs a pointer a
-/// page.
+/// A list of which clones share the pages that neither has changed since, so that a clone costs a pointer for
+/// each 64 items.
+///
+/// ```
+/// use dymlm_core::Pages;
+///
+/// let mut poses: Pages<[f64; 3]> = (0..1000).map(|step| [0.1 * f64::from(step), 0.0, 0.0]).collect();
+/// let earlier = poses.clone();
+/// poses.push([100.0, 0.0, 0.0]);
+/// assert_eq!((earlier.len(), poses.len()), (1000, 1001));
+/// assert_eq!(poses.unshared(&earlier).count(), 1001 - 15 * 64);
+/// ```
 #[derive(Debug, Clone)]
-pub(crate) struct Pages<T> {
+pub struct Pages<T> {
     full: Vec<Arc<[T; PAGE]>>,
     /// The items behind the last full page, fewer than one holds.
     rest: Vec<T>,
@@ -20,34 +30,59 @@ impl<T> Default for Pages<T> {
 }
 
 impl<T> Pages<T> {
+    /// Number of items.
     #[inline]
-    pub(crate) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.full.len() * PAGE + self.rest.len()
     }
 
+    /// Whether there is no item.
     #[inline]
-    pub(crate) fn get(&self, index: usize) -> Option<&T> {
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// An item by its place.
+    #[inline]
+    pub fn get(&self, index: usize) -> Option<&T> {
         match self.full.get(index / PAGE) {
             Some(page) => Some(&page[index % PAGE]),
             None => self.rest.get(index - self.full.len() * PAGE),
         }
     }
 
-    /// The indices of the items that this list does not share with another.
-    pub(crate) fn unshared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = usize> + 'a {
-        let is_shared = |page: &usize| {
-            let pages = self.full.get(*page).zip(other.full.get(*page));
-            pages.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
-        };
-        let pages = (0..self.len().div_ceil(PAGE)).filter(move |page| !is_shared(page));
-        pages.flat_map(|page| page * PAGE..((page + 1) * PAGE).min(self.len()))
+    /// The places of the items that this list does not share with another.
+    pub fn unshared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = usize> + 'a {
+        self.unshared_pages(other).flat_map(|(page, items)| page * PAGE..page * PAGE + items.len())
     }
 
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
+    /// The pages that this list does not share with another, by number.
+    pub fn unshared_pages<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (usize, &'a [T])> + 'a {
+        let is_shared = |page: usize| {
+            let pages = self.full.get(page).zip(other.full.get(page));
+            pages.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
+        };
+        self.pages().enumerate().filter(move |(page, _)| !is_shared(*page))
+    }
+
+    /// The items, by pages of 64; the last may be shorter.
+    pub fn pages(&self) -> impl Iterator<Item = &[T]> {
+        let rest = (!self.rest.is_empty()).then_some(self.rest.as_slice());
+        self.full.iter().map(|page| page.as_slice()).chain(rest)
+    }
+
+    /// The items.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = &T> {
         self.full.iter().flat_map(|page| page.iter()).chain(&self.rest)
     }
 
-    pub(crate) fn push(&mut self, item: T) {
+    /// The last item.
+    pub fn last(&self) -> Option<&T> {
+        self.rest.last().or_else(|| self.full.last()?.last())
+    }
+
+    /// Adds an item at the end.
+    pub fn push(&mut self, item: T) {
         self.rest.push(item);
         if self.rest.len() == PAGE {
             match <[T; PAGE]>::try_from(std::mem::take(&mut self.rest)) {
@@ -58,7 +93,7 @@ impl<T> Pages<T> {
     }
 
     /// Bytes held, without what the items own.
-    pub(crate) fn memory_bytes(&self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         let page = size_of::<[T; PAGE]>() + 2 * size_of::<usize>();
         self.full.capacity() * size_of::<Arc<[T; PAGE]>>()
             + self.full.len() * page
@@ -69,7 +104,7 @@ impl<T> Pages<T> {
 impl<T: Clone> Pages<T> {
     /// An item to be changed; its page is copied while a clone has it.
     #[inline]
-    pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut T> {
+    pub fn get_mut(&mut self, index: usize) -> Option<&mut T> {
         let rest = self.full.len() * PAGE;
         match self.full.get_mut(index / PAGE) {
             Some(page) => Some(&mut Arc::make_mut(page)[index % PAGE]),
@@ -77,19 +112,20 @@ impl<T: Clone> Pages<T> {
         }
     }
 
-    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
+    /// All items, to be changed; pages are copied as by [`get_mut`](Self::get_mut).
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
         self.full.iter_mut().flat_map(|page| Arc::make_mut(page).iter_mut()).chain(&mut self.rest)
     }
 
     /// Makes it so long, with more of these.
-    pub(crate) fn grow(&mut self, len: usize, mut new: impl FnMut() -> T) {
+    pub fn grow(&mut self, len: usize, mut new: impl FnMut() -> T) {
         while self.len() < len {
             self.push(new());
         }
     }
 
     /// Keeps the items for whose places `stays` says so, in their order.
-    pub(crate) fn keep(&mut self, stays: &[bool]) {
+    pub fn keep(&mut self, stays: &[bool]) {
         let kept = self.iter().zip(stays).filter(|(_, stays)| **stays).map(|(item, _)| item.clone());
         *self = kept.collect();
     }
