@@ -32,4 +32,8 @@ pub enum Error {
         /// Which one.
         index: usize,
     },
+    /// A saved history is not what was written.
+    #[cfg(feature = "state")]
+    #[error(transparent)]
+    State(#[from] dymlm_core::DamagedState),
 }

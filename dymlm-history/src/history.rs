@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use dymlm_core::Point;
+use dymlm_core::{Pages, Point};
 
 use crate::kept::Kept;
 use crate::observation_file::ObservationFile;
@@ -25,19 +25,21 @@ pub enum HistoryConfig {
 
 /// Key-frame observations and scans by number, packed.
 ///
-/// They are packed on a thread of their own, so that whoever adds one does not wait.
-#[derive(Debug)]
+/// They are packed on a thread of their own, so that whoever adds one does not wait. A clone shares what is
+/// kept, also the file.
+#[derive(Debug, Clone)]
 pub struct History {
-    slots: Vec<Slot>,
+    pub(crate) slots: Pages<Slot>,
+    /// Of this history alone: what a clone was given whole stays so in it.
     packer: Packer,
-    file: Option<ObservationFile>,
+    pub(crate) file: Option<Arc<ObservationFile>>,
 }
 
-#[derive(Debug)]
-enum Slot {
+#[derive(Debug, Clone)]
+pub(crate) enum Slot {
     /// It is being packed.
     Whole(Kept),
-    Packed(Box<[u8]>),
+    Packed(Arc<[u8]>),
     /// Where it is in the file.
     Filed {
         offset: u64,
@@ -56,9 +58,9 @@ impl History {
         let file = match config {
             HistoryConfig::None => return Ok(None),
             HistoryConfig::Memory => None,
-            HistoryConfig::Folder(folder) => Some(ObservationFile::create_in(folder)?),
+            HistoryConfig::Folder(folder) => Some(Arc::new(ObservationFile::create_in(folder)?)),
         };
-        Ok(Some(Self { slots: Vec::new(), packer: Packer::new(), file }))
+        Ok(Some(Self { slots: Pages::default(), packer: Packer::default(), file }))
     }
 
     /// Keeps an observation; gives its number. Numbers ascend from 0 and are not used again.
@@ -104,6 +106,20 @@ impl History {
         }
     }
 
+    /// The bytes of what is kept in a slot.
+    #[cfg(feature = "state")]
+    pub(crate) fn packed(&self, slot: &Slot) -> std::io::Result<Arc<[u8]>> {
+        match slot {
+            Slot::Whole(kept) => Ok(kept.pack().into()),
+            Slot::Packed(packed) => Ok(Arc::clone(packed)),
+            &Slot::Filed { offset, length } => match &self.file {
+                Some(file) => Ok(file.read(offset, length)?.into()),
+                None => Err(std::io::ErrorKind::NotFound.into()),
+            },
+            Slot::Removed => Err(std::io::ErrorKind::NotFound.into()),
+        }
+    }
+
     fn kept(&self, index: usize) -> Result<Kept, Error> {
         let kept = match self.slots.get(index) {
             None | Some(Slot::Removed) => return Err(Error::Unknown { index }),
@@ -130,7 +146,7 @@ impl History {
             Slot::Packed(packed) => packed.len(),
             _ => 0,
         });
-        packed.sum::<usize>() + self.slots.capacity() * size_of::<Slot>()
+        packed.sum::<usize>() + self.slots.memory_bytes()
     }
 
     /// Waits until all is packed.
@@ -142,12 +158,19 @@ impl History {
     /// Puts what has been packed in its place. What the file does not take stays in memory.
     fn take_packed(&mut self) {
         while let Some((index, packed)) = self.packer.next() {
-            let Some(slot @ Slot::Whole(_)) = self.slots.get_mut(index) else { continue };
-            let filed = self.file.as_mut().and_then(|file| file.append(&packed).ok());
-            *slot = match filed {
-                Some(offset) => Slot::Filed { offset, length: packed.len() },
-                None => Slot::Packed(packed),
-            };
+            let is_awaited = matches!(self.slots.get(index), Some(Slot::Whole(_)));
+            let packed = is_awaited.then(|| self.put_away(packed));
+            if let Some((slot, packed)) = self.slots.get_mut(index).zip(packed) {
+                *slot = packed;
+            }
+        }
+    }
+
+    /// Puts what has been packed into the file, if there is one that takes it.
+    pub(crate) fn put_away(&self, packed: Box<[u8]>) -> Slot {
+        match self.file.as_ref().and_then(|file| file.append(&packed).ok()) {
+            Some(offset) => Slot::Filed { offset, length: packed.len() },
+            None => Slot::Packed(packed.into()),
         }
     }
 }

@@ -22,6 +22,8 @@ mod observation;
 mod observation_file;
 mod packer;
 mod packing;
+#[cfg(feature = "state")]
+mod saved_state;
 mod scan_code;
 
 pub use color_code::ReducedColors;

@@ -12,10 +12,15 @@ const MOST_NAMES: u32 = 10_000;
 /// beginning, so that not even a crash leaves it.
 #[derive(Debug)]
 pub(crate) struct ObservationFile {
-    file: Mutex<File>,
-    end: u64,
+    file: Mutex<Contents>,
     /// Its name, where one had to stay.
     path: Option<PathBuf>,
+}
+
+#[derive(Debug)]
+struct Contents {
+    file: File,
+    end: u64,
 }
 
 impl ObservationFile {
@@ -26,7 +31,7 @@ impl ObservationFile {
             match create(&path) {
                 Ok(file) => {
                     let path = std::fs::remove_file(&path).is_err().then_some(path);
-                    return Ok(Self { file: Mutex::new(file), end: 0, path });
+                    return Ok(Self { file: Mutex::new(Contents { file, end: 0 }), path });
                 }
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
                 Err(source) => return Err(Error::Create { folder: folder.into(), source }),
@@ -36,25 +41,25 @@ impl ObservationFile {
     }
 
     /// Writes bytes behind the others; gives where they begin. What fails is written over by the next.
-    pub(crate) fn append(&mut self, bytes: &[u8]) -> Result<u64, IoError> {
-        let begin = self.end;
-        let mut file = self.locked();
+    pub(crate) fn append(&self, bytes: &[u8]) -> Result<u64, IoError> {
+        let mut contents = self.locked();
+        let Contents { file, end } = &mut *contents;
+        let begin = *end;
         file.seek(SeekFrom::Start(begin))?;
         file.write_all(bytes)?;
-        drop(file);
-        self.end = begin + bytes.len() as u64;
+        *end = begin + bytes.len() as u64;
         Ok(begin)
     }
 
     pub(crate) fn read(&self, offset: u64, length: usize) -> Result<Vec<u8>, IoError> {
         let mut bytes = vec![0; length];
-        let mut file = self.locked();
-        file.seek(SeekFrom::Start(offset))?;
-        file.read_exact(&mut bytes)?;
+        let mut contents = self.locked();
+        contents.file.seek(SeekFrom::Start(offset))?;
+        contents.file.read_exact(&mut bytes)?;
         Ok(bytes)
     }
 
-    fn locked(&self) -> MutexGuard<'_, File> {
+    fn locked(&self) -> MutexGuard<'_, Contents> {
         // Every use seeks first.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -11,19 +11,33 @@ const MOST_WAITING: usize = 8;
 type Packed = (usize, Box<[u8]>);
 
 /// Packs observations and scans on a thread of its own, in their order; on the caller's where there are no threads.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Packer {
-    /// `None` where there is no thread.
-    work: Option<SyncSender<(usize, Kept)>>,
-    /// Locked by nobody: so that whoever holds a packer can be shared between threads.
-    done: Mutex<Receiver<Packed>>,
+    /// None before something is to be packed.
+    thread: Option<PackingThread>,
     /// What the caller has packed.
     ready: VecDeque<Packed>,
     waiting: usize,
 }
 
-impl Packer {
-    pub(crate) fn new() -> Self {
+/// It ends when there is no packer any more.
+#[derive(Debug)]
+struct PackingThread {
+    /// `None` where the system gives no thread.
+    work: Option<SyncSender<(usize, Kept)>>,
+    /// Locked by nobody: so that whoever holds a packer can be shared between threads.
+    done: Mutex<Receiver<Packed>>,
+}
+
+impl Clone for Packer {
+    /// One with a thread of its own, and nothing to be packed.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PackingThread {
+    fn new() -> Self {
         let (work, tasks) = sync_channel::<(usize, Kept)>(MOST_WAITING);
         let (results, done) = channel();
         let run = move || {
@@ -33,16 +47,21 @@ impl Packer {
                 }
             }
         };
-        // It ends when there is no packer any more.
         let thread = std::thread::Builder::new().name("dymlm-history".into()).spawn(run);
         let work = thread.is_ok().then_some(work);
-        Self { work, done: Mutex::new(done), ready: VecDeque::new(), waiting: 0 }
+        Self { work, done: Mutex::new(done) }
     }
 
+    fn done(&mut self) -> &mut Receiver<Packed> {
+        self.done.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Packer {
     /// Has something packed.
     pub(crate) fn pack(&mut self, index: usize, kept: Kept) {
         let task = (index, kept);
-        let undone = match &self.work {
+        let undone = match &self.thread.get_or_insert_with(PackingThread::new).work {
             Some(work) => work.send(task).err().map(|refused| refused.0),
             None => Some(task),
         };
@@ -55,7 +74,7 @@ impl Packer {
     /// One that has been packed; `None` when none has been yet.
     pub(crate) fn next(&mut self) -> Option<Packed> {
         self.ready.pop_front().or_else(|| {
-            let packed = self.done().try_recv().ok()?;
+            let packed = self.thread.as_mut()?.done().try_recv().ok()?;
             self.waiting -= 1;
             Some(packed)
         })
@@ -63,14 +82,11 @@ impl Packer {
 
     /// Waits until all that was given has been packed.
     pub(crate) fn finish(&mut self) {
+        let Some(thread) = &mut self.thread else { return };
         while self.waiting > 0 {
-            let Ok(packed) = self.done().recv() else { return };
+            let Ok(packed) = thread.done().recv() else { return };
             self.waiting -= 1;
             self.ready.push_back(packed);
         }
-    }
-
-    fn done(&mut self) -> &mut Receiver<Packed> {
-        self.done.get_mut().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,0 +1,108 @@
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use dymlm_core::{DamagedState, StateSink, decode_part, encode_part};
+
+use crate::history::Slot;
+use crate::{Error, History, HistoryConfig};
+
+/// The part that says which numbers are in use; what is kept under a number is the part behind it.
+const HEAD: u64 = 0;
+
+/// Which numbers are in use.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Head {
+    /// So many were given.
+    len: usize,
+    /// What these stood for is kept no more.
+    removed: Vec<usize>,
+}
+
+impl History {
+    /// Gives to `sink` the parts of the history that differ from an earlier one, all of them without one.
+    /// What is kept under a number never changes, so a key frame is written once.
+    ///
+    /// # Errors
+    ///
+    /// Those of `sink`, and of a file that cannot be read.
+    pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
+        let before = |index| earlier.and_then(|earlier| earlier.slots.get(index));
+        for (index, slot) in self.slots.iter().enumerate() {
+            match (slot, before(index)) {
+                (Slot::Removed, Some(Slot::Removed) | None) => {}
+                (Slot::Removed, Some(_)) => sink(part_of(index), None)?,
+                (slot, Some(before)) if self.is_same(slot, before, earlier) => {}
+                (slot, _) => sink(part_of(index), Some(&self.packed(slot)?))?,
+            }
+        }
+        for index in self.slots.len()..earlier.map_or(0, |earlier| earlier.slots.len()) {
+            if !matches!(before(index), Some(Slot::Removed)) {
+                sink(part_of(index), None)?;
+            }
+        }
+        let head = encode_part(&self.head())?;
+        let is_known = match earlier {
+            Some(earlier) => encode_part(&earlier.head())? == head,
+            None => false,
+        };
+        if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
+    }
+
+    /// The history whose parts these are, in any order; `None` when the config wants none. What is kept under a
+    /// number is looked at no sooner than it is asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Create`] when the config's folder takes no file; [`Error::State`] names a part that is
+    /// damaged, missing or too many.
+    pub fn load_state(
+        config: &HistoryConfig,
+        parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
+    ) -> Result<Option<Self>, Error> {
+        let Some(mut history) = Self::new(config)? else { return Ok(None) };
+        let mut kept: BTreeMap<u64, Vec<u8>> = BTreeMap::new();
+        for (part, bytes) in parts {
+            if kept.insert(part, bytes).is_some() {
+                return Err(DamagedState::new(part, "it is there twice").into());
+            }
+        }
+        let head = kept.remove(&HEAD).ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
+        let Head { len, removed } = decode_part(HEAD, &head)?;
+        // So long a list is made of the parts that are there, whatever the head says.
+        if len != kept.len() + removed.len() {
+            let what = format!("{len} numbers, but {} parts and {} removed", kept.len(), removed.len());
+            return Err(DamagedState::new(HEAD, what).into());
+        }
+        for index in 0..len {
+            let slot = match kept.remove(&part_of(index)) {
+                Some(bytes) => history.put_away(bytes.into()),
+                None if removed.binary_search(&index).is_ok() => Slot::Removed,
+                None => return Err(DamagedState::new(part_of(index), "it is missing").into()),
+            };
+            history.slots.push(slot);
+        }
+        Ok(Some(history))
+    }
+
+    fn head(&self) -> Head {
+        let slots = self.slots.iter().enumerate();
+        let removed = slots.filter(|(_, slot)| matches!(slot, Slot::Removed)).map(|(index, _)| index);
+        Head { len: self.slots.len(), removed: removed.collect() }
+    }
+
+    /// Whether what is kept is known to be the same without being looked at.
+    fn is_same(&self, slot: &Slot, before: &Slot, earlier: Option<&Self>) -> bool {
+        match (slot, before) {
+            (Slot::Packed(slot), Slot::Packed(before)) => Arc::ptr_eq(slot, before),
+            (Slot::Filed { offset, .. }, Slot::Filed { offset: before, .. }) => {
+                let files = self.file.as_ref().zip(earlier.and_then(|earlier| earlier.file.as_ref()));
+                offset == before && files.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
+            }
+            _ => false,
+        }
+    }
+}
+
+fn part_of(index: usize) -> u64 {
+    index as u64 + 1
+}
