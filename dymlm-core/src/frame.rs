@@ -75,6 +75,19 @@ impl Frame {
         Ok(())
     }
 
+    /// Gives the frame another time, seconds.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Timestamp`] when it is not finite; the frame stays as it was.
+    pub fn set_timestamp(&mut self, timestamp: f64) -> Result<(), Error> {
+        if !timestamp.is_finite() {
+            return Err(Error::Timestamp(timestamp));
+        }
+        self.timestamp = timestamp;
+        Ok(())
+    }
+
     /// Time of the exposure, seconds.
     #[inline]
     pub fn timestamp(&self) -> f64 {

@@ -76,6 +76,11 @@ impl<T> Pages<T> {
         self.full.iter().flat_map(|page| page.iter()).chain(&self.rest)
     }
 
+    /// The items from a place on.
+    pub fn iter_from(&self, index: usize) -> impl Iterator<Item = &T> {
+        self.pages().skip(index / PAGE).flatten().skip(index % PAGE)
+    }
+
     /// The last item.
     pub fn last(&self) -> Option<&T> {
         self.rest.last().or_else(|| self.full.last()?.last())
@@ -102,6 +107,14 @@ impl<T> Pages<T> {
 }
 
 impl<T: Clone> Pages<T> {
+    /// The first items; they share their pages with these.
+    #[must_use]
+    pub fn first(&self, len: usize) -> Self {
+        let full: Vec<_> = self.full.iter().take(len / PAGE).map(Arc::clone).collect();
+        let rest = self.pages().nth(len / PAGE).unwrap_or_default();
+        Self { full, rest: rest.iter().take(len % PAGE).cloned().collect() }
+    }
+
     /// An item to be changed; its page is copied while a clone has it.
     #[inline]
     pub fn get_mut(&mut self, index: usize) -> Option<&mut T> {
@@ -109,6 +122,13 @@ impl<T: Clone> Pages<T> {
         match self.full.get_mut(index / PAGE) {
             Some(page) => Some(&mut Arc::make_mut(page)[index % PAGE]),
             None => self.rest.get_mut(index - rest),
+        }
+    }
+
+    /// Puts another item in the place of one; nothing happens where there is none.
+    pub fn set(&mut self, index: usize, item: T) {
+        if let Some(place) = self.get_mut(index) {
+            *place = item;
         }
     }
 
@@ -170,6 +190,17 @@ mod tests {
         let shared: Vec<bool> = pages.full.iter().zip(&clone.full).map(|(a, b)| Arc::ptr_eq(a, b)).collect();
         assert_eq!(shared, [true, false, true]);
         assert!(pages.unshared(&clone).eq((64..128).chain(192..201)));
+    }
+
+    #[test]
+    fn the_first_items_share_their_pages() {
+        let pages: Pages<usize> = (0..200).collect();
+        for len in [0, 1, 63, 64, 65, 128, 200, 1000] {
+            let first = pages.first(len);
+            assert!(first.iter().copied().eq(0..len.min(200)), "{len}");
+            assert!(first.unshared(&pages).count() < PAGE);
+            assert!(pages.iter_from(len).copied().eq(len..200));
+        }
     }
 
     #[test]

@@ -116,6 +116,15 @@ pub enum Error {
         /// Checksum found (0 when the sizes differ: it is not computed then).
         actual_crc32: u32,
     },
+    /// Another process, or another part of this one, writes the map of this folder.
+    #[error("{}: somebody else writes this map: end that program first, or choose another folder", path.display())]
+    Locked {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A part of a saved state cannot be read.
+    #[error(transparent)]
+    DamagedPart(#[from] crate::DamagedPart),
     /// A folder that is in the way of a map and is no map itself: nothing in it is touched.
     #[error("{}: is in the way of the map and was not written by one; nothing was changed", path.display())]
     InTheWay {

@@ -158,7 +158,7 @@ fn a_dropped_writer_leaves_nothing_and_the_old_map() {
     write_map(&target, "old");
     let mut writer = MapFolderWriter::create(&target).unwrap();
     writer.file("cloud.ply", |out| out.write_all(b"half")).unwrap();
-    assert_eq!(names_in(parent.path()).len(), 2, "the temporary folder");
+    assert_eq!(names_in(parent.path()).len(), 3, "the temporary folder, and the lock");
     drop(writer);
     assert_eq!(names_in(parent.path()), ["map"]);
     assert_map(&target, "old");
@@ -236,8 +236,8 @@ fn a_spoilt_map_is_an_error_naming_the_file() {
         fs::write(&manifest, text).unwrap();
         MapFolder::open(&target).unwrap_err()
     };
-    let newer = with(&whole.replace("\"version\": 1", "\"version\": 2"));
-    assert!(matches!(newer, Error::MapVersion { found: 2, supported: 1, .. }));
+    let newer = with(&whole.replace("\"version\": 2", "\"version\": 3"));
+    assert!(matches!(newer, Error::MapVersion { found: 3, supported: 2, .. }));
     assert!(matches!(with(&whole.replace("dymlm map", "other")), Error::Malformed { .. }));
     assert!(with("{\n\"format\": ").to_string().contains("manifest.json, line 2"));
     for length in 0..whole.trim_end().len() {
@@ -305,7 +305,7 @@ fn a_map_of_another_version_can_be_replaced() {
     let (parent, target) = place();
     write_map(&target, "old");
     let manifest = fs::read_to_string(target.join("manifest.json")).unwrap();
-    fs::write(target.join("manifest.json"), manifest.replace("\"version\": 1", "\"version\": 9")).unwrap();
+    fs::write(target.join("manifest.json"), manifest.replace("\"version\": 2", "\"version\": 9")).unwrap();
     let mut writer = MapFolderWriter::create(&target).unwrap();
     writer.file("planes.json", |out| out.write_all(b"{}")).unwrap();
     writer.finish(&(), &()).unwrap();

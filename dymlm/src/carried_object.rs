@@ -144,7 +144,7 @@ impl MapBuilder {
 
     /// What tells in a history which object it is.
     fn witnesses_of(&self, object: ObjectId) -> Option<Witnesses> {
-        self.log.as_ref().map(|log| Witnesses::of(object, &log.events, self.map.objects()))
+        self.map.past.log.as_ref().map(|log| Witnesses::of(object, &log.events, self.map.objects()))
     }
 }
 

@@ -10,9 +10,9 @@ const INTERVAL: f64 = 1.0;
 /// A plane or an object is gone when more than this share of what was read of it is free space.
 const FREE_SHARE: f64 = 0.5;
 
-/// Takes out of octree, planes and objects what the cloud's evidence has found to be no part of the static
-/// world.
+/// When the maps were held against the evidence last.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct GhostRemoval {
     /// The evidence that the maps were held against last.
     revision: u32,
@@ -30,22 +30,25 @@ impl GhostRemoval {
     pub(crate) fn is_due(&self, timestamp: f64) -> bool {
         timestamp - self.last >= INTERVAL
     }
+}
 
-    /// Holds the maps against the evidence when it is time again; gives the objects that are gone.
-    pub(crate) fn run_when_due(&mut self, timestamp: f64, map: &mut MultiLevelMap) -> Vec<ObjectId> {
-        if !self.is_due(timestamp) {
+impl MultiLevelMap {
+    /// Takes out of octree, planes and objects what the cloud's evidence has found to be no part of the static
+    /// world, when it is time again; gives the objects that are gone.
+    pub(crate) fn remove_ghosts_when_due(&mut self, timestamp: f64) -> Vec<ObjectId> {
+        if !self.ghost_removal.is_due(timestamp) {
             return Vec::new();
         }
-        self.last = timestamp;
-        self.run(map)
+        self.ghost_removal.last = timestamp;
+        self.remove_ghosts()
     }
 
-    /// Holds the maps against the evidence, where it has changed since the last time.
-    pub(crate) fn run(&mut self, map: &mut MultiLevelMap) -> Vec<ObjectId> {
-        let MultiLevelMap { cloud, octree, planes, objects, .. } = map;
+    /// The same now, where the evidence has changed since the last time.
+    pub(crate) fn remove_ghosts(&mut self) -> Vec<ObjectId> {
+        let Self { cloud, octree, planes, objects, ghost_removal, .. } = self;
         let verdicts = cloud.verdicts();
-        let boxes: Vec<[[f64; 3]; 2]> = verdicts.ghost_boxes_since(self.revision).collect();
-        self.revision = cloud.evidence_revision();
+        let boxes: Vec<[[f64; 3]; 2]> = verdicts.ghost_boxes_since(ghost_removal.revision).collect();
+        ghost_removal.revision = cloud.evidence_revision();
         if boxes.is_empty() {
             return Vec::new();
         }

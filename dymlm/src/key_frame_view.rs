@@ -5,7 +5,6 @@ use dymlm_objects::{ObjectMapper, ObjectReport, ObjectView, SightedPoint};
 use dymlm_octree::{InsertReport, Octree};
 use dymlm_planes::{DetectedPlane, PlaneMap, PlaneReport};
 
-use crate::ghost_removal::GhostRemoval;
 use crate::stages::StageClock;
 use crate::supporting_planes::MappedPlanes;
 use crate::{Error, MapUpdate, MultiLevelMap, Stage};
@@ -80,7 +79,6 @@ impl<'a> KeyFrameView<'a> {
     pub(crate) fn map(
         &self,
         map: &mut MultiLevelMap,
-        ghost_removal: &mut GhostRemoval,
         world_from_camera: &Pose,
         context: &MappingContext<'_>,
         clock: &mut StageClock,
@@ -89,7 +87,7 @@ impl<'a> KeyFrameView<'a> {
         let cloud = clock.time(Stage::Cloud, || self.map_cloud(cloud, world_from_camera))?;
         let mut update = self.map_others(&mut others, world_from_camera, context, clock)?;
         let time = self.frame.timestamp();
-        let gone = clock.time(Stage::GhostRemoval, || ghost_removal.run_when_due(time, map));
+        let gone = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(time));
         update.objects.removed.extend(gone);
         Ok(update.with_cloud(cloud))
     }

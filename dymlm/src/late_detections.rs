@@ -15,12 +15,8 @@ impl MapBuilder {
     ///
     /// Movers are looked for in this frame alone: what was tracked through it, and masked, stays masked.
     pub(crate) fn mend(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
-        let log = self.log.as_ref().ok_or(Error::NotPending { frame })?;
-        let mut events = log.events.iter().map(Event::key_frame).enumerate();
-        let found_entry =
-            events.find_map(|(place, entry)| Some(place).zip(entry.filter(|it| it.frame == frame)));
-        let (place, entry) = found_entry.ok_or(Error::NotPending { frame })?;
-        let entry = entry.clone();
+        let log = self.map.past.log.as_ref().ok_or(Error::NotPending { frame })?;
+        let (place, entry) = log.key_frame(frame).ok_or(Error::NotPending { frame })?;
         let before = log.history.get(entry.observation)?;
         if before.detections.is_some() {
             return Err(Error::NotPending { frame });
@@ -70,18 +66,18 @@ impl MapBuilder {
         mended: Observation,
         poses: &[Pose],
     ) -> Result<CorrectionReport, Error> {
-        let log = self.log.as_mut().ok_or(Error::NoHistory)?;
+        let log = self.map.past.log.as_mut().ok_or(Error::NoHistory)?;
         let observation = log.history.push(Arc::new(mended));
         // Its planes are others: they tell of no plane which one it was.
         let (frame, seen) = (before.frame, SeenThings::default());
-        log.events[place] = Event::KeyFrame(KeyFrameEntry { frame, observation, seen });
+        log.events.set(place, Event::KeyFrame(KeyFrameEntry { frame, observation, seen }));
         let report = self.correct_from(Some(place), poses, &mut |_| true);
-        if let Some(log) = &mut self.log {
+        if let Some(log) = &mut self.map.past.log {
             if report.is_ok() {
                 log.history.remove(before.observation);
             } else {
                 log.history.remove(observation);
-                log.events[place] = Event::KeyFrame(before);
+                log.events.set(place, Event::KeyFrame(before));
             }
         }
         report

@@ -4,21 +4,22 @@ use std::sync::Arc;
 use dymlm_core::{Detection, Frame, FrameId, ObjectId, Pose};
 use dymlm_dynamics::{Preprocessor, SceneKnowledge};
 use dymlm_geometry::OrientedBox;
-use dymlm_history::History;
+use dymlm_history::{History, Observation};
 use dymlm_planes::PlaneDetector;
 
-use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
 use crate::publisher::Publisher;
 use crate::scans::ScanMapper;
+use crate::session_clock::SessionClock;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
 use crate::snapshots::Snapshots;
 use crate::stages::StageClock;
 use crate::subsampler::{Subsampler, in_all_pixels};
 use crate::waiting_frames::WaitingFrames;
 use crate::{
-    Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MapReader, MultiLevelMap, Stage,
+    Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MapReader, MapUpdate, MultiLevelMap,
+    Stage,
 };
 
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
@@ -29,19 +30,14 @@ use crate::{
 /// are asked.
 #[derive(Debug)]
 pub struct MapBuilder {
-    pub(crate) config: MapConfig,
+    pub(crate) config: Arc<MapConfig>,
     pub(crate) preprocessor: Preprocessor,
     plane_detector: PlaneDetector,
     pub(crate) key_frames: KeyFrames,
     subsampler: Subsampler,
     pub(crate) waiting: WaitingFrames,
-    pub(crate) ghost_removal: GhostRemoval,
-    /// What has happened, when a history is kept.
-    pub(crate) log: Option<SessionLog>,
     pub(crate) snapshots: Snapshots,
-    next_id: u64,
-    /// Time of the last frame that was inserted, waiting or not.
-    newest: f64,
+    pub(crate) clock: SessionClock,
     /// Where carried objects are in the next frame, with a rim, in the world.
     pub(crate) carried: BTreeMap<ObjectId, OrientedBox>,
     pub(crate) map: MultiLevelMap,
@@ -57,19 +53,25 @@ impl MapBuilder {
     /// Names the field of the config that is outside its range.
     pub fn new(config: MapConfig) -> Result<Self, Error> {
         config.validate()?;
+        let config = Arc::new(config);
+        let mut map = MultiLevelMap::new(&config)?;
+        map.past.log = History::new(&config.history)?.map(SessionLog::new);
+        Self::of_map(map)
+    }
+
+    /// A builder that goes on with maps, and knows nothing of what moves.
+    pub(crate) fn of_map(map: MultiLevelMap) -> Result<Self, Error> {
+        let config = Arc::clone(&map.config);
         Ok(Self {
             preprocessor: Preprocessor::new(config.dynamics.clone(), config.sensor)?,
             plane_detector: PlaneDetector::new(&config.planes.detector, &config.sensor)?,
             key_frames: KeyFrames::new(config.key_frames)?,
             subsampler: Subsampler::new(config.sensor.stride),
             waiting: WaitingFrames::default(),
-            ghost_removal: GhostRemoval::default(),
-            log: History::new(&config.history)?.map(SessionLog::new),
             snapshots: Snapshots::default(),
-            next_id: 0,
-            newest: f64::NEG_INFINITY,
+            clock: SessionClock::default(),
             carried: BTreeMap::new(),
-            map: MultiLevelMap::new(&config)?,
+            map,
             publisher: Publisher::default(),
             scan_mapper: ScanMapper::default(),
             config,
@@ -126,13 +128,14 @@ impl MapBuilder {
         world_from_camera: &Pose,
     ) -> Result<(FrameId, Vec<FrameReport>), Error> {
         self.check_time(timestamp)?;
-        let id = FrameId::new(self.next_id);
-        self.next_id += 1;
-        self.newest = timestamp;
-        if let Some(log) = &mut self.log {
-            log.frames.push(InsertedFrame { timestamp, world_from_camera: *world_from_camera });
+        let past = &mut self.map.past;
+        let id = past.next_frame();
+        let clock_offset = self.clock.advance(timestamp, past.newest);
+        past.newest = timestamp + clock_offset;
+        if let Some(log) = &mut past.log {
+            log.frames.push(InsertedFrame { timestamp, clock_offset, world_from_camera: *world_from_camera });
         }
-        self.waiting.give_up_before(self.newest - self.config.max_detection_delay);
+        self.waiting.give_up_before(timestamp - self.config.max_detection_delay);
         Ok((id, self.process_ready()?))
     }
 
@@ -188,7 +191,7 @@ impl MapBuilder {
     }
 
     fn check_time(&self, timestamp: f64) -> Result<(), Error> {
-        let previous = self.newest;
+        let previous = self.clock.newest();
         if timestamp < previous {
             return Err(dymlm_dynamics::Error::TimeReversed { previous, timestamp }.into());
         }
@@ -208,14 +211,13 @@ impl MapBuilder {
             plane_detector,
             key_frames,
             subsampler,
-            ghost_removal,
-            log,
             snapshots,
             map,
             publisher,
             ..
         } = self;
-        let input = subsampler.subsample(input)?;
+        let timestamp = input.frame.timestamp();
+        let input = subsampler.bring_in(input, self.clock.offset())?;
         let (frame, found, pose) = (input.frame, input.detections(), &input.world_from_camera);
         let mut clock = StageClock::start();
 
@@ -241,17 +243,14 @@ impl MapBuilder {
             };
             let context =
                 MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
-            let mut update = match log {
-                Some(log) => {
-                    // What is kept is what is mapped, so that it is mapped again to the same bits.
-                    let kept = Arc::new(clock.time(Stage::History, || view.to_observation())?);
-                    let update =
-                        KeyFrameView::of(&kept).map(map, ghost_removal, pose, &context, &mut clock)?;
-                    log.add_key_frame(id, kept, &update);
-                    snapshots.take_when_due(1, map, ghost_removal, log.events.len());
-                    update
-                }
-                None => view.map(map, ghost_removal, pose, &context, &mut clock)?,
+            let mut update = if map.past.log.is_some() {
+                // What is kept is what is mapped, so that it is mapped again to the same bits.
+                let kept = Arc::new(clock.time(Stage::History, || view.to_observation())?);
+                let update = KeyFrameView::of(&kept).map(map, pose, &context, &mut clock)?;
+                note_key_frame(id, kept, &update, map, snapshots);
+                update
+            } else {
+                view.map(map, pose, &context, &mut clock)?
             };
             map.change();
             clock.time(Stage::Publishing, || {
@@ -264,7 +263,7 @@ impl MapBuilder {
         };
         Ok(FrameReport {
             id,
-            timestamp: frame.timestamp(),
+            timestamp,
             outcome,
             movers: in_all_pixels(movers, config.sensor.stride),
             masked_pixels: static_mask.width() * static_mask.height() - static_mask.count(),
@@ -277,21 +276,21 @@ impl MapBuilder {
     /// of the static world. The builder does so by itself once a second of the frames' clock; the cloud is
     /// always up to date.
     pub fn settle(&mut self) {
-        self.ghost_removal.run(&mut self.map);
+        self.map.remove_ghosts();
         self.note(Some(Event::Settled));
         self.publish_change();
     }
 
     /// Notes what has happened, when a history is kept.
     pub(crate) fn note(&mut self, event: Option<Event>) {
-        if let Some(log) = &mut self.log {
-            log.events.extend(event);
+        if let Some((log, event)) = self.map.past.log.as_mut().zip(event) {
+            log.events.push(event);
         }
     }
 
     /// The newest frame or scan of a history, and where it was taken from.
     pub(crate) fn newest_mapped(&self) -> Option<(FrameId, Pose)> {
-        self.log.as_ref()?.newest()
+        self.map.past.log.as_ref()?.newest()
     }
 
     /// Forgets what lies farther than `radius` metres from a place (world), in all maps: for robots that need
@@ -349,5 +348,21 @@ impl MapBuilder {
     pub fn into_map(mut self) -> MultiLevelMap {
         self.settle();
         self.map
+    }
+}
+
+/// Notes a key frame that has been mapped, in maps of which a history is kept.
+fn note_key_frame(
+    id: FrameId,
+    kept: Arc<Observation>,
+    update: &MapUpdate,
+    map: &mut MultiLevelMap,
+    snapshots: &mut Snapshots,
+) {
+    if let Some(log) = &mut map.past.log {
+        log.add_key_frame(id, kept, update);
+    }
+    if let Some(log) = &map.past.log {
+        snapshots.take_when_due(1, map, &log.events);
     }
 }

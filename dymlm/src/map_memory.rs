@@ -14,9 +14,10 @@ pub struct MapMemory {
     pub planes: usize,
     /// The objects.
     pub objects: usize,
-    /// What is kept of key frames and scans, which a builder has and a map has not.
+    /// What is kept of key frames and scans.
     pub history: usize,
-    /// What is kept of earlier states of the maps, from which a correction begins; none without a history.
+    /// What is kept of earlier states of the maps, from which a correction begins: a builder has them, a map has
+    /// not.
     pub snapshots: usize,
 }
 
@@ -28,14 +29,14 @@ impl MapMemory {
 }
 
 impl MultiLevelMap {
-    /// How much memory each map takes. O(blocks).
+    /// How much memory each map takes, and what is kept for corrections. O(blocks + key frames).
     pub fn memory(&self) -> MapMemory {
         MapMemory {
             cloud: self.cloud().memory_bytes(),
             octree: self.octree().memory_bytes(),
             planes: self.planes().memory_bytes(),
             objects: self.objects().memory_bytes(),
-            history: 0,
+            history: self.past.log.as_ref().map_or(0, |log| log.history.memory_bytes()),
             snapshots: 0,
         }
     }
@@ -44,7 +45,6 @@ impl MultiLevelMap {
 impl MapBuilder {
     /// How much memory each map takes, and what is kept for corrections. O(blocks + key frames).
     pub fn memory(&self) -> MapMemory {
-        let history = self.log.as_ref().map_or(0, |log| log.history.memory_bytes());
-        MapMemory { history, snapshots: self.snapshots.memory_bytes(&self.map), ..self.map.memory() }
+        MapMemory { snapshots: self.snapshots.memory_bytes(&self.map), ..self.map.memory() }
     }
 }

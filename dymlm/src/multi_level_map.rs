@@ -1,31 +1,63 @@
+use std::sync::Arc;
+
 use dymlm_cloud::CloudMap;
 use dymlm_core::{Frame, Pose};
 use dymlm_objects::{ObjectMap, ObjectMapper};
 use dymlm_octree::Octree;
 use dymlm_planes::PlaneMap;
 
+use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::OtherMaps;
+use crate::past::Past;
 use crate::{Error, MapConfig, Revision};
 
 /// The maps of the static world, in one world frame.
+///
+/// A clone shares with it what neither has changed since.
 #[derive(Debug, Clone)]
 pub struct MultiLevelMap {
+    pub(crate) config: Arc<MapConfig>,
     pub(crate) cloud: CloudMap,
     pub(crate) octree: Octree,
     pub(crate) planes: PlaneMap,
     pub(crate) objects: ObjectMapper,
+    pub(crate) ghost_removal: GhostRemoval,
     pub(crate) revision: Revision,
+    pub(crate) past: Past,
 }
 
 impl MultiLevelMap {
-    pub(crate) fn new(config: &MapConfig) -> Result<Self, Error> {
+    /// Empty maps, without a past.
+    pub(crate) fn new(config: &Arc<MapConfig>) -> Result<Self, Error> {
         Ok(Self {
+            config: Arc::clone(config),
             cloud: CloudMap::new(config.cloud.clone(), config.sensor)?,
             octree: Octree::new(config.octree.clone())?,
             planes: PlaneMap::new(config.planes.map.clone(), config.sensor)?,
             objects: ObjectMapper::new(config.objects.clone(), config.sensor)?,
+            ghost_removal: GhostRemoval::default(),
             revision: Revision::default(),
+            past: Past::default(),
         })
+    }
+
+    /// The same maps as they are, and nothing of how they came about.
+    pub(crate) fn without_past(&self) -> Self {
+        Self {
+            config: Arc::clone(&self.config),
+            cloud: self.cloud.clone(),
+            octree: self.octree.clone(),
+            planes: self.planes.clone(),
+            objects: self.objects.clone(),
+            ghost_removal: self.ghost_removal.clone(),
+            revision: self.revision,
+            past: Past::default(),
+        }
+    }
+
+    /// The config that they were made with.
+    pub fn config(&self) -> &MapConfig {
+        &self.config
     }
 
     /// The dense coloured cloud.

@@ -2,7 +2,6 @@ use dymlm_core::vector3::norm;
 use dymlm_core::{Point, Pose, SensorModel};
 use dymlm_octree::{Error as OctreeError, InsertReport, Octree};
 
-use crate::ghost_removal::GhostRemoval;
 use crate::stages::StageClock;
 use crate::{Error, FrameOutcome, FrameReport, MapBuilder, MultiLevelMap, ScanUpdate, Stage};
 
@@ -52,12 +51,13 @@ impl MapBuilder {
         self.map.cloud.check_scan(timestamp, world_from_sensor)?;
         let (id, mut released) = self.begin_input(timestamp, world_from_sensor)?;
         let mut clock = StageClock::start();
-        let Self { map, scan_mapper, config, ghost_removal, .. } = self;
-        let scan = Scan { timestamp, points, world_from_sensor };
-        let update = scan_mapper.map(&scan, map, ghost_removal, &config.sensor, &mut clock)?;
+        let Self { map, scan_mapper, config, .. } = self;
+        let map_time = map.past.newest;
+        let scan = Scan { timestamp: map_time, points, world_from_sensor };
+        let update = scan_mapper.map(&scan, map, &config.sensor, &mut clock)?;
         self.map.change();
-        self.publisher.publish_when_due(timestamp, self.config.publish_interval, &mut self.map);
-        if let Some(log) = &mut self.log {
+        self.publisher.publish_when_due(map_time, self.config.publish_interval, &mut self.map);
+        if let Some(log) = &mut self.map.past.log {
             log.add_scan(id, points);
         }
         let mut report = FrameReport::waiting(id, timestamp);
@@ -87,7 +87,6 @@ impl ScanMapper {
         &mut self,
         scan: &Scan<'_>,
         map: &mut MultiLevelMap,
-        ghost_removal: &mut GhostRemoval,
         sensor: &SensorModel,
         clock: &mut StageClock,
     ) -> Result<ScanUpdate, Error> {
@@ -95,7 +94,7 @@ impl ScanMapper {
         let cloud =
             clock.time(Stage::Cloud, || map.cloud.insert_scan(timestamp, points, world_from_sensor))?;
         let octree = clock.time(Stage::Octree, || self.insert_into(&mut map.octree, scan, sensor))?;
-        let removed = clock.time(Stage::GhostRemoval, || ghost_removal.run_when_due(timestamp, map));
+        let removed = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(timestamp));
         Ok(ScanUpdate { cloud, octree, removed })
     }
 

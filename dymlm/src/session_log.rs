@@ -1,26 +1,30 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use dymlm_core::{FrameId, ObjectId, PlaneId, Point, Pose, Succession};
+use dymlm_core::{FrameId, ObjectId, Pages, PlaneId, Point, Pose, Succession};
 use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 
 use crate::MapUpdate;
 use crate::witnesses::Witnesses;
 
-/// What has happened in a session, in its order: all that is needed to build the maps again at other poses.
-#[derive(Debug)]
+/// What has happened in all sessions, in its order: all that is needed to build the maps again at other poses.
+#[derive(Debug, Clone)]
 pub(crate) struct SessionLog {
     /// What the key frames have shown.
     pub(crate) history: History,
     /// Time and pose of each frame that was inserted, by its id.
-    pub(crate) frames: Vec<InsertedFrame>,
-    pub(crate) events: Vec<Event>,
+    pub(crate) frames: Pages<InsertedFrame>,
+    pub(crate) events: Pages<Event>,
 }
 
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct InsertedFrame {
+    /// On the clock of its session, seconds.
     pub(crate) timestamp: f64,
+    /// What makes it a time of the maps' clock.
+    pub(crate) clock_offset: f64,
     pub(crate) world_from_camera: Pose,
 }
 
@@ -28,6 +32,7 @@ pub(crate) struct InsertedFrame {
 /// frame that was the newest of those mapped, and happens at once as it will happen again: where the frame is
 /// taken to be the same, to the same bits, whatever has been corrected meanwhile.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Event {
     KeyFrame(KeyFrameEntry),
     Scan(ScanEntry),
@@ -53,6 +58,7 @@ pub(crate) enum Event {
 
 /// A key frame that was mapped.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct KeyFrameEntry {
     pub(crate) frame: FrameId,
     /// Its number in the history.
@@ -62,6 +68,7 @@ pub(crate) struct KeyFrameEntry {
 
 /// A scan that was mapped.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ScanEntry {
     pub(crate) frame: FrameId,
     /// The number of its points in the history.
@@ -70,6 +77,7 @@ pub(crate) struct ScanEntry {
 
 /// Which things of the maps a key frame has observed.
 #[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct SeenThings {
     /// For each detected plane.
     pub(crate) planes: Vec<PlaneId>,
@@ -79,10 +87,18 @@ pub(crate) struct SeenThings {
 
 /// How an object has moved that was put down elsewhere.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BodyMotion {
     pub(crate) new_from_old: Pose,
     /// Where it stood, as its tracker knows.
     pub(crate) tracked: Option<OrientedBox>,
+}
+
+impl InsertedFrame {
+    /// Its time on the maps' clock.
+    pub(crate) fn map_time(&self) -> f64 {
+        self.timestamp + self.clock_offset
+    }
 }
 
 impl Event {
@@ -150,7 +166,7 @@ impl SeenThings {
 
 impl SessionLog {
     pub(crate) fn new(history: History) -> Self {
-        Self { history, frames: Vec::new(), events: Vec::new() }
+        Self { history, frames: Pages::default(), events: Pages::default() }
     }
 
     /// Notes a key frame that has been mapped.
@@ -179,6 +195,12 @@ impl SessionLog {
     /// The pose of each frame and scan, by its id.
     pub(crate) fn poses(&self) -> impl Iterator<Item = Pose> {
         self.frames.iter().map(|frame| frame.world_from_camera)
+    }
+
+    /// A key frame, and the place of its event.
+    pub(crate) fn key_frame(&self, frame: FrameId) -> Option<(usize, KeyFrameEntry)> {
+        let mut events = self.events.iter().map(Event::key_frame).enumerate();
+        events.find_map(|(place, entry)| Some(place).zip(entry.filter(|it| it.frame == frame).cloned()))
     }
 
     /// The key frames in their order.

@@ -1,6 +1,5 @@
-use std::sync::Arc;
+use dymlm_core::Pages;
 
-use crate::ghost_removal::GhostRemoval;
 use crate::session_log::Event;
 use crate::{MapMemory, MultiLevelMap};
 
@@ -12,38 +11,14 @@ const LIVES: [u64; 2] = [6, 3];
 /// Key frames after which nobody seems to correct late ones any more.
 const PATIENCE: usize = 300;
 
-/// The maps as they were in the middle of a session, and how far it had come.
-#[derive(Debug, Clone)]
-pub(crate) struct SessionState {
-    pub(crate) map: MultiLevelMap,
-    pub(crate) ghost_removal: GhostRemoval,
-    /// Events that had happened.
-    pub(crate) length: usize,
-}
-
-impl SessionState {
-    /// Nothing has happened.
-    pub(crate) fn beginning(empty: MultiLevelMap) -> Self {
-        let ghost_removal = GhostRemoval::default();
-        Self { map: empty, ghost_removal, length: 0 }
-    }
-}
-
-/// A state of the session from which it can happen again.
+/// The maps as they were in the middle of a session: a state from which it can happen again.
 #[derive(Debug)]
 pub(crate) struct Snapshot {
-    pub(crate) state: SessionState,
-    /// What had happened, with the ids that its things have in this state's maps; `None` as long as the log
-    /// calls them the same.
-    events: Option<Arc<[Event]>>,
+    /// Without their past.
+    pub(crate) map: MultiLevelMap,
+    /// What had happened, with the ids that its things have in these maps.
+    pub(crate) events: Pages<Event>,
     number: u64,
-}
-
-impl Snapshot {
-    /// The events before it, with the ids of its maps.
-    pub(crate) fn events<'a>(&'a self, log: &'a [Event]) -> &'a [Event] {
-        &self.events.as_deref().unwrap_or(log)[..self.state.length]
-    }
 }
 
 /// Some late states of the session, the closer together the younger they are: so that a correction of the
@@ -62,14 +37,13 @@ pub(crate) struct Snapshots {
 }
 
 impl Snapshots {
-    /// Takes a snapshot, of the maps after so many events, when enough key frames have been mapped since the
+    /// Takes a snapshot, of the maps after these events, when enough key frames have been mapped since the
     /// last, and drops those that are old.
     pub(crate) fn take_when_due(
         &mut self,
         new_key_frames: usize,
         map: &MultiLevelMap,
-        ghost_removal: &GhostRemoval,
-        length: usize,
+        events: &Pages<Event>,
     ) {
         self.patience = self.patience.saturating_sub(new_key_frames);
         if self.patience == 0 {
@@ -82,8 +56,7 @@ impl Snapshots {
         }
         self.key_frames = 0;
         let number = self.taken.last().map_or(1, |last| last.number + 1);
-        let state = SessionState { map: map.clone(), ghost_removal: ghost_removal.clone(), length };
-        self.taken.push(Snapshot { state, events: None, number });
+        self.taken.push(Snapshot { map: map.without_past(), events: events.clone(), number });
         self.taken.retain(|snapshot| number - snapshot.number < LIVES[(snapshot.number % 2) as usize]);
     }
 
@@ -100,48 +73,39 @@ impl Snapshots {
 
     /// Drops those that were taken after an event: it has changed.
     pub(crate) fn forget_behind(&mut self, event: usize) {
-        self.taken.retain(|snapshot| snapshot.state.length <= event);
+        self.taken.retain(|snapshot| snapshot.events.len() <= event);
         self.key_frames = 0;
     }
 
     /// Bytes that snapshots hold beside those that they share with the maps, about.
     pub(crate) fn memory_bytes(&self, map: &MultiLevelMap) -> usize {
-        let newer = self.taken.iter().skip(1).map(|snapshot| &snapshot.state.map).chain([map]);
-        let bytes = |(Snapshot { state, .. }, newer): (&Snapshot, &MultiLevelMap)| {
-            let MapMemory { octree, planes, objects, .. } = state.map.memory();
-            state.map.cloud.memory_bytes_beside(&newer.cloud) + octree + planes + objects
+        let newer = self.taken.iter().skip(1).map(|snapshot| &snapshot.map).chain([map]);
+        let bytes = |(Snapshot { map, .. }, newer): (&Snapshot, &MultiLevelMap)| {
+            let MapMemory { octree, planes, objects, .. } = map.memory();
+            map.cloud.memory_bytes_beside(&newer.cloud) + octree + planes + objects
         };
         self.taken.iter().zip(newer).map(bytes).sum()
-    }
-
-    /// Keeps the events as they are called in the snapshots that have no events of their own: the log is going
-    /// to call things by other ids.
-    pub(crate) fn keep_events(&mut self, log: &[Event]) {
-        let without = || self.taken.iter().filter(|snapshot| snapshot.events.is_none());
-        let Some(longest) = without().map(|snapshot| snapshot.state.length).max() else { return };
-        let events: Arc<[Event]> = log[..longest].into();
-        for snapshot in self.taken.iter_mut().filter(|snapshot| snapshot.events.is_none()) {
-            snapshot.events = Some(Arc::clone(&events));
-        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
-    use crate::MapConfig;
 
     #[test]
     fn the_younger_the_closer() {
-        let map = MultiLevelMap::new(&MapConfig::default()).unwrap();
-        let mut snapshots = Snapshots::default();
+        let map = MultiLevelMap::new(&Arc::default()).unwrap();
+        let (mut snapshots, mut events) = (Snapshots::default(), Pages::default());
         for key_frames in 1..=500 {
             snapshots.note_correction(10);
-            snapshots.take_when_due(1, &map, &GhostRemoval::default(), key_frames);
+            events.push(Event::Settled);
+            snapshots.take_when_due(1, &map, &events);
             assert!(snapshots.taken.len() <= 5, "{}", snapshots.taken.len());
             for changed in 1..=20.min(key_frames) {
                 let first = key_frames - changed;
-                let lengths = || snapshots.taken.iter().map(|snapshot| snapshot.state.length);
+                let lengths = || snapshots.taken.iter().map(|snapshot| snapshot.events.len());
                 let start = lengths().filter(|&length| length <= first).max().unwrap_or(0);
                 assert!(first - start <= changed.max(INTERVAL), "{key_frames}: {changed} from {start}");
             }
@@ -150,11 +114,11 @@ mod tests {
 
     #[test]
     fn none_are_taken_for_who_does_not_use_them() {
-        let map = MultiLevelMap::new(&MapConfig::default()).unwrap();
+        let map = MultiLevelMap::new(&Arc::default()).unwrap();
         let mut snapshots = Snapshots::default();
         let insert = |snapshots: &mut Snapshots, key_frames: usize| {
             for _ in 0..key_frames {
-                snapshots.take_when_due(1, &map, &GhostRemoval::default(), 0);
+                snapshots.take_when_due(1, &map, &Pages::default());
             }
             snapshots.taken.len()
         };

@@ -4,8 +4,8 @@ use dymlm_objects::SightedPoint;
 
 use crate::{Error, FrameInput};
 
-/// Takes every `stride`-th pixel of every `stride`-th row of a frame, once, before any step: no step knows of
-/// a stride.
+/// Takes every `stride`-th pixel of every `stride`-th row of a frame, and its time on the maps' clock, once,
+/// before any step: no step knows of a stride, or of sessions.
 #[derive(Debug, Clone)]
 pub(crate) struct Subsampler {
     stride: usize,
@@ -19,19 +19,25 @@ impl Subsampler {
         Self { stride, frame: None, detections: Vec::new(), sighted_points: Vec::new() }
     }
 
-    /// The frame, its detections and map points in the pixels that are used; the input itself when all are.
-    pub(crate) fn subsample<'a>(&'a mut self, input: &FrameInput<'a>) -> Result<FrameInput<'a>, Error> {
+    /// The frame, its detections and map points in the pixels that are used, later by so many seconds; the
+    /// input itself when nothing changes.
+    pub(crate) fn bring_in<'a>(
+        &'a mut self,
+        input: &FrameInput<'a>,
+        clock_offset: f64,
+    ) -> Result<FrameInput<'a>, Error> {
         let stride = self.stride;
-        if stride == 1 {
+        if stride == 1 && clock_offset == 0.0 {
             return Ok(*input);
         }
-        let smaller = match self.frame.take() {
+        let mut smaller = match self.frame.take() {
             Some(mut smaller) => {
                 input.frame.subsample_into(stride, &mut smaller)?;
                 smaller
             }
             None => input.frame.subsampled(stride)?,
         };
+        smaller.set_timestamp(smaller.timestamp() + clock_offset)?;
         let found = input.detections();
         self.detections.clear();
         self.detections.extend(found.unwrap_or(&[]).iter().map(|detection| detection.subsampled(stride)));

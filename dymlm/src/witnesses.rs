@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::{FrameId, ObjectId};
+use dymlm_core::{FrameId, ObjectId, Pages};
 use dymlm_objects::ObjectMap;
 
 use crate::session_log::{Event, KeyFrameEntry};
@@ -8,6 +8,7 @@ use crate::session_log::{Event, KeyFrameEntry};
 /// An object by the detections that were of it: its id may be another's in maps at other poses, where things
 /// are one with others for a while.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Witnesses {
     /// By frame, then by detection.
     detections: Vec<(FrameId, usize)>,
@@ -15,14 +16,14 @@ pub(crate) struct Witnesses {
 
 impl Witnesses {
     /// Those of an object among the events so far.
-    pub(crate) fn of(object: ObjectId, events: &[Event], map: &ObjectMap) -> Self {
+    pub(crate) fn of(object: ObjectId, events: &Pages<Event>, map: &ObjectMap) -> Self {
         let object = map.current_id(object);
         let own = sightings(events).filter(|(_, id)| map.current_id(*id) == object);
         Self { detections: own.map(|(detection, _)| detection).collect() }
     }
 
     /// The object of a map that most of them are of; the oldest of equals.
-    pub(crate) fn object(&self, events: &[Event], map: &ObjectMap) -> Option<ObjectId> {
+    pub(crate) fn object(&self, events: &Pages<Event>, map: &ObjectMap) -> Option<ObjectId> {
         let mut counts: BTreeMap<ObjectId, usize> = BTreeMap::new();
         let is_own = |detection: &(FrameId, usize)| self.detections.binary_search(detection).is_ok();
         for (_, id) in sightings(events).filter(|(detection, _)| is_own(detection)) {
@@ -35,7 +36,7 @@ impl Witnesses {
 }
 
 /// Each detection of a key frame that was of an object.
-fn sightings(events: &[Event]) -> impl Iterator<Item = ((FrameId, usize), ObjectId)> {
+fn sightings(events: &Pages<Event>) -> impl Iterator<Item = ((FrameId, usize), ObjectId)> {
     events.iter().filter_map(Event::key_frame).flat_map(|KeyFrameEntry { frame, seen, .. }| {
         seen.objects.iter().map(|&(detection, id)| ((*frame, detection), id))
     })

@@ -12,7 +12,7 @@ pub(super) const MANIFEST: &str = "manifest.json";
 const FORMAT: &str = "dymlm map";
 
 /// Version of the format that is written, and the only one that is read.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// `manifest.json`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -31,7 +31,8 @@ pub(super) struct Manifest {
 pub(super) struct FileEntry {
     pub(super) name: String,
     pub(super) bytes: u64,
-    pub(super) crc32: u32,
+    /// None of a file whose parts have their own.
+    pub(super) crc32: Option<u32>,
 }
 
 /// What every version's manifest begins with.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::manifest::{FileEntry, MANIFEST, Manifest, check_name};
-use super::replace::{recover, resolve};
+use super::replace::{recover_unless_written, resolve};
 use crate::Error;
 
 /// A map folder, opened and verified: every file that its manifest lists is there and is as it was written.
@@ -31,7 +31,7 @@ impl MapFolder {
         if !folder.exists()
             && folder.parent().is_some_and(|parent| parent.as_os_str().is_empty() || parent.exists())
         {
-            recover(&resolve(folder)?)?;
+            recover_unless_written(&resolve(folder)?)?;
         }
         let manifest = Manifest::read(folder)?;
         for file in &manifest.files {
@@ -108,12 +108,15 @@ fn verify(path: &Path, entry: &FileEntry) -> Result<(), Error> {
     let mut file = fs::File::open(path).map_err(Error::io(path))?;
     let actual_bytes = file.metadata().map_err(Error::io(path))?.len();
     // A file of another size is no longer the one that was written, whatever its checksum.
-    let actual_crc32 =
-        if actual_bytes == entry.bytes { checksum(&mut file).map_err(Error::io(path))? } else { 0 };
+    let actual_crc32 = match entry.crc32 {
+        Some(_) if actual_bytes == entry.bytes => Some(checksum(&mut file).map_err(Error::io(path))?),
+        other => other.map(|_| 0),
+    };
     if (actual_bytes, actual_crc32) == (entry.bytes, entry.crc32) {
         Ok(())
     } else {
-        let (path, bytes, crc32) = (path.to_path_buf(), entry.bytes, entry.crc32);
+        let (path, bytes) = (path.to_path_buf(), entry.bytes);
+        let [crc32, actual_crc32] = [entry.crc32, actual_crc32].map(Option::unwrap_or_default);
         Err(Error::Checksum { path, bytes, crc32, actual_bytes, actual_crc32 })
     }
 }

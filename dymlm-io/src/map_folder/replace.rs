@@ -5,12 +5,18 @@ use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use tempfile::TempDir;
 
+use super::lock::FolderLock;
 use super::manifest::{MANIFEST, Manifest};
 use crate::Error;
 use crate::write_atomically::{parent_of, sync_folder};
+
+/// How often, and after how long each time, a reader looks again for a map that is just being replaced.
+const MOST_LOOKS: usize = 200;
+const LOOK_INTERVAL: Duration = Duration::from_millis(5);
 
 /// The folder's own path: links resolved, and without a trailing `.` that would have no name.
 pub(super) fn resolve(folder: &Path) -> Result<PathBuf, Error> {
@@ -41,8 +47,7 @@ pub(super) fn check_replaceable(target: &Path) -> Result<(), Error> {
 
 /// A temporary folder beside the target, with the permissions of an ordinary new folder.
 pub(super) fn staging_folder(target: &Path) -> Result<TempDir, Error> {
-    let mut prefix = hidden_name(target, "-new");
-    prefix.push("-");
+    let prefix = staging_prefix(target);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix);
     #[cfg(unix)]
@@ -106,6 +111,41 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// The same for a reader: while somebody writes the map, it is away between two renames only.
+pub(super) fn recover_unless_written(target: &Path) -> Result<(), Error> {
+    let is_away = || aside_path(target).exists() && !target.exists();
+    for _ in 0..MOST_LOOKS {
+        if !is_away() {
+            return Ok(());
+        }
+        match FolderLock::take(target) {
+            Ok(_lock) => return recover(target),
+            Err(Error::Locked { .. }) => std::thread::sleep(LOOK_INTERVAL),
+            // Where nothing can be locked, as in a folder that is read-only, nobody writes.
+            Err(_) => return recover(target),
+        }
+    }
+    Err(Error::Locked { path: target.to_path_buf() })
+}
+
+/// Removes what writers left that were killed; what cannot be removed stays.
+pub(super) fn remove_stale_staging(target: &Path) {
+    let prefix = staging_prefix(target);
+    let Ok(entries) = fs::read_dir(parent_of(target)) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        if name.as_encoded_bytes().starts_with(prefix.as_encoded_bytes()) && entry.path().is_dir() {
+            fs::remove_dir_all(entry.path()).ok();
+        }
+    }
+}
+
+fn staging_prefix(target: &Path) -> OsString {
+    let mut prefix = hidden_name(target, "-new");
+    prefix.push("-");
+    prefix
+}
+
 /// Refuses to replace a map in whose folder someone put files under names that the new map needs.
 fn check_names_free(target: &Path, manifest: &Manifest) -> Result<(), Error> {
     let foreign = foreign_names(target)?;
@@ -155,7 +195,7 @@ fn aside_path(target: &Path) -> PathBuf {
     target.with_file_name(hidden_name(target, "-old"))
 }
 
-fn hidden_name(target: &Path, suffix: &str) -> OsString {
+pub(super) fn hidden_name(target: &Path, suffix: &str) -> OsString {
     let mut name = OsString::from(".");
     name.push(target.file_name().unwrap_or(OsStr::new("map")));
     name.push(".dymlm");

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use tempfile::TempDir;
 
+use super::lock::FolderLock;
 use super::manifest::{FileEntry, MANIFEST, Manifest, check_name};
 use super::replace::{check_replaceable, put_in_place, recover, resolve, staging_folder};
 use crate::Error;
@@ -16,7 +17,9 @@ use crate::write_atomically::sync_folder;
 /// Files go to a temporary folder beside the map's own. [`Self::finish`] adds `manifest.json` (format
 /// version, config, counts, and size and CRC-32 of each file), flushes all to the disk and puts the folder in
 /// the map's place. A writer that is dropped before that leaves nothing; one whose process is killed leaves
-/// its temporary folder (`.NAME.dymlm-new-...`), never a half map.
+/// its temporary folder (`.NAME.dymlm-new-...`) for the next writer to clear, never a half map.
+///
+/// **One writer at a time**, of all processes: it locks `.NAME.dymlm-lock` beside the folder.
 ///
 /// **Replacing.** An older map is renamed to `.NAME.dymlm-old`, the new one renamed to its place, then the
 /// old one removed: systems have no call that exchanges two folders portably. After a crash between the two
@@ -44,6 +47,8 @@ pub struct MapFolderWriter {
     target: PathBuf,
     staging: TempDir,
     files: Vec<FileEntry>,
+    /// None where a [`MapSaver`](crate::MapSaver) has it.
+    _lock: Option<FolderLock>,
 }
 
 impl MapFolderWriter {
@@ -51,14 +56,46 @@ impl MapFolderWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::InTheWay`] when something stands there that is neither a map folder nor an empty folder;
-    /// [`Error::Io`].
+    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands there
+    /// that is neither a map folder nor an empty folder; [`Error::Io`].
     pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let target = resolve(folder.as_ref())?;
-        recover(&target)?;
-        check_replaceable(&target)?;
-        let staging = staging_folder(&target)?;
-        Ok(Self { target, staging, files: Vec::new() })
+        let lock = FolderLock::take(&target)?;
+        Ok(Self { _lock: Some(lock), ..Self::begin(&target)? })
+    }
+
+    /// The same for somebody who has locked the resolved folder.
+    pub(super) fn begin(target: &Path) -> Result<Self, Error> {
+        Self::check(target)?;
+        let staging = staging_folder(target)?;
+        Ok(Self { target: target.to_path_buf(), staging, files: Vec::new(), _lock: None })
+    }
+
+    /// Puts back a map that a crash left aside, and refuses a folder that is no map.
+    pub(super) fn check(target: &Path) -> Result<(), Error> {
+        recover(target)?;
+        check_replaceable(target)
+    }
+
+    /// Where the files are until they are all there.
+    pub(super) fn staging(&self) -> &Path {
+        self.staging.path()
+    }
+
+    /// Adds a file that was written to the [staging](Self::staging) folder; its parts have checksums.
+    pub(super) fn add(&mut self, name: &str, bytes: u64) {
+        self.files.push(FileEntry { name: name.to_owned(), bytes, crc32: None });
+    }
+
+    /// Keeps a file of the older map, which never changes: it is linked, or copied where that cannot be.
+    pub(super) fn keep(&mut self, name: &str, bytes: u64) -> Result<(), Error> {
+        let (before, now) = (self.target.join(name), self.staging.path().join(name));
+        if fs::hard_link(&before, &now).is_err() {
+            fs::copy(&before, &now).map_err(Error::io(&before))?;
+            fs::File::open(&now).and_then(|file| file.sync_all()).map_err(Error::io(&before))?;
+        }
+        self.add(name, bytes);
+        Ok(())
     }
 
     /// Writes a file of the map.
@@ -83,7 +120,7 @@ impl MapFolderWriter {
         let path = self.staging.path().join(name);
         match write_checked(&path, &final_path, write) {
             Ok((bytes, crc32)) => {
-                self.files.push(FileEntry { name: name.to_owned(), bytes, crc32 });
+                self.files.push(FileEntry { name: name.to_owned(), bytes, crc32: Some(crc32) });
                 Ok(())
             }
             Err(error) => {
@@ -105,7 +142,7 @@ impl MapFolderWriter {
         C: Serialize + ?Sized,
         N: Serialize + ?Sized,
     {
-        let Self { target, staging, files } = self;
+        let Self { target, staging, files, _lock } = self;
         let final_path = target.join(MANIFEST);
         let content =
             |source: serde_json::Error| Error::Content { path: final_path.clone(), source: source.into() };

@@ -54,7 +54,7 @@ impl MapBuilder {
         poses: &[(FrameId, Pose)],
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<CorrectionReport, Error> {
-        let log = self.log.as_ref().ok_or(Error::NoHistory)?;
+        let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         // The last of several for one frame.
         let given: BTreeMap<FrameId, Pose> = poses.iter().copied().collect();
         if let Some(&frame) = given.keys().find(|frame| log.frame(**frame).is_none()) {
@@ -73,7 +73,7 @@ impl MapBuilder {
     ///
     /// As [`Self::correct_poses`].
     pub fn remove(&mut self, frame: FrameId) -> Result<CorrectionReport, Error> {
-        let log = self.log.as_mut().ok_or(Error::NoHistory)?;
+        let log = self.map.past.log.as_mut().ok_or(Error::NoHistory)?;
         if log.frame(frame).is_none() {
             return Err(Error::UnknownFrame { frame });
         }
@@ -83,15 +83,17 @@ impl MapBuilder {
             self.waiting.remove(frame);
             return Ok(CorrectionReport::unchanged(key_frames));
         };
-        let event = log.events.remove(place);
+        let before = log.events.clone();
+        let without = before.first(place).iter().chain(before.iter_from(place + 1)).cloned().collect();
+        log.events = without;
         let poses: Vec<Pose> = log.poses().collect();
         let report = self.correct_from(Some(place), &poses, &mut |_| true);
-        if let Some(log) = &mut self.log {
-            match (&report, &event) {
-                (Ok(_), Event::KeyFrame(entry)) => log.history.remove(entry.observation),
-                (Ok(_), Event::Scan(entry)) => log.history.remove(entry.points),
+        if let Some(log) = &mut self.map.past.log {
+            match (&report, before.get(place)) {
+                (Ok(_), Some(Event::KeyFrame(entry))) => log.history.remove(entry.observation),
+                (Ok(_), Some(Event::Scan(entry))) => log.history.remove(entry.points),
                 (Ok(_), _) => {}
-                (Err(_), _) => log.events.insert(place, event),
+                (Err(_), _) => log.events = before,
             }
         }
         report
@@ -104,7 +106,7 @@ impl MapBuilder {
     ///
     /// As [`Self::correct_poses`].
     pub fn transform(&mut self, new_from_old: &Pose) -> Result<CorrectionReport, Error> {
-        let log = self.log.as_ref().ok_or(Error::NoHistory)?;
+        let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         let poses: Vec<Pose> = log.poses().map(|pose| *new_from_old * pose).collect();
         self.correct_from(None, &poses, &mut |_| true)
     }
@@ -112,7 +114,7 @@ impl MapBuilder {
     /// The frames that were inserted, with their times and where they were taken from as they are mapped now,
     /// in the order of their ids; none without a history.
     pub fn trajectory(&self) -> impl Iterator<Item = (FrameId, f64, Pose)> {
-        let frames = self.log.iter().flat_map(|log| &log.frames).zip(0..);
+        let frames = self.map.past.log.iter().flat_map(|log| log.frames.iter()).zip(0..);
         frames.map(|(frame, id)| (FrameId::new(id), frame.timestamp, frame.world_from_camera))
     }
 
@@ -124,7 +126,7 @@ impl MapBuilder {
         poses: &[Pose],
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<CorrectionReport, Error> {
-        let log = self.log.as_ref().ok_or(Error::NoHistory)?;
+        let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         let has_moved = |frame: FrameId| {
             log.frame(frame).map(|frame| frame.world_from_camera) != poses.get(frame.get() as usize).copied()
         };
@@ -144,8 +146,8 @@ impl MapBuilder {
         poses: &[Pose],
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<CorrectionReport, Error> {
-        let Self { log, map, snapshots, config, preprocessor, ghost_removal, .. } = self;
-        let log = log.as_mut().ok_or(Error::NoHistory)?;
+        let Self { map, snapshots, config, preprocessor, .. } = self;
+        let log = map.past.log.as_ref().ok_or(Error::NoHistory)?;
         let context = MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
         let rebuilt = Replay::new(log, poses, map, snapshots, first_changed, config)
             .and_then(|replay| replay.run(&context, watch));
@@ -154,10 +156,10 @@ impl MapBuilder {
             snapshots.forget_behind(first_changed);
         }
         let rebuilt = rebuilt?;
-        let revision = map.revision;
-        *map = rebuilt.map;
-        map.revision = revision;
-        (*ghost_removal, log.events) = (rebuilt.ghost_removal, rebuilt.events);
+        let before = std::mem::replace(map, rebuilt.map);
+        (map.revision, map.past) = (before.revision, before.past);
+        let log = map.past.log.as_mut().ok_or(Error::NoHistory)?;
+        log.events = rebuilt.events;
 
         let range = f64::from(config.sensor.max_depth);
         let motion = |entry: &KeyFrameEntry| {
@@ -179,7 +181,7 @@ impl MapBuilder {
 
     /// Takes the new poses for those of the frames.
     fn take_over(&mut self, poses: &[Pose]) {
-        let Some(log) = &mut self.log else { return };
+        let Some(log) = &mut self.map.past.log else { return };
         let newest = log.frames.last().zip(poses.last()).map(|(old, new)| (old.world_from_camera, *new));
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;

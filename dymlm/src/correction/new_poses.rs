@@ -1,4 +1,4 @@
-use dymlm_core::{FrameId, Pose};
+use dymlm_core::{FrameId, Pages, Pose};
 
 use crate::session_log::InsertedFrame;
 
@@ -7,7 +7,7 @@ use crate::session_log::InsertedFrame;
 /// before the first stays.
 ///
 /// `given` ascend by frame, each once, and are within `frames`.
-pub(super) fn new_poses(frames: &[InsertedFrame], given: &[(FrameId, Pose)]) -> Vec<Pose> {
+pub(super) fn new_poses(frames: &Pages<InsertedFrame>, given: &[(FrameId, Pose)]) -> Vec<Pose> {
     let mut poses = Vec::with_capacity(frames.len());
     let mut behind = given.iter().peekable();
     let mut before: Option<&(FrameId, Pose)> = None;
@@ -18,8 +18,8 @@ pub(super) fn new_poses(frames: &[InsertedFrame], given: &[(FrameId, Pose)]) -> 
         poses.push(match (before, behind.peek()) {
             (Some((id, pose)), _) if id.get() as usize == index => *pose,
             (Some(before), Some(behind)) => {
-                let [first, last] = [before, *behind].map(|(id, _)| frames[id.get() as usize].timestamp);
-                let share = if last > first { (frame.timestamp - first) / (last - first) } else { 0.5 };
+                let [first, last] = [before, *behind].map(|(id, _)| frames[id.get() as usize].map_time());
+                let share = if last > first { (frame.map_time() - first) / (last - first) } else { 0.5 };
                 let [with_first, with_last] = [before, *behind].map(|given| moved_with(frames, given, frame));
                 with_first.interpolate(&with_last, share)
             }
@@ -31,7 +31,7 @@ pub(super) fn new_poses(frames: &[InsertedFrame], given: &[(FrameId, Pose)]) -> 
 }
 
 /// The pose of a frame that stays where it is, seen from a corrected one.
-fn moved_with(frames: &[InsertedFrame], (id, pose): &(FrameId, Pose), frame: &InsertedFrame) -> Pose {
+fn moved_with(frames: &Pages<InsertedFrame>, (id, pose): &(FrameId, Pose), frame: &InsertedFrame) -> Pose {
     let before = frames[id.get() as usize].world_from_camera;
     if before == *pose {
         // Not a bit of rounding for what has not moved.
@@ -48,8 +48,12 @@ mod tests {
         Pose::new([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()
     }
 
-    fn frames(places: &[f64]) -> Vec<InsertedFrame> {
-        let frame = |(index, &x)| InsertedFrame { timestamp: index as f64, world_from_camera: at(x) };
+    fn frames(places: &[f64]) -> Pages<InsertedFrame> {
+        let frame = |(index, &x)| InsertedFrame {
+            timestamp: index as f64,
+            clock_offset: 0.0,
+            world_from_camera: at(x),
+        };
         places.iter().enumerate().map(frame).collect()
     }
 

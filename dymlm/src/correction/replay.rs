@@ -1,13 +1,14 @@
-use dymlm_core::{FrameId, ObjectId, PlaneId, Pose, Succession};
+use std::sync::Arc;
+
+use dymlm_core::{FrameId, ObjectId, Pages, PlaneId, Pose, Succession};
 
 use super::identities::Identities;
 use super::report::{CorrectionProgress, ThingChanges};
 use super::thing_changes::{objects_changed, planes_changed};
-use crate::ghost_removal::GhostRemoval;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::scans::{Scan, ScanMapper};
 use crate::session_log::{Event, KeyFrameEntry, SeenThings, SessionLog};
-use crate::snapshots::{SessionState, Snapshots};
+use crate::snapshots::Snapshots;
 use crate::stages::StageClock;
 use crate::{Error, MapConfig, MultiLevelMap};
 
@@ -22,18 +23,17 @@ pub(super) struct Replay<'a> {
     poses: &'a [Pose],
     before: &'a MultiLevelMap,
     pub(super) map: MultiLevelMap,
-    pub(super) ghost_removal: GhostRemoval,
     /// What has happened, with what the key frames see in the new maps.
-    events: Vec<Event>,
+    events: Pages<Event>,
     snapshots: &'a mut Snapshots,
     scan_mapper: ScanMapper,
 }
 
 /// Maps that were built again, and what has become of what was in them.
 pub(crate) struct Rebuilt {
+    /// Without their past.
     pub(crate) map: MultiLevelMap,
-    pub(crate) ghost_removal: GhostRemoval,
-    pub(crate) events: Vec<Event>,
+    pub(crate) events: Pages<Event>,
     pub(crate) planes: ThingChanges<PlaneId>,
     pub(crate) objects: ThingChanges<ObjectId>,
 }
@@ -47,20 +47,18 @@ impl<'a> Replay<'a> {
         before: &'a MultiLevelMap,
         snapshots: &'a mut Snapshots,
         first_changed: usize,
-        config: &MapConfig,
+        config: &Arc<MapConfig>,
     ) -> Result<Self, Error> {
-        let again = log.events[first_changed..].iter().filter_map(Event::key_frame).count();
+        let again = log.events.iter_from(first_changed).filter_map(Event::key_frame).count();
         snapshots.note_correction(again);
         snapshots.forget_behind(first_changed);
-        snapshots.keep_events(&log.events);
-        let (state, events) = match snapshots.newest() {
-            Some(snapshot) => (snapshot.state.clone(), snapshot.events(&log.events).to_vec()),
-            None => (SessionState::beginning(MultiLevelMap::new(config)?), Vec::new()),
+        let (mut map, events) = match snapshots.newest() {
+            Some(snapshot) => (snapshot.map.clone(), snapshot.events.clone()),
+            None => (MultiLevelMap::new(config)?, Pages::default()),
         };
-        let SessionState { mut map, ghost_removal, .. } = state;
         map.cloud.part_from_clones();
         let scan_mapper = ScanMapper::default();
-        Ok(Self { log, poses, before, map, ghost_removal, events, snapshots, scan_mapper })
+        Ok(Self { log, poses, before, map, events, snapshots, scan_mapper })
     }
 
     /// Lets everything from there on happen again. `watch` is told before each few key frames how many will
@@ -70,14 +68,12 @@ impl<'a> Replay<'a> {
         context: &MappingContext<'_>,
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<Rebuilt, Error> {
-        let mut rest = &self.log.events[self.events.len()..];
-        let mut progress =
-            CorrectionProgress { done: 0, total: rest.iter().filter_map(Event::key_frame).count() };
-        while let Some(event) = rest.first() {
-            let batch = self.next_batch(rest);
+        let rest = self.log.events.iter_from(self.events.len());
+        let mut progress = CorrectionProgress { done: 0, total: rest.filter_map(Event::key_frame).count() };
+        while let Some(event) = self.log.events.get(self.events.len()) {
+            let batch = self.next_batch();
             if batch.is_empty() {
                 self.happen_again(event, context)?;
-                rest = &rest[1..];
                 continue;
             }
             progress.done += batch.len();
@@ -85,18 +81,23 @@ impl<'a> Replay<'a> {
                 return Err(Error::Cancelled);
             }
             self.map_batch(&batch, context)?;
-            rest = &rest[batch.len()..];
         }
         Ok(self.finish())
     }
 
     /// The key frames that come next, up to one after which ghosts are removed: until then no map asks
     /// another thread's.
-    fn next_batch(&self, rest: &'a [Event]) -> Vec<&'a KeyFrameEntry> {
+    fn next_batch(&self) -> Vec<&'a KeyFrameEntry> {
         let mut batch = Vec::new();
-        for entry in rest.iter().map_while(Event::key_frame).take(MOST_AT_A_TIME) {
+        for entry in
+            self.log.events.iter_from(self.events.len()).map_while(Event::key_frame).take(MOST_AT_A_TIME)
+        {
             batch.push(entry);
-            if self.log.frame(entry.frame).is_some_and(|frame| self.ghost_removal.is_due(frame.timestamp)) {
+            if self
+                .log
+                .frame(entry.frame)
+                .is_some_and(|frame| self.map.ghost_removal.is_due(frame.map_time()))
+            {
                 break;
             }
         }
@@ -126,10 +127,9 @@ impl<'a> Replay<'a> {
             self.events.push(Event::KeyFrame(KeyFrameEntry { seen, ..KeyFrameEntry::clone(entry) }));
         }
         if let Some(last) = observations.last() {
-            self.ghost_removal.run_when_due(last.frame.timestamp(), &mut self.map);
+            self.map.remove_ghosts_when_due(last.frame.timestamp());
         }
-        let Self { map, ghost_removal, events, snapshots, .. } = self;
-        snapshots.take_when_due(batch.len(), map, ghost_removal, events.len());
+        self.snapshots.take_when_due(batch.len(), &self.map, &self.events);
         Ok(())
     }
 
@@ -137,20 +137,20 @@ impl<'a> Replay<'a> {
     fn happen_again(&mut self, event: &Event, context: &MappingContext<'_>) -> Result<(), Error> {
         let event = match event {
             // A batch of them is mapped at a time.
-            Event::KeyFrame(_) => return Ok(()),
+            Event::KeyFrame(_) => event.clone(),
             Event::Scan(entry) => {
                 let place = entry.frame.get() as usize;
                 let Some((frame, pose)) = self.log.frame(entry.frame).zip(self.poses.get(place)) else {
-                    return Ok(());
+                    return Err(Error::UnknownFrame { frame: entry.frame });
                 };
                 let points = self.log.history.scan(entry.points)?;
-                let scan = Scan { timestamp: frame.timestamp, points: &points, world_from_sensor: pose };
+                let scan = Scan { timestamp: frame.map_time(), points: &points, world_from_sensor: pose };
                 let (map, clock) = (&mut self.map, &mut StageClock::start());
-                self.scan_mapper.map(&scan, map, &mut self.ghost_removal, context.sensor, clock)?;
+                self.scan_mapper.map(&scan, map, context.sensor, clock)?;
                 event.clone()
             }
             Event::Settled => {
-                self.ghost_removal.run(&mut self.map);
+                self.map.remove_ghosts();
                 Event::Settled
             }
             &Event::Forgot { newest, center, radius } => {
@@ -223,7 +223,6 @@ impl<'a> Replay<'a> {
             [before.objects.ids_given(), now.objects.ids_given()],
             ObjectId::new,
         );
-        self.snapshots.keep_events(&self.events);
         for entry in self.events.iter_mut().filter_map(Event::key_frame_mut) {
             entry.seen.rename(&mut plane_ids, &mut object_ids);
         }
@@ -238,7 +237,6 @@ impl<'a> Replay<'a> {
             planes: planes_changed(&planes, &plane_ids, before, &self.map),
             objects: objects_changed(&objects, &object_ids, before, &self.map),
             map: self.map,
-            ghost_removal: self.ghost_removal,
             events: self.events,
         }
     }

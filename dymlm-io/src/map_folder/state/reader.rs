@@ -1,0 +1,86 @@
+use std::collections::BTreeMap;
+use std::collections::btree_map::{Entry, IntoIter};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use dymlm_core::DamagedState;
+
+use super::index::{Part, StateIndex};
+use super::segment::SegmentReader;
+use super::{INDEX, segment_name};
+use crate::{Error, MapFolder};
+
+/// A part of a saved state cannot be read, or is not what was written.
+#[derive(Debug, thiserror::Error)]
+#[error("part {part:#x} of {section}, in {}: {source}", path.display())]
+pub struct DamagedPart {
+    /// The section.
+    pub section: String,
+    /// The part's key.
+    pub part: u64,
+    /// The file that it stands in.
+    pub path: PathBuf,
+    /// What is wrong.
+    pub source: io::Error,
+}
+
+impl MapFolder {
+    /// Whether the folder holds a state, and not only the standard files.
+    pub fn has_state(&self) -> bool {
+        self.files().any(|file| file == INDEX)
+    }
+
+    /// The parts of a section of the state, by ascending key, each with its bytes; none of a section that is
+    /// not there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] when the folder holds no state, or its index is damaged; [`Error::Io`].
+    pub fn state(&self, section: &str) -> Result<StateParts, Error> {
+        let path = self.path(INDEX)?;
+        let mut index = StateIndex::decode(&self.read(INDEX)?)
+            .map_err(|DamagedState { what, .. }| Error::malformed(&path, what))?;
+        let parts = index.sections.remove(section).unwrap_or_default();
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        Ok(StateParts {
+            section: section.to_owned(),
+            folder,
+            parts: parts.into_iter(),
+            segments: BTreeMap::new(),
+        })
+    }
+}
+
+/// The parts of a [section](MapFolder::state): after one that is damaged come the others.
+#[derive(Debug)]
+pub struct StateParts {
+    section: String,
+    folder: PathBuf,
+    parts: IntoIter<u64, Part>,
+    /// Those that have been opened.
+    segments: BTreeMap<u32, SegmentReader>,
+}
+
+impl Iterator for StateParts {
+    type Item = Result<(u64, Vec<u8>), DamagedPart>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (key, part) = self.parts.next()?;
+        let path = self.folder.join(segment_name(part.segment));
+        let read = self.read(&path, &part);
+        Some(match read {
+            Ok(bytes) => Ok((key, bytes)),
+            Err(source) => Err(DamagedPart { section: self.section.clone(), part: key, path, source }),
+        })
+    }
+}
+
+impl StateParts {
+    fn read(&mut self, path: &Path, part: &Part) -> io::Result<Vec<u8>> {
+        let segment = match self.segments.entry(part.segment) {
+            Entry::Occupied(opened) => opened.into_mut(),
+            Entry::Vacant(place) => place.insert(SegmentReader::open(path)?),
+        };
+        segment.read(part)
+    }
+}

@@ -1,0 +1,168 @@
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::index::{Part, StateIndex};
+use super::segment::{SegmentReader, SegmentWriter};
+use super::{INDEX, segment_name};
+use crate::map_folder::lock::FolderLock;
+use crate::map_folder::replace::resolve;
+use crate::{Error, MapFolderWriter};
+
+/// Saves maps into one folder again and again, each time what has changed.
+///
+/// As long as it lives nobody else writes the folder. A save that fails, or is killed, leaves the map that was
+/// saved before: see [`MapFolderWriter`].
+///
+/// ```
+/// # let parent = tempfile::tempdir()?;
+/// # let folder = parent.path().join("map");
+/// use dymlm_io::{MapFolder, MapSaver};
+///
+/// let mut saver = MapSaver::create(&folder)?;
+/// saver.save(&"config", &2, |_, state| {
+///     state.part("numbers", 1, Some(b"one"))?;
+///     state.part("numbers", 2, Some(b"two"))
+/// })?;
+/// // The first is written no more.
+/// saver.save(&"config", &2, |_, state| state.part("numbers", 2, Some(b"zwei")))?;
+///
+/// let parts = MapFolder::open(&folder)?.state("numbers")?;
+/// let parts: Vec<_> = parts.collect::<Result<_, _>>()?;
+/// assert_eq!(parts, [(1, b"one".to_vec()), (2, b"zwei".to_vec())]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct MapSaver {
+    target: PathBuf,
+    /// What the folder holds of which this saver knows.
+    index: StateIndex,
+    _lock: FolderLock,
+}
+
+impl MapSaver {
+    /// A saver that knows nothing of what the folder holds: its first save replaces it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands there
+    /// that is neither a map nor empty; [`Error::Io`].
+    pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
+        let target = resolve(folder.as_ref())?;
+        let lock = FolderLock::take(&target)?;
+        MapFolderWriter::check(&target)?;
+        Ok(Self { target, index: StateIndex::default(), _lock: lock })
+    }
+
+    /// The map's folder.
+    pub fn folder(&self) -> &Path {
+        &self.target
+    }
+
+    /// Saves: `write` writes the standard files, all of them, and the parts of the state that have changed
+    /// since the last time. The others stay.
+    ///
+    /// # Errors
+    ///
+    /// Those of `write`, and of [`MapFolderWriter`]. What was saved last is still there.
+    pub fn save<C, N>(
+        &mut self,
+        config: &C,
+        counts: &N,
+        write: impl FnOnce(&mut MapFolderWriter, &mut StateWriter) -> Result<(), Error>,
+    ) -> Result<(), Error>
+    where
+        C: Serialize + ?Sized,
+        N: Serialize + ?Sized,
+    {
+        let mut folder = MapFolderWriter::begin(&self.target)?;
+        let mut state = StateWriter::begin(&self.target, folder.staging(), &self.index)?;
+        write(&mut folder, &mut state)?;
+        let (number, index) = state.finish()?;
+        for (&segment, &bytes) in &index.segments {
+            if segment == number {
+                folder.add(&segment_name(segment), bytes);
+            } else {
+                folder.keep(&segment_name(segment), bytes)?;
+            }
+        }
+        let bytes = index.encode().map_err(Error::io(&self.target))?;
+        folder.file(INDEX, |out| out.write_all(&bytes))?;
+        folder.finish(config, counts)?;
+        self.index = index;
+        Ok(())
+    }
+
+    /// Forgets what has been saved: the next save takes what it is given for all.
+    pub fn forget(&mut self) {
+        self.index = StateIndex::default();
+    }
+}
+
+/// Takes the parts of a state that is being saved.
+#[derive(Debug)]
+pub struct StateWriter {
+    target: PathBuf,
+    segment: SegmentWriter,
+    index: StateIndex,
+}
+
+impl StateWriter {
+    fn begin(target: &Path, staging: &Path, before: &StateIndex) -> Result<Self, Error> {
+        let number = before.segments.last_key_value().map_or(1, |(last, _)| last.saturating_add(1));
+        let path = staging.join(segment_name(number));
+        let segment = SegmentWriter::create(&path, number).map_err(Error::io(target))?;
+        Ok(Self { target: target.to_path_buf(), segment, index: before.clone() })
+    }
+
+    /// Writes a part in the place of the one with its key, or removes that one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`].
+    pub fn part(&mut self, section: &str, key: u64, bytes: Option<&[u8]>) -> Result<(), Error> {
+        let written = bytes.map(|bytes| self.segment.write(bytes)).transpose();
+        let written = written.map_err(Error::io(&self.target))?;
+        if !self.index.sections.contains_key(section) {
+            self.index.sections.insert(section.to_owned(), BTreeMap::new());
+        }
+        if let Some(parts) = self.index.sections.get_mut(section) {
+            match written {
+                Some(part) => parts.insert(key, part),
+                None => parts.remove(&key),
+            };
+        }
+        Ok(())
+    }
+
+    /// Writes again what stands in segments that are not worth being kept, and gives what there is now.
+    fn finish(mut self) -> Result<(u32, StateIndex), Error> {
+        for number in self.index.to_be_folded(self.segment.end()) {
+            self.fold(number).map_err(Error::io(&self.target.join(segment_name(number))))?;
+            self.index.segments.remove(&number);
+        }
+        let number = self.segment.number();
+        let bytes = self.segment.finish().map_err(Error::io(&self.target))?;
+        self.index.segments.insert(number, bytes);
+        Ok((number, self.index))
+    }
+
+    /// Brings what is in use of a segment to the new one.
+    fn fold(&mut self, number: u32) -> io::Result<()> {
+        let Self { target, segment, index } = self;
+        let mut reader = None;
+        let parts = index.sections.values_mut().flat_map(BTreeMap::values_mut);
+        let mut parts: Vec<&mut Part> = parts.filter(|part| part.segment == number).collect();
+        parts.sort_unstable_by_key(|part| part.offset);
+        for part in parts {
+            let reader = match &mut reader {
+                Some(reader) => reader,
+                None => reader.insert(SegmentReader::open(&target.join(segment_name(number)))?),
+            };
+            *part = segment.copy(part, &reader.packed(part)?)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use miniz_oxide::deflate::compress_to_vec;
+use miniz_oxide::inflate::decompress_to_vec_with_limit;
+
+use super::index::Part;
+
+/// How hard is tried to deflate: higher levels take several times as long for some percent.
+const LEVEL: u8 = 3;
+
+/// A segment that is being written.
+#[derive(Debug)]
+pub(super) struct SegmentWriter {
+    number: u32,
+    file: BufWriter<File>,
+    end: u64,
+}
+
+impl SegmentWriter {
+    pub(super) fn create(path: &Path, number: u32) -> io::Result<Self> {
+        Ok(Self { number, file: BufWriter::with_capacity(1 << 16, File::create_new(path)?), end: 0 })
+    }
+
+    pub(super) fn number(&self) -> u32 {
+        self.number
+    }
+
+    /// Bytes written so far.
+    pub(super) fn end(&self) -> u64 {
+        self.end
+    }
+
+    /// Writes a part, deflated where that makes it smaller.
+    pub(super) fn write(&mut self, bytes: &[u8]) -> io::Result<Part> {
+        let deflated = compress_to_vec(bytes, LEVEL);
+        let packed = if deflated.len() < bytes.len() { &deflated } else { bytes };
+        let (offset, crc32) = (self.append(packed)?, crc32fast::hash(packed));
+        let (packed, bytes) = (packed.len() as u64, bytes.len() as u64);
+        Ok(Part { segment: self.number, offset, packed, bytes, crc32 })
+    }
+
+    /// Writes a part as it stands in another segment.
+    pub(super) fn copy(&mut self, part: &Part, packed: &[u8]) -> io::Result<Part> {
+        Ok(Part { segment: self.number, offset: self.append(packed)?, ..*part })
+    }
+
+    fn append(&mut self, packed: &[u8]) -> io::Result<u64> {
+        let offset = self.end;
+        self.file.write_all(packed)?;
+        self.end += packed.len() as u64;
+        Ok(offset)
+    }
+
+    /// Flushes it to the disk; gives its size.
+    pub(super) fn finish(self) -> io::Result<u64> {
+        self.file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
+        Ok(self.end)
+    }
+}
+
+/// A segment that is read.
+#[derive(Debug)]
+pub(super) struct SegmentReader {
+    file: File,
+}
+
+impl SegmentReader {
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self { file: File::open(path)? })
+    }
+
+    /// A part as it stands there; `InvalidData` when it is not what was written.
+    pub(super) fn packed(&mut self, part: &Part) -> io::Result<Vec<u8>> {
+        // What a damaged index claims to be there is not allocated before it is known to be there.
+        if part.offset.checked_add(part.packed).is_none_or(|end| self.len().is_ok_and(|len| len < end)) {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let mut packed = vec![0; part.packed as usize];
+        self.file.seek(SeekFrom::Start(part.offset))?;
+        self.file.read_exact(&mut packed)?;
+        if crc32fast::hash(&packed) == part.crc32 { Ok(packed) } else { Err(invalid("another checksum")) }
+    }
+
+    /// A part's bytes.
+    pub(super) fn read(&mut self, part: &Part) -> io::Result<Vec<u8>> {
+        let packed = self.packed(part)?;
+        if part.packed == part.bytes {
+            return Ok(packed);
+        }
+        let bytes = decompress_to_vec_with_limit(&packed, part.bytes as usize)
+            .map_err(|error| invalid(&format!("it cannot be inflated: {error}")))?;
+        if bytes.len() as u64 == part.bytes { Ok(bytes) } else { Err(invalid("another length")) }
+    }
+
+    fn len(&self) -> io::Result<u64> {
+        Ok(self.file.metadata()?.len())
+    }
+}
+
+fn invalid(what: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, what)
+}

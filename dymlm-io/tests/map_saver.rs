@@ -1,0 +1,177 @@
+//! Saving into one folder again and again: what is written, what stays, and what a crash leaves.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use dymlm_io::{Error, MapFolder, MapFolderWriter, MapSaver};
+use proptest::prelude::*;
+
+type Parts = BTreeMap<u64, Vec<u8>>;
+
+fn read(folder: &Path, section: &str) -> Parts {
+    MapFolder::open(folder).unwrap().state(section).unwrap().collect::<Result<_, _>>().unwrap()
+}
+
+fn save(saver: &mut MapSaver, section: &str, changes: &[(u64, Option<Vec<u8>>)]) -> Result<(), Error> {
+    saver.save("config", &0, |folder, state| {
+        folder.file("readme.txt", |out| writeln!(out, "{} changes", changes.len()))?;
+        changes.iter().try_for_each(|(key, bytes)| state.part(section, *key, bytes.as_deref()))
+    })
+}
+
+/// Size of the largest segment that was written last.
+fn newest_segment(folder: &Path) -> u64 {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let newest = names.filter(|name| name.starts_with("state-")).max().unwrap();
+    fs::metadata(folder.join(newest)).unwrap().len()
+}
+
+/// Bytes that do not deflate.
+fn noise(seed: u64, len: usize) -> Vec<u8> {
+    let mut random = dymlm_core::SplitMix64::new(seed);
+    (0..len).map(|_| random.below(256) as u8).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn saves_one_after_the_other_make_what_they_say(
+        saves in prop::collection::vec(
+            prop::collection::vec((0_u64..2, 0_u64..30, prop::option::of((any::<u64>(), 0_usize..3000))), 0..20), 1..25)
+    ) {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("map");
+        let mut saver = MapSaver::create(&folder).unwrap();
+        let mut expected = [Parts::new(), Parts::new()];
+        for changes in saves {
+            saver.save("config", &0, |_, state| {
+                for &(section, key, content) in &changes {
+                    let bytes = content.map(|(seed, len)| match seed % 2 {
+                        0 => vec![seed as u8; len],
+                        _ => noise(seed, len),
+                    });
+                    state.part(["a", "b"][section as usize], key, bytes.as_deref())?;
+                    match bytes {
+                        Some(bytes) => drop(expected[section as usize].insert(key, bytes)),
+                        None => drop(expected[section as usize].remove(&key)),
+                    }
+                }
+                Ok(())
+            }).unwrap();
+            prop_assert_eq!(read(&folder, "a"), expected[0].clone());
+            prop_assert_eq!(read(&folder, "b"), expected[1].clone());
+        }
+    }
+}
+
+#[test]
+fn what_has_not_changed_is_not_written_again() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut saver = MapSaver::create(&folder).unwrap();
+    let all: Vec<_> = (0..100).map(|key| (key, Some(noise(key, 10_000)))).collect();
+    save(&mut saver, "a", &all).unwrap();
+    assert!(newest_segment(&folder) >= 1_000_000);
+    let mut written = 0;
+    for step in 0..50 {
+        save(&mut saver, "a", &[(step, Some(noise(1000 + step, 10_000)))]).unwrap();
+        written += newest_segment(&folder);
+        assert!(fs::read_dir(&folder).unwrap().count() <= 12);
+    }
+    // Each once, and some of them again to keep segments few and full; all each time would be 50 MB.
+    assert!(written < 5_000_000, "{written}");
+    let expected: Parts =
+        (0..100).map(|key| (key, noise(if key < 50 { 1000 + key } else { key }, 10_000))).collect();
+    assert!(read(&folder, "a") == expected);
+    let bytes: u64 =
+        fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
+    assert!(bytes < 2_100_000, "{bytes}");
+
+    saver.forget();
+    save(&mut saver, "a", &all[..1]).unwrap();
+    assert!(
+        read(&folder, "a") == all[..1].iter().map(|(key, bytes)| (*key, bytes.clone().unwrap())).collect()
+    );
+}
+
+#[test]
+fn a_save_that_fails_leaves_the_one_before() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut saver = MapSaver::create(&folder).unwrap();
+    save(&mut saver, "a", &[(1, Some(b"one".to_vec()))]).unwrap();
+    let failed = saver.save("config", &0, |folder, state| {
+        state.part("a", 1, Some(b"another"))?;
+        folder.file("cloud.ply", |_| Err::<(), _>("the disk is full"))
+    });
+    assert!(matches!(failed, Err(Error::Content { .. })));
+    assert_eq!(read(&folder, "a"), [(1, b"one".to_vec())].into());
+    save(&mut saver, "a", &[(2, Some(b"two".to_vec()))]).unwrap();
+    assert_eq!(read(&folder, "a"), [(1, b"one".to_vec()), (2, b"two".to_vec())].into());
+    assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 2, "the map, and its lock");
+}
+
+#[test]
+fn one_writes_at_a_time() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let saver = MapSaver::create(&folder).unwrap();
+    assert!(matches!(MapSaver::create(&folder), Err(Error::Locked { .. })));
+    let refused = MapFolderWriter::create(&folder).unwrap_err();
+    assert!(matches!(refused, Error::Locked { .. }));
+    assert!(refused.to_string().contains("somebody else writes this map"), "{refused}");
+    drop(saver);
+    let writer = MapFolderWriter::create(&folder).unwrap();
+    assert!(matches!(MapSaver::create(&folder), Err(Error::Locked { .. })));
+    drop(writer);
+    MapSaver::create(&folder).unwrap();
+}
+
+#[test]
+fn what_killed_writers_left_is_cleared() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let stale = parent.path().join(".map.dymlm-new-abc123");
+    fs::create_dir(&stale).unwrap();
+    fs::write(stale.join("state-000001.bin"), "half").unwrap();
+    let other = parent.path().join(".map2.dymlm-new-abc123");
+    fs::create_dir(&other).unwrap();
+    save(&mut MapSaver::create(&folder).unwrap(), "a", &[]).unwrap();
+    assert!(!stale.exists() && other.exists());
+}
+
+#[test]
+fn a_damaged_part_is_named_and_the_others_are_read() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let parts: Vec<_> = (0..5).map(|key| (key, Some(noise(key, 100)))).collect();
+    save(&mut MapSaver::create(&folder).unwrap(), "a", &parts).unwrap();
+    let path = folder.join("state-000001.bin");
+    let mut bytes = fs::read(&path).unwrap();
+    bytes[250] ^= 1;
+    fs::write(&path, bytes).unwrap();
+    let map = MapFolder::open(&folder).unwrap();
+    let read: Vec<_> = map.state("a").unwrap().collect();
+    assert!(read.iter().enumerate().all(|(key, part)| part.is_ok() == (key != 2)));
+    let damaged = read[2].as_ref().unwrap_err();
+    assert_eq!((damaged.section.as_str(), damaged.part), ("a", 2));
+    assert!(damaged.to_string().contains("state-000001.bin: another checksum"), "{damaged}");
+    assert_eq!(map.state("b").unwrap().count(), 0);
+
+    fs::write(&path, b"cut").unwrap();
+    assert!(matches!(MapFolder::open(&folder), Err(Error::Checksum { .. })));
+}
+
+#[test]
+fn a_folder_without_a_state_says_so() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    MapFolderWriter::create(&folder).unwrap().finish("config", &0).unwrap();
+    let map = MapFolder::open(&folder).unwrap();
+    assert!(!map.has_state());
+    assert!(matches!(map.state("a"), Err(Error::Malformed { .. })));
+}

@@ -1,0 +1,54 @@
+/// Seconds between two sessions where the clock of the later one does not say: longer than what the evidence
+/// takes for one look.
+const PAUSE: f64 = 10.0;
+
+/// The clock of the maps goes on over all sessions, since what was seen later outweighs what was seen before. The
+/// clock of a session may begin anew, at 0 or at the start of its recording: then the session follows the last.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SessionClock {
+    /// Time of the newest frame or scan of this session on its own clock, seconds.
+    newest: f64,
+    /// What makes its times the maps'; none before the first frame.
+    offset: Option<f64>,
+}
+
+impl Default for SessionClock {
+    fn default() -> Self {
+        Self { newest: f64::NEG_INFINITY, offset: None }
+    }
+}
+
+impl SessionClock {
+    pub(crate) fn newest(&self) -> f64 {
+        self.newest
+    }
+
+    /// Takes note of a time of the session; `last`: the newest on the maps' clock. Gives what makes it one of
+    /// these.
+    pub(crate) fn advance(&mut self, timestamp: f64, last: f64) -> f64 {
+        self.newest = timestamp;
+        let follows = timestamp > last;
+        *self.offset.get_or_insert(if follows { 0.0 } else { last + PAUSE - timestamp })
+    }
+
+    /// What makes the session's times the maps'.
+    pub(crate) fn offset(&self) -> f64 {
+        self.offset.unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_whose_clock_begins_anew_follows_the_last() {
+        let mut first = SessionClock::default();
+        assert_eq!((first.advance(5.0, f64::NEG_INFINITY), first.advance(9.0, 5.0)), (0.0, 0.0));
+        let mut anew = SessionClock::default();
+        assert_eq!((anew.advance(2.0, 9.0), anew.advance(3.0, 19.0)), (17.0, 17.0));
+        let mut goes_on = SessionClock::default();
+        assert_eq!(goes_on.advance(1.7e9, 20.0), 0.0);
+        assert_eq!((anew.newest(), anew.offset()), (3.0, 17.0));
+    }
+}
