@@ -1,9 +1,6 @@
 use std::ops::Index;
 use std::sync::Arc;
 
-/// Items of a page.
-const PAGE: usize = 64;
-
 /// A list of which clones share the pages that neither has changed since, so that a clone costs a pointer for
 /// each 64 items.
 ///
@@ -29,7 +26,13 @@ impl<T> Default for Pages<T> {
     }
 }
 
+/// [`Pages::PAGE`].
+const PAGE: usize = 64;
+
 impl<T> Pages<T> {
+    /// Items of a page.
+    pub const PAGE: usize = PAGE;
+
     /// Number of items.
     #[inline]
     pub fn len(&self) -> usize {

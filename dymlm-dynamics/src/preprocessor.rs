@@ -85,14 +85,13 @@ impl Preprocessor {
         })
     }
 
-    /// Asks whether a frame and its detections would be taken, and changes nothing.
+    /// Asks whether the detections of a frame would be taken, at a time that is in order.
     ///
     /// # Errors
     ///
-    /// As [`Self::process`].
-    pub fn check(&self, frame: &Frame, detections: &[Detection]) -> Result<(), Error> {
-        check_instance_masks(frame, detections)?;
-        self.tracker.check_time(frame.timestamp()).map(|_| ())
+    /// [`Error::InstanceMaskSize`].
+    pub fn check(frame: &Frame, detections: &[Detection]) -> Result<(), Error> {
+        check_instance_masks(frame, detections)
     }
 
     /// Preprocesses one frame.
@@ -126,7 +125,8 @@ impl Preprocessor {
         knowledge: &SceneKnowledge<'_>,
     ) -> Result<Preprocessed<'_>, Error> {
         let found = detections.unwrap_or(&[]);
-        self.check(frame, found)?;
+        Self::check(frame, found)?;
+        self.tracker.check_time(frame.timestamp())?;
         self.track(frame, detections, world_from_camera)?;
         self.find_foregrounds(frame, found);
         self.remember_depths();

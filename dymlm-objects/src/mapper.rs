@@ -230,6 +230,11 @@ impl ObjectMapper {
         self.held.remove(&self.map.current_id(object))
     }
 
+    /// The objects that are held.
+    pub fn held(&self) -> impl Iterator<Item = ObjectId> {
+        self.held.iter().copied()
+    }
+
     /// Moves an object with all that is known of it, and [releases](Self::release) it. Gives its new box;
     /// `None` when the map has no object of this id.
     pub fn move_object(&mut self, object: ObjectId, new_from_old: &Pose) -> Option<OrientedBox> {

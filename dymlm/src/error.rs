@@ -54,6 +54,18 @@ pub enum Error {
         /// The frame named.
         frame: FrameId,
     },
+    /// A map folder could not be read or written.
+    #[cfg(feature = "io")]
+    #[error(transparent)]
+    Files(#[from] dymlm_io::Error),
+    /// What was saved of a session is not what was written.
+    #[cfg(feature = "io")]
+    #[error(transparent)]
+    State(#[from] dymlm_core::DamagedState),
+    /// The config that a map was saved with cannot be read, or not be written so that it is read back.
+    #[cfg(feature = "io")]
+    #[error("the config of the saved map: {0}")]
+    SavedConfig(String),
     /// Whoever watched said that it should not go on.
     #[error("the correction was cancelled")]
     Cancelled,

@@ -27,7 +27,7 @@ impl MapBuilder {
         let stride = self.config.sensor.stride;
         let found: Vec<Detection> = found.iter().map(|detection| detection.subsampled(stride)).collect();
         let mut preprocessor = Preprocessor::new(self.config.dynamics.clone(), self.config.sensor)?;
-        preprocessor.check(&before.frame, &found)?;
+        Preprocessor::check(&before.frame, &found)?;
         preprocessor.process(&before.frame, Some(&found), pose)?;
         let mended = self.mended(&before, &preprocessor, found)?;
 

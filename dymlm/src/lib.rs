@@ -72,6 +72,7 @@ mod queries;
 mod scans;
 mod session_clock;
 mod session_log;
+mod sessions;
 mod snapshots;
 mod stages;
 mod subsampler;

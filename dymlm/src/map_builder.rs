@@ -154,7 +154,7 @@ impl MapBuilder {
     /// cannot be read. The builder stays as it was.
     pub fn detections_for(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
         let Ok(waiting) = self.waiting.pending(frame) else { return self.mend(frame, found) };
-        self.preprocessor.check(&waiting.frame, found)?;
+        Preprocessor::check(&waiting.frame, found)?;
         let report = FrameReport::waiting(frame, waiting.frame.timestamp());
         self.waiting.resolve(frame, found);
         let mut released = self.process_ready()?;
@@ -185,7 +185,7 @@ impl MapBuilder {
     /// Everything that can be refused is refused here, before anything changes.
     fn check(&self, input: &FrameInput<'_>) -> Result<(), Error> {
         self.check_time(input.frame.timestamp())?;
-        self.preprocessor.check(input.frame, input.detections().unwrap_or(&[]))?;
+        Preprocessor::check(input.frame, input.detections().unwrap_or(&[]))?;
         input.frame.camera().subsampled(self.config.sensor.stride)?;
         self.map.check_reach(input.frame, &input.world_from_camera)
     }

@@ -118,6 +118,15 @@ impl Event {
         }
     }
 
+    /// The frame that it needs to happen again, if it needs one.
+    #[cfg(feature = "io")]
+    pub(crate) fn frame(&self) -> Option<FrameId> {
+        match self {
+            Self::Forgot { newest, .. } | Self::Moved { newest, .. } => Some(*newest),
+            _ => self.mapped(),
+        }
+    }
+
     pub(crate) fn key_frame_mut(&mut self) -> Option<&mut KeyFrameEntry> {
         match self {
             Self::KeyFrame(entry) => Some(entry),

@@ -8,5 +8,5 @@ mod state;
 mod writer;
 
 pub use reader::MapFolder;
-pub use state::{DamagedPart, MapSaver, StateParts, StateWriter};
+pub use state::{DamagedPart, MapFolderSaver, StateParts, StateWriter};
 pub use writer::MapFolderWriter;

@@ -27,17 +27,26 @@ impl MapFolder {
     /// no valid manifest; [`Error::MapVersion`]; [`Error::Checksum`] for the first file that is not as it was
     /// written.
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, Error> {
+        let map = Self::open_unverified(folder)?;
+        for file in &map.manifest.files {
+            verify(&map.folder.join(&file.name), file)?;
+        }
+        Ok(map)
+    }
+
+    /// Opens a map folder without looking whether its files are whole.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`](Self::open), but for sizes and checksums.
+    pub fn open_unverified(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let folder = folder.as_ref();
         if !folder.exists()
             && folder.parent().is_some_and(|parent| parent.as_os_str().is_empty() || parent.exists())
         {
             recover_unless_written(&resolve(folder)?)?;
         }
-        let manifest = Manifest::read(folder)?;
-        for file in &manifest.files {
-            verify(&folder.join(&file.name), file)?;
-        }
-        Ok(Self { folder: folder.to_path_buf(), manifest })
+        Ok(Self { folder: folder.to_path_buf(), manifest: Manifest::read(folder)? })
     }
 
     /// Names of the files, in the order in which they were written.

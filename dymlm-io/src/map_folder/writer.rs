@@ -47,7 +47,7 @@ pub struct MapFolderWriter {
     target: PathBuf,
     staging: TempDir,
     files: Vec<FileEntry>,
-    /// None where a [`MapSaver`](crate::MapSaver) has it.
+    /// None where a [`MapFolderSaver`](crate::MapFolderSaver) has it.
     _lock: Option<FolderLock>,
 }
 

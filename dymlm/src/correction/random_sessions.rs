@@ -36,6 +36,7 @@ enum Step {
     PutDown { which: usize, by: f64 },
     Correct(Correction),
     Remove { which: usize },
+    BeginSession,
 }
 
 /// Some frames are found to be elsewhere.
@@ -71,6 +72,7 @@ fn step() -> impl Strategy<Value = Step> {
         1 => (which.clone(), 0.1..1.0).prop_map(|(which, by)| Step::PutDown { which, by }),
         2 => correction().prop_map(Step::Correct),
         1 => which.prop_map(|which| Step::Remove { which }),
+        1 => Just(Step::BeginSession),
     ]
 }
 
@@ -90,6 +92,8 @@ fn cases(count: u32) -> ProptestConfig {
 struct Session {
     builder: MapBuilder,
     next: usize,
+    /// When the clock of the current session began, on that of the walk.
+    clock_start: f64,
     known: MultiLevelMap,
     copy: MapCopy,
 }
@@ -97,7 +101,7 @@ struct Session {
 impl Session {
     fn new() -> Self {
         let builder = builder();
-        Self { next: 0, known: builder.map().clone(), copy: MapCopy::default(), builder }
+        Self { next: 0, clock_start: 0.0, known: builder.map().clone(), copy: MapCopy::default(), builder }
     }
 
     fn run(steps: &[Step]) -> Self {
@@ -112,15 +116,19 @@ impl Session {
     fn take(&mut self, step: &Step) {
         match *step {
             Step::Frame { is_detector_run } => {
-                if let Some(SimulatedFrame { frame, detections, world_from_camera, .. }) = self.next_frame() {
+                if let Some(simulated) = self.next_frame() {
+                    let SimulatedFrame { frame, detections, world_from_camera, .. } = simulated;
                     let found =
                         if is_detector_run { Detections::Found(detections) } else { Detections::NotRun };
-                    self.builder.insert(frame, found, world_from_camera).unwrap();
+                    let mut frame = frame.clone();
+                    frame.set_timestamp(self.time(simulated)).unwrap();
+                    let report = self.builder.insert(&frame, found, world_from_camera).unwrap();
+                    assert_eq!(report.timestamp, frame.timestamp());
                 }
             }
             Step::Scan => {
                 if let Some(frame) = self.next_frame() {
-                    let (time, pose) = (frame.frame.timestamp(), &frame.world_from_camera);
+                    let (time, pose) = (self.time(frame), &frame.world_from_camera);
                     self.builder.insert_scan(time, &points(frame), pose).unwrap();
                 }
             }
@@ -147,6 +155,10 @@ impl Session {
                     self.builder.remove(FrameId::new((which % frames) as u64)).unwrap();
                 }
             }
+            Step::BeginSession => {
+                self.builder.begin_session().unwrap();
+                self.clock_start = WALK.get(self.next).map_or(0.0, |frame| frame.frame.timestamp());
+            }
         }
     }
 
@@ -154,6 +166,11 @@ impl Session {
     fn next_frame(&mut self) -> Option<&'static SimulatedFrame> {
         self.next += 1;
         WALK.get(self.next - 1)
+    }
+
+    /// When a frame was taken, on the clock of the current session.
+    fn time(&self, frame: &SimulatedFrame) -> f64 {
+        frame.frame.timestamp() - self.clock_start
     }
 
     /// One of those in the map, believed or not.

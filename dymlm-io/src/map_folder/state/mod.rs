@@ -13,7 +13,7 @@ mod saver;
 mod segment;
 
 pub use reader::{DamagedPart, StateParts};
-pub use saver::{MapSaver, StateWriter};
+pub use saver::{MapFolderSaver, StateWriter};
 
 /// The name of the index.
 pub(super) const INDEX: &str = "state.index";

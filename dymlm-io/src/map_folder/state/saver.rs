@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use dymlm_core::StateSink;
 use serde::Serialize;
 
 use super::index::{Part, StateIndex};
@@ -19,15 +20,17 @@ use crate::{Error, MapFolderWriter};
 /// ```
 /// # let parent = tempfile::tempdir()?;
 /// # let folder = parent.path().join("map");
-/// use dymlm_io::{MapFolder, MapSaver};
+/// use dymlm_io::{MapFolder, MapFolderSaver};
 ///
-/// let mut saver = MapSaver::create(&folder)?;
+/// let mut saver = MapFolderSaver::create(&folder)?;
 /// saver.save(&"config", &2, |_, state| {
-///     state.part("numbers", 1, Some(b"one"))?;
-///     state.part("numbers", 2, Some(b"two"))
+///     state.section("numbers", |part| {
+///         part(1, Some(b"one"))?;
+///         part(2, Some(b"two"))
+///     })
 /// })?;
 /// // The first is written no more.
-/// saver.save(&"config", &2, |_, state| state.part("numbers", 2, Some(b"zwei")))?;
+/// saver.save(&"config", &2, |_, state| state.section("numbers", |part| part(2, Some(b"zwei"))))?;
 ///
 /// let parts = MapFolder::open(&folder)?.state("numbers")?;
 /// let parts: Vec<_> = parts.collect::<Result<_, _>>()?;
@@ -35,14 +38,14 @@ use crate::{Error, MapFolderWriter};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct MapSaver {
+pub struct MapFolderSaver {
     target: PathBuf,
     /// What the folder holds of which this saver knows.
     index: StateIndex,
     _lock: FolderLock,
 }
 
-impl MapSaver {
+impl MapFolderSaver {
     /// A saver that knows nothing of what the folder holds: its first save replaces it.
     ///
     /// # Errors
@@ -117,24 +120,27 @@ impl StateWriter {
         Ok(Self { target: target.to_path_buf(), segment, index: before.clone() })
     }
 
-    /// Writes a part in the place of the one with its key, or removes that one.
+    /// Changes a section: each part that `write` gives is written in the place of the one with its key, or
+    /// that one is removed.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`].
-    pub fn part(&mut self, section: &str, key: u64, bytes: Option<&[u8]>) -> Result<(), Error> {
-        let written = bytes.map(|bytes| self.segment.write(bytes)).transpose();
-        let written = written.map_err(Error::io(&self.target))?;
-        if !self.index.sections.contains_key(section) {
-            self.index.sections.insert(section.to_owned(), BTreeMap::new());
-        }
-        if let Some(parts) = self.index.sections.get_mut(section) {
-            match written {
-                Some(part) => parts.insert(key, part),
+    /// [`Error::Io`], also where `write` fails.
+    pub fn section(
+        &mut self,
+        name: &str,
+        write: impl FnOnce(&mut StateSink<'_>) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        let Self { target, segment, index } = self;
+        let parts = index.sections.entry(name.to_owned()).or_default();
+        let mut sink = |key, bytes: Option<&[u8]>| {
+            match bytes {
+                Some(bytes) => parts.insert(key, segment.write(bytes)?),
                 None => parts.remove(&key),
             };
-        }
-        Ok(())
+            Ok(())
+        };
+        write(&mut sink).map_err(Error::io(target))
     }
 
     /// Writes again what stands in segments that are not worth being kept, and gives what there is now.

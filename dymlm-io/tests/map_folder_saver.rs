@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use dymlm_io::{Error, MapFolder, MapFolderWriter, MapSaver};
+use dymlm_io::{Error, MapFolder, MapFolderSaver, MapFolderWriter};
 use proptest::prelude::*;
 
 type Parts = BTreeMap<u64, Vec<u8>>;
@@ -15,10 +15,11 @@ fn read(folder: &Path, section: &str) -> Parts {
     MapFolder::open(folder).unwrap().state(section).unwrap().collect::<Result<_, _>>().unwrap()
 }
 
-fn save(saver: &mut MapSaver, section: &str, changes: &[(u64, Option<Vec<u8>>)]) -> Result<(), Error> {
+fn save(saver: &mut MapFolderSaver, section: &str, changes: &[(u64, Option<Vec<u8>>)]) -> Result<(), Error> {
     saver.save("config", &0, |folder, state| {
         folder.file("readme.txt", |out| writeln!(out, "{} changes", changes.len()))?;
-        changes.iter().try_for_each(|(key, bytes)| state.part(section, *key, bytes.as_deref()))
+        state
+            .section(section, |part| changes.iter().try_for_each(|(key, bytes)| part(*key, bytes.as_deref())))
     })
 }
 
@@ -45,7 +46,7 @@ proptest! {
     ) {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("map");
-        let mut saver = MapSaver::create(&folder).unwrap();
+        let mut saver = MapFolderSaver::create(&folder).unwrap();
         let mut expected = [Parts::new(), Parts::new()];
         for changes in saves {
             saver.save("config", &0, |_, state| {
@@ -54,7 +55,7 @@ proptest! {
                         0 => vec![seed as u8; len],
                         _ => noise(seed, len),
                     });
-                    state.part(["a", "b"][section as usize], key, bytes.as_deref())?;
+                    state.section(["a", "b"][section as usize], |part| part(key, bytes.as_deref()))?;
                     match bytes {
                         Some(bytes) => drop(expected[section as usize].insert(key, bytes)),
                         None => drop(expected[section as usize].remove(&key)),
@@ -72,7 +73,7 @@ proptest! {
 fn what_has_not_changed_is_not_written_again() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("map");
-    let mut saver = MapSaver::create(&folder).unwrap();
+    let mut saver = MapFolderSaver::create(&folder).unwrap();
     let all: Vec<_> = (0..100).map(|key| (key, Some(noise(key, 10_000)))).collect();
     save(&mut saver, "a", &all).unwrap();
     assert!(newest_segment(&folder) >= 1_000_000);
@@ -102,10 +103,10 @@ fn what_has_not_changed_is_not_written_again() {
 fn a_save_that_fails_leaves_the_one_before() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("map");
-    let mut saver = MapSaver::create(&folder).unwrap();
+    let mut saver = MapFolderSaver::create(&folder).unwrap();
     save(&mut saver, "a", &[(1, Some(b"one".to_vec()))]).unwrap();
     let failed = saver.save("config", &0, |folder, state| {
-        state.part("a", 1, Some(b"another"))?;
+        state.section("a", |part| part(1, Some(b"another")))?;
         folder.file("cloud.ply", |_| Err::<(), _>("the disk is full"))
     });
     assert!(matches!(failed, Err(Error::Content { .. })));
@@ -119,16 +120,16 @@ fn a_save_that_fails_leaves_the_one_before() {
 fn one_writes_at_a_time() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("map");
-    let saver = MapSaver::create(&folder).unwrap();
-    assert!(matches!(MapSaver::create(&folder), Err(Error::Locked { .. })));
+    let saver = MapFolderSaver::create(&folder).unwrap();
+    assert!(matches!(MapFolderSaver::create(&folder), Err(Error::Locked { .. })));
     let refused = MapFolderWriter::create(&folder).unwrap_err();
     assert!(matches!(refused, Error::Locked { .. }));
     assert!(refused.to_string().contains("somebody else writes this map"), "{refused}");
     drop(saver);
     let writer = MapFolderWriter::create(&folder).unwrap();
-    assert!(matches!(MapSaver::create(&folder), Err(Error::Locked { .. })));
+    assert!(matches!(MapFolderSaver::create(&folder), Err(Error::Locked { .. })));
     drop(writer);
-    MapSaver::create(&folder).unwrap();
+    MapFolderSaver::create(&folder).unwrap();
 }
 
 #[test]
@@ -140,7 +141,7 @@ fn what_killed_writers_left_is_cleared() {
     fs::write(stale.join("state-000001.bin"), "half").unwrap();
     let other = parent.path().join(".map2.dymlm-new-abc123");
     fs::create_dir(&other).unwrap();
-    save(&mut MapSaver::create(&folder).unwrap(), "a", &[]).unwrap();
+    save(&mut MapFolderSaver::create(&folder).unwrap(), "a", &[]).unwrap();
     assert!(!stale.exists() && other.exists());
 }
 
@@ -149,7 +150,7 @@ fn a_damaged_part_is_named_and_the_others_are_read() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("map");
     let parts: Vec<_> = (0..5).map(|key| (key, Some(noise(key, 100)))).collect();
-    save(&mut MapSaver::create(&folder).unwrap(), "a", &parts).unwrap();
+    save(&mut MapFolderSaver::create(&folder).unwrap(), "a", &parts).unwrap();
     let path = folder.join("state-000001.bin");
     let mut bytes = fs::read(&path).unwrap();
     bytes[250] ^= 1;
