@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
 use dymlm_io::{Error, MapFolder, MapFolderSaver, MapFolderWriter};
@@ -175,4 +176,84 @@ fn a_folder_without_a_state_says_so() {
     let map = MapFolder::open(&folder).unwrap();
     assert!(!map.has_state());
     assert!(matches!(map.state("a"), Err(Error::Malformed { .. })));
+}
+
+/// What a killed writer writes: each part and each file says which save it is of.
+fn save_number(saver: &mut MapFolderSaver, number: u64) {
+    let saved = saver.save("config", &number, |folder, state| {
+        folder.file("cloud.ply", |out| writeln!(out, "{number}"))?;
+        // One in three changes each time; after a new beginning all are written.
+        state.section("a", |part| {
+            for key in (0..30).filter(|key| number == 0 || key % 3 == number % 3) {
+                part(key, Some(&[number.to_le_bytes().to_vec(), noise(number ^ key, 5000)].concat()))?;
+            }
+            Ok(())
+        })
+    });
+    saved.unwrap();
+}
+
+/// Which save a folder holds; panics where it is not whole.
+fn number_of(folder: &Path) -> u64 {
+    let map = MapFolder::open(folder).unwrap();
+    let number: u64 = map.counts().unwrap();
+    assert_eq!(map.read("cloud.ply").unwrap(), format!("{number}\n").as_bytes());
+    let parts = read(folder, "a");
+    assert_eq!(parts.len(), 30);
+    for (key, bytes) in parts {
+        // The last save that changed it; the first of all wrote it.
+        let expected = number.saturating_sub((number + 3 - key % 3) % 3);
+        let at = |number: u64| bytes == [number.to_le_bytes().to_vec(), noise(number ^ key, 5000)].concat();
+        assert!(at(expected), "part {key} of save {number}");
+    }
+    number
+}
+
+/// The process that is killed: it saves and saves.
+#[test]
+#[ignore = "another test runs it and kills it"]
+fn saves_until_it_is_killed() {
+    let Some(folder) = std::env::var_os("DYMLM_SAVE_TO") else { return };
+    let mut saver = MapFolderSaver::create(Path::new(&folder)).unwrap();
+    for number in 0.. {
+        save_number(&mut saver, number);
+        // Past the test harness, which keeps what is printed.
+        writeln!(std::io::stdout(), "saved {number}").unwrap();
+    }
+}
+
+/// `DYMLM_KILLS`: how often (`.ci/nightly`: 1,000 times).
+#[test]
+fn a_writer_that_is_killed_leaves_the_map_before_or_the_map_after() {
+    let kills = std::env::var("DYMLM_KILLS").map_or(25, |kills| kills.parse().unwrap());
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut random = dymlm_core::SplitMix64::new(7);
+    let mut most = 0;
+    for _ in 0..kills {
+        let mut child = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["--ignored", "--exact", "saves_until_it_is_killed"])
+            .env("DYMLM_SAVE_TO", &folder)
+            .stdout(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let end = std::time::Duration::from_micros(random.below(120_000) as u64);
+        std::thread::sleep(end);
+        child.kill().unwrap();
+        let printed = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
+        // The last line may have been cut.
+        let whole = printed.rsplit_once('\n').map_or("", |(whole, _)| whole);
+        let last = whole.lines().rev().find_map(|line| line.strip_prefix("saved ")?.parse::<u64>().ok());
+        if let Some(last) = last {
+            let number = number_of(&folder);
+            assert!(number == last || number == last + 1, "save {number}, after {last}");
+            most = most.max(number);
+        } else if most > 0 {
+            number_of(&folder);
+        }
+    }
+    assert!(most > 5, "{most} saves");
+    // Whoever comes next clears away what was left.
+    save_number(&mut MapFolderSaver::create(&folder).unwrap(), 0);
+    assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 1);
 }
