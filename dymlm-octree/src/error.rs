@@ -10,6 +10,10 @@ pub enum Error {
     /// An image or a colour buffer that does not fit the camera or the points.
     #[error(transparent)]
     Core(#[from] dymlm_core::Error),
+    /// A saved map is not what was written.
+    #[cfg(feature = "state")]
+    #[error(transparent)]
+    State(#[from] dymlm_core::DamagedState),
     /// A sensor origin that is not finite or outside the 65536 cells an axis of the map.
     #[error("the origin {origin:?} is not inside the map, which ends at +-{half_extent} m")]
     Origin {

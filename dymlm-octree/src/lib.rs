@@ -31,6 +31,8 @@ mod occupancy_model;
 mod octree;
 mod plain_conversion;
 mod ray_cast;
+#[cfg(feature = "state")]
+mod saved_state;
 mod storage;
 
 pub use accessor::Accessor;

@@ -32,6 +32,20 @@ impl EntryColors {
         self.0.as_ref().map_or(NO_COLOR, |colors| mean_color(colors[entries].iter().copied()))
     }
 
+    /// All of them, if any entry has one.
+    #[cfg(feature = "state")]
+    pub(super) fn to_vec(&self) -> Option<Vec<Rgb>> {
+        self.0.as_ref().map(|colors| colors.to_vec())
+    }
+
+    /// What [`to_vec`](Self::to_vec) gave; `None` where it gave something else, or may give nothing.
+    #[cfg(feature = "state")]
+    pub(super) fn of_vec(colors: Option<Vec<Rgb>>, may_be: bool) -> Option<Self> {
+        let Some(colors) = colors else { return Some(Self::NONE) };
+        let colors: [Rgb; ENTRIES] = colors.try_into().ok()?;
+        may_be.then(|| Self(Some(Arc::new(colors))))
+    }
+
     /// Bytes held elsewhere.
     pub(super) fn memory_bytes(&self) -> usize {
         if self.0.is_some() { super::shared_bytes::<[Rgb; ENTRIES]>() } else { 0 }

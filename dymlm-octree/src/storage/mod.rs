@@ -17,6 +17,8 @@ mod difference;
 mod filling;
 mod forgetting;
 mod merging;
+#[cfg(feature = "state")]
+mod saving;
 mod subtree;
 mod tree;
 

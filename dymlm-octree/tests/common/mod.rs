@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub(crate) mod changes;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_octree::{Leaf, Octree, OctreeConfig};
