@@ -2,20 +2,25 @@
 //! report.
 //!
 //! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR] [--detections FILE]
-//! [--trajectory FILE] [--corrections FILE] [--config FILE.toml] [--every N] [--out DIR]`
+//! [--trajectory FILE] [--corrections FILE] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use clap::Parser;
-use dymlm::{FrameReport, HistoryConfig, MapBuilder, MapConfig, Selection};
+use dymlm::core::{FrameId, Pose};
+use dymlm::files::Autosave;
+use dymlm::{FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_examples::{
-    AnyError, CorrectionCost, FrameSource, Picture, RunReport, cloud_pictures, every, mean_up,
-    named_sequence, objects_from_above, objects_from_camera, octree_pictures, plane_pictures,
-    planes_from_camera, progress_bar, timed, up_of_planes,
+    AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
+    objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
+    progress_bar, timed, up_of_planes,
 };
-use dymlm_io::{MapFolderWriter, StampedPose, Trajectory, TumOptions};
+use dymlm_io::{StampedPose, Trajectory, TumOptions};
 use dymlm_sim::SequenceConfig;
 
 /// Longest time between two poses of the corrections that is interpolated, seconds.
@@ -45,8 +50,21 @@ struct Arguments {
     #[arg(long)]
     corrections: Option<PathBuf>,
     /// Settings; what the file leaves out stays at its default
-    #[arg(long)]
+    #[arg(long, conflicts_with = "resume")]
     config: Option<PathBuf>,
+    /// Goes on with the maps of a folder, with their settings
+    #[arg(long)]
+    resume: Option<PathBuf>,
+    #[arg(
+        long,
+        requires = "resume",
+        value_parser = read_pose,
+        help = "\"tx ty tz qx qy qz qw\": takes this sequence's world to that of the resumed maps"
+    )]
+    world_from_session: Option<Pose>,
+    /// Seconds between two saves while the maps are built
+    #[arg(long, default_value_t = 60.0, value_parser = read_seconds)]
+    autosave: f64,
     /// Take every N-th frame
     #[arg(long, default_value_t = 1)]
     every: usize,
@@ -57,22 +75,22 @@ struct Arguments {
 
 fn main() -> Result<(), AnyError> {
     let arguments = Arguments::parse();
-    let mut config = read_config(&arguments)?;
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
-    if corrections.is_some() && config.history == HistoryConfig::None {
-        config.history = HistoryConfig::Memory;
-    }
+    let mut builder = make_builder(&arguments, corrections.is_some())?;
     let mut source = open_source(&arguments)?;
     // Claimed first: an output folder that cannot be written shall not cost a run.
-    let mut folder = MapFolderWriter::create(&arguments.out)?;
+    let interval = Duration::from_secs_f64(arguments.autosave);
+    let autosave = Autosave::start(builder.reader(), &arguments.out, interval)?;
 
-    let mut builder = MapBuilder::new(config)?;
-    let reports = insert_all(&mut builder, &mut source);
+    let world_from_session = arguments.world_from_session.unwrap_or_default();
+    let reports = insert_all(&mut builder, &mut source, &world_from_session);
     if reports.is_empty() {
-        return Err("no frame could be mapped; nothing is written".into());
+        return Err("no frame could be mapped".into());
     }
     builder.settle();
-    let corrected = corrections.map(|poses| correct(&mut builder, &poses)).transpose()?;
+    let first = reports[0].id;
+    let corrected = corrections.map(|poses| correct(&mut builder, &poses, first, &world_from_session));
+    let corrected = corrected.transpose()?;
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
     let mut report = RunReport::new(source.len(), &reports, &builder);
@@ -86,23 +104,52 @@ fn main() -> Result<(), AnyError> {
     pictures.push(objects_from_above(builder.map().objects(), &cloud, up));
     // The middle of the run is drawn as the camera saw it.
     if let Ok(middle) = source.load(source.len() / 2) {
-        let objects = builder.map().objects();
-        pictures.push(objects_from_camera(objects, &middle.frame, &middle.world_from_camera));
-        pictures.push(planes_from_camera(builder.map().planes(), &middle.frame, &middle.world_from_camera));
+        let (map, pose) = (builder.map(), world_from_session * middle.world_from_camera);
+        pictures.push(objects_from_camera(map.objects(), &middle.frame, &pose));
+        pictures.push(planes_from_camera(map.planes(), &middle.frame, &pose));
     }
 
-    builder.map().write_files(&mut folder)?;
-    write_pictures(&mut folder, &pictures)?;
-    folder.file("report.json", |out| -> Result<(), AnyError> {
-        serde_json::to_writer_pretty(&mut *out, &report)?;
-        Ok(writeln!(out)?)
+    let trajectory = mapped_trajectory(&builder, &source, first, &world_from_session)?;
+    autosave.finish()?.save_with(builder.map(), |folder| {
+        for picture in &pictures {
+            folder.file(picture.name, |out| picture.encode_png(out))?;
+        }
+        folder.file("trajectory.txt", |out| trajectory.encode(out))?;
+        folder.file("report.json", |out| -> Result<(), AnyError> {
+            serde_json::to_writer_pretty(&mut *out, &report)?;
+            Ok(writeln!(out)?)
+        })
     })?;
-    let trajectory = mapped_trajectory(&builder, &source)?;
-    folder.file("trajectory.txt", |out| trajectory.encode(out))?;
-    folder.finish(&report.config, &report.counts)?;
 
     print_summary(&report, &arguments);
     Ok(())
+}
+
+/// A builder of new maps, or of those that are resumed.
+fn make_builder(arguments: &Arguments, has_corrections: bool) -> Result<MapBuilder, AnyError> {
+    if let Some(folder) = &arguments.resume {
+        return Ok(MapBuilder::resume(MultiLevelMap::load(folder)?)?);
+    }
+    let mut config = read_config(arguments)?;
+    if has_corrections && config.history == HistoryConfig::None {
+        config.history = HistoryConfig::Memory;
+    }
+    Ok(MapBuilder::new(config)?)
+}
+
+fn read_pose(text: &str) -> Result<Pose, String> {
+    let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+    match numbers.map_err(|error| error.to_string())?[..] {
+        [x, y, z, qx, qy, qz, qw] => {
+            Pose::new([x, y, z], [qx, qy, qz, qw]).map_err(|error| error.to_string())
+        }
+        _ => Err("seven numbers are needed: tx ty tz qx qy qz qw".to_owned()),
+    }
+}
+
+fn read_seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "no number of seconds".to_owned())?;
+    if (0.1..=1e6).contains(&seconds) { Ok(seconds) } else { Err("0.1 to 1000000 seconds".to_owned()) }
 }
 
 fn read_config(arguments: &Arguments) -> Result<MapConfig, AnyError> {
@@ -125,16 +172,27 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
     FrameSource::synthetic(&every(config, arguments.every))
 }
 
-/// Feeds every frame to the builder. A frame that cannot be loaded or is refused costs a warning, no more.
-fn insert_all(builder: &mut MapBuilder, source: &mut FrameSource) -> Vec<FrameReport> {
+/// Feeds every frame to the builder, until somebody interrupts. A frame that cannot be loaded or is refused
+/// costs a warning, no more.
+fn insert_all(
+    builder: &mut MapBuilder,
+    source: &mut FrameSource,
+    world_from_session: &Pose,
+) -> Vec<FrameReport> {
+    let interrupted = interruption();
     let bar = progress_bar(source.len(), "mapping");
     let warn = |text: String| bar.suspend(|| eprintln_warning(&text));
     source.faults().into_iter().for_each(&warn);
     let mut reports = Vec::new();
     for index in 0..source.len() {
+        if interrupted.load(Ordering::Relaxed) {
+            warn(format!("interrupted after {index} of {} frames", source.len()));
+            break;
+        }
         match source.load(index) {
             Ok(next) => {
-                match builder.insert(&next.frame, next.detections.as_deref(), &next.world_from_camera) {
+                let pose = *world_from_session * next.world_from_camera;
+                match builder.insert(&next.frame, next.detections.as_deref(), &pose) {
                     Ok(report) => reports.push(report),
                     Err(error) => warn(format!("frame {index} skipped: {error}")),
                 }
@@ -148,10 +206,30 @@ fn insert_all(builder: &mut MapBuilder, source: &mut FrameSource) -> Vec<FrameRe
     reports
 }
 
+/// Becomes true when somebody interrupts the program (Ctrl-C). The second time ends it at once.
+fn interruption() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    };
+    if let Err(error) = ctrlc::set_handler(handler) {
+        eprintln_warning(&format!("an interruption will lose the maps: {error}"));
+    }
+    interrupted
+}
+
 /// Lets the maps follow the poses of a back end; frames that it says nothing of move with their neighbours.
-fn correct(builder: &mut MapBuilder, poses: &Trajectory) -> Result<CorrectionCost, AnyError> {
-    let new_pose = |(id, time, _)| Some((id, poses.pose_at(time, LONGEST_GAP).ok()?));
-    let given: Vec<_> = builder.trajectory().filter_map(new_pose).collect();
+fn correct(
+    builder: &mut MapBuilder,
+    poses: &Trajectory,
+    first: FrameId,
+    world_from_session: &Pose,
+) -> Result<CorrectionCost, AnyError> {
+    let new_pose = |(id, time, _)| Some((id, *world_from_session * poses.pose_at(time, LONGEST_GAP).ok()?));
+    let given: Vec<_> = builder.trajectory().filter(|(id, ..)| *id >= first).filter_map(new_pose).collect();
     if given.is_empty() {
         return Err("no frame was taken at a time of the corrections".into());
     }
@@ -167,15 +245,19 @@ fn correct(builder: &mut MapBuilder, poses: &Trajectory) -> Result<CorrectionCos
     Ok(CorrectionCost { key_frames: report?.moved_key_frames, ..cost })
 }
 
-/// Where the frames were taken from, as they are mapped.
-fn mapped_trajectory(builder: &MapBuilder, source: &FrameSource) -> Result<Trajectory, AnyError> {
-    let corrected = builder.trajectory().map(|(_, time, pose)| (time, pose));
-    let mut poses: Vec<_> = corrected.collect();
+/// Where the frames of this session were taken from, as they are mapped.
+fn mapped_trajectory(
+    builder: &MapBuilder,
+    source: &FrameSource,
+    first: FrameId,
+    world_from_session: &Pose,
+) -> Result<Trajectory, AnyError> {
+    let own = builder.trajectory().filter(|(id, ..)| *id >= first);
+    let mut poses: Vec<_> = own.map(|(_, time, pose)| (time, pose)).collect();
     if poses.is_empty() {
         // Without a history as they were given.
-        poses.extend(
-            (0..source.len()).filter_map(|index| Some((source.timestamp(index)?, source.pose(index)?))),
-        );
+        let given = |index| Some((source.timestamp(index)?, *world_from_session * source.pose(index)?));
+        poses.extend((0..source.len()).filter_map(given));
     }
     let stamped = |(timestamp, world_from_camera)| StampedPose { timestamp, world_from_camera };
     Ok(Trajectory::new(poses.into_iter().map(stamped).collect())?)
@@ -184,13 +266,6 @@ fn mapped_trajectory(builder: &MapBuilder, source: &FrameSource) -> Result<Traje
 #[allow(clippy::print_stderr, reason = "warnings of a program for the terminal")]
 fn eprintln_warning(text: &str) {
     eprintln!("warning: {text}");
-}
-
-fn write_pictures(folder: &mut MapFolderWriter, pictures: &[Picture]) -> Result<(), AnyError> {
-    for picture in pictures {
-        folder.file(picture.name, |out| picture.encode_png(out))?;
-    }
-    Ok(())
 }
 
 fn print_summary(report: &RunReport, arguments: &Arguments) {

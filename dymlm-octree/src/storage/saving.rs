@@ -135,7 +135,7 @@ fn save_below(
         let below = corner_of(corner, entry, own.side());
         match (own.entry(entry), earlier.map(|earlier| earlier.entry(entry))) {
             (Entry::Branch(own), Some(Entry::Branch(earlier))) => {
-                save_below(own, Some(earlier), below, sink)?
+                save_below(own, Some(earlier), below, sink)?;
             }
             (Entry::Branch(own), _) => save_below(own, None, below, sink)?,
             (_, Some(Entry::Branch(earlier))) => remove_below(earlier, below, sink)?,

@@ -9,8 +9,12 @@ use dymlm_octree::RayMode;
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 use proptest::prelude::*;
 
+#[cfg(feature = "io")]
+use crate::common::fingerprint;
 use crate::common::map_copy::MapCopy;
 use crate::common::{fingerprint_without_ids, ids, poses};
+#[cfg(feature = "io")]
+use crate::files::MapSaver;
 use crate::session_log::BodyMotion;
 use crate::{Detections, MapBuilder, MapConfig, MultiLevelMap};
 
@@ -96,12 +100,23 @@ struct Session {
     clock_start: f64,
     known: MultiLevelMap,
     copy: MapCopy,
+    /// Saves the maps after each step, if there is one: then a further session begins with those of the file.
+    #[cfg(feature = "io")]
+    saver: Option<MapSaver>,
 }
 
 impl Session {
     fn new() -> Self {
         let builder = builder();
-        Self { next: 0, clock_start: 0.0, known: builder.map().clone(), copy: MapCopy::default(), builder }
+        Self {
+            next: 0,
+            clock_start: 0.0,
+            known: builder.map().clone(),
+            copy: MapCopy::default(),
+            #[cfg(feature = "io")]
+            saver: None,
+            builder,
+        }
     }
 
     fn run(steps: &[Step]) -> Self {
@@ -111,6 +126,30 @@ impl Session {
             session.check_copy();
         }
         session
+    }
+
+    /// The same with maps that are saved after each step, and loaded for each further session.
+    #[cfg(feature = "io")]
+    fn run_saved(steps: &[Step], folder: &std::path::Path) -> Self {
+        let mut session = Self::new();
+        session.saver = Some(MapSaver::create(folder).unwrap());
+        for step in steps {
+            session.take(step);
+            if let Some(saver) = &mut session.saver {
+                saver.save(session.builder.map()).unwrap();
+            }
+            session.check_copy();
+        }
+        session
+    }
+
+    #[cfg(feature = "io")]
+    fn load_saved(&mut self) {
+        if let Some(saver) = &mut self.saver {
+            saver.save(self.builder.map()).unwrap();
+            let map = MultiLevelMap::load(saver.folder()).unwrap();
+            self.builder = MapBuilder::resume(map).unwrap();
+        }
     }
 
     fn take(&mut self, step: &Step) {
@@ -156,6 +195,8 @@ impl Session {
                 }
             }
             Step::BeginSession => {
+                #[cfg(feature = "io")]
+                self.load_saved();
                 self.builder.begin_session().unwrap();
                 self.clock_start = WALK.get(self.next).map_or(0.0, |frame| frame.frame.timestamp());
             }
@@ -285,6 +326,30 @@ proptest! {
         order in Just((0..FRAMES as u64).collect::<Vec<_>>()).prop_shuffle(),
     ) {
         check_nothing_left(&steps, order);
+    }
+}
+
+#[cfg(feature = "io")]
+proptest! {
+    #![proptest_config(cases(8))]
+
+    #[test]
+    fn maps_that_were_saved_and_loaded_go_on_to_the_same_bits(
+        steps in session(),
+        cut in 0..20_usize,
+        last in correction(),
+    ) {
+        let mut steps = steps;
+        steps.insert(cut % steps.len(), Step::BeginSession);
+        let folder = tempfile::tempdir().unwrap();
+        let mut direct = Session::run(&steps);
+        let mut loaded = Session::run_saved(&steps, &folder.path().join("map"));
+        for _ in 0..2 {
+            prop_assert!(fingerprint(loaded.builder.map()) == fingerprint(direct.builder.map()));
+            prop_assert_eq!(poses(&loaded.builder), poses(&direct.builder));
+            direct.correct(&last);
+            loaded.correct(&last);
+        }
     }
 }
 

@@ -1,10 +1,11 @@
 use std::path::Path;
 
 use dymlm_cloud::Selection;
-use dymlm_io::{MapFolderWriter, encode_objects, encode_planes, encode_ply};
+use dymlm_history::HistoryConfig;
+use dymlm_io::{MapFolder, MapFolderWriter, encode_objects, encode_planes, encode_ply};
 
-use super::{object_records, plane_cloud, plane_records};
-use crate::{MapConfig, MultiLevelMap};
+use super::{MapSaver, MissingMap, object_records, plane_cloud, plane_records};
+use crate::{Error, MultiLevelMap};
 
 impl MultiLevelMap {
     /// Writes the standard files of a map into a folder that is being made: `cloud.ply` (the static cloud),
@@ -22,28 +23,62 @@ impl MultiLevelMap {
         folder.file("planes.ply", |out| encode_ply(out, &plane_cloud(self.planes())))
     }
 
-    /// Writes a map folder: [`write_files`](Self::write_files) and a manifest with the config and the counts.
-    /// A crash leaves the older map or the new one, never half of it. Other programs read the files; a
-    /// builder does not go on from them.
+    /// Saves the maps: [`write_files`](Self::write_files), and the state that these cannot hold, with which
+    /// they [go on](crate::MapBuilder::resume) to the same bits. A crash leaves the older map or the new one,
+    /// never half of it. Who saves again and again has a [`MapSaver`], which writes what has changed.
     ///
     /// # Errors
     ///
-    /// [`dymlm_io::Error`] when the folder is something else than a map, or a file cannot be written.
+    /// [`dymlm_io::Error`] when the folder is something else than a map, when somebody else writes it, or when
+    /// a file cannot be written.
     ///
     /// ```
     /// # let parent = tempfile::tempdir()?;
     /// # let folder = parent.path().join("map");
-    /// use dymlm::{MapBuilder, MapConfig};
+    /// use dymlm::{MapBuilder, MapConfig, MultiLevelMap};
     ///
     /// let builder = MapBuilder::new(MapConfig::default())?;
     /// // Frames are inserted here.
-    /// builder.map().export(&folder, builder.config())?;
+    /// builder.map().save(&folder)?;
     /// assert!(folder.join("cloud.ply").exists() && folder.join("manifest.json").exists());
+    /// let map = MultiLevelMap::load(&folder)?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn export(&self, folder: &Path, config: &MapConfig) -> Result<(), dymlm_io::Error> {
-        let mut writer = MapFolderWriter::create(folder)?;
-        self.write_files(&mut writer)?;
-        writer.finish(config, &self.counts())
+    pub fn save(&self, folder: impl AsRef<Path>) -> Result<(), dymlm_io::Error> {
+        MapSaver::create(folder)?.save(self)
     }
+
+    /// The maps that were [saved](Self::save) in a folder, to the bit. What is kept of key frames is kept where
+    /// it was, in memory or in a folder, which must be there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Files`] when the folder holds no map, only its standard files, or one of another format
+    /// version; else an error that names what is damaged.
+    pub fn load(folder: impl AsRef<Path>) -> Result<Self, Error> {
+        whole(Self::read_state(&MapFolder::open(folder)?, None)?)
+    }
+
+    /// [`load`](Self::load), with what is kept of key frames in another place.
+    ///
+    /// # Errors
+    ///
+    /// As [`load`](Self::load).
+    pub fn load_with_history(folder: impl AsRef<Path>, history: HistoryConfig) -> Result<Self, Error> {
+        whole(Self::read_state(&MapFolder::open(folder)?, Some(history))?)
+    }
+
+    /// What is whole of a damaged folder, and which maps are not: these are empty.
+    ///
+    /// # Errors
+    ///
+    /// As [`load`](Self::load), when not even the manifest and the head of the state can be read.
+    pub fn load_partial(folder: impl AsRef<Path>) -> Result<(Self, Vec<MissingMap>), Error> {
+        Self::read_state(&MapFolder::open_unverified(folder)?, None)
+    }
+}
+
+/// The maps, when none is missing.
+fn whole((map, missing): (MultiLevelMap, Vec<MissingMap>)) -> Result<MultiLevelMap, Error> {
+    missing.into_iter().next().map_or(Ok(map), |missing| Err(missing.error))
 }
