@@ -3,6 +3,7 @@
 //! optimal assignment, segmentation of the thing in a box.
 
 mod assignment;
+mod box_tree;
 mod convex_hull;
 mod dbscan;
 mod finite;

@@ -1,8 +1,6 @@
-use std::num::NonZero;
-
 use dymlm_core::{ConfigError, Point, check_range};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
+use crate::box_tree::{BoxTree, Nearest};
 use crate::parallel::{for_each, task_size};
 
 /// Which points stand apart.
@@ -33,7 +31,7 @@ impl Default for StatisticalOutlierConfig {
 /// from the origin (some 9e18 m) that squared distances would leave the range of f32. In a cloud of fewer points than neighbours, all others are the neighbours; a
 /// point alone is an inlier, at distance 0.
 ///
-/// O(n log n), with a k-d tree. The same bits come out with feature `parallel`, on any number of threads.
+/// O(n log n), with a tree of tight boxes, on equal points and on points in planes too. The same bits come out with feature `parallel`, on any number of threads.
 ///
 /// Rusu, Marton, Blodow, Dolha, Beetz: "Towards 3D point cloud based object maps for household environments",
 /// Robotics and Autonomous Systems 2008; PCL's `StatisticalOutlierRemoval`.
@@ -105,22 +103,22 @@ fn is_near(point: &Point) -> bool {
 
 /// For each point the mean distance to its `neighbors` nearest other points, metres.
 fn mean_neighbor_distances(points: &[Point], neighbors: usize) -> Vec<f64> {
-    let mut distances = vec![0.0; points.len()];
-    // The nearest point is the point itself, or one that equals it: at distance 0 in either case.
-    let (Ok(tree), Some(wanted)) =
-        (ImmutableKdTree::<f32, 3>::new_from_slice(points), NonZero::new(neighbors + 1))
-    else {
-        // No tree of more than 2^32 points.
-        return distances;
-    };
-    let share = task_size(points.len());
-    for_each(distances.chunks_mut(share).zip(points.chunks(share)), |(distances, points)| {
+    let tree = BoxTree::new(points.iter().copied());
+    let mut in_order = vec![0.0; tree.points().len()];
+    let share = task_size(in_order.len());
+    for_each(in_order.chunks_mut(share).zip(tree.points().chunks(share)), |(distances, points)| {
+        // The nearest point is the point itself, or one that equals it: at distance 0 in either case.
+        let mut nearest = Nearest::new(neighbors + 1);
         for (distance, point) in distances.iter_mut().zip(points) {
-            let nearest = tree.query(point).nearest_n::<SquaredEuclidean<f32>>(wanted).execute();
-            let others = nearest.iter().skip(1).map(|item| f64::from(item.distance).sqrt());
+            let nearest = nearest.find(&tree, *point);
+            let others = nearest.iter().skip(1).map(|&squared| f64::from(squared).sqrt());
             *distance = others.sum::<f64>() / nearest.len().saturating_sub(1).max(1) as f64;
         }
     });
+    let mut distances = vec![0.0; points.len()];
+    for (&index, distance) in tree.indices().iter().zip(in_order) {
+        distances[index as usize] = distance;
+    }
     distances
 }
 

@@ -165,6 +165,40 @@ proptest! {
     }
 }
 
+/// Points in a ball, in few places, or in two slanted heaps that just touch or just do not.
+fn crowds() -> impl Strategy<Value = Vec<Point>> {
+    let heaps = (0.04..0.06_f32, any::<bool>()).prop_flat_map(|(distance, is_even)| {
+        let place = (0..2_u8, prop::array::uniform2(0.0..0.01_f32));
+        prop::collection::vec(place, 1100..1500).prop_map(move |places| {
+            let bend = |u: f32, v: f32| if is_even { 0.3 * u } else { 0.3 * u + 20.0 * u * v };
+            places.iter().map(|&(side, [u, v])| [u, v, bend(u, v) + distance * f32::from(side)]).collect()
+        })
+    });
+    let sites = prop::collection::vec(prop::array::uniform3(0.0..0.1_f32), 2..30);
+    let in_few_places = (sites, prop::collection::vec(0..30_usize, 600..1500))
+        .prop_map(|(sites, chosen)| chosen.iter().map(|&i| sites[i % sites.len()]).collect());
+    let scattered = (0.02..0.15_f32, prop::collection::vec(prop::array::uniform3(0.0..1.0_f32), 600..1500))
+        .prop_map(|(side, points)| {
+            points.into_iter().map(|point| point.map(|x| side * x)).collect::<Vec<Point>>()
+        });
+    prop_oneof![heaps, in_few_places, scattered]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// Where many neighbours are asked for, and in crowded cells, boxes are compared instead of points.
+    #[test]
+    fn equals_the_definition_on_crowds(
+        points in crowds(),
+        min_points in prop_oneof![5..20_usize, 513..900_usize, Just(1_000_000_000)],
+    ) {
+        let clusters = dbscan(0.05, min_points).cluster(&points);
+        assert_consistent(&clusters);
+        prop_assert_eq!(clusters.labels(), by_definition(&points, 0.05, min_points));
+    }
+}
+
 fn data(name: &str) -> String {
     std::fs::read_to_string(format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }

@@ -3,11 +3,13 @@
 //! - [`recording`] finds the real recordings, [`recorded_frames`] reads those of people with exact masks.
 //! - [`World`] is a handful of exact bodies and the rays that meet them; `dymlm-sim` renders whole rooms.
 //! - [`DetectorStatistics`] tells how a 2D detector errs, a simulated one or a real one.
+//! - [`growth`] tells how time grows with the input.
 //! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64); [`checksum`] tells whether bits are the
 //!   same.
 #![allow(clippy::unwrap_used, clippy::missing_panics_doc, reason = "for tests: a panic fails the test")]
 
 mod detector_statistics;
+mod growth;
 mod random;
 mod recorded_people;
 mod recording;
@@ -16,6 +18,7 @@ mod world;
 pub use detector_statistics::{
     DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures,
 };
+pub use growth::growth;
 pub use random::{checksum, normal, shuffle, whole_numbers};
 pub use recorded_people::{RecordedFrame, recorded_frames};
 pub use recording::recording;

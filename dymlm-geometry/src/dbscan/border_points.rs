@@ -2,7 +2,9 @@ use dymlm_core::Point;
 
 use super::clusters::NO_CLUSTER;
 use super::grid::Grid;
+use super::large_counts::has_large_counts;
 use super::touching_blocks::RowOffset;
+use crate::box_tree::LeastLabels;
 use crate::parallel::{for_each, task_size};
 
 /// The points that are no core points: border points and noise.
@@ -31,11 +33,30 @@ impl BorderPoints {
     }
 
     /// Finds for each point the first cluster that has a core point within eps.
-    pub(super) fn label(&mut self, grid: &Grid, label_of_cell: &[u32], squared_eps: f32, points: &[Point]) {
+    pub(super) fn label(
+        &mut self,
+        grid: &Grid,
+        label_of_cell: &[u32],
+        squared_eps: f32,
+        points: &[Point],
+        min_points: u32,
+    ) {
+        // No more border points than `min_points` are in a cell: only then can comparing one by one take long.
+        let tree = has_large_counts(min_points).then(|| {
+            let labels = label_of_cell.iter().enumerate();
+            let of_points =
+                labels.flat_map(|(cell, &label)| vec![label; grid.slots_of_cells(cell..cell + 1).len()]);
+            LeastLabels::new(grid.run(0..grid.cell_count()).points(), &of_points.collect::<Vec<_>>())
+        });
         let share = task_size(self.points.len());
         for_each(self.points.chunks_mut(share), |share| {
+            let mut open = Vec::new();
             for border in share {
                 let point = points[border.point as usize];
+                if let Some(tree) = &tree {
+                    border.label = tree.within(point, squared_eps, &mut open);
+                    continue;
+                }
                 border.label = first_label(grid, label_of_cell, border.block as usize, point, squared_eps);
             }
         });

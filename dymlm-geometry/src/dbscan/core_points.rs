@@ -1,9 +1,11 @@
 use super::grid::Grid;
+use super::large_counts::has_large_counts;
 use super::touching_blocks::RowOffset;
+use crate::box_tree::BoxTree;
 use crate::parallel::{for_each, task_size};
 
-/// Counts the neighbours of each slot, itself among them, as far as `min_points` at least: a slot holds a
-/// core point when its count reaches `min_points`.
+/// Counts the neighbours of each slot, itself among them: a slot holds a core point when its count reaches
+/// `min_points`; no other count says anything.
 pub(super) fn count_neighbors(grid: &Grid, squared_eps: f32, min_points: u32, neighbors: &mut Vec<u32>) {
     neighbors.clear();
     neighbors.resize(grid.slot_count(), 0);
@@ -14,6 +16,8 @@ pub(super) fn count_neighbors(grid: &Grid, squared_eps: f32, min_points: u32, ne
         (counts, rest) = std::mem::take(&mut rest).split_at_mut(slots.len());
         counts
     };
+    // Points are compared one by one up to a number; where more are asked for, boxes of points are.
+    let tree = has_large_counts(min_points).then(|| BoxTree::new(grid.run(0..grid.cell_count()).points()));
     let blocks_per_task = task_size(grid.block_count());
     let tasks = (0..grid.block_count()).step_by(blocks_per_task).map(|first| {
         let blocks = first..(first + blocks_per_task).min(grid.block_count());
@@ -21,19 +25,40 @@ pub(super) fn count_neighbors(grid: &Grid, squared_eps: f32, min_points: u32, ne
     });
     for_each(tasks, |(blocks, counts)| {
         let mut rest = counts;
+        let (mut front, mut next) = (Vec::new(), Vec::new());
         for block in blocks {
             let slots = grid.slots_of_cells(grid.cells_of_blocks(block..block + 1));
             let counts;
             (counts, rest) = std::mem::take(&mut rest).split_at_mut(slots.len());
-            count_in_block(grid, block, squared_eps, min_points, counts);
+            if settle_full_cells(grid, block, min_points, counts) {
+                continue;
+            }
+            let Some(tree) = &tree else {
+                count_in_block(grid, block, squared_eps, min_points, counts);
+                continue;
+            };
+            if count_around(grid, block) < min_points as usize {
+                continue;
+            }
+            let own = grid.run(grid.cells_of_blocks(block..block + 1));
+            for (count, point) in
+                counts.iter_mut().zip(own.points()).filter(|(count, _)| **count < min_points)
+            {
+                let is_core =
+                    tree.has_within(point, squared_eps, min_points as usize, [&mut front, &mut next]);
+                *count = if is_core { min_points } else { 0 };
+            }
         }
     });
 }
 
+/// Number of points in the blocks that touch a block, itself among them.
+fn count_around(grid: &Grid, block: usize) -> usize {
+    let cells = RowOffset::ALL.into_iter().map(|row| grid.cells_of_blocks(grid.touching(block, row)));
+    cells.map(|cells| grid.slots_of_cells(cells).len()).sum()
+}
+
 fn count_in_block(grid: &Grid, block: usize, squared_eps: f32, min_points: u32, counts: &mut [u32]) {
-    if settle_full_cells(grid, block, min_points, counts) {
-        return;
-    }
     let own = grid.run(grid.cells_of_blocks(block..block + 1));
     for row in RowOffset::ALL {
         let others = grid.run(grid.cells_of_blocks(grid.touching(block, row)));

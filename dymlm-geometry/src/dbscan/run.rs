@@ -2,6 +2,8 @@ use std::ops::Range;
 
 use dymlm_core::Point;
 
+use crate::box_tree::BoxTree;
+
 /// Points that lie side by side in the grid.
 ///
 /// Tests against a run take eight points at a time, without branches, which compiles to vector code. The last
@@ -50,16 +52,26 @@ impl<'a> Run<'a> {
     }
 
     /// Whether any point lies within the distance of any point of another run.
+    ///
+    /// Almost always one of the first points is near another. Where none is, of crowds, boxes of points are compared.
     pub(super) fn any_pair_within(self, other: Self, squared_eps: f32) -> bool {
         const FEW: usize = 8;
+        const FIRST: usize = 32;
+        /// Pairs that are compared in the time in which a point is put into a box.
+        const PAIRS: usize = 256;
         let (few, many) = if self.len() < other.len() { (self, other) } else { (other, self) };
         if few.len() <= FEW {
             return few.points().any(|point| many.any_within(point, squared_eps));
         }
         let bounds = many.bounds();
-        few.points().any(|point| {
+        let is_near = |point| {
             squared_distance_to_box(point, bounds) <= squared_eps && many.any_within(point, squared_eps)
-        })
+        };
+        if few.len().saturating_mul(many.len()) <= PAIRS.saturating_mul(few.len() + many.len()) {
+            return few.points().any(is_near);
+        }
+        few.points().take(FIRST).any(is_near)
+            || BoxTree::new(few.points()).has_pair_within(&BoxTree::new(many.points()), squared_eps)
     }
 
     #[inline]

@@ -1,0 +1,11 @@
+//! A tree of boxes around points, of which no cloud makes a long search: [`BoxTree`].
+
+mod counting;
+mod least_label;
+mod nearest;
+mod pairs;
+mod tree;
+
+pub(crate) use least_label::LeastLabels;
+pub(crate) use nearest::Nearest;
+pub(crate) use tree::BoxTree;

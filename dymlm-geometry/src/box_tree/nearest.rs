@@ -1,0 +1,85 @@
+use dymlm_core::Point;
+
+use super::BoxTree;
+
+/// The squared distances of the points nearest to a place, ascending. A buffer to keep.
+#[derive(Debug, Clone)]
+pub(crate) struct Nearest {
+    /// As many as are wanted; infinite where none is found yet.
+    distances: Vec<f32>,
+    /// Distance at which points are of no use any more: the last of them.
+    bound: f32,
+    /// Nodes to look into, and their least distances.
+    open: Vec<(f32, u32)>,
+}
+
+impl Nearest {
+    /// Looks for as many points.
+    pub(crate) fn new(wanted: usize) -> Self {
+        Self { distances: vec![f32::INFINITY; wanted], bound: f32::INFINITY, open: Vec::new() }
+    }
+
+    /// The squared distances of the nearest points of a tree, ascending; of all, where there are less, and of none
+    /// that is infinitely far.
+    ///
+    /// What is as far as the last one found is passed over: of many points as far, only so many are looked at.
+    pub(crate) fn find(&mut self, tree: &BoxTree, place: Point) -> &[f32] {
+        self.distances.fill(f32::INFINITY);
+        self.bound = f32::INFINITY;
+        self.open.clear();
+        self.open.extend(tree.root().map(|root| (0.0, root)));
+        while let Some((least, mut node)) = self.open.pop() {
+            if least >= self.bound {
+                continue;
+            }
+            let mut least = least;
+            while let Some(children) = tree.children(node) {
+                let [a, b] = children.map(|child| (tree.node(child).least_from(place), child));
+                let (near, far) = if b.0 < a.0 { (b, a) } else { (a, b) };
+                if far.0 < self.bound {
+                    self.open.push(far);
+                }
+                (least, node) = near;
+            }
+            self.look_into(tree.runs_of(tree.node(node)), least, place);
+        }
+        let found = self.distances.partition_point(|distance| distance.is_finite());
+        &self.distances[..found]
+    }
+
+    fn look_into<'a>(
+        &mut self,
+        runs: impl Iterator<Item = ([&'a [f32; BoxTree::RUN]; 3], usize)>,
+        least: f32,
+        place: Point,
+    ) {
+        for (coordinates, len) in runs {
+            if least >= self.bound {
+                return;
+            }
+            // All together, without branches.
+            let mut found = [0.0; BoxTree::RUN];
+            for (others, x) in coordinates.into_iter().zip(place) {
+                for (found, other) in found.iter_mut().zip(others) {
+                    *found += (x - other) * (x - other);
+                }
+            }
+            for &distance in &found[..len] {
+                if distance < self.bound {
+                    self.take(distance);
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn take(&mut self, distance: f32) {
+        let Some(mut at) = self.distances.len().checked_sub(1) else { return };
+        while at > 0 && self.distances[at - 1] > distance {
+            self.distances[at] = self.distances[at - 1];
+            at -= 1;
+        }
+        self.distances[at] = distance;
+        self.bound = self.distances.last().copied().unwrap_or(0.0);
+    }
+}

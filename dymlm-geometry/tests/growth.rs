@@ -1,0 +1,117 @@
+//! Clouds that are made to be slow take time like others: shown by how it grows from one size to eight times that.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use dymlm_core::{Point, SplitMix64};
+use dymlm_geometry::{Dbscan, DbscanConfig, StatisticalOutlierConfig, StatisticalOutlierRemoval};
+use dymlm_test_support::growth;
+
+const SMALL: usize = 2_000;
+const TIMES: usize = 8;
+/// n log n is 10.2 from one size to the other, n² 64.
+const MOST: f64 = 24.0;
+/// For cells full of points that are all a hair too far from those of another: nobody knows a way below n^(4/3), and
+/// boxes on two sheets take n^(3/2) log n, which is 32.
+const MOST_OF_SHEETS: f64 = 45.0;
+
+/// A cloud of each number of points.
+fn pair(cloud: impl Fn(usize) -> Vec<Point>) -> [Vec<Point>; 2] {
+    [SMALL, TIMES * SMALL].map(cloud)
+}
+
+/// Random points in a cube of side 1, `scale` times as large and moved.
+fn scattered(n: usize, scale: f32, offset: f32) -> Vec<Point> {
+    let mut random = SplitMix64::new(5);
+    (0..n).map(|_| [0; 3].map(|_| offset + scale * random.fraction() as f32)).collect()
+}
+
+/// Clouds that squared distances do not part, or of which one spot has many.
+fn crowds() -> Vec<(&'static str, [Vec<Point>; 2])> {
+    vec![
+        ("equal", pair(|n| vec![[1.0, 2.0, 3.0]; n])),
+        ("two places", pair(|n| (0..n).map(|i| [(i % 2) as f32 * 0.03, 0.0, 1.0]).collect())),
+        ("pairs", pair(|n| (0..n).map(|i| [0.001 * (i / 2) as f32, 0.0, 1.0]).collect())),
+        ("hundreds of places", pair(|n| scattered(300, 1.0, 0.0).into_iter().cycle().take(n).collect())),
+        ("denormal", pair(|n| scattered(n, 1e-39, 0.0))),
+        ("squares are denormal", pair(|n| scattered(n, 1e-22, 0.0))),
+        ("squares vanish between tiny numbers", pair(|n| scattered(n, 1e-24, 1e-18))),
+        (
+            "denormal, and one far away",
+            pair(|n| [scattered(n - 1, 1e-39, 0.0), vec![[1e3, 0.0, 0.0]]].concat()),
+        ),
+        ("far from the origin", pair(|n| scattered(n, 0.5, 4e6))),
+        ("a line along an axis", pair(|n| (0..n).map(|i| [0.0, 0.0, 0.01 * i as f32]).collect())),
+    ]
+}
+
+#[test]
+fn outlier_removal_takes_n_log_n_on_crowds() {
+    let removal = StatisticalOutlierRemoval::new(StatisticalOutlierConfig::default()).unwrap();
+    let mut slow = Vec::new();
+    for (name, [small, large]) in crowds() {
+        let times = growth(&small, &large, |points| removal.apply(points));
+        if times > MOST {
+            slow.push(format!("{name}: {times:.0} times"));
+        }
+    }
+    assert!(slow.is_empty(), "{slow:?}");
+}
+
+/// Two slanted sheets whose distance is a hair more than `eps`, both crowded.
+fn sheets(n: usize, eps: f32) -> Vec<Point> {
+    let mut random = SplitMix64::new(8);
+    let normal = [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0];
+    let across = [[1.0 / 3.0, -2.0 / 3.0, 2.0 / 3.0], [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0]];
+    let mut point = |i: usize| {
+        let [a, b] = [0; 2].map(|_| 0.2 * eps * random.fraction() as f32);
+        let side = (i % 2) as f32 * eps * 1.0005;
+        std::array::from_fn(|axis| a * across[0][axis] + b * across[1][axis] + side * normal[axis])
+    };
+    (0..n).map(&mut point).collect()
+}
+
+#[test]
+fn dbscan_does_not_compare_all_pairs_of_a_crowd() {
+    let eps = 0.05;
+    let half_apart = |n: usize| -> Vec<Point> {
+        (0..n).map(|i| [if i % 2 == 0 { 0.0 } else { 0.052 }, 0.0, 1.0]).collect()
+    };
+    let ball = |n: usize| -> Vec<Point> {
+        scattered(3 * n, 1.0, -0.5)
+            .into_iter()
+            .filter(|p| p.iter().map(|x| x * x).sum::<f32>() <= 0.25)
+            .map(|p| p.map(|x| eps * x))
+            .take(n)
+            .collect()
+    };
+    // Cells that do not touch, of few places each: the boxes around their points do.
+    let corners = |n: usize| -> Vec<Point> {
+        let places = [[0.0, 0.0, 0.0], [0.02, 0.02, 0.0], [0.045, 0.0, 0.022], [0.065, 0.02, 0.022]];
+        (0..n).map(|i| places[i % 4]).collect()
+    };
+    let huge = |_: usize| 1_000_000_000;
+    type Case<'a> = (&'a str, [Vec<Point>; 2], &'a dyn Fn(usize) -> usize);
+    let cases: [Case<'_>; 10] = [
+        ("within eps, more neighbours asked for than there are", pair(ball), &huge),
+        ("within eps, all asked for", pair(ball), &|n| n),
+        ("equal, more asked for", pair(|n| vec![[1.0; 3]; n]), &huge),
+        ("a cube, half asked for", pair(|n| scattered(n, 0.08, 0.0)), &|n| n / 2),
+        ("a cube, some asked for", pair(|n| scattered(n, 0.15, 0.0)), &|n| n / 10),
+        ("two places, almost half asked for", pair(half_apart), &|n| n / 2),
+        ("two places, more than half asked for", pair(half_apart), &|n| n / 2 + 1),
+        ("sheets", pair(|n| sheets(n, eps)), &|_| 10),
+        ("sheets, many asked for", pair(|n| sheets(n, eps)), &|n| n / 4),
+        ("corners of cells", pair(corners), &|_| 10),
+    ];
+    let mut slow = Vec::new();
+    for (name, [small, large], min_points) in cases {
+        let times = growth(&small, &large, |points| {
+            let mut config = DbscanConfig::default();
+            (config.eps, config.min_points) = (eps, min_points(points.len()));
+            Dbscan::new(config).unwrap().cluster(points)
+        });
+        if times > (if name.starts_with("sheets") { MOST_OF_SHEETS } else { MOST }) {
+            slow.push(format!("{name}: {times:.0} times"));
+        }
+    }
+    assert!(slow.is_empty(), "{slow:?}");
+}
