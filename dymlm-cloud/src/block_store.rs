@@ -86,6 +86,25 @@ impl BlockKey {
         (Self(self.0 & !LOW), z << 4 | y << 2 | x)
     }
 
+    /// A number of 63 bits that stands for the block.
+    #[cfg(feature = "state")]
+    pub(crate) fn number(self) -> u64 {
+        self.0
+    }
+
+    /// The block that a [number](Self::number) stands for.
+    #[cfg(feature = "state")]
+    pub(crate) fn of_number(number: u64) -> Self {
+        Self(number)
+    }
+
+    /// The block at a place in the cube of 4^3 blocks that begins with this one.
+    #[cfg(feature = "state")]
+    pub(crate) fn of_cube(self, place: usize) -> Self {
+        let [x, y, z] = [place & 3, place >> 2 & 3, place >> 4].map(|c| c as u64);
+        Self(self.0 | z << (2 * Self::BITS) | y << Self::BITS | x)
+    }
+
     /// The cell with this index in the block.
     #[inline]
     pub(crate) fn cell(self, index: usize) -> [i32; 3] {
@@ -255,6 +274,32 @@ impl<B: Default + Clone> BlockStore<B> {
         own.map(|slot| self.blocks[slot].as_ref())
     }
 
+    /// Keys of the blocks that an earlier state of the store had not, or had otherwise.
+    #[cfg(feature = "state")]
+    pub(crate) fn changed_since<'a>(&'a self, earlier: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
+        let own = self.blocks.unshared(&earlier.blocks).map(|slot| (self.keys[slot], &self.blocks[slot]));
+        let is_same = |key: BlockKey, block: &Arc<B>| {
+            let before = earlier.slot(key).and_then(|slot| earlier.blocks.get(slot));
+            before.is_some_and(|before| Arc::ptr_eq(before, block))
+        };
+        own.filter(move |(key, block)| !is_same(*key, block)).map(|(key, _)| key)
+    }
+
+    /// Keys of the blocks that a later state of the store has not.
+    #[cfg(feature = "state")]
+    pub(crate) fn gone_from<'a>(&'a self, later: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
+        let own = self.keys.unshared(&later.keys).map(|slot| self.keys[slot]);
+        own.filter(|key| later.slot(*key).is_none())
+    }
+
+    /// Puts a block where there was none, or another.
+    #[cfg(feature = "state")]
+    pub(crate) fn put(&mut self, key: BlockKey, block: B) -> usize {
+        let slot = self.slot_or_insert(key);
+        self.blocks.set(slot, Arc::new(block));
+        slot
+    }
+
     /// Bytes of the store itself, without what its blocks own.
     pub(crate) fn memory_bytes(&self) -> usize {
         let block = size_of::<B>() + 2 * size_of::<usize>();
@@ -296,6 +341,8 @@ mod tests {
     fn blocks_share_the_cube_that_they_lie_in() {
         let (cube, place) = BlockKey::new([5, -1, 2]).in_cube();
         assert_eq!((cube.block(), place), ([4, -4, 0], 2 << 4 | 3 << 2 | 1));
+        #[cfg(feature = "state")]
+        assert_eq!(cube.of_cube(place).block(), [5, -1, 2]);
     }
 
     #[test]

@@ -29,7 +29,7 @@ impl CellCounts {
     }
 
     #[inline]
-    fn get(&self, index: usize) -> Counts {
+    pub(crate) fn get(&self, index: usize) -> Counts {
         match self {
             Self::None => [0; FINDINGS],
             Self::Narrow(cells) => cells.counts[index].map(u32::from),
@@ -82,7 +82,7 @@ impl CellCounts {
 
     /// Sets the counts of a cell; all cells have counts from then on.
     #[inline]
-    fn set(&mut self, index: usize, counts: Counts) {
+    pub(crate) fn set(&mut self, index: usize, counts: Counts) {
         if matches!(self, Self::Packed(_)) {
             self.unpack();
         }

@@ -409,6 +409,20 @@ impl CloudMap {
         report
     }
 
+    /// Puts a block of voxels where there is none.
+    #[cfg(feature = "state")]
+    pub(crate) fn put_block(&mut self, key: BlockKey, block: VoxelBlock) {
+        self.voxel_count += block.len();
+        self.voxels.put(key, block);
+    }
+
+    /// Goes on from where a saved map was. All blocks count as changed: nothing is kept of what is static.
+    #[cfg(feature = "state")]
+    pub(crate) fn restore(&mut self, frames: u32, epoch: i32, revision: u32) {
+        (self.frames, self.stamp) = (frames, 1);
+        self.evidence.restore(epoch, revision);
+    }
+
     /// A stamp for what changes from now on.
     pub(crate) fn next_stamp(&mut self) -> u32 {
         self.stamp = self.stamp.wrapping_add(1);

@@ -37,14 +37,38 @@ pub(crate) struct Epochs {
 /// What was counted in 2^`level` epochs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Period {
-    first: i32,
-    level: u32,
+    pub(crate) first: i32,
+    pub(crate) level: u32,
     /// Frames that look through all of the block; in addition to what the cells count.
-    looked_through: u32,
-    cells: CellCounts,
+    pub(crate) looked_through: u32,
+    pub(crate) cells: CellCounts,
 }
 
 impl Epochs {
+    /// By time, the newest last.
+    #[cfg(feature = "state")]
+    pub(crate) fn periods(&self) -> &[Period] {
+        &self.periods
+    }
+
+    /// The counts of these periods; `None` where they are not one after the other.
+    #[cfg(feature = "state")]
+    pub(crate) fn restored(mut periods: Vec<Period>) -> Option<Self> {
+        let is_aligned = |period: &Period| {
+            period.level <= MAX_LEVEL && period.first >> period.level << period.level == period.first
+        };
+        let is_ordered = |pair: &[Period]| pair[0].end() < i64::from(pair[1].first);
+        if !periods.iter().all(is_aligned) || !periods.windows(2).all(is_ordered) {
+            return None;
+        }
+        // As they are kept: what is counted no more in little memory.
+        let older = periods.len().saturating_sub(1);
+        for period in periods.iter_mut().take(older) {
+            period.cells.pack();
+        }
+        Some(Self { periods })
+    }
+
     /// The period of an epoch, made when there is none; `None` for an epoch that is forgotten.
     pub(crate) fn period_mut(&mut self, epoch: i32) -> Option<&mut Period> {
         let place = match self.periods.last() {

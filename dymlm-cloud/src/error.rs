@@ -4,6 +4,10 @@ use dymlm_core::ConfigError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// A saved map is not what was written.
+    #[cfg(feature = "state")]
+    #[error(transparent)]
+    State(#[from] dymlm_core::DamagedState),
     /// A field of the config outside its range.
     #[error(transparent)]
     Config(#[from] ConfigError),

@@ -85,6 +85,37 @@ impl Evidence {
         self.revision
     }
 
+    /// The epoch of the newest frame.
+    #[cfg(feature = "state")]
+    pub(crate) fn epoch(&self) -> i32 {
+        self.epoch
+    }
+
+    /// Goes on from an epoch and a change.
+    #[cfg(feature = "state")]
+    pub(crate) fn restore(&mut self, epoch: i32, revision: u32) {
+        (self.epoch, self.revision) = (epoch, revision);
+    }
+
+    /// Puts a block where there is none.
+    #[cfg(feature = "state")]
+    pub(crate) fn put_block(&mut self, key: BlockKey, epochs: Epochs, revision: u32) {
+        let slot = self.blocks.put(key, EvidenceBlock { epochs });
+        note_change(&mut self.revisions, slot, revision);
+    }
+
+    /// Blocks of which an earlier state knew another last change.
+    #[cfg(feature = "state")]
+    pub(crate) fn noted_since(&self, earlier: &Self) -> Vec<BlockKey> {
+        let slots = self.revisions.unshared(&earlier.revisions);
+        let keys = slots.filter_map(|slot| Some((*self.blocks.keys().get(slot)?, self.revisions[slot])));
+        let is_new = |key: BlockKey, revision: u32| {
+            let before = earlier.blocks.slot(key).and_then(|slot| earlier.revisions.get(slot));
+            before != Some(&revision)
+        };
+        keys.filter(|(key, revision)| is_new(*key, *revision)).map(|(key, _)| key).collect()
+    }
+
     /// By slot, the number of the block's last change; 0 beyond the end.
     pub(crate) fn revisions(&self) -> &Pages<u32> {
         &self.revisions
@@ -310,6 +341,11 @@ impl Evidence {
 }
 
 impl EvidenceBlock {
+    #[cfg(feature = "state")]
+    pub(crate) fn epochs(&self) -> &Epochs {
+        &self.epochs
+    }
+
     /// Counts the cells that the current frame has read. Like the next, tells whether a count is overdrawn.
     fn count_readings(&mut self, reads: &BlockReads, epoch: i32, direction: Direction) -> bool {
         let movers = without(reads.movers, reads.surfaces);

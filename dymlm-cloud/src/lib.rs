@@ -29,6 +29,8 @@ mod place_history;
 mod places;
 mod queries;
 mod rounding;
+#[cfg(feature = "state")]
+mod saved_state;
 mod scan;
 mod slot_index;
 mod static_cloud;

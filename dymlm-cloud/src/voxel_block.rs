@@ -22,6 +22,20 @@ pub(crate) struct VoxelBlock {
 }
 
 impl VoxelBlock {
+    /// A block of these voxels, all of which have just changed: see [`CloudMap::restore`](crate::CloudMap).
+    #[cfg(feature = "state")]
+    pub(crate) fn restored(cells: CellBits, voxels: Vec<Voxel>) -> Self {
+        let mut block = Self { changed: cells, stamp: 1, ..Self::default() };
+        let mut voxels = voxels.into_iter();
+        crate::block_store::for_each_bit(cells, |place| {
+            if let Some(voxel) = voxels.next() {
+                block.make(place);
+                block.add(place, voxel.sums, voxel.observations);
+            }
+        });
+        block
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.records.len()
     }

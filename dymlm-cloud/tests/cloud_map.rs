@@ -218,6 +218,27 @@ fn walked_through(seed: usize) -> (Frame, Pose) {
     (frame, Pose::new([0.004 * seed as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap())
 }
 
+/// Changes a map in one of seven ways.
+fn apply(map: &mut CloudMap, step: u8, seed: usize) {
+    let (frame, pose) = walked_through(seed);
+    match step {
+        // Some are not in the map, or have been moved: refusals change nothing either.
+        0 | 1 => map.remove(&frame, None, &pose).unwrap_or_default(),
+        2 => {
+            let mut other = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+            other.insert(&frame, None, &pose).unwrap();
+            map.merge(&other).unwrap();
+        }
+        3 => {
+            let wall = Pose::new([0.0, 0.0, 3.3], [0.0, 0.0, 0.0, 1.0]).unwrap();
+            let shifted = Pose::new([0.0, 0.013 * seed as f64, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+            map.move_body(&OrientedBox::new(wall, [0.3; 3]).unwrap(), &shifted, |_| true);
+        }
+        4 => map.forget_outside([0.05 * seed as f64, 0.0, 3.0], 0.5 + 0.2 * seed as f64),
+        _ => drop(map.insert(&frame, None, &pose).unwrap()),
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
@@ -225,25 +246,6 @@ proptest! {
     fn reading_in_between_changes_nothing(steps in prop::collection::vec((0_u8..7, 0_usize..9), 4..14)) {
         let mut silent = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
         let mut read = silent.clone();
-        let apply = |map: &mut CloudMap, step: u8, seed: usize| {
-            let (frame, pose) = walked_through(seed);
-            match step {
-                // Some are not in the map, or have been moved: refusals change nothing either.
-                0 | 1 => map.remove(&frame, None, &pose).unwrap_or_default(),
-                2 => {
-                    let mut other = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
-                    other.insert(&frame, None, &pose).unwrap();
-                    map.merge(&other).unwrap();
-                }
-                3 => {
-                    let wall = Pose::new([0.0, 0.0, 3.3], [0.0, 0.0, 0.0, 1.0]).unwrap();
-                    let shifted = Pose::new([0.0, 0.013 * seed as f64, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-                    map.move_body(&OrientedBox::new(wall, [0.3; 3]).unwrap(), &shifted, |_| true);
-                }
-                4 => map.forget_outside([0.05 * seed as f64, 0.0, 3.0], 0.5 + 0.2 * seed as f64),
-                _ => drop(map.insert(&frame, None, &pose).unwrap()),
-            }
-        };
         for seed in 0..8 {
             apply(&mut silent, 5, seed);
             apply(&mut read, 5, seed);
@@ -766,5 +768,138 @@ fn configs_are_checked_field_by_field() {
             Err(Error::Config(error)) => assert_eq!(error.field, field),
             other => panic!("{field}: {other:?}"),
         }
+    }
+}
+
+#[cfg(feature = "state")]
+mod saved_state {
+    use dymlm_core::SplitMix64;
+
+    use super::*;
+
+    type Parts = BTreeMap<u64, Vec<u8>>;
+
+    fn load(parts: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Result<CloudMap, Error> {
+        CloudMap::load_state(config(0.01), SensorModel::kinect(), parts)
+    }
+
+    /// Applies what differs from an earlier map; gives the number of parts.
+    fn save(map: &CloudMap, earlier: Option<&CloudMap>, parts: &mut Parts) -> usize {
+        let mut changed = 0;
+        let mut sink = |part, bytes: Option<&[u8]>| {
+            changed += 1;
+            match bytes {
+                Some(bytes) => drop(parts.insert(part, bytes.to_vec())),
+                None => assert!(parts.remove(&part).is_some(), "{part:#x} was not there"),
+            }
+            Ok(())
+        };
+        map.save_state(earlier, &mut sink).unwrap();
+        changed
+    }
+
+    fn whole(map: &CloudMap) -> Parts {
+        let mut parts = Parts::new();
+        save(map, None, &mut parts);
+        parts
+    }
+
+    /// Everything that can be seen of a map.
+    fn seen(map: &CloudMap) -> impl PartialEq + std::fmt::Debug + use<> {
+        let ghosts: Vec<_> =
+            map.verdicts().ghost_boxes_since(3).map(|corners| format!("{corners:?}")).collect();
+        let ghosts: std::collections::BTreeSet<_> = ghosts.into_iter().collect();
+        (
+            voxels(map),
+            map.point_cloud(Selection::Static),
+            (map.frames(), map.held_voxels(), map.evidence_revision()),
+            ghosts,
+            map.history([0.0, 0.0, 3.3]),
+            map.is_long_free([0.1, 0.0, 1.2], 0.0),
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(8))]
+
+        #[test]
+        fn a_saved_map_goes_on_as_if_it_had_not_been(
+            before in prop::collection::vec((0_u8..9, 0_usize..9), 0..10),
+            after in prop::collection::vec((0_u8..9, 0_usize..9), 1..6),
+        ) {
+            let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+            let mut parts = whole(&map);
+            for (step, seed) in before {
+                let earlier = map.clone();
+                apply(&mut map, step, seed);
+                save(&map, Some(&earlier), &mut parts);
+            }
+            prop_assert!(parts == whole(&map), "what has changed, applied one after the other, is the whole");
+            let mut loaded = load(parts.clone().into_iter().rev()).unwrap();
+            prop_assert!(whole(&loaded) == parts);
+            prop_assert_eq!(seen(&loaded), seen(&map));
+            for (step, seed) in after {
+                apply(&mut map, step, seed);
+                apply(&mut loaded, step, seed);
+                prop_assert_eq!(seen(&loaded), seen(&map));
+            }
+            prop_assert!(whole(&loaded) == whole(&map));
+        }
+
+        #[test]
+        fn what_is_no_saved_map_is_refused_or_harmless(seed in any::<u64>()) {
+            let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+            for seed in 0..5 {
+                apply(&mut map, 5, seed);
+            }
+            let mut random = SplitMix64::new(seed);
+            for _ in 0..10 {
+                let mut parts: Vec<(u64, Vec<u8>)> = whole(&map).into_iter().collect();
+                let place = random.below(parts.len());
+                match random.below(6) {
+                    0 => drop(parts.remove(place)),
+                    1 => parts.push(parts[place].clone()),
+                    2 => parts[place].0 ^= 1 << random.below(64),
+                    3 => {
+                        let other = random.below(parts.len());
+                        parts[place].1 = parts[other].1.clone();
+                    }
+                    _ => {
+                        let bytes = &mut parts[place].1;
+                        let at = random.below(bytes.len());
+                        bytes[at] = random.below(256) as u8;
+                    }
+                }
+                if let Ok(mut damaged) = load(parts) {
+                    apply(&mut damaged, 0, 2);
+                    apply(&mut damaged, 5, 6);
+                    apply(&mut damaged, 3, 1);
+                    seen(&damaged);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn parts_that_are_missing_or_too_many_are_refused() {
+        let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+        apply(&mut map, 5, 0);
+        let parts = whole(&map);
+        for part in parts.keys().copied() {
+            let without = parts.clone().into_iter().filter(|(key, _)| *key != part);
+            assert!(matches!(load(without), Err(Error::State(_))), "without {part:#x}");
+            let twice = parts.clone().into_iter().chain([(part, parts[&part].clone())]);
+            assert!(matches!(load(twice), Err(Error::State(damaged)) if damaged.part == part));
+        }
+        assert!(matches!(load([]), Err(Error::State(_))));
+    }
+
+    #[test]
+    fn an_unchanged_map_has_nothing_to_save() {
+        let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+        assert_eq!(whole(&map).len(), 1);
+        assert!(load(whole(&map)).unwrap().is_empty());
+        apply(&mut map, 5, 0);
+        assert_eq!(save(&map, Some(&map.clone()), &mut whole(&map)), 0);
     }
 }

@@ -1,0 +1,150 @@
+//! The state of a map in parts, of cubes of 4 x 4 x 4 blocks: one of the voxels in a cube, one of the evidence.
+//!
+//! What is kept to save time is not saved: verdicts and the static cloud are made again when they are asked
+//! for.
+
+mod counts;
+mod evidence;
+mod voxels;
+
+use std::collections::BTreeSet;
+
+use dymlm_core::{DamagedState, SensorModel, StateSink, decode_part, encode_part};
+use serde::{Deserialize, Serialize};
+
+use crate::block_store::{BlockKey, BlockStore, CUBE_BLOCKS};
+use crate::{CloudMap, CloudMapConfig, Error};
+use evidence::SavedEvidence;
+use voxels::SavedVoxels;
+
+/// The part of what has no place. No cube's: the lowest two bits of their coordinates are zero.
+const HEAD: u64 = 2;
+
+/// What a cube's part holds.
+const VOXELS: u64 = 0;
+const EVIDENCE: u64 = 1;
+
+/// More frames than come in two years.
+const MOST_FRAMES: u32 = 1 << 31;
+
+#[derive(Serialize, Deserialize)]
+struct Head {
+    frames: u32,
+    epoch: i32,
+    revision: u32,
+    /// Number of parts of each kind: none may be missing.
+    cubes: [usize; 2],
+}
+
+impl CloudMap {
+    /// Gives to `sink` the parts of the map that differ from those of an earlier state, all of them without
+    /// one: what the two share is passed over.
+    ///
+    /// # Errors
+    ///
+    /// Those of `sink`.
+    pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
+        let evidence = &self.evidence;
+        for cube in changed_cubes(&self.voxels, earlier.map(|earlier| &earlier.voxels), &[]) {
+            let saved = SavedVoxels::of(cube, &self.voxels);
+            sink(part_of(cube, VOXELS), saved.map(|saved| encode_part(&saved)).transpose()?.as_deref())?;
+        }
+        let noted = earlier.map_or_else(Vec::new, |earlier| evidence.noted_since(&earlier.evidence));
+        let before = earlier.map(|earlier| earlier.evidence.blocks());
+        for cube in changed_cubes(evidence.blocks(), before, &noted) {
+            let saved = SavedEvidence::of(cube, evidence);
+            sink(part_of(cube, EVIDENCE), saved.map(|saved| encode_part(&saved)).transpose()?.as_deref())?;
+        }
+        let head = encode_part(&self.head())?;
+        let is_known = match earlier {
+            Some(earlier) => encode_part(&earlier.head())? == head,
+            None => false,
+        };
+        if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
+    }
+
+    fn head(&self) -> Head {
+        Head {
+            frames: self.frames(),
+            epoch: self.evidence.epoch(),
+            revision: self.evidence.revision(),
+            cubes: [cubes_of(&self.voxels).len(), cubes_of(self.evidence.blocks()).len()],
+        }
+    }
+
+    /// The map whose parts these are, in any order, to the bit.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, or says that some are missing.
+    pub fn load_state(
+        config: CloudMapConfig,
+        sensor: SensorModel,
+        parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
+    ) -> Result<Self, Error> {
+        let mut map = Self::new(config, sensor)?;
+        let (mut head, mut seen) = (None, BTreeSet::new());
+        for (part, bytes) in parts {
+            if !seen.insert(part) {
+                return Err(DamagedState::new(part, "it is there twice").into());
+            }
+            if part == HEAD {
+                head = Some(decode_part::<Head>(part, &bytes)?);
+                continue;
+            }
+            let cube = cube_of(part).ok_or_else(|| DamagedState::new(part, "no such place"))?;
+            let is_right = if part & 1 == VOXELS {
+                decode_part::<SavedVoxels>(part, &bytes)?.put_into(cube, &mut map)
+            } else {
+                decode_part::<SavedEvidence>(part, &bytes)?.put_into(cube, &mut map.evidence)
+            };
+            if is_right.is_none() {
+                return Err(DamagedState::new(part, "numbers that no map holds").into());
+            }
+        }
+        let Head { frames, epoch, revision, cubes } =
+            head.ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
+        if frames.max(revision) >= MOST_FRAMES {
+            return Err(DamagedState::new(HEAD, "more frames than there can have been").into());
+        }
+        map.restore(frames, epoch, revision);
+        let found = map.head().cubes;
+        if found != cubes {
+            let what = format!("{cubes:?} cubes of voxels and of evidence, but {found:?} are there");
+            return Err(DamagedState::new(HEAD, what).into());
+        }
+        Ok(map)
+    }
+}
+
+fn part_of(cube: BlockKey, kind: u64) -> u64 {
+    cube.number() << 1 | kind
+}
+
+fn cube_of(part: u64) -> Option<BlockKey> {
+    let key = BlockKey::of_number(part >> 1);
+    (key.in_cube().0 == key).then_some(key)
+}
+
+/// The blocks of a cube that are there, each with its place in the cube and its slot.
+fn blocks_of<B: Default + Clone>(
+    cube: BlockKey,
+    store: &BlockStore<B>,
+) -> impl Iterator<Item = (usize, usize)> {
+    (0..CUBE_BLOCKS).filter_map(move |place| Some((place, store.slot(cube.of_cube(place))?)))
+}
+
+fn cubes_of<B: Default + Clone>(store: &BlockStore<B>) -> BTreeSet<BlockKey> {
+    store.keys().iter().map(|key| key.in_cube().0).collect()
+}
+
+/// The cubes in which a store differs from an earlier one, with those of some more of its blocks.
+fn changed_cubes<B: Default + Clone>(
+    store: &BlockStore<B>,
+    earlier: Option<&BlockStore<B>>,
+    more: &[BlockKey],
+) -> BTreeSet<BlockKey> {
+    let Some(earlier) = earlier else { return cubes_of(store) };
+    let changed = store.changed_since(earlier).chain(earlier.gone_from(store));
+    changed.chain(more.iter().copied()).map(|key| key.in_cube().0).collect()
+}
