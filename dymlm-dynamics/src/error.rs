@@ -32,6 +32,17 @@ pub enum Error {
         /// The mask's height, pixels.
         actual_height: usize,
     },
+    /// More detections than a detector gives whose boxes of one thing were reduced to one.
+    #[error(
+        "{given} detections in one frame, more than {max}: has the detector suppressed boxes that overlap (non-maximum \
+         suppression)?"
+    )]
+    TooManyDetections {
+        /// Detections of a score that counts.
+        given: usize,
+        /// Most that are taken.
+        max: usize,
+    },
     /// A mover label that is no class of COCO, misspelt perhaps.
     #[error(
         "dynamics.mover_labels: \"{label}\" is no class of COCO; is \"{nearest}\" meant? A detector's own classes go into \

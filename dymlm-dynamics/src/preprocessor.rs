@@ -2,10 +2,11 @@ use dymlm_core::{Detection, Frame, Mask, Pose, SensorModel};
 
 use crate::miss_compensation::is_still_there;
 use crate::mover_labels::mover_labels;
+use crate::tracking::LOW_SCORE;
 use crate::unlabelled::Cutting;
 use crate::{
     BoxCorrector, BoxSource, BoxTracker, ComparedFrame, DynamicsConfig, Error, Foreground, ForegroundFinder,
-    ForegroundSearch, FreeSpace, MaskRegion, Mover, PastViews, SceneKnowledge, StaticMaskBuilder,
+    ForegroundSearch, FreeSpace, MaskRegion, Mover, PastViews, SceneKnowledge, StaticMaskBuilder, TrackedBox,
     UnlabelledFinder, View, mask_body,
 };
 
@@ -42,6 +43,10 @@ pub struct Preprocessor {
     past_views: PastViews,
     unlabelled: UnlabelledFinder,
     movers: Vec<Mover>,
+    /// The pixels in the movers' boxes.
+    boxes: Mask,
+    /// For how long the detector has missed each predicted mover; a buffer.
+    missed: Vec<f64>,
     /// The foreground of each mover; behind them, buffers for later frames.
     foregrounds: Vec<Foreground>,
     static_mask: Mask,
@@ -60,6 +65,11 @@ pub struct Preprocessed<'a> {
 }
 
 impl Preprocessor {
+    /// Most detections of a frame, those of a score below 0.1 not counted, which are ignored: as many as Ultralytics'
+    /// YOLO gives at most (`max_det`), and more than there is room for before a depth camera. Each costs as much as its
+    /// box is large; one that fills an image of 640x480 some milliseconds.
+    pub const MAX_DETECTIONS: usize = 300;
+
     /// Makes a preprocessor that has seen nothing.
     ///
     /// # Errors
@@ -78,6 +88,8 @@ impl Preprocessor {
             mask_builder: StaticMaskBuilder::new(config.mask),
             past_views: PastViews::default(),
             movers: Vec::new(),
+            boxes: Mask::filled(1, 1, false)?,
+            missed: Vec::new(),
             foregrounds: Vec::new(),
             static_mask: Mask::filled(1, 1, true)?,
             mover_mask: Mask::filled(1, 1, false)?,
@@ -89,8 +101,12 @@ impl Preprocessor {
     ///
     /// # Errors
     ///
-    /// [`Error::InstanceMaskSize`].
+    /// [`Error::InstanceMaskSize`], [`Error::TooManyDetections`].
     pub fn check(frame: &Frame, detections: &[Detection]) -> Result<(), Error> {
+        let given = detections.iter().filter(|detection| detection.score() >= LOW_SCORE).count();
+        if given > Self::MAX_DETECTIONS {
+            return Err(Error::TooManyDetections { given, max: Self::MAX_DETECTIONS });
+        }
         check_instance_masks(frame, detections)
     }
 
@@ -102,7 +118,8 @@ impl Preprocessor {
     ///
     /// # Errors
     ///
-    /// [`Error::InstanceMaskSize`], [`Error::Timestamp`], [`Error::TimeReversed`]; nothing has changed.
+    /// [`Error::InstanceMaskSize`], [`Error::TooManyDetections`], [`Error::Timestamp`], [`Error::TimeReversed`]; nothing
+    /// has changed.
     pub fn process(
         &mut self,
         frame: &Frame,
@@ -128,7 +145,7 @@ impl Preprocessor {
         Self::check(frame, found)?;
         self.tracker.check_time(frame.timestamp())?;
         self.track(frame, detections, world_from_camera)?;
-        self.find_foregrounds(frame, found);
+        self.find_foregrounds(frame, found)?;
         self.remember_depths();
         self.compensate_misses();
         self.correct_boxes(frame);
@@ -157,19 +174,35 @@ impl Preprocessor {
             }
             None => self.tracker.predict(frame.timestamp(), Some(&view))?,
         };
+        // Of more predicted ones than there is room for, those that were missed for longest are left out.
+        let missed_for = |tracked: &TrackedBox| match tracked.source {
+            BoxSource::Predicted { missed_for } => Some(missed_for),
+            BoxSource::Detected { .. } | BoxSource::FreeSpace => None,
+        };
+        self.missed.clear();
+        self.missed.extend(boxes.iter().filter_map(missed_for));
+        let room = Self::MAX_DETECTIONS.saturating_sub(boxes.len() - self.missed.len());
+        self.missed.sort_unstable_by(f64::total_cmp);
+        let too_long = self.missed.get(room).copied().unwrap_or(f64::INFINITY);
+        let kept = boxes.iter().filter(|tracked| missed_for(tracked).is_none_or(|missed| missed < too_long));
         self.movers.clear();
-        self.movers.extend(boxes.iter().map(Mover::of_track));
+        self.movers.extend(kept.map(Mover::of_track));
         Ok(())
     }
 
     /// Finds the foreground in each mover's box.
-    fn find_foregrounds(&mut self, frame: &Frame, detections: &[Detection]) {
+    fn find_foregrounds(&mut self, frame: &Frame, detections: &[Detection]) -> Result<(), Error> {
+        self.boxes.refill(frame.camera().width(), frame.camera().height(), false)?;
+        for mover in &self.movers {
+            self.boxes.fill_box(&mover.bounding_box, true);
+        }
         self.foregrounds.resize_with(self.movers.len().max(self.foregrounds.len()), Foreground::default);
         for (own, foreground) in self.foregrounds.iter_mut().enumerate().take(self.movers.len()) {
             let instance_mask = instance_mask(&self.movers[own], detections);
-            let search = ForegroundSearch { movers: &self.movers, own, instance_mask };
+            let search = ForegroundSearch { mover: &self.movers[own], boxes: &self.boxes, instance_mask };
             self.finder.find(frame, &search, foreground);
         }
+        Ok(())
     }
 
     /// Remembers the depths of movers. Only a detection vouches for what is in a box; and who is hidden by

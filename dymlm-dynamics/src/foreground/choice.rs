@@ -1,7 +1,6 @@
-use dymlm_core::BoundingBox;
+use dymlm_core::{BoundingBox, Mask};
 use dymlm_geometry::{BoxCluster, BoxSegmenter, SampleGrid};
 
-use crate::Mover;
 use crate::miss_compensation::DEPTH_CHANGE;
 
 /// Samples at which the margin cuts a cluster, in square roots of its size, above which it is no part of a
@@ -74,8 +73,8 @@ pub(super) struct Chosen {
 pub(super) struct Candidates<'a> {
     pub(super) grid: &'a SampleGrid,
     pub(super) segmenter: &'a BoxSegmenter,
-    /// All movers, with their boxes.
-    pub(super) movers: &'a [Mover],
+    /// The pixels in the box of any mover.
+    pub(super) boxes: &'a Mask,
     /// The part of the detector's box in which anything is read; `None` when the box is predicted.
     pub(super) detected: Option<BoundingBox>,
     /// Depth at which its track should be, metres.
@@ -95,7 +94,7 @@ impl Choice {
     }
 
     fn judge_samples(&mut self, candidates: &Candidates<'_>) {
-        let Candidates { grid, segmenter, movers, .. } = candidates;
+        let Candidates { grid, segmenter, boxes, .. } = candidates;
         self.clusters.clear();
         self.clusters.resize(segmenter.clusters().len(), Judged::default());
         for (sample, cluster) in segmenter.members() {
@@ -104,8 +103,8 @@ impl Choice {
                 judged.mass += sample.centrality;
                 judged.expected += sample.centrality * candidates.expectation(sample.point[2]);
             } else {
-                let pixel = grid.pixel(sample.column as usize, sample.row as usize).map(|c| c as f32);
-                let is_others = movers.iter().any(|mover| mover.bounding_box.contains(pixel));
+                let [u, v] = grid.pixel(sample.column as usize, sample.row as usize);
+                let is_others = boxes.at(u, v);
                 judged.others += usize::from(is_others);
                 judged.cut += usize::from(sample.is_cut && !is_others);
             }

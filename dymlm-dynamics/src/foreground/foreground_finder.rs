@@ -37,10 +37,10 @@ pub(crate) struct ForegroundFinder {
 /// Where to look for a foreground, and what is known of it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ForegroundSearch<'a> {
-    /// All movers, with their boxes and the depths at which they should be.
-    pub(crate) movers: &'a [Mover],
-    /// Which of them is looked for.
-    pub(crate) own: usize,
+    /// The mover, with its box and the depth at which it should be.
+    pub(crate) mover: &'a Mover,
+    /// The pixels in the box of any mover, of the frame's size.
+    pub(crate) boxes: &'a Mask,
     /// The detector's instance mask: only its pixels are looked at.
     pub(crate) instance_mask: Option<&'a Mask>,
 }
@@ -70,12 +70,12 @@ impl ForegroundFinder {
 
     /// Finds the foreground of a box. It is empty when the box is, or when nothing in it has a depth.
     pub(crate) fn find(&mut self, frame: &Frame, search: &ForegroundSearch<'_>, foreground: &mut Foreground) {
-        let Some(mover) = search.movers.get(search.own) else { return };
+        let mover = search.mover;
         let view =
             BoxView::new(frame, &self.sensor, mover.bounding_box).with_instance_mask(search.instance_mask);
         self.find_background(frame, &view, foreground);
         self.cluster(foreground);
-        self.choose(search.movers, mover, foreground);
+        self.choose(search.boxes, mover, foreground);
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
@@ -129,7 +129,7 @@ impl ForegroundFinder {
     }
 
     /// Chooses the mover's cluster and writes it into the foreground.
-    fn choose(&mut self, movers: &[Mover], own: &Mover, foreground: &mut Foreground) {
+    fn choose(&mut self, boxes: &Mask, own: &Mover, foreground: &mut Foreground) {
         let in_box = || self.grid.samples.iter().filter(|sample| sample.is_in_box);
         let nearest = percentile(&mut self.depths, in_box().map(|sample| sample.point[2]), 0.05);
         let Some(nearest) = nearest else { return };
@@ -137,7 +137,7 @@ impl ForegroundFinder {
         let chosen = self.choice.choose(&Candidates {
             grid: &self.grid,
             segmenter: &self.segmenter,
-            movers,
+            boxes,
             detected: is_detected.then(|| self.grid.bounds(in_box())).flatten(),
             expected_depth: own.depth,
             nearest,

@@ -12,7 +12,10 @@ use crate::Error;
 /// Largest timestamp that can be in seconds; epoch times in milliseconds are above it.
 const MAX_TIMESTAMP: f64 = 1e11;
 /// Detections of a lower score are ignored (`ByteTrack`).
-const LOW_SCORE: f32 = 0.1;
+pub(crate) const LOW_SCORE: f32 = 0.1;
+/// Most tracks that are remembered: thrice as many as a detector sees things, at once or in the time after which
+/// a track is forgotten. Each costs as much as a detection.
+const MAX_TRACKS: usize = 1000;
 /// Rounding of timestamps, seconds: three frames at 6 Hz are half a second.
 const TIME_SLACK: f64 = 1e-3;
 
@@ -32,7 +35,8 @@ const TIME_SLACK: f64 = 1e-3;
 ///   detector looked: at a frame a second boxes do not overlap;
 /// - unmatched tracks are output, for a while, as [`BoxSource::Predicted`].
 ///
-/// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. The order of
+/// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. At most a thousand tracks
+/// are remembered, or as many as the last frame had detections: of more, those that were seen last. The order of
 /// the detections does not matter. Empty boxes are ignored.
 ///
 /// ```
@@ -321,6 +325,13 @@ impl BoxTracker {
         let max_age = self.config.max_age.max(self.config.max_coast);
         self.tracks
             .retain(|track| track.matched.is_some() || timestamp - track.last_seen <= max_age + TIME_SLACK);
+        if self.tracks.len() > MAX_TRACKS {
+            // Those that were seen last; of as many, the older ones.
+            self.tracks.sort_by(|a, b| b.last_seen.total_cmp(&a.last_seen).then(a.id.cmp(&b.id)));
+            let seen_now = self.tracks.iter().take_while(|track| track.matched.is_some()).count();
+            self.tracks.truncate(MAX_TRACKS.max(seen_now));
+            self.tracks.sort_by_key(|track| track.id);
+        }
     }
 
     fn collect_boxes(&mut self, timestamp: f64) {

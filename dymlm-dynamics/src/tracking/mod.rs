@@ -10,6 +10,7 @@ mod view;
 
 pub use box_kalman::BoxKalman;
 pub use box_tracker::BoxTracker;
+pub(crate) use box_tracker::LOW_SCORE;
 pub use tracked_box::{BoxSource, TrackState, TrackedBox};
 pub use tracker_config::TrackerConfig;
 pub use view::View;
