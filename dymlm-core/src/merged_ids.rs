@@ -17,6 +17,15 @@ use crate::Succession;
 /// assert_eq!(merged.current(c), c);
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "BTreeMap<Id, Id>", into = "BTreeMap<Id, Id>"))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "Id: Copy + Ord + serde::Serialize",
+        deserialize = "Id: Copy + Ord + serde::Deserialize<'de>"
+    ))
+)]
 pub struct MergedIds<Id> {
     into: BTreeMap<Id, Id>,
 }
@@ -83,10 +92,38 @@ impl<Id: Copy + Ord> MergedIds<Id> {
     }
 }
 
+#[cfg(feature = "serde")]
+impl<Id: Copy + Ord> TryFrom<BTreeMap<Id, Id>> for MergedIds<Id> {
+    type Error = &'static str;
+
+    fn try_from(into: BTreeMap<Id, Id>) -> Result<Self, Self::Error> {
+        let mut merged = Self::default();
+        let is_open = into.into_iter().all(|(from, into)| merged.insert(from, into));
+        if is_open { Ok(merged) } else { Err("ids that lead round in a circle") }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<Id> From<MergedIds<Id>> for BTreeMap<Id, Id> {
+    fn from(merged: MergedIds<Id>) -> Self {
+        merged.into
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::ObjectId;
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn ids_that_lead_round_in_a_circle_are_not_read() {
+        let json = serde_json::to_string(&merged(&[[4, 2], [2, 7]])).unwrap();
+        assert_eq!(serde_json::from_str::<MergedIds<ObjectId>>(&json).unwrap(), merged(&[[4, 2], [2, 7]]));
+        for circle in [r#"{"1": 1}"#, r#"{"4": 2, "2": 7, "7": 4}"#] {
+            assert!(serde_json::from_str::<MergedIds<ObjectId>>(circle).is_err());
+        }
+    }
 
     fn merged(pairs: &[[u64; 2]]) -> MergedIds<ObjectId> {
         let mut merged = MergedIds::default();

@@ -85,7 +85,7 @@ impl TryFrom<RawPlane> for Plane {
     fn try_from(RawPlane { normal, d }: RawPlane) -> Result<Self, Error> {
         let plane = Self::new(normal, d)?;
         // What was written with a unit normal is read to the last bit.
-        let is_unit = (dot(normal, normal) - 1.0).abs() < 1e-12;
+        let is_unit = (dot(normal, normal) - 1.0).abs() < 1e-9;
         Ok(if is_unit { Self { normal, d } } else { plane })
     }
 }

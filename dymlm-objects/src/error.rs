@@ -4,6 +4,10 @@ use dymlm_core::ConfigError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// A saved map is not what was written.
+    #[cfg(feature = "state")]
+    #[error(transparent)]
+    State(#[from] dymlm_core::DamagedState),
     /// A frame older than the one before it.
     #[error("a frame of time {timestamp} s after one of time {previous} s: time must not go backwards")]
     TimeReversed {

@@ -25,6 +25,8 @@ mod parameterization;
 mod quantiles;
 mod renaming;
 mod report;
+#[cfg(feature = "state")]
+mod saved_state;
 mod shape;
 mod support;
 mod view;

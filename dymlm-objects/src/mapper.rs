@@ -48,10 +48,10 @@ pub struct ObjectMapper {
     associator: Associator,
     reparameterizer: Reparameterizer,
     pub(crate) map: ObjectMap,
-    last_timestamp: Option<f64>,
+    pub(crate) last_timestamp: Option<f64>,
     /// The objects that somebody carries.
     pub(crate) held: BTreeSet<ObjectId>,
-    vertical: Vertical,
+    pub(crate) vertical: Vertical,
     observations: Vec<ObjectObservation>,
     /// Each observation's object, as associated.
     matches: Vec<Option<ObjectId>>,
@@ -63,7 +63,7 @@ pub struct ObjectMapper {
     pub(crate) changed: BTreeSet<ObjectId>,
     near: Vec<ObjectId>,
     /// Ids of the planes that objects were seen to stand on.
-    supports: BTreeSet<PlaneId>,
+    pub(crate) supports: BTreeSet<PlaneId>,
     report: ObjectReport,
 }
 

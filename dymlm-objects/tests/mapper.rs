@@ -409,3 +409,131 @@ fn the_mapper_goes_between_threads() {
     assert_send_sync::<ObjectMapper>();
     assert_send_sync::<dymlm_objects::ObjectMap>();
 }
+
+#[cfg(feature = "state")]
+mod saved_state {
+    use std::collections::BTreeMap;
+
+    use dymlm_core::SensorModel;
+    use dymlm_objects::ObjectConfig;
+
+    use super::*;
+
+    type Parts = BTreeMap<u64, Vec<u8>>;
+
+    fn load(parts: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Result<ObjectMapper, Error> {
+        ObjectMapper::load_state(ObjectConfig::default(), SensorModel::kinect(), parts)
+    }
+
+    /// Applies what differs from an earlier map; gives the number of parts.
+    fn save(mapper: &ObjectMapper, earlier: Option<&ObjectMapper>, parts: &mut Parts) -> usize {
+        let mut changed = 0;
+        let mut sink = |part, bytes: Option<&[u8]>| {
+            changed += 1;
+            match bytes {
+                Some(bytes) => drop(parts.insert(part, bytes.to_vec())),
+                None => assert!(parts.remove(&part).is_some(), "{part} was not there"),
+            }
+            Ok(())
+        };
+        mapper.save_state(earlier, &mut sink).unwrap();
+        changed
+    }
+
+    fn whole(mapper: &ObjectMapper) -> Parts {
+        let mut parts = Parts::new();
+        save(mapper, None, &mut parts);
+        parts
+    }
+
+    /// Changes a map in one of six ways.
+    fn apply(mapper: &mut ObjectMapper, scene: &Scene, step: usize, change: usize) {
+        let object = mapper.map().objects().map(MapObject::id).nth(step % 3);
+        match (change, object) {
+            (0, Some(object)) => drop(mapper.hold(object)),
+            (1, Some(object)) => drop(mapper.release(object)),
+            (2, Some(object)) => {
+                let motion = Pose::new([0.1, 0.05 * (step % 5) as f64, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap();
+                mapper.move_object(object, &motion);
+            }
+            (3, _) => mapper.forget_outside([0.3 * (step % 4) as f64, 0.0, 0.0], 0.8),
+            // Some are not found, or taken for another thing.
+            (4, _) => drop(show(mapper, scene, step, &all()[step % 2..])),
+            _ => drop(show(mapper, scene, step, &all())),
+        }
+    }
+
+    fn seen(mapper: &ObjectMapper) -> String {
+        let map = mapper.map();
+        let held: Vec<ObjectId> = mapper.held().collect();
+        let now: Vec<ObjectId> = (0..20).map(|number| map.current_id(id(number))).collect();
+        let objects: Vec<_> = map.objects().chain(map.candidates()).collect();
+        format!("{objects:?} {held:?} {now:?} {}", mapper.ids_given())
+    }
+
+    #[test]
+    fn a_saved_map_goes_on_as_if_it_had_not_been() {
+        for seed in 0..6 {
+            let (scene, mut random) = (kitchen(), SplitMix64::new(seed));
+            let mut mapper = mapper();
+            let mut parts = whole(&mapper);
+            for step in 0..9 {
+                let earlier = mapper.clone();
+                apply(&mut mapper, &scene, step, random.below(12));
+                save(&mapper, Some(&earlier), &mut parts);
+            }
+            assert!(mapper.map().len() + mapper.map().candidates().count() > 0);
+            assert!(parts == whole(&mapper), "what has changed, applied one after the other, is the whole");
+            let mut loaded = load(parts.clone().into_iter().rev()).unwrap();
+            assert!(whole(&loaded) == parts);
+            for step in 9..14 {
+                assert_eq!(seen(&loaded), seen(&mapper));
+                let change = random.below(12);
+                apply(&mut mapper, &scene, step, change);
+                apply(&mut loaded, &scene, step, change);
+            }
+            assert!(whole(&loaded) == whole(&mapper));
+            assert_eq!(save(&mapper, Some(&mapper.clone()), &mut parts), 0);
+        }
+    }
+
+    #[test]
+    fn what_is_no_saved_map_is_refused_or_harmless() {
+        let (scene, mut random) = (kitchen(), SplitMix64::new(3));
+        let mut mapper = mapper();
+        for step in 0..4 {
+            show(&mut mapper, &scene, step, &all());
+        }
+        let saved = whole(&mapper);
+        for part in saved.keys().copied() {
+            let without = saved.clone().into_iter().filter(|(key, _)| *key != part);
+            assert!(matches!(load(without), Err(Error::State(damaged)) if damaged.part == part));
+            let twice = saved.clone().into_iter().chain([(part, saved[&part].clone())]);
+            assert!(matches!(load(twice), Err(Error::State(damaged)) if damaged.part == part));
+        }
+        for _ in 0..300 {
+            let mut parts: Vec<(u64, Vec<u8>)> = saved.clone().into_iter().collect();
+            let place = random.below(parts.len());
+            match random.below(4) {
+                0 => parts[place].0 ^= 1 << random.below(64),
+                1 => {
+                    let other = random.below(parts.len());
+                    parts[place].1 = parts[other].1.clone();
+                }
+                _ => {
+                    let bytes = &mut parts[place].1;
+                    // What is not a point of a cloud stands in the first and in the last bytes.
+                    let at = random.below(bytes.len().min(400));
+                    let at = if random.below(2) == 0 { at } else { bytes.len() - 1 - at };
+                    bytes[at] = random.below(256) as u8;
+                }
+            }
+            if let Ok(mut damaged) = load(parts) {
+                for change in [5, 0, 2, 4] {
+                    apply(&mut damaged, &scene, 7, change);
+                }
+                seen(&damaged);
+            }
+        }
+    }
+}

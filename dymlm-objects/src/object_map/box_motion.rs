@@ -3,18 +3,26 @@ use dymlm_core::BoundingBox;
 /// The last two boxes of an object in the image, and where the next one is expected: the motion goes on as it
 /// was.
 #[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BoxMotion {
     last: Option<TimedBox>,
     before: Option<TimedBox>,
 }
 
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct TimedBox {
     time: f64,
     bounding_box: BoundingBox,
 }
 
 impl BoxMotion {
+    /// Whether its times are some that frames can have.
+    #[cfg(feature = "state")]
+    pub(crate) fn is_possible(&self) -> bool {
+        self.last.iter().chain(&self.before).all(|timed| timed.time.is_finite())
+    }
+
     pub(crate) fn observe(&mut self, time: f64, bounding_box: BoundingBox) {
         self.before = self.last;
         self.last = Some(TimedBox { time, bounding_box });

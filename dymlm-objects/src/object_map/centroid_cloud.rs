@@ -18,6 +18,12 @@ pub struct CentroidCloud {
 const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 impl CentroidCloud {
+    /// Whether its numbers are some that centroids can have.
+    #[cfg(feature = "state")]
+    pub(crate) fn is_possible(&self) -> bool {
+        self.count < 1 << 31 && self.mean.iter().chain(&self.products).all(|c| c.abs() < 1e100)
+    }
+
     /// Adds the centroid of an observation; one that is not finite is passed over.
     pub fn add(&mut self, centroid: [f64; 3]) {
         if !centroid.iter().all(|c| c.is_finite()) {

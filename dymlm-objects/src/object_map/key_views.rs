@@ -6,6 +6,7 @@ use crate::{Completeness, ObjectShape};
 
 /// Where a detector saw an object.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct KeyView {
     pub(crate) camera: PinholeCamera,
     pub(crate) world_from_camera: Pose,
@@ -26,6 +27,7 @@ impl KeyView {
 /// A bounded choice of an object's views, spread evenly over the weight of its observations: when there are too
 /// many, every second one goes, and from then on only every second is taken.
 #[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct KeyViews {
     views: Vec<KeyView>,
     stride_log2: u32,
@@ -37,6 +39,12 @@ pub(crate) struct KeyViews {
 const MAX_KEY_VIEWS: usize = 12;
 
 impl KeyViews {
+    /// Whether it is a choice that can have been made.
+    #[cfg(feature = "state")]
+    pub(crate) fn is_possible(&self) -> bool {
+        self.views.len() <= MAX_KEY_VIEWS && self.stride_log2 < 64 && self.seen < 1 << 62
+    }
+
     pub(crate) fn add(&mut self, view: KeyView, weight: u32) {
         let stride = u64::from(FULL) << self.stride_log2.min(32);
         let before = self.seen;

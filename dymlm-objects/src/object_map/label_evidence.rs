@@ -7,6 +7,13 @@ pub struct LabelEvidence {
 }
 
 impl LabelEvidence {
+    /// Whether its labels ascend and its scores are some that detections can have.
+    #[cfg(feature = "state")]
+    pub(crate) fn is_possible(&self) -> bool {
+        self.scores.is_sorted_by(|(a, _), (b, _)| a < b)
+            && self.scores.iter().all(|(_, score)| (0.0..1e12).contains(score))
+    }
+
     /// Adds a detection's label and score.
     pub fn add(&mut self, label: &str, score: f64) {
         match self.scores.binary_search_by(|(own, _)| own.as_str().cmp(label)) {

@@ -14,6 +14,7 @@ use crate::{
 
 /// An object of the map.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub struct MapObject {
     pub(crate) id: ObjectId,
     pub(crate) label: String,
@@ -50,6 +51,7 @@ pub struct MapObject {
 
 /// The weight of the observations that have an object stand on a plane.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct SupportVotes {
     pub(crate) support: SupportPlane,
     pub(crate) votes: u32,
@@ -80,6 +82,40 @@ pub enum ObjectState {
     Tentative,
     /// Part of the map.
     Confirmed,
+}
+
+/// What damaged objects are refused by: more than a year's frames, and boxes that an index of places would be
+/// full of.
+#[cfg(feature = "state")]
+impl MapObject {
+    const MOST_FRAMES: u32 = 1 << 31;
+    const LONGEST: f64 = 256.0;
+
+    /// Whether its numbers are some that an object can have.
+    pub(crate) fn is_possible(&self) -> bool {
+        let counts = [
+            self.observations,
+            self.flat_observations,
+            self.frames_in_view,
+            self.looked_through,
+            self.weight,
+            self.parameterized_at,
+            self.refusals,
+        ];
+        let place = self.oriented_box.world_from_box().translation();
+        counts.iter().all(|&count| count < Self::MOST_FRAMES)
+            && self.oriented_box.lengths().iter().all(|&length| length <= Self::LONGEST)
+            && place.iter().all(|c| c.abs() < 1e9)
+            && self.first_seen.is_finite()
+            && self.last_seen.is_finite()
+            && self.sighted_points.is_sorted()
+            && self.cloud.is_possible()
+            && self.centroids.is_possible()
+            && self.key_views.is_possible()
+            && self.motion.is_possible()
+            && self.view.is_possible()
+            && self.evidence.is_possible()
+    }
 }
 
 impl MapObject {

@@ -8,6 +8,7 @@ use dymlm_core::{Point, Pose, SensorModel};
 /// Sums are integers: what was added can be taken out again without a trace, and the order does not matter.
 /// When there are too many voxels, their side doubles.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ObjectCloud {
     origin: Vector3,
     /// Side of a voxel at level 0, metres.
@@ -22,6 +23,7 @@ pub(crate) struct ObjectCloud {
 type VoxelKey = [i32; 3];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct Voxel {
     /// In units of [`WEIGHT_UNITS`].
     weight: i64,
@@ -45,6 +47,18 @@ const WEIGHT_UNITS: f32 = 65_536.0;
 const CELL: f64 = 0.04;
 /// Half side of the cube around the origin that points are taken from, metres.
 const REACH: f64 = 64.0;
+
+#[cfg(feature = "state")]
+impl ObjectCloud {
+    /// Whether its numbers are some that points can have.
+    pub(crate) fn is_possible(&self) -> bool {
+        self.level <= 16
+            && self.origin.iter().all(|c| c.abs() < 1e9)
+            && (1e-6..1e3).contains(&self.voxel_size)
+            && self.voxels.values().all(|voxel| voxel.weight > 0)
+            && self.cells.values().all(|&count| count < 1 << 31)
+    }
+}
 
 impl ObjectCloud {
     pub(crate) fn new(origin: Vector3, voxel_size: f64) -> Self {
@@ -130,7 +144,7 @@ impl ObjectCloud {
         for voxel in other.voxels.values() {
             let mut moved = *voxel;
             for (sum, shift) in moved.sum.iter_mut().zip(shift) {
-                *sum += voxel.weight * shift;
+                *sum = sum.saturating_add(voxel.weight.saturating_mul(shift));
             }
             voxels.entry(self.key(moved.place())).or_default().add(&moved);
         }

@@ -6,6 +6,7 @@ use dymlm_core::vector3::{Vector3, difference, dot, unit};
 /// The first frames of a view count fully, the n-th a share [`ENOUGH`] / n: all frames of one view together
 /// grow as their number's logarithm.
 #[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ViewWeight {
     /// From the object to the camera, when the view began.
     direction: Option<Vector3>,
@@ -22,6 +23,12 @@ const ENOUGH: u32 = 20;
 const VIEW_COSINE: f64 = 0.966;
 
 impl ViewWeight {
+    /// Whether its numbers are some that views can have.
+    #[cfg(feature = "state")]
+    pub(crate) fn is_possible(&self) -> bool {
+        self.direction.iter().flatten().all(|c| c.abs() <= 1.01)
+    }
+
     /// The weight of one more observation, from 1 to [`FULL`].
     pub(crate) fn next(&mut self, object: Vector3, camera: Vector3) -> u32 {
         let direction = unit(difference(camera, object));

@@ -17,3 +17,5 @@ pub use config::ParameterizationConfig;
 pub use observation::{ObjectObservation, Relief};
 pub(crate) use parameterizer::Parameterizer;
 pub(crate) use vertical::Vertical;
+#[cfg(feature = "state")]
+pub(crate) use vertical::VerticalVotes;

@@ -8,34 +8,64 @@ use dymlm_core::vector3::{Vector3, along, dot, unit};
 #[derive(Debug, Clone)]
 pub(crate) struct Vertical {
     given: Option<Vector3>,
+    votes: VerticalVotes,
+}
+
+/// The votes for each normal.
+#[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct VerticalVotes {
     normals: Vec<Normal>,
 }
 
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct Normal {
     /// Sum of the normals voted for.
     sum: Vector3,
     votes: u64,
 }
 
+#[cfg(feature = "state")]
+impl VerticalVotes {
+    /// Whether their numbers are some that votes can have.
+    pub(crate) fn is_possible(&self) -> bool {
+        let is_possible =
+            |normal: &Normal| normal.sum.iter().all(|c| c.is_finite()) && normal.votes < 1 << 32;
+        self.normals.len() < 1 << 16 && self.normals.iter().all(is_possible)
+    }
+}
+
+#[cfg(feature = "state")]
+impl Vertical {
+    pub(crate) fn votes(&self) -> &VerticalVotes {
+        &self.votes
+    }
+
+    pub(crate) fn restore(&mut self, votes: VerticalVotes) {
+        self.votes = votes;
+    }
+}
+
 impl Vertical {
     pub(crate) fn new(given: Option<Vector3>) -> Self {
-        Self { given: given.and_then(unit), normals: Vec::new() }
+        Self { given: given.and_then(unit), votes: VerticalVotes::default() }
     }
 
     /// Counts a vote; normals whose cosine is at least `least_cosine` are one.
     pub(crate) fn vote(&mut self, normal: Vector3, least_cosine: f64) {
         let is_same = |own: &&mut Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= least_cosine);
-        match self.normals.iter_mut().find(is_same) {
+        match self.votes.normals.iter_mut().find(is_same) {
             Some(own) => *own = Normal { sum: along(own.sum, 1.0, normal), votes: own.votes + 1 },
-            None => self.normals.push(Normal { sum: normal, votes: 1 }),
+            None => self.votes.normals.push(Normal { sum: normal, votes: 1 }),
         }
     }
 
     /// A unit vector that points up, once it is known.
     pub(crate) fn direction(&self) -> Option<Vector3> {
-        let all: u64 = self.normals.iter().map(|normal| normal.votes).sum();
-        let leader = self.normals.iter().find(|normal| 2 * normal.votes > all);
+        let normals = &self.votes.normals;
+        let all: u64 = normals.iter().map(|normal| normal.votes).sum();
+        let leader = normals.iter().find(|normal| 2 * normal.votes > all);
         self.given.or_else(|| unit(leader?.sum))
     }
 }

@@ -1,0 +1,133 @@
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use dymlm_core::{
+    DamagedState, MergedIds, ObjectId, PlaneId, SensorModel, StateSink, decode_part, encode_part,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::object_map::MapObject;
+use crate::parameterization::VerticalVotes;
+use crate::{Error, ObjectConfig, ObjectMapper};
+
+/// The part of all but the objects, each of which has the one behind its id.
+const HEAD: u64 = 0;
+
+/// What is saved of a mapper beside its objects. The index in space is made again.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    last_timestamp: Option<f64>,
+    held: BTreeSet<ObjectId>,
+    changed: BTreeSet<ObjectId>,
+    supports: BTreeSet<PlaneId>,
+    vertical: VerticalVotes,
+    next_id: u64,
+    absorbed_by: MergedIds<ObjectId>,
+    objects: Vec<ObjectId>,
+}
+
+fn part_of(id: ObjectId) -> u64 {
+    id.get().wrapping_add(1)
+}
+
+impl ObjectMapper {
+    /// Gives to `sink` the parts of the map that differ from those of an earlier state, all of them without
+    /// one: a part an object, and one of what is no object's.
+    ///
+    /// # Errors
+    ///
+    /// Those of `sink`.
+    pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
+        let before = |id| {
+            let map = &earlier?.map;
+            map.objects.get(map.place(id)?)
+        };
+        for object in &self.map.objects {
+            if !before(object.id).is_some_and(|before| Arc::ptr_eq(before, object)) {
+                sink(part_of(object.id), Some(&encode_part(object.as_ref())?))?;
+            }
+        }
+        for object in earlier.into_iter().flat_map(|earlier| &earlier.map.objects) {
+            if self.map.place(object.id).is_none() {
+                sink(part_of(object.id), None)?;
+            }
+        }
+        let head = encode_part(&self.head())?;
+        let is_known = match earlier {
+            Some(earlier) => encode_part(&earlier.head())? == head,
+            None => false,
+        };
+        if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
+    }
+
+    /// The mapper whose parts these are, in any order, to the bit.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, missing or too many.
+    pub fn load_state(
+        config: ObjectConfig,
+        sensor: SensorModel,
+        parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
+    ) -> Result<Self, Error> {
+        let mut mapper = Self::new(config, sensor)?;
+        let mut by_key: BTreeMap<u64, Vec<u8>> = BTreeMap::new();
+        for (part, bytes) in parts {
+            if by_key.insert(part, bytes).is_some() {
+                return Err(DamagedState::new(part, "it is there twice").into());
+            }
+        }
+        let head = by_key.remove(&HEAD).ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
+        let head: Head = decode_part(HEAD, &head)?;
+        if !head.is_possible() {
+            return Err(DamagedState::new(HEAD, "ids or numbers that no map has").into());
+        }
+        for &id in &head.objects {
+            let part = part_of(id);
+            let bytes = by_key.remove(&part).ok_or_else(|| DamagedState::new(part, "it is missing"))?;
+            let object: MapObject = decode_part(part, &bytes)?;
+            if object.id != id || !object.is_possible() {
+                return Err(DamagedState::new(part, "another object, or numbers that none has").into());
+            }
+            mapper.map.index.place(&object);
+            mapper.map.objects.push(Arc::new(object));
+        }
+        if let Some((part, _)) = by_key.pop_first() {
+            return Err(DamagedState::new(part, "it belongs to nothing").into());
+        }
+        mapper.restore(head);
+        Ok(mapper)
+    }
+
+    fn head(&self) -> Head {
+        Head {
+            last_timestamp: self.last_timestamp,
+            held: self.held.clone(),
+            changed: self.changed.clone(),
+            supports: self.supports.clone(),
+            vertical: self.vertical.votes().clone(),
+            next_id: self.map.next_id,
+            absorbed_by: self.map.absorbed_by.clone(),
+            objects: self.map.objects.iter().map(|object| object.id).collect(),
+        }
+    }
+
+    fn restore(&mut self, head: Head) {
+        let Head { last_timestamp, held, changed, supports, vertical, next_id, absorbed_by, .. } = head;
+        (self.last_timestamp, self.held, self.changed) = (last_timestamp, held, changed);
+        self.supports = supports;
+        self.vertical.restore(vertical);
+        (self.map.next_id, self.map.absorbed_by) = (next_id, absorbed_by);
+    }
+}
+
+impl Head {
+    /// Whether a map can be like this: ids ascend and were given, times and directions are finite.
+    fn is_possible(&self) -> bool {
+        self.objects.is_sorted_by(|a, b| a < b)
+            && self.objects.last().is_none_or(|last| last.get() < self.next_id)
+            && self.next_id < u64::MAX / 2
+            && self.last_timestamp.is_none_or(f64::is_finite)
+            && self.vertical.is_possible()
+    }
+}
