@@ -174,7 +174,8 @@ impl Preprocessor {
             }
             None => self.tracker.predict(frame.timestamp(), Some(&view))?,
         };
-        // Of more predicted ones than there is room for, those that were missed for longest are left out.
+        // Of more predicted ones than there is room for, those that were missed for longest are left out; of those
+        // missed for as long, the newest.
         let missed_for = |tracked: &TrackedBox| match tracked.source {
             BoxSource::Predicted { missed_for } => Some(missed_for),
             BoxSource::Detected { .. } | BoxSource::FreeSpace => None,
@@ -184,7 +185,15 @@ impl Preprocessor {
         let room = Self::MAX_DETECTIONS.saturating_sub(boxes.len() - self.missed.len());
         self.missed.sort_unstable_by(f64::total_cmp);
         let too_long = self.missed.get(room).copied().unwrap_or(f64::INFINITY);
-        let kept = boxes.iter().filter(|tracked| missed_for(tracked).is_none_or(|missed| missed < too_long));
+        let mut room = room - self.missed.partition_point(|&missed| missed < too_long).min(room);
+        let kept = boxes.iter().filter(|tracked| match missed_for(tracked) {
+            Some(missed) if missed >= too_long => {
+                let is_kept = room > 0;
+                room = room.saturating_sub(1);
+                is_kept
+            }
+            _ => true,
+        });
         self.movers.clear();
         self.movers.extend(kept.map(Mover::of_track));
         Ok(())

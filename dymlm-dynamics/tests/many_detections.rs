@@ -56,16 +56,23 @@ fn more_detections_than_a_detector_gives_are_refused_and_change_nothing() {
 #[test]
 fn movers_that_are_missed_do_not_pile_up() {
     let mut preprocessor = preprocessor(60.0);
-    for time in 0..16_u8 {
-        // Others after every second frame: all are seen twice, and then missed.
-        let people = people(200, f32::from(time / 2) * 2.0 + f32::from(time / 2 % 2) * 7.0, 0.9);
-        preprocessor.process(&frame(f64::from(time) * 0.05), Some(&people), &Pose::identity()).unwrap();
-        let movers = preprocessor.movers();
-        assert!(movers.len() <= Preprocessor::MAX_DETECTIONS, "{}", movers.len());
-        let detected = movers.iter().filter(|mover| matches!(mover.source, BoxSource::Detected { .. }));
-        assert_eq!(detected.count(), 200);
-        assert!(movers.is_sorted_by_key(|mover| mover.track_id));
+    // Each is where it was, of one label in the first two frames and of another in the last ones.
+    let camera = *frame(0.0).camera();
+    let crowd = |label: &str| -> Vec<Detection> {
+        let of_label = |detection: &Detection| Detection::new(label, 0.9, detection.bounding_box()).unwrap();
+        people(200, 0.0, 0.9).iter().map(of_label).collect()
+    };
+    let is_body = |i: usize| (2..12).contains(&(i % 320 % 15)) && (2..11).contains(&(i / 320 % 14));
+    let depth = (0..320 * 240).map(|i| if is_body(i) { 2.0 } else { 4.0 }).collect();
+    let depth = DepthImage::new(320, 240, depth).unwrap();
+    for (time, label) in (0_u8..).zip(["person", "person", "dog", "dog"]) {
+        let frame = Frame::new(f64::from(time) * 0.05, camera, depth.clone(), None).unwrap();
+        preprocessor.process(&frame, Some(&crowd(label)), &Pose::identity()).unwrap();
     }
+    let movers = preprocessor.movers();
+    let detected = movers.iter().filter(|mover| matches!(mover.source, BoxSource::Detected { .. })).count();
+    assert_eq!((detected, movers.len()), (200, Preprocessor::MAX_DETECTIONS));
+    assert!(movers.is_sorted_by_key(|mover| mover.track_id));
 }
 
 #[test]

@@ -11,6 +11,10 @@ use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncod
 
 use crate::{Error, write_atomically};
 
+/// Most pixels of an image that is read without a camera: 8192 x 4096, more than cameras with depth have. A PNG of some
+/// hundred bytes can be of a thousand times as many pixels, which would be decoded into gigabytes.
+pub const MAX_IMAGE_PIXELS: usize = 1 << 25;
+
 /// Buffers that files are read and decoded through, kept from one image to the next.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct DecodeBuffers {
@@ -23,7 +27,7 @@ pub(crate) struct DecodeBuffers {
 /// # Errors
 ///
 /// [`Error::Io`]; [`Error::Malformed`] when the file is no whole PNG, has another pixel format than 16-bit
-/// greyscale, or `depth_scale` is not finite and positive.
+/// greyscale or more than [`MAX_IMAGE_PIXELS`], or `depth_scale` is not finite and positive.
 pub fn read_depth_png(path: impl AsRef<Path>, depth_scale: f64) -> Result<DepthImage, Error> {
     let path = path.as_ref();
     let (width, height, depth) =
@@ -35,7 +39,7 @@ pub fn read_depth_png(path: impl AsRef<Path>, depth_scale: f64) -> Result<DepthI
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole JPEG or PNG.
+/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole JPEG or PNG, or has more than [`MAX_IMAGE_PIXELS`].
 pub fn read_color_image(path: impl AsRef<Path>) -> Result<ColorImage, Error> {
     let path = path.as_ref();
     let (width, height, colors) = decode_color(path, None, &mut DecodeBuffers::default(), Vec::new())?;
@@ -163,12 +167,15 @@ fn checked_size(
             let path = path.to_path_buf();
             return Err(Error::ImageSize { path, width, height, actual_width, actual_height });
         }
+        return Ok((width, height));
     }
     match actual_width.checked_mul(actual_height) {
-        Some(pixels) if pixels <= PinholeCamera::MAX_PIXELS => Ok((actual_width, actual_height)),
+        Some(pixels) if pixels <= MAX_IMAGE_PIXELS => Ok((actual_width, actual_height)),
         _ => Err(Error::malformed(
             path,
-            format!("an image of {actual_width}x{actual_height} pixels is too large"),
+            format!(
+                "an image of {actual_width}x{actual_height} pixels is larger than {MAX_IMAGE_PIXELS} pixels"
+            ),
         )),
     }
 }

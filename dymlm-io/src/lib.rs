@@ -32,7 +32,7 @@ mod yolo_folder;
 
 pub use detection_file::{DetectionFile, encode_detections, write_detections};
 pub use error::Error;
-pub use image_file::{read_color_image, read_depth_png, write_depth_png, write_png};
+pub use image_file::{MAX_IMAGE_PIXELS, read_color_image, read_depth_png, write_depth_png, write_png};
 pub use map_folder::{DamagedPart, MapFolder, MapFolderSaver, MapFolderWriter, StateParts, StateWriter};
 pub use map_records::{
     ObjectRecord, PlaneRecord, ShapeRecord, encode_objects, encode_planes, read_objects, read_planes,

@@ -1,3 +1,4 @@
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use dymlm_core::Pose;
@@ -163,10 +164,11 @@ impl<'a> Entries<'a> {
             ));
         }
         let mut fields: Vec<FieldHeader> = Vec::with_capacity(self.names.len());
+        let mut known = BTreeSet::new();
         for (i, &name) in self.names.iter().enumerate() {
             let scalar = scalar(self.kinds[i], self.sizes[i])?;
             // Padding may come again and again; any other name is its field's own.
-            if name != "_" && fields.iter().any(|field| field.name == name) {
+            if name != "_" && !known.insert(name) {
                 return Err(format!("two fields of the name {}", quoted(name)));
             }
             if counts[i] == 0 {

@@ -1,3 +1,4 @@
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::Error;
@@ -62,6 +63,8 @@ impl PlyHeader {
     pub(super) fn parse(file: &[u8], path: &Path) -> Result<Self, Error> {
         let mut format = None;
         let mut elements = Vec::new();
+        // The names of the last element's properties.
+        let mut names = BTreeSet::new();
         let mut body = 0;
         for (number, bytes) in (1..).zip(file.split_inclusive(|&byte| byte == b'\n')) {
             let fault = |reason: String| Error::line(path, number, reason);
@@ -74,9 +77,12 @@ impl PlyHeader {
                 (1, _) => return Err(fault("no PLY file: it does not begin with \"ply\"".to_owned())),
                 (_, ["comment" | "obj_info", ..] | []) => {}
                 (_, ["format", name, "1.0"]) => format = Some(parse_format(name).map_err(fault)?),
-                (_, ["element", name, count]) => elements.push(parse_element(name, count).map_err(fault)?),
+                (_, ["element", name, count]) => {
+                    names.clear();
+                    elements.push(parse_element(name, count).map_err(fault)?);
+                }
                 (_, ["property", kind @ .., name]) => {
-                    add_property(elements.last_mut(), kind, name).map_err(fault)?;
+                    add_property(elements.last_mut(), &mut names, kind, name).map_err(fault)?;
                 }
                 (_, ["end_header"]) if bytes.ends_with(b"\n") => {
                     let format = format.ok_or_else(|| fault("a header without format".to_owned()))?;
@@ -103,14 +109,19 @@ fn parse_element(name: &str, count: &str) -> Result<Element, String> {
     Ok(Element { name: name.to_owned(), count, properties: Vec::new() })
 }
 
-fn add_property(element: Option<&mut Element>, kind: &[&str], name: &str) -> Result<(), String> {
+fn add_property(
+    element: Option<&mut Element>,
+    names: &mut BTreeSet<String>,
+    kind: &[&str],
+    name: &str,
+) -> Result<(), String> {
     let element = element.ok_or("a property of no element")?;
     let kind = match kind {
         [kind] => Kind::Scalar(scalar(kind)?),
         ["list", count, values] => Kind::List { count: scalar(count)?, values: scalar(values)? },
         _ => return Err(format!("{} is no property", quoted(&kind.join(" ")))),
     };
-    if element.properties.iter().any(|property| property.name == name) {
+    if !names.insert(name.to_owned()) {
         return Err(format!("two properties of the name {}", quoted(name)));
     }
     element.properties.push(Property { name: name.to_owned(), kind });

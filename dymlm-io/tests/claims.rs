@@ -1,0 +1,119 @@
+//! Small files that claim much, and lists in which all is the same: shown by what they allocate, and how time grows.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+#[allow(dead_code, reason = "of what spoils a dataset not all is needed here")]
+mod common;
+
+use std::alloc::System;
+use std::fmt::Write as _;
+use std::fs;
+
+use common::Dataset;
+use dymlm_io::{
+    Error, MAX_IMAGE_PIXELS, TumDataset, TumOptions, decode_pcd, decode_ply, read_color_image,
+    read_depth_png, write_depth_png, write_png,
+};
+use dymlm_test_support::growth;
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// As many fields or properties of different names.
+fn names(count: usize) -> String {
+    (0..count).fold(String::new(), |mut names, i| {
+        write!(names, " f{i}").unwrap();
+        names
+    })
+}
+
+fn pcd(fields: usize) -> String {
+    let all = |value: &str| format!(" {value}").repeat(fields);
+    let (names, sizes, types) = (names(fields), all("4"), all("F"));
+    format!(
+        "VERSION .7\nFIELDS x y z{names}\nSIZE 4 4 4{sizes}\nTYPE F F F{types}\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n0 0 0{}\n",
+        all("1")
+    )
+}
+
+fn ply(properties: usize) -> String {
+    let further = names(properties).replace(' ', "\nproperty float ");
+    let values = " 1".repeat(properties);
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z{further}\nend_header\n\
+         0 0 0{values}\n"
+    )
+}
+
+#[test]
+fn headers_take_as_long_as_they_are() {
+    let times = growth(&pcd(4_000), &pcd(32_000), |file| {
+        assert_eq!(decode_pcd(file.as_bytes(), "test.pcd").unwrap().cloud.len(), 1);
+    });
+    assert!(times < 24.0, "PCD: 8 times the fields took {times} times as long");
+    let times = growth(&ply(4_000), &ply(32_000), |file| {
+        assert_eq!(decode_ply(file.as_bytes(), "test.ply").unwrap().len(), 1);
+    });
+    assert!(times < 24.0, "PLY: 8 times the properties took {times} times as long");
+}
+
+#[test]
+fn frames_of_one_time_take_as_much_as_others() {
+    const FRAMES: usize = 5_000;
+    let dataset = Dataset::new();
+    for name in ["rgb", "depth"] {
+        let list = (0..FRAMES).fold(String::new(), |mut list, i| {
+            writeln!(list, "100.0 {name}/{}.png", i % 4).unwrap();
+            list
+        });
+        dataset.write(&format!("{name}.txt"), &list);
+    }
+    let region = Region::new(ALLOCATOR);
+    let opened = TumDataset::open(dataset.folder.path(), &TumOptions::default()).unwrap();
+    assert_eq!(opened.frames().len(), FRAMES);
+    // Other tests allocate at the same time, some ten megabytes; all pairs would be 400.
+    let allocated = region.change().bytes_allocated;
+    assert!(allocated < 100 << 20, "{allocated} bytes");
+}
+
+/// A PNG that claims other sides than it has pixels for.
+fn claim(path: &std::path::Path, sides: [u32; 2]) {
+    let mut file = fs::read(path).unwrap();
+    for (place, side) in [16, 20].into_iter().zip(sides) {
+        file[place..place + 4].copy_from_slice(&side.to_be_bytes());
+    }
+    let checksum = crc32fast::hash(&file[12..29]);
+    file[29..33].copy_from_slice(&checksum.to_be_bytes());
+    fs::write(path, file).unwrap();
+}
+
+#[test]
+fn images_are_refused_by_their_size_before_they_are_decoded() {
+    let folder = tempfile::tempdir().unwrap();
+    let (color, depth) = (folder.path().join("color.png"), folder.path().join("depth.png"));
+    write_png(&color, 16, 12, &common::colors(0)).unwrap();
+    write_depth_png(&depth, &common::depth(0), 5000.0).unwrap();
+    claim(&color, [16_384, 16_384]);
+    claim(&depth, [16_384, 16_384]);
+    let region = Region::new(ALLOCATOR);
+    let refused = [read_color_image(&color).map(|_| ()), read_depth_png(&depth, 5000.0).map(|_| ())];
+    for refused in refused {
+        let Err(Error::Malformed { reason, .. }) = refused else { panic!("{refused:?}") };
+        assert!(reason.contains(&MAX_IMAGE_PIXELS.to_string()), "{reason}");
+    }
+    let allocated = region.change().bytes_allocated;
+    assert!(allocated < 200 << 20, "{allocated} bytes");
+}
+
+#[test]
+fn images_of_a_dataset_are_refused_by_the_cameras_size() {
+    let dataset = Dataset::new();
+    claim(&dataset.path("rgb/0.png"), [8_192, 4_096]);
+    claim(&dataset.path("depth/1.png"), [8_192, 4_096]);
+    let opened = TumDataset::open(dataset.folder.path(), &TumOptions::default()).unwrap();
+    for frame in 0..2 {
+        let refused = opened.load(frame).unwrap_err();
+        let Error::Listed { fault, .. } = refused else { panic!("{refused:?}") };
+        assert!(matches!(*fault, Error::ImageSize { actual_width: 8_192, .. }), "{fault:?}");
+    }
+}
