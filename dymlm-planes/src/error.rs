@@ -7,6 +7,10 @@ pub enum Error {
     /// A field of the config or of the sensor outside its range.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A saved map is not what was written.
+    #[cfg(feature = "state")]
+    #[error(transparent)]
+    State(#[from] dymlm_core::DamagedState),
     /// An image or a mask of another size than the camera.
     #[error(transparent)]
     Core(#[from] dymlm_core::Error),

@@ -77,6 +77,21 @@ impl<K: Ord, V: Clone> SharedMap<K, V> {
         held.map(|(key, value)| (key, value.as_ref()))
     }
 
+    /// What an earlier state held not, or otherwise.
+    #[cfg(feature = "state")]
+    pub(crate) fn changed_since<'a>(&'a self, earlier: &'a Self) -> impl Iterator<Item = (&'a K, &'a V)> {
+        let is_same =
+            |key: &K, value: &Arc<V>| earlier.0.get(key).is_some_and(|before| Arc::ptr_eq(before, value));
+        let changed = self.0.iter().filter(move |(key, value)| !is_same(key, value));
+        changed.map(|(key, value)| (key, value.as_ref()))
+    }
+
+    /// The keys that a later state has not.
+    #[cfg(feature = "state")]
+    pub(crate) fn gone_from<'a>(&'a self, later: &'a Self) -> impl Iterator<Item = &'a K> {
+        self.0.keys().filter(|key| !later.0.contains_key(key))
+    }
+
     /// Bytes of the map, without what its values own.
     pub(crate) fn memory_bytes(&self) -> usize {
         self.len() * (size_of::<(K, Arc<V>)>() + 2 * size_of::<usize>() + size_of::<V>())

@@ -13,6 +13,7 @@ pub(super) const REACH: i32 = (HALF << BLOCK_BITS) - 1;
 
 /// A block's place, or that of a larger cell; ordered by x, y, z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BlockKey(u64);
 
 impl BlockKey {
@@ -30,6 +31,18 @@ impl BlockKey {
     pub(super) fn cell(self) -> [i32; 3] {
         let mask = (1_u64 << BITS) - 1;
         [2 * BITS, BITS, 0].map(|shift| ((self.0 >> shift) & mask) as i32 - HALF)
+    }
+
+    /// The number, of 51 bits, of the cube of 8 blocks a side that it lies in.
+    #[cfg(feature = "state")]
+    pub(crate) fn cube(self) -> u64 {
+        Self::new(self.cell().map(|c| c >> 3)).0
+    }
+
+    /// Whether it is the key of a block.
+    #[cfg(feature = "state")]
+    pub(super) fn is_possible(self) -> bool {
+        self == Self::new(self.cell())
     }
 
     /// The voxels of the block.

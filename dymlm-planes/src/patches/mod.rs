@@ -6,6 +6,8 @@ mod plane_index;
 mod voxel_box;
 
 pub(crate) use block::BlockKey;
+#[cfg(feature = "state")]
+pub(crate) use patch::SavedBlock;
 pub(crate) use patch::{CoarseCell, Patch, PatchVoxel, reach};
 pub(crate) use plane_index::PlaneIndex;
 pub(crate) use voxel_box::VoxelBox;

@@ -13,6 +13,7 @@ pub(crate) struct Patch {
 
 /// A voxel's place in its block, and its samples. In the order of the places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct Counted {
     local: u16,
     count: u32,
@@ -225,6 +226,62 @@ impl Patch {
     pub(crate) fn memory_bytes(&self) -> usize {
         let voxels: usize = self.blocks.values().map(Vec::capacity).sum();
         self.blocks.memory_bytes() + voxels * size_of::<Counted>()
+    }
+}
+
+/// The voxels of a block, to be saved.
+#[cfg(feature = "state")]
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(crate) struct SavedBlock {
+    block: BlockKey,
+    voxels: Vec<Counted>,
+}
+
+#[cfg(feature = "state")]
+impl SavedBlock {
+    /// The cube that it lies in.
+    pub(crate) fn cube(&self) -> u64 {
+        self.block.cube()
+    }
+}
+
+#[cfg(feature = "state")]
+impl Patch {
+    /// The cubes of the blocks that an earlier state of the patch had not, or had otherwise, and of those that
+    /// it had alone.
+    pub(crate) fn blocks_that_differ(&self, earlier: Option<&Self>) -> Vec<u64> {
+        let none = SharedMap::default();
+        let earlier = earlier.map_or(&none, |earlier| &earlier.blocks);
+        let changed = self.blocks.changed_since(earlier).map(|(block, _)| block);
+        changed.chain(earlier.gone_from(&self.blocks)).map(|block| block.cube()).collect()
+    }
+
+    /// The blocks of the cubes that are wanted, each with its cube.
+    pub(crate) fn saved_blocks(&self, is_wanted: impl Fn(u64) -> bool) -> Vec<(u64, SavedBlock)> {
+        let blocks = self.blocks.iter().map(|(block, voxels)| (block.cube(), *block, voxels));
+        let wanted = blocks.filter(|(cube, ..)| is_wanted(*cube));
+        wanted.map(|(cube, block, voxels)| (cube, SavedBlock { block, voxels: voxels.clone() })).collect()
+    }
+
+    /// Puts a block where there is none; tells whether it can be there. To be followed by
+    /// [`Self::finish_restoring`].
+    pub(crate) fn restore(&mut self, saved: SavedBlock) -> bool {
+        let SavedBlock { block, voxels } = saved;
+        let is_possible = block.is_possible()
+            && !voxels.is_empty()
+            && voxels.is_sorted_by(|a, b| a.local < b.local)
+            && voxels.iter().all(|voxel| voxel.local < 1 << 12 && voxel.count > 0)
+            && !self.blocks.contains_key(&block);
+        if is_possible {
+            self.voxels += voxels.len();
+            self.blocks.insert(block, voxels);
+        }
+        is_possible
+    }
+
+    /// Measures what was restored.
+    pub(crate) fn finish_restoring(&mut self) {
+        self.measure();
     }
 }
 

@@ -60,6 +60,12 @@ impl PlaneIndex {
         self.bounds
     }
 
+    /// What ever was noted is within this box too.
+    #[cfg(feature = "state")]
+    pub(crate) fn restore_bounds(&mut self, bounds: VoxelBox) {
+        self.bounds = self.bounds.union(&bounds);
+    }
+
     pub(crate) fn memory_bytes(&self) -> usize {
         let planes: usize = self.cells.values().map(Vec::capacity).sum();
         self.cells.memory_bytes() + planes * size_of::<(PlaneId, u32)>()

@@ -1,5 +1,6 @@
 /// A box of voxels, the corners inclusive; empty when one is past the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct VoxelBox {
     pub(crate) min: [i32; 3],
     pub(crate) max: [i32; 3],

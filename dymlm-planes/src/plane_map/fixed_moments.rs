@@ -15,6 +15,7 @@ const WEIGHT_UNITS: f64 = 4096.0;
 /// With places up to 2^15 m (35 bits), weights of 2^12 and up to 2^38 readings, a sum of squares stays below
 /// 2^121. Moving the origin of integer sums is exact, so no digit is lost far from the world's origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct FixedMoments {
     weight: i128,
     first: [i128; 3],
@@ -48,6 +49,13 @@ impl FixedMoments {
         });
         let facing = normal.map(|n| (n * UNITS).round() as i128 * weight);
         Some(Self { weight, first: origin.map(|o| o * weight), second, facing })
+    }
+
+    /// Whether they are some that points in reach can have: such as do not overflow when more is added.
+    #[cfg(feature = "state")]
+    pub(super) fn is_possible(&self) -> bool {
+        let all = [self.weight].into_iter().chain(self.first).chain(self.second).chain(self.facing);
+        all.into_iter().all(|sum| sum.unsigned_abs() < 1 << 124)
     }
 
     pub(super) fn add(&mut self, other: &Self) {

@@ -34,6 +34,7 @@ type Way = [[f64; 3]; 2];
 
 /// What a key frame sees between two patches of one plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum GapLook {
     /// Something nearer occludes what would join them.
     Occluded,

@@ -12,12 +12,14 @@ pub(super) type GapLooks = Vec<(PlanePair, GapLook)>;
 
 /// What all key frames saw between pairs of planes.
 #[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct GapRecord {
     pairs: BTreeMap<PlanePair, GapTally>,
 }
 
 /// How many key frames saw a gap occluded, and how many looked through it.
 #[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct GapTally {
     occluded: u32,
     through: u32,
@@ -44,7 +46,8 @@ impl GapRecord {
     pub(super) fn subtract(&mut self, gap_looks: &GapLooks) {
         for (pair, gap_look) in gap_looks {
             let Some(tally) = self.pairs.get_mut(pair) else { continue };
-            *tally.of(*gap_look) -= 1;
+            let looks = tally.of(*gap_look);
+            *looks = looks.saturating_sub(1);
             if (tally.occluded, tally.through) == (0, 0) {
                 self.pairs.remove(pair);
             }

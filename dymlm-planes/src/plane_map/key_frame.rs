@@ -15,6 +15,7 @@ use crate::patches::Patch;
 /// What one key frame has added, in its camera's frame: enough to add it at any pose, and to take it out again
 /// to the bit.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct KeyFrame {
     pub(super) timestamp: f64,
     pub(super) world_from_camera: Pose,
@@ -35,6 +36,7 @@ pub(super) struct KeyFrame {
 }
 
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Merge {
     pub(super) merge: PlaneMerge,
     /// The key frames that saw the gap occluded, when the two planes do not adjoin.
@@ -43,6 +45,7 @@ pub(super) struct Merge {
 
 /// What a key frame has seen of a plane.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Share {
     /// The plane at that time; it may have merged into another since.
     pub(super) plane: PlaneId,
@@ -102,6 +105,15 @@ impl KeyFrame {
             gap_looks: GapLooks::new(),
         };
         (key_frame, Places::of_labels(&labels))
+    }
+
+    /// Whether its numbers are some that a key frame can have.
+    #[cfg(feature = "state")]
+    pub(super) fn is_possible(&self) -> bool {
+        self.timestamp.is_finite()
+            && self.sites <= 1 << 24
+            && self.lattice.columns <= 1 << 16
+            && self.shares.iter().all(|share| usize::from(share.label) <= MOST_LABELS)
     }
 
     fn decoded(&self) -> Vec<u16> {

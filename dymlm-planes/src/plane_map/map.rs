@@ -4,6 +4,8 @@ mod merging;
 mod moved_body;
 mod removal;
 mod renaming;
+#[cfg(feature = "state")]
+mod saved_state;
 
 use dymlm_core::vector3::norm;
 use dymlm_core::{DepthView, Frame, FrameId, MergedIds, PlaneId, Pose, SensorModel};

@@ -39,6 +39,7 @@ pub(super) struct ShapeSettings {
 
 /// Which key frames have seen a plane, and which looked where it is and have not.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Sightings {
     /// Number of key frames that saw it.
     pub(super) count: u32,
@@ -58,6 +59,12 @@ impl Default for Sightings {
 }
 
 impl Sightings {
+    /// Whether they are some that key frames can have made.
+    #[cfg(feature = "state")]
+    pub(super) fn is_possible(&self) -> bool {
+        self.count.max(self.missed) < 1 << 30 && self.times.iter().all(|time| !time.is_nan())
+    }
+
     pub(super) fn add(&mut self, key_frame: FrameId, timestamp: f64) {
         self.count += 1;
         self.first = self.first.min(key_frame);
@@ -67,10 +74,10 @@ impl Sightings {
     /// Those of two planes that are one: of the key frames, `both_saw` saw both of them, and
     /// `both_looked` saw or looked at both.
     pub(super) fn united(&self, other: &Self, both_saw: u32, both_looked: u32) -> Self {
-        let count = self.count + other.count - both_saw;
-        let looked = self.count + self.missed + other.count + other.missed - both_looked;
+        let count = (self.count + other.count).saturating_sub(both_saw);
+        let looked = (self.count + self.missed + other.count + other.missed).saturating_sub(both_looked);
         let times = [self.times[0].min(other.times[0]), self.times[1].max(other.times[1])];
-        Self { count, missed: looked - count, first: self.first.min(other.first), times }
+        Self { count, missed: looked.saturating_sub(count), first: self.first.min(other.first), times }
     }
 }
 

@@ -1,0 +1,260 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use dymlm_core::{
+    DamagedState, FrameId, MergedIds, Plane, PlaneId, SensorModel, StateSink, decode_part, encode_part,
+};
+use serde::{Deserialize, Serialize};
+
+use super::{GapRecord, KeyFrame, MapPlane, PlaneMap, PlaneMapConfig};
+use crate::error::Error;
+use crate::patches::{BlockKey, SavedBlock, VoxelBox};
+use crate::plane_map::fixed_moments::FixedMoments;
+use crate::plane_map::map_plane::{ShapeSettings, Sightings};
+use crate::shared_map::SharedMap;
+
+/// What a part holds: the lowest bits of its key.
+const HEAD: u64 = 0;
+const KEY_FRAME: u64 = 1;
+const PLANE: u64 = 2;
+/// The voxels in a cube of blocks, of all planes: a frame touches a few of them, also of a large floor.
+const CUBE: u64 = 3;
+
+/// What is small, or changes with each frame. The index in space is made again.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    planes: Vec<PlaneId>,
+    /// Ids of the key frames: runs of so many from one on.
+    key_frames: Vec<(u64, u64)>,
+    merged: MergedIds<PlaneId>,
+    gaps: GapRecord,
+    next_plane: u64,
+    next_key_frame: u64,
+    bounds: VoxelBox,
+}
+
+/// A plane but for its voxels.
+#[derive(Serialize, Deserialize)]
+struct SavedPlane {
+    normal: [f64; 3],
+    d: f64,
+    centroid: [f64; 3],
+    mse: f64,
+    sightings: Sightings,
+    is_confirmed: bool,
+    is_gone: bool,
+    moments: FixedMoments,
+    judged: BTreeMap<BlockKey, [usize; 2]>,
+    /// Number of blocks that hold its voxels.
+    blocks: usize,
+}
+
+/// Blocks of voxels, each with its plane.
+type SavedCube = Vec<(PlaneId, SavedBlock)>;
+
+fn part_of(kind: u64, number: u64) -> u64 {
+    number << 2 | kind
+}
+
+impl PlaneMap {
+    /// Gives to `sink` the parts of the map that differ from those of an earlier state, all of them without
+    /// one: what the two share is passed over. Costs a glance at each plane's blocks, plane and key frame.
+    ///
+    /// # Errors
+    ///
+    /// Those of `sink`.
+    pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
+        let none = (SharedMap::default(), SharedMap::default());
+        let (planes, key_frames) =
+            earlier.map_or((&none.0, &none.1), |earlier| (&earlier.planes, &earlier.key_frames));
+        for (id, key_frame) in self.key_frames.changed_since(key_frames) {
+            sink(part_of(KEY_FRAME, id.get()), Some(&encode_part(key_frame)?))?;
+        }
+        for id in key_frames.gone_from(&self.key_frames) {
+            sink(part_of(KEY_FRAME, id.get()), None)?;
+        }
+        let mut cubes: BTreeSet<u64> = BTreeSet::new();
+        for (id, plane) in self.planes.changed_since(planes) {
+            sink(part_of(PLANE, id.get()), Some(&encode_part(&SavedPlane::of(plane))?))?;
+            cubes.extend(plane.patch.blocks_that_differ(planes.get(id).map(|before| &before.patch)));
+        }
+        for id in planes.gone_from(&self.planes) {
+            sink(part_of(PLANE, id.get()), None)?;
+            cubes.extend(planes.get(id).into_iter().flat_map(|before| before.patch.blocks_that_differ(None)));
+        }
+        self.save_cubes(cubes, sink)?;
+        let head = encode_part(&self.head())?;
+        let is_known = match earlier {
+            Some(earlier) => encode_part(&earlier.head())? == head,
+            None => false,
+        };
+        if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
+    }
+
+    /// Gives the parts of some cubes, by their [numbers](BlockKey::cube), with the voxels that all planes have
+    /// in them.
+    fn save_cubes(&self, cubes: BTreeSet<u64>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
+        let mut content: BTreeMap<u64, SavedCube> =
+            cubes.into_iter().map(|cube| (cube, Vec::new())).collect();
+        for (id, plane) in self.planes.iter() {
+            for (cube, block) in plane.patch.saved_blocks(|cube| content.contains_key(&cube)) {
+                if let Some(content) = content.get_mut(&cube) {
+                    content.push((*id, block));
+                }
+            }
+        }
+        for (cube, blocks) in content {
+            let bytes = (!blocks.is_empty()).then(|| encode_part(&blocks)).transpose()?;
+            sink(part_of(CUBE, cube), bytes.as_deref())?;
+        }
+        Ok(())
+    }
+
+    fn head(&self) -> Head {
+        let mut key_frames: Vec<(u64, u64)> = Vec::new();
+        for id in self.key_frames.keys() {
+            match key_frames.last_mut() {
+                Some((first, count)) if *first + *count == id.get() => *count += 1,
+                _ => key_frames.push((id.get(), 1)),
+            }
+        }
+        Head {
+            planes: self.planes.keys().copied().collect(),
+            key_frames,
+            merged: self.merged.clone(),
+            gaps: self.gaps.clone(),
+            next_plane: self.next_plane,
+            next_key_frame: self.next_key_frame,
+            bounds: self.index.bounds(),
+        }
+    }
+
+    /// The map whose parts these are, in any order, to the bit.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, missing or too many.
+    pub fn load_state(
+        config: PlaneMapConfig,
+        sensor: SensorModel,
+        parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
+    ) -> Result<Self, Error> {
+        let mut by_key: BTreeMap<u64, Vec<u8>> = BTreeMap::new();
+        for (part, bytes) in parts {
+            if by_key.insert(part, bytes).is_some() {
+                return Err(DamagedState::new(part, "it is there twice").into());
+            }
+        }
+        Ok(Self::new(config, sensor)?.filled(by_key)?)
+    }
+
+    /// Fills an empty map.
+    fn filled(mut self, mut parts: BTreeMap<u64, Vec<u8>>) -> Result<Self, DamagedState> {
+        let missing = |part| DamagedState::new(part, "it is missing");
+        let head: Head = decode_part(HEAD, &parts.remove(&HEAD).ok_or_else(|| missing(HEAD))?)?;
+        if !head.is_possible(parts.len()) {
+            return Err(DamagedState::new(HEAD, "ids or numbers that no map has"));
+        }
+        for number in head.key_frames.iter().flat_map(|&(first, count)| first..first + count) {
+            let part = part_of(KEY_FRAME, number);
+            let bytes = parts.remove(&part).ok_or_else(|| missing(part))?;
+            let key_frame: KeyFrame = decode_part(part, &bytes)?;
+            if !key_frame.is_possible() {
+                return Err(DamagedState::new(part, "numbers that no key frame has"));
+            }
+            self.key_frames.insert(FrameId::new(number), key_frame);
+        }
+        let mut blocks = BTreeMap::new();
+        for &id in &head.planes {
+            let part = part_of(PLANE, id.get());
+            let saved: SavedPlane = decode_part(part, &parts.remove(&part).ok_or_else(|| missing(part))?)?;
+            blocks.insert(id, saved.blocks);
+            let plane = saved.restored(id, self.shape());
+            let plane = plane.ok_or_else(|| DamagedState::new(part, "numbers that no plane has"))?;
+            self.planes.insert(id, plane);
+        }
+        for (part, bytes) in parts {
+            self.fill_cube(part, &bytes)?;
+        }
+        for plane in self.planes.values_mut() {
+            plane.patch.finish_restoring();
+            if blocks.get(&plane.id) != Some(&plane.patch.blocks().count()) {
+                return Err(DamagedState::new(part_of(PLANE, plane.id.get()), "voxels of it are missing"));
+            }
+        }
+        for plane in self.planes.values() {
+            for block in plane.patch.blocks() {
+                self.index.add(block, plane.id);
+            }
+        }
+        self.index.restore_bounds(head.bounds);
+        (self.merged, self.gaps) = (head.merged, head.gaps);
+        (self.next_plane, self.next_key_frame) = (head.next_plane, head.next_key_frame);
+        Ok(self)
+    }
+
+    fn fill_cube(&mut self, part: u64, bytes: &[u8]) -> Result<(), DamagedState> {
+        let damaged = |what: &str| DamagedState::new(part, what);
+        if part & 3 != CUBE {
+            return Err(damaged("it belongs to nothing"));
+        }
+        let cube: SavedCube = decode_part(part, bytes)?;
+        for (id, block) in cube {
+            let plane = self.planes.get_mut(&id).ok_or_else(|| damaged("voxels of no plane"))?;
+            let is_there = block.cube() == part >> 2 && plane.patch.restore(block);
+            if !is_there {
+                return Err(damaged("voxels that are not there, or twice"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Head {
+    /// Whether a map of so many more parts can be like this.
+    fn is_possible(&self, parts: usize) -> bool {
+        let mut end = 0;
+        let ascends = |&(first, count): &(u64, u64)| {
+            let follows = first >= end && count > 0 && count <= parts as u64;
+            end = first.saturating_add(count);
+            follows
+        };
+        self.key_frames.iter().all(ascends)
+            && self.key_frames.last().is_none_or(|(first, count)| first + count <= self.next_key_frame)
+            && self.planes.is_sorted_by(|a, b| a < b)
+            && self.planes.last().is_none_or(|last| last.get() < self.next_plane)
+            // Keys have two bits less.
+            && self.next_plane.max(self.next_key_frame) < 1 << 61
+    }
+}
+
+impl SavedPlane {
+    fn of(plane: &MapPlane) -> Self {
+        Self {
+            normal: plane.plane.normal(),
+            d: plane.plane.d(),
+            centroid: plane.centroid,
+            mse: plane.mse,
+            sightings: plane.sightings,
+            is_confirmed: plane.is_confirmed,
+            is_gone: plane.is_gone,
+            moments: plane.moments,
+            judged: plane.judged.clone(),
+            blocks: plane.patch.blocks().count(),
+        }
+    }
+
+    /// The plane without its voxels; `None` where the numbers are none that a plane can have.
+    fn restored(self, id: PlaneId, shape: ShapeSettings) -> Option<MapPlane> {
+        let mut plane = MapPlane::new(id, Plane::of_unit_normal(self.normal, self.d)?, shape);
+        let is_finite = self.centroid.iter().chain([&self.mse]).all(|c| c.is_finite());
+        let is_possible = is_finite
+            && self.sightings.is_possible()
+            && self.moments.is_possible()
+            && self.judged.values().flatten().all(|&count| count < 1 << 40);
+        (plane.centroid, plane.mse) = (self.centroid, self.mse);
+        (plane.sightings, plane.moments) = (self.sightings, self.moments);
+        (plane.is_confirmed, plane.is_gone) = (self.is_confirmed, self.is_gone);
+        plane.judged = self.judged;
+        is_possible.then_some(plane)
+    }
+}
