@@ -1,0 +1,103 @@
+use std::path::Path;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use dymlm_io::Error;
+
+use super::MapSaver;
+use crate::{MapReader, Revision};
+
+/// Saves the maps that a builder publishes every so often, on a thread of its own: the builder does not wait.
+///
+/// ```
+/// # let parent = tempfile::tempdir()?;
+/// # let folder = parent.path().join("map");
+/// use std::time::Duration;
+/// use dymlm::files::Autosave;
+/// use dymlm::{MapBuilder, MapConfig};
+///
+/// let mut builder = MapBuilder::new(MapConfig::default())?;
+/// let autosave = Autosave::start(builder.reader(), &folder, Duration::from_secs(10))?;
+/// // Frames are inserted here.
+/// builder.settle();
+/// autosave.finish()?;
+/// assert!(folder.join("manifest.json").exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Autosave {
+    /// Ends the thread when it is dropped.
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<Result<MapSaver, Error>>>,
+}
+
+impl Autosave {
+    /// Begins to save every `interval`, whenever there are newer maps. A save that fails is tried again after
+    /// the next.
+    ///
+    /// # Errors
+    ///
+    /// As [`MapSaver::create`], and [`Error::Io`] when the system gives no thread.
+    pub fn start(reader: MapReader, folder: impl AsRef<Path>, interval: Duration) -> Result<Self, Error> {
+        let saver = MapSaver::create(folder)?;
+        let path = saver.folder().to_path_buf();
+        let (stop, stopped) = channel();
+        let run = move || {
+            let mut autosaver = Autosaver { saver, reader, saved: None };
+            loop {
+                let ends = stopped.recv_timeout(interval) != Err(RecvTimeoutError::Timeout);
+                let result = autosaver.save_newer();
+                if ends {
+                    return result.map(|()| autosaver.saver);
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("dymlm-autosave".into()).spawn(run);
+        let thread = thread.map_err(|source| Error::Io { path, source })?;
+        Ok(Self { stop: Some(stop), thread: Some(thread) })
+    }
+
+    /// Saves the maps that were published last, and ends; gives the saver, which still has the folder.
+    ///
+    /// # Errors
+    ///
+    /// Those of the last save.
+    pub fn finish(mut self) -> Result<MapSaver, Error> {
+        self.stop = None;
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(result)) => result,
+            // The thread has panicked, which it does not.
+            _ => Err(Error::Io { path: "autosave".into(), source: std::io::ErrorKind::Other.into() }),
+        }
+    }
+}
+
+impl Drop for Autosave {
+    /// Saves the maps that were published last, and waits until that is done.
+    fn drop(&mut self) {
+        self.stop = None;
+        if let Some(thread) = self.thread.take() {
+            // Nobody can be told.
+            thread.join().ok();
+        }
+    }
+}
+
+struct Autosaver {
+    saver: MapSaver,
+    reader: MapReader,
+    /// What was saved last.
+    saved: Option<Revision>,
+}
+
+impl Autosaver {
+    fn save_newer(&mut self) -> Result<(), Error> {
+        let map = self.reader.latest();
+        if self.saved.is_none_or(|saved| map.revision() > saved) {
+            self.saver.save(&map)?;
+            self.saved = Some(map.revision());
+        }
+        Ok(())
+    }
+}

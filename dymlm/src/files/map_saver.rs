@@ -1,0 +1,84 @@
+use std::path::Path;
+
+use dymlm_io::{Error, MapFolderSaver, MapFolderWriter};
+
+use crate::MultiLevelMap;
+
+/// Saves maps into one folder again and again: of the state only what has changed since the last time.
+///
+/// It holds a clone of the maps that it has saved last, which shares with them what has not changed since. As
+/// long as it lives nobody else writes the folder.
+///
+/// ```
+/// # let parent = tempfile::tempdir()?;
+/// # let folder = parent.path().join("map");
+/// use dymlm::files::MapSaver;
+/// use dymlm::{MapBuilder, MapConfig, MultiLevelMap};
+///
+/// let mut saver = MapSaver::create(&folder)?;
+/// let builder = MapBuilder::new(MapConfig::default())?;
+/// // Frames are inserted here; every now and then:
+/// saver.save(builder.map())?;
+///
+/// let resumed = MapBuilder::resume(MultiLevelMap::load(&folder)?)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct MapSaver {
+    folder: MapFolderSaver,
+    saved: Option<MultiLevelMap>,
+}
+
+impl MapSaver {
+    /// A saver whose first save replaces what the folder holds.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands there
+    /// that is neither a map nor empty; [`Error::Io`].
+    pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
+        Ok(Self { folder: MapFolderSaver::create(folder)?, saved: None })
+    }
+
+    /// The map's folder.
+    pub fn folder(&self) -> &Path {
+        self.folder.folder()
+    }
+
+    /// Saves maps: the standard files (see [`MultiLevelMap::write_files`]), and what of the state has changed.
+    /// A crash leaves the maps that were saved before or these, never half of them.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] and [`Error::Content`] when a file cannot be written. What was saved before is still there.
+    pub fn save(&mut self, map: &MultiLevelMap) -> Result<(), Error> {
+        self.save_with(map, |_| Ok(()))
+    }
+
+    /// [`save`](Self::save) with files of the caller's beside those of the maps.
+    ///
+    /// # Errors
+    ///
+    /// Those of `write` too.
+    pub fn save_with(
+        &mut self,
+        map: &MultiLevelMap,
+        write: impl FnOnce(&mut MapFolderWriter) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let Self { folder, saved } = self;
+        // Maps that were made otherwise share nothing with these.
+        if saved.as_ref().is_some_and(|saved| saved.config() != map.config()) {
+            *saved = None;
+        }
+        if saved.is_none() {
+            folder.forget();
+        }
+        folder.save(map.config(), &map.counts(), |folder, state| {
+            map.write_state(saved.as_ref(), state)?;
+            map.write_files(folder)?;
+            write(folder)
+        })?;
+        *saved = Some(map.clone());
+        Ok(())
+    }
+}

@@ -1,0 +1,203 @@
+use std::sync::Arc;
+
+use dymlm_cloud::CloudMap;
+use dymlm_core::{DamagedState, FrameId, Pages, StateSink, decode_part, encode_part};
+use dymlm_history::{History, HistoryConfig};
+use dymlm_io::{DamagedPart, MapFolder, StateWriter};
+use dymlm_objects::ObjectMapper;
+use dymlm_octree::Octree;
+use dymlm_planes::PlaneMap;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::ghost_removal::GhostRemoval;
+use crate::session_log::{Event, InsertedFrame, SessionLog};
+use crate::{Error, MapConfig, MultiLevelMap, Revision};
+
+/// Sections of a saved state.
+const HEAD: &str = "head";
+const CLOUD: &str = "cloud";
+const OCTREE: &str = "octree";
+const PLANES: &str = "planes";
+const OBJECTS: &str = "objects";
+const HISTORY: &str = "history";
+const FRAMES: &str = "frames";
+const EVENTS: &str = "events";
+
+/// What is small, and changes with each frame.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    /// As a config file: what it leaves out in later versions has a default.
+    config: String,
+    ghost_removal: GhostRemoval,
+    revision: Revision,
+    frames_given: u64,
+    newest: f64,
+    /// Frames and events of the log, if there is one.
+    log: Option<[usize; 2]>,
+}
+
+type Parts = Vec<(u64, Vec<u8>)>;
+
+/// A map of a folder that could not be read: it is empty in its place.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct MissingMap {
+    /// `"cloud"`, `"octree"`, `"planes"`, `"objects"`, or `"history"`: then poses cannot be corrected.
+    pub section: &'static str,
+    /// Why.
+    pub error: Error,
+}
+
+impl MultiLevelMap {
+    /// Writes what of the state has changed since an earlier one, all of it without one.
+    pub(super) fn write_state(
+        &self,
+        earlier: Option<&Self>,
+        state: &mut StateWriter,
+    ) -> Result<(), dymlm_io::Error> {
+        state.section(CLOUD, |sink| self.cloud.save_state(earlier.map(|map| &map.cloud), sink))?;
+        state.section(OCTREE, |sink| self.octree.save_state(earlier.map(|map| &map.octree), sink))?;
+        state.section(PLANES, |sink| self.planes.save_state(earlier.map(|map| &map.planes), sink))?;
+        state.section(OBJECTS, |sink| self.objects.save_state(earlier.map(|map| &map.objects), sink))?;
+        if let Some(log) = &self.past.log {
+            let earlier = earlier.and_then(|map| map.past.log.as_ref());
+            state.section(HISTORY, |sink| log.history.save_state(earlier.map(|log| &log.history), sink))?;
+            state.section(FRAMES, |sink| save_pages(&log.frames, earlier.map(|log| &log.frames), sink))?;
+            state.section(EVENTS, |sink| save_pages(&log.events, earlier.map(|log| &log.events), sink))?;
+        }
+        state.section(HEAD, |sink| sink(0, Some(&encode_part(&self.head()?)?)))
+    }
+
+    fn head(&self) -> std::io::Result<Head> {
+        Ok(Head {
+            config: toml::to_string(&*self.config).map_err(std::io::Error::other)?,
+            ghost_removal: self.ghost_removal.clone(),
+            revision: self.revision,
+            frames_given: self.past.frames,
+            newest: self.past.newest,
+            log: self.past.log.as_ref().map(|log| [log.frames.len(), log.events.len()]),
+        })
+    }
+
+    /// The maps of a folder, and which of them could not be read. `history`: where observations are to be kept,
+    /// else where they were.
+    pub(super) fn read_state(
+        folder: &MapFolder,
+        history: Option<HistoryConfig>,
+    ) -> Result<(Self, Vec<MissingMap>), Error> {
+        let (_, head) = parts(folder, HEAD)?.pop().ok_or_else(|| DamagedState::new(0, "it is missing"))?;
+        let head: Head = decode_part(0, &head)?;
+        let mut config =
+            MapConfig::from_toml(&head.config).map_err(|error| Error::SavedConfig(error.to_string()))?;
+        config.validate()?;
+        if let Some(history) = history.filter(|_| head.log.is_some()) {
+            config.history = history;
+        }
+        let config = Arc::new(config);
+        let mut map = Self::new(&config)?;
+        (map.ghost_removal, map.revision) = (head.ghost_removal, head.revision);
+        (map.past.frames, map.past.newest) = (head.frames_given, head.newest);
+
+        let (sensor, mut missing) = (config.sensor, Vec::new());
+        let mut read = |section, result: Result<(), Error>| {
+            missing.extend(result.err().map(|error| MissingMap { section, error }));
+        };
+        let MultiLevelMap { cloud, octree, planes, objects, past, .. } = &mut map;
+        read(
+            CLOUD,
+            replace(cloud, || Ok(CloudMap::load_state(config.cloud.clone(), sensor, parts(folder, CLOUD)?)?)),
+        );
+        read(
+            OCTREE,
+            replace(octree, || Ok(Octree::load_state(config.octree.clone(), parts(folder, OCTREE)?)?)),
+        );
+        read(
+            PLANES,
+            replace(planes, || {
+                Ok(PlaneMap::load_state(config.planes.map.clone(), sensor, parts(folder, PLANES)?)?)
+            }),
+        );
+        read(
+            OBJECTS,
+            replace(objects, || {
+                Ok(ObjectMapper::load_state(config.objects.clone(), sensor, parts(folder, OBJECTS)?)?)
+            }),
+        );
+        if let Some(lengths) = head.log {
+            read(HISTORY, replace(&mut past.log, || read_log(folder, &config.history, lengths)));
+        }
+        Ok((map, missing))
+    }
+}
+
+/// Puts what is read in the place of what is there.
+fn replace<T>(place: &mut T, read: impl FnOnce() -> Result<T, Error>) -> Result<(), Error> {
+    *place = read()?;
+    Ok(())
+}
+
+/// The parts of a section, all of them.
+fn parts(folder: &MapFolder, section: &str) -> Result<Parts, Error> {
+    let parts: Result<Parts, DamagedPart> = folder.state(section)?.collect();
+    Ok(parts.map_err(dymlm_io::Error::from)?)
+}
+
+fn read_log(
+    folder: &MapFolder,
+    history: &HistoryConfig,
+    [frames, events]: [usize; 2],
+) -> Result<Option<SessionLog>, Error> {
+    let Some(history) = History::load_state(history, parts(folder, HISTORY)?)? else { return Ok(None) };
+    let frames: Pages<InsertedFrame> = read_pages(parts(folder, FRAMES)?, frames)?;
+    let events: Pages<Event> = read_pages(parts(folder, EVENTS)?, events)?;
+    let is_known = |frame: FrameId| frame.get() < frames.len() as u64;
+    if let Some(place) = events.iter().position(|event| event.frame().is_some_and(|frame| !is_known(frame))) {
+        return Err(DamagedState::new(page_of(place), "an event of a frame that there is not").into());
+    }
+    if let Some(place) = frames.iter().position(|frame| !frame.map_time().is_finite()) {
+        return Err(DamagedState::new(page_of(place), "a frame without a time").into());
+    }
+    Ok(Some(SessionLog { history, frames, events }))
+}
+
+/// Gives to `sink` the pages that differ from those of an earlier list.
+fn save_pages<T: Serialize>(
+    pages: &Pages<T>,
+    earlier: Option<&Pages<T>>,
+    sink: &mut StateSink<'_>,
+) -> std::io::Result<()> {
+    let (none, earlier) = (Pages::default(), earlier);
+    let earlier = earlier.unwrap_or(&none);
+    for (page, items) in pages.unshared_pages(earlier) {
+        sink(page as u64, Some(&encode_part(items)?))?;
+    }
+    for page in pages.pages().count()..earlier.pages().count() {
+        sink(page as u64, None)?;
+    }
+    Ok(())
+}
+
+/// The list of these pages, which has so many items.
+fn read_pages<T: DeserializeOwned>(parts: Parts, len: usize) -> Result<Pages<T>, DamagedState> {
+    let mut pages = Pages::default();
+    for ((part, bytes), page) in parts.into_iter().zip(0..) {
+        let items: Vec<T> = decode_part(part, &bytes)?;
+        if part != page {
+            return Err(DamagedState::new(page, "it is missing"));
+        }
+        for item in items {
+            pages.push(item);
+        }
+    }
+    if pages.len() == len {
+        Ok(pages)
+    } else {
+        Err(DamagedState::new(page_of(len), format!("{} items instead of {len}", pages.len())))
+    }
+}
+
+/// The page of an item.
+fn page_of(place: usize) -> u64 {
+    (place / Pages::<()>::PAGE) as u64
+}

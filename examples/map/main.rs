@@ -1,0 +1,109 @@
+//! Looks into saved maps and makes other files of them.
+//!
+//! `cargo run --release --example map -- info DIR`
+//! `cargo run --release --example map -- grid DIR --out map.yaml [--min-height M] [--max-height M]`
+
+#![allow(clippy::print_stdout, reason = "a program for the terminal")]
+
+use std::path::{Path, PathBuf};
+
+use clap::{Parser, Subcommand};
+use dymlm::planes::MapPlane;
+use dymlm::{MultiLevelMap, PlaneMap};
+use dymlm_examples::{AnyError, up_of_planes};
+
+#[derive(Parser)]
+#[command(about = "Looks into saved maps and makes other files of them")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Says what is in a map; of a damaged one what is left
+    Info {
+        /// The map's folder
+        map: PathBuf,
+    },
+    /// Projects the octree to a 2D occupancy grid (map.yaml and map.pgm, as ROS's map server reads them)
+    Grid {
+        /// The map's folder
+        map: PathBuf,
+        /// The grid's .yaml file; the image is written beside it
+        #[arg(long, default_value = "map.yaml")]
+        out: PathBuf,
+        /// About upwards, in the map's world: x y z
+        #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
+        up: Vec<f64>,
+        /// Lowest height above the floor that counts, metres
+        #[arg(long, default_value_t = 0.1)]
+        min_height: f64,
+        /// Greatest height above the floor that counts, metres
+        #[arg(long, default_value_t = 1.5)]
+        max_height: f64,
+    },
+}
+
+fn main() -> Result<(), AnyError> {
+    match Arguments::parse().command {
+        Command::Info { map } => info(&map),
+        Command::Grid { map, out, up, min_height, max_height } => {
+            grid(&map, &out, [up[0], up[1], up[2]], [min_height, max_height])
+        }
+    }
+}
+
+fn info(folder: &Path) -> Result<(), AnyError> {
+    let (map, missing) = MultiLevelMap::load_partial(folder)?;
+    for missing in &missing {
+        println!("{} cannot be read: {}", missing.section, missing.error);
+    }
+    let (counts, memory) = (map.counts(), map.memory());
+    let megabytes = |bytes: usize| bytes as f64 / 1e6;
+    println!("revision {}", map.revision().get());
+    println!(
+        "cloud: {} static points of {} voxels of {} m, {:.1} MB",
+        counts.cloud_points,
+        counts.cloud_voxels,
+        map.config().cloud.voxel_size,
+        megabytes(memory.cloud)
+    );
+    println!(
+        "octree: {} leaves of {} m or more, {} occupied, {:.1} MB",
+        counts.octree_leaves,
+        map.octree().resolution(),
+        counts.octree_occupied_leaves,
+        megabytes(memory.octree)
+    );
+    println!("planes: {}, {:.1} MB", counts.planes, megabytes(memory.planes));
+    println!("objects: {}, {:.1} MB", counts.objects, megabytes(memory.objects));
+    for object in map.objects().objects() {
+        let [x, y, z] = object.oriented_box().world_from_box().translation();
+        println!("  {} {} at {x:.2} {y:.2} {z:.2}, score {:.2}", object.id(), object.label(), object.score());
+    }
+    println!("history: {:.1} MB", megabytes(memory.history));
+    if missing.is_empty() { Ok(()) } else { Err(format!("{} parts are damaged", missing.len()).into()) }
+}
+
+fn grid(folder: &Path, out: &Path, up: [f64; 3], heights: [f64; 2]) -> Result<(), AnyError> {
+    let map = MultiLevelMap::load(folder)?;
+    let up = up_of_planes(map.planes(), up);
+    let floor = floor_height(map.planes(), up);
+    let [min_height, max_height] = heights.map(|height| floor + height);
+    let grid = map.octree().project(up, min_height, max_height)?;
+    let name = out.file_stem().and_then(|name| name.to_str()).ok_or("the .yaml file needs a name")?;
+    grid.save(out.parent().unwrap_or(Path::new("")), name)?;
+    println!("{}x{} cells of {} m: {}", grid.width(), grid.height(), grid.resolution(), out.display());
+    Ok(())
+}
+
+/// Height of the floor, metres from the world's origin: of the lowest large level plane; 0 where there is none.
+fn floor_height(planes: &PlaneMap, up: [f64; 3]) -> f64 {
+    let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| a[axis] * b[axis]).sum::<f64>();
+    let level = || planes.iter().filter(|plane| dot(plane.plane().normal(), up) > 0.95);
+    let largest = level().map(MapPlane::area).fold(0.0, f64::max);
+    let large = level().filter(|plane| plane.area() > 0.25 * largest);
+    let heights = large.map(|plane| -plane.plane().d());
+    heights.min_by(f64::total_cmp).unwrap_or(0.0)
+}
