@@ -27,6 +27,7 @@
 //! # Ok::<(), dymlm_core::Error>(())
 //! ```
 
+mod bits;
 mod bounding_box;
 mod color_image;
 mod config_error;
@@ -60,6 +61,7 @@ mod symmetric_eigen3;
 pub mod vector3;
 mod visibility;
 
+pub use bits::{BitReader, BitWriter};
 pub use bounding_box::BoundingBox;
 pub use color_image::{ColorImage, PixelFormat};
 pub use config_error::{ConfigError, check_range};

@@ -10,7 +10,6 @@
 #[doc = include_str!("../README.md")]
 struct ReadmeDoctests;
 
-mod bits;
 mod color_code;
 mod depth_code;
 mod entropy_code;

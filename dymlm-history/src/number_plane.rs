@@ -1,7 +1,7 @@
 //! Planes of numbers, packed by what their neighbours foretell.
 
-use crate::bits::{BitReader, BitWriter};
 use crate::entropy_code::{Decoder, Placed, put_symbols};
+use dymlm_core::{BitReader, BitWriter};
 
 /// Errors below are symbols of their own. Of larger ones the symbol tells the highest two bits, and the others
 /// follow as they are.

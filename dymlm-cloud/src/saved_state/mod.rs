@@ -5,6 +5,7 @@
 
 mod counts;
 mod evidence;
+mod sums;
 mod voxels;
 
 use std::collections::BTreeSet;

@@ -1,11 +1,11 @@
-use dymlm_core::Rgb;
 use serde::{Deserialize, Serialize};
 
 use super::blocks_of;
 use super::counts::SavedCells;
+use super::sums::SavedSums;
 use crate::CloudMap;
 use crate::block_store::{BlockKey, BlockStore, CUBE_BLOCKS};
-use crate::voxel::{SUBVOXELS, Sums, Voxel};
+use crate::voxel::{Sums, Voxel};
 use crate::voxel_block::VoxelBlock;
 
 /// The voxels of a cube of blocks, number by number: numbers of a kind are alike.
@@ -17,31 +17,10 @@ pub(super) struct SavedVoxels {
     voxels: Vec<SavedCells>,
     weights: Vec<u64>,
     observations: Vec<u32>,
-    /// Beside the middle of the voxel.
-    positions: [Vec<i64>; 3],
-    /// Beside the mean colour of the voxel before.
-    colors: [Vec<i64>; 3],
+    positions: [SavedSums; 3],
+    colors: [SavedSums; 3],
     /// None where each reading has a colour.
     uncolored: Vec<u64>,
-}
-
-/// Of what a voxel's sums are expected to be.
-struct Expected {
-    color: Rgb,
-}
-
-impl Expected {
-    fn position(weight: u64) -> u64 {
-        weight.wrapping_mul(u64::from(SUBVOXELS.unsigned_abs() / 2))
-    }
-
-    fn color(&self, sums: &Sums, channel: usize) -> u64 {
-        sums.weight.wrapping_sub(sums.uncolored).wrapping_mul(self.color[channel].into())
-    }
-
-    fn learn(&mut self, voxel: &Voxel) {
-        self.color = voxel.mean_color().unwrap_or(self.color);
-    }
 }
 
 impl SavedVoxels {
@@ -49,72 +28,70 @@ impl SavedVoxels {
     pub(super) fn of(cube: BlockKey, store: &BlockStore<VoxelBlock>) -> Option<Self> {
         let blocks: Vec<(usize, &VoxelBlock)> =
             blocks_of(cube, store).map(|(place, slot)| (place, store.blocks()[slot].as_ref())).collect();
-        let mut saved = Self {
+        if blocks.is_empty() {
+            return None;
+        }
+        let voxels: Vec<Voxel> =
+            blocks.iter().flat_map(|(_, block)| block.iter()).map(|(_, voxel)| voxel).collect();
+        let sums = || voxels.iter().map(|voxel| &voxel.sums);
+        let has_uncolored = sums().any(|sums| sums.uncolored != 0);
+        Some(Self {
             blocks: blocks.iter().fold(0, |bits, (place, _)| bits | 1 << place),
             voxels: blocks.iter().map(|(_, block)| SavedCells::of(block.places().cells())).collect(),
-            weights: Vec::new(),
-            observations: Vec::new(),
-            positions: Default::default(),
-            colors: Default::default(),
-            uncolored: Vec::new(),
-        };
-        let mut expected = Expected { color: [128; 3] };
-        for (_, voxel) in blocks.iter().flat_map(|(_, block)| block.iter()) {
-            let sums = &voxel.sums;
-            saved.weights.push(sums.weight);
-            saved.observations.push(voxel.observations);
-            for (axis, beside) in saved.positions.iter_mut().enumerate() {
-                beside.push(sums.position[axis].wrapping_sub(Expected::position(sums.weight)) as i64);
-            }
-            for (channel, beside) in saved.colors.iter_mut().enumerate() {
-                beside.push(sums.color[channel].wrapping_sub(expected.color(sums, channel)) as i64);
-            }
-            saved.uncolored.push(sums.uncolored);
-            expected.learn(&voxel);
-        }
-        if saved.uncolored.iter().all(|&weight| weight == 0) {
-            saved.uncolored.clear();
-        }
-        (saved.blocks != 0).then_some(saved)
+            weights: sums().map(|sums| sums.weight).collect(),
+            observations: voxels.iter().map(|voxel| voxel.observations).collect(),
+            positions: [0, 1, 2]
+                .map(|axis| SavedSums::of(sums().map(|sums| (sums.position[axis], sums.weight)))),
+            colors: [0, 1, 2]
+                .map(|channel| SavedSums::of(sums().map(|sums| (sums.color[channel], colored(sums))))),
+            uncolored: if has_uncolored { sums().map(|sums| sums.uncolored).collect() } else { Vec::new() },
+        })
     }
 
     /// Puts the voxels into a map that has none in the cube; `None` where they are none that a map can hold.
     pub(super) fn put_into(self, cube: BlockKey, map: &mut CloudMap) -> Option<()> {
+        let voxels = self.restored()?;
         let count: usize = self.voxels.iter().map(SavedCells::len).sum();
-        let lengths = [&self.positions, &self.colors].into_iter().flatten().map(Vec::len);
-        let is_whole = lengths.chain([self.weights.len(), self.observations.len()]).all(|len| len == count)
-            && (self.uncolored.is_empty() || self.uncolored.len() == count)
-            && self.blocks.count_ones() as usize == self.voxels.len()
-            && self.blocks != 0;
-        if !is_whole {
+        if self.blocks == 0 || self.blocks.count_ones() as usize != self.voxels.len() || count != voxels.len()
+        {
             return None;
         }
-        let mut expected = Expected { color: [128; 3] };
-        let mut next = 0;
+        let mut voxels = voxels.into_iter();
         let places = (0..CUBE_BLOCKS).filter(|place| self.blocks >> place & 1 == 1);
         for (place, cells) in places.zip(&self.voxels) {
-            let voxels = (next..next + cells.len()).map(|index| self.voxel(index, &mut expected));
-            let block = VoxelBlock::restored(cells.cells(), voxels.collect::<Option<Vec<_>>>()?);
-            next += cells.len();
-            map.put_block(cube.of_cube(place), block);
+            let own = voxels.by_ref().take(cells.len()).collect();
+            map.put_block(cube.of_cube(place), VoxelBlock::restored(cells.cells(), own));
         }
         Some(())
     }
 
-    fn voxel(&self, index: usize, expected: &mut Expected) -> Option<Voxel> {
-        let mut sums = Sums {
-            weight: *self.weights.get(index)?,
-            uncolored: self.uncolored.get(index).copied().unwrap_or(0),
-            ..Sums::default()
-        };
-        for (axis, beside) in self.positions.iter().enumerate() {
-            sums.position[axis] = Expected::position(sums.weight).wrapping_add(*beside.get(index)? as u64);
+    /// The voxels of all blocks, one after the other; `None` where some of their numbers are missing.
+    fn restored(&self) -> Option<Vec<Voxel>> {
+        let count = self.weights.len();
+        if self.observations.len() != count || ![0, count].contains(&self.uncolored.len()) {
+            return None;
         }
-        for (channel, beside) in self.colors.iter().enumerate() {
-            sums.color[channel] = expected.color(&sums, channel).wrapping_add(*beside.get(index)? as u64);
+        let uncolored = self.uncolored.iter().copied().chain(std::iter::repeat(0));
+        let weights = self.weights.iter().copied().zip(uncolored);
+        let mut voxels: Vec<Voxel> = weights
+            .zip(&self.observations)
+            .map(|((weight, uncolored), &observations)| Voxel {
+                sums: Sums { weight, uncolored, ..Sums::default() },
+                observations,
+            })
+            .collect();
+        for axis in 0..3 {
+            let positions = self.positions[axis].restored(voxels.iter().map(|voxel| voxel.sums.weight))?;
+            let colors = self.colors[axis].restored(voxels.iter().map(|voxel| colored(&voxel.sums)))?;
+            for ((voxel, position), color) in voxels.iter_mut().zip(positions).zip(colors) {
+                (voxel.sums.position[axis], voxel.sums.color[axis]) = (position, color);
+            }
         }
-        let voxel = Voxel { sums, observations: *self.observations.get(index)? };
-        expected.learn(&voxel);
-        Some(voxel)
+        Some(voxels)
     }
+}
+
+/// Weight of the readings that had a colour.
+fn colored(sums: &Sums) -> u64 {
+    sums.weight.wrapping_sub(sums.uncolored)
 }

@@ -1,8 +1,18 @@
-use bytes::{Buf, BufMut};
-
-/// Bits as they are, the first the lowest of a byte.
+/// Writes bits as they are, the first the lowest of a byte.
+///
+/// ```
+/// use dymlm_core::{BitReader, BitWriter};
+///
+/// let (mut writer, mut bytes) = (BitWriter::default(), Vec::new());
+/// writer.put(5, 3);
+/// writer.put(1000, 10);
+/// writer.finish(&mut bytes);
+/// let mut reader = BitReader::take(&mut bytes.as_slice()).ok_or("cut short")?;
+/// assert_eq!((reader.next(3), reader.next(10)), (Some(5), Some(1000)));
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug, Default)]
-pub(crate) struct BitWriter {
+pub struct BitWriter {
     bytes: Vec<u8>,
     /// Bits that fill no byte yet.
     rest: u64,
@@ -12,7 +22,7 @@ pub(crate) struct BitWriter {
 impl BitWriter {
     /// Adds the lowest bits of a number, which has no others; at most 32.
     #[inline]
-    pub(crate) fn put(&mut self, number: u32, bits: u32) {
+    pub fn put(&mut self, number: u32, bits: u32) {
         self.rest |= u64::from(number) << self.count;
         self.count += bits;
         while self.count >= 8 {
@@ -23,34 +33,35 @@ impl BitWriter {
     }
 
     /// Appends the bits, and how many bytes they take.
-    pub(crate) fn finish(mut self, out: &mut Vec<u8>) {
+    pub fn finish(mut self, out: &mut Vec<u8>) {
         if self.count > 0 {
             self.bytes.push(self.rest as u8);
         }
-        out.put_u32_le(self.bytes.len() as u32);
+        out.extend((self.bytes.len() as u32).to_le_bytes());
         out.append(&mut self.bytes);
     }
 }
 
-/// Bits that were put.
+/// Reads bits that were put by a [`BitWriter`].
 #[derive(Debug)]
-pub(crate) struct BitReader<'a> {
+pub struct BitReader<'a> {
     bytes: &'a [u8],
     rest: u64,
     count: u32,
 }
 
 impl<'a> BitReader<'a> {
-    pub(crate) fn take(bytes: &mut &'a [u8]) -> Option<Self> {
-        let length = bytes.try_get_u32_le().ok()? as usize;
-        let (own, rest) = bytes.split_at_checked(length)?;
+    /// Those at the beginning of bytes, which are what follows them afterwards; `None` when it is cut short.
+    pub fn take(bytes: &mut &'a [u8]) -> Option<Self> {
+        let (length, rest) = bytes.split_first_chunk()?;
+        let (own, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
         *bytes = rest;
         Some(Self { bytes: own, rest: 0, count: 0 })
     }
 
     /// The next bits, at most 32; `None` when there are no more.
     #[inline]
-    pub(crate) fn next(&mut self, bits: u32) -> Option<u32> {
+    pub fn next(&mut self, bits: u32) -> Option<u32> {
         while self.count < bits {
             let (&byte, rest) = self.bytes.split_first()?;
             self.bytes = rest;
@@ -64,7 +75,7 @@ impl<'a> BitReader<'a> {
     }
 
     /// Whether no byte is left.
-    pub(crate) fn is_done(&self) -> bool {
+    pub fn is_done(&self) -> bool {
         self.bytes.is_empty() && self.rest == 0
     }
 }

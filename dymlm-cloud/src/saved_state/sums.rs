@@ -1,0 +1,159 @@
+use dymlm_core::{BitReader, BitWriter};
+use serde::{Deserialize, Serialize};
+
+/// Weighted sums of voxels, one after the other, by their means and what is left over: nothing where a voxel
+/// has a single reading.
+#[derive(Serialize, Deserialize)]
+pub(super) struct SavedSums {
+    means: Means,
+    /// Each in as many bits as the [divisor] needs: any rest is as likely as any other.
+    rests: Vec<u8>,
+}
+
+/// Whole parts of means.
+#[derive(Serialize, Deserialize)]
+enum Means {
+    /// Each less the one before it: neighbours are alike.
+    Near(Vec<u8>),
+    /// When one does not fit into a byte, since more was taken out than put in.
+    Far(Vec<u64>),
+}
+
+/// What a sum is divided by.
+fn divisor(weight: u64) -> u64 {
+    weight.max(1)
+}
+
+impl SavedSums {
+    /// Of sums with their weights.
+    pub(super) fn of(sums: impl Iterator<Item = (u64, u64)>) -> Self {
+        let (mut means, mut rests) = (Vec::new(), BitWriter::default());
+        for (sum, weight) in sums {
+            means.push(sum / divisor(weight));
+            write_below(&mut rests, sum % divisor(weight), divisor(weight));
+        }
+        let bytes: Option<Vec<u8>> = means.iter().map(|&mean| u8::try_from(mean).ok()).collect();
+        let means = match bytes {
+            Some(means) => {
+                let before = [0].into_iter().chain(means.iter().copied());
+                Means::Near(
+                    means.iter().zip(before).map(|(mean, before)| mean.wrapping_sub(before)).collect(),
+                )
+            }
+            None => Means::Far(means),
+        };
+        let mut bytes = Vec::new();
+        rests.finish(&mut bytes);
+        Self { means, rests: bytes }
+    }
+
+    /// The sums of voxels of these weights; `None` when they are of other voxels.
+    pub(super) fn restored(&self, weights: impl ExactSizeIterator<Item = u64>) -> Option<Vec<u64>> {
+        let means: Vec<u64> = match &self.means {
+            Means::Near(steps) => {
+                let mut mean = 0_u8;
+                let next = |step: &u8| {
+                    mean = mean.wrapping_add(*step);
+                    mean.into()
+                };
+                steps.iter().map(next).collect()
+            }
+            Means::Far(means) => means.clone(),
+        };
+        if means.len() != weights.len() {
+            return None;
+        }
+        let mut rests = BitReader::take(&mut self.rests.as_slice())?;
+        let sum = |(mean, weight): (u64, u64)| {
+            let rest = read_below(&mut rests, divisor(weight))?;
+            Some(mean.wrapping_mul(divisor(weight)).wrapping_add(rest))
+        };
+        means.into_iter().zip(weights).map(sum).collect()
+    }
+}
+
+/// How many bits the smaller ones of the numbers below `end` take, and how many these are ("truncated binary":
+/// the others take one more).
+fn short_codes(end: u64) -> (u32, u64) {
+    let bits = end.ilog2();
+    // 2^(bits + 1) - end.
+    (bits, (1_u64 << bits).wrapping_mul(2).wrapping_sub(end))
+}
+
+/// Writes a number below another in the fewest bits.
+fn write_below(bits: &mut BitWriter, number: u64, end: u64) {
+    let (count, short) = short_codes(end);
+    if number < short {
+        write(bits, number, count);
+    } else {
+        // These codes go on where no shorter one is the beginning of one.
+        let code = number.wrapping_add(short);
+        write(bits, code >> 1, count);
+        write(bits, code & 1, 1);
+    }
+}
+
+/// The number below another; `None` when there are no more bits.
+fn read_below(bits: &mut BitReader<'_>, end: u64) -> Option<u64> {
+    let (count, short) = short_codes(end);
+    let number = read(bits, count)?;
+    if number < short {
+        return Some(number);
+    }
+    Some((number << 1 | read(bits, 1)?).wrapping_sub(short))
+}
+
+/// Halves of 32 bits.
+fn write(bits: &mut BitWriter, number: u64, count: u32) {
+    bits.put(number as u32 & low_bits(count.min(32)), count.min(32));
+    if count > 32 {
+        bits.put((number >> 32) as u32 & low_bits(count - 32), count - 32);
+    }
+}
+
+fn read(bits: &mut BitReader<'_>, count: u32) -> Option<u64> {
+    let low = u64::from(bits.next(count.min(32))?);
+    let high = if count > 32 { u64::from(bits.next(count - 32)?) } else { 0 };
+    Some(high << 32 | low)
+}
+
+fn low_bits(count: u32) -> u32 {
+    ((1_u64 << count) - 1) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_below_any_other_come_back() {
+        let ends = [1, 2, 3, 5, 8, 1000, 4096, u64::MAX / 2 + 1, u64::MAX / 2 + 5, u64::MAX];
+        let numbers =
+            |end: u64| [0, 1, end / 3, end / 2, end.saturating_sub(2), end - 1].map(|n| n.min(end - 1));
+        let (mut writer, mut bytes) = (BitWriter::default(), Vec::new());
+        for end in ends {
+            for number in numbers(end) {
+                write_below(&mut writer, number, end);
+            }
+        }
+        writer.finish(&mut bytes);
+        let mut reader = BitReader::take(&mut bytes.as_slice()).unwrap();
+        for end in ends {
+            let back = numbers(end).map(|_| read_below(&mut reader, end).unwrap());
+            assert_eq!(back, numbers(end), "below {end}");
+        }
+    }
+
+    #[test]
+    fn sums_come_back_whatever_they_are() {
+        let mut sums = vec![(7 * 200, 7), (7 * 3 + 2, 7), (0, 0), (5, 0), (255 * 9 + 8, 9)];
+        for _ in 0..2 {
+            let saved = SavedSums::of(sums.iter().copied());
+            assert_eq!(matches!(saved.means, Means::Near(_)), sums.len() == 5);
+            let back = saved.restored(sums.iter().map(|(_, weight)| *weight)).unwrap();
+            assert!(back.iter().eq(sums.iter().map(|(sum, _)| sum)));
+            assert!(saved.restored([1, 2].into_iter()).is_none());
+            sums.push((u64::MAX, 3));
+        }
+    }
+}
