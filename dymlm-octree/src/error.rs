@@ -22,6 +22,15 @@ pub enum Error {
         /// Distance from the world's origin to the border of the map, metres.
         half_extent: f64,
     },
+    /// A scan whose rays pass too many cells: they are too small for the range.
+    #[error(
+        "the rays of the scan pass more than {most} blocks of 8x8x8 cells, each of 2 kB: the cells are too small, or the range \
+         is too long"
+    )]
+    ScanSize {
+        /// Most blocks that are taken.
+        most: usize,
+    },
     /// Two maps that cannot be merged.
     #[error("a map of {other} m cells cannot be merged into one of {resolution} m cells")]
     Resolution {

@@ -187,7 +187,8 @@ impl MapBuilder {
         self.check_time(input.frame.timestamp())?;
         Preprocessor::check(input.frame, input.detections().unwrap_or(&[]))?;
         input.frame.camera().subsampled(self.config.sensor.stride)?;
-        self.map.check_reach(input.frame, &input.world_from_camera)
+        self.map.check_reach(input.frame, &input.world_from_camera)?;
+        Ok(self.map.octree.check_depth(input.frame, &self.config.sensor, &input.world_from_camera)?)
     }
 
     fn check_time(&self, timestamp: f64) -> Result<(), Error> {

@@ -49,6 +49,7 @@ impl MapBuilder {
         world_from_sensor: &Pose,
     ) -> Result<FrameReport, Error> {
         self.map.cloud.check_scan(timestamp, world_from_sensor)?;
+        self.scan_mapper.check(points, world_from_sensor, &self.map.octree, &self.config.sensor)?;
         let (id, mut released) = self.begin_input(timestamp, world_from_sensor)?;
         let mut clock = StageClock::start();
         let Self { map, scan_mapper, config, .. } = self;
@@ -91,25 +92,37 @@ impl ScanMapper {
         clock: &mut StageClock,
     ) -> Result<ScanUpdate, Error> {
         let &Scan { timestamp, points, world_from_sensor } = scan;
+        self.read(points, world_from_sensor, sensor);
         let cloud =
             clock.time(Stage::Cloud, || map.cloud.insert_scan(timestamp, points, world_from_sensor))?;
-        let octree = clock.time(Stage::Octree, || self.insert_into(&mut map.octree, scan, sensor))?;
+        let octree = clock.time(Stage::Octree, || self.insert_into(&mut map.octree, world_from_sensor))?;
         let removed = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(timestamp));
         Ok(ScanUpdate { cloud, octree, removed })
     }
 
-    fn insert_into(
+    /// Asks whether the octree would take a scan.
+    pub(crate) fn check(
         &mut self,
-        octree: &mut Octree,
-        scan: &Scan<'_>,
+        points: &[Point],
+        world_from_sensor: &Pose,
+        octree: &Octree,
         sensor: &SensorModel,
-    ) -> Result<InsertReport, Error> {
-        let points = scan.points.iter().map(|point| point.map(f64::from));
+    ) -> Result<(), Error> {
+        self.read(points, world_from_sensor, sensor);
+        Ok(octree.check_scan(world_from_sensor.translation(), &self.readings)?)
+    }
+
+    /// Takes a scan's readings into the world.
+    fn read(&mut self, points: &[Point], world_from_sensor: &Pose, sensor: &SensorModel) {
+        let points = points.iter().map(|point| point.map(f64::from));
         let readings = points.filter(|&point| norm(point) >= sensor.min_depth.into());
-        let in_world = readings.map(|point| scan.world_from_sensor.transform_point(point).map(|c| c as f32));
+        let in_world = readings.map(|point| world_from_sensor.transform_point(point).map(|c| c as f32));
         self.readings.clear();
         self.readings.extend(in_world);
-        match octree.insert_scan(scan.world_from_sensor.translation(), &self.readings) {
+    }
+
+    fn insert_into(&self, octree: &mut Octree, world_from_sensor: &Pose) -> Result<InsertReport, Error> {
+        match octree.insert_scan(world_from_sensor.translation(), &self.readings) {
             // As with frames: where the octree ends, it alone leaves them out.
             Err(OctreeError::Origin { .. }) => Ok(outside(self.readings.len())),
             inserted => Ok(inserted?),

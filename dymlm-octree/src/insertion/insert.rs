@@ -46,7 +46,7 @@ impl Octree {
     ///
     /// # Errors
     ///
-    /// [`Error::Origin`].
+    /// [`Error::Origin`]; [`Error::ScanSize`].
     ///
     /// ```
     /// use dymlm_octree::{CellState, Octree, OctreeConfig};
@@ -61,7 +61,7 @@ impl Octree {
     /// ```
     pub fn insert_scan(&mut self, origin: [f64; 3], points: &[Point]) -> Result<InsertReport, Error> {
         let origin = self.ray_origin(origin)?;
-        Ok(self.insert(&origin, &Readings::Points { points, colors: None }))
+        self.insert(&origin, &Readings::Points { points, colors: None })
     }
 
     /// [`Self::insert_scan`] with a colour for each point. Without
@@ -69,7 +69,7 @@ impl Octree {
     ///
     /// # Errors
     ///
-    /// [`Error::Origin`]; [`Error::Core`] when points and colours differ in number.
+    /// [`Error::Origin`]; [`Error::ScanSize`]; [`Error::Core`] when points and colours differ in number.
     pub fn insert_scan_colored(
         &mut self,
         origin: [f64; 3],
@@ -81,7 +81,7 @@ impl Octree {
             return Err(dymlm_core::Error::ColorCount { points: points.len(), colors: colors.len() }.into());
         }
         let colors = Some(colors).filter(|_| self.config().color);
-        Ok(self.insert(&origin, &Readings::Points { points, colors }))
+        self.insert(&origin, &Readings::Points { points, colors })
     }
 
     /// Inserts a depth frame: exactly [`Self::insert_scan`] of its back-projected readings within the
@@ -95,7 +95,7 @@ impl Octree {
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] when the mask is of another size than the frame.
+    /// [`Error::Core`] when the mask is of another size than the frame; [`Error::ScanSize`].
     #[doc(alias = "insertPointCloud")]
     pub fn insert_depth(
         &mut self,
@@ -113,10 +113,10 @@ impl Octree {
         };
         let color = frame.color().filter(|_| self.config().color);
         let readings = Readings::Depth { frame, sensor, static_mask, color, world_from_camera };
-        Ok(self.insert(&origin, &readings))
+        self.insert(&origin, &readings)
     }
 
-    fn ray_origin(&self, origin: [f64; 3]) -> Result<RayOrigin, Error> {
+    pub(super) fn ray_origin(&self, origin: [f64; 3]) -> Result<RayOrigin, Error> {
         // OctoMap's coordinates are single precision.
         let point = origin.map(|coordinate| coordinate as f32);
         match self.lattice.key_f32(point) {
@@ -126,14 +126,21 @@ impl Octree {
     }
 
     /// The steps of an insertion: cells of the readings, marks along their rays, update of the marked cells.
-    fn insert(&mut self, origin: &RayOrigin, readings: &Readings<'_>) -> InsertReport {
+    fn insert(&mut self, origin: &RayOrigin, readings: &Readings<'_>) -> Result<InsertReport, Error> {
         let mut scratch = std::mem::take(&mut self.scratch);
         let mut report = InsertReport::default();
         let bounds = find_cells(readings, origin, &self.lattice, self.config(), &mut scratch, &mut report);
         let (min, max) = bounds.within_reach(origin.key, self.config().max_range / self.resolution());
         let mut window = std::mem::take(&mut scratch.window);
+        let fits_window = window.lay(min, max);
+        if !fits_window && let Err(refused) = self.check_blocks(origin, &scratch, Self::MAX_SCAN_BLOCKS) {
+            scratch.window = window;
+            scratch.colors.drain(|_, _| ());
+            self.scratch = scratch;
+            return Err(refused);
+        }
         let mut sparse = std::mem::take(&mut scratch.sparse);
-        if window.lay(min, max) {
+        if fits_window {
             self.mark_rays(origin, &mut scratch, &mut window, &mut report);
             self.apply_marks(&mut window, &mut report);
         } else {
@@ -143,7 +150,7 @@ impl Octree {
         (scratch.window, scratch.sparse) = (window, sparse);
         scratch.colors.drain(|key, color| self.tree.blend_color(key, color));
         self.scratch = scratch;
-        report
+        Ok(report)
     }
 
     /// Marks the hits, and the cells that their rays pass.

@@ -11,6 +11,7 @@ mod marks;
 mod ray;
 mod reading_row;
 mod scan_scratch;
+mod scan_size;
 mod sparse_marks;
 mod window_marks;
 

@@ -80,6 +80,12 @@ impl SparseMarks {
         slot
     }
 
+    /// Number of cells marked.
+    pub(crate) fn count(&self) -> usize {
+        let words = self.blocks.iter().flat_map(|block| block.passed.iter().zip(&block.hit));
+        words.map(|(passed, hit)| (passed | hit).count_ones() as usize).sum()
+    }
+
     pub(crate) fn memory_bytes(&self) -> usize {
         self.blocks.capacity() * size_of::<MarkedBlock>() + self.slots.capacity() * 16
     }
