@@ -152,6 +152,45 @@ impl Walk {
         }
     }
 
+    /// Enters the first cell outside the cube around the present one, whose side has 2^`side_bits` cells; `false` at
+    /// the border of the map. O(1), where [`Self::step`] would take as many steps as the cube has cells.
+    pub(crate) fn leave(&mut self, side_bits: u32) -> bool {
+        let last = (1_u32 << side_bits) - 1;
+        // Cells that are left in the cube along each axis, and where the ray would leave it.
+        let left: [u32; 3] = std::array::from_fn(|axis| {
+            let within = u32::from(self.key[axis]) & last;
+            if self.up[axis] { last - within } else { within }
+        });
+        let ends: [f64; 3] =
+            std::array::from_fn(|axis| self.next[axis] + f64::from(left[axis]) * self.between[axis]);
+        let [x, y, z] = ends;
+        // As in `step`.
+        let out = if x < y {
+            if x < z { 0 } else { 2 }
+        } else if y < z {
+            1
+        } else {
+            2
+        };
+        for (axis, &left) in left.iter().enumerate() {
+            // Borders that come first; of those at the same place the later axis does.
+            let borders = (ends[out] - self.next[axis]) / self.between[axis];
+            let passed = if axis > out { borders.floor() + 1.0 } else { borders.ceil() };
+            // A cast takes what is negative for 0.
+            let passed = if axis == out { left } else { (passed as u32).min(left) };
+            let index = u32::from(self.key[axis]);
+            self.key[axis] = if self.up[axis] { index + passed } else { index - passed } as u16;
+            if passed > 0 {
+                self.next[axis] += f64::from(passed) * self.between[axis];
+            }
+        }
+        match out {
+            0 => self.advance::<0>(),
+            1 => self.advance::<1>(),
+            _ => self.advance::<2>(),
+        }
+    }
+
     #[inline]
     fn advance<const AXIS: usize>(&mut self) -> bool {
         let index = self.key[AXIS];

@@ -6,6 +6,7 @@ mod common;
 
 use common::{Random, config, double};
 use dymlm_octree::{CellState, Error, Octree, OctreeConfig};
+use dymlm_test_support::growth;
 
 fn sample() -> Octree {
     let mut map = Octree::new(config(0.25, 5.0)).unwrap();
@@ -154,4 +155,71 @@ fn files_are_what_map_server_reads() {
     );
     let error = grid.save(folder.path().join("nowhere"), "kitchen").unwrap_err();
     assert!(error.to_string().contains("kitchen.pgm"), "{error}");
+}
+
+/// A file of one free leaf at a depth, below the first child of all nodes above it.
+fn file_of_one_leaf(depth: u8) -> Vec<u8> {
+    const INNER: u8 = 0b11;
+    const FREE: u8 = 0b01;
+    let mut file =
+        format!("# Octomap OcTree binary file\nid OcTree\nsize {}\nres 0.05\ndata\n", depth + 1).into_bytes();
+    for level in 1..=depth {
+        file.extend([if level == depth { FREE } else { INNER }, 0]);
+    }
+    file
+}
+
+#[test]
+fn a_large_leaf_takes_as_long_as_its_face() {
+    let read = |depth| Octree::read_bt(file_of_one_leaf(depth).as_slice(), OctreeConfig::default()).unwrap();
+    let [small, large] = [read(8), read(6)];
+    for up in [[0.0, 0.0, 1.0], [0.2, 0.1, 1.0]] {
+        let times = growth(&small, &large, |map| map.project(up, f64::NEG_INFINITY, f64::INFINITY).unwrap());
+        // 16 times the columns, of 4 times as many cells.
+        assert!(times < 32.0, "{up:?}: {times} times as long");
+    }
+}
+
+/// Columns are followed from leaf to leaf; from cell to cell they say the same.
+#[test]
+fn large_leaves_are_seen_as_their_cells() {
+    let mut map = sample();
+    map.to_max_likelihood();
+    // Free cubes of 8 and 16 cells a side, and an occupied one, beside the rest.
+    for (corner, side, log_odds) in
+        [([2.0, 2.0, -2.0], 8, -1.0), ([-8.0, -4.0, -4.0], 16, -1.0), ([4.0, -4.0, 2.0], 8, 1.0)]
+    {
+        for i in 0..side * side * side {
+            let cell = [i % side, i / side % side, i / side / side];
+            let point = [0, 1, 2].map(|axis| corner[axis] + (f64::from(cell[axis]) + 0.5) * 0.25);
+            map.set_log_odds(point, Some(log_odds));
+        }
+    }
+    assert!(map.leaves().any(|leaf| leaf.depth <= 12));
+    let mut random = Random(7);
+    let mut seen = [0; 3];
+    for round in 0..20 {
+        let up = if round == 0 { [0.0, 0.0, 1.0] } else { double(random.point(1.0)) };
+        let grid = map.project(up, -2.7, 2.9).unwrap();
+        let pose = grid.world_from_grid();
+        for index in (0..grid.width() * grid.height()).step_by(7) {
+            let [x, y] = grid.center(index % grid.width(), index / grid.width());
+            // Many points of the line, and a margin where it may leave the heights or touch an edge.
+            let states: Vec<CellState> = (0..5570)
+                .map(|k| -2.69 + f64::from(k) * 0.001)
+                .map(|height| map.state(pose.transform_point([x, y, height])))
+                .collect();
+            let most =
+                [CellState::Occupied, CellState::Free].map(|s| states.iter().filter(|&&t| t == s).count());
+            let at = grid.at(index % grid.width(), index / grid.width());
+            seen[at as usize] += 1;
+            // More than a grazed edge.
+            if most[0] > 10 {
+                assert_eq!(at, CellState::Occupied, "{up:?}");
+            } else if most[0] == 0 && most[1] > 10 {
+                assert_ne!(at, CellState::Unknown, "{up:?}");
+            }
+        }
+    }
+    assert!(seen.iter().all(|&count| count > 10), "{seen:?}");
 }

@@ -96,7 +96,7 @@ impl Octree {
                 let Some(key) = blocks.key_f32(end) else { continue };
                 marks.hit(key);
                 from.pass_to(end, key, &mut marks);
-                if known.len() % RAYS == 0 && marks.count() > most {
+                if known.len().is_multiple_of(RAYS) && marks.count() > most {
                     return Err(Error::ScanSize { most });
                 }
             }

@@ -55,6 +55,17 @@ impl Tree {
         entry
     }
 
+    /// The cube around a cell that is one entry, by the logarithm of its side: a leaf, unknown space or a block.
+    pub(crate) fn side_bits(&self, key: Key) -> u32 {
+        let mut level = ROOT_LEVEL;
+        let mut entry = self.root.entry(entry_of(key, level));
+        while let Entry::Branch(branch) = entry {
+            level = branch.level;
+            entry = branch.entry(entry_of(key, level));
+        }
+        3 * u32::from(level)
+    }
+
     /// The log-odds of a cell; `None` where nothing is known.
     #[inline]
     pub(crate) fn log_odds(&self, key: Key) -> Option<f32> {
