@@ -1,4 +1,4 @@
-//! The state of a map in parts, of cubes of 4 x 4 x 4 blocks: one of the voxels in a cube, one of the evidence.
+//! The state of a map in parts, of cubes of 4 x 4 x 4 blocks: two of the voxels in a cube, one of the evidence.
 //!
 //! What is kept to save time is not saved: verdicts and the static cloud are made again when they are asked
 //! for.
@@ -8,7 +8,7 @@ mod evidence;
 mod sums;
 mod voxels;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::{DamagedState, SensorModel, StateSink, decode_part, encode_part};
 use serde::{Deserialize, Serialize};
@@ -18,12 +18,13 @@ use crate::{CloudMap, CloudMapConfig, Error};
 use evidence::SavedEvidence;
 use voxels::SavedVoxels;
 
-/// The part of what has no place. No cube's: the lowest two bits of their coordinates are zero.
-const HEAD: u64 = 2;
-
-/// What a cube's part holds.
+/// What a part holds, in two bits of its key.
 const VOXELS: u64 = 0;
-const EVIDENCE: u64 = 1;
+/// Of voxels too, what no deflating makes smaller.
+const RESTS: u64 = 1;
+const EVIDENCE: u64 = 2;
+/// What has no place.
+const HEAD: u64 = 3;
 
 /// More frames than come in two years.
 const MOST_FRAMES: u32 = 1 << 31;
@@ -47,8 +48,10 @@ impl CloudMap {
     pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
         let evidence = &self.evidence;
         for cube in changed_cubes(&self.voxels, earlier.map(|earlier| &earlier.voxels), &[]) {
-            let saved = SavedVoxels::of(cube, &self.voxels);
-            sink(part_of(cube, VOXELS), saved.map(|saved| encode_part(&saved)).transpose()?.as_deref())?;
+            let (saved, rests) = SavedVoxels::of(cube, &self.voxels).unzip();
+            let saved = saved.map(|saved| encode_part(&saved)).transpose()?;
+            sink(part_of(cube, VOXELS), saved.as_deref())?;
+            sink(part_of(cube, RESTS), rests.as_deref())?;
         }
         let noted = earlier.map_or_else(Vec::new, |earlier| evidence.noted_since(&earlier.evidence));
         let before = earlier.map(|earlier| earlier.evidence.blocks());
@@ -84,27 +87,28 @@ impl CloudMap {
         parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
     ) -> Result<Self, Error> {
         let mut map = Self::new(config, sensor)?;
-        let (mut head, mut seen) = (None, BTreeSet::new());
+        let mut by_key: BTreeMap<u64, Vec<u8>> = BTreeMap::new();
         for (part, bytes) in parts {
-            if !seen.insert(part) {
+            if by_key.insert(part, bytes).is_some() {
                 return Err(DamagedState::new(part, "it is there twice").into());
             }
-            if part == HEAD {
-                head = Some(decode_part::<Head>(part, &bytes)?);
-                continue;
-            }
-            let cube = cube_of(part).ok_or_else(|| DamagedState::new(part, "no such place"))?;
-            let is_right = if part & 1 == VOXELS {
-                decode_part::<SavedVoxels>(part, &bytes)?.put_into(cube, &mut map)
-            } else {
-                decode_part::<SavedEvidence>(part, &bytes)?.put_into(cube, &mut map.evidence)
-            };
-            if is_right.is_none() {
-                return Err(DamagedState::new(part, "numbers that no map holds").into());
-            }
         }
-        let Head { frames, epoch, revision, cubes } =
-            head.ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
+        let head = by_key.remove(&HEAD).ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
+        let Head { frames, epoch, revision, cubes } = decode_part(HEAD, &head)?;
+        while let Some((part, bytes)) = by_key.pop_first() {
+            let damaged = |what: &str| DamagedState::new(part, what);
+            let cube = cube_of(part).ok_or_else(|| damaged("no such place"))?;
+            let is_right = match part & 3 {
+                VOXELS => {
+                    let rests = by_key.remove(&part_of(cube, RESTS));
+                    let rests = rests.ok_or_else(|| damaged("what it is to be read with is missing"))?;
+                    decode_part::<SavedVoxels>(part, &bytes)?.put_into(cube, &rests, &mut map)
+                }
+                EVIDENCE => decode_part::<SavedEvidence>(part, &bytes)?.put_into(cube, &mut map.evidence),
+                _ => None,
+            };
+            is_right.ok_or_else(|| damaged("numbers that no map holds"))?;
+        }
         if frames.max(revision) >= MOST_FRAMES {
             return Err(DamagedState::new(HEAD, "more frames than there can have been").into());
         }
@@ -118,12 +122,13 @@ impl CloudMap {
     }
 }
 
+/// The lowest two bits of a cube's coordinates are zero.
 fn part_of(cube: BlockKey, kind: u64) -> u64 {
     cube.number() << 1 | kind
 }
 
 fn cube_of(part: u64) -> Option<BlockKey> {
-    let key = BlockKey::of_number(part >> 1);
+    let key = BlockKey::of_number(part >> 1 & !1);
     (key.in_cube().0 == key).then_some(key)
 }
 

@@ -6,8 +6,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Serialize, Deserialize)]
 pub(super) struct SavedSums {
     means: Means,
-    /// Each in as many bits as the [divisor] needs: any rest is as likely as any other.
-    rests: Vec<u8>,
 }
 
 /// Whole parts of means.
@@ -25,12 +23,13 @@ fn divisor(weight: u64) -> u64 {
 }
 
 impl SavedSums {
-    /// Of sums with their weights.
-    pub(super) fn of(sums: impl Iterator<Item = (u64, u64)>) -> Self {
-        let (mut means, mut rests) = (Vec::new(), BitWriter::default());
+    /// Of sums with their weights. What is left over goes to `rests`, each in as many bits as the [divisor]
+    /// needs: any is as likely as any other.
+    pub(super) fn of(sums: impl Iterator<Item = (u64, u64)>, rests: &mut BitWriter) -> Self {
+        let mut means = Vec::new();
         for (sum, weight) in sums {
             means.push(sum / divisor(weight));
-            write_below(&mut rests, sum % divisor(weight), divisor(weight));
+            write_below(rests, sum % divisor(weight), divisor(weight));
         }
         let bytes: Option<Vec<u8>> = means.iter().map(|&mean| u8::try_from(mean).ok()).collect();
         let means = match bytes {
@@ -42,13 +41,15 @@ impl SavedSums {
             }
             None => Means::Far(means),
         };
-        let mut bytes = Vec::new();
-        rests.finish(&mut bytes);
-        Self { means, rests: bytes }
+        Self { means }
     }
 
     /// The sums of voxels of these weights; `None` when they are of other voxels.
-    pub(super) fn restored(&self, weights: impl ExactSizeIterator<Item = u64>) -> Option<Vec<u64>> {
+    pub(super) fn restored(
+        &self,
+        weights: impl ExactSizeIterator<Item = u64>,
+        rests: &mut BitReader<'_>,
+    ) -> Option<Vec<u64>> {
         let means: Vec<u64> = match &self.means {
             Means::Near(steps) => {
                 let mut mean = 0_u8;
@@ -63,9 +64,8 @@ impl SavedSums {
         if means.len() != weights.len() {
             return None;
         }
-        let mut rests = BitReader::take(&mut self.rests.as_slice())?;
         let sum = |(mean, weight): (u64, u64)| {
-            let rest = read_below(&mut rests, divisor(weight))?;
+            let rest = read_below(rests, divisor(weight))?;
             Some(mean.wrapping_mul(divisor(weight)).wrapping_add(rest))
         };
         means.into_iter().zip(weights).map(sum).collect()
@@ -148,11 +148,17 @@ mod tests {
     fn sums_come_back_whatever_they_are() {
         let mut sums = vec![(7 * 200, 7), (7 * 3 + 2, 7), (0, 0), (5, 0), (255 * 9 + 8, 9)];
         for _ in 0..2 {
-            let saved = SavedSums::of(sums.iter().copied());
+            let (mut rests, mut bytes) = (BitWriter::default(), Vec::new());
+            let saved = SavedSums::of(sums.iter().copied(), &mut rests);
+            rests.finish(&mut bytes);
             assert_eq!(matches!(saved.means, Means::Near(_)), sums.len() == 5);
-            let back = saved.restored(sums.iter().map(|(_, weight)| *weight)).unwrap();
-            assert!(back.iter().eq(sums.iter().map(|(sum, _)| sum)));
-            assert!(saved.restored([1, 2].into_iter()).is_none());
+            let restored = |weights: &[u64]| {
+                let mut reader = BitReader::take(&mut bytes.as_slice()).unwrap();
+                saved.restored(weights.iter().copied(), &mut reader)
+            };
+            let weights: Vec<u64> = sums.iter().map(|(_, weight)| *weight).collect();
+            assert!(restored(&weights).unwrap().iter().eq(sums.iter().map(|(sum, _)| sum)));
+            assert!(restored(&[1, 2]).is_none());
             sums.push((u64::MAX, 3));
         }
     }

@@ -1,3 +1,4 @@
+use dymlm_core::{BitReader, BitWriter};
 use serde::{Deserialize, Serialize};
 
 use super::blocks_of;
@@ -24,8 +25,8 @@ pub(super) struct SavedVoxels {
 }
 
 impl SavedVoxels {
-    /// `None` of a cube without blocks.
-    pub(super) fn of(cube: BlockKey, store: &BlockStore<VoxelBlock>) -> Option<Self> {
+    /// And what is left over of their sums; `None` of a cube without blocks.
+    pub(super) fn of(cube: BlockKey, store: &BlockStore<VoxelBlock>) -> Option<(Self, Vec<u8>)> {
         let blocks: Vec<(usize, &VoxelBlock)> =
             blocks_of(cube, store).map(|(place, slot)| (place, store.blocks()[slot].as_ref())).collect();
         if blocks.is_empty() {
@@ -35,22 +36,26 @@ impl SavedVoxels {
             blocks.iter().flat_map(|(_, block)| block.iter()).map(|(_, voxel)| voxel).collect();
         let sums = || voxels.iter().map(|voxel| &voxel.sums);
         let has_uncolored = sums().any(|sums| sums.uncolored != 0);
-        Some(Self {
+        let (mut rests, mut bytes) = (BitWriter::default(), Vec::new());
+        let saved = Self {
             blocks: blocks.iter().fold(0, |bits, (place, _)| bits | 1 << place),
             voxels: blocks.iter().map(|(_, block)| SavedCells::of(block.places().cells())).collect(),
             weights: sums().map(|sums| sums.weight).collect(),
             observations: voxels.iter().map(|voxel| voxel.observations).collect(),
             positions: [0, 1, 2]
-                .map(|axis| SavedSums::of(sums().map(|sums| (sums.position[axis], sums.weight)))),
-            colors: [0, 1, 2]
-                .map(|channel| SavedSums::of(sums().map(|sums| (sums.color[channel], colored(sums))))),
+                .map(|axis| SavedSums::of(sums().map(|sums| (sums.position[axis], sums.weight)), &mut rests)),
+            colors: [0, 1, 2].map(|channel| {
+                SavedSums::of(sums().map(|sums| (sums.color[channel], colored(sums))), &mut rests)
+            }),
             uncolored: if has_uncolored { sums().map(|sums| sums.uncolored).collect() } else { Vec::new() },
-        })
+        };
+        rests.finish(&mut bytes);
+        Some((saved, bytes))
     }
 
     /// Puts the voxels into a map that has none in the cube; `None` where they are none that a map can hold.
-    pub(super) fn put_into(self, cube: BlockKey, map: &mut CloudMap) -> Option<()> {
-        let voxels = self.restored()?;
+    pub(super) fn put_into(self, cube: BlockKey, rests: &[u8], map: &mut CloudMap) -> Option<()> {
+        let voxels = self.restored(rests)?;
         let count: usize = self.voxels.iter().map(SavedCells::len).sum();
         if self.blocks == 0 || self.blocks.count_ones() as usize != self.voxels.len() || count != voxels.len()
         {
@@ -66,7 +71,7 @@ impl SavedVoxels {
     }
 
     /// The voxels of all blocks, one after the other; `None` where some of their numbers are missing.
-    fn restored(&self) -> Option<Vec<Voxel>> {
+    fn restored(&self, mut rests: &[u8]) -> Option<Vec<Voxel>> {
         let count = self.weights.len();
         if self.observations.len() != count || ![0, count].contains(&self.uncolored.len()) {
             return None;
@@ -80,11 +85,17 @@ impl SavedVoxels {
                 observations,
             })
             .collect();
-        for axis in 0..3 {
-            let positions = self.positions[axis].restored(voxels.iter().map(|voxel| voxel.sums.weight))?;
-            let colors = self.colors[axis].restored(voxels.iter().map(|voxel| colored(&voxel.sums)))?;
-            for ((voxel, position), color) in voxels.iter_mut().zip(positions).zip(colors) {
-                (voxel.sums.position[axis], voxel.sums.color[axis]) = (position, color);
+        let mut rests = BitReader::take(&mut rests)?;
+        for (axis, saved) in self.positions.iter().enumerate() {
+            let sums = saved.restored(voxels.iter().map(|voxel| voxel.sums.weight), &mut rests)?;
+            for (voxel, sum) in voxels.iter_mut().zip(sums) {
+                voxel.sums.position[axis] = sum;
+            }
+        }
+        for (channel, saved) in self.colors.iter().enumerate() {
+            let sums = saved.restored(voxels.iter().map(|voxel| colored(&voxel.sums)), &mut rests)?;
+            for (voxel, sum) in voxels.iter_mut().zip(sums) {
+                voxel.sums.color[channel] = sum;
             }
         }
         Some(voxels)

@@ -10,6 +10,11 @@ use super::index::Part;
 /// How hard is tried to deflate: higher levels take several times as long for some percent.
 const LEVEL: u8 = 3;
 
+/// Bytes at the beginning of a part by which it is found whether deflating is worth its time, and the least share
+/// of them that it must save.
+const SAMPLE: usize = 4096;
+const LEAST_SAVED: usize = 16;
+
 /// A segment that is being written.
 #[derive(Debug)]
 pub(super) struct SegmentWriter {
@@ -34,8 +39,12 @@ impl SegmentWriter {
 
     /// Writes a part, deflated where that makes it smaller.
     pub(super) fn write(&mut self, bytes: &[u8]) -> io::Result<Part> {
-        let deflated = compress_to_vec(bytes, LEVEL);
-        let packed = if deflated.len() < bytes.len() { &deflated } else { bytes };
+        let sample = bytes.get(..SAMPLE).unwrap_or_default();
+        // What is packed already, such as images, is most of what is saved.
+        let is_packed = compress_to_vec(sample, LEVEL).len() + sample.len() / LEAST_SAVED > sample.len();
+        let is_tried = sample.is_empty() || !is_packed;
+        let deflated = if is_tried { compress_to_vec(bytes, LEVEL) } else { Vec::new() };
+        let packed = if is_tried && deflated.len() < bytes.len() { &deflated } else { bytes };
         let (offset, crc32) = (self.append(packed)?, crc32fast::hash(packed));
         let (packed, bytes) = (packed.len() as u64, bytes.len() as u64);
         Ok(Part { segment: self.number, offset, packed, bytes, crc32 })
