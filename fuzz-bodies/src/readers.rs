@@ -1,0 +1,153 @@
+use std::fs;
+use std::path::Path;
+
+use dymlm::MultiLevelMap;
+use dymlm::files::object_records;
+use dymlm_io::{DetectionFile, FrameBuffers, MapFolder, TumDataset, TumOptions, YoloFolder};
+use dymlm_octree::{Octree, OctreeConfig, UnknownCells};
+
+/// PLY files: what is read is written, and read again.
+pub fn read_ply(bytes: &[u8]) {
+    if let Ok(cloud) = dymlm_io::decode_ply(bytes, "fuzz.ply") {
+        let mut file = Vec::new();
+        dymlm_io::encode_ply(&mut file, &cloud).unwrap();
+        let again = dymlm_io::decode_ply(&file, "again.ply").unwrap();
+        assert_eq!((again.len(), again.colors()), (cloud.len(), cloud.colors()));
+    }
+}
+
+/// PCD files: what is read is written, and read again.
+pub fn read_pcd(bytes: &[u8]) {
+    if let Ok(read) = dymlm_io::decode_pcd(bytes, "fuzz.pcd") {
+        assert_eq!(read.width * read.height, read.cloud.len());
+        let mut file = Vec::new();
+        dymlm_io::encode_pcd(&mut file, &read.cloud).unwrap();
+        assert_eq!(dymlm_io::decode_pcd(&file, "again.pcd").unwrap().cloud.len(), read.cloud.len());
+    }
+}
+
+/// Files of a folder that lives as long as the call.
+fn in_folder(read: impl FnOnce(&Path)) {
+    let folder = tempfile::tempdir().unwrap();
+    read(folder.path());
+}
+
+/// Detections as JSON lines.
+pub fn read_detections(bytes: &[u8]) {
+    in_folder(|folder| {
+        let path = folder.join("detections.jsonl");
+        fs::write(&path, bytes).unwrap();
+        let Ok(file) = DetectionFile::open(&path, 0.02) else { return };
+        assert!(file.faults().len() <= file.len());
+        for time in [-1e300, 0.0, 0.1, 1.0, f64::NAN] {
+            let _ = file.at(time);
+        }
+    });
+}
+
+/// Labels of YOLO; the first line is the number of names.
+pub fn read_yolo(bytes: &[u8]) {
+    in_folder(|folder| {
+        fs::write(folder.join("frame.txt"), bytes).unwrap();
+        fs::write(folder.join("names"), bytes).unwrap();
+        let names = dymlm_io::read_class_names(folder.join("names")).unwrap_or_default();
+        for names in [names, vec!["person".to_owned(), "chair".to_owned()]] {
+            let Ok(labels) = YoloFolder::open(folder, names, 640, 480) else { continue };
+            let _ = labels.read("frame.png");
+        }
+    });
+}
+
+/// Planes and objects of a map folder.
+pub fn read_records(bytes: &[u8]) {
+    in_folder(|folder| {
+        let path = folder.join("records.json");
+        fs::write(&path, bytes).unwrap();
+        if let Ok(planes) = dymlm_io::read_planes(&path) {
+            let mut file = Vec::new();
+            dymlm_io::encode_planes(&mut file, &planes).unwrap();
+        }
+        if let Ok(objects) = dymlm_io::read_objects(&path) {
+            let mut file = Vec::new();
+            dymlm_io::encode_objects(&mut file, &objects).unwrap();
+        }
+    });
+}
+
+/// The lists of a TUM folder, parted by zeros: camera, depth, colour, trajectory, associations.
+pub fn read_tum(bytes: &[u8]) {
+    in_folder(|folder| {
+        let names = ["camera.json", "depth.txt", "rgb.txt", "groundtruth.txt", "associations.txt"];
+        for (name, part) in names.into_iter().zip(bytes.split(|&byte| byte == 0)) {
+            fs::write(folder.join(name), part).unwrap();
+        }
+        let Ok(dataset) = TumDataset::open(folder, &TumOptions::default()) else { return };
+        let _ = (dataset.gaps(), dataset.faults().len());
+        let mut buffers = FrameBuffers::default();
+        for index in 0..dataset.frames().len().min(3) {
+            // None of the images is there.
+            assert!(dataset.load_into(index, &mut buffers).is_err());
+        }
+    });
+}
+
+/// The manifest of a map folder, and behind a zero a file of it; as maps and as files.
+pub fn read_map_folder(bytes: &[u8]) {
+    in_folder(|folder| {
+        let mut parts = bytes.splitn(2, |&byte| byte == 0);
+        fs::write(folder.join("manifest.json"), parts.next().unwrap_or_default()).unwrap();
+        fs::write(folder.join("objects.json"), parts.next().unwrap_or_default()).unwrap();
+        if let Ok(map) = MapFolder::open_unverified(folder) {
+            for name in map.files().map(str::to_owned).collect::<Vec<_>>() {
+                let _ = map.reader(&name);
+            }
+        }
+        let _ = MapFolder::open(folder);
+        if let Ok((map, missing)) = MultiLevelMap::load_partial(folder) {
+            let _ = (object_records(map.objects()), missing.len());
+        }
+    });
+}
+
+/// What may be asked of a map that was read.
+fn ask(map: &Octree) {
+    let counts = map.counts();
+    assert_eq!(map.leaves().count(), counts.leaves);
+    assert_eq!(map.is_empty(), counts.leaves == 0);
+    let _ = map.cast_ray([0.0; 3], [1.0, 0.3, 0.2], 100.0, UnknownCells::Pass);
+    let _ = map.nearest_obstacle([0.0; 3], 0.5);
+    if let Some(extent) = map.extent() {
+        // A face of 2^28 cells takes seconds.
+        let face: f64 = (0..2).map(|axis| (extent.max[axis] - extent.min[axis]) / map.resolution()).product();
+        if face < 1e5 {
+            let _ = map.project([0.0, 0.0, 1.0], f64::NEG_INFINITY, f64::INFINITY);
+            let _ = map.project([0.1, 0.0, 1.0], -1.0, 1.0);
+        }
+    }
+}
+
+/// Octrees of the compact format: what is read is written, and read again as the same.
+pub fn read_bt(bytes: &[u8]) {
+    if let Ok(map) = Octree::read_bt(bytes, OctreeConfig::default()) {
+        ask(&map);
+        let mut file = Vec::new();
+        map.write_bt(&mut file).unwrap();
+        let again = Octree::read_bt(file.as_slice(), OctreeConfig::default()).unwrap();
+        assert!(again.leaves().eq(map.leaves()));
+    }
+}
+
+/// Octrees of the full format: what is read is written, and read again as the same.
+pub fn read_ot(bytes: &[u8]) {
+    for has_color in [false, true] {
+        let mut config = OctreeConfig::default();
+        config.color = has_color;
+        if let Ok(map) = Octree::read_ot(bytes, config.clone()) {
+            ask(&map);
+            let mut file = Vec::new();
+            map.write_ot(&mut file).unwrap();
+            let again = Octree::read_ot(file.as_slice(), config).unwrap();
+            assert!(again.leaves().eq(map.leaves()));
+        }
+    }
+}

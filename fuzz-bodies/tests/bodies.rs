@@ -1,0 +1,149 @@
+//! Each body for some seconds: `DYMLM_FUZZ_SECONDS`, `DYMLM_FUZZ_SEED`.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
+use dymlm_core::{BoundingBox, Detection, PointCloud, SplitMix64};
+use dymlm_fuzz_bodies::{
+    Body, Effort, map_builder, octree_model, read_bt, read_detections, read_map_folder, read_ot, read_pcd,
+    read_ply, read_records, read_tum, read_yolo, run,
+};
+use dymlm_io::{
+    decode_pcd, decode_ply, encode_detections, encode_pcd, encode_ply, read_objects, read_planes,
+};
+use dymlm_octree::{Octree, OctreeConfig};
+
+fn drive(name: &str, body: Body, examples: &[Vec<u8>]) {
+    let inputs = run(body, examples, Effort::from_env());
+    println!("{name}: {inputs} inputs");
+    assert!(inputs > examples.len());
+}
+
+fn cloud() -> PointCloud {
+    PointCloud::with_colors(vec![[1.0, 2.0, 3.0], [-0.5, 0.25, 1e9]], vec![[1, 2, 3], [4, 5, 6]]).unwrap()
+}
+
+/// Any bytes, of which structured bodies make something.
+fn noise(count: usize, length: usize) -> Vec<Vec<u8>> {
+    let mut random = SplitMix64::new(3);
+    (0..count).map(|_| (0..length).map(|_| random.below(256) as u8).collect()).collect()
+}
+
+#[test]
+fn ply() {
+    let mut written = Vec::new();
+    encode_ply(&mut written, &cloud()).unwrap();
+    let ascii = "ply\nformat ascii 1.0\ncomment x\nelement face 1\nproperty list uchar int v\nelement vertex 2\n\
+        property float x\nproperty double y\nproperty short z\nproperty uchar red\nproperty uchar green\n\
+        property uchar blue\nend_header\n3 0 1 2\n1 2 3 4 5 6\n-1 2e3 3 255 0 1\n";
+    let list = b"ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty list uint uchar a\nproperty float x\n\
+        property float y\nproperty float z\nend_header\n\0\0\0\x02ab\0\0\0\0\0\0\0\0\0\0\0\0";
+    for example in [written.as_slice(), ascii.as_bytes(), list] {
+        decode_ply(example, "example").unwrap();
+    }
+    drive("PLY", read_ply, &[written, ascii.into(), list.to_vec()]);
+}
+
+#[test]
+fn pcd() {
+    let mut written = Vec::new();
+    encode_pcd(&mut written, &cloud()).unwrap();
+    let ascii = "FIELDS x y _ z rgb n\nSIZE 8 4 1 4 4 2\nTYPE F F U F F I\nCOUNT 1 1 3 1 1 2\nWIDTH 1\nHEIGHT 2\n\
+        VIEWPOINT 1 2 3 0 1 0 0\nDATA ascii\n0.5 1 9 9 9 2 4.2108e+06 -1 7\nnan nan 0 0 0 nan 0 0 1\n";
+    let packed = b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA binary_compressed\n\x06\0\0\0\x0c\0\0\0\0\0\xe0\0\0\0";
+    for example in [written.as_slice(), ascii.as_bytes()] {
+        decode_pcd(example, "example").unwrap();
+    }
+    drive("PCD", read_pcd, &[written, ascii.into(), packed.to_vec()]);
+}
+
+#[test]
+fn detections() {
+    let mut written = Vec::new();
+    let found = Detection::new("person", 0.9, BoundingBox::new(1.0, 2.0, 30.0, 40.0).unwrap()).unwrap();
+    encode_detections(&mut written, 0.1, &[found]).unwrap();
+    written.extend(b"{\"timestamp\": 0.2, \"detections\": []}\n");
+    drive("detections", read_detections, &[written]);
+}
+
+#[test]
+fn yolo() {
+    drive(
+        "YOLO",
+        read_yolo,
+        &[b"0 0.5 0.5 0.25 0.5 0.9\n1 0.1 0.2 0.1 0.1\n".to_vec(), b"person\nchair\n".to_vec()],
+    );
+}
+
+#[test]
+fn records() {
+    let planes = r#"{"planes": [{"id": 3, "normal": [0.0, 0.0, 1.0], "d": -1.5, "centroid": [0.0, 1.0, 1.5], "area_m2": 2.0,
+        "boundary": [[[0.0, 0.0, 1.5], [1.0, 0.0, 1.5], [0.0, 1.0, 1.5]]], "inliers": 100, "observations": 4}]}"#;
+    let objects = r#"{"objects": [{"id": 1, "label": "chair", "score": 0.5, "shape": "cuboid", "rotation": [0.0, 0.0, 0.0, 1.0],
+        "translation": [0.0, 1.0, 2.0], "dimensions": [0.2, 0.3, 0.4], "observations": 7, "points": 12}]}"#;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("records.json");
+    std::fs::write(&path, planes).unwrap();
+    read_planes(&path).unwrap();
+    std::fs::write(&path, objects).unwrap();
+    read_objects(&path).unwrap();
+    drive("records", read_records, &[planes.into(), objects.into()]);
+}
+
+#[test]
+fn tum() {
+    let lists = "{\"width\": 16, \"height\": 12, \"fx\": 20.0, \"fy\": 20.0, \"cx\": 7.5, \"cy\": 5.5, \"depth_scale\": 5000.0}\0\
+        # depth\n1.0 depth/0.png\n1.1 depth/1.png\n\x001.0 rgb/0.png\n1.1 rgb/1.png\n\
+        \x001.0 0 0 0 0 0 0 1\n1.1 1 0 0 0 0 0 1\n2.0 2 0 0 0 0 1 0\n\
+        \x001.0 rgb/0.png 1.0 depth/0.png\n";
+    drive("TUM", read_tum, &[lists.into(), lists.rsplit_once('\0').unwrap().0.into()]);
+}
+
+#[test]
+fn map_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map");
+    let map = dymlm::MapBuilder::new(dymlm::MapConfig::default()).unwrap().into_map();
+    map.save(&path).unwrap();
+    let mut written = std::fs::read(path.join("manifest.json")).unwrap();
+    written.push(0);
+    written.extend(std::fs::read(path.join("objects.json")).unwrap());
+    drive("map folder", read_map_folder, &[written]);
+}
+
+fn octree(has_color: bool) -> Octree {
+    let mut config = OctreeConfig::default();
+    config.color = has_color;
+    let mut map = Octree::new(config).unwrap();
+    map.insert_scan_colored([0.0; 3], &[[1.0, 0.2, 0.1], [0.3, -0.7, 0.4]], &[[9; 3], [70; 3]]).unwrap();
+    map
+}
+
+/// A leaf near the root.
+const LARGE_LEAF: &[u8] = b"# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.05\ndata\n\x01\0";
+
+#[test]
+fn bt() {
+    let mut written = Vec::new();
+    octree(false).write_bt(&mut written).unwrap();
+    Octree::read_bt(LARGE_LEAF, OctreeConfig::default()).unwrap();
+    drive(".bt", read_bt, &[written, LARGE_LEAF.to_vec()]);
+}
+
+#[test]
+fn ot() {
+    let [plain, colored] = [false, true].map(|has_color| {
+        let mut written = Vec::new();
+        octree(has_color).write_ot(&mut written).unwrap();
+        written
+    });
+    drive(".ot", read_ot, &[plain, colored]);
+}
+
+#[test]
+fn octree_beside_a_model() {
+    drive("octree", octree_model, &noise(8, 600));
+}
+
+#[test]
+fn builder() {
+    drive("map builder", map_builder, &noise(8, 400));
+}
