@@ -6,8 +6,10 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
+use dymlm::MultiLevelMap;
 use dymlm::core::{ColorImage, DepthImage, Pose};
 use dymlm_io::{MapFolder, StampedPose, Trajectory, write_depth_png, write_png};
 
@@ -15,8 +17,12 @@ const FRAMES: usize = 6;
 const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
 
-/// The example beside this test's own binary: `cargo test` builds it with the package.
 fn build_map(arguments: &[&str]) -> Option<Output> {
+    Some(Command::new(program()?).args(arguments).output().unwrap())
+}
+
+/// The example beside this test's own binary: `cargo test` builds it with the package.
+fn program() -> Option<PathBuf> {
     let deps = std::env::current_exe().unwrap();
     let program =
         deps.parent()?.parent()?.join("examples").join(format!("build_map{}", std::env::consts::EXE_SUFFIX));
@@ -24,7 +30,7 @@ fn build_map(arguments: &[&str]) -> Option<Output> {
         println!("skipped: {} is not built; run the whole package's tests", program.display());
         return None;
     }
-    Some(Command::new(program).args(arguments).output().unwrap())
+    Some(program)
 }
 
 /// A wall at 2 m, seen in six frames from the same place.
@@ -122,4 +128,50 @@ fn a_run_that_fails_leaves_nothing() {
         fs::remove_file(path).unwrap();
     }
     assert_eq!(entries(), before);
+}
+
+#[test]
+fn a_second_run_goes_on_with_the_maps_of_the_first() {
+    let (parent, dataset, out) = paths();
+    let second = parent.path().join("second");
+    let [dataset, out, second] = [&dataset, &out, &second].map(|path| path.to_str().unwrap());
+    let Some(first_run) = build_map(&["--dataset", dataset, "--out", out]) else { return };
+    assert!(first_run.status.success());
+    // The same recording, whose clock begins anew, from a place a metre beside it.
+    let beside = ["--resume", out, "--world-from-session", "1 0 0 0 0 0 1"];
+    let run = build_map(&[&["--dataset", dataset, "--out", second][..], &beside].concat()).unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let [before, after] = [out, second].map(|folder| MultiLevelMap::load(folder).unwrap());
+    assert!(after.cloud().len() > before.cloud().len() * 5 / 4);
+    assert_eq!(after.cloud().frames(), before.cloud().frames() * 2);
+    let trajectory = Trajectory::read(Path::new(second).join("trajectory.txt")).unwrap();
+    assert_eq!(trajectory.poses().len(), FRAMES);
+    assert!(trajectory.poses().iter().all(|pose| pose.world_from_camera.translation() == [1.0, 0.0, 0.0]));
+    // Into the folder that it goes on from, too.
+    let run = build_map(&["--dataset", dataset, "--out", out, "--resume", out]).unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert_eq!(MultiLevelMap::load(out).unwrap().cloud().frames(), after.cloud().frames());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_ends_with_the_map_of_what_it_has() {
+    let (_parent, _dataset, out) = paths();
+    let Some(program) = program() else { return };
+    // Long enough to be interrupted in any case.
+    let arguments = ["--sequence", "walking_xyz", "--autosave", "0.1", "--out", out.to_str().unwrap()];
+    let mut run = Command::new(program).args(arguments).stderr(Stdio::piped()).spawn().unwrap();
+    while MultiLevelMap::load(&out).is_err() {
+        assert!(run.try_wait().unwrap().is_none(), "it has ended by itself");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let interrupt = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(interrupt.success());
+    let output = run.wait_with_output().unwrap();
+    let warnings = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && warnings.contains("interrupted after"), "{warnings}");
+    let map = MultiLevelMap::load(&out).unwrap();
+    assert!(
+        map.cloud().frames() > 0 && out.join("report.json").exists() && out.join("cloud_above.png").exists()
+    );
 }

@@ -33,7 +33,7 @@ pub struct Autosave {
 }
 
 impl Autosave {
-    /// Begins to save every `interval`, whenever there are newer maps. A save that fails is tried again after
+    /// Begins to save every `interval`, whenever there are newer maps than at the beginning or saved last. A save that fails is tried again after
     /// the next.
     ///
     /// # Errors
@@ -43,8 +43,9 @@ impl Autosave {
         let saver = MapSaver::create(folder)?;
         let path = saver.folder().to_path_buf();
         let (stop, stopped) = channel();
+        let saved = reader.latest().revision();
         let run = move || {
-            let mut autosaver = Autosaver { saver, reader, saved: None };
+            let mut autosaver = Autosaver { saver, reader, saved };
             loop {
                 let ends = stopped.recv_timeout(interval) != Err(RecvTimeoutError::Timeout);
                 let result = autosaver.save_newer();
@@ -87,16 +88,16 @@ impl Drop for Autosave {
 struct Autosaver {
     saver: MapSaver,
     reader: MapReader,
-    /// What was saved last.
-    saved: Option<Revision>,
+    /// What was saved last, or was there at the beginning.
+    saved: Revision,
 }
 
 impl Autosaver {
     fn save_newer(&mut self) -> Result<(), Error> {
         let map = self.reader.latest();
-        if self.saved.is_none_or(|saved| map.revision() > saved) {
+        if map.revision() > self.saved {
             self.saver.save(&map)?;
-            self.saved = Some(map.revision());
+            self.saved = map.revision();
         }
         Ok(())
     }
