@@ -257,3 +257,44 @@ fn a_writer_that_is_killed_leaves_the_map_before_or_the_map_after() {
     save_number(&mut MapFolderSaver::create(&folder).unwrap(), 0);
     assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 1);
 }
+
+/// Runs under a limit to the size of files, as on a disk that is full: the second save does not fit.
+#[test]
+#[ignore = "another test runs it where files cannot grow"]
+fn saves_more_than_fits() {
+    let Some(folder) = std::env::var_os("DYMLM_SAVE_TO") else { return };
+    let mut saver = MapFolderSaver::create(Path::new(&folder)).unwrap();
+    save_number(&mut saver, 0);
+    let full = save(&mut saver, "a", &[(1, Some(noise(1, 2_000_000)))]).unwrap_err();
+    assert!(matches!(full, Error::Io { .. }), "{full}");
+    // What was there still is, and what fits is saved.
+    assert_eq!(number_of(Path::new(&folder)), 0);
+    save_number(&mut saver, 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_the_map_before_and_the_next_save_succeeds() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    // 512 kB a file; without the signal that would end the process.
+    let run = std::process::Command::new("sh")
+        .args(["-c", "trap '' XFSZ; ulimit -f 1024; exec \"$0\" --ignored --exact saves_more_than_fits"])
+        .arg(std::env::current_exe().unwrap())
+        .env("DYMLM_SAVE_TO", &folder)
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stdout));
+    assert_eq!(number_of(&folder), 1);
+    assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 1, "nothing else is left");
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let parent = tempfile::tempdir().unwrap();
+    let file = parent.path().join("file");
+    fs::write(&file, "no folder").unwrap();
+    let refused = MapFolderSaver::create(file.join("map")).unwrap_err();
+    assert!(matches!(refused, Error::Io { .. }) && refused.to_string().contains("file"), "{refused}");
+    assert!(matches!(MapFolderSaver::create(&file), Err(Error::InTheWay { .. })));
+}
