@@ -326,8 +326,8 @@ impl CloudMap {
         self.voxels.memory_bytes() + voxels + self.evidence.memory_bytes() + self.kept.memory_bytes()
     }
 
-    /// Bytes that the map holds beside those that it shares with a clone, about, without what queries keep. All
-    /// of it for a map that is no clone.
+    /// Bytes that the map holds beside those that it shares with a clone, about, without what queries keep.
+    /// All of it for a map that is no clone.
     pub fn memory_bytes_beside(&self, clone: &Self) -> usize {
         if !self.is_clone_of(clone) {
             return self.memory_bytes();

@@ -5,9 +5,9 @@ const CLEARLY_FREE: f32 = -5.0;
 
 impl CloudMap {
     /// Whether a place (metres, world) was free for long, and nothing static stood within `margin` metres of
-    /// it: a new reading there is of something that moves, or of something that has just come to stay. `false`
-    /// for places that were never looked through. Costs O(periods) for a place that was not free, and for
-    /// others as much for each cell within the margin.
+    /// it: a new reading there is of something that moves, or of something that has just come to stay.
+    /// `false` for places that were never looked through. Costs O(periods) for a place that was not free, and
+    /// for others as much for each cell within the margin.
     ///
     /// The readings of the last seconds are not asked, where there are older ones: they may be of the very
     /// thing that is in question.

@@ -2,8 +2,8 @@ use dymlm_core::{Error, Mask, PinholeCamera};
 
 /// What is known of the movers in a frame, pixel by pixel.
 ///
-/// The masks are of the frame's size. A pixel that is in none, such as the rim around a silhouette or what may
-/// be a part of somebody, is left out of the map and says nothing.
+/// The masks are of the frame's size. A pixel that is in none, such as the rim around a silhouette or what
+/// may be a part of somebody, is left out of the map and says nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct MoverMasks<'a> {
     fixed: &'a Mask,

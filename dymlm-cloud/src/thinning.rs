@@ -131,7 +131,8 @@ impl Window {
         self.least_limit
     }
 
-    /// Puts in the weights, by rank, of some of a block's voxels; the block is so many steps from the middle one.
+    /// Puts in the weights, by rank, of some of a block's voxels; the block is so many steps from the middle
+    /// one.
     pub(crate) fn fill(
         &mut self,
         step: [i32; 3],

@@ -5,8 +5,8 @@ pub(crate) const FIELDS: usize = SUMS;
 
 /// The sums and observations of a block's voxels, in as few bits as the largest of them needs.
 ///
-/// A kitchen's voxel is read by three frames, a robot's at rest by a hundred thousand. A record is in one place:
-/// a voxel that a frame reads is one fetch from memory.
+/// A kitchen's voxel is read by three frames, a robot's at rest by a hundred thousand. A record is in one
+/// place: a voxel that a frame reads is one fetch from memory.
 #[derive(Debug, Clone)]
 pub(crate) enum VoxelRecords {
     /// Of 24 bits a number, one after the other: 24 bytes a voxel.

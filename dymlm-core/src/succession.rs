@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
-/// The ids of things in a map that takes the place of another: some are called as they were in the map before,
-/// all others get ids that neither map ever gave, when they are first asked for.
+/// The ids of things in a map that takes the place of another: some are called as they were in the map
+/// before, all others get ids that neither map ever gave, when they are first asked for.
 ///
 /// ```
 /// use std::collections::BTreeMap;

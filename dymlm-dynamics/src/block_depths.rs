@@ -22,8 +22,8 @@ pub(crate) struct BlockDepths {
 }
 
 impl BlockDepths {
-    /// Takes the blocks that meet these columns and rows of an image of this size's scale, and whose middle is
-    /// wanted.
+    /// Takes the blocks that meet these columns and rows of an image of this size's scale, and whose middle
+    /// is wanted.
     pub(crate) fn fill(
         &mut self,
         depth: &DepthImage,

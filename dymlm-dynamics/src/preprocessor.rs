@@ -65,9 +65,9 @@ pub struct Preprocessed<'a> {
 }
 
 impl Preprocessor {
-    /// Most detections of a frame, those of a score below 0.1 not counted, which are ignored: as many as Ultralytics'
-    /// YOLO gives at most (`max_det`), and more than there is room for before a depth camera. Each costs as much as its
-    /// box is large; one that fills an image of 640x480 some milliseconds.
+    /// Most detections of a frame, those of a score below 0.1 not counted, which are ignored: as many as
+    /// Ultralytics' YOLO gives at most (`max_det`), and more than there is room for before a depth camera.
+    /// Each costs as much as its box is large; one that fills an image of 640x480 some milliseconds.
     pub const MAX_DETECTIONS: usize = 300;
 
     /// Makes a preprocessor that has seen nothing.
@@ -118,8 +118,8 @@ impl Preprocessor {
     ///
     /// # Errors
     ///
-    /// [`Error::InstanceMaskSize`], [`Error::TooManyDetections`], [`Error::Timestamp`], [`Error::TimeReversed`]; nothing
-    /// has changed.
+    /// [`Error::InstanceMaskSize`], [`Error::TooManyDetections`], [`Error::Timestamp`],
+    /// [`Error::TimeReversed`]; nothing has changed.
     pub fn process(
         &mut self,
         frame: &Frame,
@@ -174,8 +174,8 @@ impl Preprocessor {
             }
             None => self.tracker.predict(frame.timestamp(), Some(&view))?,
         };
-        // Of more predicted ones than there is room for, those that were missed for longest are left out; of those
-        // missed for as long, the newest.
+        // Of more predicted ones than there is room for, those that were missed for longest are left out; of
+        // those missed for as long, the newest.
         let missed_for = |tracked: &TrackedBox| match tracked.source {
             BoxSource::Predicted { missed_for } => Some(missed_for),
             BoxSource::Detected { .. } | BoxSource::FreeSpace => None,

@@ -30,8 +30,8 @@ fn preprocessor() -> Preprocessor {
     Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect()).unwrap()
 }
 
-/// Preprocesses one frame without a detection, a second after the bare wall was seen, in a world of which this
-/// is free.
+/// Preprocesses one frame without a detection, a second after the bare wall was seen, in a world of which
+/// this is free.
 fn run(things: &[Thing], is_free: impl Fn([f64; 3]) -> bool) -> (Vec<Mover>, Mask) {
     let mut preprocessor = preprocessor();
     let free_space = |place, _| is_free(place);

@@ -27,11 +27,12 @@ impl Default for StatisticalOutlierConfig {
 ///
 /// For each point the mean distance to its nearest neighbours is taken; a point whose distance exceeds the
 /// mean of these distances over the cloud by more than [`std_ratio`](StatisticalOutlierConfig::std_ratio)
-/// standard deviations (of the sample: n - 1) is an outlier. So is a point that is not finite, or so far
-/// from the origin (some 9e18 m) that squared distances would leave the range of f32. In a cloud of fewer points than neighbours, all others are the neighbours; a
-/// point alone is an inlier, at distance 0.
+/// standard deviations (of the sample: n - 1) is an outlier. So is a point that is not finite, or so far from
+/// the origin (some 9e18 m) that squared distances would leave the range of f32. In a cloud of fewer points
+/// than neighbours, all others are the neighbours; a point alone is an inlier, at distance 0.
 ///
-/// O(n log n), with a tree of tight boxes, on equal points and on points in planes too. The same bits come out with feature `parallel`, on any number of threads.
+/// O(n log n), with a tree of tight boxes, on equal points and on points in planes too. The same bits come
+/// out with feature `parallel`, on any number of threads.
 ///
 /// Rusu, Marton, Blodow, Dolha, Beetz: "Towards 3D point cloud based object maps for household environments",
 /// Robotics and Autonomous Systems 2008; PCL's `StatisticalOutlierRemoval`.

@@ -1,4 +1,5 @@
-//! Clouds that are made to be slow take time like others: shown by how it grows from one size to eight times that.
+//! Clouds that are made to be slow take time like others: shown by how it grows from one size to eight times
+//! that.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::{Point, SplitMix64};
@@ -9,8 +10,8 @@ const SMALL: usize = 2_000;
 const TIMES: usize = 8;
 /// n log n is 10.2 from one size to the other, n² 64.
 const MOST: f64 = 24.0;
-/// Where spheres of eps cut through crowds, and where cells are full of points a hair too far from those of another:
-/// nobody knows a way below n^(4/3), and boxes take up to n^(3/2) log n, which is 32.
+/// Where spheres of eps cut through crowds, and where cells are full of points a hair too far from those of
+/// another: nobody knows a way below n^(4/3), and boxes take up to n^(3/2) log n, which is 32.
 const MOST_WHERE_CUT: f64 = 45.0;
 
 /// A cloud of each number of points.

@@ -3,8 +3,8 @@
 use crate::entropy_code::{Decoder, Placed, put_symbols};
 use dymlm_core::{BitReader, BitWriter};
 
-/// Errors below are symbols of their own. Of larger ones the symbol tells the highest two bits, and the others
-/// follow as they are.
+/// Errors below are symbols of their own. Of larger ones the symbol tells the highest two bits, and the
+/// others follow as they are.
 const DIRECT: u32 = 16;
 const DIRECT_BITS: u32 = DIRECT.ilog2();
 /// Which of two neighbours are holes, and seven classes of how far the neighbours differ.

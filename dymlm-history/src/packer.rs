@@ -10,7 +10,8 @@ const MOST_WAITING: usize = 8;
 /// What is kept under a number, as bytes.
 type Packed = (usize, Box<[u8]>);
 
-/// Packs observations and scans on a thread of its own, in their order; on the caller's where there are no threads.
+/// Packs observations and scans on a thread of its own, in their order; on the caller's where there are no
+/// threads.
 #[derive(Debug, Default)]
 pub(crate) struct Packer {
     /// None before something is to be packed.

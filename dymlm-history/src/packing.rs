@@ -9,8 +9,8 @@ use crate::depth_code::{put_depth, take_depth};
 
 /// Deflate's level for all but the images: mostly masks, of which any level makes next to nothing.
 const LEVEL: u8 = 4;
-/// Bytes that a pixel unpacks to beside its depth and colour, at most: its value in a depth image that repeats
-/// none, a bit in three masks and in a detection's; and what takes none.
+/// Bytes that a pixel unpacks to beside its depth and colour, at most: its value in a depth image that
+/// repeats none, a bit in three masks and in a detection's; and what takes none.
 const MOST_BYTES_A_PIXEL: usize = 64;
 const MOST_BYTES_BESIDE: usize = 1 << 26;
 

@@ -48,8 +48,8 @@ impl History {
         if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
     }
 
-    /// The history whose parts these are, in any order; `None` when the config wants none. What is kept under a
-    /// number is looked at no sooner than it is asked for.
+    /// The history whose parts these are, in any order; `None` when the config wants none. What is kept under
+    /// a number is looked at no sooner than it is asked for.
     ///
     /// # Errors
     ///

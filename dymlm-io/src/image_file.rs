@@ -11,8 +11,9 @@ use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncod
 
 use crate::{Error, write_atomically};
 
-/// Most pixels of an image that is read without a camera: 8192 x 4096, more than cameras with depth have. A PNG of some
-/// hundred bytes can be of a thousand times as many pixels, which would be decoded into gigabytes.
+/// Most pixels of an image that is read without a camera: 8192 x 4096, more than cameras with depth have. A
+/// PNG of some hundred bytes can be of a thousand times as many pixels, which would be decoded into
+/// gigabytes.
 pub const MAX_IMAGE_PIXELS: usize = 1 << 25;
 
 /// Buffers that files are read and decoded through, kept from one image to the next.
@@ -39,7 +40,8 @@ pub fn read_depth_png(path: impl AsRef<Path>, depth_scale: f64) -> Result<DepthI
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole JPEG or PNG, or has more than [`MAX_IMAGE_PIXELS`].
+/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole JPEG or PNG, or has more than
+/// [`MAX_IMAGE_PIXELS`].
 pub fn read_color_image(path: impl AsRef<Path>) -> Result<ColorImage, Error> {
     let path = path.as_ref();
     let (width, height, colors) = decode_color(path, None, &mut DecodeBuffers::default(), Vec::new())?;

@@ -1,4 +1,5 @@
-//! Small files that claim much, and lists in which all is the same: shown by what they allocate, and how time grows.
+//! Small files that claim much, and lists in which all is the same: shown by what they allocate, and how time
+//! grows.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 #[allow(dead_code, reason = "of what spoils a dataset not all is needed here")]

@@ -205,7 +205,8 @@ proptest! {
 fn every_truncation_is_an_error() {
     for name in OPEN3D {
         let bytes = fs::read(path(name)).unwrap();
-        // Where only the last line's end or digits of its last number are missing, there is nothing to notice.
+        // Where only the last line's end or digits of its last number are missing, there is nothing to
+        // notice.
         let is_ascii = name.contains("ascii");
         let noticed =
             if is_ascii { bytes.iter().rposition(|&b| b == b' ').unwrap_or(0) } else { bytes.len() };

@@ -25,8 +25,8 @@ pub struct CloudScore {
     /// Share of the visible surface points with a point of the cloud within 5 cm, 0..=1; 1 when none is
     /// visible.
     pub completeness: f64,
-    /// The same share of the visible points near people ([`SpaceTruth::near_people`]), 0..=1; `None` when there
-    /// are none.
+    /// The same share of the visible points near people ([`SpaceTruth::near_people`]), 0..=1; `None` when
+    /// there are none.
     pub completeness_near_people: Option<f64>,
     /// Median distance of the points to the nearest static surface, metres.
     pub median_distance: f64,

@@ -2,11 +2,11 @@
 //!
 //! Nothing here renders or maps anything. Whoever has a map and knows what is there can score it: a cloud
 //! ([`score_cloud`]) and an occupancy grid or octree ([`OccupancyScorer`]) against a [`SpaceTruth`], planes
-//! ([`score_planes`]) and the thickness of a cloud's walls ([`score_walls`]) against [`TrueFace`]s, objects ([`score_objects`]) against [`TrueObject`]s, masks of
-//! movers ([`MaskScore`]), boxes of a tracker ([`TrackingScorer`]) and what a map keeps of all readings
-//! ([`DynamicMapScorer`]). A recording without movers is the
-//! truth of one with them: [`ReferenceCloud`]. The crate `dymlm-sim` renders sequences of which all of this
-//! truth is known exactly.
+//! ([`score_planes`]) and the thickness of a cloud's walls ([`score_walls`]) against [`TrueFace`]s, objects
+//! ([`score_objects`]) against [`TrueObject`]s, masks of movers ([`MaskScore`]), boxes of a tracker
+//! ([`TrackingScorer`]) and what a map keeps of all readings ([`DynamicMapScorer`]). A recording without
+//! movers is the truth of one with them: [`ReferenceCloud`]. The crate `dymlm-sim` renders sequences of which
+//! all of this truth is known exactly.
 
 mod assignment;
 mod cloud_score;

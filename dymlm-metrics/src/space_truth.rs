@@ -14,8 +14,8 @@ pub trait SpaceTruth {
     /// Whether a point lies in the volume that movers filled at the times of the frames.
     fn swept_by_movers(&self, point: Point) -> bool;
 
-    /// Whether a point is so near to somebody that too large a mask, or a removal that goes too far, costs it.
-    /// By default nothing is.
+    /// Whether a point is so near to somebody that too large a mask, or a removal that goes too far, costs
+    /// it. By default nothing is.
     fn near_people(&self, _point: Point) -> bool {
         false
     }

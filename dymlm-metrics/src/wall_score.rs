@@ -21,8 +21,8 @@ const FEWEST: usize = 20;
 /// Side of the cubes by which faces are found, metres.
 const CUBE: f64 = 0.5;
 
-/// How thick the walls, floors and table tops of a cloud are: a wall that was mapped twice, where the pose had
-/// drifted meanwhile, is as thick as its two copies are apart.
+/// How thick the walls, floors and table tops of a cloud are: a wall that was mapped twice, where the pose
+/// had drifted meanwhile, is as thick as its two copies are apart.
 ///
 /// Each true face is divided into tiles of 50 cm. A point of the cloud belongs to the face that it is nearest
 /// to, by the distance along the face's normal, where it is above or below the face's outline by at most 30

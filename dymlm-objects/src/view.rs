@@ -2,9 +2,9 @@ use dymlm_core::{Detection, Frame, Mask, Pose};
 
 use crate::Error;
 
-/// How well the surface of an object is known beyond the noise of one reading, metres, as a standard deviation:
-/// errors of poses, and of points that were fused from several sides. Lower removes objects when poses drift
-/// and calls a thing's own slope an occluder, higher keeps low ones whose place is read.
+/// How well the surface of an object is known beyond the noise of one reading, metres, as a standard
+/// deviation: errors of poses, and of points that were fused from several sides. Lower removes objects when
+/// poses drift and calls a thing's own slope an occluder, higher keeps low ones whose place is read.
 pub(crate) const PLACE_SIGMA: f64 = 0.05 / 3.0;
 
 /// One frame as the object map takes it in.

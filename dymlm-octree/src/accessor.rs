@@ -71,8 +71,8 @@ impl<'a> Accessor<'a> {
         self.in_block.log_odds(key)
     }
 
-    /// How large a cube around the cell that was last looked at is like it, by the logarithm of its side: 0 for a
-    /// single cell, else 3 or more.
+    /// How large a cube around the cell that was last looked at is like it, by the logarithm of its side: 0
+    /// for a single cell, else 3 or more.
     #[inline]
     pub(crate) fn side_bits(&self, key: Key) -> u32 {
         match (self.in_block, self.in_region) {

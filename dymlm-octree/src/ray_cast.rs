@@ -152,8 +152,9 @@ impl Walk {
         }
     }
 
-    /// Enters the first cell outside the cube around the present one, whose side has 2^`side_bits` cells; `false` at
-    /// the border of the map. O(1), where [`Self::step`] would take as many steps as the cube has cells.
+    /// Enters the first cell outside the cube around the present one, whose side has 2^`side_bits` cells;
+    /// `false` at the border of the map. O(1), where [`Self::step`] would take as many steps as the cube has
+    /// cells.
     pub(crate) fn leave(&mut self, side_bits: u32) -> bool {
         let last = (1_u32 << side_bits) - 1;
         // Cells that are left in the cube along each axis, and where the ray would leave it.

@@ -5,7 +5,8 @@ use crate::{Error, Octree, OctreeConfig};
 
 impl Octree {
     /// Gives to `sink` the parts of the map that differ from those of an earlier state, all of them without
-    /// one: what the two share is passed over. A part holds 16 x 16 x 16 cells, or the larger leaves of a cube.
+    /// one: what the two share is passed over. A part holds 16 x 16 x 16 cells, or the larger leaves of a
+    /// cube.
     ///
     /// # Errors
     ///

@@ -4,8 +4,8 @@
 //! camera would give them ([`SensorConfig`]), the boxes of a 2D detector with its failures
 //! ([`DetectorConfig`]), and beside them what no recording has: exact poses, exact depth, exact masks of the
 //! people. [`SequenceType`] names the eight usual ones, [`SequenceConfig::random_room`] gives as many others
-//! as there are seeds, [`SequenceConfig::building`] floors of buildings. [`Truth`] gathers the exact surfaces,
-//! the volume that people swept, flat faces and labelled objects, which the scores of the crate
+//! as there are seeds, [`SequenceConfig::building`] floors of buildings. [`Truth`] gathers the exact
+//! surfaces, the volume that people swept, flat faces and labelled objects, which the scores of the crate
 //! `dymlm-metrics` ask for.
 //!
 //! Every frame is a function of the config and its index alone: the same bits in any order, on any number of

@@ -33,8 +33,8 @@ impl GhostRemoval {
 }
 
 impl MultiLevelMap {
-    /// Takes out of octree, planes and objects what the cloud's evidence has found to be no part of the static
-    /// world, when it is time again; gives the objects that are gone.
+    /// Takes out of octree, planes and objects what the cloud's evidence has found to be no part of the
+    /// static world, when it is time again; gives the objects that are gone.
     pub(crate) fn remove_ghosts_when_due(&mut self, timestamp: f64) -> Vec<ObjectId> {
         if !self.ghost_removal.is_due(timestamp) {
             return Vec::new();

@@ -16,8 +16,8 @@ pub struct MapMemory {
     pub objects: usize,
     /// What is kept of key frames and scans.
     pub history: usize,
-    /// What is kept of earlier states of the maps, from which a correction begins: a builder has them, a map has
-    /// not.
+    /// What is kept of earlier states of the maps, from which a correction begins: a builder has them, a map
+    /// has not.
     pub snapshots: usize,
 }
 

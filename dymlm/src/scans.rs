@@ -15,8 +15,8 @@ impl MapBuilder {
     /// for its depth; the octree's range is its own ([`max_range`](dymlm_octree::OctreeConfig::max_range)).
     /// Points that are not finite or too near are no readings. Scans and frames come in the order of their
     /// time; a scan does not wait for frames that wait for detections. With a
-    /// [history](dymlm_history::HistoryConfig) its points are kept there, some 8 bytes each, and follow corrected
-    /// poses.
+    /// [history](dymlm_history::HistoryConfig) its points are kept there, some 8 bytes each, and follow
+    /// corrected poses.
     ///
     /// # Errors
     ///

@@ -2,8 +2,9 @@
 /// takes for one look.
 const PAUSE: f64 = 10.0;
 
-/// The clock of the maps goes on over all sessions, since what was seen later outweighs what was seen before. The
-/// clock of a session may begin anew, at 0 or at the start of its recording: then the session follows the last.
+/// The clock of the maps goes on over all sessions, since what was seen later outweighs what was seen before.
+/// The clock of a session may begin anew, at 0 or at the start of its recording: then the session follows the
+/// last.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SessionClock {
     /// Time of the newest frame or scan of this session on its own clock, seconds.

@@ -8,7 +8,8 @@ use dymlm_history::{History, Observation};
 use crate::MapUpdate;
 use crate::witnesses::Witnesses;
 
-/// What has happened in all sessions, in its order: all that is needed to build the maps again at other poses.
+/// What has happened in all sessions, in its order: all that is needed to build the maps again at other
+/// poses.
 #[derive(Debug, Clone)]
 pub(crate) struct SessionLog {
     /// What the key frames have shown.

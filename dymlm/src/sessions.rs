@@ -9,8 +9,8 @@ use crate::{Error, FrameReport, MapBuilder, MultiLevelMap};
 /// Maps outlive a session: another day's goes on with them.
 impl MapBuilder {
     /// Goes on with maps of an earlier session. Their ids go on, and so does their clock: where the new
-    /// session's clock begins anew, its times follow the old ones. Movers are tracked anew, and nobody carries
-    /// an object any more. Poses are in the maps' world, as a relocalization gives them.
+    /// session's clock begins anew, its times follow the old ones. Movers are tracked anew, and nobody
+    /// carries an object any more. Poses are in the maps' world, as a relocalization gives them.
     ///
     /// The maps are those that one builder would have made of both sessions, told of the second by
     /// [`begin_session`](Self::begin_session), to the bit.

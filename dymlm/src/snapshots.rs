@@ -5,8 +5,9 @@ use crate::{MapMemory, MultiLevelMap};
 
 /// Key frames from one snapshot to the next.
 const INTERVAL: usize = 5;
-/// How many intervals each second snapshot is kept, and the others. A local optimization moves the last ten key
-/// frames or so; older snapshots would share less and less with the maps, and take their memory once more.
+/// How many intervals each second snapshot is kept, and the others. A local optimization moves the last ten
+/// key frames or so; older snapshots would share less and less with the maps, and take their memory once
+/// more.
 const LIVES: [u64; 2] = [6, 3];
 /// Key frames after which nobody seems to correct late ones any more.
 const PATIENCE: usize = 300;
@@ -24,8 +25,9 @@ pub(crate) struct Snapshot {
 /// Some late states of the session, the closer together the younger they are: so that a correction of the
 /// last key frames maps not many more than those again. They share with the maps what has not changed since.
 ///
-/// They are taken from the first such correction on, since what they share is copied when it changes: who closes
-/// loops only shall not pay for it, and whose SLAM optimizes its last frames does so from its first seconds on.
+/// They are taken from the first such correction on, since what they share is copied when it changes: who
+/// closes loops only shall not pay for it, and whose SLAM optimizes its last frames does so from its first
+/// seconds on.
 #[derive(Debug, Default)]
 pub(crate) struct Snapshots {
     /// The oldest first.

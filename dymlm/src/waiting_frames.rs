@@ -9,8 +9,8 @@ use crate::{Detections, Error, FrameInput};
 /// Frames whose detector still runs, and all frames behind them: movers are tracked in the order of time.
 ///
 /// They wait instead of being mapped and mended later (which is for those that come too late: see
-/// `late_detections.rs`). Waiting is exact: the maps are those that the detections would have made at once. It
-/// costs the detector's latency, which is short beside the time in which a map is used, and memory for the
+/// `late_detections.rs`). Waiting is exact: the maps are those that the detections would have made at once.
+/// It costs the detector's latency, which is short beside the time in which a map is used, and memory for the
 /// frames of that time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WaitingFrames {

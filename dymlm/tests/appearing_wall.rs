@@ -1,5 +1,5 @@
-//! A wall and a suitcase appear where nothing was for minutes, or go after they stood there for minutes: all four
-//! maps follow within ten seconds, whatever the frame rate.
+//! A wall and a suitcase appear where nothing was for minutes, or go after they stood there for minutes: all
+//! four maps follow within ten seconds, whatever the frame rate.
 
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 

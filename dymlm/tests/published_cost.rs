@@ -29,8 +29,8 @@ fn insert(builder: &mut MapBuilder, frame: &SimulatedFrame, room: usize) {
     builder.insert(&shifted, &frame.detections, &pose).unwrap();
 }
 
-/// Bytes that are allocated for a publication alone, and for a last frame in the last of some copies of a room
-/// with its publication.
+/// Bytes that are allocated for a publication alone, and for a last frame in the last of some copies of a
+/// room with its publication.
 fn bytes_of_a_frame(frames: &[SimulatedFrame], rooms: usize) -> [usize; 2] {
     let (last, before) = frames.split_last().unwrap();
     let mut config = config();

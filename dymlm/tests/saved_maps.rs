@@ -1,4 +1,5 @@
-//! Maps that outlive the process: what is saved is loaded, what is damaged is named, and who else writes is told.
+//! Maps that outlive the process: what is saved is loaded, what is damaged is named, and who else writes is
+//! told.
 #![cfg(feature = "io")]
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -1,5 +1,5 @@
-//! A thing that no detector reports crosses a room and comes to rest: it is masked at once while it moves, leaves
-//! no trace in any map, and is mapped once it has proved to stay.
+//! A thing that no detector reports crosses a room and comes to rest: it is masked at once while it moves,
+//! leaves no trace in any map, and is mapped once it has proved to stay.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -39,8 +39,8 @@ const CHECK_TIME: f64 = 0.5;
 const ABOVE_FLOOR: f64 = 0.06;
 /// What stands there at the end is no ghost: distance of ghosts from it, metres.
 const OFF_SURFACE: f32 = 0.1;
-/// A place is empty when no more than this share of what a map held there is left, and filled when it holds this
-/// share of what was seen of it.
+/// A place is empty when no more than this share of what a map held there is left, and filled when it holds
+/// this share of what was seen of it.
 const EMPTY: f64 = 0.03;
 const FILLED: f64 = 0.5;
 

@@ -119,8 +119,8 @@ pub(crate) const UNDETECTED: &[SequenceLimit] = &[
     ("partition comes", "changes.planes.there", AtMost(10.0)),
 ];
 
-/// Limits of the run through a building, which hold with every second frame too. Planes are not asked: coplanar
-/// walls of two rooms become one plane, and round pillars several.
+/// Limits of the run through a building, which hold with every second frame too. Planes are not asked:
+/// coplanar walls of two rooms become one plane, and round pillars several.
 pub(crate) const BUILDING: &[SequenceLimit] = &[
     ("building", "cloud.residue", AtMost(0.001)),
     ("building", "cloud.completeness", AtLeast(0.98)),

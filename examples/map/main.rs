@@ -98,7 +98,8 @@ fn grid(folder: &Path, out: &Path, up: [f64; 3], heights: [f64; 2]) -> Result<()
     Ok(())
 }
 
-/// Height of the floor, metres from the world's origin: of the lowest large level plane; 0 where there is none.
+/// Height of the floor, metres from the world's origin: of the lowest large level plane; 0 where there is
+/// none.
 fn floor_height(planes: &PlaneMap, up: [f64; 3]) -> f64 {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| a[axis] * b[axis]).sum::<f64>();
     let level = || planes.iter().filter(|plane| dot(plane.plane().normal(), up) > 0.95);

@@ -1,7 +1,7 @@
 //! What fuzzers drive. A [`Body`] takes any bytes, and fails by a panic.
 //!
-//! `fuzz/` drives them by cargo-fuzz, on nightly; [`run`] by an own loop of mutations, on stable: some seconds in the
-//! gate, an hour in `.ci/nightly`.
+//! `fuzz/` drives them by cargo-fuzz, on nightly; [`run`] by an own loop of mutations, on stable: some
+//! seconds in the gate, an hour in `.ci/nightly`.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

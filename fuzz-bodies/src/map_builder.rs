@@ -8,8 +8,8 @@ use crate::choices::Choices;
 const SIDES: [usize; 2] = [32, 24];
 const LABELS: [&str; 5] = ["person", "chair", "dog", "cup", "???"];
 
-/// Calls of a map builder, in any order and with any arguments: small frames, detections, late ones, corrections,
-/// scans, what readers ask. What is refused changes nothing.
+/// Calls of a map builder, in any order and with any arguments: small frames, detections, late ones,
+/// corrections, scans, what readers ask. What is refused changes nothing.
 pub fn map_builder(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
     let mut config = MapConfig::default();

@@ -15,7 +15,8 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// `DYMLM_FUZZ_SECONDS` a body, else 4: eleven bodies take less than a minute on two cores. `DYMLM_FUZZ_SEED`, else 1.
+    /// `DYMLM_FUZZ_SECONDS` a body, else 4: eleven bodies take less than a minute on two cores.
+    /// `DYMLM_FUZZ_SEED`, else 1.
     pub fn from_env() -> Self {
         let number = |name: &str| std::env::var(name).ok()?.parse::<u64>().ok();
         Self {
@@ -25,7 +26,8 @@ impl Effort {
     }
 }
 
-/// Longest that one input may take; what hangs takes minutes, a busy machine does not make this of milliseconds.
+/// Longest that one input may take; what hangs takes minutes, a busy machine does not make this of
+/// milliseconds.
 const LONGEST: Duration = Duration::from_secs(20);
 
 /// Drives a body by mutations of its examples, and by what has come of them. Gives the number of inputs.

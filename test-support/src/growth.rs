@@ -2,9 +2,9 @@ use std::time::{Duration, Instant};
 
 /// How many times as long `work` takes on the larger of two inputs as on the smaller one.
 ///
-/// The shortest of several runs counts, the two sizes in turn, so that a busy machine slows both. To be held against
-/// the growth of the input: 8 times the input take 8 times as long by O(n), some 11 times by O(n log n), and 64 times
-/// by O(n²).
+/// The shortest of several runs counts, the two sizes in turn, so that a busy machine slows both. To be held
+/// against the growth of the input: 8 times the input take 8 times as long by O(n), some 11 times by O(n log
+/// n), and 64 times by O(n²).
 pub fn growth<T, R>(small: &T, large: &T, mut work: impl FnMut(&T) -> R) -> f64 {
     const RUNS: usize = 5;
     let mut shortest = [Duration::MAX; 2];

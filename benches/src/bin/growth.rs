@@ -1,9 +1,9 @@
-//! What a frame costs, and what the maps hold, when a map grows: a floor of 60 rooms, an aisle of 1 km, an hour
-//! at rest. For each stage the key frames 100 to 200 beside the last 100.
+//! What a frame costs, and what the maps hold, when a map grows: a floor of 60 rooms, an aisle of 1 km, an
+//! hour at rest. For each stage the key frames 100 to 200 beside the last 100.
 //!
-//! `cargo run --release -p dymlm-benches --bin growth -- [building] [aisle] [standing] [1/N]`: `1/10` takes the
-//! first tenth of the frames. Images are small (160x120, at rest 80x60), so that frames are cheap: times are to
-//! be held against each other, not against a camera's.
+//! `cargo run --release -p dymlm-benches --bin growth -- [building] [aisle] [standing] [1/N]`: `1/10` takes
+//! the first tenth of the frames. Images are small (160x120, at rest 80x60), so that frames are cheap: times
+//! are to be held against each other, not against a camera's.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 

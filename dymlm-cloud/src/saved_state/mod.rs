@@ -1,4 +1,5 @@
-//! The state of a map in parts, of cubes of 4 x 4 x 4 blocks: two of the voxels in a cube, one of the evidence.
+//! The state of a map in parts, of cubes of 4 x 4 x 4 blocks: two of the voxels in a cube, one of the
+//! evidence.
 //!
 //! What is kept to save time is not saved: verdicts and the static cloud are made again when they are asked
 //! for.

@@ -72,8 +72,8 @@ impl SavedSums {
     }
 }
 
-/// How many bits the smaller ones of the numbers below `end` take, and how many these are ("truncated binary":
-/// the others take one more).
+/// How many bits the smaller ones of the numbers below `end` take, and how many these are ("truncated
+/// binary": the others take one more).
 fn short_codes(end: u64) -> (u32, u64) {
     let bits = end.ilog2();
     // 2^(bits + 1) - end.

@@ -7,25 +7,26 @@ use crate::miss_compensation::DEPTH_CHANGE;
 /// mover: 2 to 4 for furniture and walls, which go on outside, and 0 for limbs.
 /// With 0.5 pieces of furniture become parts of people (`kitchen_people`: precision .849 to .833).
 const MAX_CUT: f32 = 0.35;
-/// How far the mean depth of another cluster may be before and behind the mover's depth for it to be a part of
-/// the mover, metres: a forearm before the body; a leg behind it, a person leaning.
+/// How far the mean depth of another cluster may be before and behind the mover's depth for it to be a part
+/// of the mover, metres: a forearm before the body; a leg behind it, a person leaning.
 const PART_REACH: [f32; 2] = [0.35, 0.5];
-/// How far behind the mover's depth a foot may be, metres: of somebody who sits and is seen from behind, whose
-/// chair is nearer still. With 0.6 those feet stay in the map
+/// How far behind the mover's depth a foot may be, metres: of somebody who sits and is seen from behind,
+/// whose chair is nearer still. With 0.6 those feet stay in the map
 /// (`feet_beyond_a_chair_belong_to_who_sits_on_it`), with 0.9 more of the desk goes.
 pub(super) const FOOT_REACH: f32 = 0.75;
-/// Largest cluster behind that which is still a part when most of it lies in the box, as a share of the mover's
-/// samples: a foot. With 0.1 more furniture behind people goes (`kitchen_people`), with 0.03 feet stay.
+/// Largest cluster behind that which is still a part when most of it lies in the box, as a share of the
+/// mover's samples: a foot. With 0.1 more furniture behind people goes (`kitchen_people`), with 0.03 feet
+/// stay.
 const FOOT_SHARE: f32 = 0.05;
-/// How far the side of a detector's box lies from the end of what it sees of the mover, as a share of the box's
-/// length (`who_is_seen_above_and_below_a_screen_is_not_the_screen`).
+/// How far the side of a detector's box lies from the end of what it sees of the mover, as a share of the
+/// box's length (`who_is_seen_above_and_below_a_screen_is_not_the_screen`).
 const SIDE_ERROR: f32 = 0.1;
 /// Beyond so many of these errors a side is wrong, and how wrong says nothing
 /// (`who_is_cut_by_the_image_is_not_the_cabinet_in_the_middle_of_the_box`).
 const LARGEST_ERROR: f32 = 3.0;
-/// Share of a box that its mover fills half as likely as all of it: who is seen between the legs of a desk fills
-/// little, a speck next to nothing (`specks_in_the_corners_of_a_box_are_nobody`; with 0.3 a desk is somebody in
-/// `evaluate --fresh`).
+/// Share of a box that its mover fills half as likely as all of it: who is seen between the legs of a desk
+/// fills little, a speck next to nothing (`specks_in_the_corners_of_a_box_are_nobody`; with 0.3 a desk is
+/// somebody in `evaluate --fresh`).
 const SMALL_SHARE: f32 = 0.05;
 
 /// Chooses the cluster that is the mover among those of its box.
@@ -154,8 +155,8 @@ impl Candidates<'_> {
     }
 }
 
-/// Whether a cluster is a part of the mover whose largest cluster has this depth, metres, and size, samples: it
-/// lies about as deep and ends within the margin.
+/// Whether a cluster is a part of the mover whose largest cluster has this depth, metres, and size, samples:
+/// it lies about as deep and ends within the margin.
 pub(super) fn is_part(cluster: &BoxCluster, depth: f32, size: usize) -> bool {
     let is_near = (depth - PART_REACH[0]..=depth + PART_REACH[1]).contains(&cluster.depth);
     let is_foot = (depth..=depth + FOOT_REACH).contains(&cluster.depth)

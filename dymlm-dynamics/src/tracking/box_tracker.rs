@@ -13,8 +13,8 @@ use crate::Error;
 const MAX_TIMESTAMP: f64 = 1e11;
 /// Detections of a lower score are ignored (`ByteTrack`).
 pub(crate) const LOW_SCORE: f32 = 0.1;
-/// Most tracks that are remembered: thrice as many as a detector sees things, at once or in the time after which
-/// a track is forgotten. Each costs as much as a detection.
+/// Most tracks that are remembered: thrice as many as a detector sees things, at once or in the time after
+/// which a track is forgotten. Each costs as much as a detection.
 const MAX_TRACKS: usize = 1000;
 /// Rounding of timestamps, seconds: three frames at 6 Hz are half a second.
 const TIME_SLACK: f64 = 1e-3;
@@ -35,9 +35,9 @@ const TIME_SLACK: f64 = 1e-3;
 ///   detector looked: at a frame a second boxes do not overlap;
 /// - unmatched tracks are output, for a while, as [`BoxSource::Predicted`].
 ///
-/// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. At most a thousand tracks
-/// are remembered, or as many as the last frame had detections: of more, those that were seen last. The order of
-/// the detections does not matter. Empty boxes are ignored.
+/// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. At most a
+/// thousand tracks are remembered, or as many as the last frame had detections: of more, those that were seen
+/// last. The order of the detections does not matter. Empty boxes are ignored.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, Detection};

@@ -6,8 +6,8 @@ use super::tree::squared_distance;
 impl BoxTree {
     /// Whether at least `enough` points lie within a distance of a place.
     ///
-    /// Boxes are opened from the largest to the smallest, and only while those that the sphere cuts could still
-    /// decide it. `front` and `next` are buffers to keep.
+    /// Boxes are opened from the largest to the smallest, and only while those that the sphere cuts could
+    /// still decide it. `front` and `next` are buffers to keep.
     pub(crate) fn has_within(
         &self,
         place: Point,

@@ -33,7 +33,8 @@ impl LeastLabels {
         Self { tree, least, labels }
     }
 
-    /// The least label of the points within a distance of a place; `u32::MAX` without one. `open` is a buffer to keep.
+    /// The least label of the points within a distance of a place; `u32::MAX` without one. `open` is a buffer
+    /// to keep.
     pub(crate) fn within(&self, place: Point, squared_distance_limit: f32, open: &mut Vec<u32>) -> u32 {
         let mut best = u32::MAX;
         open.clear();

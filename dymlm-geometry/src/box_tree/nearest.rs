@@ -19,10 +19,11 @@ impl Nearest {
         Self { distances: vec![f32::INFINITY; wanted], bound: f32::INFINITY, open: Vec::new() }
     }
 
-    /// The squared distances of the nearest points of a tree, ascending; of all, where there are less, and of none
-    /// that is infinitely far.
+    /// The squared distances of the nearest points of a tree, ascending; of all, where there are less, and of
+    /// none that is infinitely far.
     ///
-    /// What is as far as the last one found is passed over: of many points as far, only so many are looked at.
+    /// What is as far as the last one found is passed over: of many points as far, only so many are looked
+    /// at.
     pub(crate) fn find(&mut self, tree: &BoxTree, place: Point) -> &[f32] {
         self.distances.fill(f32::INFINITY);
         self.bound = f32::INFINITY;

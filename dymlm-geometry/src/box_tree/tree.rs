@@ -5,12 +5,13 @@ const LEAF: usize = BoxTree::RUN;
 
 /// Points in boxes as tight as they can be, halved along their longest side: O(n log n) to build.
 ///
-/// Boxes that halve along each axis in turn would do for points that fill space; but points in planes, on lines and
-/// in heaps of equal ones are what depth cameras see of walls, edges and of a world at rest. A box of no extent is a
-/// leaf, however many points are in it.
+/// Boxes that halve along each axis in turn would do for points that fill space; but points in planes, on
+/// lines and in heaps of equal ones are what depth cameras see of walls, edges and of a world at rest. A box
+/// of no extent is a leaf, however many points are in it.
 ///
-/// Squared distances are `dx * dx + dy * dy + dz * dz` in f32, in this order. Rounding is monotone, so that those of
-/// boxes bound those of points without a margin, even where squares vanish or overflow. Points are finite.
+/// Squared distances are `dx * dx + dy * dy + dz * dz` in f32, in this order. Rounding is monotone, so that
+/// those of boxes bound those of points without a margin, even where squares vanish or overflow. Points are
+/// finite.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BoxTree {
     /// Each before its children, the first child right behind it.

@@ -9,8 +9,8 @@ pub(super) struct InnerEllipse {
     yy: f64,
 }
 
-/// Share of its radius by which it is smaller than it could be. It may be as thin as that: rounding, some 1e-15
-/// over the square of the thinness, is far below.
+/// Share of its radius by which it is smaller than it could be. It may be as thin as that: rounding, some
+/// 1e-15 over the square of the thinness, is far below.
 const MARGIN: f64 = 1e-6;
 
 impl InnerEllipse {

@@ -41,7 +41,8 @@ impl BorderPoints {
         points: &[Point],
         min_points: u32,
     ) {
-        // No more border points than `min_points` are in a cell: only then can comparing one by one take long.
+        // No more border points than `min_points` are in a cell: only then can comparing one by one take
+        // long.
         let tree = has_large_counts(min_points).then(|| {
             let labels = label_of_cell.iter().enumerate();
             let of_points =

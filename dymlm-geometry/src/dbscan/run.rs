@@ -53,7 +53,8 @@ impl<'a> Run<'a> {
 
     /// Whether any point lies within the distance of any point of another run.
     ///
-    /// Almost always one of the first points is near another. Where none is, of crowds, boxes of points are compared.
+    /// Almost always one of the first points is near another. Where none is, of crowds, boxes of points are
+    /// compared.
     pub(super) fn any_pair_within(self, other: Self, squared_eps: f32) -> bool {
         const FEW: usize = 8;
         const FIRST: usize = 32;

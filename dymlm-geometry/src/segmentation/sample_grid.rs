@@ -92,7 +92,8 @@ pub struct GridSample {
     /// In the camera frame, metres.
     pub point: Point,
     /// 1 at the centre of the box, 0 at its sides and outside. Towards a side that the image's border cuts it
-    /// stays as it is at the centre: the thing goes on beyond, and its own centre may be anywhere up to there.
+    /// stays as it is at the centre: the thing goes on beyond, and its own centre may be anywhere up to
+    /// there.
     pub centrality: f32,
     /// Whether its pixel is in the box.
     pub is_in_box: bool,

@@ -27,7 +27,8 @@ impl FolderLock {
                 Err(TryLockError::WouldBlock) => return Err(Error::Locked { path: target.to_path_buf() }),
                 Err(TryLockError::Error(source)) => return Err(Error::io(&path)(source)),
             }
-            // Whoever had it may have removed it since it was opened here: then somebody else can lock another.
+            // Whoever had it may have removed it since it was opened here: then somebody else can lock
+            // another.
             if is_still_there(&path, &file) {
                 remove_stale_staging(target);
                 return Ok(Self { path, _file: file });

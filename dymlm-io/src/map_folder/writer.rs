@@ -56,8 +56,8 @@ impl MapFolderWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands there
-    /// that is neither a map folder nor an empty folder; [`Error::Io`].
+    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands
+    /// there that is neither a map folder nor an empty folder; [`Error::Io`].
     pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let target = resolve(folder.as_ref())?;
         let lock = FolderLock::take(&target)?;

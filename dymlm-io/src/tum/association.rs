@@ -18,8 +18,8 @@ pub(super) struct Pair {
 /// `associate.py`). Pairs equally close are taken in time order. Both lists are in time order, and so is the
 /// result.
 ///
-/// The closest of the pairs that are left is always one of neighbours in time. O(n log n) for n images, however
-/// many pairs are within the gap.
+/// The closest of the pairs that are left is always one of neighbours in time. O(n log n) for n images,
+/// however many pairs are within the gap.
 pub(super) fn associate(color: &[ListedFile], depth: &[ListedFile], max_gap: f64) -> Vec<Pair> {
     let mut moments = Moments::of(color, depth);
     let mut pairs = moments.pair_simultaneous();

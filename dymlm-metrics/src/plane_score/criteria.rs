@@ -3,8 +3,8 @@
 /// Visible area of a face (with its reliefs) from which on a map is asked for it, square metres: 3000 pixels
 /// of a 640x480 Kinect at 2.7 m, the support that plane extraction wants.
 pub(super) const MIN_AREA: f64 = 0.08;
-/// Visible area counts towards [`MIN_AREA`] where a whole square of this side is seen, metres: no plane can be
-/// fitted to the edge of a board.
+/// Visible area counts towards [`MIN_AREA`] where a whole square of this side is seen, metres: no plane can
+/// be fitted to the edge of a board.
 pub(super) const MIN_WIDTH: f64 = 0.1;
 /// Cosine of the largest angle between a plane and a face that it stands for, 10 degrees: the angle at which
 /// planes are associated.

@@ -19,8 +19,8 @@ use crate::TrueFace;
 /// A plane is divided into cells of 2 cm within its boundary. A cell lies on a face when the cell's middle,
 /// projected along the face's normal, falls within the face's outline, no further than 5 cm away, and the
 /// angle between plane and face is at most 10 degrees, up to sign; on the nearest such face if there are
-/// several, of those of which there is any reading. All areas below are counted in such cells, or in the faces' own. A face and its
-/// [reliefs](TrueFace::relief) are asked for together, and are called a face here.
+/// several, of those of which there is any reading. All areas below are counted in such cells, or in the
+/// faces' own. A face and its [reliefs](TrueFace::relief) are asked for together, and are called a face here.
 ///
 /// - **Match**: a plane stands for the face that holds most of its area, if that is more than half of it.
 /// - **Asked for** is a face whose visible area is at least 0.08 m2, strips narrower than 10 cm not counted.

@@ -16,8 +16,8 @@ pub struct AssociationConfig {
     pub min_projection_iou: f64,
     /// Least intersection over union of the predicted and the detected box, 0..=1. Default 0.4.
     pub min_motion_iou: f64,
-    /// Longest time over which a box is predicted, seconds, 0..=100; one and a half steps of a slower detector.
-    /// Default 0.5.
+    /// Longest time over which a box is predicted, seconds, 0..=100; one and a half steps of a slower
+    /// detector. Default 0.5.
     pub max_motion_gap: f64,
     /// Least share of the observation's points that the object has too, 0..=1. Default 0.35.
     pub min_shared: f64,

@@ -29,9 +29,9 @@ impl JointBox {
         OrientedBox::new(pose, difference(high, low)).ok().map(Self)
     }
 
-    /// Whether the object may fill it: things of its label may be so large, and the object's earlier views are
-    /// explained as well as by its own box, also where something ended them: what nobody could see beside the
-    /// object is no part of it, what nobody could see behind it may be.
+    /// Whether the object may fill it: things of its label may be so large, and the object's earlier views
+    /// are explained as well as by its own box, also where something ended them: what nobody could see beside
+    /// the object is no part of it, what nobody could see behind it may be.
     pub(crate) fn fits(&self, object: &MapObject, priors: &SizePriors) -> bool {
         let (prior, pose) = (priors.of(&object.label), object.axes.pose());
         let views = &object.key_views;

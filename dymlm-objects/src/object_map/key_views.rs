@@ -24,8 +24,8 @@ impl KeyView {
     }
 }
 
-/// A bounded choice of an object's views, spread evenly over the weight of its observations: when there are too
-/// many, every second one goes, and from then on only every second is taken.
+/// A bounded choice of an object's views, spread evenly over the weight of its observations: when there are
+/// too many, every second one goes, and from then on only every second is taken.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct KeyViews {

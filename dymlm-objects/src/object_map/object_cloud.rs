@@ -73,8 +73,8 @@ impl ObjectCloud {
         self.voxels.len()
     }
 
-    /// The points of an observation of some weight, in the camera frame, as voxels; of those that `is_wanted`,
-    /// asked in the world.
+    /// The points of an observation of some weight, in the camera frame, as voxels; of those that
+    /// `is_wanted`, asked in the world.
     pub(crate) fn patch(
         &self,
         points: &[Point],
@@ -166,7 +166,8 @@ impl ObjectCloud {
         moved
     }
 
-    /// The voxels' mean places relative to the origin and the weight of their observations, in the order of the voxels.
+    /// The voxels' mean places relative to the origin and the weight of their observations, in the order of
+    /// the voxels.
     pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3, u32)> + '_ {
         self.voxels.values().map(|voxel| (voxel.place(), voxel.observations))
     }

@@ -15,11 +15,12 @@ pub(crate) struct ViewWeight {
 
 /// What an observation of a new view counts.
 pub(crate) const FULL: u32 = 1024;
-/// Frames of a view that count fully. Lower tells rims from surfaces by too few readings, higher makes what was
-/// seen from one place for long outweigh what is seen on the way around it
+/// Frames of a view that count fully. Lower tells rims from surfaces by too few readings, higher makes what
+/// was seen from one place for long outweigh what is seen on the way around it
 /// (`what_was_seen_from_one_place_for_long_grows`).
 const ENOUGH: u32 = 20;
-/// Cosine of the angle at the object by which views differ (15 degrees, about what makes other sides visible).
+/// Cosine of the angle at the object by which views differ (15 degrees, about what makes other sides
+/// visible).
 const VIEW_COSINE: f64 = 0.966;
 
 impl ViewWeight {

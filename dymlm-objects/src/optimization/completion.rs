@@ -110,8 +110,8 @@ fn widen(
     pose.and_then(|pose| OrientedBox::new(pose, lengths).ok()).unwrap_or(*own)
 }
 
-/// How far the end of an axis on a side may move before a corner meets a wall that faces that end, and that the
-/// whole box is before: the object's own faces are planes of the map as well.
+/// How far the end of an axis on a side may move before a corner meets a wall that faces that end, and that
+/// the whole box is before: the object's own faces are planes of the map as well.
 fn room_before(own: &OrientedBox, axis: usize, side: f64, walls: &[Plane]) -> f64 {
     let axes = axes_of(own);
     let faces = |wall: &&Plane| {

@@ -2,11 +2,11 @@ use dymlm_core::vector3::{difference, norm};
 
 use crate::MapObject;
 
-/// Boxes with this intersection over union, 0..=1, are one: solid things do not stand in each other. Lower makes
-/// neighbours one, higher keeps what was found of a thing from two sides as two.
+/// Boxes with this intersection over union, 0..=1, are one: solid things do not stand in each other. Lower
+/// makes neighbours one, higher keeps what was found of a thing from two sides as two.
 const SAME_IOU: f64 = 0.2;
-/// The same with other labels: detectors report one thing under two names at once. Lower makes a cup on a book a
-/// part of the book.
+/// The same with other labels: detectors report one thing under two names at once. Lower makes a cup on a
+/// book a part of the book.
 const SAME_IOU_OTHER_LABEL: f64 = 0.4;
 
 /// Whether two objects are one.

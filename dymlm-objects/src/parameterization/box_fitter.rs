@@ -113,8 +113,8 @@ impl BoxAxes {
 }
 
 impl BoxFit {
-    /// The box from the plane that it stands on, whose normal is its third axis, to its own upper side, and at
-    /// least `least_height` metres high; as it is when it would have no height.
+    /// The box from the plane that it stands on, whose normal is its third axis, to its own upper side, and
+    /// at least `least_height` metres high; as it is when it would have no height.
     #[must_use]
     pub fn standing_on(self, plane: &Plane, least_height: f64) -> Self {
         let [length, width, own] = self.oriented_box.lengths();
@@ -212,8 +212,8 @@ impl BoxFitter {
             return (axes, false);
         }
         self.lay_footprint(points, center, axes[0], axes[1]);
-        // Twice what the box leaves out: a few stray points must not turn it. With as much, a distant screen of
-        // few views is lost.
+        // Twice what the box leaves out: a few stray points must not turn it. With as much, a distant screen
+        // of few views is lost.
         match self.edges.find(&self.footprint, 2.0 * self.config.trim) {
             Some(axis) => (turned(axes, axis), true),
             None => (axes, false),

@@ -45,7 +45,8 @@ impl Completeness {
         self.sides().iter().any(|&side| side != SideView::Whole)
     }
 
-    /// The side to which a direction of the camera's frame points; `None` when it points mostly along the view.
+    /// The side to which a direction of the camera's frame points; `None` when it points mostly along the
+    /// view.
     pub(crate) fn toward(self, [x, y, z]: [f64; 3]) -> Option<SideView> {
         if z.abs() > ALONG_VIEW {
             None

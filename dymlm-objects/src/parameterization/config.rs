@@ -16,8 +16,8 @@ pub struct ParameterizationConfig {
     /// How far from a supporting plane a point counts as its, metres, 0..=0.2, before the noise is added.
     /// Default 0.006.
     pub plane_tolerance: f64,
-    /// The upward direction in the world, of any length. Default none: it is learnt from the planes that things
-    /// rest on, and nothing depends on it before.
+    /// The upward direction in the world, of any length. Default none: it is learnt from the planes that
+    /// things rest on, and nothing depends on it before.
     pub up: Option<[f64; 3]>,
     /// Largest angle between a supporting plane's normal and the vertical, once that is known, radians,
     /// 0..=pi/2. Default 0.14 (8 degrees): what things stand on is level; what slopes was laid through edges

@@ -33,8 +33,8 @@ struct Candidate {
 }
 
 impl EdgeAlignment {
-    /// The direction of a side, when a share `trim` of the points is left out at each end; `None` when the axes
-    /// given are as good.
+    /// The direction of a side, when a share `trim` of the points is left out at each end; `None` when the
+    /// axes given are as good.
     pub(super) fn find(&mut self, footprint: &[[f64; 2]], trim: f64) -> Option<[f64; 2]> {
         let step = footprint.len().div_ceil(MAX_POINTS).max(1);
         self.places.clear();

@@ -90,8 +90,8 @@ impl Octree {
     ///
     /// A reading is a pixel with a depth of at least [`min_depth`](SensorModel::min_depth) that is `true` in
     /// `static_mask` (all are without one); any other pixel says nothing, neither of its surface nor of the
-    /// space before it. Back-projection is in single precision: within 1e-5 m of exact in a room. A frame from
-    /// outside the map says nothing: its readings are counted as [outside](InsertReport::outside).
+    /// space before it. Back-projection is in single precision: within 1e-5 m of exact in a room. A frame
+    /// from outside the map says nothing: its readings are counted as [outside](InsertReport::outside).
     ///
     /// # Errors
     ///

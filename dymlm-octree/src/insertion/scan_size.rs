@@ -18,8 +18,9 @@ const RAYS: usize = 64;
 
 /// How much of the map a scan touches, before anything is changed or allocated for it.
 impl Octree {
-    /// Most blocks of 8x8x8 cells that the rays of one scan may pass, about: 2 GB of map. Cells of 5 mm and a depth
-    /// camera before a wall at 3 m stay below it, and cells of 10 cm and a laser on a car between houses.
+    /// Most blocks of 8x8x8 cells that the rays of one scan may pass, about: 2 GB of map. Cells of 5 mm and a
+    /// depth camera before a wall at 3 m stay below it, and cells of 10 cm and a laser on a car between
+    /// houses.
     pub const MAX_SCAN_BLOCKS: usize = 1 << 20;
 
     /// Asks whether a frame would be taken, and changes nothing. What this takes can also be

@@ -59,8 +59,8 @@ impl Merging<'_> {
         }
     }
 
-    /// Adds the same log-odds to all cells below an entry, and blends a colour with those of all leaves there.
-    /// At most five levels deep.
+    /// Adds the same log-odds to all cells below an entry, and blends a colour with those of all leaves
+    /// there. At most five levels deep.
     fn add_to_entry(self, branch: &mut Branch, entry: usize, update: f32, color: Rgb) {
         let value = match branch.entry_mut(entry) {
             Entry::Unknown => update,

@@ -1,5 +1,5 @@
-//! A tree in parts: one for the entries of each branch that are leaves, one for each eight neighbouring blocks
-//! (16 x 16 x 16 cells).
+//! A tree in parts: one for the entries of each branch that are leaves, one for each eight neighbouring
+//! blocks (16 x 16 x 16 cells).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -55,7 +55,8 @@ impl Tree {
         entry
     }
 
-    /// The cube around a cell that is one entry, by the logarithm of its side: a leaf, unknown space or a block.
+    /// The cube around a cell that is one entry, by the logarithm of its side: a leaf, unknown space or a
+    /// block.
     pub(crate) fn side_bits(&self, key: Key) -> u32 {
         let mut level = ROOT_LEVEL;
         let mut entry = self.root.entry(entry_of(key, level));

@@ -25,8 +25,8 @@ pub(super) struct Contact<'a> {
 }
 
 impl Contact<'_> {
-    /// Whether two patches overlap on the plane, or no more than the gap (to a voxel) lies between them: where
-    /// enough voxels of the one are as near to the other. O(voxels in the region).
+    /// Whether two patches overlap on the plane, or no more than the gap (to a voxel) lies between them:
+    /// where enough voxels of the one are as near to the other. O(voxels in the region).
     pub(super) fn holds(&self, a: &Patch, b: &Patch) -> bool {
         let smaller = a.len().min(b.len());
         let contact = MOST_CONTACT.min(smaller.div_ceil(CONTACT_SHARE));

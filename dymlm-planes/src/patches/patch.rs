@@ -247,8 +247,8 @@ impl SavedBlock {
 
 #[cfg(feature = "state")]
 impl Patch {
-    /// The cubes of the blocks that an earlier state of the patch had not, or had otherwise, and of those that
-    /// it had alone.
+    /// The cubes of the blocks that an earlier state of the patch had not, or had otherwise, and of those
+    /// that it had alone.
     pub(crate) fn blocks_that_differ(&self, earlier: Option<&Self>) -> Vec<u64> {
         let none = SharedMap::default();
         let earlier = earlier.map_or(&none, |earlier| &earlier.blocks);

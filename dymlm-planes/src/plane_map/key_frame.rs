@@ -12,8 +12,8 @@ use crate::error::Error;
 use crate::moments::Moments;
 use crate::patches::Patch;
 
-/// What one key frame has added, in its camera's frame: enough to add it at any pose, and to take it out again
-/// to the bit.
+/// What one key frame has added, in its camera's frame: enough to add it at any pose, and to take it out
+/// again to the bit.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct KeyFrame {
@@ -179,8 +179,8 @@ impl KeyFrame {
         }
     }
 
-    /// Keeps those samples of shares that are wanted, of what `is_wanted` says for the voxels in the world that
-    /// their pixels' centres look at.
+    /// Keeps those samples of shares that are wanted, of what `is_wanted` says for the voxels in the world
+    /// that their pixels' centres look at.
     pub(super) fn retain_samples(&mut self, voxel_size: f64, is_wanted: impl Fn(&Share, [i32; 3]) -> bool) {
         let mut labels = self.decoded();
         let places = Places::of_labels(&labels);

@@ -2,8 +2,8 @@
 //!
 //! Each site is foretold by its neighbours: it has the label to its left, or else that above, and how sure
 //! that is depends on how these agree among themselves. An adaptive binary arithmetic coder (Witten, Neal,
-//! Cleary 1987; contexts like those of JBIG) writes whether it is so. Insides of patches cost next to nothing,
-//! rims some bits a site: a third of what runs take.
+//! Cleary 1987; contexts like those of JBIG) writes whether it is so. Insides of patches cost next to
+//! nothing, rims some bits a site: a third of what runs take.
 
 /// Bits of a label that is not foretold.
 const LABEL_BITS: u32 = 10;

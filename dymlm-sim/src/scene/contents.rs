@@ -15,7 +15,8 @@ use crate::truth::box_around;
 /// A room in its own frame: z up, the floor at z = 0, metres.
 #[derive(Debug, Clone)]
 pub(crate) struct Scene {
-    /// The bodies that stand at the end, and mostly all the time: see [`static_parts_at`](Self::static_parts_at).
+    /// The bodies that stand at the end, and mostly all the time: see
+    /// [`static_parts_at`](Self::static_parts_at).
     pub(crate) static_parts: Vec<Part>,
     /// The things that parts belong to.
     pub(crate) instances: Vec<Instance>,
@@ -86,8 +87,8 @@ impl Scene {
         self.happenings.iter().for_each(|happening| happening.pose_passing(time, parts));
     }
 
-    /// [`moving_parts`](Self::moving_parts), and the bodies that are not where they stand at the end: all that
-    /// can leave a trace.
+    /// [`moving_parts`](Self::moving_parts), and the bodies that are not where they stand at the end: all
+    /// that can leave a trace.
     pub(crate) fn passing_parts(&self, time: f64, parts: &mut Vec<Part>) {
         self.moving_parts(time, parts);
         for happening in self.happenings.iter().filter(|happening| happening.is_away(time)) {
@@ -96,8 +97,8 @@ impl Scene {
         }
     }
 
-    /// Those of [`passing_parts`](Self::passing_parts) that no detector reports: the first `overlooked` people,
-    /// and the things of events.
+    /// Those of [`passing_parts`](Self::passing_parts) that no detector reports: the first `overlooked`
+    /// people, and the things of events.
     pub(crate) fn undetected_parts(&self, time: f64, overlooked: usize, parts: &mut Vec<Part>) {
         self.passing_parts(time, parts);
         let is_event = |part: &Part| self.happening_to(part.instance).next().is_some();

@@ -43,8 +43,8 @@ pub struct SequenceConfig {
     pub strangers: bool,
     /// What happens beside what the people do, and no detector reports. Default nothing.
     pub events: Vec<SceneEvent>,
-    /// When events happen, seconds, 0..=1e9. Default `None`: each at a moment of its own in the second quarter
-    /// of the sequence, drawn from the seed.
+    /// When events happen, seconds, 0..=1e9. Default `None`: each at a moment of its own in the second
+    /// quarter of the sequence, drawn from the seed.
     pub event_time: Option<f64>,
     /// A thing that a hand takes from a small table before the camera's station, moves for six seconds and
     /// puts down again; the camera looks at it. Only in [`Room::Office`]. Default `None`.
@@ -105,9 +105,9 @@ impl SequenceConfig {
         Self { room: Room::Random, seed, path, world_from_scene, ..Self::default() }
     }
 
-    /// A building of 2 to 60 rooms made up from `seed`; the frames, 10 a second, show all of the camera's tour,
-    /// 40 s a room. With another [`frame_rate`](Self::frame_rate) the number of [`frames`](Self::frames)
-    /// changes too.
+    /// A building of 2 to 60 rooms made up from `seed`; the frames, 10 a second, show all of the camera's
+    /// tour, 40 s a room. With another [`frame_rate`](Self::frame_rate) the number of
+    /// [`frames`](Self::frames) changes too.
     pub fn building(seed: u64, rooms: usize) -> Self {
         let tour = SECONDS_A_ROOM * rooms as f64;
         let room = Room::Building { rooms };

@@ -19,9 +19,9 @@ const MOST_VIEWS: usize = 48;
 /// whose directions differ by less show the same, and the older one is nearer to the truth. Lower lets errors
 /// of views add up, higher leaves faces without points.
 const VIEW_ANGLE: f64 = 0.26;
-/// Without depth, views whose directions differ by less than this, radians, show the same: their points are only
-/// as good as the pose that they were taken at, so the oldest are the best. Lower (15 degrees as well) and a
-/// bottle is off by 3.4 cm instead of 2.5 in every twentieth frame, higher takes points from behind.
+/// Without depth, views whose directions differ by less than this, radians, show the same: their points are
+/// only as good as the pose that they were taken at, so the oldest are the best. Lower (15 degrees as well)
+/// and a bottle is off by 3.4 cm instead of 2.5 in every twentieth frame, higher takes points from behind.
 const SAME_SIDE: f64 = 0.7;
 /// Points that agree at least before what is seen becomes a view of its own.
 const LEAST_FOR_VIEW: usize = 12;

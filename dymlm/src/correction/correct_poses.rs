@@ -17,7 +17,8 @@ impl MapBuilder {
     ///
     /// Any frames may be given, in any order; a frame that is not moves with its neighbours: between two of
     /// them with both, the nearer in time the more. What comes after the last one given is carried along with
-    /// it, and the next frame's pose is one in the corrected world. What was before the first one given stays.
+    /// it, and the next frame's pose is one in the corrected world. What was before the first one given
+    /// stays.
     ///
     /// The maps of before stay until the new ones are whole. Costs the mapping of the key frames since the
     /// first that has moved, without the search for movers and planes: when that was one of the last

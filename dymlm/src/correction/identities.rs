@@ -18,7 +18,8 @@ pub(super) struct Identities<Id: Ord> {
 }
 
 impl<Id: Copy + Ord> Identities<Id> {
-    /// `shared` is an observation each: of what it was, and of what it is, of the things that are in the maps.
+    /// `shared` is an observation each: of what it was, and of what it is, of the things that are in the
+    /// maps.
     pub(super) fn of(shared: impl Iterator<Item = (Id, Id)>) -> Self {
         let pairs = most_frequent_first(shared);
         let (mut names, mut taken) = (BTreeMap::new(), BTreeSet::new());
@@ -35,8 +36,9 @@ impl<Id: Copy + Ord> Identities<Id> {
         Self { names, merged, split }
     }
 
-    /// The names for the ids of things that are in the new map no more as well: so that an id whose thing comes
-    /// and goes with corrections stays the same, and ids are not used up. `shared` as observations were noted.
+    /// The names for the ids of things that are in the new map no more as well: so that an id whose thing
+    /// comes and goes with corrections stays the same, and ids are not used up. `shared` as observations were
+    /// noted.
     pub(super) fn names_of_all(&self, shared: impl Iterator<Item = (Id, Id)>) -> BTreeMap<Id, Id> {
         let mut names = self.names.clone();
         let mut taken = names.values().copied().collect();

@@ -3,8 +3,8 @@ use dymlm_core::{FrameId, Pages, Pose};
 use crate::session_log::InsertedFrame;
 
 /// The poses of all frames after some of them were corrected: a frame between two of these moves with both,
-/// the nearer in time the more; one behind the last with that one, since its pose was found from there on; one
-/// before the first stays.
+/// the nearer in time the more; one behind the last with that one, since its pose was found from there on;
+/// one before the first stays.
 ///
 /// `given` ascend by frame, each once, and are within `frames`.
 pub(super) fn new_poses(frames: &Pages<InsertedFrame>, given: &[(FrameId, Pose)]) -> Vec<Pose> {

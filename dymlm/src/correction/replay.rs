@@ -15,8 +15,8 @@ use crate::{Error, MapConfig, MultiLevelMap};
 /// Key frames that are unpacked at a time, at most: more wait less for each other, and take more memory.
 const MOST_AT_A_TIME: usize = 16;
 
-/// Builds the maps again from what key frames have shown, at other poses, from a state on in which nothing has
-/// changed.
+/// Builds the maps again from what key frames have shown, at other poses, from a state on in which nothing
+/// has changed.
 pub(super) struct Replay<'a> {
     log: &'a SessionLog,
     /// The pose of each frame, by its id.

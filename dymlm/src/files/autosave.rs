@@ -33,8 +33,8 @@ pub struct Autosave {
 }
 
 impl Autosave {
-    /// Begins to save every `interval`, whenever there are newer maps than at the beginning or saved last. A save that fails is tried again after
-    /// the next.
+    /// Begins to save every `interval`, whenever there are newer maps than at the beginning or saved last. A
+    /// save that fails is tried again after the next.
     ///
     /// # Errors
     ///

@@ -29,8 +29,8 @@ impl MultiLevelMap {
     ///
     /// # Errors
     ///
-    /// [`dymlm_io::Error`] when the folder is something else than a map, when somebody else writes it, or when
-    /// a file cannot be written.
+    /// [`dymlm_io::Error`] when the folder is something else than a map, when somebody else writes it, or
+    /// when a file cannot be written.
     ///
     /// ```
     /// # let parent = tempfile::tempdir()?;
@@ -48,8 +48,8 @@ impl MultiLevelMap {
         MapSaver::create(folder)?.save(self)
     }
 
-    /// The maps that were [saved](Self::save) in a folder, to the bit. What is kept of key frames is kept where
-    /// it was, in memory or in a folder, which must be there.
+    /// The maps that were [saved](Self::save) in a folder, to the bit. What is kept of key frames is kept
+    /// where it was, in memory or in a folder, which must be there.
     ///
     /// # Errors
     ///

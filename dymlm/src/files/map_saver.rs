@@ -34,8 +34,8 @@ impl MapSaver {
     ///
     /// # Errors
     ///
-    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands there
-    /// that is neither a map nor empty; [`Error::Io`].
+    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands
+    /// there that is neither a map nor empty; [`Error::Io`].
     pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
         Ok(Self { folder: MapFolderSaver::create(folder)?, saved: None })
     }
@@ -45,12 +45,13 @@ impl MapSaver {
         self.folder.folder()
     }
 
-    /// Saves maps: the standard files (see [`MultiLevelMap::write_files`]), and what of the state has changed.
-    /// A crash leaves the maps that were saved before or these, never half of them.
+    /// Saves maps: the standard files (see [`MultiLevelMap::write_files`]), and what of the state has
+    /// changed. A crash leaves the maps that were saved before or these, never half of them.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] and [`Error::Content`] when a file cannot be written. What was saved before is still there.
+    /// [`Error::Io`] and [`Error::Content`] when a file cannot be written. What was saved before is still
+    /// there.
     pub fn save(&mut self, map: &MultiLevelMap) -> Result<(), Error> {
         self.save_with(map, |_| Ok(()))
     }

@@ -80,8 +80,8 @@ impl MultiLevelMap {
         })
     }
 
-    /// The maps of a folder, and which of them could not be read. `history`: where observations are to be kept,
-    /// else where they were.
+    /// The maps of a folder, and which of them could not be read. `history`: where observations are to be
+    /// kept, else where they were.
     pub(super) fn read_state(
         folder: &MapFolder,
         history: Option<HistoryConfig>,

@@ -15,8 +15,8 @@ use crate::timing::{Timing, timed};
 #[derive(Default)]
 pub(crate) struct Recordings(BTreeMap<String, Vec<(Frame, Pose)>>);
 
-/// `static_cloud images= poses= limit=`: the cloud of the first `limit` frames, without detections, and of that
-/// what is static.
+/// `static_cloud images= poses= limit=`: the cloud of the first `limit` frames, without detections, and of
+/// that what is static.
 pub(crate) fn run(
     request: &Request,
     inputs: &mut Inputs,

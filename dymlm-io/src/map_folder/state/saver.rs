@@ -14,8 +14,8 @@ use crate::{Error, MapFolderWriter};
 
 /// Saves maps into one folder again and again, each time what has changed.
 ///
-/// As long as it lives nobody else writes the folder. A save that fails, or is killed, leaves the map that was
-/// saved before: see [`MapFolderWriter`].
+/// As long as it lives nobody else writes the folder. A save that fails, or is killed, leaves the map that
+/// was saved before: see [`MapFolderWriter`].
 ///
 /// ```
 /// # let parent = tempfile::tempdir()?;
@@ -50,8 +50,8 @@ impl MapFolderSaver {
     ///
     /// # Errors
     ///
-    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands there
-    /// that is neither a map nor empty; [`Error::Io`].
+    /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands
+    /// there that is neither a map nor empty; [`Error::Io`].
     pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let target = resolve(folder.as_ref())?;
         let lock = FolderLock::take(&target)?;

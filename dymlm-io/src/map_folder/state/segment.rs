@@ -10,8 +10,8 @@ use super::index::Part;
 /// How hard is tried to deflate: higher levels take several times as long for some percent.
 const LEVEL: u8 = 3;
 
-/// Bytes at the beginning of a part by which it is found whether deflating is worth its time, and the least share
-/// of them that it must save.
+/// Bytes at the beginning of a part by which it is found whether deflating is worth its time, and the least
+/// share of them that it must save.
 const SAMPLE: usize = 4096;
 const LEAST_SAVED: usize = 16;
 

@@ -6,19 +6,19 @@ use crate::moments::Fit;
 /// Terms of a quadratic surface over a plane: 1, u, v, uu, uv, vv; the first three are a plane's.
 const TERMS: usize = 6;
 const LINEAR: usize = 3;
-/// What the three quadratic terms explain of the blocks' distances is at least this many times their error (an F
-/// statistic): with less, noise bends far planes; with more, pillars beyond 3 m are facets.
+/// What the three quadratic terms explain of the blocks' distances is at least this many times their error
+/// (an F statistic): with less, noise bends far planes; with more, pillars beyond 3 m are facets.
 const SIGNIFICANT: f64 = 10.0;
-/// A plane turns by less than this from one side to the other, radians: with 0.2 what a Kinect's readings bend
-/// costs real walls a tenth of their looks (`kitchen_planes`); with more, more strips of pillars are planes (0.2:
-/// precision 98 %, 0.3: 96 %, without the rule 88 % in building 77).
+/// A plane turns by less than this from one side to the other, radians: with 0.2 what a Kinect's readings
+/// bend costs real walls a tenth of their looks (`kitchen_planes`); with more, more strips of pillars are
+/// planes (0.2: precision 98 %, 0.3: 96 %, without the rule 88 % in building 77).
 const MOST_TURN: f64 = 0.3;
 
 /// How the blocks of a plane are bent: sums for the quadratic surface through their centroids.
 ///
-/// A strip of a round thing is as flat as the sensor's noise where it is narrow or far away. But its misfit is
-/// systematic, and noise, disparity steps included, is not: over some hundred blocks a curve stands out that no
-/// single one shows.
+/// A strip of a round thing is as flat as the sensor's noise where it is narrow or far away. But its misfit
+/// is systematic, and noise, disparity steps included, is not: over some hundred blocks a curve stands out
+/// that no single one shows.
 #[derive(Debug, Clone)]
 pub(super) struct Bend {
     fit: Fit,
@@ -51,11 +51,11 @@ impl Bend {
         self.blocks += 1;
     }
 
-    /// Whether the blocks, on a plane of some width in metres, are bent beyond what is noise. Too few of them, or
-    /// in too few rows, are not.
+    /// Whether the blocks, on a plane of some width in metres, are bent beyond what is noise. Too few of
+    /// them, or in too few rows, are not.
     ///
-    /// Normal equations by Cholesky: the square of each entry of the solved triangle is what its term takes off
-    /// the sum of squares.
+    /// Normal equations by Cholesky: the square of each entry of the solved triangle is what its term takes
+    /// off the sum of squares.
     pub(super) fn is_round(&self, width: f64) -> bool {
         let mut lower = [[0.0; TERMS]; TERMS];
         let mut solved = [0.0; TERMS];

@@ -14,10 +14,10 @@ const COS_VIEW: f64 = 0.906_308;
 
 /// Which planes are believed.
 impl PlaneMap {
-    /// Judges the planes that reach into some boxes (lowest and highest corner, metres, world): one is gone, and
-    /// not believed until it is judged otherwise, when more than `gone_share` of its inliers stand in free
-    /// space, of those that something is known of. `is_free` tells whether a place is free space; `None`:
-    /// nothing is known. What was judged before and lies elsewhere stays as it was judged.
+    /// Judges the planes that reach into some boxes (lowest and highest corner, metres, world): one is gone,
+    /// and not believed until it is judged otherwise, when more than `gone_share` of its inliers stand in
+    /// free space, of those that something is known of. `is_free` tells whether a place is free space;
+    /// `None`: nothing is known. What was judged before and lies elsewhere stays as it was judged.
     ///
     /// O(inliers in the boxes and of planes that are gone).
     pub fn judge(

@@ -5,12 +5,12 @@ use super::PlaneMap;
 
 /// Forgetting what is far.
 impl PlaneMap {
-    /// Forgets what lies farther than `radius` metres from `center`: the map is as if no key frame had seen it.
-    /// What a key frame has seen of one plane is forgotten as a whole, when no part of it lies within the
+    /// Forgets what lies farther than `radius` metres from `center`: the map is as if no key frame had seen
+    /// it. What a key frame has seen of one plane is forgotten as a whole, when no part of it lies within the
     /// radius; so planes go, and of a large plane all but what was seen from near.
     ///
-    /// Key frames of which nothing is left can be taken out no more. Merges of planes stay. O(all that the key
-    /// frames have seen).
+    /// Key frames of which nothing is left can be taken out no more. Merges of planes stay. O(all that the
+    /// key frames have seen).
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let (mut touched, mut key_frames) = (Vec::new(), std::mem::take(&mut self.key_frames));
         for key_frame in key_frames.values_mut() {

@@ -17,8 +17,8 @@ impl PlaneMap {
     /// of whose inliers (60 %) are its own go where `new_from_old` takes them, from all others its inliers
     /// are taken out. Gives the ids of the planes that went.
     ///
-    /// What key frames from before have added moves with them, so [`Self::remove`] stays exact. O(voxels of the
-    /// map, and all that was seen of the planes that change).
+    /// What key frames from before have added moves with them, so [`Self::remove`] stays exact. O(voxels of
+    /// the map, and all that was seen of the planes that change).
     ///
     /// # Errors
     ///

@@ -13,9 +13,9 @@ impl PlaneMap {
         self.next_plane
     }
 
-    /// Takes the place of a map that was built of the same key frames: planes are called by `ids` from now on.
-    /// Ids that led to other planes there lead there still; those of `merged` (id of a plane there -> id that
-    /// one of `ids` has now) lead to what they became.
+    /// Takes the place of a map that was built of the same key frames: planes are called by `ids` from now
+    /// on. Ids that led to other planes there lead there still; those of `merged` (id of a plane there -> id
+    /// that one of `ids` has now) lead to what they became.
     ///
     /// Nothing but ids changes. O(what the key frames have seen).
     pub fn succeed(

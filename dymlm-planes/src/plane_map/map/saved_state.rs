@@ -90,8 +90,8 @@ impl PlaneMap {
         if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
     }
 
-    /// Gives the parts of some cubes, by their [numbers](BlockKey::cube), with the voxels that all planes have
-    /// in them.
+    /// Gives the parts of some cubes, by their [numbers](BlockKey::cube), with the voxels that all planes
+    /// have in them.
     fn save_cubes(&self, cubes: BTreeSet<u64>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
         let mut content: BTreeMap<u64, SavedCube> =
             cubes.into_iter().map(|cube| (cube, Vec::new())).collect();

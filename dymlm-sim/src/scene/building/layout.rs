@@ -3,8 +3,8 @@ use rand::RngExt;
 
 use crate::noise::{Use, stream};
 
-/// Where walls stand, seen from above: the corridor runs along x about y = 0, rooms are on both sides of it in
-/// columns, and a ramp parts the columns of the lower floor from those of the upper one.
+/// Where walls stand, seen from above: the corridor runs along x about y = 0, rooms are on both sides of it
+/// in columns, and a ramp parts the columns of the lower floor from those of the upper one.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub(super) seed: u64,

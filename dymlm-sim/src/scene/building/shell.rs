@@ -11,8 +11,8 @@ const DOOR: [f32; 2] = [0.95, 2.05];
 const FLOOR: f32 = 0.1;
 const CEILING: f32 = 0.5;
 
-/// What continues inside walls shall not be one face: floors stick out so far beyond walls, and the corridor's
-/// ends stand so far before those of the rooms, metres.
+/// What continues inside walls shall not be one face: floors stick out so far beyond walls, and the
+/// corridor's ends stand so far before those of the rooms, metres.
 const STEP: f32 = 0.03;
 
 /// Floors, ceilings, walls with doorways and the ramp: one thing of many cuboids that touch. A floor goes on

@@ -32,8 +32,8 @@ const OTHERS: [Thing; 9] = [
 const GAP: f32 = 0.015;
 
 /// Sets a table at random: half of them as a desk (screens at the back, keyboards before them), half with a
-/// laptop or none, and on all of them `count` other things that fit, none of them within `free_front` metres of
-/// the front.
+/// laptop or none, and on all of them `count` other things that fit, none of them within `free_front` metres
+/// of the front.
 pub(super) fn set_table(
     b: &mut Builder,
     top: &TableTop,
