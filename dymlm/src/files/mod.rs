@@ -1,5 +1,5 @@
-//! The maps as files (feature `io`): the standard files of a map folder and their records, the state from which a
-//! map goes on, and config files.
+//! The maps as files (feature `io`): the standard files of a map folder and their records, the state from
+//! which a map goes on, and config files.
 
 mod autosave;
 mod config_file;
