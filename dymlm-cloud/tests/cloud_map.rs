@@ -774,34 +774,16 @@ fn configs_are_checked_field_by_field() {
 #[cfg(feature = "state")]
 mod saved_state {
     use dymlm_core::SplitMix64;
+    use dymlm_test_support::{SavedParts, damaged_parts, incomplete_parts, save_into, saved_parts};
 
     use super::*;
-
-    type Parts = BTreeMap<u64, Vec<u8>>;
 
     fn load(parts: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Result<CloudMap, Error> {
         CloudMap::load_state(config(0.01), SensorModel::kinect(), parts)
     }
 
-    /// Applies what differs from an earlier map; gives the number of parts.
-    fn save(map: &CloudMap, earlier: Option<&CloudMap>, parts: &mut Parts) -> usize {
-        let mut changed = 0;
-        let mut sink = |part, bytes: Option<&[u8]>| {
-            changed += 1;
-            match bytes {
-                Some(bytes) => drop(parts.insert(part, bytes.to_vec())),
-                None => assert!(parts.remove(&part).is_some(), "{part:#x} was not there"),
-            }
-            Ok(())
-        };
-        map.save_state(earlier, &mut sink).unwrap();
-        changed
-    }
-
-    fn whole(map: &CloudMap) -> Parts {
-        let mut parts = Parts::new();
-        save(map, None, &mut parts);
-        parts
+    fn whole(map: &CloudMap) -> SavedParts {
+        saved_parts(|sink| map.save_state(None, sink))
     }
 
     /// Everything that can be seen of a map.
@@ -832,7 +814,7 @@ mod saved_state {
             for (step, seed) in before {
                 let earlier = map.clone();
                 apply(&mut map, step, seed);
-                save(&map, Some(&earlier), &mut parts);
+                save_into(&mut parts, |sink| map.save_state(Some(&earlier), sink));
             }
             prop_assert!(parts == whole(&map), "what has changed, applied one after the other, is the whole");
             let mut loaded = load(parts.clone().into_iter().rev()).unwrap();
@@ -854,22 +836,7 @@ mod saved_state {
             }
             let mut random = SplitMix64::new(seed);
             for _ in 0..10 {
-                let mut parts: Vec<(u64, Vec<u8>)> = whole(&map).into_iter().collect();
-                let place = random.below(parts.len());
-                match random.below(6) {
-                    0 => drop(parts.remove(place)),
-                    1 => parts.push(parts[place].clone()),
-                    2 => parts[place].0 ^= 1 << random.below(64),
-                    3 => {
-                        let other = random.below(parts.len());
-                        parts[place].1 = parts[other].1.clone();
-                    }
-                    _ => {
-                        let bytes = &mut parts[place].1;
-                        let at = random.below(bytes.len());
-                        bytes[at] = random.below(256) as u8;
-                    }
-                }
+                let parts = damaged_parts(&whole(&map), &mut random);
                 if let Ok(mut damaged) = load(parts) {
                     apply(&mut damaged, 0, 2);
                     apply(&mut damaged, 5, 6);
@@ -884,11 +851,8 @@ mod saved_state {
     fn parts_that_are_missing_or_too_many_are_refused() {
         let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
         apply(&mut map, 5, 0);
-        let parts = whole(&map);
-        for part in parts.keys().copied() {
-            let without = parts.clone().into_iter().filter(|(key, _)| *key != part);
+        for (part, [without, twice]) in incomplete_parts(&whole(&map)) {
             assert!(matches!(load(without), Err(Error::State(_))), "without {part:#x}");
-            let twice = parts.clone().into_iter().chain([(part, parts[&part].clone())]);
             assert!(matches!(load(twice), Err(Error::State(damaged)) if damaged.part == part));
         }
         assert!(matches!(load([]), Err(Error::State(_))));
@@ -900,6 +864,6 @@ mod saved_state {
         assert_eq!(whole(&map).len(), 1);
         assert!(load(whole(&map)).unwrap().is_empty());
         apply(&mut map, 5, 0);
-        assert_eq!(save(&map, Some(&map.clone()), &mut whole(&map)), 0);
+        assert!(saved_parts(|sink| map.save_state(Some(&map.clone()), sink)).is_empty());
     }
 }

@@ -121,31 +121,13 @@ fn a_kitchen_frame_takes_less_than_100_kilobytes() {
 
 #[cfg(feature = "state")]
 mod saved_state {
-    use std::collections::BTreeMap;
-
     use dymlm_core::encode_part;
+    use dymlm_test_support::{SavedParts, incomplete_parts, save_into, saved_parts};
 
     use super::*;
 
-    type Parts = BTreeMap<u64, Vec<u8>>;
-
-    /// Applies what has changed since an earlier history.
-    fn save(history: &History, earlier: Option<&History>, parts: &mut Parts) -> usize {
-        let mut changed = 0;
-        let mut sink = |part, bytes: Option<&[u8]>| {
-            changed += 1;
-            match bytes {
-                Some(bytes) => drop(parts.insert(part, bytes.to_vec())),
-                None => assert!(parts.remove(&part).is_some(), "{part} was not there"),
-            }
-            Ok(())
-        };
-        history.save_state(earlier, &mut sink).unwrap();
-        changed
-    }
-
-    fn load(parts: &Parts) -> Result<Option<History>, Error> {
-        History::load_state(&HistoryConfig::Memory, parts.clone())
+    fn load(parts: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Result<Option<History>, Error> {
+        History::load_state(&HistoryConfig::Memory, parts)
     }
 
     #[test]
@@ -159,15 +141,14 @@ mod saved_state {
             }
             history.push_scan(Arc::clone(&points));
             history.remove(3);
-            let mut parts = Parts::new();
-            save(&history, None, &mut parts);
+            let mut parts = saved_parts(|sink| history.save_state(None, sink));
             for index in [0, 69] {
-                let loaded = load(&parts).unwrap().unwrap();
+                let loaded = load(parts.clone()).unwrap().unwrap();
                 assert_eq!(*loaded.get(index).unwrap(), *observation(index));
                 assert!(matches!(loaded.get(3), Err(Error::Unknown { index: 3 })));
                 assert_eq!(loaded.scan(70).unwrap().len(), 5);
             }
-            let mut loaded = load(&parts).unwrap().unwrap();
+            let mut loaded = load(parts.clone()).unwrap().unwrap();
             assert_eq!(loaded.push(observation(71)), 71, "numbers go on");
 
             history.settle();
@@ -175,11 +156,10 @@ mod saved_state {
             history.push(observation(71));
             history.remove(0);
             history.settle();
-            assert_eq!(save(&history, Some(&earlier), &mut parts), 3, "one new, one gone, the head");
-            let mut whole = Parts::new();
-            save(&history, None, &mut whole);
-            assert!(parts == whole);
-            assert_eq!(save(&history, Some(&history.clone()), &mut parts), 0);
+            let changed = save_into(&mut parts, |sink| history.save_state(Some(&earlier), sink));
+            assert_eq!(changed, 3, "one new, one gone, the head");
+            assert!(parts == saved_parts(|sink| history.save_state(None, sink)));
+            assert!(saved_parts(|sink| history.save_state(Some(&history.clone()), sink)).is_empty());
         }
     }
 
@@ -189,23 +169,23 @@ mod saved_state {
         for seed in 0..3 {
             history.push(observation(seed));
         }
-        let mut parts = Parts::new();
-        save(&history, None, &mut parts);
-        for part in 0..4 {
-            let without: Parts = parts.clone().into_iter().filter(|(key, _)| *key != part).collect();
-            assert!(matches!(load(&without), Err(Error::State(_))), "without {part}");
+        let parts = saved_parts(|sink| history.save_state(None, sink));
+        for (part, both) in incomplete_parts(&parts) {
+            for parts in both {
+                assert!(matches!(load(parts), Err(Error::State(_))), "{part}");
+            }
         }
-        let more = parts.clone().into_iter().chain([(9, Vec::new())]).collect();
-        assert!(matches!(load(&more), Err(Error::State(_))));
+        let more = parts.clone().into_iter().chain([(9, Vec::new())]);
+        assert!(matches!(load(more), Err(Error::State(_))));
         let huge = encode_part(&(usize::MAX, vec![1_usize])).unwrap();
-        assert!(matches!(load(&[(0, huge)].into()), Err(Error::State(_))));
+        assert!(matches!(load([(0, huge)]), Err(Error::State(_))));
         let damaged = parts.into_iter().map(|(key, bytes)| (key, bytes[..bytes.len() - key as usize].into()));
-        let damaged = load(&damaged.collect()).unwrap().unwrap();
+        let damaged = load(damaged).unwrap().unwrap();
         assert!((0..3).all(|index| matches!(damaged.get(index), Err(Error::Damaged { .. }))));
     }
 
     #[test]
     fn without_a_history_there_is_none() {
-        assert!(History::load_state(&HistoryConfig::None, Parts::new()).unwrap().is_none());
+        assert!(History::load_state(&HistoryConfig::None, SavedParts::new()).unwrap().is_none());
     }
 }

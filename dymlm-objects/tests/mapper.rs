@@ -412,38 +412,18 @@ fn the_mapper_goes_between_threads() {
 
 #[cfg(feature = "state")]
 mod saved_state {
-    use std::collections::BTreeMap;
-
     use dymlm_core::SensorModel;
     use dymlm_objects::ObjectConfig;
+    use dymlm_test_support::{SavedParts, damaged_parts, incomplete_parts, save_into, saved_parts};
 
     use super::*;
-
-    type Parts = BTreeMap<u64, Vec<u8>>;
 
     fn load(parts: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Result<ObjectMapper, Error> {
         ObjectMapper::load_state(ObjectConfig::default(), SensorModel::kinect(), parts)
     }
 
-    /// Applies what differs from an earlier map; gives the number of parts.
-    fn save(mapper: &ObjectMapper, earlier: Option<&ObjectMapper>, parts: &mut Parts) -> usize {
-        let mut changed = 0;
-        let mut sink = |part, bytes: Option<&[u8]>| {
-            changed += 1;
-            match bytes {
-                Some(bytes) => drop(parts.insert(part, bytes.to_vec())),
-                None => assert!(parts.remove(&part).is_some(), "{part} was not there"),
-            }
-            Ok(())
-        };
-        mapper.save_state(earlier, &mut sink).unwrap();
-        changed
-    }
-
-    fn whole(mapper: &ObjectMapper) -> Parts {
-        let mut parts = Parts::new();
-        save(mapper, None, &mut parts);
-        parts
+    fn whole(mapper: &ObjectMapper) -> SavedParts {
+        saved_parts(|sink| mapper.save_state(None, sink))
     }
 
     /// Changes a map in one of six ways.
@@ -480,7 +460,7 @@ mod saved_state {
             for step in 0..9 {
                 let earlier = mapper.clone();
                 apply(&mut mapper, &scene, step, random.below(12));
-                save(&mapper, Some(&earlier), &mut parts);
+                save_into(&mut parts, |sink| mapper.save_state(Some(&earlier), sink));
             }
             assert!(mapper.map().len() + mapper.map().candidates().count() > 0);
             assert!(parts == whole(&mapper), "what has changed, applied one after the other, is the whole");
@@ -493,7 +473,7 @@ mod saved_state {
                 apply(&mut loaded, &scene, step, change);
             }
             assert!(whole(&loaded) == whole(&mapper));
-            assert_eq!(save(&mapper, Some(&mapper.clone()), &mut parts), 0);
+            assert!(saved_parts(|sink| mapper.save_state(Some(&mapper.clone()), sink)).is_empty());
         }
     }
 
@@ -505,29 +485,13 @@ mod saved_state {
             show(&mut mapper, &scene, step, &all());
         }
         let saved = whole(&mapper);
-        for part in saved.keys().copied() {
-            let without = saved.clone().into_iter().filter(|(key, _)| *key != part);
-            assert!(matches!(load(without), Err(Error::State(damaged)) if damaged.part == part));
-            let twice = saved.clone().into_iter().chain([(part, saved[&part].clone())]);
-            assert!(matches!(load(twice), Err(Error::State(damaged)) if damaged.part == part));
+        for (part, both) in incomplete_parts(&saved) {
+            for parts in both {
+                assert!(matches!(load(parts), Err(Error::State(damaged)) if damaged.part == part));
+            }
         }
         for _ in 0..300 {
-            let mut parts: Vec<(u64, Vec<u8>)> = saved.clone().into_iter().collect();
-            let place = random.below(parts.len());
-            match random.below(4) {
-                0 => parts[place].0 ^= 1 << random.below(64),
-                1 => {
-                    let other = random.below(parts.len());
-                    parts[place].1 = parts[other].1.clone();
-                }
-                _ => {
-                    let bytes = &mut parts[place].1;
-                    // What is not a point of a cloud stands in the first and in the last bytes.
-                    let at = random.below(bytes.len().min(400));
-                    let at = if random.below(2) == 0 { at } else { bytes.len() - 1 - at };
-                    bytes[at] = random.below(256) as u8;
-                }
-            }
+            let parts = damaged_parts(&saved, &mut random);
             if let Ok(mut damaged) = load(parts) {
                 for change in [5, 0, 2, 4] {
                     apply(&mut damaged, &scene, 7, change);

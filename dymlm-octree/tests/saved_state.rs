@@ -5,14 +5,11 @@
 
 mod common;
 
-use std::collections::BTreeMap;
-
 use common::changes::{apply, changes, file};
 use dymlm_core::SplitMix64;
 use dymlm_octree::{Error, Octree, OctreeConfig};
+use dymlm_test_support::{SavedParts, damaged_parts, incomplete_parts, save_into, saved_parts};
 use proptest::prelude::*;
-
-type Parts = BTreeMap<u64, Vec<u8>>;
 
 fn config(color: bool) -> OctreeConfig {
     let mut config = OctreeConfig::default();
@@ -20,25 +17,8 @@ fn config(color: bool) -> OctreeConfig {
     config
 }
 
-/// Applies what differs from an earlier map; gives the number of parts.
-fn save(map: &Octree, earlier: Option<&Octree>, parts: &mut Parts) -> usize {
-    let mut changed = 0;
-    let mut sink = |part, bytes: Option<&[u8]>| {
-        changed += 1;
-        match bytes {
-            Some(bytes) => drop(parts.insert(part, bytes.to_vec())),
-            None => assert!(parts.remove(&part).is_some(), "{part:#x} was not there"),
-        }
-        Ok(())
-    };
-    map.save_state(earlier, &mut sink).unwrap();
-    changed
-}
-
-fn whole(map: &Octree) -> Parts {
-    let mut parts = Parts::new();
-    save(map, None, &mut parts);
-    parts
+fn whole(map: &Octree) -> SavedParts {
+    saved_parts(|sink| map.save_state(None, sink))
 }
 
 proptest! {
@@ -53,7 +33,7 @@ proptest! {
         for change in &before {
             let earlier = map.clone();
             apply(&mut map, change);
-            save(&map, Some(&earlier), &mut parts);
+            save_into(&mut parts, |sink| map.save_state(Some(&earlier), sink));
         }
         prop_assert!(parts == whole(&map), "what has changed, applied one after the other, is the whole");
         let mut loaded = Octree::load_state(config(color), parts.clone().into_iter().rev()).unwrap();
@@ -73,22 +53,7 @@ proptest! {
         }
         let mut random = SplitMix64::new(seed);
         for _ in 0..20 {
-            let mut parts: Vec<(u64, Vec<u8>)> = whole(&map).into_iter().collect();
-            let place = random.below(parts.len());
-            match random.below(5) {
-                0 => drop(parts.remove(place)),
-                1 => parts.push(parts[place].clone()),
-                2 => parts[place].0 ^= 1 << random.below(64),
-                3 => {
-                    let other = random.below(parts.len());
-                    parts[place].1 = parts[other].1.clone();
-                }
-                _ => {
-                    let bytes = &mut parts[place].1;
-                    let at = random.below(bytes.len());
-                    bytes[at] = random.below(256) as u8;
-                }
-            }
+            let parts = damaged_parts(&whole(&map), &mut random);
             if let Ok(mut damaged) = Octree::load_state(config(true), parts) {
                 for change in &changes {
                     apply(&mut damaged, change);
@@ -103,13 +68,13 @@ proptest! {
 fn parts_that_are_missing_or_too_many_are_named() {
     let mut map = Octree::new(config(false)).unwrap();
     map.insert_scan([0.0; 3], &[[2.0, 0.0, 0.0], [0.0, 9.0, 0.0]]).unwrap();
-    let parts = whole(&map);
-    for part in parts.keys().copied() {
-        let without = parts.clone().into_iter().filter(|(key, _)| *key != part);
-        let error = Octree::load_state(config(false), without).unwrap_err();
-        assert!(matches!(&error, Error::State(damaged) if damaged.what == "it is missing"), "{error}");
-        let twice = parts.clone().into_iter().chain([(part, parts[&part].clone())]);
-        assert!(matches!(Octree::load_state(config(false), twice), Err(Error::State(_))));
+    for (part, [without, twice]) in incomplete_parts(&whole(&map)) {
+        let load = |parts| Octree::load_state(config(false), parts).unwrap_err();
+        assert!(
+            matches!(load(without), Error::State(damaged) if damaged.what == "it is missing"),
+            "{part:#x}"
+        );
+        assert!(matches!(load(twice), Error::State(damaged) if damaged.part == part));
     }
     assert!(matches!(Octree::load_state(config(false), []), Err(Error::State(_))));
 }

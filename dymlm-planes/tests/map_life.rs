@@ -193,39 +193,19 @@ proptest! {
 
 #[cfg(feature = "state")]
 mod saved_state {
-    use std::collections::BTreeMap;
-
     use dymlm_core::{SensorModel, SplitMix64};
     use dymlm_planes::Error;
+    use dymlm_test_support::{SavedParts, damaged_parts, incomplete_parts, save_into, saved_parts};
 
     use super::*;
-
-    type Parts = BTreeMap<u64, Vec<u8>>;
 
     fn load(parts: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Result<PlaneMap, Error> {
         let empty = empty_map();
         PlaneMap::load_state(empty.config().clone(), SensorModel::kinect(), parts)
     }
 
-    /// Applies what differs from an earlier map; gives the number of parts.
-    fn save(map: &PlaneMap, earlier: Option<&PlaneMap>, parts: &mut Parts) -> usize {
-        let mut changed = 0;
-        let mut sink = |part, bytes: Option<&[u8]>| {
-            changed += 1;
-            match bytes {
-                Some(bytes) => drop(parts.insert(part, bytes.to_vec())),
-                None => assert!(parts.remove(&part).is_some(), "{part:#x} was not there"),
-            }
-            Ok(())
-        };
-        map.save_state(earlier, &mut sink).unwrap();
-        changed
-    }
-
-    fn whole(map: &PlaneMap) -> Parts {
-        let mut parts = Parts::new();
-        save(map, None, &mut parts);
-        parts
+    fn whole(map: &PlaneMap) -> SavedParts {
+        saved_parts(|sink| map.save_state(None, sink))
     }
 
     /// Changes a map in one of five ways.
@@ -256,7 +236,7 @@ mod saved_state {
             for _ in 0..14 {
                 let earlier = map.clone();
                 apply(&mut map, &frames, random.below(9), random.below(1000));
-                save(&map, Some(&earlier), &mut parts);
+                save_into(&mut parts, |sink| map.save_state(Some(&earlier), sink));
             }
             assert!(parts == whole(&map), "what has changed, applied one after the other, is the whole");
             let mut loaded = load(parts.clone().into_iter().rev()).unwrap();
@@ -269,7 +249,7 @@ mod saved_state {
             }
             assert_eq!(seen(&loaded), seen(&map));
             assert!(whole(&loaded) == whole(&map));
-            assert_eq!(save(&map, Some(&map.clone()), &mut parts), 0);
+            assert!(saved_parts(|sink| map.save_state(Some(&map.clone()), sink)).is_empty());
         }
     }
 
@@ -277,30 +257,12 @@ mod saved_state {
     fn what_is_no_saved_map_is_refused_or_harmless() {
         let (frames, mut random) = (detections(), SplitMix64::new(5));
         let saved = whole(&map_of(&frames));
-        for part in saved.keys().copied() {
-            let without = saved.clone().into_iter().filter(|(key, _)| *key != part);
+        for (part, [without, twice]) in incomplete_parts(&saved) {
             assert!(matches!(load(without), Err(Error::State(_))), "without {part:#x}");
-            let twice = saved.clone().into_iter().chain([(part, saved[&part].clone())]);
             assert!(matches!(load(twice), Err(Error::State(damaged)) if damaged.part == part));
         }
         for _ in 0..300 {
-            let mut parts: Vec<(u64, Vec<u8>)> = saved.clone().into_iter().collect();
-            // As often a key frame, a plane or the head as one of the many cubes.
-            let kind = random.below(4) as u64;
-            let own: Vec<usize> = (0..parts.len()).filter(|&place| parts[place].0 & 3 == kind).collect();
-            let place = own[random.below(own.len())];
-            match random.below(5) {
-                0 => parts[place].0 ^= 1 << random.below(64),
-                1 => {
-                    let other = random.below(parts.len());
-                    parts[place].1 = parts[other].1.clone();
-                }
-                _ => {
-                    let bytes = &mut parts[place].1;
-                    let at = random.below(bytes.len());
-                    bytes[at] = random.below(256) as u8;
-                }
-            }
+            let parts = damaged_parts(&saved, &mut random);
             if let Ok(mut damaged) = load(parts) {
                 for change in [3, 0, 2, 1, 4] {
                     apply(&mut damaged, &frames, change, 5);

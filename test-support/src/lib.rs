@@ -3,6 +3,7 @@
 //! - [`recording`] finds the real recordings, [`recorded_frames`] reads those of people with exact masks.
 //! - [`World`] is a handful of exact bodies and the rays that meet them; `dymlm-sim` renders whole rooms.
 //! - [`DetectorStatistics`] tells how a 2D detector errs, a simulated one or a real one.
+//! - [`saved_parts`] and its neighbours save states, and damage them.
 //! - [`growth`] tells how time grows with the input.
 //! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64); [`checksum`] tells whether bits are the
 //!   same.
@@ -13,6 +14,7 @@ mod growth;
 mod random;
 mod recorded_people;
 mod recording;
+mod saved_parts;
 mod world;
 
 pub use detector_statistics::{
@@ -22,4 +24,5 @@ pub use growth::growth;
 pub use random::{checksum, normal, shuffle, whole_numbers};
 pub use recorded_people::{RecordedFrame, recorded_frames};
 pub use recording::recording;
+pub use saved_parts::{LoadedParts, SavedParts, damaged_parts, incomplete_parts, save_into, saved_parts};
 pub use world::{Cuboid, Cylinder, Hit, Rectangle, World, look_at, small_camera};
