@@ -114,8 +114,9 @@ impl<T: Clone> Pages<T> {
     #[must_use]
     pub fn first(&self, len: usize) -> Self {
         let full: Vec<_> = self.full.iter().take(len / PAGE).map(Arc::clone).collect();
-        let rest = self.pages().nth(len / PAGE).unwrap_or_default();
-        Self { full, rest: rest.iter().take(len % PAGE).cloned().collect() }
+        let rest = self.pages().nth(full.len()).unwrap_or_default();
+        let rest = rest.iter().take(len - full.len() * PAGE).cloned().collect();
+        Self { full, rest }
     }
 
     /// An item to be changed; its page is copied while a clone has it.
