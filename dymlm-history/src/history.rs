@@ -106,8 +106,51 @@ impl History {
         }
     }
 
+    /// An empty history that keeps in the same place, in memory or in the same file.
+    #[must_use]
+    pub fn emptied(&self) -> Self {
+        Self { slots: Pages::default(), packer: Packer::default(), file: self.file.clone() }
+    }
+
+    /// Keeps what another history keeps under a number; gives its number here. What lies in memory or in the
+    /// same file is shared.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unknown`]; [`Error::Read`].
+    pub fn push_from(&mut self, other: &Self, index: usize) -> Result<usize, Error> {
+        let is_same_file = match (&self.file, &other.file) {
+            (Some(own), Some(other)) => Arc::ptr_eq(own, other),
+            _ => false,
+        };
+        let slot = match other.slots.get(index) {
+            None | Some(Slot::Removed) => return Err(Error::Unknown { index }),
+            Some(Slot::Whole(kept)) => return Ok(self.keep(kept.clone())),
+            Some(&Slot::Filed { offset, length }) if is_same_file => Slot::Filed { offset, length },
+            Some(Slot::Packed(packed)) if self.file.is_none() => Slot::Packed(Arc::clone(packed)),
+            Some(slot) => self.put_away(other.read(index, slot)?.to_vec().into()),
+        };
+        self.slots.push(slot);
+        Ok(self.slots.len() - 1)
+    }
+
+    /// The bytes of what is kept under a number: equal where the same is kept, whichever history keeps it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unknown`]; [`Error::Read`].
+    pub fn bytes(&self, index: usize) -> Result<Arc<[u8]>, Error> {
+        match self.slots.get(index) {
+            None | Some(Slot::Removed) => Err(Error::Unknown { index }),
+            Some(slot) => self.read(index, slot),
+        }
+    }
+
+    fn read(&self, index: usize, slot: &Slot) -> Result<Arc<[u8]>, Error> {
+        self.packed(slot).map_err(|source| Error::Read { index, source })
+    }
+
     /// The bytes of what is kept in a slot.
-    #[cfg(feature = "state")]
     pub(crate) fn packed(&self, slot: &Slot) -> std::io::Result<Arc<[u8]>> {
         match slot {
             Slot::Whole(kept) => Ok(kept.pack().into()),

@@ -66,7 +66,29 @@ pub enum Error {
     #[cfg(feature = "io")]
     #[error("the config of the saved map: {0}")]
     SavedConfig(String),
+    /// Maps that were made with different configs do not merge.
+    #[error("the maps were made with different configs: {what}{}", both(*.values))]
+    ConfigsDiffer {
+        /// The field, or the part of the config.
+        what: &'static str,
+        /// What it is in the map that was to be merged into, and in the other, where it is a number.
+        values: Option<[f64; 2]>,
+    },
+    /// Both maps know a session, but not the same of it.
+    #[error(
+        "the session that begins with frame {own}, in the other map with {other}, is not the same in both"
+    )]
+    SessionsDiffer {
+        /// Its first frame in the map that was to be merged into.
+        own: FrameId,
+        /// Its first frame in the other.
+        other: FrameId,
+    },
     /// Whoever watched said that it should not go on.
     #[error("the correction was cancelled")]
     Cancelled,
+}
+
+fn both(values: Option<[f64; 2]>) -> String {
+    values.map_or_else(String::new, |[own, other]| format!(" is {own} and {other}"))
 }

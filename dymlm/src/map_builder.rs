@@ -9,6 +9,7 @@ use dymlm_planes::PlaneDetector;
 
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
+use crate::logged_sessions::Session;
 use crate::publisher::Publisher;
 use crate::scans::ScanMapper;
 use crate::session_clock::SessionClock;
@@ -130,9 +131,13 @@ impl MapBuilder {
         self.check_time(timestamp)?;
         let past = &mut self.map.past;
         let id = past.next_frame();
+        let is_first_of_session = self.clock.is_new();
         let clock_offset = self.clock.advance(timestamp, past.newest);
         past.newest = timestamp + clock_offset;
         if let Some(log) = &mut past.log {
+            if is_first_of_session {
+                log.sessions.push(Session { first: id, start: past.newest });
+            }
             log.frames.push(InsertedFrame { timestamp, clock_offset, world_from_camera: *world_from_camera });
         }
         self.waiting.give_up_before(timestamp - self.config.max_detection_delay);

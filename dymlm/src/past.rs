@@ -9,13 +9,16 @@ pub(crate) struct Past {
     pub(crate) frames: u64,
     /// Time of the newest of them on the maps' clock, seconds.
     pub(crate) newest: f64,
+    /// Whether planes and objects have ids of before a correction, and so others than the log would give
+    /// them.
+    pub(crate) keeps_older_ids: bool,
     /// What has happened, when a history is kept.
     pub(crate) log: Option<SessionLog>,
 }
 
 impl Default for Past {
     fn default() -> Self {
-        Self { frames: 0, newest: f64::NEG_INFINITY, log: None }
+        Self { frames: 0, newest: f64::NEG_INFINITY, keeps_older_ids: false, log: None }
     }
 }
 

@@ -20,6 +20,11 @@ impl Default for SessionClock {
 }
 
 impl SessionClock {
+    /// Whether no frame has come yet.
+    pub(crate) fn is_new(&self) -> bool {
+        self.offset.is_none()
+    }
+
     pub(crate) fn newest(&self) -> f64 {
         self.newest
     }

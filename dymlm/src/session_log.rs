@@ -5,8 +5,9 @@ use dymlm_core::{FrameId, ObjectId, Pages, PlaneId, Point, Pose, Succession};
 use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 
-use crate::MapUpdate;
+use crate::logged_sessions::Session;
 use crate::witnesses::Witnesses;
+use crate::{Error, MapUpdate};
 
 /// What has happened in all sessions, in its order: all that is needed to build the maps again at other
 /// poses.
@@ -14,6 +15,8 @@ use crate::witnesses::Witnesses;
 pub(crate) struct SessionLog {
     /// What the key frames have shown.
     pub(crate) history: History,
+    /// Those that frames have come in.
+    pub(crate) sessions: Vec<Session>,
     /// Time and pose of each frame that was inserted, by its id.
     pub(crate) frames: Pages<InsertedFrame>,
     pub(crate) events: Pages<Event>,
@@ -32,9 +35,13 @@ pub(crate) struct InsertedFrame {
 /// Something that changed the maps. What has a place in the world has it in the camera coordinates of the
 /// frame that was the newest of those mapped, and happens at once as it will happen again: where the frame is
 /// taken to be the same, to the same bits, whatever has been corrected meanwhile.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Event {
+    /// A further session began; the next frame, if there is one, has this id.
+    SessionBegan {
+        first: FrameId,
+    },
     KeyFrame(KeyFrameEntry),
     Scan(ScanEntry),
     /// Ghosts were removed because somebody asked for it.
@@ -58,7 +65,7 @@ pub(crate) enum Event {
 }
 
 /// A key frame that was mapped.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct KeyFrameEntry {
     pub(crate) frame: FrameId,
@@ -68,7 +75,7 @@ pub(crate) struct KeyFrameEntry {
 }
 
 /// A scan that was mapped.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ScanEntry {
     pub(crate) frame: FrameId,
@@ -77,7 +84,7 @@ pub(crate) struct ScanEntry {
 }
 
 /// Which things of the maps a key frame has observed.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct SeenThings {
     /// For each detected plane.
@@ -87,7 +94,7 @@ pub(crate) struct SeenThings {
 }
 
 /// How an object has moved that was put down elsewhere.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BodyMotion {
     pub(crate) new_from_old: Pose,
@@ -128,6 +135,52 @@ impl Event {
         }
     }
 
+    /// The number in the history of what it has shown, if it has shown anything.
+    pub(crate) fn observation(&self) -> Option<usize> {
+        match self {
+            Self::KeyFrame(entry) => Some(entry.observation),
+            Self::Scan(entry) => Some(entry.points),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn observation_mut(&mut self) -> Option<&mut usize> {
+        match self {
+            Self::KeyFrame(entry) => Some(&mut entry.observation),
+            Self::Scan(entry) => Some(&mut entry.points),
+            _ => None,
+        }
+    }
+
+    /// Calls the frames by other ids, which ascend as they did.
+    pub(crate) fn rename_frames(
+        &mut self,
+        name: &impl Fn(FrameId) -> Result<FrameId, Error>,
+    ) -> Result<(), Error> {
+        match self {
+            Self::SessionBegan { first: frame }
+            | Self::KeyFrame(KeyFrameEntry { frame, .. })
+            | Self::Scan(ScanEntry { frame, .. })
+            | Self::Forgot { newest: frame, .. } => *frame = name(*frame)?,
+            Self::Settled => {}
+            Self::Held { object, .. } => object.rename_frames(name)?,
+            Self::Moved { newest, object, .. } => {
+                *newest = name(*newest)?;
+                object.rename_frames(name)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the same has happened, whatever it has shown and in whichever map.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::KeyFrame(one), Self::KeyFrame(other)) => one.frame == other.frame,
+            (Self::Scan(one), Self::Scan(other)) => one.frame == other.frame,
+            (one, other) => one == other,
+        }
+    }
+
     pub(crate) fn key_frame_mut(&mut self) -> Option<&mut KeyFrameEntry> {
         match self {
             Self::KeyFrame(entry) => Some(entry),
@@ -149,6 +202,19 @@ impl BodyMotion {
 impl SeenThings {
     pub(crate) fn of(update: &MapUpdate) -> Self {
         Self { planes: update.planes.associations.clone(), objects: update.objects.observed.clone() }
+    }
+
+    /// For each plane of an observation, what two maps call it.
+    pub(crate) fn shared_planes(old: &Self, new: &Self) -> impl Iterator<Item = (PlaneId, PlaneId)> {
+        old.planes.iter().copied().zip(new.planes.iter().copied())
+    }
+
+    /// For each detection of an observation that is of an object in two maps, what they call it.
+    pub(crate) fn shared_objects(old: &Self, new: &Self) -> impl Iterator<Item = (ObjectId, ObjectId)> {
+        old.objects.iter().filter_map(|&(detection, id)| {
+            let place = new.objects.binary_search_by_key(&detection, |&(detection, _)| detection).ok()?;
+            Some((id, new.objects[place].1))
+        })
     }
 
     /// Calls planes and objects by other ids.
@@ -176,7 +242,7 @@ impl SeenThings {
 
 impl SessionLog {
     pub(crate) fn new(history: History) -> Self {
-        Self { history, frames: Pages::default(), events: Pages::default() }
+        Self { history, sessions: Vec::new(), frames: Pages::default(), events: Pages::default() }
     }
 
     /// Notes a key frame that has been mapped.

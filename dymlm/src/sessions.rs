@@ -1,8 +1,9 @@
-use dymlm_core::ObjectId;
+use dymlm_core::{FrameId, ObjectId};
 use dymlm_dynamics::Preprocessor;
 
 use crate::key_frames::KeyFrames;
 use crate::session_clock::SessionClock;
+use crate::session_log::Event;
 use crate::snapshots::Snapshots;
 use crate::{Error, FrameReport, MapBuilder, MultiLevelMap};
 
@@ -35,7 +36,7 @@ impl MapBuilder {
     /// None that the builder that made the maps has not excluded.
     pub fn resume(map: MultiLevelMap) -> Result<Self, Error> {
         let mut builder = Self::of_map(map)?;
-        builder.release_held();
+        builder.begin_session_of_maps();
         Ok(builder)
     }
 
@@ -52,14 +53,23 @@ impl MapBuilder {
         self.snapshots = Snapshots::default();
         self.clock = SessionClock::default();
         self.carried.clear();
-        self.release_held();
+        self.begin_session_of_maps();
         Ok(reports)
     }
 
-    fn release_held(&mut self) {
-        let held: Vec<ObjectId> = self.map.objects.held().collect();
+    fn begin_session_of_maps(&mut self) {
+        let first = FrameId::new(self.map.past.frames);
+        self.map.release_held();
+        self.note(Some(Event::SessionBegan { first }));
+    }
+}
+
+impl MultiLevelMap {
+    /// Nobody carries an object any more.
+    pub(crate) fn release_held(&mut self) {
+        let held: Vec<ObjectId> = self.objects.held().collect();
         for object in held {
-            self.set_held(object, false);
+            self.objects.release(object);
         }
     }
 }

@@ -3,11 +3,12 @@ use std::collections::BTreeMap;
 use dymlm_core::{FrameId, ObjectId, Pages};
 use dymlm_objects::ObjectMap;
 
+use crate::Error;
 use crate::session_log::{Event, KeyFrameEntry};
 
 /// An object by the detections that were of it: its id may be another's in maps at other poses, where things
 /// are one with others for a while.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Witnesses {
     /// By frame, then by detection.
@@ -20,6 +21,17 @@ impl Witnesses {
         let object = map.current_id(object);
         let own = sightings(events).filter(|(_, id)| map.current_id(*id) == object);
         Self { detections: own.map(|(detection, _)| detection).collect() }
+    }
+
+    /// Calls the frames by other ids, which ascend as they did.
+    pub(crate) fn rename_frames(
+        &mut self,
+        name: &impl Fn(FrameId) -> Result<FrameId, Error>,
+    ) -> Result<(), Error> {
+        for (frame, _) in &mut self.detections {
+            *frame = name(*frame)?;
+        }
+        Ok(())
     }
 
     /// The object of a map that most of them are of; the oldest of equals.

@@ -1,13 +1,14 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::{FrameId, Pose};
+use dymlm_core::{FrameId, Pages, Pose};
 
 use super::new_poses::new_poses;
-use super::replay::Replay;
+use super::rebuilt::{Rebuilt, Renaming};
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
+use crate::replay::Replay;
 use crate::session_log::{Event, KeyFrameEntry};
-use crate::{Error, MapBuilder};
+use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's corrections, when a [history](dymlm_history::HistoryConfig) is kept.
 impl MapBuilder {
@@ -147,11 +148,8 @@ impl MapBuilder {
         poses: &[Pose],
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<CorrectionReport, Error> {
-        let Self { map, snapshots, config, preprocessor, .. } = self;
-        let log = map.past.log.as_ref().ok_or(Error::NoHistory)?;
-        let context = MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
-        let rebuilt = Replay::new(log, poses, map, snapshots, first_changed, config)
-            .and_then(|replay| replay.run(&context, watch));
+        let rebuilt = self.mapped_again(first_changed, poses, watch);
+        let Self { map, snapshots, config, .. } = self;
         if rebuilt.is_err() {
             // Those that it has taken are of maps that are none.
             snapshots.forget_behind(first_changed);
@@ -159,6 +157,7 @@ impl MapBuilder {
         let rebuilt = rebuilt?;
         let before = std::mem::replace(map, rebuilt.map);
         (map.revision, map.past) = (before.revision, before.past);
+        map.past.keeps_older_ids = true;
         let log = map.past.log.as_mut().ok_or(Error::NoHistory)?;
         log.events = rebuilt.events;
 
@@ -178,6 +177,27 @@ impl MapBuilder {
         };
         self.publish_change();
         Ok(report)
+    }
+
+    /// The maps with each frame at its new pose, from the newest snapshot on before the first event that has
+    /// changed, else from nothing. The snapshots behind it are dropped, and others taken.
+    fn mapped_again(
+        &mut self,
+        first_changed: usize,
+        poses: &[Pose],
+        watch: &mut dyn FnMut(CorrectionProgress) -> bool,
+    ) -> Result<Rebuilt, Error> {
+        let Self { map: before, snapshots, config, preprocessor, .. } = self;
+        let log = before.past.log.as_ref().ok_or(Error::NoHistory)?;
+        let context = MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
+        snapshots.note_correction(log.events.iter_from(first_changed).filter_map(Event::key_frame).count());
+        snapshots.forget_behind(first_changed);
+        let (map, events) = match snapshots.newest() {
+            Some(snapshot) => (snapshot.map.clone(), snapshot.events.clone()),
+            None => (MultiLevelMap::new(config)?, Pages::default()),
+        };
+        let (map, events) = Replay::new(log, poses, map, events, snapshots).run(&context, watch)?;
+        Ok(Renaming { log, before, map, events }.finish())
     }
 
     /// Takes the new poses for those of the frames.

@@ -47,6 +47,15 @@ impl<Id: Copy + Ord> Identities<Id> {
     }
 }
 
+/// What each thing of before has most of its observations in.
+pub(crate) fn leading_ids<Id: Copy + Ord>(shared: impl Iterator<Item = (Id, Id)>) -> BTreeMap<Id, Id> {
+    let mut leading = BTreeMap::new();
+    for (old, new) in most_frequent_first(shared) {
+        leading.entry(old).or_insert(new);
+    }
+    leading
+}
+
 /// Each pair once; of equally frequent ones the older ids first.
 fn most_frequent_first<Id: Copy + Ord>(shared: impl Iterator<Item = (Id, Id)>) -> Vec<(Id, Id)> {
     let mut counts: BTreeMap<(Id, Id), usize> = BTreeMap::new();

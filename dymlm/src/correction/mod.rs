@@ -6,8 +6,9 @@ mod identities;
 mod new_poses;
 #[cfg(test)]
 mod random_sessions;
-mod replay;
+mod rebuilt;
 mod report;
 mod thing_changes;
 
+pub(crate) use identities::leading_ids;
 pub use report::{CorrectionProgress, CorrectionReport, ThingChanges, ThingMotion};

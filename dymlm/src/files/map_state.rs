@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::ghost_removal::GhostRemoval;
+use crate::logged_sessions::Session;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
 use crate::{Error, MapConfig, MultiLevelMap, Revision};
 
@@ -33,8 +34,16 @@ struct Head {
     revision: Revision,
     frames_given: u64,
     newest: f64,
-    /// Frames and events of the log, if there is one.
-    log: Option<[usize; 2]>,
+    keeps_older_ids: bool,
+    log: Option<LogHead>,
+}
+
+/// What is small of the log.
+#[derive(Serialize, Deserialize)]
+struct LogHead {
+    frames: usize,
+    events: usize,
+    sessions: Vec<Session>,
 }
 
 type Parts = Vec<(u64, Vec<u8>)>;
@@ -76,7 +85,12 @@ impl MultiLevelMap {
             revision: self.revision,
             frames_given: self.past.frames,
             newest: self.past.newest,
-            log: self.past.log.as_ref().map(|log| [log.frames.len(), log.events.len()]),
+            keeps_older_ids: self.past.keeps_older_ids,
+            log: self.past.log.as_ref().map(|log| LogHead {
+                frames: log.frames.len(),
+                events: log.events.len(),
+                sessions: log.sessions.clone(),
+            }),
         })
     }
 
@@ -98,6 +112,7 @@ impl MultiLevelMap {
         let mut map = Self::new(&config)?;
         (map.ghost_removal, map.revision) = (head.ghost_removal, head.revision);
         (map.past.frames, map.past.newest) = (head.frames_given, head.newest);
+        map.past.keeps_older_ids = head.keeps_older_ids;
 
         let (sensor, mut missing) = (config.sensor, Vec::new());
         let mut read = |section, result: Result<(), Error>| {
@@ -124,8 +139,8 @@ impl MultiLevelMap {
                 Ok(ObjectMapper::load_state(config.objects.clone(), sensor, parts(folder, OBJECTS)?)?)
             }),
         );
-        if let Some(lengths) = head.log {
-            read(HISTORY, replace(&mut past.log, || read_log(folder, &config.history, lengths)));
+        if let Some(log) = head.log {
+            read(HISTORY, replace(&mut past.log, || read_log(folder, &config.history, log)));
         }
         Ok((map, missing))
     }
@@ -143,14 +158,10 @@ fn parts(folder: &MapFolder, section: &str) -> Result<Parts, Error> {
     Ok(parts.map_err(dymlm_io::Error::from)?)
 }
 
-fn read_log(
-    folder: &MapFolder,
-    history: &HistoryConfig,
-    [frames, events]: [usize; 2],
-) -> Result<Option<SessionLog>, Error> {
+fn read_log(folder: &MapFolder, history: &HistoryConfig, head: LogHead) -> Result<Option<SessionLog>, Error> {
     let Some(history) = History::load_state(history, parts(folder, HISTORY)?)? else { return Ok(None) };
-    let frames: Pages<InsertedFrame> = read_pages(parts(folder, FRAMES)?, frames)?;
-    let events: Pages<Event> = read_pages(parts(folder, EVENTS)?, events)?;
+    let frames: Pages<InsertedFrame> = read_pages(parts(folder, FRAMES)?, head.frames)?;
+    let events: Pages<Event> = read_pages(parts(folder, EVENTS)?, head.events)?;
     let is_known = |frame: FrameId| frame.get() < frames.len() as u64;
     if let Some(place) = events.iter().position(|event| event.frame().is_some_and(|frame| !is_known(frame))) {
         return Err(DamagedState::new(page_of(place), "an event of a frame that there is not").into());
@@ -158,7 +169,12 @@ fn read_log(
     if let Some(place) = frames.iter().position(|frame| !frame.map_time().is_finite()) {
         return Err(DamagedState::new(page_of(place), "a frame without a time").into());
     }
-    Ok(Some(SessionLog { history, frames, events }))
+    let follow = head.sessions.is_sorted_by(|one, next| one.first < next.first && one.start <= next.start);
+    let first = head.sessions.first().map(|session| session.first.get());
+    if !follow || first.unwrap_or(0) != 0 || head.sessions.iter().any(|session| !is_known(session.first)) {
+        return Err(DamagedState::new(0, "sessions that do not follow each other").into());
+    }
+    Ok(Some(SessionLog { history, sessions: head.sessions, frames, events }))
 }
 
 /// Gives to `sink` the pages that differ from those of an earlier list.

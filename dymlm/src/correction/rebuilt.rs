@@ -1,0 +1,80 @@
+use dymlm_core::{ObjectId, Pages, PlaneId, Succession};
+
+use super::identities::Identities;
+use super::report::ThingChanges;
+use super::thing_changes::{objects_changed, planes_changed};
+use crate::MultiLevelMap;
+use crate::session_log::{Event, SeenThings, SessionLog};
+
+/// Maps that were built again, whose things are called anew, beside those of before.
+pub(super) struct Renaming<'a> {
+    /// What has happened, with the names of before.
+    pub(super) log: &'a SessionLog,
+    pub(super) before: &'a MultiLevelMap,
+    /// Without their past.
+    pub(super) map: MultiLevelMap,
+    /// The same events with the names of now.
+    pub(super) events: Pages<Event>,
+}
+
+/// Maps that were built again, and what has become of what was in them.
+pub(super) struct Rebuilt {
+    /// Without their past.
+    pub(super) map: MultiLevelMap,
+    pub(super) events: Pages<Event>,
+    pub(super) planes: ThingChanges<PlaneId>,
+    pub(super) objects: ThingChanges<ObjectId>,
+}
+
+impl<'a> Renaming<'a> {
+    /// For each observation of a key frame of both maps, what it was called and what it is called.
+    fn pairs(&self) -> impl Iterator<Item = (&'a SeenThings, &SeenThings)> {
+        let entries = self.events.iter().filter_map(Event::key_frame);
+        self.log.key_frames().map(|entry| &entry.seen).zip(entries.map(|entry| &entry.seen))
+    }
+
+    fn shared_planes(&self) -> impl Iterator<Item = (PlaneId, PlaneId)> {
+        self.pairs().flat_map(|(old, new)| SeenThings::shared_planes(old, new))
+    }
+
+    fn shared_objects(&self) -> impl Iterator<Item = (ObjectId, ObjectId)> {
+        self.pairs().flat_map(|(old, new)| SeenThings::shared_objects(old, new))
+    }
+
+    /// Gives planes and objects the ids that they had, and says what has become of them.
+    pub(super) fn finish(mut self) -> Rebuilt {
+        let (before, now) = (self.before, &self.map);
+        let planes = Identities::of(self.shared_planes().filter_map(|(old, new)| {
+            Some((before.planes.current_id(old).unwrap_or(old), now.planes.current_id(new)?))
+        }));
+        let objects = Identities::of(self.shared_objects().filter_map(|(old, new)| {
+            Some((before.objects().current_id(old), now.objects().object(new)?.id()))
+        }));
+        let mut plane_ids = Succession::new(
+            planes.names_of_all(self.shared_planes()),
+            [before.planes.ids_given(), now.planes.ids_given()],
+            PlaneId::new,
+        );
+        let mut object_ids = Succession::new(
+            objects.names_of_all(self.shared_objects()),
+            [before.objects.ids_given(), now.objects.ids_given()],
+            ObjectId::new,
+        );
+        for entry in self.events.iter_mut().filter_map(Event::key_frame_mut) {
+            entry.seen.rename(&mut plane_ids, &mut object_ids);
+        }
+        self.map.objects.succeed(&before.objects, &mut object_ids, &objects.merged, &mut plane_ids);
+        self.map.planes.succeed(&before.planes, &mut plane_ids, &planes.merged);
+        let is_in_map = |object| self.map.objects().object(object).is_some();
+        let entries = self.events.iter_mut().filter_map(Event::key_frame_mut);
+        for (old, new) in self.log.key_frames().zip(entries) {
+            new.seen.remember(&old.seen, is_in_map);
+        }
+        Rebuilt {
+            planes: planes_changed(&planes, &plane_ids, before, &self.map),
+            objects: objects_changed(&objects, &object_ids, before, &self.map),
+            map: self.map,
+            events: self.events,
+        }
+    }
+}

@@ -1,0 +1,51 @@
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use dymlm_core::FrameId;
+
+use crate::session_log::{Event, SessionLog};
+
+/// A session of a log.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Session {
+    /// Its first frame.
+    pub(crate) first: FrameId,
+    /// When that came, on the clock of the maps that it was recorded with, seconds. What is merged later may
+    /// come before it, but its place among the sessions is given by this.
+    pub(crate) start: f64,
+}
+
+/// Where a session is in a log.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LoggedSession {
+    pub(crate) start: f64,
+    /// Ids of its frames.
+    pub(crate) frames: Range<usize>,
+    /// Places of its events, without the one that says that it began.
+    pub(crate) events: Range<usize>,
+}
+
+impl SessionLog {
+    /// The sessions in their order. What happened before any frame came belongs to the first, and what
+    /// happened in a session without frames to the one before or behind.
+    pub(crate) fn logged_sessions(&self) -> Vec<LoggedSession> {
+        let mut begins: BTreeMap<FrameId, usize> = BTreeMap::new();
+        for (place, event) in self.events.iter().enumerate() {
+            if let Event::SessionBegan { first } = event {
+                begins.entry(*first).or_insert(place);
+            }
+        }
+        let begin = |session: &Session| begins.get(&session.first).copied();
+        let nexts = self.sessions.iter().skip(1).map(Some).chain([None]);
+        let (mut logged, mut start) = (Vec::with_capacity(self.sessions.len()), 0);
+        for (session, next) in self.sessions.iter().zip(nexts) {
+            let frames_end = next.map_or(self.frames.len(), |next| next.first.get() as usize);
+            let end = next.map_or(self.events.len(), |next| begin(next).unwrap_or(start));
+            let frames = session.first.get() as usize..frames_end;
+            logged.push(LoggedSession { start: session.start, frames, events: start..end });
+            start = end + 1;
+        }
+        logged
+    }
+}

@@ -1,0 +1,154 @@
+use dymlm_core::FrameId;
+
+use super::session_union::{Source, UnitedSession, unite};
+use crate::logged_sessions::Session;
+use crate::session_clock::SessionClock;
+use crate::session_log::{Event, InsertedFrame, SessionLog};
+use crate::{Error, MergedSession};
+
+/// The log of one builder that was told of the sessions of two others' logs, one after the other.
+pub(super) struct MergedLog {
+    /// Its key frames have seen what they have seen in the maps that they come from.
+    pub(super) log: SessionLog,
+    pub(super) sessions: Vec<UnitedSession>,
+    /// The places in it of the events of each of the two.
+    pub(super) event_places: [Vec<EventPlace>; 2],
+    pub(super) newest: f64,
+}
+
+/// Where an event is.
+pub(super) struct EventPlace {
+    pub(super) before: usize,
+    pub(super) merged: usize,
+}
+
+impl MergedLog {
+    pub(super) fn of(sources: [Source<'_>; 2]) -> Result<Self, Error> {
+        let log = SessionLog::new(sources[0].log.history.emptied());
+        let mut merged = Self {
+            log,
+            sessions: unite(sources)?,
+            event_places: [Vec::new(), Vec::new()],
+            newest: f64::NEG_INFINITY,
+        };
+        merged.add_frames(sources);
+        for index in 0..merged.sessions.len() {
+            let begin = merged.add_events(index, sources)?;
+            merged.check_same(index, begin, sources)?;
+        }
+        Ok(merged)
+    }
+
+    /// The sessions as they are named in a report.
+    pub(super) fn report(&self) -> Vec<MergedSession> {
+        let sessions = self.sessions.iter().zip(self.log.logged_sessions());
+        let first = |session: &UnitedSession, side: usize| {
+            session.places[side].is_some().then(|| session.first_frame(side))
+        };
+        let report = sessions.map(|(session, merged)| MergedSession {
+            first: FrameId::new(merged.frames.start as u64),
+            frames: merged.frames.len(),
+            own: first(session, 0),
+            other: first(session, 1),
+        });
+        report.collect()
+    }
+
+    /// All frames, on the clock that goes on from session to session.
+    fn add_frames(&mut self, sources: [Source<'_>; 2]) {
+        for session in &self.sessions {
+            let (source, Some(logged)) = (&sources[session.side], session.logged()) else { continue };
+            let mut clock = SessionClock::default();
+            let first = FrameId::new(self.log.frames.len() as u64);
+            self.log.sessions.push(Session { first, start: logged.start });
+            for frame in source.frames(logged) {
+                let timestamp = frame.timestamp;
+                let clock_offset = clock.advance(timestamp, self.newest);
+                self.newest = timestamp + clock_offset;
+                let world_from_camera = source.pose(frame);
+                self.log.frames.push(InsertedFrame { timestamp, clock_offset, world_from_camera });
+            }
+        }
+    }
+
+    /// What a frame of one of the logs is called.
+    fn frame(&self, side: usize, frame: FrameId) -> Result<FrameId, Error> {
+        let before = frame.get() as usize;
+        let sessions = self.sessions.iter().zip(&self.log.sessions);
+        let mut places = sessions.filter_map(|(session, merged)| {
+            let frames = &session.places[side].as_ref()?.frames;
+            let offset = frames.contains(&before).then(|| before - frames.start)?;
+            Some(FrameId::new(merged.first.get() + offset as u64))
+        });
+        places.next().ok_or(Error::UnknownFrame { frame })
+    }
+
+    /// The events of a session; gives where they begin.
+    fn add_events(&mut self, index: usize, sources: [Source<'_>; 2]) -> Result<usize, Error> {
+        let side = self.sessions[index].side;
+        let first = self.log.sessions[index].first;
+        if index > 0 {
+            self.log.events.push(Event::SessionBegan { first });
+        }
+        let begin = self.log.events.len();
+        for (logged, places) in self.sessions[index].places.iter().zip(&mut self.event_places) {
+            let events = logged.iter().flat_map(|logged| logged.events.clone());
+            places.extend(events.zip(begin..).map(|(before, merged)| EventPlace { before, merged }));
+        }
+        let Some(logged) = self.sessions[index].logged().cloned() else { return Ok(begin) };
+        for event in sources[side].events(&logged) {
+            let mut event = self.renamed(side, event, first)?;
+            if let Some(observation) = event.observation_mut() {
+                *observation = self.log.history.push_from(&sources[side].log.history, *observation)?;
+            }
+            self.log.events.push(event);
+        }
+        Ok(begin)
+    }
+
+    /// An event of one of the logs, by the names of the frames here.
+    fn renamed(&self, side: usize, event: &Event, first_of_session: FrameId) -> Result<Event, Error> {
+        let mut event = event.clone();
+        if let Event::SessionBegan { first } = &mut event {
+            // One without frames: it is none of its own.
+            *first = first_of_session;
+        } else {
+            event.rename_frames(&|frame| self.frame(side, frame))?;
+        }
+        Ok(event)
+    }
+
+    /// Refuses a session of which the two logs know different things: but that one may have gone on longer.
+    fn check_same(&self, index: usize, begin: usize, sources: [Source<'_>; 2]) -> Result<(), Error> {
+        let session = &self.sessions[index];
+        let [Some(own), Some(other)] = &session.places else { return Ok(()) };
+        let differ = || Error::SessionsDiffer { own: session.first_frame(0), other: session.first_frame(1) };
+        let [one, two] = sources;
+        let frame = |source: Source<'_>, frame: &InsertedFrame| (frame.timestamp, source.pose(frame));
+        let mut frames = one.frames(own).zip(two.frames(other));
+        if frames.any(|(own, other)| frame(one, own) != frame(two, other)) {
+            return Err(differ());
+        }
+        let shorter = 1 - session.side;
+        let (Some(short), Some(long)) = (&session.places[shorter], session.logged()) else { return Ok(()) };
+        if short.events.len() > long.events.len() {
+            return Err(differ());
+        }
+        let first = self.log.sessions[index].first;
+        for (event, known) in sources[shorter].events(short).zip(self.log.events.iter_from(begin)) {
+            let event = self.renamed(shorter, event, first)?;
+            if !event.is_like(known) || !self.is_same_observation(&sources[shorter], &event, known)? {
+                return Err(differ());
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether two events have shown the same.
+    fn is_same_observation(&self, source: &Source<'_>, event: &Event, known: &Event) -> Result<bool, Error> {
+        Ok(match (event.observation(), known.observation()) {
+            (Some(one), Some(other)) => source.log.history.bytes(one)? == self.log.history.bytes(other)?,
+            _ => true,
+        })
+    }
+}

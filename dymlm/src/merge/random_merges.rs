@@ -1,0 +1,183 @@
+//! Whatever has happened in sessions, and in whatever order their maps are merged: the maps are those of one
+//! builder.
+
+use dymlm_core::{FrameId, Pose};
+use proptest::prelude::*;
+
+use crate::common::{fingerprint, fingerprint_without_ids, poses};
+use crate::random_session::{Correction, FRAMES, Session, Step, cases, moved, session};
+use crate::{Error, MapBuilder, MultiLevelMap};
+
+/// Where in the walk a session begins, when on its clock, and what happens in it.
+type Recording = (usize, f64, Vec<Step>);
+
+fn recording() -> impl Strategy<Value = Recording> {
+    // Robots that record at the same time, one after the other, or on clocks that begin anew.
+    let start = prop_oneof![Just(0.0), Just(3.0), 0.0..20.0, 1.79e9..1.80e9];
+    (0..FRAMES / 2, start, session())
+}
+
+fn map((next, time, steps): &Recording) -> MultiLevelMap {
+    let mut session = Session::starting(*next, *time);
+    for step in steps {
+        session.take(step);
+    }
+    session.builder.map().clone()
+}
+
+/// Merges the maps in an order and by a tree that `choices` says.
+fn merged(mut maps: Vec<MultiLevelMap>, choices: &[usize]) -> MultiLevelMap {
+    let mut choices = choices.iter().cycle();
+    while maps.len() > 1 {
+        let mut next = |count: usize| choices.next().map_or(0, |choice| choice % count);
+        let other = maps.remove(next(maps.len()));
+        let into = next(maps.len());
+        maps[into].merge(&other, &Pose::identity()).unwrap();
+    }
+    maps.remove(0)
+}
+
+fn frames(count: usize) -> Vec<Step> {
+    vec![Step::Frame { is_detector_run: true }; count]
+}
+
+fn resumed(map: &MultiLevelMap, next: usize, steps: &[Step]) -> MultiLevelMap {
+    let mut session = Session::starting(next, 0.0);
+    session.builder = MapBuilder::resume(map.clone()).unwrap();
+    for step in steps {
+        session.take(step);
+    }
+    session.builder.map().clone()
+}
+
+proptest! {
+    #![proptest_config(cases(8))]
+
+    #[test]
+    fn merging_is_commutative_and_associative_to_the_bit(
+        recordings in prop::collection::vec(recording(), 2..5),
+        choices in [prop::collection::vec(0..100_usize, 8), prop::collection::vec(0..100_usize, 8)],
+    ) {
+        let maps: Vec<MultiLevelMap> = recordings.iter().map(map).collect();
+        let [one, other] = choices.map(|choices| merged(maps.clone(), &choices));
+        prop_assert!(fingerprint(&one) == fingerprint(&other));
+        let [one, other] = [one, other].map(|map| MapBuilder::resume(map).unwrap());
+        prop_assert_eq!(poses(&one), poses(&other));
+
+        // Built from nothing by another way, they are the same.
+        let mut again = one;
+        let right = poses(&again);
+        again.transform(&moved(7.0, 0.5)).unwrap();
+        again.correct_poses(&right).unwrap();
+        prop_assert!(fingerprint_without_ids(again.map()) == fingerprint_without_ids(other.map()));
+    }
+
+    /// What has its origin in the same session has that session once.
+    #[test]
+    fn what_both_know_is_there_once(
+        first in recording(),
+        branches in [session(), session()],
+    ) {
+        let trunk = map(&first);
+        // What corrects the trunk in one branch alone makes another of it.
+        let only_adds = |step: &&Step| !matches!(step, Step::Correct(_) | Step::Remove { .. });
+        let [one, other] = [3, 5].map(|next| {
+            let steps: Vec<Step> = branches[usize::from(next == 5)].iter().filter(only_adds).cloned().collect();
+            resumed(&trunk, next, &steps)
+        });
+        let mut with_trunk = one.clone();
+        let report = with_trunk.merge(&trunk, &Pose::identity()).unwrap();
+        prop_assert!(report.sessions.iter().all(|session| session.own == Some(session.first)));
+        let both = [vec![one.clone(), other.clone()], vec![other, trunk, one]];
+        let [both, again] = both.map(|maps| merged(maps, &[0]));
+        prop_assert!(fingerprint(&both) == fingerprint(&again));
+    }
+}
+
+/// The masks of the second session do not depend on the first here.
+#[test]
+fn merged_maps_are_those_of_one_builder_that_was_told_of_both_sessions() {
+    let mut one = Session::starting(0, 0.0);
+    for step in frames(5) {
+        one.take(&step);
+    }
+    let first = one.builder.map().clone();
+    one.take(&Step::BeginSession);
+    one.set_clock(100.0);
+    for step in frames(5) {
+        one.take(&step);
+    }
+    let second = map(&(5, 100.0, frames(5)));
+    for maps in [vec![first.clone(), second.clone()], vec![second, first]] {
+        let merged = merged(maps, &[0]);
+        assert!(fingerprint(&merged) == fingerprint(one.builder.map()));
+        assert_eq!(poses(&MapBuilder::resume(merged).unwrap()), poses(&one.builder));
+    }
+}
+
+#[test]
+fn what_comes_later_is_mapped_alone() {
+    let [first, second] = [(0, 100.0), (6, 200.0)].map(|(next, time)| map(&(next, time, frames(6))));
+    let mut merged = first.clone();
+    let report = merged.merge(&second, &Pose::identity()).unwrap();
+    assert_eq!((report.key_frames, report.mapped_again), (12, 6));
+    let firsts: Vec<_> = report.sessions.iter().map(|it| (it.first.get(), it.own, it.other)).collect();
+    let zero = Some(FrameId::new(0));
+    assert_eq!(firsts, [(0, zero, None), (6, None, zero)]);
+    // The older map's ids stay, and those of the other lead to the same things where they saw the same.
+    assert!(report.own.planes.len() >= 3 && report.own.planes.iter().all(|(old, new)| old == new));
+    assert!(report.own.objects.iter().all(|(old, new)| old == new));
+    assert!(report.other.planes.values().any(|plane| report.own.planes.contains_key(plane)));
+
+    let mut the_other_way = second;
+    let report = the_other_way.merge(&first, &Pose::identity()).unwrap();
+    assert_eq!((report.key_frames, report.mapped_again), (12, 6));
+    assert!(fingerprint(&the_other_way) == fingerprint(&merged));
+}
+
+#[test]
+fn the_other_world_is_brought_to_this_one() {
+    let here = map(&(0, 100.0, frames(6)));
+    let mut there = MapBuilder::resume(map(&(6, 200.0, frames(6)))).unwrap();
+    let mut straight = here.clone();
+    straight.merge(there.map(), &Pose::identity()).unwrap();
+    let there_from_here = moved(2.0, 0.4);
+    there.transform(&there_from_here).unwrap();
+    let mut merged = here;
+    merged.merge(there.map(), &there_from_here.inverse()).unwrap();
+    let [counts, expected] = [&merged, &straight].map(MultiLevelMap::counts);
+    let differ = counts.cloud_voxels.abs_diff(expected.cloud_voxels);
+    // A reading beside the border of a voxel may fall into the other, by the rounding of a pose.
+    assert!(differ * 1000 < expected.cloud_voxels, "{counts:?} {expected:?}");
+    assert_eq!((counts.planes, counts.objects), (expected.planes, expected.objects));
+}
+
+#[test]
+fn maps_that_do_not_fit_are_refused_by_name_and_nothing_changes() {
+    let own = map(&(0, 0.0, frames(3)));
+    let refused = |other: &MultiLevelMap| {
+        let mut merged = own.clone();
+        let error = merged.merge(other, &Pose::identity()).unwrap_err();
+        assert!(fingerprint(&merged) == fingerprint(&own));
+        error
+    };
+    let with = |change: fn(&mut crate::MapConfig)| {
+        let mut config = own.config().clone();
+        change(&mut config);
+        refused(MapBuilder::new(config).unwrap().map()).to_string()
+    };
+    let said = with(|config| config.cloud.voxel_size = 0.02);
+    assert_eq!(said, "the maps were made with different configs: cloud.voxel_size is 0.05 and 0.02");
+    assert!(with(|config| config.octree.resolution = 0.1).ends_with("octree.resolution is 0.2 and 0.1"));
+    assert!(with(|config| config.sensor.max_depth = 3.0).ends_with(": sensor"));
+    assert!(with(|config| config.history = crate::HistoryConfig::None).starts_with("no key-frame"));
+
+    // The same recording, of which one map knows other poses.
+    let mut corrected = Session::new();
+    for step in frames(3) {
+        corrected.take(&step);
+    }
+    corrected.correct(&Correction { chosen: vec![1], metres: 0.2, radians: 0.0 });
+    let error = refused(corrected.builder.map());
+    assert!(matches!(error, Error::SessionsDiffer { .. }), "{error}");
+}

@@ -1,0 +1,101 @@
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+use dymlm_core::{FrameId, Pose};
+
+use crate::Error;
+use crate::logged_sessions::LoggedSession;
+use crate::session_log::{Event, InsertedFrame, SessionLog};
+
+/// A log whose sessions are to be united with another's.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub(super) log: &'a SessionLog,
+    /// What brings its world to that of both; none where it is the same: not a bit of rounding then.
+    pub(super) world_from_log: Option<&'a Pose>,
+}
+
+/// A session of both logs.
+pub(super) struct UnitedSession {
+    /// The log that it is taken from.
+    pub(super) side: usize,
+    /// Where it is in each of them.
+    pub(super) places: [Option<LoggedSession>; 2],
+}
+
+/// A session of one of the logs.
+struct Candidate {
+    side: usize,
+    logged: LoggedSession,
+    /// The bytes of the first key frame or scan: where two recordings began at the same time, they tell which
+    /// comes first, and whether they are one.
+    first_bytes: Arc<[u8]>,
+}
+
+impl Source<'_> {
+    /// Where a frame was taken from, in the world of both.
+    pub(super) fn pose(&self, frame: &InsertedFrame) -> Pose {
+        let pose = frame.world_from_camera;
+        self.world_from_log.map_or(pose, |world_from_log| *world_from_log * pose)
+    }
+
+    /// The events of a session.
+    pub(super) fn events(&self, session: &LoggedSession) -> impl Iterator<Item = &Event> {
+        self.log.events.iter_from(session.events.start).take(session.events.len())
+    }
+
+    /// The frames of a session.
+    pub(super) fn frames(&self, session: &LoggedSession) -> impl Iterator<Item = &InsertedFrame> {
+        self.log.frames.iter_from(session.frames.start).take(session.frames.len())
+    }
+}
+
+impl UnitedSession {
+    /// Where it is in the log that it is taken from.
+    pub(super) fn logged(&self) -> Option<&LoggedSession> {
+        self.places[self.side].as_ref()
+    }
+
+    /// Its first frame in one of the logs, the first frame of all where it is in none.
+    pub(super) fn first_frame(&self, side: usize) -> FrameId {
+        FrameId::new(self.places[side].as_ref().map_or(0, |logged| logged.frames.start as u64))
+    }
+}
+
+/// The sessions of both logs in the order of their start, each once: that order is the same whichever log is
+/// the first, and whatever was merged before. What is in both is taken from where it went on longer.
+pub(super) fn unite(sources: [Source<'_>; 2]) -> Result<Vec<UnitedSession>, Error> {
+    let mut candidates = Vec::new();
+    for (side, source) in sources.iter().enumerate() {
+        for logged in source.log.logged_sessions() {
+            let first_bytes = first_bytes(source, &logged)?;
+            candidates.push(Candidate { side, logged, first_bytes });
+        }
+    }
+    candidates.sort_by(in_order);
+
+    let same = candidates.chunk_by(|one, next| in_order(one, next).is_eq());
+    Ok(same.map(united).collect())
+}
+
+fn in_order(one: &Candidate, other: &Candidate) -> Ordering {
+    let by_start = one.logged.start.total_cmp(&other.logged.start);
+    by_start.then_with(|| one.first_bytes.cmp(&other.first_bytes))
+}
+
+/// None when the session has shown nothing.
+fn first_bytes(source: &Source<'_>, session: &LoggedSession) -> Result<Arc<[u8]>, Error> {
+    let first = source.events(session).find_map(Event::observation);
+    Ok(first.map(|number| source.log.history.bytes(number)).transpose()?.unwrap_or_default())
+}
+
+/// The same session of one log or of both.
+fn united(candidates: &[Candidate]) -> UnitedSession {
+    let length = |candidate: &Candidate| (candidate.logged.frames.len(), candidate.logged.events.len());
+    let longest = candidates.iter().max_by_key(|candidate| length(candidate));
+    let mut united = UnitedSession { side: longest.map_or(0, |longest| longest.side), places: [None, None] };
+    for candidate in candidates {
+        united.places[candidate.side] = Some(candidate.logged.clone());
+    }
+    united
+}

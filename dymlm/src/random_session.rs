@@ -1,0 +1,263 @@
+//! Sessions in which anything happens, for tests.
+
+use std::sync::LazyLock;
+
+use dymlm_core::{FrameId, ObjectId, PinholeCamera, Point, Pose};
+use dymlm_history::HistoryConfig;
+use dymlm_octree::RayMode;
+use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
+use proptest::prelude::*;
+
+use crate::common::map_copy::MapCopy;
+use crate::common::{ids, poses};
+#[cfg(feature = "io")]
+use crate::files::MapSaver;
+use crate::session_log::BodyMotion;
+use crate::{Detections, MapBuilder, MapConfig, MultiLevelMap};
+
+/// Frames of the longest session.
+pub(crate) const FRAMES: usize = 14;
+
+/// A walk in small images: people, furniture, planes, objects.
+pub(crate) static WALK: LazyLock<Vec<SimulatedFrame>> = LazyLock::new(|| {
+    let mut config = SequenceConfig::default();
+    config.frames = 5 * FRAMES;
+    config.camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).ok();
+    Sequence::new(&config).unwrap().frames().step_by(5).collect()
+});
+
+/// Something that happens in a session.
+#[derive(Debug, Clone)]
+pub(crate) enum Step {
+    Frame { is_detector_run: bool },
+    Scan,
+    Settle,
+    Forget { radius: f64 },
+    Hold { which: usize, is_held: bool },
+    PutDown { which: usize, by: f64 },
+    Correct(Correction),
+    Remove { which: usize },
+    BeginSession,
+}
+
+/// Some frames are found to be elsewhere.
+#[derive(Debug, Clone)]
+pub(crate) struct Correction {
+    pub(crate) chosen: Vec<usize>,
+    pub(crate) metres: f64,
+    pub(crate) radians: f64,
+}
+
+/// Cells are large, so that hundreds of sessions take minutes.
+pub(crate) fn builder() -> MapBuilder {
+    let mut config = MapConfig { history: HistoryConfig::Memory, ..MapConfig::default() };
+    config.cloud.voxel_size = 0.05;
+    config.octree.resolution = 0.2;
+    config.octree.rays = RayMode::PerCell;
+    MapBuilder::new(config).unwrap()
+}
+
+pub(crate) fn correction() -> impl Strategy<Value = Correction> {
+    (prop::collection::vec(0..FRAMES, 1..5), -0.3_f64..0.3, -0.1_f64..0.1)
+        .prop_map(|(chosen, metres, radians)| Correction { chosen, metres, radians })
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    let which = 0..20_usize;
+    prop_oneof![
+        10 => any::<bool>().prop_map(|is_detector_run| Step::Frame { is_detector_run }),
+        2 => Just(Step::Scan),
+        1 => Just(Step::Settle),
+        1 => (1.0..4.0).prop_map(|radius| Step::Forget { radius }),
+        1 => (which.clone(), any::<bool>()).prop_map(|(which, is_held)| Step::Hold { which, is_held }),
+        1 => (which.clone(), 0.1..1.0).prop_map(|(which, by)| Step::PutDown { which, by }),
+        2 => correction().prop_map(Step::Correct),
+        1 => which.prop_map(|which| Step::Remove { which }),
+        1 => Just(Step::BeginSession),
+    ]
+}
+
+pub(crate) fn session() -> impl Strategy<Value = Vec<Step>> {
+    prop::collection::vec(step(), 4..24)
+}
+
+/// So many cases, or as many as `PROPTEST_CASES` says (`.ci/nightly`: hundreds).
+pub(crate) fn cases(count: u32) -> ProptestConfig {
+    let told = std::env::var_os("PROPTEST_CASES").is_some();
+    let config = if told { ProptestConfig::default() } else { ProptestConfig::with_cases(count) };
+    // A case takes half a second.
+    ProptestConfig { max_shrink_iters: 100, ..config }
+}
+
+/// A session under way, with somebody who is told its changes alone.
+pub(crate) struct Session {
+    pub(crate) builder: MapBuilder,
+    next: usize,
+    /// When the clock of the current session began, on that of the walk.
+    clock_start: f64,
+    known: MultiLevelMap,
+    copy: MapCopy,
+    /// Saves the maps after each step, if there is one: then a further session begins with those of the file.
+    #[cfg(feature = "io")]
+    saver: Option<MapSaver>,
+}
+
+impl Session {
+    pub(crate) fn new() -> Self {
+        Self::starting(0, 0.0)
+    }
+
+    /// One whose first frame is another of the walk, on a clock that says this then.
+    pub(crate) fn starting(next: usize, time: f64) -> Self {
+        let builder = builder();
+        let mut session = Self {
+            next,
+            clock_start: 0.0,
+            known: builder.map().clone(),
+            copy: MapCopy::default(),
+            #[cfg(feature = "io")]
+            saver: None,
+            builder,
+        };
+        session.set_clock(time);
+        session
+    }
+
+    /// The next frame comes at this time of the session's clock.
+    pub(crate) fn set_clock(&mut self, time: f64) {
+        self.clock_start = WALK.get(self.next).map_or(0.0, |frame| frame.frame.timestamp()) - time;
+    }
+
+    pub(crate) fn run(steps: &[Step]) -> Self {
+        let mut session = Self::new();
+        for step in steps {
+            session.take(step);
+            session.check_copy();
+        }
+        session
+    }
+
+    /// The same with maps that are saved after each step, and loaded for each further session.
+    #[cfg(feature = "io")]
+    pub(crate) fn run_saved(steps: &[Step], folder: &std::path::Path) -> Self {
+        let mut session = Self::new();
+        session.saver = Some(MapSaver::create(folder).unwrap());
+        for step in steps {
+            session.take(step);
+            if let Some(saver) = &mut session.saver {
+                saver.save(session.builder.map()).unwrap();
+            }
+            session.check_copy();
+        }
+        session
+    }
+
+    #[cfg(feature = "io")]
+    fn load_saved(&mut self) {
+        if let Some(saver) = &mut self.saver {
+            saver.save(self.builder.map()).unwrap();
+            let map = MultiLevelMap::load(saver.folder()).unwrap();
+            self.builder = MapBuilder::resume(map).unwrap();
+        }
+    }
+
+    pub(crate) fn take(&mut self, step: &Step) {
+        match *step {
+            Step::Frame { is_detector_run } => {
+                if let Some(simulated) = self.next_frame() {
+                    let SimulatedFrame { frame, detections, world_from_camera, .. } = simulated;
+                    let found =
+                        if is_detector_run { Detections::Found(detections) } else { Detections::NotRun };
+                    let mut frame = frame.clone();
+                    frame.set_timestamp(self.time(simulated)).unwrap();
+                    let report = self.builder.insert(&frame, found, world_from_camera).unwrap();
+                    assert_eq!(report.timestamp, frame.timestamp());
+                }
+            }
+            Step::Scan => {
+                if let Some(frame) = self.next_frame() {
+                    let (time, pose) = (self.time(frame), &frame.world_from_camera);
+                    self.builder.insert_scan(time, &points(frame), pose).unwrap();
+                }
+            }
+            Step::Settle => self.builder.settle(),
+            Step::Forget { radius } => {
+                let newest = self.builder.trajectory().last().map(|(_, _, pose)| pose.translation());
+                self.builder.forget_outside(newest.unwrap_or_default(), radius);
+            }
+            Step::Hold { which, is_held } => {
+                if let Some(object) = self.object(which) {
+                    self.builder.set_held(object, is_held);
+                }
+            }
+            Step::PutDown { which, by } => {
+                if let Some(object) = self.object(which) {
+                    let new_from_old = Pose::new([by, -0.5 * by, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap();
+                    self.builder.put_down(object, BodyMotion { new_from_old, tracked: None }).unwrap();
+                }
+            }
+            Step::Correct(ref correction) => self.correct(correction),
+            Step::Remove { which } => {
+                let frames = self.builder.trajectory().count();
+                if frames > 0 {
+                    self.builder.remove(FrameId::new((which % frames) as u64)).unwrap();
+                }
+            }
+            Step::BeginSession => {
+                #[cfg(feature = "io")]
+                self.load_saved();
+                self.builder.begin_session().unwrap();
+                self.set_clock(0.0);
+            }
+        }
+    }
+
+    /// Frames come in the order of their time, each once.
+    fn next_frame(&mut self) -> Option<&'static SimulatedFrame> {
+        self.next += 1;
+        WALK.get(self.next - 1)
+    }
+
+    /// When a frame was taken, on the clock of the current session.
+    fn time(&self, frame: &SimulatedFrame) -> f64 {
+        frame.frame.timestamp() - self.clock_start
+    }
+
+    /// One of those in the map, believed or not.
+    fn object(&self, which: usize) -> Option<ObjectId> {
+        let (_, objects) = ids(self.builder.map());
+        objects.get(which % objects.len().max(1)).copied()
+    }
+
+    pub(crate) fn correct(&mut self, correction: &Correction) {
+        let step = moved(correction.metres, correction.radians);
+        let mut given = poses(&self.builder);
+        given.retain(|(id, _)| correction.chosen.contains(&(id.get() as usize)));
+        for (_, pose) in &mut given {
+            *pose = step * *pose;
+        }
+        self.builder.correct_poses(&given).unwrap();
+        let now = poses(&self.builder);
+        assert!(given.iter().all(|given| now.contains(given)));
+    }
+
+    pub(crate) fn check_copy(&mut self) {
+        self.copy.follow(&self.known, self.builder.map());
+        assert_eq!(self.copy.difference(self.builder.map()), None);
+        self.known = self.builder.map().clone();
+    }
+}
+
+/// What a frame's pixels read, as another sensor would give it.
+fn points(frame: &SimulatedFrame) -> Vec<Point> {
+    let (camera, depth) = (frame.frame.camera(), frame.frame.depth());
+    let pixels = (0..camera.height()).flat_map(|v| (0..camera.width()).map(move |u| (u, v)));
+    let read = pixels.filter(|&(u, v)| depth.at(u, v) > 0.0);
+    read.map(|(u, v)| camera.back_project([u as f64, v as f64], depth.at(u, v).into()).map(|c| c as f32))
+        .collect()
+}
+
+pub(crate) fn moved(metres: f64, radians: f64) -> Pose {
+    let half = 0.5 * radians;
+    Pose::new([metres, 0.3 * metres, 0.0], [0.0, 0.0, half.sin(), half.cos()]).unwrap()
+}
