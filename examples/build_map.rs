@@ -18,7 +18,7 @@ use dymlm::{FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, Se
 use dymlm_examples::{
     AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
     objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
-    progress_bar, timed, up_of_planes,
+    progress_bar, read_pose, timed, up_of_planes,
 };
 use dymlm_io::{StampedPose, Trajectory, TumOptions};
 use dymlm_sim::SequenceConfig;
@@ -135,16 +135,6 @@ fn make_builder(arguments: &Arguments, has_corrections: bool) -> Result<MapBuild
         config.history = HistoryConfig::Memory;
     }
     Ok(MapBuilder::new(config)?)
-}
-
-fn read_pose(text: &str) -> Result<Pose, String> {
-    let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
-    match numbers.map_err(|error| error.to_string())?[..] {
-        [x, y, z, qx, qy, qz, qw] => {
-            Pose::new([x, y, z], [qx, qy, qz, qw]).map_err(|error| error.to_string())
-        }
-        _ => Err("seven numbers are needed: tx ty tz qx qy qz qw".to_owned()),
-    }
 }
 
 fn read_seconds(text: &str) -> Result<f64, String> {

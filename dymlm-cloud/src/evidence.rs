@@ -191,6 +191,13 @@ impl Evidence {
         Some(Opinion::of(epochs.settled(index, self.epoch), looks_per_reading))
     }
 
+    /// Whether any frame has looked through the cell of a voxel.
+    pub(crate) fn is_looked_through(&self, voxel: [i32; 3]) -> bool {
+        let (block, index) = self.cell_of(voxel);
+        let block = self.blocks.get(BlockKey::new(block));
+        block.is_some_and(|block| block.epochs.of_cell(index).any(|(_, counts)| counts.looked_through > 0))
+    }
+
     /// The slot of the block that holds the cell of a voxel.
     pub(crate) fn slot_of(&self, voxel: [i32; 3]) -> Option<usize> {
         self.blocks.slot(BlockKey::new(self.cell_of(voxel).0))

@@ -25,6 +25,15 @@ impl Verdicts<'_> {
         self.kept.verdicts.is_free(&self.map.evidence, self.map.voxel_at(place)?)
     }
 
+    /// Whether a place is empty: frames look through it and nothing stands there, a mover neither, as
+    /// [`is_free`](Self::is_free) says of places in which something was read, and of all others. `None` when no
+    /// frame has seen it.
+    pub fn is_empty(&self, place: [f64; 3]) -> Option<bool> {
+        let voxel = self.map.voxel_at(place)?;
+        let read = self.kept.verdicts.is_free(&self.map.evidence, voxel);
+        read.or_else(|| self.map.evidence.is_looked_through(voxel).then_some(true))
+    }
+
     /// Side of the cells for which verdicts are made, metres.
     pub fn cell_size(&self) -> f64 {
         self.map.evidence.cell_size()

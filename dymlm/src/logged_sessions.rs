@@ -3,7 +3,39 @@ use std::ops::Range;
 
 use dymlm_core::FrameId;
 
-use crate::session_log::{Event, SessionLog};
+use crate::MultiLevelMap;
+use crate::session_log::{Event, InsertedFrame, SessionLog};
+
+/// A session that maps were built in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct MapSession {
+    /// Its first frame or scan.
+    pub first: FrameId,
+    /// How many there are; their ids follow.
+    pub frames: usize,
+    /// Times of the first and the last on the maps' clock, seconds: where a session's own clock begins before
+    /// the end of the one before, it follows that.
+    pub times: [f64; 2],
+}
+
+impl MultiLevelMap {
+    /// The sessions that the maps were built in, in their order; none without a
+    /// [history](crate::MapConfig::history).
+    pub fn sessions(&self) -> Vec<MapSession> {
+        let Some(log) = &self.past.log else { return Vec::new() };
+        let sessions = log.logged_sessions().into_iter().filter_map(|logged| {
+            let time = |frame: usize| log.frames.get(frame).map(InsertedFrame::map_time);
+            Some(MapSession {
+                first: FrameId::new(logged.frames.start as u64),
+                frames: logged.frames.len(),
+                times: [time(logged.frames.start)?, time(logged.frames.end.checked_sub(1)?)?],
+            })
+        });
+        sessions.collect()
+    }
+}
 
 /// A session of a log.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -40,6 +40,11 @@ impl<'a> Replay<'a> {
         Self { log, poses, map, events, snapshots, scan_mapper: ScanMapper::default() }
     }
 
+    /// The maps as they are so far, without their past.
+    pub(crate) fn map(&self) -> &MultiLevelMap {
+        &self.map
+    }
+
     /// Lets everything from there on happen again. `watch` is told before each few key frames how many will
     /// have been mapped then, and says whether to go on.
     pub(crate) fn run(
@@ -47,10 +52,21 @@ impl<'a> Replay<'a> {
         context: &MappingContext<'_>,
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<(MultiLevelMap, Pages<Event>), Error> {
-        let rest = self.log.events.iter_from(self.events.len());
+        self.run_to(self.log.events.len(), context, watch)?;
+        Ok((self.map, self.events))
+    }
+
+    /// The same up to an event.
+    pub(crate) fn run_to(
+        &mut self,
+        end: usize,
+        context: &MappingContext<'_>,
+        watch: &mut dyn FnMut(CorrectionProgress) -> bool,
+    ) -> Result<(), Error> {
+        let rest = self.log.events.iter_from(self.events.len()).take(end.saturating_sub(self.events.len()));
         let mut progress = CorrectionProgress { done: 0, total: rest.filter_map(Event::key_frame).count() };
-        while let Some(event) = self.log.events.get(self.events.len()) {
-            let batch = self.next_batch();
+        while let Some(event) = self.log.events.get(self.events.len()).filter(|_| self.events.len() < end) {
+            let batch = self.next_batch(end);
             if batch.is_empty() {
                 self.happen_again(event, context)?;
                 continue;
@@ -61,22 +77,18 @@ impl<'a> Replay<'a> {
             }
             self.map_batch(&batch, context)?;
         }
-        Ok((self.map, self.events))
+        Ok(())
     }
 
     /// The key frames that come next, up to one after which ghosts are removed: until then no map asks
     /// another thread's.
-    fn next_batch(&self) -> Vec<&'a KeyFrameEntry> {
+    fn next_batch(&self, end: usize) -> Vec<&'a KeyFrameEntry> {
         let mut batch = Vec::new();
-        for entry in
-            self.log.events.iter_from(self.events.len()).map_while(Event::key_frame).take(MOST_AT_A_TIME)
-        {
+        let most = end.saturating_sub(self.events.len()).min(MOST_AT_A_TIME);
+        for entry in self.log.events.iter_from(self.events.len()).map_while(Event::key_frame).take(most) {
             batch.push(entry);
-            if self
-                .log
-                .frame(entry.frame)
-                .is_some_and(|frame| self.map.ghost_removal.is_due(frame.map_time()))
-            {
+            let frame = self.log.frame(entry.frame);
+            if frame.is_some_and(|frame| self.map.ghost_removal.is_due(frame.map_time())) {
                 break;
             }
         }

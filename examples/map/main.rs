@@ -1,6 +1,7 @@
 //! Looks into saved maps and makes other files of them.
 //!
 //! `cargo run --release --example map -- info DIR`
+//! `cargo run --release --example map -- merge A B ... --out DIR [--poses FILE]`
 //! `cargo run --release --example map -- grid DIR --out map.yaml [--min-height M] [--max-height M]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
@@ -8,9 +9,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
+use dymlm::core::Pose;
 use dymlm::planes::MapPlane;
-use dymlm::{MultiLevelMap, PlaneMap};
-use dymlm_examples::{AnyError, up_of_planes};
+use dymlm::{MapBuilder, MergeReport, MultiLevelMap, PlaneMap};
+use dymlm_examples::{AnyError, read_pose, up_of_planes};
 
 #[derive(Parser)]
 #[command(about = "Looks into saved maps and makes other files of them")]
@@ -25,6 +27,19 @@ enum Command {
     Info {
         /// The map's folder
         map: PathBuf,
+    },
+    /// Makes one map of several that were built with a history
+    Merge {
+        /// The maps' folders; cheapest in the order of their times
+        #[arg(required = true, num_args = 2..)]
+        maps: Vec<PathBuf>,
+        /// The merged map's folder
+        #[arg(long)]
+        out: PathBuf,
+        /// A line for each map, "tx ty tz qx qy qz qw": takes its world to that of all. Without it, they are
+        /// in one world
+        #[arg(long)]
+        poses: Option<PathBuf>,
     },
     /// Projects the octree to a 2D occupancy grid (map.yaml and map.pgm, as ROS's map server reads them)
     Grid {
@@ -48,6 +63,7 @@ enum Command {
 fn main() -> Result<(), AnyError> {
     match Arguments::parse().command {
         Command::Info { map } => info(&map),
+        Command::Merge { maps, out, poses } => merge(&maps, &out, poses.as_deref()),
         Command::Grid { map, out, up, min_height, max_height } => {
             grid(&map, &out, [up[0], up[1], up[2]], [min_height, max_height])
         }
@@ -83,7 +99,54 @@ fn info(folder: &Path) -> Result<(), AnyError> {
         println!("  {} {} at {x:.2} {y:.2} {z:.2}, score {:.2}", object.id(), object.label(), object.score());
     }
     println!("history: {:.1} MB", megabytes(memory.history));
+    for session in map.sessions() {
+        let [from, to] = session.times;
+        println!("  {} frames from frame {} on, {from:.1} s to {to:.1} s", session.frames, session.first);
+    }
     if missing.is_empty() { Ok(()) } else { Err(format!("{} parts are damaged", missing.len()).into()) }
+}
+
+fn merge(folders: &[PathBuf], out: &Path, poses: Option<&Path>) -> Result<(), AnyError> {
+    let poses = match poses {
+        Some(file) => read_poses(file)?,
+        None => vec![Pose::identity(); folders.len()],
+    };
+    if poses.len() != folders.len() {
+        return Err(format!("{} poses for {} maps", poses.len(), folders.len()).into());
+    }
+    let load =
+        |folder: &Path| MultiLevelMap::load(folder).map_err(|error| format!("{}: {error}", folder.display()));
+    let (first, others) = folders.split_first().ok_or("no maps")?;
+    let mut merged = load(first)?;
+    if poses[0] != Pose::identity() {
+        let mut builder = MapBuilder::resume(merged)?;
+        builder.transform(&poses[0])?;
+        merged = builder.into_map();
+    }
+    for (folder, world_from_map) in others.iter().zip(&poses[1..]) {
+        let report = merged
+            .merge(&load(folder)?, world_from_map)
+            .map_err(|error| format!("{}: {error}", folder.display()))?;
+        let MergeReport { sessions, key_frames, mapped_again, .. } = &report;
+        println!(
+            "{}: {} sessions, {key_frames} key frames, {mapped_again} of them mapped again",
+            folder.display(),
+            sessions.len()
+        );
+    }
+    merged.save(out)?;
+    Ok(())
+}
+
+/// A pose a line; empty lines and those that begin with # say nothing.
+fn read_poses(file: &Path) -> Result<Vec<Pose>, AnyError> {
+    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let lines =
+        text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+    let poses = lines.map(|(number, line)| {
+        read_pose(line).map_err(|error| format!("{}:{}: {error}", file.display(), number + 1).into())
+    });
+    poses.collect()
 }
 
 fn grid(folder: &Path, out: &Path, up: [f64; 3], heights: [f64; 2]) -> Result<(), AnyError> {

@@ -6,6 +6,7 @@ mod object_pictures;
 mod orthographic;
 mod people_masks;
 mod pictures;
+mod pose_argument;
 mod progress;
 mod run_report;
 mod statistics;
@@ -19,6 +20,7 @@ use pictures::any_level_direction;
 pub use pictures::{
     Picture, cloud_pictures, depth_colors, octree_pictures, plane_pictures, planes_from_camera,
 };
+pub use pose_argument::read_pose;
 pub use progress::progress_bar;
 pub use run_report::{CorrectionCost, RunReport, insertion_time, peak_memory_bytes, step_time, timed};
 pub use statistics::{Milliseconds, mean_up, up_of_planes};

@@ -181,3 +181,40 @@ fn maps_that_do_not_fit_are_refused_by_name_and_nothing_changes() {
     let error = refused(corrected.builder.map());
     assert!(matches!(error, Error::SessionsDiffer { .. }), "{error}");
 }
+
+/// By a tree, each key frame is mapped again once a level at the most; in the order of time, once in all.
+#[test]
+fn forty_sessions_by_a_tree_and_in_sequence() {
+    const SESSIONS: usize = 40;
+    let recording = |index: usize| map(&(index % FRAMES, 100.0 * index as f64, frames(2)));
+    let maps: Vec<MultiLevelMap> = (0..SESSIONS).map(recording).collect();
+    let key_frames: usize = maps.iter().map(key_frames).sum();
+
+    let mut mapped_again = 0;
+    let mut tree = maps.clone();
+    while tree.len() > 1 {
+        let pairs = tree.chunks(2).map(|pair| {
+            let mut one = pair[0].clone();
+            if let Some(other) = pair.get(1) {
+                mapped_again += one.merge(other, &Pose::identity()).unwrap().mapped_again;
+            }
+            one
+        });
+        tree = pairs.collect();
+    }
+    let levels = usize::BITS as usize - (SESSIONS - 1).leading_zeros() as usize;
+    assert!(mapped_again <= key_frames * levels, "{mapped_again} of {key_frames} key frames");
+
+    let mut sequence = maps[0].clone();
+    let again: Vec<usize> = maps[1..]
+        .iter()
+        .map(|other| sequence.merge(other, &Pose::identity()).unwrap().mapped_again)
+        .collect();
+    assert_eq!(again.iter().sum::<usize>(), key_frames - self::key_frames(&maps[0]));
+    assert!(fingerprint(&sequence) == fingerprint(&tree[0]));
+    assert_eq!(self::key_frames(&sequence), key_frames);
+}
+
+fn key_frames(map: &MultiLevelMap) -> usize {
+    map.past.log.as_ref().map_or(0, |log| log.key_frames().count())
+}
