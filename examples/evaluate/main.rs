@@ -16,6 +16,9 @@
 //! `--building SEED` takes a floor of a building instead, `--rooms 8` of them, with `--rate 5` frames a
 //! second; `--robot`, `--pitch 60` and `--roll 90` say how the camera is held; held against thresholds.
 //!
+//! `--recordings SEED` takes a building in eight recordings, of which two were made on another day with things
+//! moved, merges their maps and holds what they say has changed against the truth.
+//!
 //! `--pose-noise`, `--drift-share 0.05` or `--recorded-drift FILE --true-path FILE` let the poses drift;
 //! `--correct` has the maps follow the true ones in the end, and sets all three side by side.
 //!
@@ -25,6 +28,7 @@
 
 mod change_watch;
 mod columns;
+mod days;
 mod drift;
 mod evaluation;
 mod limits;
@@ -79,11 +83,14 @@ struct Arguments {
     /// A floor of a building made up from this seed instead
     #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh"])]
     building: Option<u64>,
-    /// Number of its rooms
-    #[arg(long, default_value_t = 8, requires = "building")]
+    /// A floor of a building in eight recordings of two days instead: what has changed between them
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh", "building"])]
+    recordings: Option<u64>,
+    /// Number of a building's rooms
+    #[arg(long, default_value_t = 8)]
     rooms: usize,
-    /// Frames a second in it
-    #[arg(long, default_value_t = 5.0, requires = "building")]
+    /// Frames a second in a building
+    #[arg(long, default_value_t = 5.0)]
     rate: f64,
     /// In it, the camera is on a robot, 0.3 m above the floor
     #[arg(long, requires = "building")]
@@ -129,6 +136,9 @@ fn main() -> Result<(), AnyError> {
 
     // Claimed first: an output folder that cannot be written shall not cost a run.
     std::fs::create_dir_all(&arguments.out)?;
+    if let Some(seed) = arguments.recordings {
+        return days::evaluate(seed, arguments.rooms, arguments.rate, &arguments.out);
+    }
     let mut subjects = if arguments.quick {
         subjects::quick()?
     } else if arguments.sensors {

@@ -1,6 +1,7 @@
 //! Looks into saved maps and makes other files of them.
 //!
 //! `cargo run --release --example map -- info DIR`
+//! `cargo run --release --example map -- changes DIR`
 //! `cargo run --release --example map -- merge A B ... --out DIR [--poses FILE]`
 //! `cargo run --release --example map -- grid DIR --out map.yaml [--min-height M] [--max-height M]`
 
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
 use dymlm::planes::MapPlane;
-use dymlm::{MapBuilder, MergeReport, MultiLevelMap, PlaneMap};
+use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, PlaneMap, SessionChanges};
 use dymlm_examples::{AnyError, read_pose, up_of_planes};
 
 #[derive(Parser)]
@@ -25,6 +26,12 @@ struct Arguments {
 enum Command {
     /// Says what is in a map; of a damaged one what is left
     Info {
+        /// The map's folder
+        map: PathBuf,
+    },
+    /// Says what each session of a map that was built with a history has found to have moved, appeared or
+    /// vanished
+    Changes {
         /// The map's folder
         map: PathBuf,
     },
@@ -63,6 +70,7 @@ enum Command {
 fn main() -> Result<(), AnyError> {
     match Arguments::parse().command {
         Command::Info { map } => info(&map),
+        Command::Changes { map } => changes(&map),
         Command::Merge { maps, out, poses } => merge(&maps, &out, poses.as_deref()),
         Command::Grid { map, out, up, min_height, max_height } => {
             grid(&map, &out, [up[0], up[1], up[2]], [min_height, max_height])
@@ -104,6 +112,32 @@ fn info(folder: &Path) -> Result<(), AnyError> {
         println!("  {} frames from frame {} on, {from:.1} s to {to:.1} s", session.frames, session.first);
     }
     if missing.is_empty() { Ok(()) } else { Err(format!("{} parts are damaged", missing.len()).into()) }
+}
+
+fn changes(folder: &Path) -> Result<(), AnyError> {
+    for SessionChanges { session, changes, .. } in MultiLevelMap::load(folder)?.session_changes()? {
+        println!("session from frame {} on:", session.first);
+        for moved in &changes.moved {
+            println!("  moved by {:.2} m: {} to {}", moved.distance(), found(&moved.from), place(&moved.to));
+        }
+        for appeared in &changes.appeared {
+            println!("  appeared: {}", found(appeared));
+        }
+        for vanished in &changes.vanished {
+            println!("  vanished: {}", found(vanished));
+        }
+    }
+    Ok(())
+}
+
+fn found(object: &FoundObject) -> String {
+    let [from, to] = object.seen;
+    format!("{} {}, seen from {from:.1} s to {to:.1} s, at {}", object.id, object.label, place(object))
+}
+
+fn place(object: &FoundObject) -> String {
+    let [x, y, z] = object.oriented_box.center();
+    format!("{x:.2} {y:.2} {z:.2}")
 }
 
 fn merge(folders: &[PathBuf], out: &Path, poses: Option<&Path>) -> Result<(), AnyError> {

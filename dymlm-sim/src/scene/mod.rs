@@ -1,6 +1,7 @@
 //! What there is to see: convex bodies with materials, still or moving.
 
 mod activity;
+mod another_day;
 mod builder;
 mod building;
 mod carried;

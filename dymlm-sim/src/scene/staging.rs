@@ -27,9 +27,9 @@ pub(crate) struct Stage<'a> {
 /// Places that are tried before an event is given up.
 const TRIES: usize = 4000;
 /// Distance from other things, metres, and from the middles of moving limbs and the camera.
-const GAP: f32 = 0.02;
-const FROM_LIMBS: f32 = 0.2;
-const FROM_CAMERA: f32 = 0.6;
+pub(super) const GAP: f32 = 0.02;
+pub(super) const FROM_LIMBS: f32 = 0.2;
+pub(super) const FROM_CAMERA: f32 = 0.6;
 /// Depths at which a thing is well seen, metres.
 const SEEN: std::ops::Range<f32> = 0.8..3.6;
 /// Share of the points of a thing that the camera sees on average.
@@ -105,7 +105,7 @@ impl Scene {
     }
 
     /// Moves a thing for good.
-    fn put(&mut self, instance: usize, from: &Place, to: &Place) {
+    pub(super) fn put(&mut self, instance: usize, from: &Place, to: &Place) {
         let moved = to.scene_from_thing() * from.scene_from_thing().inverse();
         for part in self.static_parts.iter_mut().filter(|part| part.instance == instance) {
             part.scene_from_part = moved * part.scene_from_part;
@@ -200,7 +200,7 @@ impl Scene {
     }
 
     /// Where the limbs of those who move are, ten times a second.
-    fn limbs(&self, stage: &Stage<'_>) -> Vec<Pose3> {
+    pub(super) fn limbs(&self, stage: &Stage<'_>) -> Vec<Pose3> {
         let mut bodies = Vec::new();
         let mut limbs = Vec::new();
         for step in 0..=(10.0 * stage.duration) as u32 {
@@ -211,7 +211,7 @@ impl Scene {
     }
 
     /// Whether a body, the floor apart, touches nothing but its own thing.
-    fn is_free(&self, body: &Part, instance: usize, gap: f32) -> bool {
+    pub(super) fn is_free(&self, body: &Part, instance: usize, gap: f32) -> bool {
         let reach = body.shape.half_extents().length() + gap;
         let near = |other: &&Part| {
             let apart = other.scene_from_part.translation - body.scene_from_part.translation;
@@ -262,7 +262,7 @@ fn parts_of(place: Place, build: fn(&mut Builder, [f32; 2], f32)) -> Vec<Part> {
     builder.parts
 }
 
-fn posed(parts: &[Part], place: &Place) -> Vec<Part> {
+pub(super) fn posed(parts: &[Part], place: &Place) -> Vec<Part> {
     let scene_from_thing = place.scene_from_thing();
     parts
         .iter()
@@ -271,7 +271,7 @@ fn posed(parts: &[Part], place: &Place) -> Vec<Part> {
 }
 
 /// Whether all bodies' bounding boxes keep a distance from the origins of some poses.
-fn is_clear(parts: &[Part], poses: &[Pose3], distance: f32) -> bool {
+pub(super) fn is_clear(parts: &[Part], poses: &[Pose3], distance: f32) -> bool {
     parts.iter().all(|part| {
         let half = part.shape.half_extents();
         poses.iter().all(|pose| {

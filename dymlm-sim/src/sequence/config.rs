@@ -26,6 +26,9 @@ pub struct SequenceConfig {
     pub room: Room,
     /// What the people do. Default [`Activity::Walking`].
     pub activity: Activity,
+    /// The day of the recording, 0..=1000, default 0: on another, some chairs, plants and suitcases stand
+    /// elsewhere, some are gone and others are there, and the noise is another.
+    pub day: u64,
     /// How the camera moves. Default [`CameraPath::Handheld`].
     pub path: CameraPath,
     /// Turn of the camera about its optical axis, radians, -pi..=pi, default 0: a quarter turn holds it on
@@ -66,6 +69,7 @@ impl Default for SequenceConfig {
             camera: None,
             room: Room::default(),
             activity: Activity::default(),
+            day: 0,
             path: CameraPath::default(),
             camera_roll: 0.0,
             camera_pitch: 0.0,
@@ -123,6 +127,7 @@ impl SequenceConfig {
         if let Room::Building { rooms } = self.room {
             check_range("rooms", rooms as f64, 2.0..=60.0)?;
         }
+        check_range("day", self.day as f64, 0.0..=1000.0)?;
         check_range("people", self.people as f64, 0.0..=2.0)?;
         check_range("event_time", self.event_time.unwrap_or(0.0), 0.0..=1e9)?;
         self.sensor.validate()?;

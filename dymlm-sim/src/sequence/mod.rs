@@ -17,4 +17,4 @@ pub use pose_error_config::PoseErrorConfig;
 pub use recorded_drift::RecordedDrift;
 pub use sequence_type::SequenceType;
 pub use simulate::Sequence;
-pub use simulated_frame::{CarriedThing, SceneChange, SimulatedFrame, VisibleThing};
+pub use simulated_frame::{CarriedThing, PlaceChange, SceneChange, SimulatedFrame, VisibleThing};

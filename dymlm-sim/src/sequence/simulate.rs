@@ -5,7 +5,7 @@ use dymlm_geometry::OrientedBox;
 use parry3d::math::{Pose3, Rot3};
 
 use super::pose_error::PoseError;
-use super::simulated_frame::{CarriedThing, SceneChange, SimulatedFrame, VisibleThing};
+use super::simulated_frame::{CarriedThing, PlaceChange, SceneChange, SimulatedFrame, VisibleThing};
 use super::{FrameScratch, SequenceConfig};
 use crate::detector::{Detector, Visible, visible_things};
 use crate::render::{Rendering, render};
@@ -54,17 +54,19 @@ impl Sequence {
             Some(camera) => camera,
             None => PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?,
         };
+        let noise_seed = config.seed.wrapping_add(config.day.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         let mut sequence = Self {
             config: config.clone(),
             camera,
             scene: Scene::new(config),
-            sensor: Sensor::new(config.sensor, config.seed),
-            detector: Detector::new(config.detector, config.seed),
+            sensor: Sensor::new(config.sensor, noise_seed),
+            detector: Detector::new(config.detector, noise_seed),
             pose_error: None,
         };
         if let (Some(what), Room::Office) = (config.carried, config.room) {
             sequence.scene.carry(what);
         }
+        sequence.stage_day();
         sequence.stage_events()?;
         sequence.pose_error = sequence.pose_errors();
         Ok(sequence)
@@ -74,23 +76,44 @@ impl Sequence {
     fn stage_events(&mut self) -> Result<(), Error> {
         /// Moments of the sequence at which the view is asked.
         const MOMENTS: usize = 12;
-        let cameras: Vec<Pose3> =
-            (0..MOMENTS).map(|k| self.scene_from_camera(self.len() * k / MOMENTS)).collect();
+        let cameras = self.cameras_at(MOMENTS);
+        let stage = self.stage(&cameras);
+        for (number, &event) in self.config.events.iter().enumerate() {
+            let staged = self.scene.stage(event, &stage, [self.config.seed, number as u64]);
+            check_range("places for an event", f64::from(u8::from(staged.is_some())), 1.0..=f64::INFINITY)?;
+        }
+        Ok(())
+    }
+
+    /// Brings the things to where they stand on the day of the recording.
+    fn stage_day(&mut self) {
+        if self.config.day == 0 {
+            return;
+        }
+        // Twice a second: what the camera passes stands in its way all the time.
+        let cameras = self.cameras_at((2.0 * self.timestamp(self.len())).ceil() as usize);
+        let (seed, day) = (self.config.seed, self.config.day);
+        let mut scene = self.scene.clone();
+        scene.rearrange(&self.stage(&cameras), seed, day);
+        self.scene = scene;
+    }
+
+    /// Poses of the camera in the scene, so many, spread over the sequence.
+    fn cameras_at(&self, moments: usize) -> Vec<Pose3> {
+        (0..moments).map(|k| self.scene_from_camera(self.len() * k / moments)).collect()
+    }
+
+    fn stage<'a>(&self, cameras: &'a [Pose3]) -> Stage<'a> {
         let tangent = |side: usize, focal_length: f64| (0.45 * side as f64 / focal_length) as f32;
-        let stage = Stage {
-            cameras: &cameras,
+        Stage {
+            cameras,
             view: [
                 tangent(self.camera.width(), self.camera.fx()),
                 tangent(self.camera.height(), self.camera.fy()),
             ],
             duration: self.timestamp(self.len()),
             time: self.config.event_time,
-        };
-        for (number, &event) in self.config.events.iter().enumerate() {
-            let staged = self.scene.stage(event, &stage, [self.config.seed, number as u64]);
-            check_range("places for an event", f64::from(u8::from(staged.is_some())), 1.0..=f64::INFINITY)?;
         }
-        Ok(())
     }
 
     fn pose_errors(&self) -> Option<PoseError> {
@@ -181,6 +204,22 @@ impl Sequence {
                 before,
                 after,
             })
+        });
+        changes.collect()
+    }
+
+    /// The labelled things that stand elsewhere than in another sequence of the same rooms, such as one of
+    /// another [`day`](SequenceConfig::day), or in one of both alone.
+    pub fn differences_from(&self, earlier: &Self) -> Vec<PlaceChange> {
+        let in_world = |sequence: &Self, id: usize| {
+            Some(sequence.scene.place_of(id)?.transformed(&sequence.config.world_from_scene))
+        };
+        let label = |sequence: &Self, id: usize| sequence.scene.instances.get(id).and_then(|it| it.label);
+        let ids = 0..self.scene.instances.len().max(earlier.scene.instances.len());
+        let changes = ids.filter_map(|id| {
+            let label = label(self, id).or_else(|| label(earlier, id))?;
+            let [before, after] = [in_world(earlier, id), in_world(self, id)];
+            (before != after).then_some(PlaceChange { id, label, before, after })
         });
         changes.collect()
     }

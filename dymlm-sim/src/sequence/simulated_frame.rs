@@ -66,6 +66,20 @@ pub struct SceneChange {
     pub after: Option<OrientedBox>,
 }
 
+/// A labelled thing that stands elsewhere in one of two sequences, or in one alone.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct PlaceChange {
+    /// The id that the thing has among the visible things.
+    pub id: usize,
+    /// COCO label.
+    pub label: &'static str,
+    /// The box in the world that it fills in the earlier one; none if it is not there.
+    pub before: Option<OrientedBox>,
+    /// The box that it fills in the later one.
+    pub after: Option<OrientedBox>,
+}
+
 /// A labelled thing as one frame shows it, exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]

@@ -1,0 +1,114 @@
+use std::f32::consts::PI;
+
+use dymlm_geometry::OrientedBox;
+use parry3d::math::Vec3;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::event::Place;
+use super::staging::{FROM_CAMERA, FROM_LIMBS, GAP, is_clear, posed};
+use super::{Instance, Motion, Part, Scene, Stage, first_hit};
+use crate::noise::{Use, stream};
+use crate::to_pose::to_pose;
+use crate::truth::box_around;
+
+/// What people move about, of what stands on the floor.
+const MOVABLE: [&str; 4] = ["chair", "potted plant", "suitcase", "teddy bear"];
+/// The share of things that stand elsewhere on another day, that are gone, and beside which there is another
+/// of their kind.
+const MOVED: f64 = 0.25;
+const GONE: f64 = 0.15;
+const DOUBLED: f64 = 0.15;
+/// Places that are tried for a thing.
+const TRIES: usize = 200;
+/// How far away the new place is, metres.
+const WAY: std::ops::Range<f32> = 1.0..3.0;
+/// Height over all furniture, metres: between places that see each other there is no wall.
+const OVER_FURNITURE: f32 = 2.1;
+
+/// Things of another day.
+impl Scene {
+    /// Moves things that nobody uses to free places that the camera does not pass, takes some away and brings
+    /// others, all drawn from the seed and the day.
+    pub(crate) fn rearrange(&mut self, stage: &Stage<'_>, seed: u64, day: u64) {
+        let limbs = self.limbs(stage);
+        for instance in 0..self.instances.len() {
+            let Some((from, parts)) = self.movable(instance) else { continue };
+            if !is_clear(&posed(&parts, &from), &limbs, FROM_LIMBS) {
+                continue;
+            }
+            let mut rng = stream(seed, Use::Scene, 4, (day << 14) ^ instance as u64);
+            let fate = rng.random_range(0.0..1.0);
+            if fate < GONE {
+                self.static_parts.retain(|part| part.instance != instance);
+            } else if fate < GONE + MOVED + DOUBLED {
+                let is_free = |there: &[Part]| {
+                    is_clear(there, &limbs, FROM_LIMBS) && is_clear(there, stage.cameras, FROM_CAMERA)
+                };
+                let Some(to) = self.place_nearby(instance, &from, &parts, is_free, &mut rng) else {
+                    continue;
+                };
+                if fate < GONE + MOVED {
+                    self.put(instance, &from, &to);
+                } else {
+                    self.double(instance, &to, &parts);
+                }
+            }
+        }
+    }
+
+    /// Where a labelled thing stands that can be moved, and its bodies in its own frame.
+    fn movable(&self, instance: usize) -> Option<(Place, Vec<Part>)> {
+        let thing = self.instances.get(instance)?;
+        let pose = thing.scene_from_thing;
+        let is_movable = thing.motion == Motion::Still
+            && thing.label.is_some_and(|label| MOVABLE.contains(&label))
+            && pose.translation.z.abs() < 0.01;
+        let front = pose.rotation * Vec3::X;
+        let place = Place { at: [pose.translation.x, pose.translation.y], yaw: front.y.atan2(front.x) };
+        let own = self.static_parts.iter().filter(|part| part.instance == instance);
+        let in_thing =
+            |part: &Part| Part { scene_from_part: pose.inverse() * part.scene_from_part, ..part.clone() };
+        is_movable.then(|| (place, own.map(in_thing).collect()))
+    }
+
+    /// A free place in the same room.
+    fn place_nearby(
+        &self,
+        instance: usize,
+        from: &Place,
+        parts: &[Part],
+        is_clear: impl Fn(&[Part]) -> bool,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Place> {
+        let above = |place: &Place| Vec3::new(place.at[0], place.at[1], OVER_FURNITURE);
+        (0..TRIES).find_map(|_| {
+            let (sin, cos) = rng.random_range(-PI..PI).sin_cos();
+            let far = rng.random_range(WAY);
+            let at = [from.at[0] + far * cos, from.at[1] + far * sin];
+            let to = Place { at, yaw: from.yaw + rng.random_range(-1.5..1.5) };
+            let there = posed(parts, &to);
+            let good = there.iter().all(|part| self.is_free(part, instance, GAP))
+                && is_clear(&there)
+                && first_hit(&self.static_parts, above(from), above(&to)).is_none();
+            good.then_some(to)
+        })
+    }
+
+    /// Adds a thing like another.
+    fn double(&mut self, instance: usize, place: &Place, parts: &[Part]) {
+        let double = self.instances.len();
+        let label = self.instances[instance].label;
+        let scene_from_thing = place.scene_from_thing();
+        self.instances.push(Instance { label, motion: Motion::Still, scene_from_thing });
+        let parts = posed(parts, place).into_iter().map(|part| Part { instance: double, ..part });
+        self.static_parts.extend(parts);
+    }
+
+    /// The box of a thing that stays; none where there is no such thing.
+    pub(crate) fn place_of(&self, instance: usize) -> Option<OrientedBox> {
+        let thing = self.instances.get(instance).filter(|thing| thing.motion == Motion::Still)?;
+        let parts: Vec<&Part> = self.static_parts.iter().filter(|part| part.instance == instance).collect();
+        (!parts.is_empty()).then(|| box_around(&to_pose(&thing.scene_from_thing), &parts))?
+    }
+}

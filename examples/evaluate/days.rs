@@ -1,0 +1,207 @@
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use dymlm::core::vector3::{difference, norm};
+use dymlm::core::{Frame, Pose};
+use dymlm::geometry::OrientedBox;
+use dymlm::{FoundObject, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, SessionChanges};
+use dymlm_examples::{AnyError, progress_bar};
+use dymlm_sim::{PlaceChange, Sequence, SequenceConfig, SimulatedFrame};
+
+/// Recordings of the first day, and of another.
+const RECORDINGS: [usize; 2] = [6, 2];
+/// When the first recording began and the time from one to the next, seconds.
+const START: f64 = 1.79e9;
+const BETWEEN: f64 = 3600.0;
+const DAY: f64 = 86_400.0;
+/// A place that is reported is a true one within this distance of its centre, metres.
+const NEAR: f64 = 0.5;
+/// A thing was seen when it filled so many pixels in so many frames, and an empty place when so many frames
+/// looked through it.
+const PIXELS: usize = 500;
+const FRAMES: usize = 10;
+
+/// A place that a thing has left, or has come to.
+struct ChangedPlace {
+    thing: usize,
+    label: &'static str,
+    place: OrientedBox,
+    is_left: bool,
+}
+
+/// What frames have shown of the places.
+#[derive(Default)]
+struct Seen {
+    /// By thing, frames in which it was seen.
+    things: BTreeMap<usize, usize>,
+    /// By place, frames that have looked through it.
+    looked_through: Vec<usize>,
+}
+
+/// A building in eight recordings, of which the last two were made on another day with things moved: merged,
+/// and asked for what has changed.
+pub(crate) fn evaluate(seed: u64, rooms: usize, rate: f64, out: &Path) -> Result<(), AnyError> {
+    let day = |day: u64| {
+        let mut config = SequenceConfig::building(seed, rooms);
+        config.frames = (config.frames as f64 * rate / config.frame_rate).round() as usize;
+        (config.frame_rate, config.day) = (rate, day);
+        Sequence::new(&config)
+    };
+    let days = [day(0)?, day(1)?];
+    let changes = days[1].differences_from(&days[0]);
+    let places: Vec<ChangedPlace> = changes.iter().flat_map(changed_places).collect();
+
+    let mut seen = [Seen::default(), Seen::default()];
+    let mut maps = Vec::new();
+    for ((sequence, day), seen) in days.iter().zip(0..).zip(&mut seen) {
+        seen.looked_through = vec![0; places.len()];
+        for recording in 0..RECORDINGS[day] {
+            let start = START + DAY * day as f64 + BETWEEN * recording as f64;
+            let frames = [recording, recording + 1].map(|k| sequence.len() * k / RECORDINGS[day]);
+            maps.push(record(sequence, frames[0]..frames[1], start, &places, seen)?);
+        }
+    }
+    let map = merged(maps)?;
+    map.save(out.join("recordings"))?;
+    let found = map.session_changes()?;
+    report(&places, &seen, &found);
+    Ok(())
+}
+
+fn changed_places(change: &PlaceChange) -> impl Iterator<Item = ChangedPlace> + use<> {
+    let (thing, label) = (change.id, change.label);
+    let places = [(change.before, true), (change.after, false)];
+    places
+        .into_iter()
+        .filter_map(move |(place, is_left)| Some(ChangedPlace { thing, label, place: place?, is_left }))
+}
+
+/// The map of a part of a sequence, whose clock says `start` at its beginning.
+fn record(
+    sequence: &Sequence,
+    frames: std::ops::Range<usize>,
+    start: f64,
+    places: &[ChangedPlace],
+    seen: &mut Seen,
+) -> Result<MultiLevelMap, AnyError> {
+    let mut config = MapConfig::default();
+    config.history = HistoryConfig::Memory;
+    let mut builder = MapBuilder::new(config)?;
+    let begin = sequence.timestamp(frames.start);
+    let bar = progress_bar(frames.len(), "recording");
+    for index in frames {
+        let Some(SimulatedFrame { mut frame, detections, world_from_camera, visible_things, .. }) =
+            sequence.frame(index)
+        else {
+            break;
+        };
+        for thing in visible_things.iter().filter(|thing| thing.pixels >= PIXELS) {
+            *seen.things.entry(thing.id).or_default() += 1;
+        }
+        for (place, looks) in places.iter().zip(&mut seen.looked_through) {
+            *looks += usize::from(looks_through(&frame, &world_from_camera, &place.place));
+        }
+        frame.set_timestamp(frame.timestamp() - begin + start)?;
+        builder.insert(&frame, &detections, &world_from_camera)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(builder.into_map())
+}
+
+/// Whether the ray to the middle of a place goes on behind it.
+fn looks_through(frame: &Frame, world_from_camera: &Pose, place: &OrientedBox) -> bool {
+    let in_camera = world_from_camera.inverse().transform_point(place.center());
+    let camera = frame.camera();
+    let Some([u, v]) = camera.project(in_camera) else { return false };
+    let is_in_image =
+        (0.0..camera.width() as f64 - 1.0).contains(&u) && (0.0..camera.height() as f64 - 1.0).contains(&v);
+    let radius = 0.5 * place.lengths().into_iter().fold(0.0, f64::max);
+    is_in_image && f64::from(frame.depth().at(u.round() as usize, v.round() as usize)) > in_camera[2] + radius
+}
+
+/// By a tree, neighbours first.
+fn merged(mut maps: Vec<MultiLevelMap>) -> Result<MultiLevelMap, AnyError> {
+    while maps.len() > 1 {
+        let mut next = Vec::new();
+        let mut rest = maps.into_iter();
+        while let Some(mut map) = rest.next() {
+            if let Some(other) = rest.next() {
+                map.merge(&other, &Pose::identity())?;
+            }
+            next.push(map);
+        }
+        maps = next;
+    }
+    Ok(maps.pop().ok_or("no recordings")?)
+}
+
+/// Holds what the second day's sessions have found against the truth.
+fn report(places: &[ChangedPlace], [first, second]: &[Seen; 2], found: &[SessionChanges]) {
+    let told = |is_left: bool| {
+        found.iter().flat_map(move |session| {
+            let changes = &session.changes;
+            let moved = changes.moved.iter().map(move |moved| if is_left { &moved.from } else { &moved.to });
+            moved.chain(if is_left { &changes.vanished } else { &changes.appeared })
+        })
+    };
+    let is_it = |place: &ChangedPlace, object: &FoundObject| {
+        let apart = norm(difference(place.place.center(), object.oriented_box.center()));
+        place.label == object.label && apart < NEAR
+    };
+    for ChangedPlace { thing, label, place, is_left } in places {
+        let [x, y, z] = place.center();
+        let what = if *is_left { "left" } else { "come" };
+        println!("true: {thing} {label} {what} at {x:.2} {y:.2} {z:.2}");
+    }
+    let (mut asked, mut known) = (0, 0);
+    for (index, place) in places.iter().enumerate() {
+        let (with, without) = if place.is_left { (first, second) } else { (second, first) };
+        let views = with.things.get(&place.thing).copied().unwrap_or(0);
+        if views < FRAMES || without.looked_through[index] < FRAMES {
+            continue;
+        }
+        asked += 1;
+        let is_known = told(place.is_left).any(|object| is_it(place, object));
+        known += usize::from(is_known);
+        if !is_known {
+            let [x, y, z] = place.place.center();
+            let what = if place.is_left { "left" } else { "come" };
+            println!("missed: {} {what} at {x:.2} {y:.2} {z:.2}, {views} views", place.label);
+        }
+    }
+    let (mut reported, mut right) = (0, 0);
+    for is_left in [true, false] {
+        for object in told(is_left) {
+            reported += 1;
+            let mut own = places.iter().filter(|place| place.is_left == is_left);
+            let is_right = own.any(|place| is_it(place, object));
+            right += usize::from(is_right);
+            if !is_right {
+                let [x, y, z] = object.oriented_box.center();
+                let what = if is_left { "left" } else { "come" };
+                let [from, to] = object.seen;
+                println!(
+                    "wrong: {} {} {what} at {x:.2} {y:.2} {z:.2}, seen {from:.1} to {to:.1}",
+                    object.id, object.label
+                );
+            }
+        }
+    }
+    for session in found {
+        let changes = &session.changes;
+        println!(
+            "session from frame {}: {} moved, {} appeared, {} vanished",
+            session.session.first,
+            changes.moved.len(),
+            changes.appeared.len(),
+            changes.vanished.len()
+        );
+    }
+    let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
+    println!(
+        "{asked} changed places seen both times: recall {:.1} %; {reported} reported: precision {:.1} %",
+        share(known, asked),
+        share(right, reported)
+    );
+}
