@@ -1,5 +1,14 @@
 use std::fmt;
 
+/// An id is a number with a kind.
+pub trait Numbered: Copy + Ord {
+    /// The id with this number.
+    fn numbered(number: u64) -> Self;
+
+    /// The id's number.
+    fn number(self) -> u64;
+}
+
 macro_rules! id {
     ($(#[$documentation:meta])* $name:ident) => {
         $(#[$documentation])*
@@ -19,6 +28,16 @@ macro_rules! id {
             #[inline]
             #[must_use]
             pub const fn get(self) -> u64 {
+                self.0
+            }
+        }
+
+        impl Numbered for $name {
+            fn numbered(number: u64) -> Self {
+                Self(number)
+            }
+
+            fn number(self) -> u64 {
                 self.0
             }
         }
@@ -46,4 +65,9 @@ id! {
 id! {
     /// A tracked mover. Ids ascend in the order in which tracks begin.
     TrackId
+}
+id! {
+    /// The how-manieth of its kind that came into its map a plane or an object was. A map that is built again
+    /// of the same gives the same births, whatever its things are called; see [`Names`](crate::Names).
+    Birth
 }

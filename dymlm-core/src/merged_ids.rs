@@ -66,6 +66,16 @@ impl<Id: Copy + Ord> MergedIds<Id> {
         self.into.retain(|from, _| leading.binary_search(from).is_ok());
     }
 
+    /// The ids of all things that were merged, ascending.
+    pub fn merged(&self) -> impl Iterator<Item = Id> {
+        self.into.keys().copied()
+    }
+
+    /// Whether an id is that of a thing that was merged.
+    pub fn has_merged(&self, id: Id) -> bool {
+        self.into.contains_key(&id)
+    }
+
     /// Calls all by new ids.
     ///
     /// These are the merges of a map that takes the place of another: what led on there (`before`) leads on

@@ -2,7 +2,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use dymlm_core::vector3::{bounds, boxes_touch, difference, norm};
-use dymlm_core::{ObjectId, PlaneId, Pose, SensorModel};
+use dymlm_core::{Birth, ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
@@ -45,23 +45,23 @@ pub struct ObjectMapper {
     sensor: SensorModel,
     limits: ObjectLimits,
     parameterizer: Parameterizer,
-    associator: Associator,
+    pub(crate) associator: Associator,
     reparameterizer: Reparameterizer,
     pub(crate) map: ObjectMap,
     pub(crate) last_timestamp: Option<f64>,
     /// The objects that somebody carries.
-    pub(crate) held: BTreeSet<ObjectId>,
+    pub(crate) held: BTreeSet<Birth>,
     pub(crate) vertical: Vertical,
     observations: Vec<ObjectObservation>,
     /// Each observation's object, as associated.
-    matches: Vec<Option<ObjectId>>,
-    /// Ids of the objects that the frame may show, and of those that it made, ascending.
-    in_view: Vec<ObjectId>,
-    /// Ids of the objects that the frame observed.
-    observed: Vec<ObjectId>,
-    /// Ids of the objects whose boxes changed, and that may have become one with others.
-    pub(crate) changed: BTreeSet<ObjectId>,
-    near: Vec<ObjectId>,
+    matches: Vec<Option<Birth>>,
+    /// The objects that the frame may show, and those that it made, the oldest first.
+    in_view: Vec<Birth>,
+    /// The objects that the frame observed.
+    observed: Vec<Birth>,
+    /// The objects whose boxes changed, and that may have become one with others.
+    pub(crate) changed: BTreeSet<Birth>,
+    near: Vec<Birth>,
     /// Ids of the planes that objects were seen to stand on.
     pub(crate) supports: BTreeSet<PlaneId>,
     report: ObjectReport,
@@ -181,7 +181,7 @@ impl ObjectMapper {
             let Some(object) = *object else { continue };
             self.report.associated.push(ObjectAssociation {
                 detection: observation.detection,
-                object,
+                object: self.map.names.id(object),
                 tests: self.associator.tests(index),
             });
         }
@@ -211,8 +211,9 @@ impl ObjectMapper {
         self.remove_ghosts();
         self.merge_duplicates(planes);
         self.judge_belief();
-        let report = &mut self.report;
-        for ids in [&mut report.updated, &mut report.kept_parameters] {
+        let ObjectReport { created, updated, kept_parameters, confirmed, unconfirmed, removed, .. } =
+            &mut self.report;
+        for ids in [created, updated, kept_parameters, confirmed, unconfirmed, removed] {
             ids.sort_unstable();
             ids.dedup();
         }
@@ -220,31 +221,32 @@ impl ObjectMapper {
 
     /// Says that somebody carries an object: until it is [released](Self::release) or
     /// [moved](Self::move_object), it stays in the map where it stood, and frames have no say about it. Any
-    /// number of objects can be held at once. Tells whether that is new.
+    /// number of objects can be held at once. Tells whether that is new; `false` for one that is not in the
+    /// map.
     pub fn hold(&mut self, object: ObjectId) -> bool {
-        self.held.insert(self.map.current_id(object))
+        self.map.object(object).is_some_and(|object| self.held.insert(object.birth))
     }
 
     /// Says that nobody carries an object any more. Tells whether that is new.
     pub fn release(&mut self, object: ObjectId) -> bool {
-        self.held.remove(&self.map.current_id(object))
+        self.map.object(object).is_some_and(|object| self.held.remove(&object.birth))
     }
 
     /// The objects that are held.
     pub fn held(&self) -> impl Iterator<Item = ObjectId> {
-        self.held.iter().copied()
+        self.held.iter().map(|&birth| self.map.names.id(birth))
     }
 
     /// Moves an object with all that is known of it, and [releases](Self::release) it. Gives its new box;
     /// `None` when the map has no object of this id.
     pub fn move_object(&mut self, object: ObjectId, new_from_old: &Pose) -> Option<OrientedBox> {
-        let object = self.map.current_id(object);
-        let place = self.map.place(object)?;
-        self.held.remove(&object);
+        let birth = self.map.object(object)?.birth;
+        let place = self.map.place(birth)?;
+        self.held.remove(&birth);
         let moved = self.map.objects.get_mut(place).map(Arc::make_mut)?;
         moved.move_by(new_from_old);
         self.map.index.place(moved);
-        self.changed.insert(object);
+        self.changed.insert(birth);
         Some(moved.oriented_box)
     }
 
@@ -258,14 +260,11 @@ impl ObjectMapper {
         let reaches_in = |object: &MapObject| boxes_touch(bounds(object.oriented_box.corners()), region);
         let mut gone = Vec::new();
         self.map.index.within(region, &mut gone);
-        gone.retain(|id| {
-            let object = self.map.object(*id).filter(|object| !self.held.contains(&object.id));
+        gone.retain(|birth| {
+            let object = self.map.born(*birth).filter(|object| !self.held.contains(&object.birth));
             object.is_some_and(|object| reaches_in(object) && is_gone(object))
         });
-        for &id in &gone {
-            self.remove(id);
-        }
-        gone
+        gone.into_iter().filter_map(|birth| Some(self.map.remove(birth)?.id)).collect()
     }
 
     /// Forgets the objects whose centre is farther than `radius` metres from a place (world), but for those
@@ -274,11 +273,11 @@ impl ObjectMapper {
         let is_far = |object: &&MapObject| {
             let away = norm(difference(object.oriented_box.center(), center));
             // A radius that is no number forgets nothing.
-            away > radius && !self.held.contains(&object.id)
+            away > radius && !self.held.contains(&object.birth)
         };
-        let far: Vec<ObjectId> = self.map.all().filter(is_far).map(|object| object.id).collect();
-        for id in far {
-            self.remove(id);
+        let far: Vec<Birth> = self.map.all().filter(is_far).map(|object| object.birth).collect();
+        for birth in far {
+            self.map.remove(birth);
         }
     }
 
@@ -342,26 +341,20 @@ impl ObjectMapper {
         }
     }
 
-    /// Takes an object out of the map.
-    fn remove(&mut self, id: ObjectId) {
-        self.map.remove(id);
-        self.map.index.remove(id);
-    }
-
     fn update_object(
         &mut self,
         view: &ObjectView<'_>,
         observation: &ObjectObservation,
-        id: ObjectId,
+        birth: Birth,
         planes: &dyn SupportingPlanes,
     ) {
-        let place = self.map.place(id);
+        let place = self.map.place(birth);
         let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
         let object = Arc::make_mut(object);
         let patch = object.observe(observation, view, &self.limits, &self.config.sizes);
-        self.observed.push(id);
-        self.report.observed.push((observation.detection, id));
-        self.changed.insert(id);
+        self.observed.push(birth);
+        self.report.observed.push((observation.detection, object.id));
+        self.changed.insert(birth);
         self.supports.extend(observation.support.and_then(|support| support.id));
         if !Reparameterizer::is_due(object) {
             return;
@@ -403,9 +396,10 @@ impl ObjectMapper {
         if self.is_explained(view, observation) {
             return self.reject(observation.detection, RejectionCause::Explained);
         }
-        let id = ObjectId::new(self.map.next_id);
+        let (birth, id) = self.map.names.add();
         let shape = self.config.shapes.of(&observation.label);
-        let mut object = MapObject::new(id, observation, view, shape, &self.limits, &self.config.sizes);
+        let (limits, sizes) = (&self.limits, &self.config.sizes);
+        let mut object = MapObject::new((birth, id), observation, view, shape, limits, sizes);
         self.reparameterizer.update(
             &mut object,
             self.vertical.direction(),
@@ -413,14 +407,13 @@ impl ObjectMapper {
             &self.config.shapes,
             planes,
         );
-        self.map.next_id += 1;
         self.map.index.place(&object);
         self.map.objects.push(Arc::new(object));
         self.report.created.push(id);
-        self.observed.push(id);
+        self.observed.push(birth);
         self.report.observed.push((observation.detection, id));
-        self.in_view.push(id);
-        self.changed.insert(id);
+        self.in_view.push(birth);
+        self.changed.insert(birth);
         self.supports.extend(observation.support.and_then(|support| support.id));
     }
 
@@ -449,23 +442,23 @@ impl ObjectMapper {
     /// something before or behind it.
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
         self.believed_in_view().any(|object| {
-            !self.matches.contains(&Some(object.id))
+            !self.matches.contains(&Some(object.birth))
                 && looks_like(object, view, observation)
                 && judge_existence(view, object, &self.sensor) == Existence::Present
         })
     }
 
     fn believed_in_view(&self) -> impl Iterator<Item = &MapObject> {
-        let objects = self.in_view.iter().filter_map(|&id| self.map.object(id));
+        let objects = self.in_view.iter().filter_map(|&birth| self.map.born(birth));
         objects.filter(|object| object.state == ObjectState::Confirmed)
     }
 
     fn judge_existence(&mut self, view: &ObjectView<'_>) {
-        for &id in &self.in_view {
-            if self.observed.binary_search(&id).is_ok() || self.held.contains(&id) {
+        for &birth in &self.in_view {
+            if self.observed.binary_search(&birth).is_ok() || self.held.contains(&birth) {
                 continue;
             }
-            let place = self.map.place(id);
+            let place = self.map.place(birth);
             let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { continue };
             let existence = judge_existence(view, object, &self.sensor);
             if existence == Existence::Unknown {
@@ -484,26 +477,26 @@ impl ObjectMapper {
         let is_ghost = |object: &MapObject| {
             let is_gone = object.looked_through >= least && object.looked_through > object.observations;
             let was_mistaken = object.observations == 1 && object.frames_in_view > PATIENCE;
-            (is_gone || was_mistaken) && !held.contains(&object.id)
+            (is_gone || was_mistaken) && !held.contains(&object.birth)
         };
-        let ghosts = self.in_view.iter().filter(|&&id| self.map.object(id).is_some_and(is_ghost));
-        self.report.removed.extend(ghosts);
-        for place in 0..self.report.removed.len() {
-            self.remove(self.report.removed[place]);
+        for &birth in &self.in_view {
+            if self.map.born(birth).is_some_and(is_ghost) {
+                self.report.removed.extend(self.map.remove(birth).map(|object| object.id));
+            }
         }
     }
 
     fn merge_duplicates(&mut self, planes: &dyn SupportingPlanes) {
         for _ in 0..MAX_MERGES {
-            let Some(merge) = self.find_duplicates() else { return };
-            let Some(removed) = self.map.absorb(merge.removed, merge.kept) else { return };
-            self.map.index.remove(merge.removed);
-            let place = self.map.place(merge.kept);
+            let Some([kept, removed]) = self.find_duplicates() else { return };
+            let Some(removed) = self.map.remove(removed) else { return };
+            let place = self.map.place(kept);
             let Some(kept) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
             let kept = Arc::make_mut(kept);
+            self.map.absorbed_by.insert(removed.id, kept.id);
             kept.merge(&removed, &self.limits);
-            if self.held.remove(&merge.removed) {
-                self.held.insert(merge.kept);
+            if self.held.remove(&removed.birth) {
+                self.held.insert(kept.birth);
             }
             self.reparameterizer.update(
                 kept,
@@ -513,27 +506,27 @@ impl ObjectMapper {
                 planes,
             );
             self.map.index.place(kept);
-            self.changed.insert(merge.kept);
-            self.report.merged.push(merge);
+            self.changed.insert(kept.birth);
+            self.report.merged.push(ObjectMerge { kept: kept.id, removed: removed.id });
         }
     }
 
-    /// The first pair of objects that are one, among those that changed and those near them; `None` when
-    /// there is none. The one with fewer observations goes.
-    fn find_duplicates(&mut self) -> Option<ObjectMerge> {
-        while let Some(&id) = self.changed.first() {
-            let own = self.map.place(id).and_then(|place| self.map.objects.get(place));
-            if let Some(own) = own.map(Arc::as_ref) {
+    /// The first pair of objects that are one, among those that changed and those near them: the one that
+    /// stays, and the one that goes, which has fewer observations or is the younger of equals. `None` when
+    /// there is none.
+    fn find_duplicates(&mut self) -> Option<[Birth; 2]> {
+        while let Some(&birth) = self.changed.first() {
+            if let Some(own) = self.map.born(birth) {
                 self.map.index.within(bounds(own.oriented_box.corners()), &mut self.near);
-                let others = self.near.iter().filter_map(|&other| self.map.object(other));
-                if let Some(other) = others.into_iter().find(|other| other.id != id && is_one(own, other)) {
-                    let (first, last) = if own.id < other.id { (own, other) } else { (other, own) };
+                let mut others = self.near.iter().filter_map(|&other| self.map.born(other));
+                if let Some(other) = others.find(|other| other.birth != birth && is_one(own, other)) {
+                    let (first, last) = if own.birth < other.birth { (own, other) } else { (other, own) };
                     let last_goes = last.observations <= first.observations;
-                    let (kept, removed) = if last_goes { (first.id, last.id) } else { (last.id, first.id) };
-                    return Some(ObjectMerge { kept, removed });
+                    let (kept, removed) = if last_goes { (first, last) } else { (last, first) };
+                    return Some([kept.birth, removed.birth]);
                 }
             }
-            self.changed.remove(&id);
+            self.changed.remove(&birth);
         }
         None
     }
@@ -542,8 +535,8 @@ impl ObjectMapper {
     /// size that things of its label have.
     fn judge_belief(&mut self) {
         let update = &self.config.update;
-        for &id in &self.in_view {
-            let place = self.map.place(id);
+        for &birth in &self.in_view {
+            let place = self.map.place(birth);
             let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { continue };
             let share = f64::from(object.observations) / f64::from(object.frames_in_view.max(1));
             let prior = self.config.sizes.of(&object.label);

@@ -2,7 +2,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use dymlm_core::{
-    DamagedState, MergedIds, ObjectId, PlaneId, SensorModel, StateSink, decode_part, encode_part,
+    Birth, DamagedState, MergedIds, Names, ObjectId, PlaneId, SensorModel, StateSink, decode_part,
+    encode_part,
 };
 use serde::{Deserialize, Serialize};
 
@@ -10,24 +11,26 @@ use crate::object_map::MapObject;
 use crate::parameterization::VerticalVotes;
 use crate::{Error, ObjectConfig, ObjectMapper};
 
-/// The part of all but the objects, each of which has the one behind its id.
+/// The part of all but the objects, each of which has the one behind its birth.
 const HEAD: u64 = 0;
 
 /// What is saved of a mapper beside its objects. The index in space is made again.
 #[derive(Serialize, Deserialize)]
 struct Head {
     last_timestamp: Option<f64>,
-    held: BTreeSet<ObjectId>,
-    changed: BTreeSet<ObjectId>,
+    /// When the detector ran last.
+    times: [f64; 3],
+    held: BTreeSet<Birth>,
+    changed: BTreeSet<Birth>,
     supports: BTreeSet<PlaneId>,
     vertical: VerticalVotes,
-    next_id: u64,
+    names: Names<ObjectId>,
     absorbed_by: MergedIds<ObjectId>,
-    objects: Vec<ObjectId>,
+    objects: Vec<Birth>,
 }
 
-fn part_of(id: ObjectId) -> u64 {
-    id.get().wrapping_add(1)
+fn part_of(birth: Birth) -> u64 {
+    birth.get().wrapping_add(1)
 }
 
 impl ObjectMapper {
@@ -38,18 +41,18 @@ impl ObjectMapper {
     ///
     /// Those of `sink`.
     pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
-        let before = |id| {
+        let before = |birth| {
             let map = &earlier?.map;
-            map.objects.get(map.place(id)?)
+            map.objects.get(map.place(birth)?)
         };
         for object in &self.map.objects {
-            if !before(object.id).is_some_and(|before| Arc::ptr_eq(before, object)) {
-                sink(part_of(object.id), Some(&encode_part(object.as_ref())?))?;
+            if !before(object.birth).is_some_and(|before| Arc::ptr_eq(before, object)) {
+                sink(part_of(object.birth), Some(&encode_part(object.as_ref())?))?;
             }
         }
         for object in earlier.into_iter().flat_map(|earlier| &earlier.map.objects) {
-            if self.map.place(object.id).is_none() {
-                sink(part_of(object.id), None)?;
+            if self.map.place(object.birth).is_none() {
+                sink(part_of(object.birth), None)?;
             }
         }
         let head = encode_part(&self.head())?;
@@ -82,11 +85,12 @@ impl ObjectMapper {
         if !head.is_possible() {
             return Err(DamagedState::new(HEAD, "ids or numbers that no map has").into());
         }
-        for &id in &head.objects {
-            let part = part_of(id);
+        for &birth in &head.objects {
+            let part = part_of(birth);
             let bytes = by_key.remove(&part).ok_or_else(|| DamagedState::new(part, "it is missing"))?;
             let object: MapObject = decode_part(part, &bytes)?;
-            if object.id != id || !object.is_possible() {
+            let is_it = object.birth == birth && head.names.birth(object.id) == Some(birth);
+            if !is_it || !object.is_possible() {
                 return Err(DamagedState::new(part, "another object, or numbers that none has").into());
             }
             mapper.map.index.place(&object);
@@ -102,32 +106,42 @@ impl ObjectMapper {
     fn head(&self) -> Head {
         Head {
             last_timestamp: self.last_timestamp,
+            times: self.associator.times(),
             held: self.held.clone(),
             changed: self.changed.clone(),
             supports: self.supports.clone(),
             vertical: self.vertical.votes().clone(),
-            next_id: self.map.next_id,
+            names: self.map.names.clone(),
             absorbed_by: self.map.absorbed_by.clone(),
-            objects: self.map.objects.iter().map(|object| object.id).collect(),
+            objects: self.map.objects.iter().map(|object| object.birth).collect(),
         }
     }
 
     fn restore(&mut self, head: Head) {
-        let Head { last_timestamp, held, changed, supports, vertical, next_id, absorbed_by, .. } = head;
+        let Head { last_timestamp, times, held, changed, supports, vertical, names, absorbed_by, .. } = head;
         (self.last_timestamp, self.held, self.changed) = (last_timestamp, held, changed);
         self.supports = supports;
+        self.associator.restore_times(times);
         self.vertical.restore(vertical);
-        (self.map.next_id, self.map.absorbed_by) = (next_id, absorbed_by);
+        (self.map.names, self.map.absorbed_by) = (names, absorbed_by);
     }
 }
 
 impl Head {
-    /// Whether a map can be like this: ids ascend and were given, times and directions are finite.
+    /// Whether a map can be like this: births ascend and have been, times and directions are finite.
     fn is_possible(&self) -> bool {
         self.objects.is_sorted_by(|a, b| a < b)
-            && self.objects.last().is_none_or(|last| last.get() < self.next_id)
-            && self.next_id < u64::MAX / 2
+            && self.objects.last().is_none_or(|last| last.get() < self.names.births())
+            && self.names.births().max(self.names.given()) < u64::MAX / 2
             && self.last_timestamp.is_none_or(f64::is_finite)
+            && self.are_times_possible()
             && self.vertical.is_possible()
+    }
+
+    /// The first is that of the last frame with detections, and none comes before what it follows.
+    fn are_times_possible(&self) -> bool {
+        let [newest, last, before] = self.times;
+        self.last_timestamp.map_or(newest.is_nan(), |timestamp| timestamp == newest)
+            && [[last, newest], [before, last]].into_iter().all(|[a, b]| a.is_nan() || a <= b)
     }
 }

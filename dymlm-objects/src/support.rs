@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use dymlm_core::{Plane, PlaneId};
 
 /// A plane that things may stand on.
@@ -23,6 +25,13 @@ impl SupportPlane {
     }
 }
 
+/// Keeps planes that were found several times once, in the order in which they were found: ids are names, and
+/// nothing may depend on their order.
+pub(crate) fn keep_each_once(found: &mut Vec<SupportPlane>) {
+    let mut known = BTreeSet::new();
+    found.retain(|plane| known.insert(plane.id));
+}
+
 /// The finite planes of a map, asked for what is near a point. A closure of the same arguments as
 /// [`near`](Self::near) is one too.
 ///
@@ -44,7 +53,8 @@ impl SupportPlane {
 /// ```
 pub trait SupportingPlanes {
     /// Adds to `found` the planes whose finite patch lies within `reach` metres of a point of the world.
-    /// Walls and ceilings among them do no harm.
+    /// Walls and ceilings among them do no harm. Of planes between which nothing else decides, the first
+    /// found counts: an order that says which planes are which in a map built again keeps results the same.
     fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>);
 
     /// What a plane that objects were seen to stand on is called now: after a merge, the plane that it went

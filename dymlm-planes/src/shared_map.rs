@@ -63,10 +63,6 @@ impl<K: Ord, V: Clone> SharedMap<K, V> {
         self.0.values_mut().map(Arc::make_mut)
     }
 
-    pub(crate) fn into_values(self) -> impl Iterator<Item = V> {
-        self.0.into_values().map(Arc::unwrap_or_clone)
-    }
-
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&K, &V)> {
         self.0.iter().map(|(key, value)| (key, value.as_ref()))
     }

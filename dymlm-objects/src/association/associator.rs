@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::ObjectId;
+use dymlm_core::Birth;
 use dymlm_core::vector3::Vector3;
 use dymlm_geometry::Assignment;
 
@@ -83,6 +83,18 @@ impl Associator {
         }
     }
 
+    /// Times of the last three runs of the detector, newest first; NaN where there was none.
+    #[cfg(feature = "state")]
+    pub(crate) fn times(&self) -> [f64; 3] {
+        self.times
+    }
+
+    /// Goes on after these runs of the detector.
+    #[cfg(feature = "state")]
+    pub(crate) fn restore_times(&mut self, times: [f64; 3]) {
+        self.times = times;
+    }
+
     /// Tests all pairs of observations and of the objects `in_view`, and assigns. Answers the place of each
     /// observation's object among these.
     pub(crate) fn associate(
@@ -90,7 +102,7 @@ impl Associator {
         view: &ObjectView<'_>,
         observations: &[ObjectObservation],
         map: &ObjectMap,
-        in_view: &[ObjectId],
+        in_view: &[Birth],
         priors: &SizePriors,
     ) -> &[Option<usize>] {
         self.tests.clear();
@@ -98,8 +110,8 @@ impl Associator {
         self.times = [view.frame.timestamp(), self.times[0], self.times[1]];
         for observation in observations {
             sample_places(observation, &view.world_from_camera, &mut self.places);
-            for &id in in_view {
-                let Some(object) = map.object(id) else { continue };
+            for &birth in in_view {
+                let Some(object) = map.born(birth) else { continue };
                 let mut tests = self.test(view, observation, object);
                 if !tests.are_near(&self.config) && observation.label == object.label {
                     tests.joint_iou = joint_iou(view, observation, &self.places, object, priors);

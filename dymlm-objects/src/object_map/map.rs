@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use dymlm_core::{MergedIds, ObjectId};
+use dymlm_core::{Birth, MergedIds, Names, ObjectId};
 
 use super::{MapObject, ObjectState, SpaceIndex};
 
@@ -11,11 +11,11 @@ use super::{MapObject, ObjectState, SpaceIndex};
 /// merged objects the one with more observations keeps its id, and the other's leads to it.
 #[derive(Debug, Clone)]
 pub struct ObjectMap {
-    /// By ascending id; clones share those that neither has changed since.
+    /// By their births; clones share those that neither has changed since.
     pub(crate) objects: Vec<Arc<MapObject>>,
     /// Where they are.
     pub(crate) index: SpaceIndex,
-    pub(crate) next_id: u64,
+    pub(crate) names: Names<ObjectId>,
     /// What merged objects went into.
     pub(crate) absorbed_by: MergedIds<ObjectId>,
 }
@@ -24,15 +24,15 @@ impl ObjectMap {
     /// An empty map, made for a camera that sees as far as `range` metres.
     pub(crate) fn new(range: f64) -> Self {
         let index = SpaceIndex::new(range);
-        Self { objects: Vec::new(), index, next_id: 0, absorbed_by: MergedIds::default() }
+        Self { objects: Vec::new(), index, names: Names::default(), absorbed_by: MergedIds::default() }
     }
 
-    /// The confirmed objects, by ascending id.
+    /// The confirmed objects, in the order in which they came into the map.
     pub fn objects(&self) -> impl Iterator<Item = &MapObject> {
         self.all().filter(|object| object.state == ObjectState::Confirmed)
     }
 
-    /// The objects that are not confirmed, by ascending id: seen too seldom, or not any more.
+    /// The objects that are not confirmed, in the same order: seen too seldom, or not any more.
     pub fn candidates(&self) -> impl Iterator<Item = &MapObject> {
         self.all().filter(|object| object.state == ObjectState::Tentative)
     }
@@ -40,7 +40,7 @@ impl ObjectMap {
     /// The object of an id, confirmed or not; of a merged object the one that it went into. `None` once it
     /// was removed.
     pub fn object(&self, id: ObjectId) -> Option<&MapObject> {
-        self.place(self.current_id(id)).and_then(|place| self.objects.get(place)).map(Arc::as_ref)
+        self.born(self.names.birth(self.current_id(id))?)
     }
 
     /// Number of confirmed objects.
@@ -56,7 +56,7 @@ impl ObjectMap {
     /// Bytes that the map holds, about, with what clones share.
     pub fn memory_bytes(&self) -> usize {
         let objects: usize = self.all().map(MapObject::memory_bytes).sum();
-        objects + self.absorbed_by.memory_bytes()
+        objects + self.absorbed_by.memory_bytes() + self.names.memory_bytes()
     }
 
     /// The id of what an object is now: its own, or that of the object which it went into.
@@ -64,25 +64,25 @@ impl ObjectMap {
         self.absorbed_by.current(id)
     }
 
-    /// All objects, by ascending id.
+    /// All objects, in the order of their births.
     pub(crate) fn all(&self) -> impl Iterator<Item = &MapObject> {
         self.objects.iter().map(Arc::as_ref)
     }
 
-    pub(crate) fn place(&self, id: ObjectId) -> Option<usize> {
-        self.objects.binary_search_by_key(&id, |object| object.id).ok()
+    /// The object of a birth.
+    pub(crate) fn born(&self, birth: Birth) -> Option<&MapObject> {
+        self.place(birth).and_then(|place| self.objects.get(place)).map(Arc::as_ref)
+    }
+
+    pub(crate) fn place(&self, birth: Birth) -> Option<usize> {
+        self.objects.binary_search_by_key(&birth, |object| object.birth).ok()
     }
 
     /// Takes an object out.
-    pub(crate) fn remove(&mut self, id: ObjectId) -> Option<Arc<MapObject>> {
-        let place = self.place(id)?;
+    pub(crate) fn remove(&mut self, birth: Birth) -> Option<Arc<MapObject>> {
+        let place = self.place(birth)?;
+        self.index.remove(birth);
+        self.names.forget(birth);
         Some(self.objects.remove(place))
-    }
-
-    /// Takes an object out that goes into another: its id leads there from now on.
-    pub(crate) fn absorb(&mut self, removed: ObjectId, kept: ObjectId) -> Option<Arc<MapObject>> {
-        let object = self.remove(removed)?;
-        self.absorbed_by.insert(removed, kept);
-        Some(object)
     }
 }

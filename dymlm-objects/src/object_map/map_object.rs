@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use dymlm_core::vector3::along;
-use dymlm_core::{ObjectId, Plane, PlaneId, SensorModel};
+use dymlm_core::{Birth, ObjectId, Plane, PlaneId, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use super::{
@@ -16,6 +16,8 @@ use crate::{
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub struct MapObject {
+    pub(crate) birth: Birth,
+    /// What it is called: nothing but that depends on it.
     pub(crate) id: ObjectId,
     pub(crate) label: String,
     pub(crate) shape: ShapeKind,
@@ -231,7 +233,7 @@ pub(crate) struct ObjectLimits {
 impl MapObject {
     /// An object from its first observation.
     pub(crate) fn new(
-        id: ObjectId,
+        (birth, id): (Birth, ObjectId),
         observation: &ObjectObservation,
         view: &ObjectView<'_>,
         shape: ShapeKind,
@@ -240,6 +242,7 @@ impl MapObject {
     ) -> Self {
         let timestamp = view.frame.timestamp();
         let mut object = Self {
+            birth,
             id,
             label: observation.label.clone(),
             shape,

@@ -18,12 +18,12 @@ pub struct RayHit<'a> {
 
 /// Queries mean confirmed objects. But for [`near`](ObjectMap::near) each costs O(objects).
 impl ObjectMap {
-    /// The objects of a label, by ascending id.
+    /// The objects of a label, the oldest first.
     pub fn with_label<'a>(&'a self, label: &'a str) -> impl Iterator<Item = &'a MapObject> {
         self.objects().filter(move |object| object.label() == label)
     }
 
-    /// The objects whose box is within `reach` metres of a point, nearest first (by id among equals); none of
+    /// The objects whose box is within `reach` metres of a point, nearest first (the oldest among equals); none of
     /// a point that is not finite. O(objects near, or all when the reach is vast).
     pub fn near(&self, point: [f64; 3], reach: f64) -> Vec<&MapObject> {
         let mut found = Vec::new();
@@ -32,7 +32,7 @@ impl ObjectMap {
         }
         let found = found
             .into_iter()
-            .filter_map(|id| self.object(id))
+            .filter_map(|birth| self.born(birth))
             .filter(|object| object.state == ObjectState::Confirmed);
         let measured = found.map(|object| (distance_to_box(object, point), object));
         let mut near: Vec<_> = measured.filter(|(distance, _)| *distance <= reach).collect();
@@ -40,7 +40,7 @@ impl ObjectMap {
         near.into_iter().map(|(_, object)| object).collect()
     }
 
-    /// The objects that a ray meets, nearest first (by id among equals): boxes or ellipsoids, as their shapes
+    /// The objects that a ray meets, nearest first (the oldest among equals): boxes or ellipsoids, as their shapes
     /// are. Nothing is met along a direction that has no length.
     pub fn along_ray(&self, origin: [f64; 3], direction: [f64; 3]) -> Vec<RayHit<'_>> {
         let Some(direction) = unit(direction) else { return Vec::new() };
@@ -54,7 +54,7 @@ impl ObjectMap {
         hits
     }
 
-    /// The objects that stand on a plane of the plane map, by ascending id: the cup on the table.
+    /// The objects that stand on a plane of the plane map, the oldest first: the cup on the table.
     pub fn on_plane(&self, plane_id: PlaneId) -> impl Iterator<Item = &MapObject> {
         self.objects()
             .filter(move |object| object.support().is_some_and(|support| support.id == Some(plane_id)))

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
 use dymlm_core::vector3::{Vector3, bounds, norm};
-use dymlm_core::{ObjectId, PinholeCamera, Pose};
+use dymlm_core::{Birth, PinholeCamera, Pose};
 
 use super::{MapObject, ObjectMap};
 
@@ -13,9 +13,9 @@ use super::{MapObject, ObjectMap};
 pub(crate) struct SpaceIndex {
     /// Side of a cell, metres.
     cell: f64,
-    cells: BTreeMap<Cell, Vec<ObjectId>>,
+    cells: BTreeMap<Cell, Vec<Birth>>,
     /// The cells of each object, from and to.
-    spans: BTreeMap<ObjectId, [Cell; 2]>,
+    spans: BTreeMap<Birth, [Cell; 2]>,
 }
 
 type Cell = [i32; 3];
@@ -31,21 +31,21 @@ impl SpaceIndex {
     pub(crate) fn place(&mut self, object: &MapObject) {
         let Ball { center, radius } = Ball::around(object);
         let span = self.span([center.map(|c| c - radius), center.map(|c| c + radius)]);
-        if self.spans.get(&object.id) == Some(&span) {
+        if self.spans.get(&object.birth) == Some(&span) {
             return;
         }
-        self.remove(object.id);
+        self.remove(object.birth);
         for cell in cells_of(span) {
-            self.cells.entry(cell).or_default().push(object.id);
+            self.cells.entry(cell).or_default().push(object.birth);
         }
-        self.spans.insert(object.id, span);
+        self.spans.insert(object.birth, span);
     }
 
     /// Forgets an object.
-    pub(crate) fn remove(&mut self, id: ObjectId) {
-        for cell in self.spans.remove(&id).into_iter().flat_map(cells_of) {
+    pub(crate) fn remove(&mut self, birth: Birth) {
+        for cell in self.spans.remove(&birth).into_iter().flat_map(cells_of) {
             if let Some(own) = self.cells.get_mut(&cell) {
-                own.retain(|other| *other != id);
+                own.retain(|other| *other != birth);
                 if own.is_empty() {
                     self.cells.remove(&cell);
                 }
@@ -53,15 +53,15 @@ impl SpaceIndex {
         }
     }
 
-    /// The objects, ascending, that may reach into a region (lowest and highest corner).
-    pub(crate) fn within(&self, region: [Vector3; 2], found: &mut Vec<ObjectId>) {
+    /// The objects, the oldest first, that may reach into a region (lowest and highest corner).
+    pub(crate) fn within(&self, region: [Vector3; 2], found: &mut Vec<Birth>) {
         let [low, high] = self.span(region);
         found.clear();
         let side = |axis: usize| (i64::from(high[axis]) - i64::from(low[axis]) + 1).max(0);
         if side(0).saturating_mul(side(1)) > self.spans.len() as i64 {
             // A region of more columns than there are objects.
             let reaches_in = |span: &[Cell; 2]| (0..3).all(|a| span[0][a] <= high[a] && span[1][a] >= low[a]);
-            found.extend(self.spans.iter().filter(|(_, span)| reaches_in(span)).map(|(id, _)| *id));
+            found.extend(self.spans.iter().filter(|(_, span)| reaches_in(span)).map(|(birth, _)| *birth));
             return;
         }
         for x in low[0]..=high[0] {
@@ -74,14 +74,14 @@ impl SpaceIndex {
         found.dedup();
     }
 
-    /// The objects, ascending, that a camera may see up to a depth, occluded or not.
+    /// The objects, the oldest first, that a camera may see up to a depth, occluded or not.
     pub(crate) fn in_view(
         &self,
         map: &ObjectMap,
         camera: &PinholeCamera,
         world_from_camera: &Pose,
         max_depth: f64,
-        found: &mut Vec<ObjectId>,
+        found: &mut Vec<Birth>,
     ) {
         let [width, height] = [camera.width(), camera.height()].map(|side| side as f64 - 0.5);
         let [left, top, _] = camera.back_project([-0.5, -0.5], 1.0);
@@ -98,7 +98,7 @@ impl SpaceIndex {
                 |[a, b, c]: [f64; 3]| a * x + b * y + c * z <= radius * (a * a + b * b + c * c).sqrt();
             -radius <= z && z <= max_depth + radius && sides.into_iter().all(is_within)
         };
-        found.retain(|&id| map.object(id).is_some_and(is_seen));
+        found.retain(|&birth| map.born(birth).is_some_and(is_seen));
     }
 
     fn span(&self, [low, high]: [Vector3; 2]) -> [Cell; 2] {

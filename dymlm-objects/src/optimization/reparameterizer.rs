@@ -5,6 +5,7 @@ use dymlm_geometry::{IsolationForestConfig, OrientedBox};
 use super::completion::{complete, complete_foot};
 use super::outliers::OutlierFilter;
 use crate::object_map::FULL;
+use crate::support::keep_each_once;
 use crate::{
     BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePrior, SizePriors,
     SupportPlane, SupportingPlanes,
@@ -136,8 +137,7 @@ impl Reparameterizer {
         for corner in own.corners() {
             planes.near(along(corner, 0.5, difference(corner, own.center())), reach, &mut self.found);
         }
-        self.found.sort_unstable_by_key(|found| found.id);
-        self.found.dedup_by_key(|found| found.id);
+        keep_each_once(&mut self.found);
         self.walls.clear();
         self.walls.extend(self.found.iter().map(|found| found.plane));
     }

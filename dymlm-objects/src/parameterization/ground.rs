@@ -4,6 +4,7 @@ use dymlm_geometry::{GridSample as Sample, SampleGrid as Window};
 
 use super::ParameterizationConfig;
 use super::flat_thing::LyingPlane;
+use crate::support::keep_each_once;
 use crate::{SupportPlane, SupportingPlanes};
 
 /// The planes that things in a window may stand on.
@@ -111,8 +112,7 @@ impl Ground {
             let point = world_from_camera.transform_point(probe.point.map(f64::from));
             planes.near(point, self.max_gap, &mut self.found);
         }
-        self.found.sort_unstable_by_key(|found| found.id);
-        self.found.dedup_by_key(|found| found.id);
+        keep_each_once(&mut self.found);
         let camera_from_world = world_from_camera.inverse();
         self.candidates.clear();
         self.candidates.extend(self.found.iter().map(|&support| {

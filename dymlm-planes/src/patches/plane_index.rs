@@ -1,4 +1,4 @@
-use dymlm_core::PlaneId;
+use dymlm_core::Birth;
 
 use super::block::{BlockKey, visit_in};
 use super::voxel_box::VoxelBox;
@@ -10,8 +10,8 @@ const CELL_BITS: u32 = 2;
 /// Which planes have voxels where: who asks for what is near asks no others.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PlaneIndex {
-    /// The planes in a cell, by id, and how many of their blocks lie in it.
-    cells: SharedMap<BlockKey, Vec<(PlaneId, u32)>>,
+    /// The planes in a cell, by birth, and how many of their blocks lie in it.
+    cells: SharedMap<BlockKey, Vec<(Birth, u32)>>,
     /// A box around all that ever was noted.
     bounds: VoxelBox,
 }
@@ -22,20 +22,20 @@ impl PlaneIndex {
     }
 
     /// Notes that a plane has a block.
-    pub(crate) fn add(&mut self, block: BlockKey, plane: PlaneId) {
+    pub(crate) fn add(&mut self, block: BlockKey, plane: Birth) {
         self.bounds = self.bounds.union(&block.voxels());
         let planes = self.cells.get_or_insert_with(Self::cell_of(block), Vec::new);
-        match planes.binary_search_by_key(&plane, |(id, _)| *id) {
+        match planes.binary_search_by_key(&plane, |(birth, _)| *birth) {
             Ok(place) => planes[place].1 += 1,
             Err(place) => planes.insert(place, (plane, 1)),
         }
     }
 
     /// Notes that a plane has a block no more.
-    pub(crate) fn take(&mut self, block: BlockKey, plane: PlaneId) {
+    pub(crate) fn take(&mut self, block: BlockKey, plane: Birth) {
         let cell = Self::cell_of(block);
         let Some(planes) = self.cells.get_mut(&cell) else { return };
-        if let Ok(place) = planes.binary_search_by_key(&plane, |(id, _)| *id) {
+        if let Ok(place) = planes.binary_search_by_key(&plane, |(birth, _)| *birth) {
             planes[place].1 -= 1;
             if planes[place].1 == 0 {
                 planes.remove(place);
@@ -46,10 +46,12 @@ impl PlaneIndex {
         }
     }
 
-    /// The planes with voxels in the cells that a box of voxels touches, in the order of their ids.
-    pub(crate) fn near(&self, region: &VoxelBox) -> Vec<PlaneId> {
+    /// The planes with voxels in the cells that a box of voxels touches, in the order of their births.
+    pub(crate) fn near(&self, region: &VoxelBox) -> Vec<Birth> {
         let mut found = Vec::new();
-        visit_in(&self.cells, region, CELL_BITS, |_, planes| found.extend(planes.iter().map(|(id, _)| *id)));
+        visit_in(&self.cells, region, CELL_BITS, |_, planes| {
+            found.extend(planes.iter().map(|(birth, _)| *birth));
+        });
         found.sort_unstable();
         found.dedup();
         found
@@ -68,6 +70,6 @@ impl PlaneIndex {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let planes: usize = self.cells.values().map(Vec::capacity).sum();
-        self.cells.memory_bytes() + planes * size_of::<(PlaneId, u32)>()
+        self.cells.memory_bytes() + planes * size_of::<(Birth, u32)>()
     }
 }

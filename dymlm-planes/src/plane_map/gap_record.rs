@@ -1,11 +1,11 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::PlaneId;
+use dymlm_core::Birth;
 
 use super::gap::{GapLook, MAX_THROUGH};
 
-/// Two planes, smaller id first.
-pub(super) type PlanePair = [PlaneId; 2];
+/// Two planes, the older first.
+pub(super) type PlanePair = [Birth; 2];
 
 /// What one key frame saw between pairs of planes, each pair once, in their order.
 pub(super) type GapLooks = Vec<(PlanePair, GapLook)>;
@@ -68,14 +68,14 @@ impl GapRecord {
     }
 }
 
-/// The pair of two planes: smaller id first.
-pub(super) fn pair_of(a: PlaneId, b: PlaneId) -> PlanePair {
+/// The pair of two planes: the older first.
+pub(super) fn pair_of(a: Birth, b: Birth) -> PlanePair {
     if a < b { [a, b] } else { [b, a] }
 }
 
-/// A key frame's looks between planes by the ids that `resolve` gives to the planes now. Where pairs have
+/// A key frame's looks between planes, each taken for what `resolve` says that it is now. Where pairs have
 /// become one, what was looked through counts.
-pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(PlaneId) -> PlaneId) -> GapLooks {
+pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(Birth) -> Birth) -> GapLooks {
     let resolved = gap_looks.iter().map(|&([a, b], gap_look)| (pair_of(resolve(a), resolve(b)), gap_look));
     let mut resolved: GapLooks = resolved.filter(|([a, b], _)| a != b).collect();
     resolved.sort_unstable();

@@ -1,12 +1,12 @@
 use dymlm_core::vector3::{difference, norm};
-use dymlm_core::{FrameId, PlaneId, Pose};
+use dymlm_core::{Birth, FrameId, Pose};
 
 use super::fixed_moments::FixedMoments;
 use super::gap::GapLook;
 use super::gap_record::{GapLooks, PlanePair};
+use super::insertion::Union;
 use super::label_code::{MOST_LABELS, decode, encode};
 use super::observation::{PlacedShare, reach_of_planes};
-use super::report::PlaneMerge;
 use crate::detector::{DetectedPlane, RayLattice};
 use crate::error::Error;
 use crate::moments::Moments;
@@ -27,18 +27,18 @@ pub(super) struct KeyFrame {
     labels: Box<[u8]>,
     /// How shares, by their labels, have moved in the world since.
     motions: Vec<(u16, Pose)>,
-    /// Planes that it looked at and did not see, by their ids at that time.
-    pub(super) missed: Vec<PlaneId>,
+    /// Planes that it looked at and did not see; they may have merged into others since.
+    pub(super) missed: Vec<Birth>,
     /// Merges that it brought about.
     pub(super) merges: Vec<Merge>,
-    /// What it saw between planes, by their ids at that time.
+    /// What it saw between planes; the same.
     pub(super) gap_looks: GapLooks,
 }
 
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Merge {
-    pub(super) merge: PlaneMerge,
+    pub(super) merge: Union,
     /// The key frames that saw the gap occluded, when the two planes do not adjoin.
     pub(super) witnesses: Option<Vec<FrameId>>,
 }
@@ -48,7 +48,7 @@ pub(super) struct Merge {
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Share {
     /// The plane at that time; it may have merged into another since.
-    pub(super) plane: PlaneId,
+    pub(super) plane: Birth,
     /// Moments: in single precision, which errs by less than a hundredth of the noise.
     weight: f32,
     centroid: [f32; 3],
@@ -84,7 +84,7 @@ impl KeyFrame {
                 labels[place as usize] = label;
             }
             shares.push(Share {
-                plane: PlaneId::new(0),
+                plane: Birth::new(0),
                 weight: plane.moments.weight as f32,
                 centroid: plane.moments.centroid().map(|c| c as f32),
                 covariance: plane.moments.covariance().map(|c| c as f32),
@@ -216,8 +216,8 @@ impl KeyFrame {
         outside
     }
 
-    /// Whether it saw a plane, and whether it saw it or looked at it, by the ids that `resolve` gives.
-    pub(super) fn looks_at(&self, plane: PlaneId, resolve: impl Fn(PlaneId) -> PlaneId) -> [bool; 2] {
+    /// Whether it saw a plane, and whether it saw it or looked at it, each taken for what `resolve` says.
+    pub(super) fn looks_at(&self, plane: Birth, resolve: impl Fn(Birth) -> Birth) -> [bool; 2] {
         let saw = self.shares.iter().any(|share| resolve(share.plane) == plane);
         [saw, saw || self.missed.iter().any(|&missed| resolve(missed) == plane)]
     }
@@ -229,7 +229,7 @@ impl KeyFrame {
             + self.shares.capacity() * size_of::<Share>()
             + self.labels.len()
             + self.motions.capacity() * size_of::<(u16, Pose)>()
-            + self.missed.capacity() * size_of::<PlaneId>()
+            + self.missed.capacity() * size_of::<Birth>()
             + self.merges.capacity() * size_of::<Merge>()
             + witnesses.sum::<usize>() * size_of::<FrameId>()
             + self.gap_looks.capacity() * size_of::<(PlanePair, GapLook)>()

@@ -8,10 +8,11 @@ mod renaming;
 mod saved_state;
 
 use dymlm_core::vector3::norm;
-use dymlm_core::{DepthView, Frame, FrameId, MergedIds, PlaneId, Pose, SensorModel};
+use dymlm_core::{Birth, DepthView, Frame, FrameId, MergedIds, Names, PlaneId, Pose, SensorModel};
 
 use super::config::PlaneMapConfig;
 use super::gap_record::GapRecord;
+use super::insertion::Insertion;
 use super::key_frame::{KeyFrame, Places};
 use super::map_plane::{MapPlane, ShapeSettings};
 use super::observation::{Observation, reach_of_planes};
@@ -49,14 +50,17 @@ pub struct PlaneMap {
     config: PlaneMapConfig,
     sensor: SensorModel,
     criterion: Criterion,
-    planes: SharedMap<PlaneId, MapPlane>,
+    planes: SharedMap<Birth, MapPlane>,
     index: PlaneIndex,
     key_frames: SharedMap<FrameId, KeyFrame>,
     /// Where planes have gone that were merged into others.
-    merged: MergedIds<PlaneId>,
-    /// What the key frames saw between planes, by the ids that these have now.
+    merged: MergedIds<Birth>,
+    /// What the key frames saw between the planes that there are now.
     gaps: GapRecord,
-    next_plane: u64,
+    names: Names<PlaneId>,
+    /// What the ids of planes that have gone lead to, also those that a map of before gave: nothing but what
+    /// is asked by id depends on them.
+    merged_ids: MergedIds<PlaneId>,
     next_key_frame: u64,
 }
 
@@ -64,7 +68,7 @@ pub struct PlaneMap {
 #[derive(Debug, Clone, Copy)]
 struct Pairing {
     cost: f64,
-    plane: PlaneId,
+    plane: Birth,
     agreement: Agreement,
 }
 
@@ -86,7 +90,8 @@ impl PlaneMap {
             key_frames: SharedMap::default(),
             merged: MergedIds::default(),
             gaps: GapRecord::default(),
-            next_plane: 0,
+            names: Names::default(),
+            merged_ids: MergedIds::default(),
             next_key_frame: 0,
         })
     }
@@ -111,18 +116,18 @@ impl PlaneMap {
         let seen = observations.iter().map(|observation| observation.placed.patch.bounds());
         let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
         let pairings: Vec<_> = observations.iter().map(|observation| self.associate(observation)).collect();
-        let mut report = self.fuse(observations, &pairings, key_frame);
+        let mut insertion = self.fuse(observations, &pairings, key_frame);
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
-        let gap_looks = self.look_between(&report, &region, &view, &world_from_camera.inverse());
-        let missed = self.missed_by(&report, &view, world_from_camera);
+        let gap_looks = self.look_between(&insertion, &region, &view, &world_from_camera.inverse());
+        let missed = self.missed_by(&insertion, &view, world_from_camera);
         self.gaps.add(&gap_looks);
-        if let Some(key_frame) = self.key_frames.get_mut(&report.key_frame) {
+        if let Some(key_frame) = self.key_frames.get_mut(&insertion.key_frame) {
             (key_frame.gap_looks, key_frame.missed) = (gap_looks, missed.clone());
         }
         self.count_missed(&missed);
-        self.merge(&mut report, &region);
-        self.confirm(report.associations.iter().copied().chain(missed));
-        Ok(report)
+        self.merge(&mut insertion, &region);
+        self.confirm(insertion.associations.iter().copied().chain(missed));
+        Ok(insertion.report(&self.names))
     }
 
     /// Whether every plane within 100 m of a camera at this pose can be mapped.
@@ -137,20 +142,21 @@ impl PlaneMap {
         if within { Ok(()) } else { Err(Error::OutOfReach { centroid, reach }) }
     }
 
-    /// The confirmed planes, which enough key frames have seen, in the order of their ids: see
+    /// The confirmed planes, which enough key frames have seen, in the order in which they came into
+    /// the map: see
     /// [`min_observations`](PlaneMapConfig::min_observations) and the field after it.
     pub fn iter(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| plane.is_confirmed)
     }
 
-    /// The planes that are not confirmed yet, in the order of their ids.
+    /// The planes that are not confirmed yet, in the same order.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| !plane.is_confirmed)
     }
 
-    /// The confirmed planes that may have inliers in a box, in the order of their ids.
+    /// The confirmed planes that may have inliers in a box, in the order of their births.
     pub(crate) fn confirmed_near(&self, region: VoxelBox) -> impl Iterator<Item = &MapPlane> {
-        let near = self.index.near(&region).into_iter().filter_map(|id| self.planes.get(&id));
+        let near = self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth));
         near.filter(|plane| plane.is_confirmed)
     }
 
@@ -167,7 +173,7 @@ impl PlaneMap {
 
     /// The plane with an id, confirmed or not; of an id that was merged away, what it became.
     pub fn plane(&self, id: PlaneId) -> Option<&MapPlane> {
-        self.planes.get(&self.resolve(id))
+        self.planes.get(&self.names.birth(self.merged_ids.current(id))?)
     }
 
     /// The id that a plane has now, after merges; `None` when it is not in the map.
@@ -200,6 +206,8 @@ impl PlaneMap {
         planes
             + key_frames
             + self.merged.memory_bytes()
+            + self.merged_ids.memory_bytes()
+            + self.names.memory_bytes()
             + self.index.memory_bytes()
             + self.gaps.memory_bytes()
     }
@@ -222,10 +230,10 @@ impl PlaneMap {
     fn associate(&self, observation: &Observation) -> Option<Pairing> {
         let detected = observation.finite();
         let region = detected.patch.bounds().grown(self.criterion.reach());
-        let near = self.index.near(&region).into_iter().filter_map(|id| self.planes.get(&id));
+        let near = self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth));
         let candidates = near.filter_map(|mapped| {
             let agreement = self.test([&detected, &mapped.finite()], &region)?;
-            Some(Pairing { cost: self.criterion.cost(&agreement), plane: mapped.id, agreement })
+            Some(Pairing { cost: self.criterion.cost(&agreement), plane: mapped.birth, agreement })
         });
         // The first of equals: the oldest.
         candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
@@ -259,8 +267,8 @@ impl PlaneMap {
         observations: Vec<Observation>,
         pairings: &[Option<Pairing>],
         mut key_frame: KeyFrame,
-    ) -> PlaneReport {
-        let (mut report, shape) = (PlaneReport::of(FrameId::new(self.next_key_frame)), self.shape());
+    ) -> Insertion {
+        let (mut insertion, shape) = (Insertion::of(FrameId::new(self.next_key_frame)), self.shape());
         self.next_key_frame += 1;
         let observations = observations.into_iter().zip(&mut key_frame.shares);
         for ((Observation { mut placed, .. }, share), pairing) in observations.zip(pairings) {
@@ -268,30 +276,30 @@ impl PlaneMap {
                 if pairing.agreement.flipped {
                     (share.is_flipped, placed.moments) = (true, placed.moments.flipped());
                 }
-                report.updated.push(pairing.plane);
+                insertion.updated.push(pairing.plane);
                 pairing.plane
             } else {
-                report.created.push(PlaneId::new(self.next_plane));
-                self.next_plane += 1;
-                PlaneId::new(self.next_plane - 1)
+                let (birth, _) = self.names.add();
+                insertion.created.push(birth);
+                birth
             };
-            let id = share.plane;
-            let new = || MapPlane::new(id, placed.plane, shape);
-            let into = self.planes.get_or_insert_with(id, new);
+            let birth = share.plane;
+            let new = || MapPlane::new((birth, self.names.id(birth)), placed.plane, shape);
+            let into = self.planes.get_or_insert_with(birth, new);
             into.moments.add(&placed.moments);
-            into.patch.add(&placed.patch, |block| self.index.add(block, id));
-            report.associations.push(id);
+            into.patch.add(&placed.patch, |block| self.index.add(block, birth));
+            insertion.associations.push(birth);
         }
-        report.updated.sort_unstable();
-        report.updated.dedup();
-        for id in report.touched() {
-            if let Some(plane) = self.planes.get_mut(&id) {
-                plane.sightings.add(report.key_frame, key_frame.timestamp);
+        insertion.updated.sort_unstable();
+        insertion.updated.dedup();
+        for birth in insertion.touched() {
+            if let Some(plane) = self.planes.get_mut(&birth) {
+                plane.sightings.add(insertion.key_frame, key_frame.timestamp);
                 plane.refit();
             }
         }
-        self.key_frames.insert(report.key_frame, key_frame);
-        report
+        self.key_frames.insert(insertion.key_frame, key_frame);
+        insertion
     }
 
     fn shape(&self) -> ShapeSettings {
@@ -299,8 +307,8 @@ impl PlaneMap {
         ShapeSettings { voxel_size, max_hole_area, boundary_tolerance }
     }
 
-    /// The plane that an id stands for now.
-    fn resolve(&self, id: PlaneId) -> PlaneId {
-        self.merged.current(id)
+    /// The plane that one has become, itself unless it was merged.
+    fn resolve(&self, plane: Birth) -> Birth {
+        self.merged.current(plane)
     }
 }

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
 use dymlm_core::vector3::{difference, norm};
-use dymlm_core::{FrameId, Plane, PlaneId, Point};
+use dymlm_core::{Birth, FrameId, Plane, PlaneId, Point};
 
 use super::fixed_moments::FixedMoments;
 use crate::association::FinitePlane;
@@ -13,6 +13,8 @@ use crate::plane_frame::PlaneFrame;
 /// One finite plane of the map. World frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapPlane {
+    pub(super) birth: Birth,
+    /// What it is called: nothing but that depends on it.
     pub(super) id: PlaneId,
     pub(super) plane: Plane,
     pub(super) centroid: [f64; 3],
@@ -83,8 +85,9 @@ impl Sightings {
 
 impl MapPlane {
     /// A plane that nothing has been added to.
-    pub(super) fn new(id: PlaneId, plane: Plane, shape: ShapeSettings) -> Self {
+    pub(super) fn new((birth, id): (Birth, PlaneId), plane: Plane, shape: ShapeSettings) -> Self {
         Self {
+            birth,
             id,
             plane,
             centroid: [0.0; 3],

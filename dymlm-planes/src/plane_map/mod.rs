@@ -4,6 +4,7 @@ mod config;
 mod fixed_moments;
 mod gap;
 mod gap_record;
+mod insertion;
 mod key_frame;
 mod label_code;
 mod map;

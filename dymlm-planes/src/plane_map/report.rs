@@ -33,21 +33,3 @@ pub struct PlaneReport {
     /// not see them, leaves it empty.
     pub rejected: Vec<RejectedPlane>,
 }
-
-impl PlaneReport {
-    pub(super) fn of(key_frame: FrameId) -> Self {
-        Self {
-            key_frame,
-            created: Vec::new(),
-            updated: Vec::new(),
-            merged: Vec::new(),
-            associations: Vec::new(),
-            rejected: Vec::new(),
-        }
-    }
-
-    /// The planes that are new or were seen again.
-    pub(super) fn touched(&self) -> impl Iterator<Item = PlaneId> {
-        self.created.iter().chain(&self.updated).copied()
-    }
-}

@@ -52,8 +52,8 @@ pub struct Surface<'a> {
 }
 
 impl PlaneMap {
-    /// Tells the kind of each confirmed plane, given a vector that points up in the world, in the order of
-    /// their ids. Empty for a vector without length.
+    /// Tells the kind of each confirmed plane, given a vector that points up in the world, in the order in
+    /// which they came into the map. Empty for a vector without length.
     ///
     /// ```
     /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};

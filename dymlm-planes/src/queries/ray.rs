@@ -32,8 +32,9 @@ impl PlaneMap {
             let to = from + STEP;
             let part = bounds([from, to].map(|distance| along(origin, distance, direction)));
             let near = self.confirmed_near(VoxelBox::around(part, voxel_size).grown(1));
+            // The oldest among equals.
             let hits = near.filter_map(|plane| hit(plane, origin, direction, max_range));
-            let first = hits.min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.plane.cmp(&b.plane)));
+            let first = hits.min_by(|a, b| a.distance.total_cmp(&b.distance));
             // What is met farther on may lie behind a plane that is not near yet.
             if let Some(first) = first.filter(|first| first.distance <= to) {
                 return Some(first);

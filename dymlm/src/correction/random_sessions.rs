@@ -4,17 +4,39 @@
 use dymlm_core::FrameId;
 use proptest::prelude::*;
 
+use crate::MapBuilder;
 #[cfg(feature = "io")]
 use crate::common::fingerprint;
 use crate::common::{fingerprint_without_ids, ids, poses};
 use crate::random_session::{Correction, FRAMES, Session, Step, cases, correction, moved, session};
 
-/// The maps after a session are corrected and corrected back.
+/// A session in whose middle poses are corrected: what comes afterwards meets things that are called as in
+/// maps of before.
+fn corrected_session() -> impl Strategy<Value = Vec<Step>> {
+    (session(), prop::collection::vec((0..24_usize, correction()), 1..4)).prop_map(
+        |(mut steps, corrections)| {
+            for (place, correction) in corrections {
+                steps.insert(place % steps.len(), Step::Correct(correction));
+            }
+            steps
+        },
+    )
+}
+
+/// The maps after a session are corrected and corrected back, and the ids of their things.
 fn check_corrected_back(steps: &[Step], corrections: &[Correction]) {
     let mut session = Session::run(steps);
+    let (planes, objects) = ids(session.builder.map());
+    check_maps_corrected_back(&mut session, corrections);
+    // Each id leads to something still: what was one with another on the way keeps the other's.
+    let map = session.builder.map();
+    assert!(planes.into_iter().all(|id| map.planes().current_id(id).is_some()));
+    assert!(objects.into_iter().all(|id| map.objects().object(id).is_some()));
+}
+
+fn check_maps_corrected_back(session: &mut Session, corrections: &[Correction]) {
     let right = poses(&session.builder);
     let first = fingerprint_without_ids(session.builder.map());
-    let (planes, objects) = ids(session.builder.map());
     for correction in corrections {
         session.correct(correction);
         session.check_copy();
@@ -25,10 +47,23 @@ fn check_corrected_back(steps: &[Step], corrections: &[Correction]) {
     session.check_copy();
     assert_eq!(poses(&session.builder), right);
     assert!(fingerprint_without_ids(session.builder.map()) == first);
-    // Each id leads to something still: what was one with another on the way keeps the other's.
-    let map = session.builder.map();
-    assert!(planes.into_iter().all(|id| map.planes().current_id(id).is_some()));
-    assert!(objects.into_iter().all(|id| map.objects().object(id).is_some()));
+}
+
+/// Sessions, each from a frame of the walk on and with the maps of the one before.
+fn run_one_after_the_other(sessions: &[(usize, Vec<Step>)]) -> Session {
+    let mut current = Session::new();
+    for (place, (next, steps)) in sessions.iter().enumerate() {
+        let map = current.builder.map().clone();
+        current = Session::starting(*next, 0.0);
+        if place > 0 {
+            current.builder = MapBuilder::resume(map).unwrap();
+        }
+        for step in steps {
+            current.take(step);
+        }
+    }
+    current.check_copy();
+    current
 }
 
 /// The maps after all frames of a session are taken out, in an order.
@@ -54,6 +89,15 @@ proptest! {
         corrections in prop::collection::vec(correction(), 1..3),
     ) {
         check_corrected_back(&steps, &corrections);
+    }
+
+    /// A further session meets what an earlier one has mapped, and what was corrected there.
+    #[test]
+    fn what_was_corrected_goes_on_as_what_was_built_so(
+        sessions in prop::collection::vec((0..FRAMES / 2, corrected_session()), 1..3),
+        corrections in prop::collection::vec(correction(), 0..3),
+    ) {
+        check_maps_corrected_back(&mut run_one_after_the_other(&sessions), &corrections);
     }
 
     /// Of the same frames with corrections afterwards, in whatever order and however many at a time.
@@ -97,15 +141,21 @@ proptest! {
     ) {
         let mut steps = steps;
         steps.insert(cut % steps.len(), Step::BeginSession);
-        let folder = tempfile::tempdir().unwrap();
-        let mut direct = Session::run(&steps);
-        let mut loaded = Session::run_saved(&steps, &folder.path().join("map"));
-        for _ in 0..2 {
-            prop_assert!(fingerprint(loaded.builder.map()) == fingerprint(direct.builder.map()));
-            prop_assert_eq!(poses(&loaded.builder), poses(&direct.builder));
-            direct.correct(&last);
-            loaded.correct(&last);
-        }
+        check_saved_and_loaded(&steps, &last);
+    }
+}
+
+/// The maps after a session, when they are those of files in its middle.
+#[cfg(feature = "io")]
+fn check_saved_and_loaded(steps: &[Step], last: &Correction) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut direct = Session::run(steps);
+    let mut loaded = Session::run_saved(steps, &folder.path().join("map"));
+    for _ in 0..2 {
+        assert!(fingerprint(loaded.builder.map()) == fingerprint(direct.builder.map()));
+        assert_eq!(poses(&loaded.builder), poses(&direct.builder));
+        direct.correct(last);
+        loaded.correct(last);
     }
 }
 
@@ -149,4 +199,29 @@ fn the_same_object_is_put_down_again_after_it_was_one_with_another() {
     steps.push(Step::PutDown { which: 5, by: 0.605_813_115_440_317_5 });
     steps.extend(frames(&[false, false, true]));
     check_corrected_back(&steps, &[away(2, 0.118_289_911_335_110_98, 0.0)]);
+}
+
+/// A correction had objects called as before, so that their ids were not in the order in which they came into
+/// the map any more; and what came afterwards was fused in the order of the ids.
+#[test]
+fn what_comes_after_a_correction_is_fused_in_the_same_order() {
+    let mut first = frames(&[false, false, true, false, false, true, true]);
+    first.push(Step::Correct(Correction {
+        chosen: vec![3],
+        metres: 0.291_984_579_082_277_15,
+        radians: -0.039_220_069_732_349_53,
+    }));
+    first.push(Step::Remove { which: 0 });
+    let further = frames(&[false, false, false, false, true]);
+    check_maps_corrected_back(&mut run_one_after_the_other(&[(6, first), (3, further)]), &[]);
+}
+
+/// How often the detector runs says how far the motion of boxes may be predicted: that was not saved.
+#[cfg(feature = "io")]
+#[test]
+fn what_was_loaded_knows_when_the_detector_ran_last() {
+    let [mut steps, further] = [frames(&[true]), frames(&[true])];
+    steps.push(Step::BeginSession);
+    steps.extend(further);
+    check_saved_and_loaded(&steps, &Correction { chosen: vec![0], metres: 0.0, radians: 0.0 });
 }

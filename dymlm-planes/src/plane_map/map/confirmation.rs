@@ -1,8 +1,8 @@
 use dymlm_core::vector3::{difference, dot, norm};
-use dymlm_core::{DepthView, PlaneId, Pose, Visibility};
+use dymlm_core::{Birth, DepthView, Pose, Visibility};
 
+use super::super::insertion::Insertion;
 use super::super::map_plane::{MapPlane, Sightings};
-use super::super::report::PlaneReport;
 use super::PlaneMap;
 use crate::detector::patch_range;
 use crate::linear_algebra::foot_on;
@@ -27,14 +27,14 @@ impl PlaneMap {
         is_free: impl Fn([f64; 3]) -> Option<bool>,
     ) {
         let regions = boxes.into_iter().map(|corners| VoxelBox::around(corners, self.config.voxel_size));
-        let mut blocks: Vec<(PlaneId, _)> = Vec::new();
+        let mut blocks: Vec<(Birth, _)> = Vec::new();
         for region in regions {
-            for plane in self.index.near(&region).into_iter().filter_map(|id| self.planes.get(&id)) {
-                blocks.extend(plane.patch.blocks_in(&region).into_iter().map(|block| (plane.id, block)));
+            for plane in self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth)) {
+                blocks.extend(plane.patch.blocks_in(&region).into_iter().map(|block| (plane.birth, block)));
             }
         }
         for plane in self.planes.values().filter(|plane| plane.is_gone) {
-            blocks.extend(plane.patch.blocks().map(|block| (plane.id, block)));
+            blocks.extend(plane.patch.blocks().map(|block| (plane.birth, block)));
         }
         blocks.sort_unstable();
         blocks.dedup();
@@ -45,22 +45,22 @@ impl PlaneMap {
             }
             plane.is_gone = plane.is_free(gone_share);
         }
-        self.confirm(blocks.into_iter().map(|(id, _)| id));
+        self.confirm(blocks.into_iter().map(|(birth, _)| birth));
     }
 
     /// The planes that a key frame looks at and has not seen.
     pub(super) fn missed_by(
         &self,
-        report: &PlaneReport,
+        insertion: &Insertion,
         view: &DepthView<'_>,
         world_from_camera: &Pose,
-    ) -> Vec<PlaneId> {
+    ) -> Vec<Birth> {
         let (eye, range) = (world_from_camera.translation(), f64::from(patch_range(&self.sensor)));
         let around = [-range, range].map(|side| eye.map(|c| c + side));
         let mut near = self.index.near(&VoxelBox::around(around, self.config.voxel_size));
         let camera_from_world = world_from_camera.inverse();
-        near.retain(|id| {
-            let plane = self.planes.get(id).filter(|_| !report.associations.contains(id));
+        near.retain(|birth| {
+            let plane = self.planes.get(birth).filter(|_| !insertion.associations.contains(birth));
             plane.is_some_and(|plane| {
                 let sighting = view.look_at_world(&camera_from_world, plane.centroid, 0.0);
                 matches!(sighting.visibility, Visibility::Present | Visibility::Absent)
@@ -79,18 +79,18 @@ impl PlaneMap {
             && dot(ray, plane.plane.normal()) < 0.0
     }
 
-    pub(super) fn count_missed(&mut self, missed: &[PlaneId]) {
-        for id in missed {
-            if let Some(plane) = self.planes.get_mut(id) {
+    pub(super) fn count_missed(&mut self, missed: &[Birth]) {
+        for birth in missed {
+            if let Some(plane) = self.planes.get_mut(birth) {
                 plane.sightings.missed += 1;
             }
         }
     }
 
     /// Judges some planes by the key frames that saw them.
-    pub(super) fn confirm(&mut self, planes: impl IntoIterator<Item = PlaneId>) {
-        for id in planes {
-            let Some(plane) = self.planes.get_mut(&id) else { continue };
+    pub(super) fn confirm(&mut self, planes: impl IntoIterator<Item = Birth>) {
+        for birth in planes {
+            let Some(plane) = self.planes.get_mut(&birth) else { continue };
             let Sightings { count, missed, .. } = plane.sightings;
             let looked = f64::from(count) + f64::from(missed);
             plane.is_confirmed = !plane.is_gone
@@ -100,10 +100,10 @@ impl PlaneMap {
     }
 
     /// Which key frames have seen a plane or looked at it, counted anew. O(key frames).
-    pub(super) fn sightings(&self, id: PlaneId) -> Sightings {
+    pub(super) fn sightings(&self, birth: Birth) -> Sightings {
         let mut sightings = Sightings::default();
         for (&number, key_frame) in self.key_frames.iter() {
-            let [saw, looked] = key_frame.looks_at(id, |id| self.resolve(id));
+            let [saw, looked] = key_frame.looks_at(birth, |birth| self.resolve(birth));
             if saw {
                 sightings.add(number, key_frame.timestamp);
             } else if looked && sightings.count > 0 {

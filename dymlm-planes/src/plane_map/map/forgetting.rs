@@ -1,4 +1,4 @@
-use dymlm_core::PlaneId;
+use dymlm_core::Birth;
 
 use super::super::key_frame::KeyFrame;
 use super::PlaneMap;
@@ -24,14 +24,17 @@ impl PlaneMap {
         self.recount(&touched);
         let known = &self.planes;
         for key_frame in self.key_frames.values_mut() {
-            let is_known = |id: &PlaneId| known.contains_key(&self.merged.current(*id));
+            let is_known = |plane: &Birth| known.contains_key(&self.merged.current(*plane));
             key_frame.missed.retain(is_known);
             key_frame.gap_looks.retain(|(pair, _)| pair.iter().all(is_known));
             key_frame.merges.retain(|merge| is_known(&merge.merge.into));
         }
         let is_empty = |frame: &KeyFrame| frame.shares.is_empty() && frame.merges.is_empty();
         self.key_frames.retain(|key_frame| !is_empty(key_frame));
-        self.merged.retain(|id| self.planes.contains_key(&id));
+        self.merged.retain(|plane| self.planes.contains_key(&plane));
+        self.merged_ids
+            .retain(|id| self.names.birth(id).is_some_and(|plane| self.planes.contains_key(&plane)));
+        self.names.retain(|plane| self.planes.contains_key(&plane) || self.merged.has_merged(plane));
         self.collect_gaps();
     }
 }

@@ -1,10 +1,10 @@
-use dymlm_core::{DepthView, FrameId, PlaneId, Pose};
+use dymlm_core::{Birth, DepthView, FrameId, Pose};
 
 use super::super::gap::{Gap, GapLook};
 use super::super::gap_record::{GapLooks, GapRecord, PlanePair, pair_of, resolve_looks};
+use super::super::insertion::{Insertion, Union};
 use super::super::key_frame::{KeyFrame, Merge};
 use super::super::map_plane::MapPlane;
-use super::super::report::{PlaneMerge, PlaneReport};
 use super::PlaneMap;
 use crate::association::Agreement;
 use crate::patches::VoxelBox;
@@ -13,7 +13,7 @@ use crate::patches::VoxelBox;
 #[derive(Debug, Clone, Copy)]
 struct FoundMerge {
     cost: f64,
-    merge: PlaneMerge,
+    merge: Union,
     tie: Tie,
 }
 
@@ -32,20 +32,20 @@ impl PlaneMap {
     /// coplanar with them, as far as it is near the region that the key frame has seen.
     pub(super) fn look_between(
         &self,
-        report: &PlaneReport,
+        insertion: &Insertion,
         region: &VoxelBox,
         view: &DepthView<'_>,
         camera_from_world: &Pose,
     ) -> GapLooks {
         let (region, near) = self.near_seen(region);
-        let mut pairs: Vec<PlanePair> = report
+        let mut pairs: Vec<PlanePair> = insertion
             .touched()
             .flat_map(|a| near.iter().filter(move |b| **b != a).map(move |b| pair_of(a, *b)))
             .collect();
         pairs.sort_unstable();
         pairs.dedup();
         let look = |pair: PlanePair| {
-            let [a, b] = pair.map(|id| self.planes.get(&id));
+            let [a, b] = pair.map(|birth| self.planes.get(&birth));
             let gap_look = self.gap_between(a?, b?, &region)?.look(view, camera_from_world)?;
             Some((pair, gap_look))
         };
@@ -53,7 +53,7 @@ impl PlaneMap {
     }
 
     /// The region that a key frame has seen with what may be one with it across a gap, and the planes there.
-    fn near_seen(&self, region: &VoxelBox) -> (VoxelBox, Vec<PlaneId>) {
+    fn near_seen(&self, region: &VoxelBox) -> (VoxelBox, Vec<Birth>) {
         let gap = (self.config.association.max_occluded_gap / self.config.voxel_size).ceil() as i32;
         let region = region.grown(self.criterion.reach().max(gap));
         let near = self.index.near(&region);
@@ -74,32 +74,32 @@ impl PlaneMap {
 
     /// Merges planes that this key frame has touched with planes that they have become one with, best pair
     /// first.
-    pub(super) fn merge(&mut self, report: &mut PlaneReport, region: &VoxelBox) {
-        let mut touched: Vec<PlaneId> = report.touched().collect();
+    pub(super) fn merge(&mut self, insertion: &mut Insertion, region: &VoxelBox) {
+        let mut touched: Vec<Birth> = insertion.touched().collect();
         let (region, near) = self.near_seen(region);
         let mut merges = Vec::new();
         while let Some(found) = self.best_merge(&touched, &near, &region) {
             let merge = found.merge;
             merges.push(Merge { merge, witnesses: self.witnesses(&found) });
             self.absorb(merge);
-            touched.retain(|&id| id != merge.from);
+            touched.retain(|&birth| birth != merge.from);
             if !touched.contains(&merge.into) {
                 touched.push(merge.into);
             }
-            report.merged.push(merge);
+            insertion.unions.push(merge);
         }
-        for id in &mut report.associations {
-            *id = self.resolve(*id);
+        for birth in &mut insertion.associations {
+            *birth = self.resolve(*birth);
         }
-        if let Some(key_frame) = self.key_frames.get_mut(&report.key_frame) {
+        if let Some(key_frame) = self.key_frames.get_mut(&insertion.key_frame) {
             key_frame.merges = merges;
         }
     }
 
-    fn best_merge(&self, touched: &[PlaneId], near: &[PlaneId], region: &VoxelBox) -> Option<FoundMerge> {
+    fn best_merge(&self, touched: &[Birth], near: &[Birth], region: &VoxelBox) -> Option<FoundMerge> {
         let mut best: Option<FoundMerge> = None;
-        for a in touched.iter().filter_map(|id| self.planes.get(id)) {
-            for b in near.iter().filter(|b| **b != a.id).filter_map(|id| self.planes.get(id)) {
+        for a in touched.iter().filter_map(|birth| self.planes.get(birth)) {
+            for b in near.iter().filter(|b| **b != a.birth).filter_map(|birth| self.planes.get(birth)) {
                 let Some(found) = self.test_merge(a, b, region) else { continue };
                 if best.is_none_or(|best| (found.cost, found.merge) < (best.cost, best.merge)) {
                     best = Some(found);
@@ -112,7 +112,7 @@ impl PlaneMap {
     /// Whether two planes of the map are one: the plane with fewer observations would go into the other.
     fn test_merge(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<FoundMerge> {
         let (into, from) = in_order(a, b);
-        let merge = PlaneMerge { from: from.id, into: into.id };
+        let merge = Union { from: from.birth, into: into.birth };
         let found =
             |tie: Tie, agreement: &Agreement| FoundMerge { cost: self.criterion.cost(agreement), merge, tie };
         let (from, into) = (from.finite(), into.finite());
@@ -127,10 +127,11 @@ impl PlaneMap {
 
     /// The key frames that saw the gap occluded that is between two planes; `None` when they adjoin.
     fn witnesses(&self, found: &FoundMerge) -> Option<Vec<FrameId>> {
-        let PlaneMerge { from, into } = found.merge;
+        let Union { from, into } = found.merge;
         let look = (pair_of(from, into), GapLook::Occluded);
-        let saw =
-            |key_frame: &KeyFrame| resolve_looks(&key_frame.gap_looks, |id| self.resolve(id)).contains(&look);
+        let saw = |key_frame: &KeyFrame| {
+            resolve_looks(&key_frame.gap_looks, |birth| self.resolve(birth)).contains(&look)
+        };
         (found.tie == Tie::OccludedGap).then(|| {
             let since = self.key_frames_since(from, into);
             since.filter(|(_, key_frame)| saw(key_frame)).map(|(number, _)| number).collect()
@@ -138,36 +139,37 @@ impl PlaneMap {
     }
 
     /// The key frames that can know of both planes: since both have been seen.
-    fn key_frames_since(&self, a: PlaneId, b: PlaneId) -> impl Iterator<Item = (FrameId, &KeyFrame)> {
-        let first = [a, b].map(|id| self.planes.get(&id).map(|plane| plane.sightings.first));
+    fn key_frames_since(&self, a: Birth, b: Birth) -> impl Iterator<Item = (FrameId, &KeyFrame)> {
+        let first = [a, b].map(|birth| self.planes.get(&birth).map(|plane| plane.sightings.first));
         let first = first.into_iter().flatten().max().unwrap_or(FrameId::new(0));
         self.key_frames.range(first..).map(|(&number, key_frame)| (number, key_frame))
     }
 
-    /// What all key frames saw between planes, by the ids that the planes have now. O(looks between planes of
+    /// What all key frames saw between planes, by what the planes are now. O(looks between planes of
     /// all key frames), when key frames have gone.
     pub(super) fn collect_gaps(&mut self) {
         let mut gaps = GapRecord::default();
         for key_frame in self.key_frames.values() {
-            gaps.add(&resolve_looks(&key_frame.gap_looks, |id| self.resolve(id)));
+            gaps.add(&resolve_looks(&key_frame.gap_looks, |birth| self.resolve(birth)));
         }
         self.gaps = gaps;
     }
 
     /// Makes two planes one. O(key frames since the younger was seen first, and what they saw).
-    fn absorb(&mut self, merge: PlaneMerge) {
-        let PlaneMerge { from, into } = merge;
+    fn absorb(&mut self, merge: Union) {
+        let Union { from, into } = merge;
         let mut gaps = std::mem::take(&mut self.gaps);
-        let resolve_now = |id: PlaneId| self.resolve(id);
-        let resolve_then = |id: PlaneId| if self.resolve(id) == from { into } else { self.resolve(id) };
+        let resolve_now = |birth: Birth| self.resolve(birth);
+        let resolve_then =
+            |birth: Birth| if self.resolve(birth) == from { into } else { self.resolve(birth) };
         let (mut both_saw, mut both_looked) = (0, 0);
         for (_, key_frame) in self.key_frames_since(from, into) {
-            let [a, b] = [from, into].map(|id| key_frame.looks_at(id, resolve_now));
+            let [a, b] = [from, into].map(|birth| key_frame.looks_at(birth, resolve_now));
             both_saw += u32::from(a[0] && b[0]);
             both_looked += u32::from(a[1] && b[1]);
         }
         let of_from = |key_frame: &&KeyFrame| {
-            key_frame.gap_looks.iter().any(|(pair, _)| pair.iter().any(|&id| resolve_now(id) == from))
+            key_frame.gap_looks.iter().any(|(pair, _)| pair.iter().any(|&birth| resolve_now(birth) == from))
         };
         let first = self.planes.get(&from).map_or(FrameId::new(0), |plane| plane.sightings.first);
         for key_frame in self.key_frames.range(first..).map(|(_, key_frame)| key_frame).filter(of_from) {
@@ -176,6 +178,7 @@ impl PlaneMap {
         }
         self.gaps = gaps;
         self.merged.insert(from, into);
+        self.merged_ids.insert(self.names.id(from), self.names.id(into));
         let Some(gone) = self.planes.remove(&from) else { return };
         let Some(plane) = self.planes.get_mut(&into) else { return };
         gone.patch.blocks().for_each(|block| self.index.take(block, from));
@@ -189,6 +192,6 @@ impl PlaneMap {
 /// The plane of two that the other would go into, and the other: that with more observations, the older of
 /// equals.
 fn in_order<'a>(a: &'a MapPlane, b: &'a MapPlane) -> (&'a MapPlane, &'a MapPlane) {
-    let rank = |plane: &MapPlane| (plane.sightings.count, std::cmp::Reverse(plane.id));
+    let rank = |plane: &MapPlane| (plane.sightings.count, std::cmp::Reverse(plane.birth));
     if rank(a) > rank(b) { (a, b) } else { (b, a) }
 }

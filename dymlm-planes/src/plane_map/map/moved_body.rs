@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::{PlaneId, Pose};
+use dymlm_core::{Birth, PlaneId, Pose};
 
 use super::super::key_frame::Share;
 use super::PlaneMap;
@@ -34,9 +34,9 @@ impl PlaneMap {
             let is_own = |voxel: &PatchVoxel| is_body(foot_on(&plane.plane, voxel.center(voxel_size)));
             let own = plane.patch.voxels().filter(is_own).count();
             if own as f64 >= BODY_SHARE * plane.patch.len() as f64 && own > 0 {
-                going.push(plane.id);
+                going.push(plane.birth);
             } else if own > 0 {
-                cut.insert(plane.id, plane.plane);
+                cut.insert(plane.birth, plane.plane);
             }
         }
         self.move_shares(&going, new_from_old)?;
@@ -50,18 +50,19 @@ impl PlaneMap {
                 });
             }
             // What lay between them and others lies there no more.
-            let goes = |id: &PlaneId| going.contains(&merged.current(*id));
+            let goes = |plane: &Birth| going.contains(&merged.current(*plane));
             key_frame.gap_looks.retain(|(pair, _)| !pair.iter().any(goes));
         }
         self.collect_gaps();
-        let touched: Vec<PlaneId> = going.iter().chain(cut.keys()).copied().collect();
+        let gone_ids = going.iter().map(|plane| self.names.id(*plane)).collect();
+        let touched: Vec<Birth> = going.iter().chain(cut.keys()).copied().collect();
         self.rebuild(&touched);
         self.recount(&touched);
-        Ok(going)
+        Ok(gone_ids)
     }
 
     /// Moves what the key frames have seen of some planes, all or nothing.
-    fn move_shares(&mut self, planes: &[PlaneId], new_from_old: &Pose) -> Result<(), Error> {
+    fn move_shares(&mut self, planes: &[Birth], new_from_old: &Pose) -> Result<(), Error> {
         let mut moved = BTreeMap::new();
         for (&number, key_frame) in self.key_frames.iter() {
             let goes = |share: &Share| planes.contains(&self.resolve(share.plane));

@@ -1,10 +1,10 @@
 use std::collections::BTreeMap;
 
-use dymlm_core::{FrameId, PlaneId};
+use dymlm_core::{Birth, FrameId};
 
+use super::super::insertion::Union;
 use super::super::key_frame::{KeyFrame, Share};
 use super::super::map_plane::MapPlane;
-use super::super::report::PlaneMerge;
 use super::PlaneMap;
 use crate::error::Error;
 
@@ -17,9 +17,9 @@ impl PlaneMap {
     /// [`Error::UnknownKeyFrame`].
     pub fn remove(&mut self, key_frame: FrameId) -> Result<(), Error> {
         let gone = self.key_frames.remove(&key_frame).ok_or(Error::UnknownKeyFrame { key_frame })?;
-        let mut undone: Vec<PlaneMerge> = gone.merges.iter().map(|merge| merge.merge).collect();
+        let mut undone: Vec<Union> = gone.merges.iter().map(|merge| merge.merge).collect();
         undone.extend(self.take_unwitnessed(key_frame));
-        let mut touched: Vec<PlaneId> = gone.missed.iter().map(|&id| self.resolve(id)).collect();
+        let mut touched: Vec<Birth> = gone.missed.iter().map(|&birth| self.resolve(birth)).collect();
         if undone.is_empty() {
             touched.extend(gone.shares.iter().map(|share| self.resolve(share.plane)));
             self.subtract(&gone, &gone.shares);
@@ -35,12 +35,12 @@ impl PlaneMap {
     pub(super) fn subtract(&mut self, key_frame: &KeyFrame, shares: &[Share]) {
         let places = key_frame.places();
         for share in shares {
-            let id = self.resolve(share.plane);
+            let birth = self.resolve(share.plane);
             let Ok(placed) = key_frame.placed(share, &places, self.config.voxel_size) else { continue };
-            let Some(plane) = self.planes.get_mut(&id) else { continue };
+            let Some(plane) = self.planes.get_mut(&birth) else { continue };
             plane.moments.subtract(&placed.moments);
             plane.patch.subtract(&placed.patch, |block| {
-                self.index.take(block, id);
+                self.index.take(block, birth);
                 plane.judged.remove(&block);
             });
             plane.refit();
@@ -48,27 +48,28 @@ impl PlaneMap {
     }
 
     /// Counts anew which key frames have seen some planes, and takes those out that none has.
-    pub(super) fn recount(&mut self, ids: &[PlaneId]) {
-        for &id in ids {
-            let sightings = self.sightings(id);
-            if let Some(plane) = self.planes.get_mut(&id) {
+    pub(super) fn recount(&mut self, births: &[Birth]) {
+        for &birth in births {
+            let sightings = self.sightings(birth);
+            if let Some(plane) = self.planes.get_mut(&birth) {
                 plane.sightings = sightings;
                 if sightings.count == 0 {
-                    self.take_plane(id);
+                    self.take_plane(birth);
+                    self.names.forget(birth);
                 }
             }
         }
-        self.confirm(ids.iter().copied());
+        self.confirm(births.iter().copied());
     }
 
-    fn take_plane(&mut self, id: PlaneId) {
-        if let Some(gone) = self.planes.remove(&id) {
-            gone.patch.blocks().for_each(|block| self.index.take(block, id));
+    fn take_plane(&mut self, birth: Birth) {
+        if let Some(gone) = self.planes.remove(&birth) {
+            gone.patch.blocks().for_each(|block| self.index.take(block, birth));
         }
     }
 
     /// Takes those merges out of the key frames that have too few witnesses left without a key frame.
-    fn take_unwitnessed(&mut self, gone: FrameId) -> Vec<PlaneMerge> {
+    fn take_unwitnessed(&mut self, gone: FrameId) -> Vec<Union> {
         let least = self.config.min_observations as usize;
         let mut taken = Vec::new();
         for key_frame in self.key_frames.values_mut() {
@@ -87,11 +88,12 @@ impl PlaneMap {
 
     /// Parts planes that a key frame made one, or that it was needed as a witness for, and makes all that it
     /// touched anew without it. Gives these.
-    fn undo_merges(&mut self, gone: &KeyFrame, undone: &[PlaneMerge]) -> Vec<PlaneId> {
-        let mut touched: Vec<PlaneId> = gone.shares.iter().map(|share| self.resolve(share.plane)).collect();
+    fn undo_merges(&mut self, gone: &KeyFrame, undone: &[Union]) -> Vec<Birth> {
+        let mut touched: Vec<Birth> = gone.shares.iter().map(|share| self.resolve(share.plane)).collect();
         touched.extend(undone.iter().map(|merge| self.resolve(merge.into)));
         for merge in undone {
             self.merged.remove(merge.from);
+            self.merged_ids.remove(self.names.id(merge.from));
         }
         touched.extend(undone.iter().flat_map(|merge| [self.resolve(merge.from), self.resolve(merge.into)]));
         touched.sort_unstable();
@@ -101,28 +103,28 @@ impl PlaneMap {
     }
 
     /// Makes planes anew from what the key frames have seen of them. O(all shares).
-    pub(super) fn rebuild(&mut self, ids: &[PlaneId]) {
-        let mut planes: BTreeMap<PlaneId, MapPlane> = BTreeMap::new();
+    pub(super) fn rebuild(&mut self, births: &[Birth]) {
+        let mut planes: BTreeMap<Birth, MapPlane> = BTreeMap::new();
         for key_frame in self.key_frames.values() {
-            let is_wanted = |share: &&Share| ids.contains(&self.resolve(share.plane));
+            let is_wanted = |share: &&Share| births.contains(&self.resolve(share.plane));
             let mut shares = key_frame.shares.iter().filter(is_wanted).peekable();
             let places = shares.peek().map(|_| key_frame.places());
             for (share, places) in shares.zip(places.iter().cycle()) {
                 let placed = key_frame.placed(share, places, self.config.voxel_size);
-                let (Ok(placed), id) = (placed, self.resolve(share.plane)) else { continue };
-                let new = || MapPlane::new(id, placed.plane, self.shape());
-                let plane = planes.entry(id).or_insert_with(new);
+                let (Ok(placed), birth) = (placed, self.resolve(share.plane)) else { continue };
+                let new = || MapPlane::new((birth, self.names.id(birth)), placed.plane, self.shape());
+                let plane = planes.entry(birth).or_insert_with(new);
                 plane.moments.add(&placed.moments);
                 plane.patch.add(&placed.patch, |_| ());
             }
         }
-        for &id in ids {
-            self.take_plane(id);
+        for &birth in births {
+            self.take_plane(birth);
         }
-        for (id, mut plane) in planes {
+        for (birth, mut plane) in planes {
             plane.refit();
-            plane.patch.blocks().for_each(|block| self.index.add(block, id));
-            self.planes.insert(id, plane);
+            plane.patch.blocks().for_each(|block| self.index.add(block, birth));
+            self.planes.insert(birth, plane);
         }
     }
 }

@@ -1,52 +1,39 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::{PlaneId, Succession};
 
-use super::super::gap_record::pair_of;
 use super::PlaneMap;
-use crate::patches::PlaneIndex;
 
 /// The ids of a map that was built before, for one that takes its place.
 impl PlaneMap {
     /// How many ids the map has given, from 0 on.
     pub fn ids_given(&self) -> u64 {
-        self.next_plane
+        self.names.given()
     }
 
     /// Takes the place of a map that was built of the same key frames: planes are called by `ids` from now
     /// on. Ids that led to other planes there lead there still; those of `merged` (id of a plane there -> id
     /// that one of `ids` has now) lead to what they became.
     ///
-    /// Nothing but ids changes. O(what the key frames have seen).
+    /// Nothing but ids changes, and nothing that the map does depends on them. O(planes, also merged ones).
     pub fn succeed(
         &mut self,
         before: &Self,
         ids: &mut Succession<PlaneId>,
         merged: &BTreeMap<PlaneId, PlaneId>,
     ) {
-        let planes = std::mem::take(&mut self.planes).into_values().map(|mut plane| {
-            plane.id = ids.of(plane.id);
-            (plane.id, plane)
-        });
-        self.planes = planes.collect();
-        self.index = PlaneIndex::default();
-        for (&id, plane) in self.planes.iter() {
-            plane.patch.blocks().for_each(|block| self.index.add(block, id));
-        }
-        self.merged.succeed(ids, merged, &before.merged, |id| self.planes.contains_key(&id));
-        for key_frame in self.key_frames.values_mut() {
-            key_frame.shares.iter_mut().for_each(|share| share.plane = ids.of(share.plane));
-            key_frame.missed.iter_mut().for_each(|id| *id = ids.of(*id));
-            for merge in &mut key_frame.merges {
-                merge.merge.from = ids.of(merge.merge.from);
-                merge.merge.into = ids.of(merge.merge.into);
+        let planes: Vec<_> = self.planes.keys().copied().collect();
+        self.names.succeed(planes.iter().copied().chain(self.merged.merged()), ids);
+        for plane in &planes {
+            let id = self.names.id(*plane);
+            if self.planes.get(plane).is_some_and(|plane| plane.id != id)
+                && let Some(plane) = self.planes.get_mut(plane)
+            {
+                plane.id = id;
             }
-            for (pair, _) in &mut key_frame.gap_looks {
-                *pair = pair_of(ids.of(pair[0]), ids.of(pair[1]));
-            }
-            key_frame.gap_looks.sort_unstable();
         }
-        self.next_plane = ids.given();
-        self.collect_gaps();
+        let in_map: BTreeSet<PlaneId> = self.planes.values().map(|plane| plane.id).collect();
+        self.merged_ids.succeed(ids, merged, &before.merged_ids, |id| in_map.contains(&id));
+        self.names.give_until(ids.given());
     }
 }

@@ -1,7 +1,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::{
-    DamagedState, FrameId, MergedIds, Plane, PlaneId, SensorModel, StateSink, decode_part, encode_part,
+    Birth, DamagedState, FrameId, MergedIds, Names, Plane, PlaneId, SensorModel, StateSink, decode_part,
+    encode_part,
 };
 use serde::{Deserialize, Serialize};
 
@@ -22,12 +23,13 @@ const CUBE: u64 = 3;
 /// What is small, or changes with each frame. The index in space is made again.
 #[derive(Serialize, Deserialize)]
 struct Head {
-    planes: Vec<PlaneId>,
+    planes: Vec<Birth>,
     /// Ids of the key frames: runs of so many from one on.
     key_frames: Vec<(u64, u64)>,
-    merged: MergedIds<PlaneId>,
+    merged: MergedIds<Birth>,
     gaps: GapRecord,
-    next_plane: u64,
+    names: Names<PlaneId>,
+    merged_ids: MergedIds<PlaneId>,
     next_key_frame: u64,
     bounds: VoxelBox,
 }
@@ -49,7 +51,7 @@ struct SavedPlane {
 }
 
 /// Blocks of voxels, each with its plane.
-type SavedCube = Vec<(PlaneId, SavedBlock)>;
+type SavedCube = Vec<(Birth, SavedBlock)>;
 
 fn part_of(kind: u64, number: u64) -> u64 {
     number << 2 | kind
@@ -122,7 +124,8 @@ impl PlaneMap {
             key_frames,
             merged: self.merged.clone(),
             gaps: self.gaps.clone(),
-            next_plane: self.next_plane,
+            names: self.names.clone(),
+            merged_ids: self.merged_ids.clone(),
             next_key_frame: self.next_key_frame,
             bounds: self.index.bounds(),
         }
@@ -164,31 +167,32 @@ impl PlaneMap {
             self.key_frames.insert(FrameId::new(number), key_frame);
         }
         let mut blocks = BTreeMap::new();
-        for &id in &head.planes {
-            let part = part_of(PLANE, id.get());
+        for &birth in &head.planes {
+            let part = part_of(PLANE, birth.get());
             let saved: SavedPlane = decode_part(part, &parts.remove(&part).ok_or_else(|| missing(part))?)?;
-            blocks.insert(id, saved.blocks);
-            let plane = saved.restored(id, self.shape());
+            blocks.insert(birth, saved.blocks);
+            let plane = saved.restored((birth, head.names.id(birth)), self.shape());
             let plane = plane.ok_or_else(|| DamagedState::new(part, "numbers that no plane has"))?;
-            self.planes.insert(id, plane);
+            self.planes.insert(birth, plane);
         }
         for (part, bytes) in parts {
             self.fill_cube(part, &bytes)?;
         }
         for plane in self.planes.values_mut() {
             plane.patch.finish_restoring();
-            if blocks.get(&plane.id) != Some(&plane.patch.blocks().count()) {
-                return Err(DamagedState::new(part_of(PLANE, plane.id.get()), "voxels of it are missing"));
+            if blocks.get(&plane.birth) != Some(&plane.patch.blocks().count()) {
+                return Err(DamagedState::new(part_of(PLANE, plane.birth.get()), "voxels of it are missing"));
             }
         }
         for plane in self.planes.values() {
             for block in plane.patch.blocks() {
-                self.index.add(block, plane.id);
+                self.index.add(block, plane.birth);
             }
         }
         self.index.restore_bounds(head.bounds);
         (self.merged, self.gaps) = (head.merged, head.gaps);
-        (self.next_plane, self.next_key_frame) = (head.next_plane, head.next_key_frame);
+        (self.names, self.merged_ids) = (head.names, head.merged_ids);
+        self.next_key_frame = head.next_key_frame;
         Ok(self)
     }
 
@@ -221,9 +225,10 @@ impl Head {
         self.key_frames.iter().all(ascends)
             && self.key_frames.last().is_none_or(|(first, count)| first + count <= self.next_key_frame)
             && self.planes.is_sorted_by(|a, b| a < b)
-            && self.planes.last().is_none_or(|last| last.get() < self.next_plane)
+            && self.planes.iter().all(|&plane| self.names.birth(self.names.id(plane)) == Some(plane))
+            && self.planes.last().is_none_or(|last| last.get() < self.names.births())
             // Keys have two bits less.
-            && self.next_plane.max(self.next_key_frame) < 1 << 61
+            && self.names.births().max(self.names.given()).max(self.next_key_frame) < 1 << 61
     }
 }
 
@@ -244,8 +249,8 @@ impl SavedPlane {
     }
 
     /// The plane without its voxels; `None` where the numbers are none that a plane can have.
-    fn restored(self, id: PlaneId, shape: ShapeSettings) -> Option<MapPlane> {
-        let mut plane = MapPlane::new(id, Plane::of_unit_normal(self.normal, self.d)?, shape);
+    fn restored(self, called: (Birth, PlaneId), shape: ShapeSettings) -> Option<MapPlane> {
+        let mut plane = MapPlane::new(called, Plane::of_unit_normal(self.normal, self.d)?, shape);
         let is_finite = self.centroid.iter().chain([&self.mse]).all(|c| c.is_finite());
         let is_possible = is_finite
             && self.sightings.is_possible()

@@ -1,0 +1,63 @@
+use dymlm_core::{Birth, FrameId, Names, PlaneId};
+
+use super::report::{PlaneMerge, PlaneReport};
+
+/// Two planes of the map that are one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Union {
+    /// The plane that has gone.
+    pub(super) from: Birth,
+    /// The plane that holds both now.
+    pub(super) into: Birth,
+}
+
+/// What a key frame does to the map, with planes by their births.
+#[derive(Debug)]
+pub(super) struct Insertion {
+    pub(super) key_frame: FrameId,
+    /// Planes that are new, ascending.
+    pub(super) created: Vec<Birth>,
+    /// Planes that were seen again, ascending.
+    pub(super) updated: Vec<Birth>,
+    /// In the order in which they became one.
+    pub(super) unions: Vec<Union>,
+    /// For each detected plane the map plane that holds it now.
+    pub(super) associations: Vec<Birth>,
+}
+
+impl Insertion {
+    pub(super) fn of(key_frame: FrameId) -> Self {
+        Self {
+            key_frame,
+            created: Vec::new(),
+            updated: Vec::new(),
+            unions: Vec::new(),
+            associations: Vec::new(),
+        }
+    }
+
+    /// The planes that are new or were seen again.
+    pub(super) fn touched(&self) -> impl Iterator<Item = Birth> {
+        self.created.iter().chain(&self.updated).copied()
+    }
+
+    /// The same by what planes are called.
+    pub(super) fn report(&self, names: &Names<PlaneId>) -> PlaneReport {
+        let called = |births: &[Birth]| births.iter().map(|&birth| names.id(birth)).collect();
+        let sorted = |births: &[Birth]| {
+            let mut ids: Vec<PlaneId> = called(births);
+            ids.sort_unstable();
+            ids
+        };
+        let merge = |union: &Union| PlaneMerge { from: names.id(union.from), into: names.id(union.into) };
+        PlaneReport {
+            key_frame: self.key_frame,
+            created: sorted(&self.created),
+            updated: sorted(&self.updated),
+            merged: self.unions.iter().map(merge).collect(),
+            associations: called(&self.associations),
+            rejected: Vec::new(),
+        }
+    }
+}
