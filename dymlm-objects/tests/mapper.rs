@@ -3,9 +3,13 @@
 
 mod common;
 
+use std::collections::BTreeMap;
+
 use common::{Scene, TABLE, looking, mapper, planes, upright};
 use dymlm_core::vector3::norm;
-use dymlm_core::{DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose, SplitMix64};
+use dymlm_core::{
+    DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose, SplitMix64, Succession,
+};
 use dymlm_objects::{
     Error, MapObject, NoPlanes, ObjectMapper, ObjectReport, ObjectState, ObjectView, RejectionCause,
     ShapeKind, SightedPoint, SupportPlane,
@@ -408,6 +412,52 @@ fn the_mapper_goes_between_threads() {
     fn assert_send_sync<T: Send + Sync>() {}
     assert_send_sync::<ObjectMapper>();
     assert_send_sync::<dymlm_objects::ObjectMap>();
+}
+
+/// A map built again has the ids of the map before, in any order: here in the opposite one.
+#[test]
+fn what_objects_are_called_changes_nothing_but_their_ids() {
+    let cup = |x: f64| upright([x, 0.1, 0.05], 0.0, [0.09, 0.09, 0.1]);
+    let (scene, mut mapper) = (Scene::new([-0.2, 0.0, 0.2].map(cup).to_vec()), mapper());
+    let cups = [(0, "cup"), (1, "cup"), (2, "cup")];
+    for step in 0..3 {
+        show(&mut mapper, &scene, step, &cups);
+    }
+    let ids: Vec<ObjectId> = in_order(&mapper).map(MapObject::id).collect();
+    assert_eq!(ids.len(), 3);
+    let names = ids.iter().copied().zip(ids.iter().rev().copied()).collect();
+    let mut renamed = mapper.clone();
+    let mut object_ids = Succession::new(names, [mapper.ids_given(); 2], ObjectId::new);
+    let mut plane_ids = Succession::new(BTreeMap::new(), [0; 2], PlaneId::new);
+    renamed.succeed(&mapper, &mut object_ids, &BTreeMap::new(), &mut plane_ids);
+    let called: Vec<ObjectId> = in_order(&renamed).map(MapObject::id).collect();
+    assert!(called.iter().eq(ids.iter().rev()));
+
+    // Two cups that were seen equally often are one: the younger goes into the older.
+    let by = Pose::new([-0.19, 0.01, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    mapper.move_object(ids[1], &by).unwrap();
+    renamed.move_object(called[1], &by).unwrap();
+    mapper.hold(ids[2]);
+    renamed.hold(called[2]);
+    let mut merges = 0;
+    for step in 3..8 {
+        let [one, other] = [&mut mapper, &mut renamed].map(|mapper| show(mapper, &scene, step, &cups[2..]));
+        assert_eq!((one.merged.len(), one.created.len()), (other.merged.len(), other.created.len()));
+        merges += one.merged.len();
+        let known = |mapper: &ObjectMapper| {
+            let object = |object: &MapObject| {
+                let seen = (object.observations(), object.state(), object.point_count());
+                format!("{} {:?} {seen:?}", object.label(), object.oriented_box())
+            };
+            in_order(mapper).map(object).collect::<Vec<_>>()
+        };
+        assert_eq!(known(&mapper), known(&renamed));
+    }
+    assert!(merges > 0);
+}
+
+fn in_order(mapper: &ObjectMapper) -> impl Iterator<Item = &MapObject> {
+    mapper.map().objects().chain(mapper.map().candidates())
 }
 
 #[cfg(feature = "state")]

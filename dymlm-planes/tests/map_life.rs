@@ -4,8 +4,10 @@
 
 mod common;
 
+use std::collections::BTreeMap;
+
 use common::{World, all_planes, camera, detector, empty_map, room, room_views, snapshot};
-use dymlm_core::{Frame, FrameId, PlaneId, Pose};
+use dymlm_core::{Frame, FrameId, PlaneId, Pose, Succession};
 use dymlm_planes::{DetectedPlane, MapPlane, PlaneMap, PlaneReport, SurfaceConfig};
 use proptest::prelude::*;
 
@@ -189,6 +191,51 @@ proptest! {
             prop_assert!((a.area() - b.area()).abs() < 0.1 * a.area() + 0.01, "{} {}", a.area(), b.area());
         }
     }
+}
+
+/// A map built again has the ids of the map before, in any order: here in the opposite one.
+#[test]
+fn what_planes_are_called_changes_nothing_but_their_ids() {
+    let frames = detections();
+    let (first, rest) = frames.split_at(frames.len() / 2);
+    let mut map = map_of(first);
+    let ids: Vec<PlaneId> = in_order(&map).map(MapPlane::id).collect();
+    let names = ids.iter().copied().zip(ids.iter().rev().copied()).collect();
+    let given = map.ids_given();
+    let mut renamed = map.clone();
+    renamed.succeed(&map, &mut Succession::new(names, [given; 2], PlaneId::new), &BTreeMap::new());
+    let is_renamed = |(own, other): (&MapPlane, &MapPlane)| own.id() != other.id();
+    assert!(in_order(&map).zip(in_order(&renamed)).any(is_renamed));
+
+    for frame in rest.iter().chain(first) {
+        let [one, other] = [&mut map, &mut renamed].map(|map| insert(map, frame));
+        assert_eq!((one.created.len(), one.merged.len()), (other.created.len(), other.merged.len()));
+        assert_eq!(without_ids(&map), without_ids(&renamed));
+        for (own, other) in one.associations.iter().zip(&other.associations) {
+            assert_eq!(map.plane(*own).map(MapPlane::plane), renamed.plane(*other).map(MapPlane::plane));
+        }
+    }
+    for key_frame in [1, 4, 6].map(FrameId::new) {
+        map.remove(key_frame).unwrap();
+        renamed.remove(key_frame).unwrap();
+        assert_eq!(without_ids(&map), without_ids(&renamed));
+    }
+    map.forget_outside([0.0; 3], 1.5);
+    renamed.forget_outside([0.0; 3], 1.5);
+    assert_eq!(without_ids(&map), without_ids(&renamed));
+}
+
+/// All that is known of the planes, in the order in which they came into the map.
+fn without_ids(map: &PlaneMap) -> Vec<String> {
+    let plane = |plane: &MapPlane| {
+        let seen = (plane.observations(), plane.weight(), plane.is_confirmed(), plane.inlier_voxels());
+        format!("{:?} {:?} {seen:?}", plane.plane(), plane.centroid())
+    };
+    in_order(map).map(plane).collect()
+}
+
+fn in_order(map: &PlaneMap) -> impl Iterator<Item = &MapPlane> {
+    map.iter().chain(map.candidates())
 }
 
 #[cfg(feature = "state")]
