@@ -7,7 +7,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::{World, all_planes, camera, detector, empty_map, room, room_views, snapshot};
-use dymlm_core::{Frame, FrameId, PlaneId, Pose, Succession};
+use dymlm_core::{Frame, FrameId, Mask, PlaneId, Pose, Succession};
 use dymlm_planes::{DetectedPlane, MapPlane, PlaneMap, PlaneReport, SurfaceConfig};
 use proptest::prelude::*;
 
@@ -199,14 +199,7 @@ fn what_planes_are_called_changes_nothing_but_their_ids() {
     let frames = detections();
     let (first, rest) = frames.split_at(frames.len() / 2);
     let mut map = map_of(first);
-    let ids: Vec<PlaneId> = in_order(&map).map(MapPlane::id).collect();
-    let names = ids.iter().copied().zip(ids.iter().rev().copied()).collect();
-    let given = map.ids_given();
-    let mut renamed = map.clone();
-    renamed.succeed(&map, &mut Succession::new(names, [given; 2], PlaneId::new), &BTreeMap::new());
-    let is_renamed = |(own, other): (&MapPlane, &MapPlane)| own.id() != other.id();
-    assert!(in_order(&map).zip(in_order(&renamed)).any(is_renamed));
-
+    let mut renamed = called_the_other_way_round(&map);
     for frame in rest.iter().chain(first) {
         let [one, other] = [&mut map, &mut renamed].map(|map| insert(map, frame));
         assert_eq!((one.created.len(), one.merged.len()), (other.created.len(), other.merged.len()));
@@ -223,6 +216,50 @@ fn what_planes_are_called_changes_nothing_but_their_ids() {
     map.forget_outside([0.0; 3], 1.5);
     renamed.forget_outside([0.0; 3], 1.5);
     assert_eq!(without_ids(&map), without_ids(&renamed));
+}
+
+/// Two parts of a wall that were seen equally often become one: the younger goes into the older, whatever
+/// they are called.
+#[test]
+fn the_older_of_two_planes_stays_whatever_they_are_called() {
+    let (frame, pose) = (room_frame(), room_views()[0]);
+    let part = |columns: std::ops::Range<usize>| {
+        let width = frame.depth().width();
+        let shown = (0..width * frame.depth().height()).map(|pixel| columns.contains(&(pixel % width)));
+        let mask = Mask::new(width, frame.depth().height(), shown.collect()).unwrap();
+        detector().detect(&frame, Some(&mask), &[]).unwrap().to_vec()
+    };
+    let width = frame.depth().width();
+    let [left, right, all] = [0..2 * width / 5, 3 * width / 5..width, 0..width].map(part);
+    // Whichever the whole is taken for, it has been seen as often as the other in one of the two.
+    for counts in [[3, 2], [2, 3]] {
+        let mut map = empty_map();
+        for (planes, count) in [&left, &right].into_iter().zip(counts) {
+            for _ in 0..count {
+                map.insert(planes, &frame, &pose).unwrap();
+            }
+        }
+        let mut renamed = called_the_other_way_round(&map);
+        for map in [&mut map, &mut renamed] {
+            assert!(!map.insert(&all, &frame, &pose).unwrap().merged.is_empty());
+        }
+        assert_eq!(without_ids(&map), without_ids(&renamed));
+    }
+}
+
+fn room_frame() -> Frame {
+    room().frame(camera(), &room_views()[0], 1)
+}
+
+fn called_the_other_way_round(map: &PlaneMap) -> PlaneMap {
+    let ids: Vec<PlaneId> = in_order(map).map(MapPlane::id).collect();
+    let names = ids.iter().copied().zip(ids.iter().rev().copied()).collect();
+    let mut renamed = map.clone();
+    let mut ids = Succession::new(names, [map.ids_given(); 2], PlaneId::new);
+    renamed.succeed(map, &mut ids, &BTreeMap::new());
+    let is_renamed = |(own, other): (&MapPlane, &MapPlane)| own.id() != other.id();
+    assert!(in_order(map).zip(in_order(&renamed)).any(is_renamed));
+    renamed
 }
 
 /// All that is known of the planes, in the order in which they came into the map.
