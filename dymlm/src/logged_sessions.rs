@@ -60,12 +60,13 @@ pub(crate) struct LoggedSession {
 
 impl SessionLog {
     /// The sessions in their order. What happened before any frame came belongs to the first, and what
-    /// happened in a session without frames to the one before or behind.
+    /// happened in a session without frames to the one before.
     pub(crate) fn logged_sessions(&self) -> Vec<LoggedSession> {
         let mut begins: BTreeMap<FrameId, usize> = BTreeMap::new();
         for (place, event) in self.events.iter().enumerate() {
-            if let Event::SessionBegan { first } = event {
-                begins.entry(*first).or_insert(place);
+            if let Event::SessionBegan { first: Some(first) } = event {
+                // The last: before it, sessions may have begun in which no frame came.
+                begins.insert(*first, place);
             }
         }
         let begin = |session: &Session| begins.get(&session.first).copied();

@@ -38,9 +38,9 @@ pub(crate) struct InsertedFrame {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Event {
-    /// A further session began; the next frame, if there is one, has this id.
+    /// A further session began, with this frame if any came; none: maps were merged since, and none had come.
     SessionBegan {
-        first: FrameId,
+        first: Option<FrameId>,
     },
     KeyFrame(KeyFrameEntry),
     Scan(ScanEntry),
@@ -158,10 +158,11 @@ impl Event {
         name: &impl Fn(FrameId) -> Result<FrameId, Error>,
     ) -> Result<(), Error> {
         match self {
-            Self::SessionBegan { first: frame }
-            | Self::KeyFrame(KeyFrameEntry { frame, .. })
+            Self::KeyFrame(KeyFrameEntry { frame, .. })
             | Self::Scan(ScanEntry { frame, .. })
             | Self::Forgot { newest: frame, .. } => *frame = name(*frame)?,
+            // What has no frames is none of its own.
+            Self::SessionBegan { first } => *first = None,
             Self::Settled => {}
             Self::Held { object, .. } => object.rename_frames(name)?,
             Self::Moved { newest, object, .. } => {

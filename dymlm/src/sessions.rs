@@ -58,7 +58,7 @@ impl MapBuilder {
     }
 
     fn begin_session_of_maps(&mut self) {
-        let first = FrameId::new(self.map.past.frames);
+        let first = Some(FrameId::new(self.map.past.frames));
         self.map.release_held();
         self.note(Some(Event::SessionBegan { first }));
     }

@@ -86,9 +86,8 @@ impl MergedLog {
     /// The events of a session; gives where they begin.
     fn add_events(&mut self, index: usize, sources: [Source<'_>; 2]) -> Result<usize, Error> {
         let side = self.sessions[index].side;
-        let first = self.log.sessions[index].first;
         if index > 0 {
-            self.log.events.push(Event::SessionBegan { first });
+            self.log.events.push(Event::SessionBegan { first: Some(self.log.sessions[index].first) });
         }
         let begin = self.log.events.len();
         for (logged, places) in self.sessions[index].places.iter().zip(&mut self.event_places) {
@@ -97,7 +96,7 @@ impl MergedLog {
         }
         let Some(logged) = self.sessions[index].logged().cloned() else { return Ok(begin) };
         for event in sources[side].events(&logged) {
-            let mut event = self.renamed(side, event, first)?;
+            let mut event = self.renamed(side, event)?;
             if let Some(observation) = event.observation_mut() {
                 *observation = self.log.history.push_from(&sources[side].log.history, *observation)?;
             }
@@ -107,14 +106,9 @@ impl MergedLog {
     }
 
     /// An event of one of the logs, by the names of the frames here.
-    fn renamed(&self, side: usize, event: &Event, first_of_session: FrameId) -> Result<Event, Error> {
+    fn renamed(&self, side: usize, event: &Event) -> Result<Event, Error> {
         let mut event = event.clone();
-        if let Event::SessionBegan { first } = &mut event {
-            // One without frames: it is none of its own.
-            *first = first_of_session;
-        } else {
-            event.rename_frames(&|frame| self.frame(side, frame))?;
-        }
+        event.rename_frames(&|frame| self.frame(side, frame))?;
         Ok(event)
     }
 
@@ -134,9 +128,8 @@ impl MergedLog {
         if short.events.len() > long.events.len() {
             return Err(differ());
         }
-        let first = self.log.sessions[index].first;
         for (event, known) in sources[shorter].events(short).zip(self.log.events.iter_from(begin)) {
-            let event = self.renamed(shorter, event, first)?;
+            let event = self.renamed(shorter, event)?;
             if !event.is_like(known) || !self.is_same_observation(&sources[shorter], &event, known)? {
                 return Err(differ());
             }

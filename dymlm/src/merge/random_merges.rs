@@ -58,7 +58,9 @@ proptest! {
         recordings in prop::collection::vec(recording(), 2..5),
         choices in [prop::collection::vec(0..100_usize, 8), prop::collection::vec(0..100_usize, 8)],
     ) {
-        let maps: Vec<MultiLevelMap> = recordings.iter().map(map).collect();
+        // Two that begin with the same frame at the same time are one recording, and differ.
+        let begun = |(k, (next, start, steps)): (usize, Recording)| (next, start + 0.125 * k as f64, steps);
+        let maps: Vec<MultiLevelMap> = recordings.into_iter().enumerate().map(begun).map(|it| map(&it)).collect();
         let [one, other] = choices.map(|choices| merged(maps.clone(), &choices));
         prop_assert!(fingerprint(&one) == fingerprint(&other));
         let [one, other] = [one, other].map(|map| MapBuilder::resume(map).unwrap());
@@ -217,4 +219,17 @@ fn forty_sessions_by_a_tree_and_in_sequence() {
 
 fn key_frames(map: &MultiLevelMap) -> usize {
     map.past.log.as_ref().map_or(0, |log| log.key_frames().count())
+}
+
+/// What happened in the trunk in a session without frames was once taken for the branches' sessions', and
+/// happened again in each.
+#[test]
+fn what_happened_before_the_branches_began_happens_once() {
+    let put_down =
+        [Step::Frame { is_detector_run: true }, Step::BeginSession, Step::PutDown { which: 0, by: 0.1 }];
+    let trunk = map(&(0, 0.0, put_down.to_vec()));
+    let [one, other] = [3, 5].map(|next| resumed(&trunk, next, &frames(4)));
+    let [both, again] =
+        [vec![one.clone(), other.clone()], vec![other, trunk, one]].map(|maps| merged(maps, &[0]));
+    assert!(fingerprint(&both) == fingerprint(&again));
 }
