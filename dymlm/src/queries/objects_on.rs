@@ -4,7 +4,7 @@ use dymlm_objects::MapObject;
 use crate::MultiLevelMap;
 
 impl MultiLevelMap {
-    /// The objects that were seen to stand on a plane, by ascending id; of a plane that was merged away, on
+    /// The objects that were seen to stand on a plane, the oldest first; of a plane that was merged away, on
     /// what it became. O(objects).
     pub fn objects_on(&self, plane: PlaneId) -> impl Iterator<Item = &MapObject> {
         self.objects().on_plane(self.planes.current_id(plane).unwrap_or(plane))
