@@ -236,7 +236,7 @@ fn a_spoilt_map_is_an_error_naming_the_file() {
         fs::write(&manifest, text).unwrap();
         MapFolder::open(&target).unwrap_err()
     };
-    let newer = with(&whole.replace("\"version\": 2", "\"version\": 3"));
+    let newer = with(&whole.replace("\"version\": 3", "\"version\": 4"));
     assert!(matches!(newer, Error::MapVersion { found: 3, supported: 2, .. }));
     assert!(matches!(with(&whole.replace("dymlm map", "other")), Error::Malformed { .. }));
     assert!(with("{\n\"format\": ").to_string().contains("manifest.json, line 2"));
@@ -305,7 +305,7 @@ fn a_map_of_another_version_can_be_replaced() {
     let (parent, target) = place();
     write_map(&target, "old");
     let manifest = fs::read_to_string(target.join("manifest.json")).unwrap();
-    fs::write(target.join("manifest.json"), manifest.replace("\"version\": 2", "\"version\": 9")).unwrap();
+    fs::write(target.join("manifest.json"), manifest.replace("\"version\": 3", "\"version\": 9")).unwrap();
     let mut writer = MapFolderWriter::create(&target).unwrap();
     writer.file("planes.json", |out| out.write_all(b"{}")).unwrap();
     writer.finish(&(), &()).unwrap();

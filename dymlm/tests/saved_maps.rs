@@ -120,7 +120,7 @@ fn a_folder_of_another_version_or_without_a_state_is_refused() {
 
     builder.map().save(&folder).unwrap();
     let manifest = folder.join("manifest.json");
-    let newer = fs::read_to_string(&manifest).unwrap().replace("\"version\": 2", "\"version\": 3");
+    let newer = fs::read_to_string(&manifest).unwrap().replace("\"version\": 3", "\"version\": 4");
     fs::write(&manifest, newer).unwrap();
     assert!(matches!(
         MultiLevelMap::load(&folder),
