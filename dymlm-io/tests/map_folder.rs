@@ -237,7 +237,7 @@ fn a_spoilt_map_is_an_error_naming_the_file() {
         MapFolder::open(&target).unwrap_err()
     };
     let newer = with(&whole.replace("\"version\": 3", "\"version\": 4"));
-    assert!(matches!(newer, Error::MapVersion { found: 3, supported: 2, .. }));
+    assert!(matches!(newer, Error::MapVersion { found: 4, supported: 3, .. }));
     assert!(matches!(with(&whole.replace("dymlm map", "other")), Error::Malformed { .. }));
     assert!(with("{\n\"format\": ").to_string().contains("manifest.json, line 2"));
     for length in 0..whole.trim_end().len() {

@@ -124,7 +124,7 @@ fn a_folder_of_another_version_or_without_a_state_is_refused() {
     fs::write(&manifest, newer).unwrap();
     assert!(matches!(
         MultiLevelMap::load(&folder),
-        Err(Error::Files(dymlm_io::Error::MapVersion { found: 3, .. }))
+        Err(Error::Files(dymlm_io::Error::MapVersion { found: 4, .. }))
     ));
     assert!(MultiLevelMap::load(parent.path().join("nothing")).is_err());
 }
