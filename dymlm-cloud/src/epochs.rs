@@ -9,11 +9,8 @@ use crate::support::Support;
 /// three of them (`a_new_wall_is_believed_within_ten_seconds`), so an epoch must be shorter than a third of
 /// the time that a map may take; a person who stops for less than that is not believed.
 pub(crate) const EPOCH: f64 = 2.5;
-/// Periods of more than 2^`MAX_LEVEL` epochs, three hours, are not made.
-const MAX_LEVEL: u32 = 12;
-/// A period that ended so many epochs, six hours, before a block was seen last is forgotten: not before it
-/// has become one of the longest, so that the order of frames does not matter.
-const MEMORY: i32 = 2 << MAX_LEVEL;
+/// Periods of more than 2^`MAX_LEVEL` epochs, 85 years, are not made: the next would not fit the numbers.
+const MAX_LEVEL: u32 = 30;
 
 /// The epoch that a time lies in, seconds.
 pub(crate) fn epoch_of(timestamp: f64) -> i32 {
@@ -27,7 +24,9 @@ pub(crate) fn epoch_of(timestamp: f64) -> i32 {
 /// Counts within a period are sums, so they do not depend on the order of frames, frames can be taken out
 /// again, and two histories add up. Where periods begin and end depends on nothing but the newest epoch in
 /// which the block was seen: a period of 2^k epochs, which starts at a multiple of 2^k, is one as soon as
-/// 2^k epochs have passed since its end. So there are about 1.5 periods for each doubling of time.
+/// 2^k epochs have passed since its end. So there are about 1.5 periods for each doubling of time, and
+/// nothing needs to be forgotten: a wall that was seen once and then hidden for a day is still a wall, and
+/// what is looked through in the morning is known to have been read the evening before.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Epochs {
     /// By time, the newest last.
@@ -69,18 +68,18 @@ impl Epochs {
         Some(Self { periods })
     }
 
-    /// The period of an epoch, made when there is none; `None` for an epoch that is forgotten.
-    pub(crate) fn period_mut(&mut self, epoch: i32) -> Option<&mut Period> {
+    /// The period of an epoch, made when there is none.
+    pub(crate) fn period_mut(&mut self, epoch: i32) -> &mut Period {
         let place = match self.periods.last() {
             Some(last) if last.contains(epoch) => self.periods.len() - 1,
-            Some(last) if epoch < last.first => self.place_of_older(epoch)?,
+            Some(last) if epoch < last.first => self.place_of_older(epoch),
             _ => {
                 self.periods.push(Period::new(epoch, 0));
                 self.coarsen();
                 self.periods.len() - 1
             }
         };
-        self.periods.get_mut(place)
+        &mut self.periods[place]
     }
 
     /// What was counted in a cell, newest period first.
@@ -160,17 +159,13 @@ impl Epochs {
         self.periods.capacity() * size_of::<Period>() + cells
     }
 
-    fn place_of_older(&mut self, epoch: i32) -> Option<usize> {
+    fn place_of_older(&mut self, epoch: i32) -> usize {
         let place = self.periods.partition_point(|period| period.end() < i64::from(epoch));
-        if !self.periods.get(place)?.contains(epoch) {
-            let newest = self.newest();
-            let period = Period::new(epoch, level_of(epoch, newest));
-            if period.is_forgotten(newest) {
-                return None;
-            }
-            self.periods.insert(place, period);
+        if !self.periods.get(place).is_some_and(|period| period.contains(epoch)) {
+            let level = level_of(epoch, self.newest());
+            self.periods.insert(place, Period::new(epoch, level));
         }
-        Some(place)
+        place
     }
 
     fn newest(&self) -> i64 {
@@ -180,7 +175,6 @@ impl Epochs {
     /// Joins what has become one period since the newest epoch has begun.
     fn coarsen(&mut self) {
         let newest = self.newest();
-        self.periods.retain(|period| !period.is_forgotten(newest));
         let mut joined: Vec<Period> = Vec::with_capacity(self.periods.len());
         for mut period in self.periods.drain(..) {
             period.grow_to(level_of(period.first, newest));
@@ -217,10 +211,6 @@ impl Period {
 
     fn end(&self) -> i64 {
         i64::from(self.first) + (1 << self.level) - 1
-    }
-
-    fn is_forgotten(&self, newest: i64) -> bool {
-        newest - self.end() >= i64::from(MEMORY)
     }
 
     fn contains(&self, epoch: i32) -> bool {
@@ -281,7 +271,7 @@ mod tests {
     fn counted(frames: impl IntoIterator<Item = (i32, usize, Finding)>) -> Epochs {
         let mut epochs = Epochs::default();
         for (epoch, index, finding) in frames {
-            epochs.period_mut(epoch).unwrap().count(index, finding, Direction::Insert);
+            epochs.period_mut(epoch).count(index, finding, Direction::Insert);
         }
         epochs
     }
@@ -310,49 +300,55 @@ mod tests {
     fn what_was_counted_is_taken_out_again() {
         let mut epochs = counted(frames());
         for (epoch, index, finding) in frames() {
-            assert!(!epochs.period_mut(epoch).unwrap().count(index, finding, Direction::Remove));
+            assert!(!epochs.period_mut(epoch).count(index, finding, Direction::Remove));
         }
         assert!((0..7).flat_map(|cell| epochs.of_cell(cell)).all(|(_, counts)| counts == Support::default()));
-        assert!(epochs.period_mut(5).unwrap().count(0, Finding::Mover, Direction::Remove), "overdrawn");
+        assert!(epochs.period_mut(5).count(0, Finding::Mover, Direction::Remove), "overdrawn");
     }
 
     #[test]
-    fn a_frame_from_before_memory_says_nothing_in_any_order() {
-        let recent = [700, MEMORY - 1, MEMORY + 300, MEMORY + 301].map(|epoch| epoch + (1 << MAX_LEVEL));
-        let frames =
-            [0, recent[0], recent[1], recent[2], recent[3]].map(|epoch| (epoch, 0, Finding::Surface));
-        let count = |order: &[usize]| {
-            let mut epochs = Epochs::default();
-            for &index in order {
-                let (epoch, cell, finding) = frames[index];
-                if let Some(period) = epochs.period_mut(epoch) {
-                    period.count(cell, finding, Direction::Insert);
-                }
-            }
-            epochs
-        };
-        let by_time = count(&[0, 1, 2, 3, 4]);
-        assert_eq!(by_time.of_cell(0).map(|(_, counts)| counts.support).sum::<u32>(), 4);
+    fn what_was_read_a_month_ago_is_known_in_any_order() {
+        let month = 30 * 24 * 1440;
+        let frames = [0, 700, month - 1, month, month + 300].map(|epoch| (epoch, 0, Finding::Surface));
+        let by_time = counted(frames);
+        assert_eq!(by_time.of_cell(0).map(|(_, counts)| counts.support).sum::<u32>(), 5);
         for order in [[4, 3, 2, 1, 0], [4, 0, 3, 1, 2], [1, 4, 2, 0, 3]] {
-            assert_eq!(count(&order), by_time);
+            assert_eq!(counted(order.map(|index| frames[index])), by_time);
         }
     }
 
     #[test]
     fn hours_take_few_periods() {
         let mut epochs = Epochs::default();
-        let (mut most, mut counted) = (0, 0_u32);
-        for epoch in 0..8 * 1440 {
-            epochs.period_mut(epoch).unwrap().count(0, Finding::Surface, Direction::Insert);
+        let (mut most, frames) = (0, 8 * 1440);
+        for epoch in 0..frames {
+            epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);
             most = most.max(epochs.periods.len());
-            counted += 1;
         }
         assert!(most <= 26, "{most} periods");
         assert!(epochs.memory_bytes() < 10_000, "{} bytes", epochs.memory_bytes());
         let sum: u32 = epochs.of_cell(0).map(|(_, counts)| counts.support).sum();
-        assert!(sum <= counted && sum >= MEMORY as u32, "{sum} of {counted}");
+        assert_eq!(sum, frames as u32);
         let spans: Vec<[f64; 2]> = epochs.of_cell(0).map(|(period, _)| period.span()).collect();
         assert!(spans.windows(2).all(|pair| pair[1][1] == pair[0][0]), "no gap, no overlap");
         assert_eq!(spans[0], [11_519.0 * EPOCH, 11_520.0 * EPOCH]);
+    }
+
+    #[test]
+    fn a_year_takes_few_periods() {
+        let mut epochs = Epochs::default();
+        for epoch in (0..365 * 24 * 1440).step_by(100) {
+            epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);
+        }
+        assert!(epochs.periods.len() <= 40, "{} periods", epochs.periods.len());
+    }
+
+    #[test]
+    fn the_first_and_the_last_epoch_of_all_are_counted() {
+        let mut epochs = Epochs::default();
+        for epoch in [i32::MAX, i32::MIN, 0, i32::MAX - 1, i32::MIN + 1] {
+            epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);
+        }
+        assert_eq!(epochs.of_cell(0).map(|(_, counts)| counts.support).sum::<u32>(), 5);
     }
 }

@@ -356,7 +356,7 @@ impl EvidenceBlock {
     /// Counts the cells that the current frame has read. Like the next, tells whether a count is overdrawn.
     fn count_readings(&mut self, reads: &BlockReads, epoch: i32, direction: Direction) -> bool {
         let movers = without(reads.movers, reads.surfaces);
-        let Some(period) = self.epochs.period_mut(epoch) else { return false };
+        let period = self.epochs.period_mut(epoch);
         any_bit(reads.surfaces, |index| period.count(index, Finding::Surface, direction))
             | any_bit(movers, |index| period.count(index, Finding::Mover, direction))
     }
@@ -370,8 +370,7 @@ impl EvidenceBlock {
     ) -> bool {
         let cells = match cells {
             LookedThrough::All if reads.is_none() => {
-                let period = self.epochs.period_mut(epoch);
-                return period.is_some_and(|period| period.count_whole(direction));
+                return self.epochs.period_mut(epoch).count_whole(direction);
             }
             LookedThrough::All => [u64::MAX; BLOCK_CELLS / 64],
             LookedThrough::Cells(cells) => cells,
@@ -380,7 +379,7 @@ impl EvidenceBlock {
         if cells == CellBits::default() {
             return false;
         }
-        let Some(period) = self.epochs.period_mut(epoch) else { return false };
+        let period = self.epochs.period_mut(epoch);
         any_bit(cells, |index| period.count(index, Finding::LookedThrough, direction))
     }
 

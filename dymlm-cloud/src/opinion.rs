@@ -118,7 +118,7 @@ mod tests {
         let mut epochs = Epochs::default();
         for &(epoch, count, finding) in frames {
             for _ in 0..count {
-                epochs.period_mut(epoch).unwrap().count(3, finding, Direction::Insert);
+                epochs.period_mut(epoch).count(3, finding, Direction::Insert);
             }
         }
         Opinion::of(epochs.of_cell(3).map(|(_, counts)| counts), 2.0)

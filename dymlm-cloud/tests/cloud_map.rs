@@ -502,6 +502,40 @@ fn what_was_taken_away_is_gone_within_ten_seconds() {
 }
 
 #[test]
+fn what_was_read_the_day_before_is_known_to_be_gone() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    for step in 0..20 {
+        map.insert(&person_before_wall(f64::from(step), 16..24), None, &Pose::identity()).unwrap();
+    }
+    let place = frame(0.0, |_, _| 1.2).camera().back_project([20.0, 12.0], 1.2);
+    assert_eq!(map.verdicts().is_free(place), Some(false));
+    for step in 0..20 {
+        let time = 86_400.0 + f64::from(step);
+        map.insert(&person_before_wall(time, 0..0), None, &Pose::identity()).unwrap();
+    }
+    assert_eq!(map.verdicts().is_free(place), Some(true));
+    assert_eq!(ghosts(map.point_cloud(Selection::Static).points()), 0);
+}
+
+#[test]
+fn a_wall_that_is_hidden_for_a_day_stays() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    for step in 0..20 {
+        map.insert(&person_before_wall(f64::from(step), 0..0), None, &Pose::identity()).unwrap();
+    }
+    let wall = map.point_cloud(Selection::Static);
+    // A locker is put before a part of it, and the rest is seen day and night: in the same blocks.
+    for step in 0..400 {
+        let time = 60.0 + 216.0 * f64::from(step);
+        map.insert(&person_before_wall(time, 16..24), None, &Pose::identity()).unwrap();
+    }
+    let now = map.point_cloud(Selection::Static);
+    let hidden = |cloud: &[Point]| cloud.iter().filter(|at| at[2] > 2.3 && at[0].abs() < 0.1).count();
+    assert!(hidden(wall.points()) > 20);
+    assert_eq!(hidden(now.points()), hidden(wall.points()));
+}
+
+#[test]
 fn a_wall_that_was_taken_away_leaves_no_strip_above_the_floor() {
     let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
     // The floor is 0.5 m below the camera, the wall 2 m ahead.
