@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use crate::slot_index::SlotIndex;
+use crate::stamps::Stamps;
 use dymlm_core::Pages;
 
 /// Cells along the side of a block.
@@ -10,6 +11,8 @@ pub(crate) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
 
 /// Blocks of a cube of 4^3 of them.
 pub(crate) const CUBE_BLOCKS: usize = 64;
+/// Blocks along the side of such a cube.
+const CUBE_SIDE: i32 = 4;
 
 /// Blocks of a neighbourhood.
 pub(crate) const NEIGHBORS: usize = 27;
@@ -164,11 +167,17 @@ pub(crate) struct BlockStore<B> {
     index: SlotIndex,
     keys: Pages<BlockKey>,
     blocks: Pages<Arc<B>>,
+    stamps: Stamps,
 }
 
 impl<B> Default for BlockStore<B> {
     fn default() -> Self {
-        Self { index: SlotIndex::default(), keys: Pages::default(), blocks: Pages::default() }
+        Self {
+            index: SlotIndex::default(),
+            keys: Pages::default(),
+            blocks: Pages::default(),
+            stamps: Stamps::default(),
+        }
     }
 }
 
@@ -210,6 +219,17 @@ impl<B: Default + Clone> BlockStore<B> {
         self.blocks.get_mut(slot).map(Arc::make_mut)
     }
 
+    /// By slot, the last change that was noted.
+    #[inline]
+    pub(crate) fn stamps(&self) -> &Stamps {
+        &self.stamps
+    }
+
+    #[inline]
+    pub(crate) fn stamps_mut(&mut self) -> &mut Stamps {
+        &mut self.stamps
+    }
+
     /// All blocks, to be changed.
     pub(crate) fn blocks_mut(&mut self) -> impl Iterator<Item = &mut B> {
         self.blocks.iter_mut().map(Arc::make_mut)
@@ -236,6 +256,28 @@ impl<B: Default + Clone> BlockStore<B> {
         Some(self.keys.iter().fold([first.block(); 2], join))
     }
 
+    /// Calls `visit` with the slots of the blocks in a cube of `side` blocks, a power of two, whose lowest
+    /// lies at a multiple of that.
+    pub(crate) fn slots_within(&self, first: [i32; 3], side: i32, mut visit: impl FnMut(usize)) {
+        let is_within = |block: [i32; 3]| (0..3).all(|axis| (0..side).contains(&(block[axis] - first[axis])));
+        // Each look-up finds the blocks of a cube.
+        let cubes = (side / CUBE_SIDE).max(1);
+        if i64::from(cubes).pow(3) > self.keys.len() as i64 {
+            let within = self.keys.iter().enumerate().filter(|(_, key)| is_within(key.block()));
+            within.for_each(|(slot, _)| visit(slot));
+            return;
+        }
+        for place in 0..cubes.pow(3) {
+            let step = [place % cubes, place / cubes % cubes, place / (cubes * cubes)];
+            let block: [i32; 3] = std::array::from_fn(|axis| first[axis] + CUBE_SIDE * step[axis]);
+            for slot in self.index.slots_around(BlockKey::new(block)) {
+                if side >= CUBE_SIDE || is_within(self.keys[slot].block()) {
+                    visit(slot);
+                }
+            }
+        }
+    }
+
     /// All slots in the order of their keys, which does not depend on the order of insertion.
     pub(crate) fn sorted_slots(&self) -> Vec<usize> {
         let mut slots: Vec<usize> = (0..self.keys.len()).collect();
@@ -254,6 +296,7 @@ impl<B: Default + Clone> BlockStore<B> {
         }
         self.keys.keep(&stays);
         self.blocks.keep(&stays);
+        self.stamps.keep(&stays);
         self.index = SlotIndex::default();
         for (slot, &key) in self.keys.iter().enumerate() {
             self.index.insert(key, slot);
@@ -306,6 +349,7 @@ impl<B: Default + Clone> BlockStore<B> {
         self.index.memory_bytes()
             + self.keys.memory_bytes()
             + self.blocks.memory_bytes()
+            + self.stamps.memory_bytes()
             + self.blocks.len() * block
     }
 }
@@ -343,6 +387,26 @@ mod tests {
         assert_eq!((cube.block(), place), ([4, -4, 0], 2 << 4 | 3 << 2 | 1));
         #[cfg(feature = "state")]
         assert_eq!(cube.of_cube(place).block(), [5, -1, 2]);
+    }
+
+    #[test]
+    fn the_slots_within_a_cube_are_those_that_a_look_at_all_finds() {
+        let mut store = BlockStore::<u8>::default();
+        let along = |c: i32| c * c * 7 % 41 - 20;
+        (0..300)
+            .for_each(|c| _ = store.slot_or_insert(BlockKey::new([along(c), along(c + 90), c % 32 - 16])));
+        for (first, side) in
+            [([4, -3, 7], 1), ([-2, 0, 2], 2), ([-4, 8, 0], 4), ([-16, 0, -16], 16), ([0; 3], 512)]
+        {
+            let mut found = Vec::new();
+            store.slots_within(first, side, |slot| found.push(slot));
+            found.sort_unstable();
+            let is_within = |key: &BlockKey| {
+                key.block().iter().zip(first).all(|(c, first)| (first..first + side).contains(c))
+            };
+            let all = (0..store.keys().len()).filter(|&slot| is_within(&store.keys()[slot]));
+            assert!(found.into_iter().eq(all), "{first:?} {side}");
+        }
     }
 
     #[test]

@@ -87,9 +87,7 @@ impl CloudMap {
         let mut moved = Vec::new();
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for key in self.blocks_about(region) {
-            let Some(block) = self.voxels.slot(key).and_then(|slot| self.voxels.block_mut(slot)) else {
-                continue;
-            };
+            let Some((slot, block)) = self.voxels.slot(key).zip(self.voxels.get(key)) else { continue };
             let inside: Vec<(usize, Point)> = block
                 .iter()
                 .map(|(place, voxel)| (place, voxel.mean_position(key.cell(place), self.config.voxel_size)))
@@ -98,17 +96,18 @@ impl CloudMap {
                     region.contains(place) && is_body(place)
                 })
                 .collect();
-            for &(place, point) in &inside {
+            if inside.is_empty() {
+                continue;
+            }
+            let Some(block) = self.voxels.begin_change(slot, stamp, seen) else { continue };
+            block.lowered = stamp;
+            for (place, point) in inside {
                 let voxel = block.take(place);
                 let cell = key.cell(place);
                 let support = self.evidence.of_voxel(cell).support;
                 from.push(point);
                 let to = new_from_old.transform_point(point.map(f64::from));
                 moved.push(Moved { cell, to, voxel, support });
-            }
-            if !inside.is_empty() {
-                block.begin(stamp, seen);
-                block.lowered = stamp;
             }
             self.voxel_count -= block.drop_empty();
         }
@@ -143,8 +142,7 @@ impl CloudMap {
         let (block, place) = split(cell);
         let slot = self.voxels.slot_or_insert(BlockKey::new(block));
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
-        if let Some(block) = self.voxels.block_mut(slot) {
-            block.begin(stamp, seen);
+        if let Some(block) = self.voxels.begin_change(slot, stamp, seen) {
             self.voxel_count += usize::from(block.make(place));
             block.merge(place, &voxel.placed(within));
         }

@@ -1,10 +1,16 @@
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
+
 use crate::block_store::{BlockStore, CellBits, NEIGHBORS, Neighbor, step_to};
 use crate::places::Places;
+use crate::slot_index::KeyHasher;
 use crate::voxel_block::VoxelBlock;
 
 /// What is new in a block of voxels.
 pub(crate) struct Change {
     pub(crate) slot: usize,
+    /// 1 + the slot of its block of the evidence, or 0 as long as there is none.
+    pub(crate) evidence: u32,
     /// The voxels that are no ghosts, by rank what they weigh and how far they look for heavier ones, voxels.
     pub(crate) firm: Places,
     pub(crate) weights: Vec<f32>,
@@ -38,16 +44,16 @@ pub(crate) struct Touched {
 /// All that is new, by blocks.
 pub(crate) struct Changes {
     changes: Vec<Change>,
-    /// By slot: 1 + the index of the block's change, or 0.
-    indices: Vec<u32>,
+    /// By slot, the index of the block's change.
+    indices: SlotMap,
 }
 
+/// Numbers of some slots.
+type SlotMap = HashMap<u64, u32, BuildHasherDefault<KeyHasher>>;
+
 impl Changes {
-    pub(crate) fn new(changes: Vec<Change>, slots: usize) -> Self {
-        let mut indices = vec![0; slots];
-        for (index, change) in changes.iter().enumerate() {
-            indices[change.slot] = index as u32 + 1;
-        }
+    pub(crate) fn new(changes: Vec<Change>) -> Self {
+        let indices = changes.iter().zip(0..).map(|(change, index)| (change.slot as u64, index)).collect();
         Self { changes, indices }
     }
 
@@ -57,7 +63,7 @@ impl Changes {
 
     /// What is new in the block at a slot.
     pub(crate) fn of(&self, slot: usize) -> Option<&Change> {
-        (self.indices[slot] as usize).checked_sub(1).and_then(|index| self.changes.get(index))
+        self.indices.get(&(slot as u64)).and_then(|&index| self.changes.get(index as usize))
     }
 
     /// The blocks that have changed, and those around with a voxel that looks beyond its own place.
@@ -80,11 +86,11 @@ impl Changes {
                 if !change.effect.is_any() || !looks_around(slot) {
                     continue;
                 }
-                if indices[slot] == 0 {
+                let index = *indices.entry(slot as u64).or_insert_with(|| {
                     touched.push(Touched { slot, effect: Effect::default(), around: [0; NEIGHBORS] });
-                    indices[slot] = touched.len() as u32;
-                }
-                let neighbor = &mut touched[indices[slot] as usize - 1];
+                    touched.len() as u32 - 1
+                });
+                let neighbor = &mut touched[index as usize];
                 neighbor.effect = neighbor.effect.join(change.effect);
                 neighbor.around[NEIGHBORS - 1 - place] = change.slot as u32 + 1;
             }

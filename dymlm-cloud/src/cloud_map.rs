@@ -213,9 +213,8 @@ impl CloudMap {
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks().iter()) {
             let slot = self.voxels.slot_or_insert(*key);
-            let Some(block) = self.voxels.block_mut(slot) else { continue };
+            let Some(block) = self.voxels.begin_change(slot, stamp, seen) else { continue };
             let count = block.len();
-            block.begin(stamp, seen);
             theirs.iter().for_each(|(place, voxel)| block.merge(place, &voxel));
             self.voxel_count += block.len() - count;
         }
@@ -257,7 +256,7 @@ impl CloudMap {
     /// changed, and copying it.
     pub fn point_cloud(&self, selection: Selection) -> PointCloud {
         if selection == Selection::Static {
-            return self.kept_cloud().to_point_cloud();
+            return self.kept_cloud().to_point_cloud(&self.voxels);
         }
         let slots = self.voxels.sorted_slots().into_iter();
         let voxels = slots.flat_map(|slot| {
@@ -413,7 +412,9 @@ impl CloudMap {
     #[cfg(feature = "state")]
     pub(crate) fn put_block(&mut self, key: BlockKey, block: VoxelBlock) {
         self.voxel_count += block.len();
-        self.voxels.put(key, block);
+        let stamp = block.stamp;
+        let slot = self.voxels.put(key, block);
+        self.voxels.stamps_mut().note(slot, stamp);
     }
 
     /// Goes on from where a saved map was. All blocks count as changed: nothing is kept of what is static.
@@ -429,6 +430,7 @@ impl CloudMap {
         if self.stamp == 0 {
             // Once in 2^32 frames: no block may carry a stamp that comes again.
             self.voxels.blocks_mut().for_each(|block| (block.stamp, block.lowered) = (1, 0));
+            self.voxels.stamps_mut().set_all(1);
             self.kept.clear();
             self.stamp = 2;
         }

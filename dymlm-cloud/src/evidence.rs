@@ -12,7 +12,6 @@ use crate::opinion::Opinion;
 use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
 use crate::support::Support;
-use dymlm_core::Pages;
 
 /// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are
 /// missed by the one reading at their centre, larger ones hold both a surface and the free space before it.
@@ -40,9 +39,6 @@ pub(crate) struct Evidence {
     epoch: i32,
     /// Counts changes.
     revision: u32,
-    /// By slot, the change that was the block's last; beside the blocks, so that looking for what has changed
-    /// need not fetch them all.
-    revisions: Pages<u32>,
     reads: FrameReads,
     /// Whether the current frame has taken out more than was put in.
     is_overdrawn: bool,
@@ -63,7 +59,6 @@ impl Evidence {
             blocks: BlockStore::default(),
             epoch: 0,
             revision: 0,
-            revisions: Pages::default(),
             reads: FrameReads::default(),
             is_overdrawn: false,
         }
@@ -101,24 +96,19 @@ impl Evidence {
     #[cfg(feature = "state")]
     pub(crate) fn put_block(&mut self, key: BlockKey, epochs: Epochs, revision: u32) {
         let slot = self.blocks.put(key, EvidenceBlock { epochs });
-        note_change(&mut self.revisions, slot, revision);
+        self.blocks.stamps_mut().note(slot, revision);
     }
 
     /// Blocks of which an earlier state knew another last change.
     #[cfg(feature = "state")]
     pub(crate) fn noted_since(&self, earlier: &Self) -> Vec<BlockKey> {
-        let slots = self.revisions.unshared(&earlier.revisions);
-        let keys = slots.filter_map(|slot| Some((*self.blocks.keys().get(slot)?, self.revisions[slot])));
+        let (stamps, before) = (self.blocks.stamps(), earlier.blocks.stamps());
+        let slots = stamps.unshared(before);
+        let keys = slots.filter_map(|slot| Some((*self.blocks.keys().get(slot)?, stamps.of(slot))));
         let is_new = |key: BlockKey, revision: u32| {
-            let before = earlier.blocks.slot(key).and_then(|slot| earlier.revisions.get(slot));
-            before != Some(&revision)
+            earlier.blocks.slot(key).is_none_or(|slot| before.of(slot) != revision)
         };
         keys.filter(|(key, revision)| is_new(*key, *revision)).map(|(key, _)| key).collect()
-    }
-
-    /// By slot, the number of the block's last change; 0 beyond the end.
-    pub(crate) fn revisions(&self) -> &Pages<u32> {
-        &self.revisions
     }
 
     /// Notes that the current frame has read a surface in `voxel`.
@@ -161,8 +151,8 @@ impl Evidence {
         rays.follow(scan, &self.look_through);
         for (key, cells) in rays.blocks() {
             let slot = self.blocks.slot_or_insert(key);
+            self.blocks.stamps_mut().note(slot, self.revision);
             let Some(block) = self.blocks.block_mut(slot) else { continue };
-            note_change(&mut self.revisions, slot, self.revision);
             let looked_through = LookedThrough::Cells(cells);
             self.is_overdrawn |=
                 block.count_looked_through(looked_through, self.reads.at(slot), self.epoch, direction);
@@ -221,6 +211,11 @@ impl Evidence {
         inside
     }
 
+    /// The blocks of voxels in a block of cells: the lowest of them, and how many there are along a side.
+    pub(crate) fn voxel_blocks_over(&self, cells: BlockKey) -> ([i32; 3], i32) {
+        (cells.block().map(|c| c << self.cell_shift), 1 << self.cell_shift)
+    }
+
     /// What all frames together say of the cell of a voxel.
     pub(crate) fn of_voxel(&self, voxel: [i32; 3]) -> Support {
         let (block, index) = self.cell_of(voxel);
@@ -260,7 +255,7 @@ impl Evidence {
         }
         self.revision += 1;
         if let Some(slot) = slot {
-            note_change(&mut self.revisions, slot, self.revision);
+            self.blocks.stamps_mut().note(slot, self.revision);
         }
     }
 
@@ -274,7 +269,7 @@ impl Evidence {
             block.epochs.give_support(index, support.max(1));
         }
         self.revision += 1;
-        note_change(&mut self.revisions, slot, self.revision);
+        self.blocks.stamps_mut().note(slot, self.revision);
     }
 
     /// Whether the frame counted last has taken out more than was put in.
@@ -282,6 +277,7 @@ impl Evidence {
         self.is_overdrawn
     }
 
+    /// Its stamps are the revisions of their last changes.
     pub(crate) fn blocks(&self) -> &BlockStore<EvidenceBlock> {
         &self.blocks
     }
@@ -294,7 +290,7 @@ impl Evidence {
             if let Some(block) = self.blocks.block_mut(slot) {
                 block.epochs.merge(&theirs.epochs);
             }
-            note_change(&mut self.revisions, slot, self.revision);
+            self.blocks.stamps_mut().note(slot, self.revision);
         }
     }
 
@@ -305,17 +301,15 @@ impl Evidence {
         let retained = self.blocks.retain(|key| !is_forgotten(key.bounds(cell_size)))?;
         self.reads.clear();
         self.revision += 1;
-        self.revisions.grow(retained.stays.len(), || 0);
-        self.revisions.keep(&retained.stays);
         for &slot in &retained.around {
-            note_change(&mut self.revisions, slot, self.revision);
+            self.blocks.stamps_mut().note(slot, self.revision);
         }
         Some(retained)
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let epochs: usize = self.blocks.blocks().iter().map(|block| block.epochs.memory_bytes()).sum();
-        self.blocks.memory_bytes() + self.revisions.memory_bytes() + epochs
+        self.blocks.memory_bytes() + epochs
     }
 
     /// Bytes that a clone does not share.
@@ -326,19 +320,19 @@ impl Evidence {
 
     fn count_looked_through(&mut self, depth: &DepthImage, direction: Direction) {
         let (blocks, is_overdrawn) = (&mut self.blocks, &mut self.is_overdrawn);
-        let (epoch, revision, revisions) = (self.epoch, self.revision, &mut self.revisions);
+        let (epoch, revision) = (self.epoch, self.revision);
         let reads = &self.reads;
         self.look_through.for_each_block(depth, |place, looked_through| {
             let slot = blocks.slot_or_insert(BlockKey::new(place));
+            blocks.stamps_mut().note(slot, revision);
             let Some(block) = blocks.block_mut(slot) else { return };
-            note_change(revisions, slot, revision);
             *is_overdrawn |= block.count_looked_through(looked_through, reads.at(slot), epoch, direction);
         });
     }
 
     fn count_readings(&mut self, direction: Direction) {
         for reads in self.reads.iter() {
-            note_change(&mut self.revisions, reads.slot, self.revision);
+            self.blocks.stamps_mut().note(reads.slot, self.revision);
             if let Some(block) = self.blocks.block_mut(reads.slot) {
                 self.is_overdrawn |= block.count_readings(reads, self.epoch, direction);
             }
@@ -411,13 +405,6 @@ impl EvidenceBlock {
     #[inline]
     pub(crate) fn may_be_read(&self) -> bool {
         self.epochs.has_cells()
-    }
-}
-
-fn note_change(revisions: &mut Pages<u32>, slot: usize, revision: u32) {
-    revisions.grow(slot + 1, || 0);
-    if let Some(last) = revisions.get_mut(slot) {
-        *last = revision;
     }
 }
 

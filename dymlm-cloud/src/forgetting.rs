@@ -15,12 +15,12 @@ impl CloudMap {
         };
         let evidence = &self.evidence;
         let voxels = self.voxels.retain(|key| evidence.slot_of(key.cell(0)).is_some());
-        self.kept.forget(&cells.stays, voxels.as_ref().map(|voxels| voxels.stays.as_slice()));
+        let voxels_stay = voxels.as_ref().map(|voxels| voxels.stays.as_slice());
+        self.kept.forget(&cells.stays, voxels_stay, self.voxels.bounds());
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for slot in voxels.into_iter().flat_map(|voxels| voxels.around) {
-            if let Some(block) = self.voxels.block_mut(slot) {
+            if let Some(block) = self.voxels.begin_change(slot, stamp, seen) {
                 // Nothing beside it is heavier any more.
-                block.begin(stamp, seen);
                 block.lowered = stamp;
             }
         }

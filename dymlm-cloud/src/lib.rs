@@ -33,6 +33,7 @@ mod rounding;
 mod saved_state;
 mod scan;
 mod slot_index;
+mod stamps;
 mod static_cloud;
 mod support;
 mod thinning;

@@ -19,6 +19,12 @@ impl SlotIndex {
         (self.cubes.get(&cube)?[place] as usize).checked_sub(1)
     }
 
+    /// The slots of the blocks in the cube that a block lies in.
+    pub(crate) fn slots_around(&self, key: BlockKey) -> impl Iterator<Item = usize> {
+        let slots = self.cubes.get(&key.in_cube().0).into_iter().flat_map(|cube| cube.iter());
+        slots.filter_map(|&slot| (slot as usize).checked_sub(1))
+    }
+
     /// Notes the slot of a block.
     pub(crate) fn insert(&mut self, key: BlockKey, slot: usize) {
         let (cube, place) = key.in_cube();

@@ -1,4 +1,4 @@
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use dymlm_core::{Point, PointCloud, Rgb};
 
@@ -21,8 +21,9 @@ use dymlm_core::Pages;
 pub(crate) struct StaticCloud {
     /// By the slots of the voxels.
     blocks: Pages<Arc<StaticBlock>>,
-    /// Slots in the order of their keys, and the box of blocks around them all, lowest and highest.
-    order: Vec<u32>,
+    /// Slots in the order of their keys, when somebody has asked since there are so many.
+    order: OnceLock<Vec<usize>>,
+    /// The box of blocks around them all, lowest and highest.
     bounds: Option<[[i32; 3]; 2]>,
     /// The newest stamp of a voxel that has been taken in.
     stamp: u32,
@@ -90,28 +91,20 @@ pub(crate) struct Source<'a> {
 impl StaticCloud {
     /// Whether nothing has changed since it was [refreshed](Self::refresh).
     pub(crate) fn is_fresh(&self, source: &Source<'_>) -> bool {
-        self.order.len() == source.voxels.blocks().len()
+        self.blocks.len() == source.voxels.blocks().len()
             && self.stamp == source.stamp
             && self.verdicts == source.verdicts.revision()
     }
 
     /// Takes in what has changed since the last call.
     pub(crate) fn refresh(&mut self, source: Source<'_>) {
-        let (voxels, count) = (source.voxels, source.voxels.blocks().len());
-        if self.order.len() < count {
-            self.blocks.grow(count, Arc::default);
-            self.order = voxels.sorted_slots().into_iter().map(|slot| slot as u32).collect();
-            self.bounds = voxels.bounds();
-        }
-        for (slot, evidence) in self.found_in_evidence(source) {
-            if let Some(block) = self.blocks.get_mut(slot) {
-                Arc::make_mut(block).evidence = evidence;
-            }
-        }
+        let voxels = source.voxels;
+        self.take_in_new(voxels);
         let changes = self.changes(source);
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
         for change in changes.iter() {
             let Some(block) = self.blocks.get_mut(change.slot).map(Arc::make_mut) else { continue };
+            block.evidence = change.evidence;
             block.firm = *change.firm.cells();
             block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
             block.looks_around = change.radii.iter().any(|&radius| looks_around(radius));
@@ -132,23 +125,30 @@ impl StaticCloud {
         }
     }
 
-    /// The slots of blocks whose evidence was not found before, each with 1 + the slot of that.
-    fn found_in_evidence(&self, source: Source<'_>) -> Vec<(usize, u32)> {
-        let blocks = self.blocks.iter().zip(source.voxels.keys().iter()).enumerate();
-        let unknown = blocks.filter(|(_, (block, _))| block.evidence == 0);
-        let found = unknown.filter_map(|(slot, (_, key))| {
-            let evidence = source.evidence.slot_of(key.cell(0))?;
-            Some((slot, evidence as u32 + 1))
+    /// Makes room for blocks that have come since the last call.
+    fn take_in_new(&mut self, voxels: &BlockStore<VoxelBlock>) {
+        let known = self.blocks.len();
+        if voxels.keys().len() == known {
+            return;
+        }
+        self.bounds = voxels.keys().iter_from(known).fold(self.bounds, |bounds, key| {
+            let block = key.block();
+            let [low, high] = bounds.unwrap_or([block; 2]);
+            let join = |bound: [i32; 3], farther: fn(i32, i32) -> i32| {
+                [0, 1, 2].map(|axis| farther(bound[axis], block[axis]))
+            };
+            Some([join(low, i32::min), join(high, i32::max)])
         });
-        found.collect()
+        self.blocks.grow(voxels.keys().len(), Arc::default);
+        self.order = OnceLock::new();
     }
 
-    /// Forgets blocks of voxels that are gone: by slot, which stayed. Slots of the evidence have changed as
-    /// well.
-    pub(crate) fn forget(&mut self, stays: Option<&[bool]>) {
+    /// Forgets blocks of voxels that are gone: by slot, which stayed, and the box around these. Slots of the
+    /// evidence have changed as well.
+    pub(crate) fn forget(&mut self, stays: Option<&[bool]>, bounds: Option<[[i32; 3]; 2]>) {
         if let Some(stays) = stays {
             self.blocks.keep(stays);
-            (self.order, self.bounds) = (Vec::new(), None);
+            (self.order, self.bounds) = (OnceLock::new(), bounds);
             self.len = self.blocks.iter().map(|block| block.points.len()).sum();
         }
         self.blocks.iter_mut().for_each(|block| Arc::make_mut(block).evidence = 0);
@@ -156,23 +156,28 @@ impl StaticCloud {
 
     /// What has changed since the last call.
     fn changes(&self, source: Source<'_>) -> Changes {
-        let blocks = source.voxels.blocks();
-        let changes = |slot: usize| {
-            let evidence = (self.blocks[slot].evidence as usize).checked_sub(1);
-            let statics = evidence.and_then(|slot| source.verdicts.statics(slot));
-            let has_changed = blocks[slot].stamp > self.stamp
-                || statics.is_some_and(|(_, revision)| revision > self.verdicts);
-            let cells = statics.map_or(CellBits::default(), |(cells, _)| *cells);
-            has_changed.then(|| self.change_of(source, slot, &cells)).flatten()
-        };
-        let changes = crate::parallel::map((0..blocks.len()).collect(), changes);
-        Changes::new(changes.into_iter().flatten().collect(), self.blocks.len())
+        let mut slots: Vec<usize> = source.voxels.stamps().after(self.stamp).collect();
+        for judged in source.verdicts.stamps().after(self.verdicts) {
+            if let Some(&cells) = source.evidence.blocks().keys().get(judged) {
+                let (first, side) = source.evidence.voxel_blocks_over(cells);
+                source.voxels.slots_within(first, side, |slot| slots.push(slot));
+            }
+        }
+        slots.sort_unstable();
+        slots.dedup();
+        let changes = crate::parallel::map(slots, |slot| self.change_of(source, slot));
+        Changes::new(changes.into_iter().flatten().collect())
     }
 
-    fn change_of(&self, source: Source<'_>, slot: usize, cells: &CellBits) -> Option<Change> {
+    fn change_of(&self, source: Source<'_>, slot: usize) -> Option<Change> {
         let Source { voxels: all, thinning, evidence, .. } = source;
         let (key, block, before) = (all.keys()[slot], &all.blocks()[slot], &self.blocks[slot]);
-        let inside = evidence.voxels_in(cells, key);
+        let around = match before.evidence {
+            0 => evidence.slot_of(key.cell(0)).map_or(0, |slot| slot as u32 + 1),
+            known => known,
+        };
+        let cells = (around as usize).checked_sub(1).and_then(|slot| source.verdicts.statics(slot));
+        let inside = cells.map_or(CellBits::default(), |cells| evidence.voxels_in(cells, key));
         let (mut voxels, mut firm) = (CellBits::default(), CellBits::default());
         let has_readings = block.stamp > self.stamp;
         for word in 0..firm.len() {
@@ -191,6 +196,7 @@ impl StaticCloud {
         });
         let mut change = Change {
             slot,
+            evidence: around,
             firm: Places::new(firm),
             weights: Vec::with_capacity(block.len()),
             radii: Vec::with_capacity(block.len()),
@@ -301,8 +307,9 @@ impl StaticCloud {
     }
 
     /// Slots of all blocks of voxels, in the order of their keys.
-    pub(crate) fn order(&self) -> impl Iterator<Item = usize> {
-        self.order.iter().map(|&slot| slot as usize)
+    pub(crate) fn order(&self, voxels: &BlockStore<VoxelBlock>) -> impl Iterator<Item = usize> {
+        let order = self.order.get_or_init(|| voxels.sorted_slots());
+        order.iter().copied()
     }
 
     /// The lowest and the highest block coordinates of all blocks.
@@ -343,11 +350,11 @@ impl StaticCloud {
     }
 
     /// All static points, by the order of blocks; with colours when any has one, black where there is none.
-    pub(crate) fn to_point_cloud(&self) -> PointCloud {
+    pub(crate) fn to_point_cloud(&self, voxels: &BlockStore<VoxelBlock>) -> PointCloud {
         let mut points = Vec::with_capacity(self.len);
         let is_colored = self.blocks.iter().any(|block| !block.colors.is_empty());
         let mut colors = Vec::with_capacity(if is_colored { self.len } else { 0 });
-        for block in self.order().filter_map(|slot| self.blocks.get(slot)) {
+        for block in self.order(voxels).filter_map(|slot| self.blocks.get(slot)) {
             points.extend_from_slice(&block.points);
             if is_colored {
                 colors.extend_from_slice(&block.colors);
@@ -371,7 +378,7 @@ impl StaticCloud {
         let points: usize = self.blocks.iter().map(|block| block.memory_bytes()).sum();
         self.blocks.memory_bytes()
             + self.blocks.len() * (size_of::<StaticBlock>() + 2 * size_of::<usize>())
-            + self.order.capacity() * size_of::<u32>()
+            + self.order.get().map_or(0, Vec::capacity) * size_of::<usize>()
             + points
     }
 }

@@ -50,9 +50,8 @@ impl TouchedBlocks {
     fn take_out(&mut self, voxels: &mut BlockStore<VoxelBlock>, slot: usize, stamp: u32, seen: u32) -> u32 {
         let number = self.blocks.len() as u32;
         let mut block = VoxelBlock::default();
-        if let Some(there) = voxels.block_mut(slot) {
+        if let Some(there) = voxels.begin_change(slot, stamp, seen) {
             std::mem::swap(there, &mut block);
-            block.begin(stamp, seen);
             (there.stamp, there.touched) = (stamp, number);
         }
         self.blocks.push(TouchedBlock { slot, block, read: CellBits::default() });

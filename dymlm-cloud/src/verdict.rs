@@ -5,6 +5,7 @@ use crate::block_store::{
 };
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
+use crate::stamps::Stamps;
 use dymlm_core::Pages;
 
 /// What the evidence of all frames says of a voxel.
@@ -40,10 +41,12 @@ const VOTE_UNIT: f32 = 12.0;
 pub(crate) struct VerdictGrid {
     /// By the slots of the evidence; none where nothing was ever read.
     blocks: Pages<Option<Arc<BlockVerdict>>>,
-    /// The state of each block of the evidence that its verdicts are of.
-    revisions: Pages<u32>,
+    /// The last change of the evidence that has been taken in.
+    taken_in: u32,
     /// Counts the calls that have changed a verdict.
     revision: u32,
+    /// The last call that has changed which cells of a block are static.
+    stamps: Stamps,
 }
 
 #[derive(Debug, Clone)]
@@ -59,19 +62,15 @@ struct BlockVerdict {
     present: CellBits,
     /// Cells that are part of the static world.
     statics: CellBits,
-    /// The last call that has changed which these are.
-    revision: u32,
 }
 
 impl VerdictGrid {
-    /// Takes in what has changed in the evidence since the last call. O(blocks that changed), and a glance at
-    /// each other.
+    /// Takes in what has changed in the evidence since the last call. O(blocks that changed).
     pub(crate) fn refresh(&mut self, evidence: &Evidence, looks_per_reading: f32) {
         let blocks = evidence.blocks();
         self.blocks.grow(blocks.blocks().len(), || None);
-        self.revisions.grow(blocks.blocks().len(), || 0);
-        let both = self.revisions.iter().zip(evidence.revisions().iter()).enumerate();
-        let changed: Vec<usize> = both.filter(|(_, (old, new))| old != new).map(|(slot, _)| slot).collect();
+        let changed: Vec<usize> = blocks.stamps().after(self.taken_in).collect();
+        self.taken_in = evidence.revision();
         if changed.is_empty() {
             return;
         }
@@ -80,14 +79,9 @@ impl VerdictGrid {
             block.may_be_read().then(|| Arc::new(BlockVerdict::of(block, looks_per_reading)))
         });
         for (&slot, mut verdict) in changed.iter().zip(judged) {
-            let (Some(block), Some(revision)) = (self.blocks.get_mut(slot), self.revisions.get_mut(slot))
-            else {
-                continue;
-            };
-            *revision = evidence.revisions()[slot];
+            let Some(block) = self.blocks.get_mut(slot) else { continue };
             if let (Some(new), Some(old)) = (&mut verdict, &*block) {
-                let new = Arc::make_mut(new);
-                (new.statics, new.revision) = (old.statics, old.revision);
+                Arc::make_mut(new).statics = old.statics;
             }
             *block = verdict;
         }
@@ -113,7 +107,8 @@ impl VerdictGrid {
                 continue;
             };
             if statics != block.statics {
-                (block.statics, block.revision) = (statics, self.revision);
+                block.statics = statics;
+                self.stamps.note(slot, self.revision);
             }
             block.present = present;
         }
@@ -122,7 +117,7 @@ impl VerdictGrid {
     /// Forgets blocks of the evidence that are gone; by slot, which stayed.
     pub(crate) fn forget(&mut self, stays: &[bool]) {
         self.blocks.keep(stays);
-        self.revisions.keep(stays);
+        self.stamps.keep(stays);
     }
 
     /// The number of the last call that has changed a verdict, at least.
@@ -130,10 +125,14 @@ impl VerdictGrid {
         self.revision
     }
 
-    /// The cells that are part of the static world in the evidence's block at a slot, and the last call that
-    /// has changed which these are.
-    pub(crate) fn statics(&self, slot: usize) -> Option<(&CellBits, u32)> {
-        self.blocks.get(slot)?.as_ref().map(|block| (&block.statics, block.revision))
+    /// By slots of the evidence, the last call that has changed which cells are static.
+    pub(crate) fn stamps(&self) -> &Stamps {
+        &self.stamps
+    }
+
+    /// The cells that are part of the static world in the evidence's block at a slot.
+    pub(crate) fn statics(&self, slot: usize) -> Option<&CellBits> {
+        self.blocks.get(slot)?.as_ref().map(|block| &block.statics)
     }
 
     /// The verdict on the cell of a voxel; `None` when nothing was ever read in it.
@@ -151,18 +150,21 @@ impl VerdictGrid {
     }
 
     /// Slots of blocks that hold a ghost, of those whose evidence has changed since a revision.
-    pub(crate) fn ghost_blocks_since(&self, revision: u32) -> impl Iterator<Item = usize> {
-        let blocks = self.blocks.iter().zip(self.revisions.iter()).enumerate();
-        let recent = blocks.filter(move |(_, (_, changed))| **changed > revision);
-        recent.filter_map(|(slot, (block, _))| {
-            let block = block.as_ref()?;
-            (without(block.read, block.statics) != CellBits::default()).then_some(slot)
-        })
+    pub(crate) fn ghost_blocks_since(
+        &self,
+        evidence: &Evidence,
+        revision: u32,
+    ) -> impl Iterator<Item = usize> {
+        let holds_ghost = |slot: &usize| {
+            let block = self.blocks.get(*slot).and_then(Option::as_ref);
+            block.is_some_and(|block| without(block.read, block.statics) != CellBits::default())
+        };
+        evidence.blocks().stamps().after(revision).filter(holds_ghost)
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let judged = self.blocks.iter().filter(|block| block.is_some()).count();
-        self.blocks.memory_bytes() + self.revisions.memory_bytes() + judged * size_of::<BlockVerdict>()
+        self.blocks.memory_bytes() + self.stamps.memory_bytes() + judged * size_of::<BlockVerdict>()
     }
 
     fn block(&self, evidence: &Evidence, block: [i32; 3]) -> Option<&BlockVerdict> {
@@ -206,7 +208,6 @@ impl BlockVerdict {
             free: none,
             present: none,
             statics: none,
-            revision: 0,
         };
         let read = block.cells_read();
         // What was only looked through has no opinion that anybody asks for.

@@ -43,7 +43,7 @@ impl Verdicts<'_> {
     /// changed after a [revision](CloudMap::evidence_revision).
     pub fn ghost_boxes_since(&self, revision: u32) -> impl Iterator<Item = [[f64; 3]; 2]> {
         let (keys, cell_size) = (self.map.evidence.blocks().keys(), self.cell_size());
-        let slots = self.kept.verdicts.ghost_blocks_since(revision);
+        let slots = self.kept.verdicts.ghost_blocks_since(&self.map.evidence, revision);
         slots.filter_map(move |slot| keys.get(slot).map(|key| key.bounds(cell_size)))
     }
 }
@@ -139,12 +139,12 @@ impl SharedKept {
     }
 
     /// Forgets what is kept of blocks that are gone; tells by their slots which stayed, of the evidence and,
-    /// when any went, of the voxels.
-    pub(crate) fn forget(&mut self, cells: &[bool], voxels: Option<&[bool]>) {
+    /// when any went, of the voxels, whose [bounds](BlockStore::bounds) are these now.
+    pub(crate) fn forget(&mut self, cells: &[bool], voxels: Option<&[bool]>, bounds: Option<[[i32; 3]; 2]>) {
         self.lineage = Lineage::default();
         let Kept { verdicts, cloud } = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
         verdicts.forget(cells);
-        Arc::make_mut(cloud).forget(voxels);
+        Arc::make_mut(cloud).forget(voxels, bounds);
     }
 
     /// The newest stamp of voxels that the static cloud has taken in.

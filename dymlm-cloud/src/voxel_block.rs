@@ -1,4 +1,4 @@
-use crate::block_store::{CellBits, put};
+use crate::block_store::{BlockStore, CellBits, put};
 use crate::places::Places;
 use crate::voxel::{Sums, Voxel};
 use crate::voxel_records::VoxelRecords;
@@ -19,6 +19,16 @@ pub(crate) struct VoxelBlock {
     /// Stamp of the last change of the block, and of the last that took something out.
     pub(crate) stamp: u32,
     pub(crate) lowered: u32,
+}
+
+impl BlockStore<VoxelBlock> {
+    /// A block that is about to change: see [`VoxelBlock::begin`].
+    pub(crate) fn begin_change(&mut self, slot: usize, stamp: u32, seen: u32) -> Option<&mut VoxelBlock> {
+        self.stamps_mut().note(slot, stamp);
+        let block = self.block_mut(slot)?;
+        block.begin(stamp, seen);
+        Some(block)
+    }
 }
 
 impl VoxelBlock {
@@ -135,17 +145,14 @@ impl VoxelBlock {
         voxel
     }
 
-    /// Begins a change with this stamp; what changed before `seen` is known. Tells whether it has just begun.
-    #[inline]
-    pub(crate) fn begin(&mut self, stamp: u32, seen: u32) -> bool {
-        let begins = self.stamp != stamp;
-        if begins {
+    /// Begins a change with this stamp; what changed before `seen` is known.
+    fn begin(&mut self, stamp: u32, seen: u32) {
+        if self.stamp != stamp {
             if self.stamp <= seen {
                 self.changed = CellBits::default();
             }
             self.stamp = stamp;
         }
-        begins
     }
 
     /// Whether more was taken out than was put in of any of the voxels at these places.

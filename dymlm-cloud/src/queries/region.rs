@@ -40,7 +40,7 @@ impl StaticPoints<'_> {
         let (voxels, voxel_size) = (&self.map.voxels, self.voxel_size());
         if count > voxels.keys().len() as u64 {
             let grown = self.grown(region);
-            for slot in self.cloud.order() {
+            for slot in self.cloud.order(voxels) {
                 let corners = voxels.keys()[slot].bounds(voxel_size);
                 if boxes_touch(corners, grown) && !self.cloud.points(slot).is_empty() {
                     visit(slot, corners);

@@ -36,7 +36,7 @@ impl SavedEvidence {
         let mut saved = Self { blocks: 0, revisions: Vec::new(), periods: Vec::new() };
         for (place, slot) in blocks_of(cube, evidence.blocks()) {
             saved.blocks |= 1 << place;
-            saved.revisions.push(evidence.revisions().get(slot).copied().unwrap_or(0));
+            saved.revisions.push(evidence.blocks().stamps().of(slot));
             let epochs = evidence.blocks().blocks()[slot].epochs();
             saved.periods.push(epochs.periods().iter().map(SavedPeriod::of).collect());
         }
