@@ -1,5 +1,6 @@
-use std::sync::Arc;
+use std::ops::Deref;
 
+use crate::paging::{Block, Paged};
 use crate::slot_index::SlotIndex;
 use crate::stamps::Stamps;
 use dymlm_core::Pages;
@@ -166,7 +167,7 @@ pub(crate) fn cell_in_block(index: usize) -> [i32; 3] {
 pub(crate) struct BlockStore<B> {
     index: SlotIndex,
     keys: Pages<BlockKey>,
-    blocks: Pages<Arc<B>>,
+    blocks: Pages<Paged<B>>,
     stamps: Stamps,
 }
 
@@ -181,7 +182,7 @@ impl<B> Default for BlockStore<B> {
     }
 }
 
-impl<B: Default + Clone> BlockStore<B> {
+impl<B: Block> BlockStore<B> {
     #[inline]
     pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
         self.index.slot(key)
@@ -199,24 +200,24 @@ impl<B: Default + Clone> BlockStore<B> {
         let slot = self.blocks.len();
         self.index.insert(key, slot);
         self.keys.push(key);
-        self.blocks.push(Arc::default());
+        self.blocks.push(Paged::default());
         slot
     }
 
     #[inline]
     pub(crate) fn get(&self, key: BlockKey) -> Option<&B> {
-        self.slot(key).and_then(|slot| self.blocks.get(slot)).map(Arc::as_ref)
+        self.slot(key).and_then(|slot| self.blocks.get(slot)).map(Deref::deref)
     }
 
     #[inline]
-    pub(crate) fn blocks(&self) -> &Pages<Arc<B>> {
+    pub(crate) fn blocks(&self) -> &Pages<Paged<B>> {
         &self.blocks
     }
 
     /// The block of a slot, to be changed.
     #[inline]
     pub(crate) fn block_mut(&mut self, slot: usize) -> Option<&mut B> {
-        self.blocks.get_mut(slot).map(Arc::make_mut)
+        self.blocks.get_mut(slot).map(Paged::to_mut)
     }
 
     /// By slot, the last change that was noted.
@@ -230,9 +231,19 @@ impl<B: Default + Clone> BlockStore<B> {
         &mut self.stamps
     }
 
+    /// The block of a slot, to be paged out.
+    pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<B>> {
+        self.blocks.get_mut(slot)
+    }
+
+    /// Gives the memory of blocks free that another state of the store has in the file.
+    pub(crate) fn page_out_like(&mut self, other: &Self) {
+        page_out_like(&mut self.blocks, &other.blocks);
+    }
+
     /// All blocks, to be changed.
     pub(crate) fn blocks_mut(&mut self) -> impl Iterator<Item = &mut B> {
-        self.blocks.iter_mut().map(Arc::make_mut)
+        self.blocks.iter_mut().map(Paged::to_mut)
     }
 
     /// Keys by slot.
@@ -309,21 +320,20 @@ impl<B: Default + Clone> BlockStore<B> {
     }
 
     /// The blocks that a clone has not, or has changed since.
-    pub(crate) fn unshared<'a>(&'a self, clone: &'a Self) -> impl Iterator<Item = &'a B> {
-        let is_shared = |slot: &usize| {
-            clone.blocks.get(*slot).is_some_and(|theirs| Arc::ptr_eq(&self.blocks[*slot], theirs))
-        };
+    pub(crate) fn unshared<'a>(&'a self, clone: &'a Self) -> impl Iterator<Item = &'a Paged<B>> {
+        let is_shared =
+            |slot: &usize| clone.blocks.get(*slot).is_some_and(|theirs| self.blocks[*slot].is_same(theirs));
         let own = self.blocks.unshared(&clone.blocks).filter(move |slot| !is_shared(slot));
-        own.map(|slot| self.blocks[slot].as_ref())
+        own.map(|slot| &self.blocks[slot])
     }
 
     /// Keys of the blocks that an earlier state of the store had not, or had otherwise.
     #[cfg(feature = "state")]
     pub(crate) fn changed_since<'a>(&'a self, earlier: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
         let own = self.blocks.unshared(&earlier.blocks).map(|slot| (self.keys[slot], &self.blocks[slot]));
-        let is_same = |key: BlockKey, block: &Arc<B>| {
+        let is_same = |key: BlockKey, block: &Paged<B>| {
             let before = earlier.slot(key).and_then(|slot| earlier.blocks.get(slot));
-            before.is_some_and(|before| Arc::ptr_eq(before, block))
+            before.is_some_and(|before| before.is_same(block))
         };
         own.filter(move |(key, block)| !is_same(*key, block)).map(|(key, _)| key)
     }
@@ -339,18 +349,29 @@ impl<B: Default + Clone> BlockStore<B> {
     #[cfg(feature = "state")]
     pub(crate) fn put(&mut self, key: BlockKey, block: B) -> usize {
         let slot = self.slot_or_insert(key);
-        self.blocks.set(slot, Arc::new(block));
+        self.blocks.set(slot, Paged::new(block));
         slot
     }
 
-    /// Bytes of the store itself, without what its blocks own.
-    pub(crate) fn memory_bytes(&self) -> usize {
-        let block = size_of::<B>() + 2 * size_of::<usize>();
+    /// Bytes of memory, with those that a block owns, which `owned` tells.
+    pub(crate) fn memory_bytes(&self, owned: impl Fn(&B) -> usize) -> usize {
+        let blocks: usize = self.blocks.iter().map(|block| block.memory_bytes(&owned)).sum();
         self.index.memory_bytes()
             + self.keys.memory_bytes()
             + self.blocks.memory_bytes()
             + self.stamps.memory_bytes()
-            + self.blocks.len() * block
+            + blocks
+    }
+}
+
+/// Gives the memory of blocks free that another state of a list has in the file.
+pub(crate) fn page_out_like<B: Block>(blocks: &mut Pages<Paged<B>>, other: &Pages<Paged<B>>) {
+    let is_filed = |slot: &usize| other.get(*slot).is_some_and(|other| other.in_memory().is_none());
+    let filed: Vec<usize> = blocks.unshared(other).filter(is_filed).collect();
+    for slot in filed {
+        if let (Some(block), Some(other)) = (blocks.get_mut(slot), other.get(slot)) {
+            block.page_out_like(other);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
 use crate::finding::{Counts, FINDINGS, Finding};
 use crate::packed_counts::PackedCounts;
+use crate::paging::{record, record_of_cases};
 use crate::support::Support;
 
 /// For each cell of a block, how many frames have found what there: for all cells, or for none as long as no
@@ -22,6 +23,10 @@ pub(crate) struct Cells<N> {
     /// The cells in which a surface or a mover was read.
     read: CellBits,
 }
+
+record!(Cells<u8> { counts, read });
+record!(Cells<u32> { counts, read });
+record_of_cases!(CellCounts { 0 => None, 1 => Narrow(cells), 2 => Wide(cells), 3 => Packed(cells) });
 
 impl CellCounts {
     pub(crate) fn is_empty(&self) -> bool {

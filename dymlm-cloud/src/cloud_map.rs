@@ -230,7 +230,7 @@ impl CloudMap {
         let slots = self.voxels.sorted_slots().into_iter().map(|slot| (slot, cloud.judgement(slot)));
         // The lock ends here, so that the map can be asked while somebody iterates.
         slots.collect::<Vec<_>>().into_iter().flat_map(move |(slot, judgement)| {
-            let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
+            let (key, block) = (self.voxels.keys()[slot], self.voxels.blocks()[slot].look());
             let chosen = match selection {
                 Selection::All => *block.places().cells(),
                 Selection::Static => judgement.statics,
@@ -260,7 +260,7 @@ impl CloudMap {
         }
         let slots = self.voxels.sorted_slots().into_iter();
         let voxels = slots.flat_map(|slot| {
-            let (key, block) = (self.voxels.keys()[slot], &self.voxels.blocks()[slot]);
+            let (key, block) = (self.voxels.keys()[slot], self.voxels.blocks()[slot].look());
             block.iter().map(move |(place, voxel)| {
                 (voxel.mean_position(key.cell(place), self.config.voxel_size), voxel.mean_color())
             })
@@ -321,8 +321,9 @@ impl CloudMap {
 
     /// Bytes that the map holds, about.
     pub fn memory_bytes(&self) -> usize {
-        let voxels: usize = self.voxels.blocks().iter().map(|block| block.memory_bytes()).sum();
-        self.voxels.memory_bytes() + voxels + self.evidence.memory_bytes() + self.kept.memory_bytes()
+        self.voxels.memory_bytes(VoxelBlock::memory_bytes)
+            + self.evidence.memory_bytes()
+            + self.kept.memory_bytes()
     }
 
     /// Bytes that the map holds beside those that it shares with a clone, about, without what queries keep.
@@ -332,7 +333,7 @@ impl CloudMap {
             return self.memory_bytes();
         }
         let voxels = self.voxels.unshared(&clone.voxels);
-        let voxels: usize = voxels.map(|block| size_of::<VoxelBlock>() + block.memory_bytes()).sum();
+        let voxels: usize = voxels.map(|block| block.memory_bytes(VoxelBlock::memory_bytes)).sum();
         voxels + self.evidence.memory_bytes_beside(&clone.evidence)
     }
 

@@ -3,6 +3,7 @@ use crate::cell_counts::CellCounts;
 use crate::direction::Direction;
 use crate::finding::Finding;
 use crate::opinion::{Opinion, OpinionFold};
+use crate::paging::record;
 use crate::support::Support;
 
 /// Length of an epoch, seconds. What has come to stand in a place that was free for long is believed after
@@ -42,6 +43,9 @@ pub(crate) struct Period {
     pub(crate) looked_through: u32,
     pub(crate) cells: CellCounts,
 }
+
+record!(Epochs { periods });
+record!(Period { first, level, looked_through, cells });
 
 impl Epochs {
     /// By time, the newest last.

@@ -1,3 +1,6 @@
+use std::io::Result;
+use std::sync::Arc;
+
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{
@@ -9,6 +12,7 @@ use crate::finding::Finding;
 use crate::frame_reads::{BlockReads, FrameReads};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
+use crate::paging::{PageFile, record};
 use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
 use crate::support::Support;
@@ -48,6 +52,8 @@ pub(crate) struct Evidence {
 pub(crate) struct EvidenceBlock {
     epochs: Epochs,
 }
+
+record!(EvidenceBlock { epochs });
 
 impl Evidence {
     pub(crate) fn new(voxel_size: f64, sensor: SensorModel) -> Self {
@@ -308,14 +314,23 @@ impl Evidence {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let epochs: usize = self.blocks.blocks().iter().map(|block| block.epochs.memory_bytes()).sum();
-        self.blocks.memory_bytes() + epochs
+        self.blocks.memory_bytes(EvidenceBlock::memory_bytes)
+    }
+
+    /// Gives the memory of a block free.
+    pub(crate) fn page_out(&mut self, slot: usize, file: &Arc<PageFile>, buffer: &mut Vec<u8>) -> Result<()> {
+        self.blocks.paged_mut(slot).map_or(Ok(()), |block| block.page_out(file, buffer))
+    }
+
+    /// Gives the memory of blocks free that a clone has paged out.
+    pub(crate) fn page_out_like(&mut self, other: &Self) {
+        self.blocks.page_out_like(&other.blocks);
     }
 
     /// Bytes that a clone does not share.
     pub(crate) fn memory_bytes_beside(&self, clone: &Self) -> usize {
         let own = self.blocks.unshared(&clone.blocks);
-        own.map(|block| size_of_val(block) + block.epochs.memory_bytes()).sum()
+        own.map(|block| block.memory_bytes(EvidenceBlock::memory_bytes)).sum()
     }
 
     fn count_looked_through(&mut self, depth: &DepthImage, direction: Direction) {
@@ -345,6 +360,11 @@ impl EvidenceBlock {
     #[cfg(feature = "state")]
     pub(crate) fn epochs(&self) -> &Epochs {
         &self.epochs
+    }
+
+    /// Bytes owned.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.epochs.memory_bytes()
     }
 
     /// Counts the cells that the current frame has read. Like the next, tells whether a count is overdrawn.

@@ -1,5 +1,6 @@
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, has, put};
 use crate::finding::{Counts, FINDINGS, Finding};
+use crate::paging::record;
 use crate::places::Places;
 
 /// The counts of a block's cells in little memory, for reading only.
@@ -16,6 +17,8 @@ pub(crate) struct PackedCounts {
     widths: [u8; FINDINGS],
     numbers: Box<[u64]>,
 }
+
+record!(PackedCounts { most, looked_through, others, widths, numbers });
 
 impl PackedCounts {
     pub(crate) fn new(counts: impl Fn(usize) -> Counts) -> Self {

@@ -1,6 +1,7 @@
 use std::ops::Range;
 
 use crate::block_store::{BLOCK_CELLS, CellBits, has, put};
+use crate::paging::record;
 
 /// Some cells of a block, each with its rank: how many are before it.
 #[derive(Debug, Clone, Default)]
@@ -9,6 +10,8 @@ pub(crate) struct Places {
     /// For each word the number of cells before it.
     before: [u16; BLOCK_CELLS / 64],
 }
+
+record!(Places { cells, before });
 
 impl Places {
     pub(crate) fn new(cells: CellBits) -> Self {

@@ -2,9 +2,10 @@ use std::sync::{Arc, OnceLock};
 
 use dymlm_core::{Point, PointCloud, Rgb};
 
-use crate::block_store::{BlockStore, CellBits, has, put, without};
+use crate::block_store::{BlockStore, CellBits, has, page_out_like, put, without};
 use crate::changes::{Change, Changes, Effect, Touched};
 use crate::evidence::Evidence;
+use crate::paging::{Paged, record};
 use crate::places::Places;
 use crate::thinning::{Candidate, Thinning, Window, limit, looks_around};
 use crate::verdict::{Verdict, VerdictGrid};
@@ -20,9 +21,11 @@ use dymlm_core::Pages;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StaticCloud {
     /// By the slots of the voxels.
-    blocks: Pages<Arc<StaticBlock>>,
+    blocks: Pages<Paged<StaticBlock>>,
+    /// By slot of the voxels, 1 + that of their block of the evidence, or 0 as long as that is not known.
+    evidence: Pages<u32>,
     /// Slots in the order of their keys, when somebody has asked since there are so many.
-    order: OnceLock<Vec<usize>>,
+    order: OnceLock<Arc<[usize]>>,
     /// The box of blocks around them all, lowest and highest.
     bounds: Option<[[i32; 3]; 2]>,
     /// The newest stamp of a voxel that has been taken in.
@@ -34,9 +37,7 @@ pub(crate) struct StaticCloud {
 }
 
 #[derive(Debug, Clone, Default)]
-struct StaticBlock {
-    /// 1 + the slot of its block of the evidence, or 0 as long as that is not known.
-    evidence: u32,
+pub(crate) struct StaticBlock {
     /// Voxels that are no ghosts.
     firm: CellBits,
     /// The greatest weight of these.
@@ -103,8 +104,10 @@ impl StaticCloud {
         let changes = self.changes(source);
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
         for change in changes.iter() {
-            let Some(block) = self.blocks.get_mut(change.slot).map(Arc::make_mut) else { continue };
-            block.evidence = change.evidence;
+            if self.evidence.get(change.slot) != Some(&change.evidence) {
+                self.evidence.set(change.slot, change.evidence);
+            }
+            let Some(block) = self.blocks.get_mut(change.slot).map(Paged::to_mut) else { continue };
             block.firm = *change.firm.cells();
             block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
             block.looks_around = change.radii.iter().any(|&radius| looks_around(radius));
@@ -121,7 +124,7 @@ impl StaticCloud {
             let Some(before) = self.blocks.get_mut(slot) else { continue };
             self.len += block.points.len();
             self.len -= before.points.len();
-            *before = Arc::new(block);
+            *before = Paged::new(block);
         }
     }
 
@@ -139,7 +142,8 @@ impl StaticCloud {
             };
             Some([join(low, i32::min), join(high, i32::max)])
         });
-        self.blocks.grow(voxels.keys().len(), Arc::default);
+        self.blocks.grow(voxels.keys().len(), Paged::default);
+        self.evidence.grow(voxels.keys().len(), || 0);
         self.order = OnceLock::new();
     }
 
@@ -147,11 +151,13 @@ impl StaticCloud {
     /// evidence have changed as well.
     pub(crate) fn forget(&mut self, stays: Option<&[bool]>, bounds: Option<[[i32; 3]; 2]>) {
         if let Some(stays) = stays {
+            let gone = self.blocks.iter().zip(stays).filter(|(_, stays)| !**stays);
+            self.len -= gone.map(|(block, _)| block.look().points.len()).sum::<usize>();
             self.blocks.keep(stays);
             (self.order, self.bounds) = (OnceLock::new(), bounds);
-            self.len = self.blocks.iter().map(|block| block.points.len()).sum();
         }
-        self.blocks.iter_mut().for_each(|block| Arc::make_mut(block).evidence = 0);
+        self.evidence = Pages::default();
+        self.evidence.grow(self.blocks.len(), || 0);
     }
 
     /// What has changed since the last call.
@@ -172,7 +178,7 @@ impl StaticCloud {
     fn change_of(&self, source: Source<'_>, slot: usize) -> Option<Change> {
         let Source { voxels: all, thinning, evidence, .. } = source;
         let (key, block, before) = (all.keys()[slot], &all.blocks()[slot], &self.blocks[slot]);
-        let around = match before.evidence {
+        let around = match self.evidence[slot] {
             0 => evidence.slot_of(key.cell(0)).map_or(0, |slot| slot as u32 + 1),
             known => known,
         };
@@ -308,7 +314,7 @@ impl StaticCloud {
 
     /// Slots of all blocks of voxels, in the order of their keys.
     pub(crate) fn order(&self, voxels: &BlockStore<VoxelBlock>) -> impl Iterator<Item = usize> {
-        let order = self.order.get_or_init(|| voxels.sorted_slots());
+        let order = self.order.get_or_init(|| voxels.sorted_slots().into());
         order.iter().copied()
     }
 
@@ -338,7 +344,7 @@ impl StaticCloud {
     pub(crate) fn has_same_points(&self, slot: usize, other: &Self, other_slot: usize) -> bool {
         match (self.blocks.get(slot), other.blocks.get(other_slot)) {
             (Some(own), Some(other)) => {
-                Arc::ptr_eq(own, other) || (&own.points, &own.colors) == (&other.points, &other.colors)
+                own.is_same(other) || (&own.points, &own.colors) == (&other.points, &other.colors)
             }
             (own, other) => own.or(other).is_none_or(|block| block.points.is_empty()),
         }
@@ -352,20 +358,31 @@ impl StaticCloud {
     /// All static points, by the order of blocks; with colours when any has one, black where there is none.
     pub(crate) fn to_point_cloud(&self, voxels: &BlockStore<VoxelBlock>) -> PointCloud {
         let mut points = Vec::with_capacity(self.len);
-        let is_colored = self.blocks.iter().any(|block| !block.colors.is_empty());
-        let mut colors = Vec::with_capacity(if is_colored { self.len } else { 0 });
+        let mut colors = Vec::new();
         for block in self.order(voxels).filter_map(|slot| self.blocks.get(slot)) {
-            points.extend_from_slice(&block.points);
-            if is_colored {
-                colors.extend_from_slice(&block.colors);
+            let block = block.look();
+            if !block.colors.is_empty() {
+                colors.reserve(self.len - colors.len());
                 colors.resize(points.len(), Rgb::default());
+                colors.extend_from_slice(&block.colors);
             }
+            points.extend_from_slice(&block.points);
         }
-        if is_colored {
-            PointCloud::with_colors(points, colors).unwrap_or_default()
-        } else {
-            PointCloud::new(points)
+        if colors.is_empty() {
+            return PointCloud::new(points);
         }
+        colors.resize(points.len(), Rgb::default());
+        PointCloud::with_colors(points, colors).unwrap_or_default()
+    }
+
+    /// Gives the memory of blocks free that a clone has paged out.
+    pub(crate) fn page_out_like(&mut self, other: &Self) {
+        page_out_like(&mut self.blocks, &other.blocks);
+    }
+
+    /// The points of a block, to be paged out.
+    pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<StaticBlock>> {
+        self.blocks.get_mut(slot)
     }
 
     /// The verdicts on the voxels of a block.
@@ -375,10 +392,11 @@ impl StaticCloud {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let points: usize = self.blocks.iter().map(|block| block.memory_bytes()).sum();
+        let points: usize =
+            self.blocks.iter().map(|block| block.memory_bytes(StaticBlock::memory_bytes)).sum();
         self.blocks.memory_bytes()
-            + self.blocks.len() * (size_of::<StaticBlock>() + 2 * size_of::<usize>())
-            + self.order.get().map_or(0, Vec::capacity) * size_of::<usize>()
+            + self.evidence.memory_bytes()
+            + self.order.get().map_or(0, |order| size_of_val(&**order))
             + points
     }
 }
@@ -434,6 +452,8 @@ fn find_candidates(
     }
 }
 
+record!(StaticBlock { firm, heaviest, looks_around, statics, points, colors });
+
 impl StaticBlock {
     /// The firm voxels that changes in the block and around may concern.
     fn asked(&self, change: Option<&Change>, effect: Effect) -> Asked {
@@ -487,7 +507,8 @@ impl StaticBlock {
         Self { statics, points, colors, ..*before }
     }
 
-    fn memory_bytes(&self) -> usize {
+    /// Bytes owned.
+    pub(crate) fn memory_bytes(&self) -> usize {
         self.points.capacity() * size_of::<Point>() + self.colors.capacity() * size_of::<Rgb>()
     }
 }

@@ -1,10 +1,9 @@
-use std::sync::Arc;
-
 use crate::block_store::{
     BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, for_each_bit, has, put, split, without,
 };
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
+use crate::paging::{Paged, record};
 use crate::stamps::Stamps;
 use dymlm_core::Pages;
 
@@ -40,7 +39,7 @@ const VOTE_UNIT: f32 = 12.0;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VerdictGrid {
     /// By the slots of the evidence; none where nothing was ever read.
-    blocks: Pages<Option<Arc<BlockVerdict>>>,
+    blocks: Pages<Option<Paged<BlockVerdict>>>,
     /// The last change of the evidence that has been taken in.
     taken_in: u32,
     /// Counts the calls that have changed a verdict.
@@ -50,7 +49,7 @@ pub(crate) struct VerdictGrid {
 }
 
 #[derive(Debug, Clone)]
-struct BlockVerdict {
+pub(crate) struct BlockVerdict {
     votes: [i8; BLOCK_CELLS],
     /// Cells in which a surface or a mover was ever read.
     read: CellBits,
@@ -62,6 +61,16 @@ struct BlockVerdict {
     present: CellBits,
     /// Cells that are part of the static world.
     statics: CellBits,
+}
+
+record!(BlockVerdict { votes, read, movers, free, present, statics });
+
+/// Nothing was ever read.
+impl Default for BlockVerdict {
+    fn default() -> Self {
+        let none = CellBits::default();
+        Self { votes: [0; BLOCK_CELLS], read: none, movers: none, free: none, present: none, statics: none }
+    }
 }
 
 impl VerdictGrid {
@@ -76,14 +85,14 @@ impl VerdictGrid {
         }
         let judged = crate::parallel::map(changed.clone(), |slot| {
             let block = &blocks.blocks()[slot];
-            block.may_be_read().then(|| Arc::new(BlockVerdict::of(block, looks_per_reading)))
+            block.may_be_read().then(|| BlockVerdict::of(block, looks_per_reading))
         });
         for (&slot, mut verdict) in changed.iter().zip(judged) {
             let Some(block) = self.blocks.get_mut(slot) else { continue };
             if let (Some(new), Some(old)) = (&mut verdict, &*block) {
-                Arc::make_mut(new).statics = old.statics;
+                new.statics = old.statics;
             }
-            *block = verdict;
+            *block = verdict.map(Paged::new);
         }
 
         let around = changed.iter().flat_map(|&slot| blocks.keys()[slot].neighborhood());
@@ -103,7 +112,7 @@ impl VerdictGrid {
             if (statics, present) == (block.statics, block.present) {
                 continue;
             }
-            let Some(block) = self.blocks.get_mut(slot).and_then(Option::as_mut).map(Arc::make_mut) else {
+            let Some(block) = self.blocks.get_mut(slot).and_then(Option::as_mut).map(Paged::to_mut) else {
                 continue;
             };
             if statics != block.statics {
@@ -118,6 +127,27 @@ impl VerdictGrid {
     pub(crate) fn forget(&mut self, stays: &[bool]) {
         self.blocks.keep(stays);
         self.stamps.keep(stays);
+    }
+
+    /// The verdicts on the block at a slot, to be paged out.
+    pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<BlockVerdict>> {
+        self.blocks.get_mut(slot)?.as_mut()
+    }
+
+    /// Gives the memory of blocks free that a clone has paged out.
+    pub(crate) fn page_out_like(&mut self, other: &Self) {
+        let is_filed = |slot: &usize| {
+            let other = other.blocks.get(*slot).and_then(Option::as_ref);
+            other.is_some_and(|other| other.in_memory().is_none())
+        };
+        let filed: Vec<usize> = self.blocks.unshared(&other.blocks).filter(is_filed).collect();
+        for slot in filed {
+            if let (Some(Some(block)), Some(Some(other))) =
+                (self.blocks.get_mut(slot), other.blocks.get(slot))
+            {
+                block.page_out_like(other);
+            }
+        }
     }
 
     /// The number of the last call that has changed a verdict, at least.
@@ -163,8 +193,8 @@ impl VerdictGrid {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let judged = self.blocks.iter().filter(|block| block.is_some()).count();
-        self.blocks.memory_bytes() + self.stamps.memory_bytes() + judged * size_of::<BlockVerdict>()
+        let judged: usize = self.blocks.iter().flatten().map(|block| block.memory_bytes(|_| 0)).sum();
+        self.blocks.memory_bytes() + self.stamps.memory_bytes() + judged
     }
 
     fn block(&self, evidence: &Evidence, block: [i32; 3]) -> Option<&BlockVerdict> {
@@ -200,15 +230,7 @@ impl VerdictGrid {
 
 impl BlockVerdict {
     fn of(block: &EvidenceBlock, looks_per_reading: f32) -> Self {
-        let none = CellBits::default();
-        let mut verdict = Self {
-            votes: [0; BLOCK_CELLS],
-            read: none,
-            movers: none,
-            free: none,
-            present: none,
-            statics: none,
-        };
+        let mut verdict = Self::default();
         let read = block.cells_read();
         // What was only looked through has no opinion that anybody asks for.
         let opinions = block.opinions(&read, looks_per_reading);

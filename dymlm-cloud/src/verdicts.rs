@@ -1,6 +1,8 @@
+use std::io::Result;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use crate::paging::PageFile;
 use crate::static_cloud::{Source, StaticCloud};
 use crate::verdict::VerdictGrid;
 use crate::{CloudMap, Verdict};
@@ -150,6 +152,38 @@ impl SharedKept {
     /// The newest stamp of voxels that the static cloud has taken in.
     pub(crate) fn stamp(&mut self) -> u32 {
         self.kept.get_mut().unwrap_or_else(PoisonError::into_inner).cloud.stamp()
+    }
+
+    /// Gives the memory free of the verdicts on a block of the evidence, and of the static points of some
+    /// blocks of voxels.
+    pub(crate) fn page_out(
+        &mut self,
+        evidence: usize,
+        voxels: &[usize],
+        file: &Arc<PageFile>,
+        buffer: &mut Vec<u8>,
+    ) -> Result<()> {
+        let Kept { verdicts, cloud } = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if let Some(block) = verdicts.paged_mut(evidence) {
+            block.page_out(file, buffer)?;
+        }
+        let cloud = Arc::make_mut(cloud);
+        for &slot in voxels {
+            if let Some(block) = cloud.paged_mut(slot) {
+                block.page_out(file, buffer)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the memory of blocks free that a clone has paged out.
+    pub(crate) fn page_out_like(&mut self, other: &Self) {
+        let own = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let other = other.lock();
+        own.verdicts.page_out_like(&other.verdicts);
+        if !Arc::ptr_eq(&own.cloud, &other.cloud) {
+            Arc::make_mut(&mut own.cloud).page_out_like(&other.cloud);
+        }
     }
 
     fn adopt(&mut self, other: &Self) {

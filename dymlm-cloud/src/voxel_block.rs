@@ -1,4 +1,5 @@
 use crate::block_store::{BlockStore, CellBits, put};
+use crate::paging::record;
 use crate::places::Places;
 use crate::voxel::{Sums, Voxel};
 use crate::voxel_records::VoxelRecords;
@@ -20,6 +21,8 @@ pub(crate) struct VoxelBlock {
     pub(crate) stamp: u32,
     pub(crate) lowered: u32,
 }
+
+record!(VoxelBlock { places, records, uncolored, touched, changed, stamp, lowered });
 
 impl BlockStore<VoxelBlock> {
     /// A block that is about to change: see [`VoxelBlock::begin`].
@@ -127,7 +130,7 @@ impl VoxelBlock {
     }
 
     /// The voxels by place.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, Voxel)> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, Voxel)> + use<> {
         self.voxels(self.places.cells()).into_iter()
     }
 

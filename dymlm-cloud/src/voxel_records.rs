@@ -1,3 +1,4 @@
+use crate::paging::record_of_cases;
 use crate::voxel::SUMS;
 
 /// Numbers of a record: the sums of a voxel but for the last, and its observations.
@@ -14,6 +15,8 @@ pub(crate) enum VoxelRecords {
     Medium(Vec<[u32; FIELDS]>),
     Wide(Vec<[u64; FIELDS]>),
 }
+
+record_of_cases!(VoxelRecords { 0 => Narrow(records), 1 => Medium(records), 2 => Wide(records) });
 
 impl Default for VoxelRecords {
     fn default() -> Self {

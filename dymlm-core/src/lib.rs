@@ -55,6 +55,7 @@ mod rectifier;
 mod run_lengths;
 #[cfg(feature = "state")]
 mod saved_state;
+mod scratch_file;
 mod sensor_model;
 mod split_mix64;
 mod succession;
@@ -88,6 +89,7 @@ pub use pose::Pose;
 pub use rectifier::Rectifier;
 #[cfg(feature = "state")]
 pub use saved_state::{DamagedState, StateSink, decode_part, encode_part};
+pub use scratch_file::ScratchFile;
 pub use sensor_model::SensorModel;
 pub use split_mix64::SplitMix64;
 pub use succession::Succession;

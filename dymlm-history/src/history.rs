@@ -1,10 +1,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use dymlm_core::{Pages, Point};
+use dymlm_core::{Pages, Point, ScratchFile};
 
 use crate::kept::Kept;
-use crate::observation_file::ObservationFile;
 use crate::packer::Packer;
 use crate::{Error, Observation};
 
@@ -32,7 +31,7 @@ pub struct History {
     pub(crate) slots: Pages<Slot>,
     /// Of this history alone: what a clone was given whole stays so in it.
     packer: Packer,
-    pub(crate) file: Option<Arc<ObservationFile>>,
+    pub(crate) file: Option<Arc<ScratchFile>>,
 }
 
 #[derive(Debug, Clone)]
@@ -58,7 +57,10 @@ impl History {
         let file = match config {
             HistoryConfig::None => return Ok(None),
             HistoryConfig::Memory => None,
-            HistoryConfig::Folder(folder) => Some(Arc::new(ObservationFile::create_in(folder)?)),
+            HistoryConfig::Folder(folder) => {
+                let file = ScratchFile::create_in(folder, "history");
+                Some(Arc::new(file.map_err(|source| Error::Create { folder: folder.clone(), source })?))
+            }
         };
         Ok(Some(Self { slots: Pages::default(), packer: Packer::default(), file }))
     }

@@ -18,7 +18,6 @@ mod history;
 mod kept;
 mod number_plane;
 mod observation;
-mod observation_file;
 mod packer;
 mod packing;
 #[cfg(feature = "state")]

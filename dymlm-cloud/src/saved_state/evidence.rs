@@ -37,8 +37,8 @@ impl SavedEvidence {
         for (place, slot) in blocks_of(cube, evidence.blocks()) {
             saved.blocks |= 1 << place;
             saved.revisions.push(evidence.blocks().stamps().of(slot));
-            let epochs = evidence.blocks().blocks()[slot].epochs();
-            saved.periods.push(epochs.periods().iter().map(SavedPeriod::of).collect());
+            let block = evidence.blocks().blocks()[slot].look();
+            saved.periods.push(block.epochs().periods().iter().map(SavedPeriod::of).collect());
         }
         (saved.blocks != 0).then_some(saved)
     }

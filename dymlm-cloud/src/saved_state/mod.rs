@@ -15,6 +15,7 @@ use dymlm_core::{DamagedState, SensorModel, StateSink, decode_part, encode_part}
 use serde::{Deserialize, Serialize};
 
 use crate::block_store::{BlockKey, BlockStore, CUBE_BLOCKS};
+use crate::paging::Block;
 use crate::{CloudMap, CloudMapConfig, Error};
 use evidence::SavedEvidence;
 use voxels::SavedVoxels;
@@ -134,19 +135,16 @@ fn cube_of(part: u64) -> Option<BlockKey> {
 }
 
 /// The blocks of a cube that are there, each with its place in the cube and its slot.
-fn blocks_of<B: Default + Clone>(
-    cube: BlockKey,
-    store: &BlockStore<B>,
-) -> impl Iterator<Item = (usize, usize)> {
+fn blocks_of<B: Block>(cube: BlockKey, store: &BlockStore<B>) -> impl Iterator<Item = (usize, usize)> {
     (0..CUBE_BLOCKS).filter_map(move |place| Some((place, store.slot(cube.of_cube(place))?)))
 }
 
-fn cubes_of<B: Default + Clone>(store: &BlockStore<B>) -> BTreeSet<BlockKey> {
+fn cubes_of<B: Block>(store: &BlockStore<B>) -> BTreeSet<BlockKey> {
     store.keys().iter().map(|key| key.in_cube().0).collect()
 }
 
 /// The cubes in which a store differs from an earlier one, with those of some more of its blocks.
-fn changed_cubes<B: Default + Clone>(
+fn changed_cubes<B: Block>(
     store: &BlockStore<B>,
     earlier: Option<&BlockStore<B>>,
     more: &[BlockKey],

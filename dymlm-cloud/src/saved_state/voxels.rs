@@ -27,8 +27,8 @@ pub(super) struct SavedVoxels {
 impl SavedVoxels {
     /// And what is left over of their sums; `None` of a cube without blocks.
     pub(super) fn of(cube: BlockKey, store: &BlockStore<VoxelBlock>) -> Option<(Self, Vec<u8>)> {
-        let blocks: Vec<(usize, &VoxelBlock)> =
-            blocks_of(cube, store).map(|(place, slot)| (place, store.blocks()[slot].as_ref())).collect();
+        let blocks: Vec<_> =
+            blocks_of(cube, store).map(|(place, slot)| (place, store.blocks()[slot].look())).collect();
         if blocks.is_empty() {
             return None;
         }

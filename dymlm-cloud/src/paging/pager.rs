@@ -1,0 +1,150 @@
+use std::collections::VecDeque;
+use std::io::Result;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::PageFile;
+use crate::CloudMap;
+use crate::block_store::BlockKey;
+
+/// Frames from one count of the memory to the next: counting takes a glance at each block.
+const COUNT_INTERVAL: u32 = 32;
+/// Blocks that one of so many last frames has seen stay in memory.
+const RECENT: u32 = 32;
+/// Blocks of the evidence that are paged out in a frame, at most: a hundred blocks take a millisecond.
+const BLOCKS_A_FRAME: usize = 64;
+
+/// Keeps a cloud map within a budget of memory: what no frame has seen for longest goes to a file, block by
+/// block, and comes back when a frame or a query reaches it. The map is the same, to the bit.
+#[derive(Debug)]
+pub struct CloudPager {
+    file: Arc<PageFile>,
+    buffer: Vec<u8>,
+    /// Blocks of the evidence that are to go, with all voxels in them; the first first.
+    due: VecDeque<BlockKey>,
+    /// The revision of the evidence when these were chosen.
+    chosen_at: u32,
+    /// Frames since the memory was counted last.
+    frames: u32,
+}
+
+impl CloudPager {
+    /// A pager whose file is in a folder that exists. The file has no name where the system allows that, and
+    /// goes when neither the pager nor a map needs it any more.
+    ///
+    /// # Errors
+    ///
+    /// Those of making a file there.
+    pub fn new(folder: &Path) -> Result<Self> {
+        let file = PageFile::create_in(folder)?;
+        Ok(Self { file, buffer: Vec::new(), due: VecDeque::new(), chosen_at: 0, frames: 0 })
+    }
+
+    /// To be called once a frame, of one map: pages out some blocks when the map takes more memory than
+    /// `budget` says, bytes. What the last frames have seen stays, whatever the budget. Costs a millisecond
+    /// or so where there is something to do; each 32nd frame in addition a glance at all blocks.
+    ///
+    /// # Errors
+    ///
+    /// Those of writing, a full disk, say: then the map stays whole, in memory. Those of reading: then blocks
+    /// are lost, and each further call fails.
+    pub fn page_out(&mut self, map: &mut CloudMap, budget: impl FnOnce(&CloudMap) -> usize) -> Result<()> {
+        if let Some(failure) = self.file.failure() {
+            return Err(failure);
+        }
+        self.frames += 1;
+        if self.due.is_empty() && self.frames >= COUNT_INTERVAL {
+            self.frames = 0;
+            let budget = budget(map);
+            self.choose(map, budget);
+        }
+        for _ in 0..BLOCKS_A_FRAME.min(self.due.len()) {
+            let Some(&key) = self.due.front() else { break };
+            map.page_out(key, self.chosen_at, &self.file, &mut self.buffer)?;
+            self.due.pop_front();
+        }
+        Ok(())
+    }
+
+    /// Chooses what is to go: an eighth more than is too much, so that the next count is not the next choice.
+    fn choose(&mut self, map: &CloudMap, budget: usize) {
+        let Some(excess) = map.memory_bytes().checked_sub(budget - budget / 8) else { return };
+        if excess < budget / 8 {
+            return;
+        }
+        // What is judged before it goes need not come back for that.
+        map.kept_cloud();
+        self.chosen_at = map.evidence.revision();
+        let (store, newest) = (map.evidence.blocks(), self.chosen_at.saturating_sub(RECENT));
+        let blocks = store.keys().iter().enumerate().map(|(slot, &key)| (store.stamps().of(slot), key));
+        let mut blocks: Vec<(u32, BlockKey)> = blocks.filter(|(stamp, _)| *stamp <= newest).collect();
+        blocks.sort_unstable();
+        let mut gone = 0;
+        for (_, key) in blocks {
+            if gone > excess {
+                break;
+            }
+            let bytes = map.bytes_within(key);
+            if bytes > 0 {
+                gone += bytes;
+                self.due.push_back(key);
+            }
+        }
+    }
+}
+
+impl CloudMap {
+    /// Gives memory free that a later state of this map has paged out: of what the two share.
+    pub fn page_out_like(&mut self, later: &Self) {
+        if self.is_clone_of(later) {
+            self.voxels.page_out_like(&later.voxels);
+            self.evidence.page_out_like(&later.evidence);
+            self.kept.page_out_like(&later.kept);
+        }
+    }
+
+    /// Pages out a block of the evidence, with the voxels in it and what is known of them, unless it has
+    /// changed after a revision.
+    fn page_out(
+        &mut self,
+        key: BlockKey,
+        revision: u32,
+        file: &Arc<PageFile>,
+        buffer: &mut Vec<u8>,
+    ) -> Result<()> {
+        let Some(slot) = self.evidence.blocks().slot(key) else { return Ok(()) };
+        if self.evidence.blocks().stamps().of(slot) > revision {
+            return Ok(());
+        }
+        self.evidence.page_out(slot, file, buffer)?;
+        let voxels = self.voxel_slots_within(key);
+        for &slot in &voxels {
+            if let Some(block) = self.voxels.paged_mut(slot) {
+                block.page_out(file, buffer)?;
+            }
+        }
+        self.kept.page_out(slot, &voxels, file, buffer)
+    }
+
+    /// Bytes of what [`page_out`](Self::page_out) would give free.
+    fn bytes_within(&self, key: BlockKey) -> usize {
+        let evidence =
+            self.evidence.blocks().slot(key).and_then(|slot| self.evidence.blocks().blocks().get(slot));
+        let evidence = evidence
+            .and_then(|block| block.in_memory())
+            .map_or(0, |block| size_of_val(block) + block.memory_bytes());
+        let voxels =
+            self.voxel_slots_within(key).into_iter().filter_map(|slot| self.voxels.blocks().get(slot));
+        let voxels = voxels.filter_map(|block| block.in_memory());
+        // The points of what is static, and the verdicts, are about as much again for each voxel.
+        let voxels: usize = voxels.map(|block| size_of_val(block) + 2 * block.memory_bytes()).sum();
+        evidence + voxels
+    }
+
+    fn voxel_slots_within(&self, key: BlockKey) -> Vec<usize> {
+        let mut slots = Vec::new();
+        let (first, side) = self.evidence.voxel_blocks_over(key);
+        self.voxels.slots_within(first, side, |slot| slots.push(slot));
+        slots
+    }
+}
