@@ -75,7 +75,7 @@ proptest! {
                 step += 1;
                 insert(&mut paged, step, place);
                 insert(&mut whole, step, place);
-                pager.page_out(&mut paged, |_| 0).unwrap();
+                pager.page_out(&mut paged, || 0).unwrap();
             }
             match then {
                 0 => assert_same(&paged, &whole),
@@ -118,7 +118,7 @@ fn memory_is_that_of_one_place_though_there_are_ten() {
     for place in 0..10 {
         for step in 0..100 {
             insert(&mut map, 100 * place + step, place);
-            pager.page_out(&mut map, |_| 2 * first).unwrap();
+            pager.page_out(&mut map, || 2 * first).unwrap();
             if place > 2 {
                 most = most.max(map.memory_bytes());
             }

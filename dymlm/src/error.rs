@@ -42,6 +42,10 @@ pub enum Error {
     /// Refused by the object map: a camera out of its reach.
     #[error(transparent)]
     Objects(#[from] dymlm_objects::Error),
+    /// Parts of the cloud cannot be written to the file of [`MemoryConfig`](crate::MemoryConfig): the maps are
+    /// whole. Or they cannot be read back: then they are lost, and each further frame is refused.
+    #[error("the file for parts of the cloud that do not fit into memory: {0}")]
+    Paging(#[source] std::io::Error),
     /// Key-frame observations could not be kept or read.
     #[error(transparent)]
     History(#[from] dymlm_history::Error),

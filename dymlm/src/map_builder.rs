@@ -10,6 +10,7 @@ use dymlm_planes::PlaneDetector;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
 use crate::logged_sessions::Session;
+use crate::map_pager::MapPager;
 use crate::publisher::Publisher;
 use crate::scans::ScanMapper;
 use crate::session_clock::SessionClock;
@@ -44,6 +45,7 @@ pub struct MapBuilder {
     pub(crate) map: MultiLevelMap,
     pub(crate) publisher: Publisher,
     pub(crate) scan_mapper: ScanMapper,
+    pub(crate) pager: MapPager,
 }
 
 impl MapBuilder {
@@ -51,7 +53,8 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// Names the field of the config that is outside its range.
+    /// Names the field of the config that is outside its range; [`Error::History`] and [`Error::Paging`] for
+    /// a folder in which no file can be made.
     pub fn new(config: MapConfig) -> Result<Self, Error> {
         config.validate()?;
         let config = Arc::new(config);
@@ -75,6 +78,7 @@ impl MapBuilder {
             map,
             publisher: Publisher::default(),
             scan_mapper: ScanMapper::default(),
+            pager: MapPager::new(&config.memory)?,
             config,
         })
     }
@@ -89,7 +93,7 @@ impl MapBuilder {
     ///
     /// [`Error::Dynamics`] when time runs backwards or an instance mask is of another size than the frame;
     /// [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies outside what the maps can
-    /// reach. The builder stays as it was.
+    /// reach; [`Error::Paging`]. The builder stays as it was.
     #[doc(alias = "integrate")]
     pub fn insert<'a>(
         &mut self,
@@ -109,6 +113,7 @@ impl MapBuilder {
     /// As [`insert`](Self::insert).
     pub fn insert_frame(&mut self, input: &FrameInput<'_>) -> Result<FrameReport, Error> {
         self.check(input)?;
+        self.pager.page_out(&mut self.map, &mut self.snapshots)?;
         let (id, mut released) = self.begin_input(input.frame.timestamp(), &input.world_from_camera)?;
         let carried: Vec<OrientedBox> = std::mem::take(&mut self.carried).into_values().collect();
         if self.waiting.must_wait(&input.found) {

@@ -6,7 +6,7 @@ use dymlm_objects::ObjectConfig;
 use dymlm_octree::OctreeConfig;
 use dymlm_planes::PlaneConfig;
 
-use crate::KeyFrameConfig;
+use crate::{KeyFrameConfig, MemoryConfig};
 
 /// Settings of a [`MapBuilder`](crate::MapBuilder), one part a crate. Validated once, in
 /// [`MapBuilder::new`](crate::MapBuilder::new).
@@ -42,6 +42,8 @@ pub struct MapConfig {
     /// [follow](crate::MapBuilder::correct_poses) when poses are corrected. Default none: it takes some 65 kB
     /// a key frame of 640x480.
     pub history: HistoryConfig,
+    /// How much memory the maps may take.
+    pub memory: MemoryConfig,
     /// Preprocessing: tracking, compensation, box correction, static mask.
     pub dynamics: DynamicsConfig,
     /// The dense cloud and late ghost removal.
@@ -62,6 +64,7 @@ impl Default for MapConfig {
             key_frames: KeyFrameConfig::default(),
             publish_interval: 0.5,
             history: HistoryConfig::default(),
+            memory: MemoryConfig::default(),
             dynamics: DynamicsConfig::default(),
             cloud: CloudMapConfig::default(),
             octree: OctreeConfig::default(),

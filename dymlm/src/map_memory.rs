@@ -1,7 +1,7 @@
 use crate::{MapBuilder, MultiLevelMap};
 
-/// Bytes that each map holds, and the history, about: with what queries and output keep of it, without the
-/// builder's buffers.
+/// Bytes of memory that each map takes, and the history, about: with what queries and output keep of it,
+/// without the builder's buffers and what is [paged out](crate::MemoryConfig).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

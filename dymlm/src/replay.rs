@@ -4,6 +4,7 @@ use dymlm_core::{FrameId, Pages, Pose};
 use dymlm_history::Observation;
 
 use crate::key_frame_view::{KeyFrameView, MappingContext};
+use crate::map_pager::MapPager;
 use crate::scans::{Scan, ScanMapper};
 use crate::session_log::{Event, KeyFrameEntry, SeenThings, SessionLog};
 use crate::snapshots::Snapshots;
@@ -25,6 +26,7 @@ pub(crate) struct Replay<'a> {
     events: Pages<Event>,
     snapshots: &'a mut Snapshots,
     scan_mapper: ScanMapper,
+    pager: MapPager,
 }
 
 impl<'a> Replay<'a> {
@@ -35,9 +37,10 @@ impl<'a> Replay<'a> {
         mut map: MultiLevelMap,
         events: Pages<Event>,
         snapshots: &'a mut Snapshots,
-    ) -> Self {
+    ) -> Result<Self, Error> {
         map.cloud.part_from_clones();
-        Self { log, poses, map, events, snapshots, scan_mapper: ScanMapper::default() }
+        let pager = MapPager::new(&map.config.memory)?;
+        Ok(Self { log, poses, map, events, snapshots, scan_mapper: ScanMapper::default(), pager })
     }
 
     /// The maps as they are so far, without their past.
@@ -67,6 +70,9 @@ impl<'a> Replay<'a> {
         let mut progress = CorrectionProgress { done: 0, total: rest.filter_map(Event::key_frame).count() };
         while let Some(event) = self.log.events.get(self.events.len()).filter(|_| self.events.len() < end) {
             let batch = self.next_batch(end);
+            for _ in 0..batch.len().max(1) {
+                self.pager.page_out(&mut self.map, self.snapshots)?;
+            }
             if batch.is_empty() {
                 self.happen_again(event, context)?;
                 continue;

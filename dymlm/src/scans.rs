@@ -50,6 +50,7 @@ impl MapBuilder {
     ) -> Result<FrameReport, Error> {
         self.map.cloud.check_scan(timestamp, world_from_sensor)?;
         self.scan_mapper.check(points, world_from_sensor, &self.map.octree, &self.config.sensor)?;
+        self.pager.page_out(&mut self.map, &mut self.snapshots)?;
         let (id, mut released) = self.begin_input(timestamp, world_from_sensor)?;
         let mut clock = StageClock::start();
         let Self { map, scan_mapper, config, .. } = self;

@@ -34,7 +34,7 @@ impl MultiLevelMap {
             MappingContext { sensor: &self.config.sensor, mover_labels: preprocessor.mover_labels() };
         let mut snapshots = Snapshots::default();
         let map = Self::new(&self.config)?;
-        let mut replay = Replay::new(log, &poses, map, Pages::default(), &mut snapshots);
+        let mut replay = Replay::new(log, &poses, map, Pages::default(), &mut snapshots)?;
         let mut before: Option<Self> = None;
         let mut found = Vec::new();
         for (session, logged) in self.sessions().into_iter().zip(log.logged_sessions()) {

@@ -69,6 +69,13 @@ impl Snapshots {
         }
     }
 
+    /// Gives memory free of what the maps have paged out.
+    pub(crate) fn page_out_like(&mut self, map: &MultiLevelMap) {
+        for snapshot in &mut self.taken {
+            snapshot.map.cloud.page_out_like(&map.cloud);
+        }
+    }
+
     pub(crate) fn newest(&self) -> Option<&Snapshot> {
         self.taken.last()
     }

@@ -11,8 +11,6 @@ use crate::block_store::BlockKey;
 const COUNT_INTERVAL: u32 = 32;
 /// Blocks that one of so many last frames has seen stay in memory.
 const RECENT: u32 = 32;
-/// Blocks of the evidence that are paged out in a frame, at most: a hundred blocks take a millisecond.
-const BLOCKS_A_FRAME: usize = 64;
 
 /// Keeps a cloud map within a budget of memory: what no frame has seen for longest goes to a file, block by
 /// block, and comes back when a frame or a query reaches it. The map is the same, to the bit.
@@ -48,17 +46,18 @@ impl CloudPager {
     ///
     /// Those of writing, a full disk, say: then the map stays whole, in memory. Those of reading: then blocks
     /// are lost, and each further call fails.
-    pub fn page_out(&mut self, map: &mut CloudMap, budget: impl FnOnce(&CloudMap) -> usize) -> Result<()> {
+    pub fn page_out(&mut self, map: &mut CloudMap, budget: impl FnOnce() -> usize) -> Result<()> {
         if let Some(failure) = self.file.failure() {
             return Err(failure);
         }
         self.frames += 1;
-        if self.due.is_empty() && self.frames >= COUNT_INTERVAL {
+        if self.frames >= COUNT_INTERVAL {
             self.frames = 0;
-            let budget = budget(map);
+            let budget = budget();
             self.choose(map, budget);
         }
-        for _ in 0..BLOCKS_A_FRAME.min(self.due.len()) {
+        // So many a frame that none is left at the next count.
+        for _ in 0..self.due.len().div_ceil((COUNT_INTERVAL - self.frames).max(1) as usize) {
             let Some(&key) = self.due.front() else { break };
             map.page_out(key, self.chosen_at, &self.file, &mut self.buffer)?;
             self.due.pop_front();
@@ -68,6 +67,7 @@ impl CloudPager {
 
     /// Chooses what is to go: an eighth more than is too much, so that the next count is not the next choice.
     fn choose(&mut self, map: &CloudMap, budget: usize) {
+        self.due.clear();
         let Some(excess) = map.memory_bytes().checked_sub(budget - budget / 8) else { return };
         if excess < budget / 8 {
             return;

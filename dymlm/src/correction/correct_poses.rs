@@ -196,7 +196,7 @@ impl MapBuilder {
             Some(snapshot) => (snapshot.map.clone(), snapshot.events.clone()),
             None => (MultiLevelMap::new(config)?, Pages::default()),
         };
-        let (map, events) = Replay::new(log, poses, map, events, snapshots).run(&context, watch)?;
+        let (map, events) = Replay::new(log, poses, map, events, snapshots)?.run(&context, watch)?;
         Ok(Renaming { log, before, map, events }.finish())
     }
 

@@ -70,7 +70,7 @@ impl MultiLevelMap {
         let context =
             MappingContext { sensor: &self.config.sensor, mover_labels: preprocessor.mover_labels() };
         let mut snapshots = Snapshots::default();
-        let replay = Replay::new(&merged.log, &poses, start, events, &mut snapshots);
+        let replay = Replay::new(&merged.log, &poses, start, events, &mut snapshots)?;
         let (mut map, events) = replay.run(&context, &mut |_| true)?;
 
         let new_ids = |before: &Self, log: &SessionLog, places: &[EventPlace]| {

@@ -1,0 +1,18 @@
+use std::path::PathBuf;
+
+/// How much memory maps may take.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
+pub struct MemoryConfig {
+    /// Bytes that the maps may take, with a history that is kept in memory: parts of the cloud that no frame
+    /// has seen for long go to a file and come back when a frame or a query reaches them. The maps are the
+    /// same, to the bit. The other maps, which take a twentieth of the cloud, stay in memory, and so do what
+    /// the last 32 key frames have seen and some 300 bytes for each 8^3 voxels with something in them.
+    /// Default none: no limit.
+    pub budget: Option<usize>,
+    /// The folder in which the file is made, which must exist. It has no name where the system allows that,
+    /// and goes with the maps. Default: the system's folder for temporary files.
+    pub path: Option<PathBuf>,
+}
