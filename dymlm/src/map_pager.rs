@@ -30,7 +30,8 @@ impl MapPager {
         let budget = || {
             has_counted = true;
             let history = past.log.as_ref().map_or(0, |log| log.history.memory_bytes());
-            let others = octree.memory_bytes() + planes.memory_bytes() + objects.map().memory_bytes() + history;
+            let others =
+                octree.memory_bytes() + planes.memory_bytes() + objects.map().memory_bytes() + history;
             budget.saturating_sub(others)
         };
         pager.page_out(cloud, budget).map_err(Error::Paging)?;

@@ -2,15 +2,15 @@ use std::collections::VecDeque;
 use std::io::Result;
 use std::path::Path;
 use std::sync::Arc;
+use std::thread::JoinHandle;
 
 use super::PageFile;
 use crate::CloudMap;
 use crate::block_store::BlockKey;
 
-/// Frames from one count of the memory to the next: counting takes a glance at each block.
-const COUNT_INTERVAL: u32 = 32;
-/// Blocks that one of so many last frames has seen stay in memory.
-const RECENT: u32 = 32;
+/// Frames from one count of the memory to the next: counting takes a glance at each block. What one of so many
+/// last frames has seen stays in memory.
+const INTERVAL: u32 = 32;
 
 /// Keeps a cloud map within a budget of memory: what no frame has seen for longest goes to a file, block by
 /// block, and comes back when a frame or a query reaches it. The map is the same, to the bit.
@@ -18,12 +18,15 @@ const RECENT: u32 = 32;
 pub struct CloudPager {
     file: Arc<PageFile>,
     buffer: Vec<u8>,
-    /// Blocks of the evidence that are to go, with all voxels in them; the first first.
-    due: VecDeque<BlockKey>,
-    /// The revision of the evidence when these were chosen.
-    chosen_at: u32,
     /// Frames since the memory was counted last.
     frames: u32,
+    /// The map as it was then, if it was too large. What is judged before it goes need not come back for
+    /// that; it is judged on a thread of its own, so that no frame waits.
+    judging: Option<JoinHandle<CloudMap>>,
+    /// Blocks of the evidence that are to go, with all voxels in them; the first first.
+    due: VecDeque<BlockKey>,
+    /// The revision of the evidence up to which these were judged.
+    judged: u32,
 }
 
 impl CloudPager {
@@ -35,12 +38,12 @@ impl CloudPager {
     /// Those of making a file there.
     pub fn new(folder: &Path) -> Result<Self> {
         let file = PageFile::create_in(folder)?;
-        Ok(Self { file, buffer: Vec::new(), due: VecDeque::new(), chosen_at: 0, frames: 0 })
+        Ok(Self { file, buffer: Vec::new(), frames: 0, judging: None, due: VecDeque::new(), judged: 0 })
     }
 
     /// To be called once a frame, of one map: pages out some blocks when the map takes more memory than
-    /// `budget` says, bytes. What the last frames have seen stays, whatever the budget. Costs a millisecond
-    /// or so where there is something to do; each 32nd frame in addition a glance at all blocks.
+    /// `budget` says, bytes. What the last 32 frames have seen stays, whatever the budget. Each 32nd call
+    /// takes a glance at all blocks.
     ///
     /// # Errors
     ///
@@ -51,42 +54,58 @@ impl CloudPager {
             return Err(failure);
         }
         self.frames += 1;
-        if self.frames >= COUNT_INTERVAL {
+        if self.frames >= INTERVAL {
             self.frames = 0;
-            let budget = budget();
-            self.choose(map, budget);
+            self.count(map, budget());
         }
         // So many a frame that none is left at the next count.
-        for _ in 0..self.due.len().div_ceil((COUNT_INTERVAL - self.frames).max(1) as usize) {
+        for _ in 0..self.due.len().div_ceil((INTERVAL - self.frames) as usize) {
             let Some(&key) = self.due.front() else { break };
-            map.page_out(key, self.chosen_at, &self.file, &mut self.buffer)?;
+            map.page_out(key, self.judged, &self.file, &mut self.buffer)?;
             self.due.pop_front();
         }
         Ok(())
     }
 
-    /// Chooses what is to go: an eighth more than is too much, so that the next count is not the next choice.
-    fn choose(&mut self, map: &CloudMap, budget: usize) {
+    /// Chooses what is to go of what was judged since the last count, and has the rest judged, as long as the
+    /// map is too large.
+    fn count(&mut self, map: &mut CloudMap, budget: usize) {
+        let judged = self.judging.take().and_then(|judging| judging.join().ok());
+        let bytes = map.memory_bytes();
         self.due.clear();
-        let Some(excess) = map.memory_bytes().checked_sub(budget - budget / 8) else { return };
-        if excess < budget / 8 {
+        if bytes <= budget {
             return;
         }
-        // What is judged before it goes need not come back for that.
-        map.kept_cloud();
-        self.chosen_at = map.evidence.revision();
-        let (store, newest) = (map.evidence.blocks(), self.chosen_at.saturating_sub(RECENT));
+        if let Some(mut judged) = judged {
+            self.judged = judged.evidence.revision();
+            judged.page_out_like(map);
+            map.adopt_static(&judged);
+            // An eighth more than is too much, so that the next count is not the next choice.
+            self.choose(map, bytes - (budget - budget / 8));
+        }
+        let clone = map.clone();
+        let judge = move || {
+            clone.kept_cloud();
+            clone
+        };
+        // Without a thread nothing can go.
+        self.judging = std::thread::Builder::new().name("dymlm-pager".to_owned()).spawn(judge).ok();
+    }
+
+    /// Chooses blocks that give so many bytes free, of those that have not changed since they were judged.
+    fn choose(&mut self, map: &CloudMap, bytes: usize) {
+        let store = map.evidence.blocks();
         let blocks = store.keys().iter().enumerate().map(|(slot, &key)| (store.stamps().of(slot), key));
-        let mut blocks: Vec<(u32, BlockKey)> = blocks.filter(|(stamp, _)| *stamp <= newest).collect();
+        let mut blocks: Vec<(u32, BlockKey)> = blocks.filter(|(stamp, _)| *stamp <= self.judged).collect();
         blocks.sort_unstable();
         let mut gone = 0;
         for (_, key) in blocks {
-            if gone > excess {
+            if gone > bytes {
                 break;
             }
-            let bytes = map.bytes_within(key);
-            if bytes > 0 {
-                gone += bytes;
+            let own = map.bytes_within(key);
+            if own > 0 {
+                gone += own;
                 self.due.push_back(key);
             }
         }

@@ -1,0 +1,94 @@
+//! What a budget of memory costs: a walk through a building, with the process's memory, the times of insertion
+//! and a checksum of the maps. Run once with a budget and once without: the checksums are the same.
+//!
+//! `cargo run --release -p dymlm-benches --bin memory_budget -- [MEGABYTES|none] [ROOMS] [RATE] [SEED]`
+
+#![allow(clippy::print_stdout, reason = "a program for the terminal")]
+
+use std::error::Error;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::time::Instant;
+
+use dymlm::{MapBuilder, MapConfig, Selection};
+use dymlm_sim::{Sequence, SequenceConfig};
+
+type AnyError = Box<dyn Error>;
+
+fn main() -> Result<(), AnyError> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let argument =
+        |place: usize, default: &str| arguments.get(place).map_or(default.to_owned(), String::clone);
+    let (rooms, rate, seed): (usize, f64, u64) =
+        (argument(1, "40").parse()?, argument(2, "2").parse()?, argument(3, "1").parse()?);
+    let mut config = SequenceConfig::building(seed, rooms);
+    config.frames = (config.frames as f64 * rate / config.frame_rate).round() as usize;
+    config.frame_rate = rate;
+    let sequence = Sequence::new(&config)?;
+
+    let mut config = MapConfig::offline();
+    let budget = argument(0, "512");
+    if budget != "none" {
+        config.memory.budget = Some((budget.parse::<f64>()? * 1e6) as usize);
+    }
+    let mut builder = MapBuilder::new(config)?;
+    let before = resident_megabytes()?;
+    let (mut most, mut times) = (0.0_f64, Vec::new());
+    for (index, simulated) in sequence.frames().enumerate() {
+        let start = Instant::now();
+        builder.insert(&simulated.frame, &simulated.detections, &simulated.world_from_camera)?;
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+        most = most.max(resident_megabytes()? - before);
+        if (index + 1) % 200 == 0 {
+            let memory = builder.memory();
+            let mega =
+                [memory.cloud, memory.octree, memory.planes, memory.objects].map(|bytes| bytes / 1_000_000);
+            println!(
+                "{} frames: {most:.0} MB at most; cloud, octree, planes, objects: {mega:?} MB",
+                index + 1
+            );
+        }
+    }
+    times.sort_by(f64::total_cmp);
+    let quantile = |share: f64| times[((times.len() - 1) as f64 * share) as usize];
+    println!(
+        "insert: median {:.1} ms, 95 % {:.1}, 99 % {:.1}, most {:.1}; mean {:.1}",
+        quantile(0.5),
+        quantile(0.95),
+        quantile(0.99),
+        quantile(1.0),
+        times.iter().sum::<f64>() / times.len() as f64
+    );
+    let map = builder.into_map();
+    let voxels = map.cloud().held_voxels();
+    println!("{voxels} voxels; checksum {:016x}", checksum(&map)?);
+    println!("resident beside what was there before: {most:.0} MB at most");
+    Ok(())
+}
+
+/// Of the static cloud, the octree, the planes and the objects.
+fn checksum(map: &dymlm::MultiLevelMap) -> Result<u64, AnyError> {
+    let mut hasher = DefaultHasher::new();
+    let cloud = map.cloud().point_cloud(Selection::Static);
+    for point in cloud.points() {
+        point.map(f32::to_bits).hash(&mut hasher);
+    }
+    cloud.colors().hash(&mut hasher);
+    let mut octree = Vec::new();
+    map.octree().write_ot(&mut octree)?;
+    octree.hash(&mut hasher);
+    for plane in map.planes().iter() {
+        plane.plane().normal().map(f64::to_bits).hash(&mut hasher);
+        plane.inlier_points().for_each(|point| point.map(f32::to_bits).hash(&mut hasher));
+    }
+    for object in map.objects().objects() {
+        object.oriented_box().corners().as_flattened().iter().for_each(|c| c.to_bits().hash(&mut hasher));
+    }
+    Ok(hasher.finish())
+}
+
+/// Memory of the process that is in use, from Linux.
+fn resident_megabytes() -> Result<f64, AnyError> {
+    let status = std::fs::read_to_string("/proc/self/status")?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).ok_or("no VmRSS: not Linux?")?;
+    Ok(line.trim().trim_end_matches(" kB").parse::<f64>()? / 1e3)
+}
