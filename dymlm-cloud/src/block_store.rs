@@ -217,7 +217,7 @@ impl<B: Block> BlockStore<B> {
     /// The block of a slot, to be changed.
     #[inline]
     pub(crate) fn block_mut(&mut self, slot: usize) -> Option<&mut B> {
-        self.blocks.get_mut(slot).map(Paged::to_mut)
+        self.blocks.get_mut(slot).and_then(Paged::to_mut)
     }
 
     /// By slot, the last change that was noted.
@@ -243,7 +243,7 @@ impl<B: Block> BlockStore<B> {
 
     /// All blocks, to be changed.
     pub(crate) fn blocks_mut(&mut self) -> impl Iterator<Item = &mut B> {
-        self.blocks.iter_mut().map(Paged::to_mut)
+        self.blocks.iter_mut().filter_map(Paged::to_mut)
     }
 
     /// Keys by slot.

@@ -1,6 +1,3 @@
-use std::io::Result;
-use std::sync::Arc;
-
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{
@@ -12,7 +9,7 @@ use crate::finding::Finding;
 use crate::frame_reads::{BlockReads, FrameReads};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
-use crate::paging::{PageFile, record};
+use crate::paging::{Paged, record};
 use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
 use crate::support::Support;
@@ -317,9 +314,9 @@ impl Evidence {
         self.blocks.memory_bytes(EvidenceBlock::memory_bytes)
     }
 
-    /// Gives the memory of a block free.
-    pub(crate) fn page_out(&mut self, slot: usize, file: &Arc<PageFile>, buffer: &mut Vec<u8>) -> Result<()> {
-        self.blocks.paged_mut(slot).map_or(Ok(()), |block| block.page_out(file, buffer))
+    /// The block of a slot, to be paged out.
+    pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<EvidenceBlock>> {
+        self.blocks.paged_mut(slot)
     }
 
     /// Gives the memory of blocks free that a clone has paged out.

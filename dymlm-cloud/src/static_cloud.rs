@@ -107,7 +107,7 @@ impl StaticCloud {
             if self.evidence.get(change.slot) != Some(&change.evidence) {
                 self.evidence.set(change.slot, change.evidence);
             }
-            let Some(block) = self.blocks.get_mut(change.slot).map(Paged::to_mut) else { continue };
+            let Some(block) = self.blocks.get_mut(change.slot).and_then(Paged::to_mut) else { continue };
             block.firm = *change.firm.cells();
             block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
             block.looks_around = change.radii.iter().any(|&radius| looks_around(radius));

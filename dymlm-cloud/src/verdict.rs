@@ -112,7 +112,8 @@ impl VerdictGrid {
             if (statics, present) == (block.statics, block.present) {
                 continue;
             }
-            let Some(block) = self.blocks.get_mut(slot).and_then(Option::as_mut).map(Paged::to_mut) else {
+            let Some(block) = self.blocks.get_mut(slot).and_then(Option::as_mut).and_then(Paged::to_mut)
+            else {
                 continue;
             };
             if statics != block.statics {

@@ -1,8 +1,7 @@
-use std::io::Result;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::paging::PageFile;
+use crate::paging::PageOut;
 use crate::static_cloud::{Source, StaticCloud};
 use crate::verdict::VerdictGrid;
 use crate::{CloudMap, Verdict};
@@ -154,26 +153,24 @@ impl SharedKept {
         self.kept.get_mut().unwrap_or_else(PoisonError::into_inner).cloud.stamp()
     }
 
-    /// Gives the memory free of the verdicts on a block of the evidence, and of the static points of some
-    /// blocks of voxels.
-    pub(crate) fn page_out(
+    /// Calls `visit` with the verdicts on a block of the evidence, and the static points of some blocks of
+    /// voxels.
+    pub(crate) fn for_each_within(
         &mut self,
         evidence: usize,
         voxels: &[usize],
-        file: &Arc<PageFile>,
-        buffer: &mut Vec<u8>,
-    ) -> Result<()> {
+        mut visit: impl FnMut(&mut dyn PageOut),
+    ) {
         let Kept { verdicts, cloud } = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let Some(block) = verdicts.paged_mut(evidence) {
-            block.page_out(file, buffer)?;
+            visit(block);
         }
         let cloud = Arc::make_mut(cloud);
         for &slot in voxels {
             if let Some(block) = cloud.paged_mut(slot) {
-                block.page_out(file, buffer)?;
+                visit(block);
             }
         }
-        Ok(())
     }
 
     /// Gives the memory of blocks free that a clone has paged out.
@@ -186,7 +183,8 @@ impl SharedKept {
         }
     }
 
-    fn adopt(&mut self, other: &Self) {
+    /// Takes over what a clone has found, if that is newer; nothing while somebody asks the clone.
+    pub(crate) fn adopt(&mut self, other: &Self) {
         if self.lineage != other.lineage {
             return;
         }

@@ -7,6 +7,6 @@ mod pager;
 mod record;
 
 pub(crate) use page_file::PageFile;
-pub(crate) use paged::{Block, Paged};
+pub(crate) use paged::{Block, PageOut, Paged};
 pub use pager::CloudPager;
 pub(crate) use record::{Record, record, record_of_cases};

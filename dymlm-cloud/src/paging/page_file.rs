@@ -8,19 +8,19 @@ use dymlm_core::ScratchFile;
 use super::Record;
 
 /// Lengths in the file are multiples of this, so that what becomes free fits what comes.
-const UNIT: usize = 256;
+const UNIT: usize = 4096;
 
 /// The file to which blocks are paged out. What nobody holds any more is written over.
 #[derive(Debug)]
 pub(crate) struct PageFile {
     file: ScratchFile,
-    /// Where as many units as the key says are free.
+    /// Where as many bytes as the key says are free.
     free: Mutex<BTreeMap<usize, Vec<u64>>>,
     /// Why a block could not be read back: it is lost.
     failure: OnceLock<ErrorKind>,
 }
 
-/// A block in the file. Its place is free again when it is dropped.
+/// Some blocks in the file. Their place is free again when it is dropped.
 #[derive(Debug)]
 pub(crate) struct Extent {
     file: Arc<PageFile>,
@@ -34,16 +34,14 @@ impl PageFile {
         Ok(Arc::new(Self { file, free: Mutex::default(), failure: OnceLock::new() }))
     }
 
-    /// Writes a block; `buffer` is used for it.
-    pub(crate) fn write(self: &Arc<Self>, block: &impl Record, buffer: &mut Vec<u8>) -> Result<Extent> {
-        buffer.clear();
-        block.write(buffer);
-        let length = buffer.len();
-        buffer.resize(length.next_multiple_of(UNIT), 0);
+    /// Writes some blocks, and zeros up to a whole unit.
+    pub(crate) fn write(self: &Arc<Self>, blocks: &mut Vec<u8>) -> Result<Extent> {
+        let length = blocks.len().next_multiple_of(UNIT);
+        blocks.resize(length, 0);
         let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
-        let offset = match free.get_mut(&buffer.len()).and_then(Vec::pop) {
-            Some(offset) => self.file.overwrite(offset, buffer).map(|()| offset),
-            None => self.file.append(buffer),
+        let offset = match free.get_mut(&length).and_then(Vec::pop) {
+            Some(offset) => self.file.overwrite(offset, blocks).map(|()| offset),
+            None => self.file.append(blocks),
         }?;
         Ok(Extent { file: Arc::clone(self), offset, length })
     }
@@ -55,9 +53,9 @@ impl PageFile {
 }
 
 impl Extent {
-    /// The block. One that cannot be read is empty, and the file [says so](PageFile::failure) from then on.
-    pub(crate) fn read<B: Record + Default>(&self) -> B {
-        let bytes = self.file.file.read(self.offset, self.length);
+    /// One of the blocks. One that cannot be read is empty, and the file [says so](PageFile::failure) from then on.
+    pub(crate) fn read<B: Record + Default>(&self, from: u32, length: u32) -> B {
+        let bytes = self.file.file.read(self.offset + u64::from(from), length as usize);
         let block = bytes.and_then(|bytes| {
             B::read(&mut bytes.as_slice()).ok_or_else(|| Error::from(ErrorKind::InvalidData))
         });
@@ -72,6 +70,32 @@ impl Extent {
 impl Drop for Extent {
     fn drop(&mut self) {
         let mut free = self.file.free.lock().unwrap_or_else(PoisonError::into_inner);
-        free.entry(self.length.next_multiple_of(UNIT)).or_default().push(self.offset);
+        free.entry(self.length).or_default().push(self.offset);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_free_is_written_over_before_the_file_grows() {
+        let file = PageFile::create_in(&std::env::temp_dir()).unwrap();
+        let write = |byte: u8| file.write(&mut vec![byte; 5000]).unwrap();
+        let (first, second) = (write(1), write(2));
+        let (place, end) = (first.offset, second.offset + second.length as u64);
+        drop(first);
+        let (third, fourth) = (write(3), write(4));
+        assert_eq!((third.offset, fourth.offset), (place, end));
+        assert_eq!([second, third, fourth].map(|extent| extent.read::<u8>(4999, 1)), [2, 3, 4]);
+    }
+
+    #[test]
+    fn a_block_that_cannot_be_read_is_empty_and_said_to_be_lost() {
+        let file = PageFile::create_in(&std::env::temp_dir()).unwrap();
+        let beyond = Extent { file: Arc::clone(&file), offset: 1 << 40, length: 8 };
+        assert!(file.failure().is_none());
+        assert_eq!(beyond.read::<Vec<u32>>(0, 8), Vec::new());
+        assert_eq!(file.failure().unwrap().kind(), ErrorKind::UnexpectedEof);
     }
 }

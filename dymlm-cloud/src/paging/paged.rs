@@ -1,9 +1,8 @@
-use std::io::Result;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use super::page_file::{Extent, PageFile};
+use super::page_file::Extent;
 use super::record::Record;
 
 /// What can be kept in a page file.
@@ -16,17 +15,27 @@ impl<B: Record + Default + Clone> Block for B {}
 pub(crate) struct Paged<B> {
     /// Blocks of one version are the same.
     version: u64,
-    memory: Option<Arc<B>>,
-    /// Where it is when it is not in memory; nowhere: it is empty.
-    filed: OnceLock<Arc<Filed<B>>>,
+    memory: OnceLock<Arc<B>>,
+    /// Where it is in the file; a block that is neither there nor in memory is empty.
+    filed: Option<Filed>,
 }
 
-#[derive(Debug)]
-struct Filed<B> {
-    /// None for an empty block.
-    extent: Option<Arc<Extent>>,
-    /// The block, once somebody has read it.
-    read: OnceLock<Arc<B>>,
+/// A part of what was written at a time.
+#[derive(Debug, Clone)]
+struct Filed {
+    extent: Arc<Extent>,
+    from: u32,
+    length: u32,
+}
+
+/// What can be paged out, whatever it holds: together with other blocks, so that they take one place in the
+/// file.
+pub(crate) trait PageOut {
+    /// Appends the block, if it is in memory alone; gives its part.
+    fn write(&self, out: &mut Vec<u8>) -> Option<Range<u32>>;
+
+    /// Gives the memory of the block free, of which this part of the extent was written. Clones keep theirs.
+    fn leave_memory(&mut self, extent: &Arc<Extent>, written: Option<Range<u32>>);
 }
 
 /// A block that somebody looks at: it stays where it is.
@@ -37,21 +46,28 @@ pub(crate) enum Look<'a, B> {
 
 impl<B: Block> Paged<B> {
     pub(crate) fn new(block: B) -> Self {
-        Self { version: next_version(), memory: Some(Arc::new(block)), filed: OnceLock::new() }
+        Self { version: next_version(), memory: OnceLock::from(Arc::new(block)), filed: None }
     }
 
-    /// The block, to be changed; it is copied while a clone has it.
+    /// The block, to be changed; it is copied while a clone has it. There is always one.
     #[inline]
-    pub(crate) fn to_mut(&mut self) -> &mut B {
-        if self.memory.as_mut().and_then(Arc::get_mut).is_none() {
-            self.version = next_version();
+    pub(crate) fn to_mut(&mut self) -> Option<&mut B> {
+        if self.filed.is_some() || self.memory.get_mut().and_then(Arc::get_mut).is_none() {
+            self.become_own();
         }
-        let filed = &mut self.filed;
-        let block = self.memory.get_or_insert_with(|| match filed.take() {
-            Some(filed) => Arc::clone(filed.block()),
-            None => Arc::default(),
-        });
-        Arc::make_mut(block)
+        self.memory.get_mut().map(Arc::make_mut)
+    }
+
+    /// Becomes a block that no clone has.
+    #[cold]
+    fn become_own(&mut self) {
+        let block = self.memory.take().unwrap_or_else(|| Arc::new(self.load()));
+        *self = Self::new(Arc::unwrap_or_clone(block));
+    }
+
+    fn load(&self) -> B {
+        let read = |filed: &Filed| filed.extent.read(filed.from, filed.length);
+        self.filed.as_ref().map_or_else(B::default, read)
     }
 
     /// Whether a clone has the same block.
@@ -61,33 +77,17 @@ impl<B: Block> Paged<B> {
 
     /// The block if it is in memory.
     pub(crate) fn in_memory(&self) -> Option<&B> {
-        let read = || self.filed.get().and_then(|filed| filed.read.get());
-        self.memory.as_ref().or_else(read).map(Arc::as_ref)
+        self.memory.get().map(Arc::as_ref)
     }
 
     /// The block, without bringing it back to memory.
     pub(crate) fn look(&self) -> Look<'_, B> {
-        match self.in_memory() {
-            Some(block) => Look::Memory(block),
-            None => Look::File(self.filed.get().map_or_else(B::default, |filed| filed.load())),
-        }
-    }
-
-    /// Gives the memory of the block free; clones keep theirs.
-    pub(crate) fn page_out(&mut self, file: &Arc<PageFile>, buffer: &mut Vec<u8>) -> Result<()> {
-        let extent = match (&self.memory, self.filed.get()) {
-            (Some(block), _) => Some(Arc::new(file.write(block.as_ref(), buffer)?)),
-            (None, Some(filed)) if filed.read.get().is_some() => filed.extent.clone(),
-            (None, _) => return Ok(()),
-        };
-        self.memory = None;
-        self.filed = OnceLock::from(Arc::new(Filed { extent, read: OnceLock::new() }));
-        Ok(())
+        self.in_memory().map_or_else(|| Look::File(self.load()), Look::Memory)
     }
 
     /// Gives the memory of the block free when another has the same in the file.
     pub(crate) fn page_out_like(&mut self, other: &Self) {
-        if self.is_same(other) && other.memory.is_none() {
+        if self.is_same(other) && other.filed.is_some() && other.in_memory().is_none() {
             *self = other.clone();
         }
     }
@@ -95,25 +95,23 @@ impl<B: Block> Paged<B> {
     /// Bytes of memory beside this, with those that the block owns, which `owned` tells.
     pub(crate) fn memory_bytes(&self, owned: impl Fn(&B) -> usize) -> usize {
         let counts = 2 * size_of::<usize>();
-        let block = self.in_memory().map_or(0, |block| counts + size_of::<B>() + owned(block));
-        let filed = self.filed.get().map_or(0, |_| 2 * counts + size_of::<Filed<B>>() + size_of::<Extent>());
-        block + filed
+        self.in_memory().map_or(0, |block| counts + size_of::<B>() + owned(block))
     }
 }
 
-impl<B: Block> Filed<B> {
-    fn block(&self) -> &Arc<B> {
-        self.read.get_or_init(|| Arc::new(self.load()))
+impl<B: Block> PageOut for Paged<B> {
+    fn write(&self, out: &mut Vec<u8>) -> Option<Range<u32>> {
+        let block = self.in_memory().filter(|_| self.filed.is_none())?;
+        let from = out.len() as u32;
+        block.write(out);
+        Some(from..out.len() as u32)
     }
 
-    fn load(&self) -> B {
-        self.extent.as_ref().map_or_else(B::default, |extent| extent.read())
-    }
-}
-
-impl<B> Default for Filed<B> {
-    fn default() -> Self {
-        Self { extent: None, read: OnceLock::new() }
+    fn leave_memory(&mut self, extent: &Arc<Extent>, written: Option<Range<u32>>) {
+        if let Some(Range { start, end }) = written {
+            self.filed = Some(Filed { extent: Arc::clone(extent), from: start, length: end - start });
+        }
+        self.memory = OnceLock::new();
     }
 }
 
@@ -126,7 +124,7 @@ fn next_version() -> u64 {
 /// An empty block, which takes no memory.
 impl<B> Default for Paged<B> {
     fn default() -> Self {
-        Self { version: next_version(), memory: None, filed: OnceLock::new() }
+        Self { version: next_version(), memory: OnceLock::new(), filed: None }
     }
 }
 
@@ -141,10 +139,7 @@ impl<B: Block> Deref for Paged<B> {
 
     #[inline]
     fn deref(&self) -> &B {
-        match &self.memory {
-            Some(block) => block,
-            None => self.filed.get_or_init(Arc::default).block(),
-        }
+        self.memory.get_or_init(|| Arc::new(self.load()))
     }
 }
 
@@ -161,11 +156,13 @@ impl<B> Deref for Look<'_, B> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::PageFile;
     use super::*;
 
     fn paged_out(block: &Paged<Vec<u32>>, file: &Arc<PageFile>) -> Paged<Vec<u32>> {
-        let mut block = block.clone();
-        block.page_out(file, &mut Vec::new()).unwrap();
+        let (mut block, mut bytes) = (block.clone(), vec![1, 2, 3]);
+        let written = block.write(&mut bytes);
+        block.leave_memory(&Arc::new(file.write(&mut bytes).unwrap()), written);
         block
     }
 
@@ -181,7 +178,7 @@ mod tests {
         let again = paged_out(&block, &file);
         assert!(block.in_memory().is_some() && again.in_memory().is_none());
 
-        block.to_mut().push(10);
+        block.to_mut().unwrap().push(10);
         assert!(!block.is_same(&original));
         assert_eq!((&*block, &*original, &*again), (&vec![7, 8, 9, 10], &vec![7, 8, 9], &vec![7, 8, 9]));
         assert!(file.failure().is_none());
@@ -192,7 +189,7 @@ mod tests {
         let file = PageFile::create_in(&std::env::temp_dir()).unwrap();
         let original = Paged::new(vec![1]);
         let mut changed = original.clone();
-        changed.to_mut().push(2);
+        changed.to_mut().unwrap().push(2);
         let filed = paged_out(&changed, &file);
         let mut old = original.clone();
         old.page_out_like(&filed);
@@ -207,7 +204,7 @@ mod tests {
         let mut block = Paged::<Vec<u32>>::default();
         let clone = block.clone();
         assert!(block.is_empty());
-        block.to_mut().push(1);
+        block.to_mut().unwrap().push(1);
         assert_eq!((&*block, &*clone), (&vec![1], &vec![]));
     }
 }

@@ -4,9 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-use super::PageFile;
+use super::{PageFile, PageOut};
 use crate::CloudMap;
 use crate::block_store::BlockKey;
+use crate::verdicts::SharedKept;
 
 /// Frames from one count of the memory to the next: counting takes a glance at each block. What one of so many
 /// last frames has seen stays in memory.
@@ -20,13 +21,20 @@ pub struct CloudPager {
     buffer: Vec<u8>,
     /// Frames since the memory was counted last.
     frames: u32,
-    /// The map as it was then, if it was too large. What is judged before it goes need not come back for
-    /// that; it is judged on a thread of its own, so that no frame waits.
-    judging: Option<JoinHandle<CloudMap>>,
+    /// What is static in the map as it was then, if it was too large. What is judged before it goes need not
+    /// come back for that; it is judged on a thread of its own, so that no frame waits.
+    judging: Option<Judging>,
     /// Blocks of the evidence that are to go, with all voxels in them; the first first.
     due: VecDeque<BlockKey>,
     /// The revision of the evidence up to which these were judged.
     judged: u32,
+}
+
+#[derive(Debug)]
+struct Judging {
+    /// The revision of the evidence.
+    revision: u32,
+    kept: JoinHandle<SharedKept>,
 }
 
 impl CloudPager {
@@ -70,26 +78,30 @@ impl CloudPager {
     /// Chooses what is to go of what was judged since the last count, and has the rest judged, as long as the
     /// map is too large.
     fn count(&mut self, map: &mut CloudMap, budget: usize) {
-        let judged = self.judging.take().and_then(|judging| judging.join().ok());
+        let judged = self.judging.take();
+        let judged = judged.and_then(|judging| Some((judging.revision, judging.kept.join().ok()?)));
         let bytes = map.memory_bytes();
         self.due.clear();
         if bytes <= budget {
             return;
         }
-        if let Some(mut judged) = judged {
-            self.judged = judged.evidence.revision();
-            judged.page_out_like(map);
-            map.adopt_static(&judged);
+        if let Some((revision, mut kept)) = judged {
+            self.judged = revision;
+            kept.page_out_like(&map.kept);
+            map.kept.adopt(&kept);
             // An eighth more than is too much, so that the next count is not the next choice.
             self.choose(map, bytes - (budget - budget / 8));
         }
         let clone = map.clone();
         let judge = move || {
             clone.kept_cloud();
-            clone
+            // The blocks themselves need not wait for the next count.
+            let CloudMap { kept, .. } = clone;
+            kept
         };
+        let thread = std::thread::Builder::new().name("dymlm-pager".to_owned()).spawn(judge);
         // Without a thread nothing can go.
-        self.judging = std::thread::Builder::new().name("dymlm-pager".to_owned()).spawn(judge).ok();
+        self.judging = thread.ok().map(|kept| Judging { revision: map.evidence.revision(), kept });
     }
 
     /// Chooses blocks that give so many bytes free, of those that have not changed since they were judged.
@@ -135,14 +147,29 @@ impl CloudMap {
         if self.evidence.blocks().stamps().of(slot) > revision {
             return Ok(());
         }
-        self.evidence.page_out(slot, file, buffer)?;
         let voxels = self.voxel_slots_within(key);
-        for &slot in &voxels {
+        let mut written = VecDeque::new();
+        buffer.clear();
+        self.for_each_within(slot, &voxels, |block| written.push_back(block.write(buffer)));
+        let extent = Arc::new(file.write(buffer)?);
+        self.for_each_within(slot, &voxels, |block| {
+            block.leave_memory(&extent, written.pop_front().flatten());
+        });
+        Ok(())
+    }
+
+    /// Calls `visit` with a block of the evidence, the verdicts on it, some blocks of voxels and their static
+    /// points.
+    fn for_each_within(&mut self, slot: usize, voxels: &[usize], mut visit: impl FnMut(&mut dyn PageOut)) {
+        if let Some(block) = self.evidence.paged_mut(slot) {
+            visit(block);
+        }
+        for &slot in voxels {
             if let Some(block) = self.voxels.paged_mut(slot) {
-                block.page_out(file, buffer)?;
+                visit(block);
             }
         }
-        self.kept.page_out(slot, &voxels, file, buffer)
+        self.kept.for_each_within(slot, voxels, visit);
     }
 
     /// Bytes of what [`page_out`](Self::page_out) would give free.
