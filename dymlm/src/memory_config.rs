@@ -9,7 +9,7 @@ pub struct MemoryConfig {
     /// Bytes that the maps may take, with a history that is kept in memory: parts of the cloud that no frame
     /// has seen for long go to a file and come back when a frame or a query reaches them. The maps are the
     /// same, to the bit. The other maps, which take a twentieth of the cloud, stay in memory, and so do what
-    /// the last 32 frames have seen and some 100 bytes for each 8^3 voxels with something in them.
+    /// the last 16 frames have seen and some 100 bytes for each 8^3 voxels with something in them.
     /// Default none: no limit.
     pub budget: Option<usize>,
     /// The folder in which the file is made, which must exist. It has no name where the system allows that,

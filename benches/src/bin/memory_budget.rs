@@ -43,8 +43,9 @@ fn main() -> Result<(), AnyError> {
             let mega =
                 [memory.cloud, memory.octree, memory.planes, memory.objects].map(|bytes| bytes / 1_000_000);
             println!(
-                "{} frames: {most:.0} MB at most; cloud, octree, planes, objects: {mega:?} MB",
-                index + 1
+                "{} frames: {:.0} MB, {most:.0} at most; cloud, octree, planes, objects: {mega:?} MB",
+                index + 1,
+                resident_megabytes()? - before
             );
         }
     }

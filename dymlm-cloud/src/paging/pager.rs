@@ -11,7 +11,7 @@ use crate::verdicts::SharedKept;
 
 /// Frames from one count of the memory to the next: counting takes a glance at each block. What one of so many
 /// last frames has seen stays in memory.
-const INTERVAL: u32 = 32;
+const INTERVAL: u32 = 16;
 
 /// Keeps a cloud map within a budget of memory: what no frame has seen for longest goes to a file, block by
 /// block, and comes back when a frame or a query reaches it. The map is the same, to the bit.
@@ -50,7 +50,7 @@ impl CloudPager {
     }
 
     /// To be called once a frame, of one map: pages out some blocks when the map takes more memory than
-    /// `budget` says, bytes. What the last 32 frames have seen stays, whatever the budget. Each 32nd call
+    /// `budget` says, bytes. What the last 16 frames have seen stays, whatever the budget. Each 16th call
     /// takes a glance at all blocks.
     ///
     /// # Errors
