@@ -1,8 +1,10 @@
 //! Seeded inputs that the benches share.
 
 mod processor_time;
+mod resident_bytes;
 
 pub use processor_time::{ProcessorTime, processor_time};
+pub use resident_bytes::resident_bytes;
 
 use dymlm_core::{DepthImage, PinholeCamera, Point};
 use rand::{RngExt, SeedableRng};

@@ -1,9 +1,11 @@
+use std::sync::OnceLock;
+
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
 use crate::cell_counts::CellCounts;
 use crate::direction::Direction;
 use crate::finding::Finding;
 use crate::opinion::{Opinion, OpinionFold};
-use crate::paging::record;
+use crate::paging::{Record, record};
 use crate::support::Support;
 
 /// Length of an epoch, seconds. What has come to stand in a place that was free for long is believed after
@@ -32,6 +34,27 @@ pub(crate) fn epoch_of(timestamp: f64) -> i32 {
 pub(crate) struct Epochs {
     /// By time, the newest last.
     periods: Vec<Period>,
+    read: OlderReads,
+}
+
+/// The cells that all periods but the newest have read, when somebody has asked since an older one changed:
+/// after hours there are many periods, and each block is asked when its verdicts are made anew.
+#[derive(Debug, Clone, Default)]
+struct OlderReads(OnceLock<CellBits>);
+
+/// It follows from the periods.
+impl PartialEq for OlderReads {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Record for OlderReads {
+    fn write(&self, _: &mut Vec<u8>) {}
+
+    fn read(_: &mut &[u8]) -> Option<Self> {
+        Some(Self::default())
+    }
 }
 
 /// What was counted in 2^`level` epochs.
@@ -44,7 +67,7 @@ pub(crate) struct Period {
     pub(crate) cells: CellCounts,
 }
 
-record!(Epochs { periods });
+record!(Epochs { periods, read });
 record!(Period { first, level, looked_through, cells });
 
 impl Epochs {
@@ -69,15 +92,19 @@ impl Epochs {
         for period in periods.iter_mut().take(older) {
             period.cells.pack();
         }
-        Some(Self { periods })
+        Some(Self { periods, read: OlderReads::default() })
     }
 
     /// The period of an epoch, made when there is none.
     pub(crate) fn period_mut(&mut self, epoch: i32) -> &mut Period {
         let place = match self.periods.last() {
             Some(last) if last.contains(epoch) => self.periods.len() - 1,
-            Some(last) if epoch < last.first => self.place_of_older(epoch),
+            Some(last) if epoch < last.first => {
+                self.read = OlderReads::default();
+                self.place_of_older(epoch)
+            }
             _ => {
+                self.read = OlderReads(OnceLock::from(self.cells_read()));
                 self.periods.push(Period::new(epoch, 0));
                 self.coarsen();
                 self.periods.len() - 1
@@ -117,17 +144,18 @@ impl Epochs {
 
     /// The cells in which a surface or a mover was ever read.
     pub(crate) fn cells_read(&self) -> CellBits {
-        let mut read = CellBits::default();
-        for period in &self.periods {
-            for (word, cells) in read.iter_mut().zip(period.cells.read()) {
-                *word |= cells;
-            }
-        }
-        read
+        let Some((newest, older)) = self.periods.split_last() else { return CellBits::default() };
+        let join = |read: CellBits, period: &Period| {
+            let cells = period.cells.read();
+            std::array::from_fn(|word| read[word] | cells[word])
+        };
+        let older = self.read.0.get_or_init(|| older.iter().fold(CellBits::default(), join));
+        join(*older, newest)
     }
 
     /// Adds another map's counts of the block.
     pub(crate) fn merge(&mut self, other: &Self) {
+        self.read = OlderReads::default();
         self.periods.extend(other.periods.iter().cloned());
         self.periods.sort_by_key(|period| period.first);
         self.coarsen();
@@ -135,6 +163,7 @@ impl Epochs {
 
     /// Takes out what speaks for a cell.
     pub(crate) fn clear_support(&mut self, index: usize) {
+        self.read = OlderReads::default();
         for period in &mut self.periods {
             period.cells.clear(index, Finding::Surface);
         }
@@ -142,6 +171,7 @@ impl Epochs {
 
     /// Makes a cell's history one of nothing but `support` frames in the newest period.
     pub(crate) fn give_support(&mut self, index: usize, support: u32) {
+        self.read = OlderReads::default();
         for period in &mut self.periods {
             // What all cells have in common becomes each cell's own, so that one can lose it.
             let common = std::mem::take(&mut period.looked_through);
@@ -319,6 +349,32 @@ mod tests {
         for order in [[4, 3, 2, 1, 0], [4, 0, 3, 1, 2], [1, 4, 2, 0, 3]] {
             assert_eq!(counted(order.map(|index| frames[index])), by_time);
         }
+    }
+
+    /// The cells read in any period, found anew.
+    fn found_read(epochs: &Epochs) -> CellBits {
+        epochs.periods.iter().fold(CellBits::default(), |read, period| {
+            let cells = period.cells.read();
+            std::array::from_fn(|word| read[word] | cells[word])
+        })
+    }
+
+    #[test]
+    fn the_cells_read_are_those_of_all_periods_whatever_has_changed() {
+        let mut epochs = Epochs::default();
+        for (step, (epoch, index, finding)) in frames().into_iter().enumerate() {
+            let direction = if step % 5 == 4 { Direction::Remove } else { Direction::Insert };
+            epochs.period_mut(epoch).count((index * 71 + step) % 512, finding, direction);
+            if step % 50 == 49 {
+                epochs.clear_support(index * 71);
+                epochs.give_support(step % 512, 2);
+            }
+            if step % 3 == 0 {
+                assert_eq!(epochs.cells_read(), found_read(&epochs), "step {step}");
+            }
+        }
+        epochs.merge(&counted(frames()));
+        assert_eq!(epochs.cells_read(), found_read(&epochs));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::Instant;
 
 use dymlm::{MapBuilder, MapConfig, Selection};
+use dymlm_benches::resident_bytes;
 use dymlm_sim::{Sequence, SequenceConfig};
 
 type AnyError = Box<dyn Error>;
@@ -31,13 +32,13 @@ fn main() -> Result<(), AnyError> {
         config.memory.budget = Some((budget.parse::<f64>()? * 1e6) as usize);
     }
     let mut builder = MapBuilder::new(config)?;
-    let before = resident_megabytes()?;
+    let before = resident_bytes()?;
     let (mut most, mut times) = (0.0_f64, Vec::new());
     for (index, simulated) in sequence.frames().enumerate() {
         let start = Instant::now();
         builder.insert(&simulated.frame, &simulated.detections, &simulated.world_from_camera)?;
         times.push(start.elapsed().as_secs_f64() * 1e3);
-        most = most.max(resident_megabytes()? - before);
+        most = most.max(resident_bytes()?.saturating_sub(before) as f64 / 1e6);
         if (index + 1) % 200 == 0 {
             let memory = builder.memory();
             let mega =
@@ -45,7 +46,7 @@ fn main() -> Result<(), AnyError> {
             println!(
                 "{} frames: {:.0} MB, {most:.0} at most; cloud, octree, planes, objects: {mega:?} MB",
                 index + 1,
-                resident_megabytes()? - before
+                resident_bytes()?.saturating_sub(before) as f64 / 1e6
             );
         }
     }
@@ -85,11 +86,4 @@ fn checksum(map: &dymlm::MultiLevelMap) -> Result<u64, AnyError> {
         object.oriented_box().corners().as_flattened().iter().for_each(|c| c.to_bits().hash(&mut hasher));
     }
     Ok(hasher.finish())
-}
-
-/// Memory of the process that is in use, from Linux.
-fn resident_megabytes() -> Result<f64, AnyError> {
-    let status = std::fs::read_to_string("/proc/self/status")?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).ok_or("no VmRSS: not Linux?")?;
-    Ok(line.trim().trim_end_matches(" kB").parse::<f64>()? / 1e3)
 }
