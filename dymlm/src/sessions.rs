@@ -50,7 +50,6 @@ impl MapBuilder {
         let reports = self.process_waiting()?;
         self.preprocessor = Preprocessor::new(self.config.dynamics.clone(), self.config.sensor)?;
         self.key_frames = KeyFrames::new(self.config.key_frames)?;
-        self.snapshots = Snapshots::default();
         self.clock = SessionClock::default();
         self.carried.clear();
         self.begin_session_of_maps();
@@ -61,6 +60,10 @@ impl MapBuilder {
         let first = Some(FrameId::new(self.map.past.frames));
         self.map.release_held();
         self.note(Some(Event::SessionBegan { first }));
+        self.snapshots = match &self.map.past.log {
+            Some(log) => Snapshots::at_the_beginning_of(&self.map, &log.events),
+            None => Snapshots::default(),
+        };
     }
 }
 

@@ -27,7 +27,8 @@ pub(crate) struct Snapshot {
 ///
 /// They are taken from the first such correction on, since what they share is copied when it changes: who
 /// closes loops only shall not pay for it, and whose SLAM optimizes its last frames does so from its first
-/// seconds on.
+/// seconds on. A session that goes on with maps begins with one: to map all that was before again would take
+/// the longer the more there was.
 #[derive(Debug, Default)]
 pub(crate) struct Snapshots {
     /// The oldest first.
@@ -39,6 +40,13 @@ pub(crate) struct Snapshots {
 }
 
 impl Snapshots {
+    /// With the maps that a session begins with, of which these events are known: what is corrected soon need
+    /// not happen again from the first session on.
+    pub(crate) fn at_the_beginning_of(map: &MultiLevelMap, events: &Pages<Event>) -> Self {
+        let beginning = Snapshot { map: map.without_past(), events: events.clone(), number: 1 };
+        Self { taken: vec![beginning], key_frames: 0, patience: PATIENCE }
+    }
+
     /// Takes a snapshot, of the maps after these events, when enough key frames have been mapped since the
     /// last, and drops those that are old.
     pub(crate) fn take_when_due(

@@ -160,6 +160,27 @@ fn what_is_refused_changes_nothing() {
 }
 
 #[test]
+fn a_correction_early_in_a_further_session_maps_none_of_the_one_before_again() {
+    let frames = frames(14);
+    let mut builder = MapBuilder::resume(mapped(&frames[..8]).into_map()).unwrap();
+    insert_all(&mut builder, &frames[8..]);
+    let late = drifted(&poses(&builder), 0.1, 0.0).split_off(11);
+    let mut total = 0;
+    let report = builder.correct_poses_watched(&late, &mut |progress| {
+        total = progress.total;
+        true
+    });
+    assert_eq!(report.unwrap().key_frames, 14);
+    assert!(total <= 6, "{total} key frames were mapped again");
+    let corrected = fingerprint_without_ids(builder.map());
+    // From the beginning, since the first frame moves as well, there and back.
+    let right = poses(&builder);
+    builder.transform(&Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
+    builder.correct_poses(&right).unwrap();
+    assert!(fingerprint_without_ids(builder.map()) == corrected);
+}
+
+#[test]
 fn a_correction_of_the_last_frames_maps_few_again_to_the_same_bits() {
     let all = frames(30);
     let mut builder = mapped(&all);

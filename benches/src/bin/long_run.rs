@@ -1,6 +1,6 @@
 //! A day of mapping: a floor of rooms with people in it, walked through again and again at 1 Hz with small
-//! images. Each hour the maps are saved and loaded, and a new session goes on with them; each quarter the last
-//! key frames are corrected; every second hour things stand elsewhere. Prints what an hour costs and what the
+//! images. Each hour the maps are saved and loaded, and a new session goes on with them; every two minutes the
+//! last key frames are corrected; every second hour things stand elsewhere. Prints what an hour costs and what the
 //! maps hold: all of it is to be flat.
 //!
 //! `cargo run --release -p dymlm-benches --bin long_run -- [HOURS] [ROOMS] [SEED]`
@@ -19,7 +19,7 @@ type AnyError = Box<dyn Error>;
 
 const HOUR: f64 = 3600.0;
 /// Seconds from one correction to the next, and the key frames that move.
-const CORRECTION: f64 = 900.0;
+const CORRECTION: f64 = 120.0;
 const CORRECTED: usize = 10;
 
 /// A walk, of which the frames are rendered once.
