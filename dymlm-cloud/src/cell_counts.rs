@@ -70,17 +70,30 @@ impl CellCounts {
     /// Keeps them in less memory, until one changes.
     pub(crate) fn pack(&mut self) {
         if matches!(self, Self::Narrow(_) | Self::Wide(_)) {
-            *self = Self::Packed(Box::new(PackedCounts::new(|index| self.get(index))));
+            *self = Self::Packed(Box::new(PackedCounts::new(&self.all())));
         }
     }
 
     fn unpack(&mut self) {
         let packed = std::mem::take(self);
         self.set(0, packed.get(0));
-        for index in 1..BLOCK_CELLS {
-            let counts = packed.get(index);
+        for (index, counts) in packed.all().into_iter().enumerate().skip(1) {
             if counts != [0; FINDINGS] {
                 self.set(index, counts);
+            }
+        }
+    }
+
+    /// The counts of all cells.
+    fn all(&self) -> [Counts; BLOCK_CELLS] {
+        match self {
+            Self::None => [[0; FINDINGS]; BLOCK_CELLS],
+            Self::Narrow(cells) => cells.counts.map(|cell| cell.map(u32::from)),
+            Self::Wide(cells) => cells.counts,
+            Self::Packed(packed) => {
+                let mut counts = [[0; FINDINGS]; BLOCK_CELLS];
+                packed.for_each(&[u64::MAX; BLOCK_CELLS / 64], |index, cell| counts[index] = cell);
+                counts
             }
         }
     }
@@ -127,15 +140,16 @@ impl CellCounts {
         before
     }
 
-    /// Adds the counts of all cells.
+    /// Adds the counts of all cells, and [packs](Self::pack) the sums.
     pub(crate) fn add_all(&mut self, other: &Self) {
         if other.is_empty() {
             return;
         }
-        for index in 0..BLOCK_CELLS {
-            let (ours, theirs) = (self.get(index), other.get(index));
-            self.set(index, std::array::from_fn(|finding| ours[finding].wrapping_add(theirs[finding])));
+        let mut sums = self.all();
+        for (sum, counts) in sums.iter_mut().zip(other.all()) {
+            *sum = std::array::from_fn(|finding| sum[finding].wrapping_add(counts[finding]));
         }
+        *self = Self::Packed(Box::new(PackedCounts::new(&sums)));
     }
 
     /// Sets a count of a cell to zero, if cells have counts.

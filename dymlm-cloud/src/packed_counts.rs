@@ -21,8 +21,8 @@ pub(crate) struct PackedCounts {
 record!(PackedCounts { most, looked_through, others, widths, numbers });
 
 impl PackedCounts {
-    pub(crate) fn new(counts: impl Fn(usize) -> Counts) -> Self {
-        let cells = || (0..BLOCK_CELLS).map(|index| (index, counts(index)));
+    pub(crate) fn new(counts: &[Counts; BLOCK_CELLS]) -> Self {
+        let cells = || counts.iter().copied().enumerate();
         let free =
             |[surface, looked_through, mover]: Counts| (surface | mover == 0).then_some(looked_through);
         let most = cells().filter_map(|(_, counts)| free(counts)).max().unwrap_or(0);
@@ -130,7 +130,7 @@ mod tests {
                         movers * index as u32 % 3,
                     ],
                 };
-                let packed = PackedCounts::new(counts);
+                let packed = PackedCounts::new(&std::array::from_fn(counts));
                 for index in 0..BLOCK_CELLS {
                     assert_eq!(packed.get(index), counts(index), "{largest}, cell {index}");
                     let [surface, _, mover] = counts(index);
