@@ -1,3 +1,5 @@
+use dymlm_core::Pose;
+
 /// Bytes as choices; after their end all are zero.
 #[derive(Debug, Clone)]
 pub(crate) struct Choices<'a> {
@@ -24,6 +26,12 @@ impl<'a> Choices<'a> {
         self.byte() % end.max(1)
     }
 
+    /// From 0 to `end`, exclusive, where there are many.
+    pub(crate) fn number_below(&mut self, end: usize) -> usize {
+        let number = usize::from(self.byte()) << 8 | usize::from(self.byte());
+        number % end.max(1)
+    }
+
     pub(crate) fn is_true(&mut self) -> bool {
         self.byte() % 2 == 1
     }
@@ -48,5 +56,15 @@ impl<'a> Choices<'a> {
 
     pub(crate) fn numbers<const N: usize>(&mut self) -> [f64; N] {
         std::array::from_fn(|_| self.number())
+    }
+
+    /// Near where cameras are, seldom anywhere.
+    pub(crate) fn pose(&mut self) -> Pose {
+        if self.byte() < 200 {
+            let [x, y, z] = [0; 3].map(|_| f64::from(self.byte().cast_signed()) / 256.0);
+            let angle = f64::from(self.byte().cast_signed()) / 256.0;
+            return Pose::new([x, y, z], [0.0, angle.sin(), 0.0, angle.cos()]).unwrap_or_default();
+        }
+        Pose::new(self.numbers(), self.numbers()).unwrap_or_default()
     }
 }

@@ -3,8 +3,9 @@
 
 use dymlm_core::{BoundingBox, Detection, PointCloud, SplitMix64};
 use dymlm_fuzz_bodies::{
-    Body, Effort, map_builder, octree_model, read_bt, read_detections, read_map_folder, read_ot, read_pcd,
-    read_ply, read_records, read_tum, read_yolo, run,
+    Body, Effort, carried_object, map_builder, octree_model, read_bt, read_detections, read_map_folder,
+    read_ot, read_pcd, read_ply, read_records, read_tum, read_yolo, run, saved_cloud, saved_history,
+    saved_map, saved_objects, saved_octree, saved_planes,
 };
 use dymlm_io::{
     decode_pcd, decode_ply, encode_detections, encode_pcd, encode_ply, read_objects, read_planes,
@@ -146,4 +147,39 @@ fn octree_beside_a_model() {
 #[test]
 fn builder() {
     drive("map builder", map_builder, &noise(8, 400));
+}
+
+#[test]
+fn objects_carried_about() {
+    drive("carried object", carried_object, &noise(4, 200));
+}
+
+#[test]
+fn a_saved_cloud() {
+    drive("saved cloud", saved_cloud, &noise(16, 40));
+}
+
+#[test]
+fn a_saved_octree() {
+    drive("saved octree", saved_octree, &noise(16, 40));
+}
+
+#[test]
+fn planes_saved() {
+    drive("saved planes", saved_planes, &noise(16, 40));
+}
+
+#[test]
+fn objects_saved() {
+    drive("saved objects", saved_objects, &noise(16, 40));
+}
+
+#[test]
+fn a_saved_history() {
+    drive("saved history", saved_history, &noise(16, 40));
+}
+
+#[test]
+fn a_saved_map() {
+    drive("saved map", saved_map, &noise(4, 60));
 }
