@@ -77,14 +77,19 @@ impl Epochs {
         &self.periods
     }
 
-    /// The counts of these periods; `None` where they are not one after the other.
+    /// The counts of these periods; `None` where they are not one after the other, or have not been joined as
+    /// they are by the time of the newest.
     #[cfg(feature = "state")]
     pub(crate) fn restored(mut periods: Vec<Period>) -> Option<Self> {
         let is_aligned = |period: &Period| {
             period.level <= MAX_LEVEL && period.first >> period.level << period.level == period.first
         };
         let is_ordered = |pair: &[Period]| pair[0].end() < i64::from(pair[1].first);
-        if !periods.iter().all(is_aligned) || !periods.windows(2).all(is_ordered) {
+        let newest = periods.last().map_or(0, Period::end);
+        let is_joined = |period: &Period| period.level >= level_of(period.first, newest);
+        if !periods.iter().all(|period| is_aligned(period) && is_joined(period))
+            || !periods.windows(2).all(is_ordered)
+        {
             return None;
         }
         // As they are kept: what is counted no more in little memory.
@@ -316,6 +321,20 @@ mod tests {
         by_time.sort_by_key(|frame| frame.0);
         assert_eq!(counted(frames()), counted(by_time));
         assert_eq!(counted(frames()), counted(frames().into_iter().rev()));
+    }
+
+    /// A reading of the second epoch then came into a period of sixteen, beside the first epoch, which lies in
+    /// it. (Found by `saved_cloud`.)
+    #[cfg(feature = "state")]
+    #[test]
+    fn periods_that_should_have_been_joined_are_not_restored() {
+        for count in 0..frames().len() {
+            let kept = counted(frames().into_iter().take(count));
+            assert_eq!(Epochs::restored(kept.periods.clone()), Some(kept));
+        }
+        let periods = |level| vec![Period::new(0, level), Period::new(33, 0)];
+        assert!(Epochs::restored(periods(4)).is_some());
+        assert_eq!(Epochs::restored(periods(0)), None);
     }
 
     #[test]

@@ -134,7 +134,9 @@ impl<Id: Numbered> TryFrom<SavedNames<Id>> for Names<Id> {
     fn try_from(saved: SavedNames<Id>) -> Result<Self, Self::Error> {
         let SavedNames { births, given, of_births } = saved;
         let births_of: BTreeMap<Id, Birth> = of_births.iter().map(|(&birth, &id)| (id, birth)).collect();
-        let is_possible = births_of.len() == of_births.len()
+        // Each thing has been given an id, so that none of those to come is one that is in use.
+        let is_possible = births <= given
+            && births_of.len() == of_births.len()
             && of_births.iter().all(|(birth, id)| birth.get() < births && id.number() < given);
         let names = Self { births, given, of_births, births_of };
         if is_possible { Ok(names) } else { Err("names of what is not there, or of two things") }
@@ -200,5 +202,14 @@ mod tests {
             let json = format!(r#"{{"births": 3, "given": 8, "of_births": {of_births}}}"#);
             assert!(serde_json::from_str::<Names<PlaneId>>(&json).is_err(), "{of_births}");
         }
+    }
+
+    /// The next thing would have been called as one of those that are in the map. (Found by `saved_objects`.)
+    #[cfg(feature = "serde")]
+    #[test]
+    fn fewer_ids_than_things_are_not_read() {
+        let json = |given| format!(r#"{{"births": 3, "given": {given}, "of_births": {{}}}}"#);
+        assert!(serde_json::from_str::<Names<PlaneId>>(&json(3)).is_ok());
+        assert!(serde_json::from_str::<Names<PlaneId>>(&json(2)).is_err());
     }
 }

@@ -51,11 +51,14 @@ impl FixedMoments {
         Some(Self { weight, first: origin.map(|o| o * weight), second, facing })
     }
 
-    /// Whether they are some that points in reach can have: such as do not overflow when more is added.
-    #[cfg(feature = "state")]
+    /// Whether they are some that points in [`REACH`] can have, or none at all: sums of such stay so.
     pub(super) fn is_possible(&self) -> bool {
-        let all = [self.weight].into_iter().chain(self.first).chain(self.second).chain(self.facing);
-        all.into_iter().all(|sum| sum.unsigned_abs() < 1 << 124)
+        let Some(weight) = u128::try_from(self.weight).ok().filter(|&weight| weight < 1 << 51) else {
+            return false;
+        };
+        // A bit more than places (35 bits), their products and normals (20 bits) have, for what is rounded.
+        let within = |sums: &[i128], bits: u32| sums.iter().all(|sum| sum.unsigned_abs() <= weight << bits);
+        within(&self.first, 36) && within(&self.second, 72) && within(&self.facing, 22)
     }
 
     pub(super) fn add(&mut self, other: &Self) {
@@ -88,9 +91,10 @@ impl FixedMoments {
         self.weight as f64 / WEIGHT_UNITS
     }
 
-    /// The sums about their centroid, as floating point, and the centroid; `None` without points.
+    /// The sums about their centroid, as floating point, and the centroid; `None` without points, and of sums
+    /// from which others were taken than were put in.
     pub(super) fn about_centroid(&self) -> Option<(Moments, [f64; 3])> {
-        if self.weight <= 0 {
+        if self.weight <= 0 || !self.is_possible() {
             return None;
         }
         let weight = self.weight;
@@ -140,6 +144,24 @@ mod tests {
             assert!((fit.centroid[0] - place[0]).abs() < 2e-6);
         }
         assert_eq!(FixedMoments::new(&patch([40_000.0, 0.0, 0.0], 1.0), [0.0, 0.0, 1.0]), None);
+    }
+
+    /// Damaged sums once overflowed here, or made a plane that is farther away than numbers count.
+    #[test]
+    fn of_sums_that_no_points_in_reach_have_there_is_no_fit() {
+        let right = FixedMoments::new(&patch([1.0, 2.0, 3.0], 500.0), [0.0, 0.0, 1.0]).unwrap();
+        assert!(right.is_possible() && FixedMoments::default().is_possible());
+        let mut far = right;
+        far.first[1] = 1 << 123;
+        let mut light = right;
+        light.weight = 1;
+        let mut thick = right;
+        thick.second[0] = 1 << 123;
+        let mut other = right;
+        other.subtract(&FixedMoments::new(&patch([30_000.0; 3], 499.0), [0.0, 0.0, 1.0]).unwrap());
+        for wrong in [far, light, thick, other] {
+            assert!(!wrong.is_possible() && wrong.fit().is_none(), "{wrong:?}");
+        }
     }
 
     proptest! {

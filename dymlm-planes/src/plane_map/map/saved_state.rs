@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{GapRecord, KeyFrame, MapPlane, PlaneMap, PlaneMapConfig};
 use crate::error::Error;
 use crate::patches::{BlockKey, SavedBlock, VoxelBox};
-use crate::plane_map::fixed_moments::FixedMoments;
+use crate::plane_map::fixed_moments::{FixedMoments, REACH};
 use crate::plane_map::map_plane::{ShapeSettings, Sightings};
 use crate::shared_map::SharedMap;
 
@@ -251,8 +251,10 @@ impl SavedPlane {
     /// The plane without its voxels; `None` where the numbers are none that a plane can have.
     fn restored(self, called: (Birth, PlaneId), shape: ShapeSettings) -> Option<MapPlane> {
         let mut plane = MapPlane::new(called, Plane::of_unit_normal(self.normal, self.d)?, shape);
-        let is_finite = self.centroid.iter().chain([&self.mse]).all(|c| c.is_finite());
-        let is_possible = is_finite
+        // Twice the reach: the normal may point along a diagonal.
+        let is_near = self.centroid.iter().chain([&self.d]).all(|c| c.abs() < 2.0 * REACH);
+        let is_possible = is_near
+            && self.mse.is_finite()
             && self.sightings.is_possible()
             && self.moments.is_possible()
             && self.judged.values().flatten().all(|&count| count < 1 << 40);
@@ -261,5 +263,23 @@ impl SavedPlane {
         (plane.is_confirmed, plane.is_gone) = (self.is_confirmed, self.is_gone);
         plane.judged = self.judged;
         is_possible.then_some(plane)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The cells of a plane were counted from there, farther than numbers count. (Found by `saved_planes`.)
+    #[test]
+    fn a_plane_out_of_reach_is_not_restored() {
+        let shape = ShapeSettings { voxel_size: 0.05, max_hole_area: 0.1, boundary_tolerance: 0.05 };
+        let called = (Birth::new(0), PlaneId::new(0));
+        let plane = MapPlane::new(called, Plane::new([0.0, 0.0, 1.0], -1.0).unwrap(), shape);
+        assert!(SavedPlane::of(&plane).restored(called, shape).is_some());
+        let far = SavedPlane { centroid: [0.0, 1e300, 0.0], ..SavedPlane::of(&plane) };
+        assert!(far.restored(called, shape).is_none());
+        let far = SavedPlane { d: 1e300, ..SavedPlane::of(&plane) };
+        assert!(far.restored(called, shape).is_none());
     }
 }
