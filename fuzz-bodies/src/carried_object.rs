@@ -12,8 +12,8 @@ use dymlm_core::{
 use crate::choices::Choices;
 use crate::walk::{MAP, MAPPED, WALK};
 
-/// What follows a thing, and what it says of it first. Only its bounds are told to the maps, so one will do for
-/// all objects: those of the walk are too few pixels wide to be followed.
+/// What follows a thing, and what it says of it first. Only its bounds are told to the maps, so one will do
+/// for all objects: those of the walk are too few pixels wide to be followed.
 static FOLLOWED: LazyLock<(ObjectTracker, ObjectUpdate)> = LazyLock::new(|| {
     let [width, height] = [160, 120];
     let camera = PinholeCamera::new(width, height, 130.0, 130.0, 79.5, 59.5).unwrap();

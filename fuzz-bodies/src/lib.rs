@@ -9,10 +9,17 @@
     reason = "for tests: a panic is a finding"
 )]
 
+mod any_frame;
+mod calls;
 mod carried_object;
 mod choices;
+mod correct_poses;
 mod damage;
+mod fingerprint;
+mod insert;
 mod map_builder;
+mod memory_folder;
+mod merge;
 mod octree_model;
 mod readers;
 mod run;
@@ -21,10 +28,14 @@ mod saved_parts;
 mod walk;
 
 pub use carried_object::carried_object;
+pub use correct_poses::correct_poses;
+pub use insert::insert;
 pub use map_builder::map_builder;
+pub use merge::merge;
 pub use octree_model::octree_model;
 pub use readers::{
-    read_bt, read_detections, read_map_folder, read_ot, read_pcd, read_ply, read_records, read_tum, read_yolo,
+    read_bt, read_config, read_detections, read_image, read_map_folder, read_ot, read_pcd, read_ply,
+    read_records, read_saved_folder, read_trajectory, read_tum, read_yolo,
 };
 pub use run::{Effort, run};
 pub use saved_map::saved_map;

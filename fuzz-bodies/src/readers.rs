@@ -1,10 +1,16 @@
 use std::fs;
 use std::path::Path;
 
-use dymlm::MultiLevelMap;
 use dymlm::files::object_records;
-use dymlm_io::{DetectionFile, FrameBuffers, MapFolder, TumDataset, TumOptions, YoloFolder};
+use dymlm::{HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
+use dymlm_io::{DetectionFile, FrameBuffers, MapFolder, Trajectory, TumDataset, TumOptions, YoloFolder};
 use dymlm_octree::{Octree, OctreeConfig, UnknownCells};
+use dymlm_sim::SimulatedFrame;
+
+use crate::choices::Choices;
+use crate::damage::damage;
+use crate::memory_folder::memory_folder;
+use crate::walk::{MAPPED, SAVED_FILES, SAVED_FOLDER, WALK};
 
 /// PLY files: what is read is written, and read again.
 pub fn read_ply(bytes: &[u8]) {
@@ -28,8 +34,78 @@ pub fn read_pcd(bytes: &[u8]) {
 
 /// Files of a folder that lives as long as the call.
 fn in_folder(read: impl FnOnce(&Path)) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = memory_folder();
     read(folder.path());
+}
+
+/// Trajectories: what is read is written, and read again as the same.
+pub fn read_trajectory(bytes: &[u8]) {
+    in_folder(|folder| {
+        let path = folder.join("trajectory.txt");
+        fs::write(&path, bytes).unwrap();
+        let Ok(trajectory) = Trajectory::read(&path) else { return };
+        let _ = trajectory.gaps(0.1).len();
+        for time in [-1e300, 0.0, 1.5, f64::NAN] {
+            let _ = trajectory.pose_at(time, 0.1);
+        }
+        trajectory.write(&path).unwrap();
+        assert_eq!(Trajectory::read(&path).unwrap().poses().len(), trajectory.poses().len());
+    });
+}
+
+/// PNG and JPEG files as depth and as colours: what is read is written, and read again as the same.
+pub fn read_image(bytes: &[u8]) {
+    in_folder(|folder| {
+        let path = folder.join("image.png");
+        fs::write(&path, with_png_checksums(bytes)).unwrap();
+        if let Ok(depth) = dymlm_io::read_depth_png(&path, 5000.0) {
+            dymlm_io::write_depth_png(&path, &depth, 5000.0).unwrap();
+            assert_eq!(dymlm_io::read_depth_png(&path, 5000.0).unwrap().data(), depth.data());
+        }
+        if let Ok(colors) = dymlm_io::read_color_image(&path) {
+            dymlm_io::write_png(&path, colors.width(), colors.height(), colors.data()).unwrap();
+            assert_eq!(dymlm_io::read_color_image(&path).unwrap().data(), colors.data());
+        }
+    });
+}
+
+/// Puts right the checksums of a PNG's chunks, so that the decoder looks at what is in them.
+fn with_png_checksums(bytes: &[u8]) -> Vec<u8> {
+    let mut file = bytes.to_vec();
+    let mut start = 8;
+    while let Some(length) = file.get(start..start + 4) {
+        let length = u32::from_be_bytes(length.try_into().unwrap()) as usize;
+        let end = start + 8 + length;
+        let Some(checked) = file.get(start + 4..end) else { break };
+        let checksum = crc32(checked).to_be_bytes();
+        let Some(place) = file.get_mut(end..end + 4) else { break };
+        place.copy_from_slice(&checksum);
+        start = end + 4;
+    }
+    file
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |sum, byte| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| sum >> 1 ^ if sum & 1 == 1 { 0xedb8_8320 } else { 0 })
+    })
+}
+
+/// Config files: what is valid maps a frame, is saved with the maps and read back.
+pub fn read_config(bytes: &[u8]) {
+    let Ok(text) = str::from_utf8(bytes) else { return };
+    let Ok(mut config) = MapConfig::from_toml(text) else { return };
+    // No files of the machine's.
+    (config.history, config.memory.path) = (HistoryConfig::None, None);
+    let Ok(mut builder) = MapBuilder::new(config) else { return };
+    let SimulatedFrame { frame, detections, world_from_camera, .. } = &WALK[0];
+    let _ = builder.insert(frame, detections, world_from_camera);
+    in_folder(|folder| {
+        let path = folder.join("map");
+        builder.map().save(&path).unwrap();
+        let loaded = MultiLevelMap::load(&path).unwrap();
+        assert_eq!((loaded.config(), loaded.counts()), (builder.config(), builder.map().counts()));
+    });
 }
 
 /// Detections as JSON lines.
@@ -106,6 +182,26 @@ pub fn read_map_folder(bytes: &[u8]) {
         if let Ok((map, missing)) = MultiLevelMap::load_partial(folder) {
             let _ = (object_records(map.objects()), missing.len());
         }
+    });
+}
+
+/// A saved folder one of whose files is damaged, before its checksums.
+pub fn read_saved_folder(bytes: &[u8]) {
+    let mut choices = Choices::new(bytes);
+    let mut files = SAVED_FOLDER.clone();
+    damage(&mut files, &mut choices);
+    in_folder(|folder| {
+        for ((number, content), name) in files.iter().zip(SAVED_FILES) {
+            // A part in the place of another, or under another key, is another file's content here.
+            let name = SAVED_FILES.get(*number as usize).copied().unwrap_or(name);
+            fs::write(folder.join(name), content).unwrap();
+        }
+        let _ = MapFolder::open(folder).map(|map| map.files().count());
+        let _ = MultiLevelMap::load(folder);
+        let Ok((map, _)) = MultiLevelMap::load_partial(folder) else { return };
+        let Ok(mut builder) = MapBuilder::resume(map) else { return };
+        let SimulatedFrame { frame, detections, world_from_camera, .. } = &WALK[MAPPED];
+        let _ = builder.insert(frame, detections, world_from_camera);
     });
 }
 

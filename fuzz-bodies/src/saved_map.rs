@@ -5,6 +5,7 @@ use dymlm_io::MapFolderSaver;
 
 use crate::choices::Choices;
 use crate::damage::damage;
+use crate::memory_folder::memory_folder;
 use crate::walk::{MAP, MAPPED, SAVED, SECTIONS, WALK};
 
 /// A folder of maps one of whose sections is damaged behind the checksums: what is loaded goes on, follows a
@@ -16,7 +17,7 @@ pub fn saved_map(bytes: &[u8]) {
     let mut sections = SAVED.clone();
     damage(sections.get_mut(SECTIONS[usize::from(section)]).unwrap(), &mut choices);
 
-    let folder = tempfile::tempdir().unwrap();
+    let folder = memory_folder();
     let path = folder.path().join("map");
     let mut saver = MapFolderSaver::create(&path).unwrap();
     let write = saver.save(MAP.config(), &MAP.counts(), |folder, state| {

@@ -7,6 +7,8 @@ use dymlm_core::PinholeCamera;
 use dymlm_io::MapFolder;
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
+use crate::memory_folder::memory_folder;
+
 /// Frames of which the map is made; further ones follow.
 pub(crate) const MAPPED: usize = 6;
 const FRAMES: usize = 10;
@@ -43,9 +45,20 @@ pub(crate) type Parts = Vec<(u64, Vec<u8>)>;
 
 /// What [`MAP`] is on disk, behind its checksums.
 pub(crate) static SAVED: LazyLock<BTreeMap<&str, Parts>> = LazyLock::new(|| {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = memory_folder();
     MAP.save(folder.path().join("map")).unwrap();
     let map = MapFolder::open(folder.path().join("map")).unwrap();
     let parts = |section| map.state(section).unwrap().collect::<Result<Parts, _>>().unwrap();
     SECTIONS.into_iter().map(|section| (section, parts(section))).collect()
+});
+
+/// The files of [`MAP`] that are read when it is loaded.
+pub(crate) const SAVED_FILES: [&str; 3] = ["manifest.json", "state.index", "state-000001.bin"];
+
+/// Their contents, by number.
+pub(crate) static SAVED_FOLDER: LazyLock<Parts> = LazyLock::new(|| {
+    let folder = memory_folder();
+    MAP.save(folder.path().join("map")).unwrap();
+    let read = |name| std::fs::read(folder.path().join("map").join(name)).unwrap();
+    (0..).zip(SAVED_FILES.map(read)).collect()
 });

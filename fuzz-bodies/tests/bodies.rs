@@ -1,14 +1,17 @@
 //! Each body for some seconds: `DYMLM_FUZZ_SECONDS`, `DYMLM_FUZZ_SEED`.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-use dymlm_core::{BoundingBox, Detection, PointCloud, SplitMix64};
+use dymlm::MapConfig;
+use dymlm_core::{BoundingBox, DepthImage, Detection, PointCloud, SplitMix64};
 use dymlm_fuzz_bodies::{
-    Body, Effort, carried_object, map_builder, octree_model, read_bt, read_detections, read_map_folder,
-    read_ot, read_pcd, read_ply, read_records, read_tum, read_yolo, run, saved_cloud, saved_history,
-    saved_map, saved_objects, saved_octree, saved_planes,
+    Body, Effort, carried_object, correct_poses, insert, map_builder, merge, octree_model, read_bt,
+    read_config, read_detections, read_image, read_map_folder, read_ot, read_pcd, read_ply, read_records,
+    read_saved_folder, read_trajectory, read_tum, read_yolo, run, saved_cloud, saved_history, saved_map,
+    saved_objects, saved_octree, saved_planes,
 };
 use dymlm_io::{
-    decode_pcd, decode_ply, encode_detections, encode_pcd, encode_ply, read_objects, read_planes,
+    decode_pcd, decode_ply, encode_detections, encode_pcd, encode_ply, read_color_image, read_objects,
+    read_planes, write_depth_png, write_png,
 };
 use dymlm_octree::{Octree, OctreeConfig};
 
@@ -99,6 +102,48 @@ fn tum() {
 }
 
 #[test]
+fn trajectory() {
+    drive(
+        "trajectory",
+        read_trajectory,
+        &[b"# t x y z qx qy qz qw\n1.0 0 0 0 0 0 0 1\n1.5 1 0 -2e-1 0 0 1 0\n".into()],
+    );
+}
+
+/// A grey picture of 16 x 8 pixels.
+const JPEG: &[u8] = include_bytes!("tiny.jpg");
+
+#[test]
+fn images() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.png");
+    let depth = DepthImage::new(5, 4, (0..20).map(|i| i as f32 / 10.0).collect()).unwrap();
+    write_depth_png(&path, &depth, 5000.0).unwrap();
+    let depth = std::fs::read(&path).unwrap();
+    let colors: Vec<[u8; 3]> = (0..20).map(|i| [i, 2 * i, 255 - i]).collect();
+    write_png(&path, 5, 4, &colors).unwrap();
+    let colors = std::fs::read(&path).unwrap();
+    std::fs::write(&path, JPEG).unwrap();
+    read_color_image(&path).unwrap();
+    drive("images", read_image, &[depth, colors, JPEG.to_vec()]);
+}
+
+#[test]
+fn config() {
+    let whole = "preset = \"robot\"\nmax_detection_delay = 0.2\npublish_interval = 1\n[sensor]\npreset = \"time_of_flight\"\n\
+        stride = 2\nmax_depth = 5.5\n[cloud]\nvoxel_size = 0.1\n[octree]\nresolution = 0.4\nmax_range = 4\ncolor = true\n\
+        [key_frames]\nmin_translation = 0.1\n[memory]\nbudget = 1000000\n";
+    MapConfig::from_toml(whole).unwrap();
+    let short = "[cloud]\nvoxel_size = 0.05\n[octree]\nresolution = 0.3\n";
+    drive("config", read_config, &[whole.into(), short.into()]);
+}
+
+#[test]
+fn saved_folder() {
+    drive("saved folder", read_saved_folder, &noise(16, 40));
+}
+
+#[test]
 fn map_folder() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map");
@@ -142,6 +187,21 @@ fn ot() {
 #[test]
 fn octree_beside_a_model() {
     drive("octree", octree_model, &noise(8, 600));
+}
+
+#[test]
+fn frames_inserted() {
+    drive("insert", insert, &noise(8, 3000));
+}
+
+#[test]
+fn poses_corrected() {
+    drive("correct poses", correct_poses, &noise(8, 60));
+}
+
+#[test]
+fn maps_merged() {
+    drive("merge", merge, &noise(8, 450));
 }
 
 #[test]
