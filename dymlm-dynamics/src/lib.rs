@@ -25,6 +25,7 @@ mod past_views;
 mod preprocessor;
 mod scene_knowledge;
 mod static_mask;
+mod timestamp;
 mod tracking;
 mod unlabelled;
 
@@ -40,6 +41,7 @@ pub use mover::Mover;
 pub use preprocessor::{Preprocessed, Preprocessor};
 pub use scene_knowledge::SceneKnowledge;
 pub use static_mask::{MaskConfig, MaskMode};
+pub use timestamp::check_timestamp;
 pub use tracking::{BoxKalman, BoxSource, BoxTracker, TrackState, TrackedBox, TrackerConfig, View};
 pub use unlabelled::FreeSpace;
 

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use dymlm_core::{Detection, Frame, FrameId, ObjectId, Pose};
-use dymlm_dynamics::{Preprocessor, SceneKnowledge};
+use dymlm_dynamics::{Preprocessor, SceneKnowledge, check_timestamp};
 use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 use dymlm_planes::PlaneDetector;
@@ -91,9 +91,9 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// [`Error::Dynamics`] when time runs backwards or an instance mask is of another size than the frame;
-    /// [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies outside what the maps can
-    /// reach; [`Error::Paging`]. The builder stays as it was.
+    /// [`Error::Dynamics`] when time runs backwards or is not in seconds, or an instance mask is of another
+    /// size than the frame; [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies
+    /// outside what the maps can reach; [`Error::Paging`]. The builder stays as it was.
     #[doc(alias = "integrate")]
     pub fn insert<'a>(
         &mut self,
@@ -127,13 +127,13 @@ impl MapBuilder {
         Ok(report)
     }
 
-    /// Names what has come in, and processes the frames that have waited long enough.
+    /// Names what has come in at a time that was [checked](Self::check_time), and processes the frames that
+    /// have waited long enough.
     pub(crate) fn begin_input(
         &mut self,
         timestamp: f64,
         world_from_camera: &Pose,
     ) -> Result<(FrameId, Vec<FrameReport>), Error> {
-        self.check_time(timestamp)?;
         let past = &mut self.map.past;
         let id = past.next_frame();
         let is_first_of_session = self.clock.is_new();
@@ -201,12 +201,14 @@ impl MapBuilder {
         Ok(self.map.octree.check_depth(input.frame, &self.config.sensor, &input.world_from_camera)?)
     }
 
-    fn check_time(&self, timestamp: f64) -> Result<(), Error> {
+    /// Time goes on, in seconds, on the session's clock and on that of the maps.
+    pub(crate) fn check_time(&self, timestamp: f64) -> Result<(), Error> {
         let previous = self.clock.newest();
         if timestamp < previous {
             return Err(dymlm_dynamics::Error::TimeReversed { previous, timestamp }.into());
         }
-        Ok(())
+        check_timestamp(timestamp)?;
+        Ok(check_timestamp(timestamp + self.clock.offset_at(timestamp, self.map.past.newest))?)
     }
 
     /// The paper's figure 2, a step a line. `carried`: where carried objects are, with a rim, in the world.

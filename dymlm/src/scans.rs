@@ -20,8 +20,8 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// [`Error::Dynamics`] when time runs backwards, [`Error::Cloud`] when it is not finite or the pose lies
-    /// outside what the cloud can reach. The builder stays as it was.
+    /// [`Error::Dynamics`] when time runs backwards or is not in seconds, [`Error::Cloud`] when it is not
+    /// finite or the pose lies outside what the cloud can reach. The builder stays as it was.
     ///
     /// ```
     /// use dymlm::{MapBuilder, MapConfig, Selection};
@@ -49,6 +49,7 @@ impl MapBuilder {
         world_from_sensor: &Pose,
     ) -> Result<FrameReport, Error> {
         self.map.cloud.check_scan(timestamp, world_from_sensor)?;
+        self.check_time(timestamp)?;
         self.scan_mapper.check(points, world_from_sensor, &self.map.octree, &self.config.sensor)?;
         self.pager.page_out(&mut self.map, &mut self.snapshots)?;
         let (id, mut released) = self.begin_input(timestamp, world_from_sensor)?;

@@ -32,9 +32,15 @@ impl SessionClock {
     /// Takes note of a time of the session; `last`: the newest on the maps' clock. Gives what makes it one of
     /// these.
     pub(crate) fn advance(&mut self, timestamp: f64, last: f64) -> f64 {
-        self.newest = timestamp;
+        let offset = self.offset_at(timestamp, last);
+        (self.newest, self.offset) = (timestamp, Some(offset));
+        offset
+    }
+
+    /// What [`advance`](Self::advance) would give.
+    pub(crate) fn offset_at(&self, timestamp: f64, last: f64) -> f64 {
         let follows = timestamp > last;
-        *self.offset.get_or_insert(if follows { 0.0 } else { last + PAUSE - timestamp })
+        self.offset.unwrap_or(if follows { 0.0 } else { last + PAUSE - timestamp })
     }
 
     /// What makes the session's times the maps'.

@@ -8,7 +8,7 @@ use common::{config, fingerprint, insert_all, sequence};
 use dymlm::core::vector3::difference;
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
 use dymlm::planes::RejectionCause;
-use dymlm::{Detections, Error, FrameOutcome, MapBuilder, MapConfig, Selection, Stage};
+use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig, Selection, Stage};
 use dymlm_metrics::score_cloud;
 use dymlm_sim::{SimulatedFrame, Truth, TruthConfig};
 
@@ -84,6 +84,39 @@ fn a_refused_frame_changes_nothing() {
         (expected.movers, expected.masked_pixels, expected.outcome)
     );
     assert!(fingerprint(builder.map()) == fingerprint(undisturbed.map()));
+}
+
+/// Such a time was refused when it had been noted as the newest: no right one was taken any more.
+#[test]
+fn times_that_are_no_seconds_are_refused_before_anything_changes() {
+    let frames: Vec<_> = sequence(2).frames().collect();
+    let mut config = config();
+    config.history = HistoryConfig::Memory;
+    let mut builder = MapBuilder::new(config).unwrap();
+    insert_all(&mut builder, &frames[..1]);
+    let nanoseconds = 1.79e18;
+    let SimulatedFrame { mut frame, world_from_camera: pose, .. } = frames[1].clone();
+    frame.set_timestamp(nanoseconds).unwrap();
+    for found in [Detections::NotRun, Detections::Pending] {
+        let refused = builder.insert(&frame, found, &pose).unwrap_err();
+        assert!(matches!(refused, Error::Dynamics(dymlm::dynamics::Error::Timestamp(1.79e18))), "{refused}");
+    }
+    assert!(builder.insert_scan(nanoseconds, &[[1.0, 0.0, 0.0]], &pose).is_err());
+    assert_eq!(builder.trajectory().count(), 1);
+    insert_all(&mut builder, &frames[1..]);
+    assert_eq!(builder.trajectory().count(), 2);
+
+    // Nor are those that the maps' clock does not reach when it goes on.
+    let [first, last] = [frames[0].frame.timestamp(), 9e10].map(|time| {
+        frame.set_timestamp(time).unwrap();
+        frame.clone()
+    });
+    builder.insert(&last, Detections::NotRun, &pose).unwrap();
+    builder.begin_session().unwrap();
+    builder.insert(&first, Detections::NotRun, &pose).unwrap();
+    assert!(builder.insert(&last, Detections::Pending, &pose).is_err());
+    assert_eq!(builder.trajectory().count(), 4);
+    assert_eq!(builder.process_waiting().unwrap().len(), 0);
 }
 
 #[test]

@@ -43,7 +43,7 @@ impl Calls {
 
     fn call(&mut self, choices: &mut Choices<'_>) {
         // Shares what does not change, and is counted only if the call is refused.
-        let before = self.builder.map().clone();
+        let before = (self.builder.map().clone(), self.builder.trajectory().count());
         let is_refused = match choices.below(16) {
             0..=5 => self.insert(choices).is_err(),
             6 => {
@@ -77,7 +77,8 @@ impl Calls {
             _ => self.merge(choices),
         };
         if is_refused {
-            assert_eq!(self.builder.map().counts(), before.counts(), "what was refused has changed the maps");
+            let now = (self.builder.map().counts(), self.builder.trajectory().count());
+            assert_eq!(now, (before.0.counts(), before.1), "what was refused has changed the maps");
         }
     }
 

@@ -7,10 +7,8 @@ use dymlm_geometry::Assignment;
 use super::assignment::pair_by_iou;
 use super::ego_motion;
 use super::{BoxKalman, BoxSource, TrackState, TrackedBox, TrackerConfig, View};
-use crate::Error;
+use crate::{Error, check_timestamp};
 
-/// Largest timestamp that can be in seconds; epoch times in milliseconds are above it.
-const MAX_TIMESTAMP: f64 = 1e11;
 /// Detections of a lower score are ignored (`ByteTrack`).
 pub(crate) const LOW_SCORE: f32 = 0.1;
 /// Most tracks that are remembered: thrice as many as a detector sees things, at once or in the time after
@@ -208,10 +206,7 @@ impl BoxTracker {
 
     /// Seconds since the last frame, if a frame of this time would be taken.
     pub(crate) fn check_time(&self, timestamp: f64) -> Result<f64, Error> {
-        // NaN lies in no range.
-        if !(-MAX_TIMESTAMP..=MAX_TIMESTAMP).contains(&timestamp) {
-            return Err(Error::Timestamp(timestamp));
-        }
+        check_timestamp(timestamp)?;
         match self.last_timestamp {
             Some(previous) if timestamp < previous => Err(Error::TimeReversed { previous, timestamp }),
             Some(previous) => Ok(timestamp - previous),
