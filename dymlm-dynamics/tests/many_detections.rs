@@ -28,14 +28,15 @@ fn preprocessor(max_coast: f64) -> Preprocessor {
 
 #[test]
 fn a_detection_costs_the_same_among_many_as_among_few() {
+    const MOST: f64 = 14.0;
     let [few, many] = [37, 296].map(|count| people(count, 0.0, 0.9));
-    let times = growth(&few, &many, |people| {
+    let times = growth(MOST, &few, &many, |people| {
         let mut preprocessor = preprocessor(0.5);
         for timestamp in [0.0, 0.03] {
             preprocessor.process(&frame(timestamp), Some(people), &Pose::identity()).unwrap();
         }
     });
-    assert!(times < 14.0, "8 times the people took {times} times as long");
+    assert!(times <= MOST, "8 times the people took {times} times as long");
 }
 
 #[test]
