@@ -3,7 +3,7 @@
 mod processor_time;
 mod resident_bytes;
 
-pub use processor_time::{ProcessorTime, processor_time};
+pub use processor_time::ProcessorTime;
 pub use resident_bytes::resident_bytes;
 
 use dymlm_core::{DepthImage, PinholeCamera, Point};

@@ -1,13 +1,7 @@
 use std::time::Duration;
 
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
-use rustix::time::{ClockId, clock_gettime};
-
-/// Processor time of this process, all its threads: what other programs on the machine do hardly changes it.
-pub fn processor_time() -> Duration {
-    let now = clock_gettime(ClockId::ProcessCPUTime);
-    Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
-}
+use dymlm_test_support::processor_time;
 
 /// Lets criterion measure [`processor_time`].
 #[derive(Debug, Clone, Copy, Default)]

@@ -4,13 +4,14 @@
 //! - [`World`] is a handful of exact bodies and the rays that meet them; `dymlm-sim` renders whole rooms.
 //! - [`DetectorStatistics`] tells how a 2D detector errs, a simulated one or a real one.
 //! - [`saved_parts`] and its neighbours save states, and damage them.
-//! - [`growth`] tells how time grows with the input.
+//! - [`growth`] tells how time grows with the input, by [`processor_time`].
 //! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64); [`checksum`] tells whether bits are the
 //!   same.
 #![allow(clippy::unwrap_used, clippy::missing_panics_doc, reason = "for tests: a panic fails the test")]
 
 mod detector_statistics;
 mod growth;
+mod processor_time;
 mod random;
 mod recorded_people;
 mod recording;
@@ -21,6 +22,7 @@ pub use detector_statistics::{
     DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures,
 };
 pub use growth::growth;
+pub use processor_time::processor_time;
 pub use random::{checksum, normal, shuffle, whole_numbers};
 pub use recorded_people::{RecordedFrame, recorded_frames};
 pub use recording::recording;

@@ -12,9 +12,9 @@ use std::error::Error;
 use std::time::Duration;
 
 use dymlm::{FrameOutcome, MapBuilder, MapConfig, MultiLevelMap, Stage, StageTimes};
-use dymlm_benches::processor_time;
 use dymlm_core::{BoundingBox, Detection, Frame, PinholeCamera, Pose};
 use dymlm_sim::{Activity, CameraPath, FrameScratch, Sequence, SequenceConfig};
+use dymlm_test_support::processor_time;
 use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
 
 type AnyError = Box<dyn Error>;

@@ -1,6 +1,6 @@
 use std::time::{Duration, Instant};
 
-use dymlm_benches::processor_time;
+use dymlm_test_support::processor_time;
 
 /// How long something took.
 pub(crate) struct Timing {
