@@ -14,7 +14,7 @@
 #[derive(Debug, Default)]
 pub struct BitWriter {
     bytes: Vec<u8>,
-    /// Bits that fill no byte yet.
+    /// Bits that fill no word yet.
     rest: u64,
     count: u32,
 }
@@ -25,18 +25,17 @@ impl BitWriter {
     pub fn put(&mut self, number: u32, bits: u32) {
         self.rest |= u64::from(number) << self.count;
         self.count += bits;
-        while self.count >= 8 {
-            self.bytes.push(self.rest as u8);
-            self.rest >>= 8;
-            self.count -= 8;
+        if self.count >= 32 {
+            self.bytes.extend((self.rest as u32).to_le_bytes());
+            self.rest >>= 32;
+            self.count -= 32;
         }
     }
 
     /// Appends the bits, and how many bytes they take.
     pub fn finish(mut self, out: &mut Vec<u8>) {
-        if self.count > 0 {
-            self.bytes.push(self.rest as u8);
-        }
+        let rest = self.rest.to_le_bytes();
+        self.bytes.extend(rest.iter().take(self.count.div_ceil(8) as usize));
         out.extend((self.bytes.len() as u32).to_le_bytes());
         out.append(&mut self.bytes);
     }
@@ -62,16 +61,30 @@ impl<'a> BitReader<'a> {
     /// The next bits, at most 32; `None` when there are no more.
     #[inline]
     pub fn next(&mut self, bits: u32) -> Option<u32> {
+        if self.count < bits {
+            self.refill(bits)?;
+        }
+        let number = self.rest & ((1 << bits) - 1);
+        self.rest >>= bits;
+        self.count -= bits;
+        Some(number as u32)
+    }
+
+    /// Takes a word, or of the last ones byte by byte, so that there are `bits`.
+    fn refill(&mut self, bits: u32) -> Option<()> {
+        if let Some((word, rest)) = self.bytes.split_first_chunk() {
+            self.bytes = rest;
+            self.rest |= u64::from(u32::from_le_bytes(*word)) << self.count;
+            self.count += 32;
+            return Some(());
+        }
         while self.count < bits {
             let (&byte, rest) = self.bytes.split_first()?;
             self.bytes = rest;
             self.rest |= u64::from(byte) << self.count;
             self.count += 8;
         }
-        let number = self.rest & ((1 << bits) - 1);
-        self.rest >>= bits;
-        self.count -= bits;
-        Some(number as u32)
+        Some(())
     }
 
     /// Whether no byte is left.

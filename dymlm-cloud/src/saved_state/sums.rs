@@ -86,10 +86,9 @@ fn write_below(bits: &mut BitWriter, number: u64, end: u64) {
     if number < short {
         write(bits, number, count);
     } else {
-        // These codes go on where no shorter one is the beginning of one.
+        // These codes go on where no shorter one is the beginning of one; what tells them apart comes last.
         let code = number.wrapping_add(short);
-        write(bits, code >> 1, count);
-        write(bits, code & 1, 1);
+        write(bits, code >> 1 | (code & 1) << count, count + 1);
     }
 }
 
@@ -103,11 +102,14 @@ fn read_below(bits: &mut BitReader<'_>, end: u64) -> Option<u64> {
     Some((number << 1 | read(bits, 1)?).wrapping_sub(short))
 }
 
-/// Halves of 32 bits.
+/// Halves of 32 bits. The number has no bits above the `count` lowest.
+#[inline]
 fn write(bits: &mut BitWriter, number: u64, count: u32) {
-    bits.put(number as u32 & low_bits(count.min(32)), count.min(32));
-    if count > 32 {
-        bits.put((number >> 32) as u32 & low_bits(count - 32), count - 32);
+    if count <= 32 {
+        bits.put(number as u32, count);
+    } else {
+        bits.put(number as u32, 32);
+        bits.put((number >> 32) as u32, count - 32);
     }
 }
 
@@ -115,10 +117,6 @@ fn read(bits: &mut BitReader<'_>, count: u32) -> Option<u64> {
     let low = u64::from(bits.next(count.min(32))?);
     let high = if count > 32 { u64::from(bits.next(count - 32)?) } else { 0 };
     Some(high << 32 | low)
-}
-
-fn low_bits(count: u32) -> u32 {
-    ((1_u64 << count) - 1) as u32
 }
 
 #[cfg(test)]
