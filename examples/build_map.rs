@@ -6,14 +6,14 @@
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Parser;
 use dymlm::core::{FrameId, Pose};
-use dymlm::files::Autosave;
+use dymlm::files::{Autosave, MapSaver};
 use dymlm::{FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_examples::{
     AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
@@ -76,11 +76,11 @@ struct Arguments {
 fn main() -> Result<(), AnyError> {
     let arguments = Arguments::parse();
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
-    let mut builder = make_builder(&arguments, corrections.is_some())?;
-    let mut source = open_source(&arguments)?;
     // Claimed first: an output folder that cannot be written shall not cost a run.
+    let (mut builder, saver) = make_builder(&arguments, corrections.is_some())?;
+    let mut source = open_source(&arguments)?;
     let interval = Duration::from_secs_f64(arguments.autosave);
-    let autosave = Autosave::start(builder.reader(), &arguments.out, interval)?;
+    let autosave = Autosave::start(builder.reader(), saver, interval)?;
 
     let world_from_session = arguments.world_from_session.unwrap_or_default();
     let reports = insert_all(&mut builder, &mut source, &world_from_session);
@@ -125,16 +125,25 @@ fn main() -> Result<(), AnyError> {
     Ok(())
 }
 
-/// A builder of new maps, or of those that are resumed.
-fn make_builder(arguments: &Arguments, has_corrections: bool) -> Result<MapBuilder, AnyError> {
+/// A builder of new maps, or of those that are resumed, and who saves them.
+fn make_builder(arguments: &Arguments, has_corrections: bool) -> Result<(MapBuilder, MapSaver), AnyError> {
     if let Some(folder) = &arguments.resume {
-        return Ok(MapBuilder::resume(MultiLevelMap::load(folder)?)?);
+        let (saver, map) = if same_folder(folder, &arguments.out) {
+            MapSaver::load(folder, None)?
+        } else {
+            (MapSaver::create(&arguments.out)?, MultiLevelMap::load(folder)?)
+        };
+        return Ok((MapBuilder::resume(map)?, saver));
     }
     let mut config = read_config(arguments)?;
     if has_corrections && config.history == HistoryConfig::None {
         config.history = HistoryConfig::Memory;
     }
-    Ok(MapBuilder::new(config)?)
+    Ok((MapBuilder::new(config)?, MapSaver::create(&arguments.out)?))
+}
+
+fn same_folder(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 fn read_seconds(text: &str) -> Result<f64, String> {

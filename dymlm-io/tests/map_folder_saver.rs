@@ -298,3 +298,40 @@ fn a_folder_that_cannot_be_made_is_named() {
     assert!(matches!(refused, Error::Io { .. }) && refused.to_string().contains("file"), "{refused}");
     assert!(matches!(MapFolderSaver::create(&file), Err(Error::InTheWay { .. })));
 }
+
+/// Runs where the map's folder and the one around it are mounted read-only.
+#[test]
+#[ignore = "another test runs it where nothing can be written"]
+fn reads_where_nothing_can_be_written() {
+    let Some(folder) = std::env::var_os("DYMLM_SAVE_TO") else { return };
+    let folder = Path::new(&folder);
+    let refused = MapFolderSaver::create(folder).unwrap_err();
+    assert!(matches!(refused, Error::Io { .. }), "{refused}");
+    assert!(refused.to_string().contains("map"), "{refused}");
+    assert!(matches!(MapFolderWriter::create(folder), Err(Error::Io { .. })));
+    assert_eq!(number_of(folder), 0);
+}
+
+/// Mounts, since nothing is read-only to root. Skipped where the system lets nobody mount.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_that_is_read_only_is_read_and_refuses_to_be_written() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    save_number(&mut MapFolderSaver::create(&folder).unwrap(), 0);
+    let mounted = |then: &str| {
+        let mount = "mount --bind \"$1\" \"$1\" && mount -o remount,bind,ro \"$1\"";
+        std::process::Command::new("unshare")
+            .args(["--map-root-user", "--mount", "sh", "-c", &format!("{mount} && {then}")])
+            .arg(std::env::current_exe().unwrap())
+            .arg(parent.path())
+            .env("DYMLM_SAVE_TO", &folder)
+            .output()
+    };
+    if !mounted("true").is_ok_and(|run| run.status.success()) {
+        return;
+    }
+    let run = mounted("exec \"$0\" --ignored --exact reads_where_nothing_can_be_written").unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stdout));
+    assert_eq!(number_of(&folder), 0);
+}

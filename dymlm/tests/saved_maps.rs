@@ -134,7 +134,8 @@ fn maps_are_saved_while_they_are_built() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("map");
     let mut builder = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
-    let autosave = Autosave::start(builder.reader(), &folder, Duration::from_millis(20)).unwrap();
+    let saver = MapSaver::create(&folder).unwrap();
+    let autosave = Autosave::start(builder.reader(), saver, Duration::from_millis(20)).unwrap();
     assert!(matches!(MapSaver::create(&folder), Err(dymlm_io::Error::Locked { .. })));
     insert(&mut builder, 0..3);
     builder.settle();
@@ -149,4 +150,43 @@ fn maps_are_saved_while_they_are_built() {
     drop(autosave);
     let map = MultiLevelMap::load(&folder).unwrap();
     assert!(fingerprint(&map) == fingerprint(builder.map()));
+}
+
+/// Bytes of the parts that the last save has written.
+fn last_segment(folder: &Path) -> u64 {
+    let segments = fs::read_dir(folder).unwrap().map(Result::unwrap);
+    let segments = segments.filter(|file| file.file_name().to_str().unwrap().starts_with("state-"));
+    segments.max_by_key(fs::DirEntry::file_name).unwrap().metadata().unwrap().len()
+}
+
+#[test]
+fn loaded_maps_are_saved_by_what_has_changed_since() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    mapped(HistoryConfig::Memory).map().save(&folder).unwrap();
+    let first = last_segment(&folder);
+
+    let (mut saver, map) = MapSaver::load(&folder, None).unwrap();
+    assert!(matches!(MapSaver::load(&folder, None), Err(Error::Files(dymlm_io::Error::Locked { .. }))));
+    let mut builder = MapBuilder::resume(map).unwrap();
+    saver.save(builder.map()).unwrap();
+    let heads = last_segment(&folder);
+    assert!(heads < first / 50, "{heads} bytes of {first}, where nothing has changed");
+    insert(&mut builder, 6..8);
+    builder.settle();
+    saver.save(builder.map()).unwrap();
+    let loaded = MultiLevelMap::load(&folder).unwrap();
+    assert!(fingerprint(&loaded) == fingerprint(builder.map()));
+    let goes_on = |map| {
+        let mut builder = MapBuilder::resume(map).unwrap();
+        insert(&mut builder, 8..10);
+        fingerprint(builder.map())
+    };
+    assert!(goes_on(loaded) == goes_on(builder.into_map()));
+    drop(saver);
+
+    // A folder that holds no map has nothing to go on with.
+    assert!(MapSaver::load(parent.path().join("nothing"), None).is_err());
+    damage(&folder.join("state.index"), 40);
+    assert!(MapSaver::load(&folder, None).is_err());
 }

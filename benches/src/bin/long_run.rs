@@ -12,6 +12,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use dymlm::core::{FrameId, PinholeCamera, Pose};
+use dymlm::files::MapSaver;
 use dymlm::{HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
@@ -48,11 +49,12 @@ fn main() -> Result<(), AnyError> {
     config.cloud.voxel_size = 0.02;
     config.memory.budget = Some(100_000_000);
     config.history = HistoryConfig::Folder(std::env::temp_dir());
-    let mut builder = MapBuilder::new(config)?;
+    let (mut builder, mut saver) = (MapBuilder::new(config)?, MapSaver::create(&folder)?);
     for hour in 0..hours {
         let mut costs = Costs::default();
         walk(&mut builder, &laps[(hour / 2 % 2) as usize], &mut costs)?;
-        let map = save_and_load(builder.into_map(), &folder, &mut costs)?;
+        let map;
+        (saver, map) = save_and_load(builder.into_map(), saver, &mut costs)?;
         report(hour, &map, &folder, costs)?;
         builder = MapBuilder::resume(map)?;
     }
@@ -94,12 +96,17 @@ fn walk(builder: &mut MapBuilder, lap: &Lap, costs: &mut Costs) -> Result<(), An
     Ok(())
 }
 
-fn save_and_load(map: MultiLevelMap, folder: &Path, costs: &mut Costs) -> Result<MultiLevelMap, AnyError> {
-    costs.save = timed(|| map.save(folder))?.1;
-    drop(map);
-    let (map, load) = timed(|| MultiLevelMap::load(folder))?;
+fn save_and_load(
+    map: MultiLevelMap,
+    mut saver: MapSaver,
+    costs: &mut Costs,
+) -> Result<(MapSaver, MultiLevelMap), AnyError> {
+    costs.save = timed(|| saver.save(&map))?.1;
+    let folder = saver.folder().to_path_buf();
+    drop((map, saver));
+    let (loaded, load) = timed(|| MapSaver::load(&folder, None))?;
     costs.load = load;
-    Ok(map)
+    Ok(loaded)
 }
 
 fn report(hour: u64, map: &MultiLevelMap, folder: &Path, mut costs: Costs) -> Result<(), AnyError> {

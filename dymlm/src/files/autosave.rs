@@ -1,4 +1,3 @@
-use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -14,11 +13,12 @@ use crate::{MapReader, Revision};
 /// # let parent = tempfile::tempdir()?;
 /// # let folder = parent.path().join("map");
 /// use std::time::Duration;
-/// use dymlm::files::Autosave;
+/// use dymlm::files::{Autosave, MapSaver};
 /// use dymlm::{MapBuilder, MapConfig};
 ///
 /// let mut builder = MapBuilder::new(MapConfig::default())?;
-/// let autosave = Autosave::start(builder.reader(), &folder, Duration::from_secs(10))?;
+/// let saver = MapSaver::create(&folder)?;
+/// let autosave = Autosave::start(builder.reader(), saver, Duration::from_secs(10))?;
 /// // Frames are inserted here.
 /// builder.settle();
 /// autosave.finish()?;
@@ -38,9 +38,8 @@ impl Autosave {
     ///
     /// # Errors
     ///
-    /// As [`MapSaver::create`], and [`Error::Io`] when the system gives no thread.
-    pub fn start(reader: MapReader, folder: impl AsRef<Path>, interval: Duration) -> Result<Self, Error> {
-        let saver = MapSaver::create(folder)?;
+    /// [`Error::Io`] when the system gives no thread.
+    pub fn start(reader: MapReader, saver: MapSaver, interval: Duration) -> Result<Self, Error> {
         let path = saver.folder().to_path_buf();
         let (stop, stopped) = channel();
         let saved = reader.latest().revision();

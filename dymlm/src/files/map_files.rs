@@ -56,7 +56,7 @@ impl MultiLevelMap {
     /// [`Error::Files`] when the folder holds no map, only its standard files, or one of another format
     /// version; else an error that names what is damaged.
     pub fn load(folder: impl AsRef<Path>) -> Result<Self, Error> {
-        whole(Self::read_state(&MapFolder::open(folder)?, None)?)
+        Self::read_whole(&MapFolder::open(folder)?, None)
     }
 
     /// [`load`](Self::load), with what is kept of key frames in another place.
@@ -65,7 +65,7 @@ impl MultiLevelMap {
     ///
     /// As [`load`](Self::load).
     pub fn load_with_history(folder: impl AsRef<Path>, history: HistoryConfig) -> Result<Self, Error> {
-        whole(Self::read_state(&MapFolder::open(folder)?, Some(history))?)
+        Self::read_whole(&MapFolder::open(folder)?, Some(history))
     }
 
     /// What is whole of a damaged folder, and which maps are not: these are empty.
@@ -76,9 +76,10 @@ impl MultiLevelMap {
     pub fn load_partial(folder: impl AsRef<Path>) -> Result<(Self, Vec<MissingMap>), Error> {
         Self::read_state(&MapFolder::open_unverified(folder)?, None)
     }
-}
 
-/// The maps, when none is missing.
-fn whole((map, missing): (MultiLevelMap, Vec<MissingMap>)) -> Result<MultiLevelMap, Error> {
-    missing.into_iter().next().map_or(Ok(map), |missing| Err(missing.error))
+    /// The maps of a folder, when none is missing.
+    pub(super) fn read_whole(folder: &MapFolder, history: Option<HistoryConfig>) -> Result<Self, Error> {
+        let (map, missing) = Self::read_state(folder, history)?;
+        missing.into_iter().next().map_or(Ok(map), |missing| Err(missing.error))
+    }
 }

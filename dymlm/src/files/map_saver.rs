@@ -1,5 +1,6 @@
 use std::path::Path;
 
+use dymlm_history::HistoryConfig;
 use dymlm_io::{Error, MapFolderSaver, MapFolderWriter};
 
 use crate::MultiLevelMap;
@@ -38,6 +39,36 @@ impl MapSaver {
     /// there that is neither a map nor empty; [`Error::Io`].
     pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
         Ok(Self { folder: MapFolderSaver::create(folder)?, saved: None })
+    }
+
+    /// Loads maps as [`MultiLevelMap::load`] does, and goes on saving them in that folder: the first save
+    /// writes what has changed since they were saved. `history`: where observations are to be kept from now
+    /// on, else where they were.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`MultiLevelMap::load`] and of [`create`](Self::create).
+    ///
+    /// ```
+    /// # let parent = tempfile::tempdir()?;
+    /// # let folder = parent.path().join("map");
+    /// use dymlm::files::MapSaver;
+    /// use dymlm::{MapBuilder, MapConfig};
+    ///
+    /// # MapBuilder::new(MapConfig::default())?.map().save(&folder)?;
+    /// let (mut saver, map) = MapSaver::load(&folder, None)?;
+    /// let builder = MapBuilder::resume(map)?;
+    /// // Frames are inserted here.
+    /// saver.save(builder.map())?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn load(
+        folder: impl AsRef<Path>,
+        history: Option<HistoryConfig>,
+    ) -> Result<(Self, MultiLevelMap), crate::Error> {
+        let (saver, folder) = MapFolderSaver::open(folder)?;
+        let map = MultiLevelMap::read_whole(&folder, history)?;
+        Ok((Self { folder: saver, saved: Some(map.clone()) }, map))
     }
 
     /// The map's folder.

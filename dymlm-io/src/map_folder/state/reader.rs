@@ -37,17 +37,21 @@ impl MapFolder {
     ///
     /// [`Error::Malformed`] when the folder holds no state, or its index is damaged; [`Error::Io`].
     pub fn state(&self, section: &str) -> Result<StateParts, Error> {
-        let path = self.path(INDEX)?;
-        let mut index = StateIndex::decode(&self.read(INDEX)?)
-            .map_err(|DamagedState { what, .. }| Error::malformed(&path, what))?;
-        let parts = index.sections.remove(section).unwrap_or_default();
-        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let parts = self.state_index()?.sections.remove(section).unwrap_or_default();
+        let folder = self.path(INDEX)?.parent().unwrap_or(Path::new("")).to_path_buf();
         Ok(StateParts {
             section: section.to_owned(),
             folder,
             parts: parts.into_iter(),
             segments: BTreeMap::new(),
         })
+    }
+
+    /// Where the parts of the state are.
+    pub(super) fn state_index(&self) -> Result<StateIndex, Error> {
+        let path = self.path(INDEX)?;
+        StateIndex::decode(&self.read(INDEX)?)
+            .map_err(|DamagedState { what, .. }| Error::malformed(&path, what))
     }
 }
 

@@ -10,7 +10,7 @@ use super::segment::{SegmentReader, SegmentWriter};
 use super::{INDEX, segment_name};
 use crate::map_folder::lock::FolderLock;
 use crate::map_folder::replace::resolve;
-use crate::{Error, MapFolderWriter};
+use crate::{Error, MapFolder, MapFolderWriter};
 
 /// Saves maps into one folder again and again, each time what has changed.
 ///
@@ -57,6 +57,19 @@ impl MapFolderSaver {
         let lock = FolderLock::take(&target)?;
         MapFolderWriter::check(&target)?;
         Ok(Self { target, index: StateIndex::default(), _lock: lock })
+    }
+
+    /// A saver that goes on with what a folder holds: its first save writes what differs from that. And the
+    /// folder, to be read.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Locked`] when somebody else writes the folder; those of [`MapFolder::open`] and
+    /// [`MapFolder::state`].
+    pub fn open(folder: impl AsRef<Path>) -> Result<(Self, MapFolder), Error> {
+        let saver = Self::create(folder)?;
+        let saved = MapFolder::open(&saver.target)?;
+        Ok((Self { index: saved.state_index()?, ..saver }, saved))
     }
 
     /// The map's folder.
