@@ -60,13 +60,19 @@ impl History {
         parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
     ) -> Result<Option<Self>, Error> {
         let Some(mut history) = Self::new(config)? else { return Ok(None) };
-        let mut kept: BTreeMap<u64, Vec<u8>> = BTreeMap::new();
+        // Put away one by one: all together are more than the maps.
+        let (mut kept, mut head) = (BTreeMap::new(), None);
         for (part, bytes) in parts {
-            if kept.insert(part, bytes).is_some() {
+            let before = if part == HEAD {
+                head.replace(bytes).map(|_| ())
+            } else {
+                kept.insert(part, history.put_away(bytes.into())).map(|_| ())
+            };
+            if before.is_some() {
                 return Err(DamagedState::new(part, "it is there twice").into());
             }
         }
-        let head = kept.remove(&HEAD).ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
+        let head = head.ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
         let Head { len, removed } = decode_part(HEAD, &head)?;
         // So long a list is made of the parts that are there, whatever the head says.
         if len != kept.len() + removed.len() {
@@ -75,7 +81,7 @@ impl History {
         }
         for index in 0..len {
             let slot = match kept.remove(&part_of(index)) {
-                Some(bytes) => history.put_away(bytes.into()),
+                Some(slot) => slot,
                 None if removed.binary_search(&index).is_ok() => Slot::Removed,
                 None => return Err(DamagedState::new(part_of(index), "it is missing").into()),
             };

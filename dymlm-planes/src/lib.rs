@@ -27,7 +27,7 @@ pub use detector::{
 };
 pub use error::Error;
 pub use mapper::PlaneMapper;
-pub use plane_map::{MapPlane, PlaneMap, PlaneMapConfig, PlaneMerge, PlaneReport};
+pub use plane_map::{MapPlane, PlaneMap, PlaneMapConfig, PlaneMerge, PlaneReport, PlaneSighting};
 pub use queries::{LevelUnder, PlaneHit, Surface, SurfaceConfig, SurfaceKind};
 
 #[cfg(doctest)]

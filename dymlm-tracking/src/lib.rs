@@ -5,8 +5,7 @@
 //!
 //! - [`KcfTracker`]: where a window of the image has gone (kernelized correlation filter);
 //! - [`OpticalFlow`], [`CornerDetector`], [`ImagePyramid`]: where points have gone (pyramidal Lucas-Kanade);
-//! - [`rigid_alignment`], [`p3p`], [`PoseRansac`], [`PoseRefiner`]: poses from points in space, from pixels,
-//!   or both;
+//! - [`p3p`], [`PoseRansac`], [`PoseRefiner`]: poses from points in space, from pixels, or both;
 //! - [`ObjectTracker`]: all of it, with states for what is occluded, lost, found again and at rest.
 //!
 //! Images are grey, f32, 0..=1 ([`GrayImage`]). The same input gives the same bits, on any machine that
@@ -32,5 +31,4 @@ pub use object::{
 };
 pub use pose::{
     PoseConsensus, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, RefinedPose, RobustKernel, p3p,
-    rigid_alignment,
 };

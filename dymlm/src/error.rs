@@ -88,6 +88,10 @@ pub enum Error {
         /// Its first frame in the other.
         other: FrameId,
     },
+    /// Poses cannot be refined.
+    #[cfg(feature = "refine")]
+    #[error("the poses cannot be refined: {0}")]
+    Refinement(#[from] dymlm_refine::Error),
     /// Whoever watched said that it should not go on.
     #[error("the correction was cancelled")]
     Cancelled,

@@ -75,6 +75,8 @@ mod publisher;
 mod queries;
 #[cfg(test)]
 mod random_session;
+#[cfg(feature = "refine")]
+mod refinement;
 mod replay;
 mod scans;
 mod session_changes;
@@ -123,6 +125,8 @@ pub use memory_config::MemoryConfig;
 pub use merge::{MergeReport, MergedSession, NewIds};
 pub use multi_level_map::MultiLevelMap;
 pub use queries::FloorUnder;
+#[cfg(feature = "refine")]
+pub use refinement::{RefineConfig, RefineReport};
 pub use session_changes::SessionChanges;
 pub use stages::{Stage, StageTimes};
 pub use world_changes::{FoundObject, MovedObject, WorldChanges};

@@ -76,6 +76,13 @@ pub(crate) const BLOCKS: &[Block] = &[
         ],
     },
     Block {
+        title: "Trajectory",
+        columns: &[
+            column("trajectory.translation", "ATE", Unit::Millimetres),
+            column("trajectory.rotation", "rotation", Unit::Degrees),
+        ],
+    },
+    Block {
         title: "Octree",
         columns: &[
             column("octree.ghosts", "ghosts", Unit::Percent(3)),

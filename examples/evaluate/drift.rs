@@ -18,6 +18,8 @@ pub(crate) enum Poses {
     Drifting,
     /// They drift; when all frames are in, the maps follow the true ones.
     Corrected,
+    /// They drift; when all frames are in, they are refined by the planes.
+    Refined,
 }
 
 impl Poses {
@@ -27,6 +29,7 @@ impl Poses {
             Self::True => "true poses",
             Self::Drifting => "drifting",
             Self::Corrected => "corrected",
+            Self::Refined => "refined",
         }
     }
 }
@@ -50,6 +53,9 @@ pub(crate) struct DriftArguments {
     /// the true poses in the end, as after a perfect loop closure
     #[arg(long, requires = "drift")]
     correct: bool,
+    /// With drift: each sequence with those poses, and when they have been refined by the planes in the end
+    #[arg(long, requires = "drift", conflicts_with = "correct")]
+    refine: bool,
 }
 
 /// How the poses of subjects drift.
@@ -64,10 +70,11 @@ impl DriftArguments {
     /// With which poses each sequence is mapped.
     pub(crate) fn poses(&self) -> &'static [Poses] {
         let drifts = self.pose_noise || self.drift_share.is_some() || self.recorded_drift.is_some();
-        match (drifts, self.correct) {
-            (false, _) => &[Poses::True],
-            (true, false) => &[Poses::Drifting],
-            (true, true) => &[Poses::True, Poses::Corrected],
+        match (drifts, self.correct, self.refine) {
+            (false, ..) => &[Poses::True],
+            (true, false, false) => &[Poses::Drifting],
+            (true, true, _) => &[Poses::True, Poses::Corrected],
+            (true, false, true) => &[Poses::True, Poses::Refined],
         }
     }
 

@@ -132,7 +132,7 @@ fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Re
     let mut evaluation = Evaluation { rows: Vec::new(), panels: Vec::new() };
     for (run, watch) in runs.iter_mut().zip(&watches) {
         run.finish();
-        if run.poses() == Poses::Corrected {
+        if matches!(run.poses(), Poses::Corrected | Poses::Refined) {
             scoring.score(run, watch, Poses::Drifting, &mut evaluation)?;
             run.correct()?;
         }

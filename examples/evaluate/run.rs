@@ -1,8 +1,8 @@
 use dymlm::core::{BoundingBox, Detection, FrameId, Pose, SensorModel};
 use dymlm::dynamics::Mover;
-use dymlm::{Detections, FrameReport, HistoryConfig, MapBuilder, MultiLevelMap, Stage};
+use dymlm::{Detections, FrameReport, HistoryConfig, MapBuilder, MultiLevelMap, RefineConfig, Stage};
 use dymlm_examples::{AnyError, insertion_time, step_time};
-use dymlm_metrics::{IdentifiedBox, MaskScore, TrackingScorer};
+use dymlm_metrics::{IdentifiedBox, MaskScore, TrackingScorer, TrajectoryScore};
 use dymlm_sim::{SimulatedFrame, VisibleThing};
 
 use crate::columns::Scores;
@@ -49,7 +49,7 @@ impl Run {
     ) -> Result<Self, AnyError> {
         let mut config = treatment.config();
         config.sensor = sensor;
-        if poses == Poses::Corrected {
+        if matches!(poses, Poses::Corrected | Poses::Refined) {
             config.history = HistoryConfig::Memory;
         }
         Ok(Self {
@@ -88,9 +88,13 @@ impl Run {
         self.builder.settle();
     }
 
-    /// The maps follow the true poses.
+    /// The maps follow the true poses, or those that are found by the planes.
     pub(crate) fn correct(&mut self) -> Result<(), AnyError> {
-        self.builder.correct_poses(&self.true_poses)?;
+        if self.poses == Poses::Refined {
+            self.builder.refine_poses(&RefineConfig::default())?;
+        } else {
+            self.builder.correct_poses(&self.true_poses)?;
+        }
         Ok(())
     }
 
@@ -152,7 +156,21 @@ impl Run {
             scores.set("boxes.mota", boxes.mota);
             scores.set("boxes.idf1", boxes.idf1);
         }
+        self.score_trajectory(scores);
         self.score_speed(scores);
+    }
+
+    /// Of poses that were not the true ones, where they can be asked for.
+    fn score_trajectory(&self, scores: &mut Scores) {
+        let mapped: Vec<Pose> = self.builder.trajectory().map(|(_, _, pose)| pose).collect();
+        let truth: Vec<Pose> = self.true_poses.iter().map(|(_, pose)| *pose).collect();
+        if self.poses == Poses::True || mapped.len() != truth.len() {
+            return;
+        }
+        if let Some(score) = TrajectoryScore::of(&mapped, &truth) {
+            scores.set("trajectory.translation", score.translation);
+            scores.set("trajectory.rotation", score.rotation);
+        }
     }
 
     fn score_speed(&self, scores: &mut Scores) {

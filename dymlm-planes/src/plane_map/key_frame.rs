@@ -60,6 +60,11 @@ pub(super) struct Share {
 }
 
 impl Share {
+    /// Weight, centroid and covariance of its inliers, in the camera's frame.
+    pub(super) fn own_moments(&self) -> (f64, [f64; 3], [f64; 6]) {
+        (self.weight.into(), self.centroid.map(f64::from), self.covariance.map(f64::from))
+    }
+
     fn moments(&self) -> Moments {
         let covariance = self.covariance.map(f64::from);
         Moments::from_covariance(self.weight.into(), self.centroid.map(f64::from), &covariance)
@@ -123,6 +128,12 @@ impl KeyFrame {
     /// Which pixels show which share, to place shares with.
     pub(super) fn places(&self) -> Places {
         Places::of_labels(&self.decoded())
+    }
+
+    /// The shares that stand where they were seen.
+    pub(super) fn standing_shares(&self) -> impl Iterator<Item = &Share> {
+        let has_moved = |share: &&Share| self.motions.iter().any(|(label, _)| *label == share.label);
+        self.shares.iter().filter(move |share| !has_moved(share))
     }
 
     /// The pose at which a share stands in the world now.

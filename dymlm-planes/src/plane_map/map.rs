@@ -50,9 +50,9 @@ pub struct PlaneMap {
     config: PlaneMapConfig,
     sensor: SensorModel,
     criterion: Criterion,
-    planes: SharedMap<Birth, MapPlane>,
+    pub(super) planes: SharedMap<Birth, MapPlane>,
     index: PlaneIndex,
-    key_frames: SharedMap<FrameId, KeyFrame>,
+    pub(super) key_frames: SharedMap<FrameId, KeyFrame>,
     /// Where planes have gone that were merged into others.
     merged: MergedIds<Birth>,
     /// What the key frames saw between the planes that there are now.
@@ -308,7 +308,7 @@ impl PlaneMap {
     }
 
     /// The plane that one has become, itself unless it was merged.
-    fn resolve(&self, plane: Birth) -> Birth {
+    pub(super) fn resolve(&self, plane: Birth) -> Birth {
         self.merged.current(plane)
     }
 }

@@ -10,9 +10,11 @@ mod label_code;
 mod map;
 mod map_plane;
 mod observation;
+mod plane_sighting;
 mod report;
 
 pub use config::PlaneMapConfig;
 pub use map::PlaneMap;
 pub use map_plane::MapPlane;
+pub use plane_sighting::PlaneSighting;
 pub use report::{PlaneMerge, PlaneReport};

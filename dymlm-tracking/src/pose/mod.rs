@@ -4,7 +4,6 @@ mod observation;
 mod p3p;
 mod ransac;
 mod refine;
-mod rigid_alignment;
 mod step;
 
 pub use observation::PoseObservation;
@@ -12,5 +11,4 @@ pub use p3p::p3p;
 pub use ransac::{PoseConsensus, PoseRansac, RansacConfig};
 pub(crate) use refine::{PosePrior, pixel_motion};
 pub use refine::{PoseRefiner, RefinedPose, RobustKernel};
-pub use rigid_alignment::rigid_alignment;
 pub(crate) use step::{moved, rotation_about, step_between};

@@ -1,9 +1,9 @@
 use dymlm_core::{ConfigError, PinholeCamera, Pose, SplitMix64, check_range};
+use dymlm_geometry::rigid_alignment;
 
 use super::observation::PoseObservation;
 use super::p3p::p3p;
 use super::refine::{PoseRefiner, RobustKernel};
-use super::rigid_alignment::rigid_alignment;
 use crate::Error;
 
 /// Most samples tried: enough to find one without outliers among pairs of which 28 % are right.

@@ -121,22 +121,32 @@ impl MultiLevelMap {
         let MultiLevelMap { cloud, octree, planes, objects, past, .. } = &mut map;
         read(
             CLOUD,
-            replace(cloud, || Ok(CloudMap::load_state(config.cloud.clone(), sensor, parts(folder, CLOUD)?)?)),
+            replace(cloud, || {
+                with_parts(folder, CLOUD, |parts| {
+                    Ok(CloudMap::load_state(config.cloud.clone(), sensor, parts)?)
+                })
+            }),
         );
         read(
             OCTREE,
-            replace(octree, || Ok(Octree::load_state(config.octree.clone(), parts(folder, OCTREE)?)?)),
+            replace(octree, || {
+                with_parts(folder, OCTREE, |parts| Ok(Octree::load_state(config.octree.clone(), parts)?))
+            }),
         );
         read(
             PLANES,
             replace(planes, || {
-                Ok(PlaneMap::load_state(config.planes.map.clone(), sensor, parts(folder, PLANES)?)?)
+                with_parts(folder, PLANES, |parts| {
+                    Ok(PlaneMap::load_state(config.planes.map.clone(), sensor, parts)?)
+                })
             }),
         );
         read(
             OBJECTS,
             replace(objects, || {
-                Ok(ObjectMapper::load_state(config.objects.clone(), sensor, parts(folder, OBJECTS)?)?)
+                with_parts(folder, OBJECTS, |parts| {
+                    Ok(ObjectMapper::load_state(config.objects.clone(), sensor, parts)?)
+                })
             }),
         );
         if let Some(log) = head.log {
@@ -152,6 +162,22 @@ fn replace<T>(place: &mut T, read: impl FnOnce() -> Result<T, Error>) -> Result<
     Ok(())
 }
 
+/// Gives the parts of a section to somebody, one by one: no more of them than he keeps is in memory. What is
+/// damaged is an error, whatever has been made of the parts before it.
+fn with_parts<T>(
+    folder: &MapFolder,
+    section: &str,
+    read: impl FnOnce(&mut dyn Iterator<Item = (u64, Vec<u8>)>) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let mut damaged = None;
+    let result =
+        read(&mut folder.state(section)?.map_while(|part| part.map_err(|error| damaged = Some(error)).ok()));
+    match damaged {
+        Some(error) => Err(dymlm_io::Error::from(error).into()),
+        None => result,
+    }
+}
+
 /// The parts of a section, all of them.
 fn parts(folder: &MapFolder, section: &str) -> Result<Parts, Error> {
     let parts: Result<Parts, DamagedPart> = folder.state(section)?.collect();
@@ -159,7 +185,8 @@ fn parts(folder: &MapFolder, section: &str) -> Result<Parts, Error> {
 }
 
 fn read_log(folder: &MapFolder, history: &HistoryConfig, head: LogHead) -> Result<Option<SessionLog>, Error> {
-    let Some(history) = History::load_state(history, parts(folder, HISTORY)?)? else { return Ok(None) };
+    let history = with_parts(folder, HISTORY, |parts| Ok(History::load_state(history, parts)?))?;
+    let Some(history) = history else { return Ok(None) };
     let frames: Pages<InsertedFrame> = read_pages(parts(folder, FRAMES)?, head.frames)?;
     let events: Pages<Event> = read_pages(parts(folder, EVENTS)?, head.events)?;
     let is_known = |frame: FrameId| frame.get() < frames.len() as u64;

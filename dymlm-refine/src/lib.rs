@@ -1,0 +1,24 @@
+//! Camera poses refined by what the maps know: planes that many key frames have seen, relative poses of
+//! odometry and of loop closures. Sparse least squares on SE(3), by faer.
+//!
+//! The paper names it as future work. Planes enter by the moments of their inliers alone, so that the cost of
+//! a solve does not depend on the number of points (Eigen-Factors, BALM 2).
+
+mod error;
+mod lie;
+mod normal_equations;
+mod plane_view;
+mod pose_conversion;
+mod pose_graph;
+mod relative_pose;
+mod solver_config;
+
+pub use error::Error;
+pub use plane_view::PlaneView;
+pub use pose_graph::{PoseGraph, Solution};
+pub use relative_pose::RelativePose;
+pub use solver_config::SolverConfig;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -1,0 +1,240 @@
+use dymlm_core::symmetric_eigen3;
+use nalgebra::{Isometry3, Matrix3, Matrix3x2, Matrix4, Matrix4x3, Matrix4x6, Vector3, Vector4};
+
+use crate::Error;
+use crate::lie::skew;
+
+/// What a key frame has seen of a plane: the moments of its inliers, in the camera's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaneView {
+    /// Index of the pose from which it was seen.
+    pub pose: usize,
+    /// What the inliers weigh together: the inverse of the variance of their mean distance from the plane,
+    /// 1 / m^2.
+    pub information: f64,
+    /// Mean of the inliers, metres.
+    pub centroid: [f64; 3],
+    /// Covariance of the inliers, square metres, as xx, xy, xz, yy, yz, zz.
+    pub covariance: [f64; 6],
+}
+
+/// The views of one plane.
+#[derive(Debug, Clone)]
+pub(crate) struct PlaneTrack {
+    pub(crate) views: Vec<PlaneFactor>,
+}
+
+/// A view, prepared.
+#[derive(Debug, Clone)]
+pub(crate) struct PlaneFactor {
+    pub(crate) pose: usize,
+    information: f64,
+    centroid: Vector3<f64>,
+    covariance: Matrix3<f64>,
+    /// Transposed root of the covariance: its rows are the axes of the inliers, as long as they are spread.
+    spread: Matrix3<f64>,
+}
+
+/// A plane in the world: points x with normal . x + offset = 0.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WorldPlane {
+    normal: Vector3<f64>,
+    offset: f64,
+    /// Two directions within it.
+    across: Matrix3x2<f64>,
+}
+
+impl PlaneFactor {
+    pub(crate) fn new(view: &PlaneView, poses: usize) -> Result<Self, Error> {
+        let &PlaneView { pose, information, centroid, covariance: [xx, xy, xz, yy, yz, zz] } = view;
+        if pose >= poses {
+            return Err(Error::UnknownPose { pose, poses });
+        }
+        let no_information = Error::NoInformation { what: "covariance of a plane's inliers" };
+        let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let eigen = symmetric_eigen3(rows).ok_or_else(|| no_information.clone())?;
+        let [largest, _, least] = eigen.values;
+        let is_right = information > 0.0 && information.is_finite() && centroid.iter().all(|c| c.is_finite());
+        if !is_right || least < -1e-9 * largest {
+            return Err(no_information);
+        }
+        // How thick the inliers are is nothing that poses could change: what is left is how they are spread
+        // within their own plane.
+        let spread = eigen.values.map(|value| (value - least).max(0.0));
+        let axis = |k: usize| Vector3::from(eigen.vectors[k]) * spread[k].sqrt();
+        let thin = |k: usize, l: usize| if k == l { rows[k][l] - least } else { rows[k][l] };
+        Ok(Self {
+            pose,
+            information,
+            centroid: centroid.into(),
+            covariance: Matrix3::from_fn(thin),
+            spread: Matrix3::from_rows(&[axis(0).transpose(), axis(1).transpose(), axis(2).transpose()]),
+        })
+    }
+
+    /// Distance of the centroid from the plane, and spreads of the inliers along its normal, in standard
+    /// deviations of the mean distance.
+    pub(crate) fn error(&self, pose: &Isometry3<f64>, plane: &WorldPlane) -> Vector4<f64> {
+        let centroid = pose.rotation * self.centroid + pose.translation.vector;
+        let normal = pose.rotation.inverse() * plane.normal;
+        let spread = self.spread * normal;
+        let distance = plane.normal.dot(&centroid) + plane.offset;
+        Vector4::new(distance, spread.x, spread.y, spread.z) * self.information.sqrt()
+    }
+
+    /// And how it changes with the pose, and with the plane: two turns of its normal, its offset.
+    pub(crate) fn linearized(
+        &self,
+        pose: &Isometry3<f64>,
+        plane: &WorldPlane,
+    ) -> (Vector4<f64>, Matrix4x6<f64>, Matrix4x3<f64>) {
+        let rotation = *pose.rotation.to_rotation_matrix().matrix();
+        let centroid = rotation * self.centroid + pose.translation.vector;
+        let normal = rotation.transpose() * plane.normal;
+        let weight = self.information.sqrt();
+        let mut by_pose = Matrix4x6::zeros();
+        by_pose.fixed_view_mut::<1, 3>(0, 0).copy_from(&self.centroid.cross(&normal).transpose());
+        by_pose.fixed_view_mut::<1, 3>(0, 3).copy_from(&normal.transpose());
+        by_pose.fixed_view_mut::<3, 3>(1, 0).copy_from(&(self.spread * skew(normal)));
+        let mut by_plane = Matrix4x3::zeros();
+        by_plane.fixed_view_mut::<1, 2>(0, 0).copy_from(&(centroid.transpose() * plane.across));
+        by_plane[(0, 2)] = 1.0;
+        by_plane.fixed_view_mut::<3, 2>(1, 0).copy_from(&(self.spread * rotation.transpose() * plane.across));
+        (self.error(pose, plane), by_pose * weight, by_plane * weight)
+    }
+}
+
+impl PlaneTrack {
+    /// The plane of least cost at these poses: the eigenvector of the least eigenvalue of all moments
+    /// (Ferrer, "Eigen-Factors", 2019; Liu and Zhang, "BALM 2", 2022). So poses alone decide the cost.
+    pub(crate) fn best(&self, poses: &[Isometry3<f64>]) -> Option<WorldPlane> {
+        let mut moments = Matrix4::zeros();
+        // About the first centroid, so that far from the origin no digits are lost.
+        let origin = self.views.first().map(|view| {
+            let pose = &poses[view.pose];
+            pose.rotation * view.centroid + pose.translation.vector
+        })?;
+        for view in &self.views {
+            let pose = &poses[view.pose];
+            let rotation = *pose.rotation.to_rotation_matrix().matrix();
+            let centroid = rotation * view.centroid + pose.translation.vector - origin;
+            let scatter = rotation * view.covariance * rotation.transpose() + centroid * centroid.transpose();
+            let mut own = Matrix4::zeros();
+            own.fixed_view_mut::<3, 3>(0, 0).copy_from(&scatter);
+            own.fixed_view_mut::<3, 1>(0, 3).copy_from(&centroid);
+            own[(3, 3)] = 1.0;
+            moments += own * view.information;
+        }
+        let total = moments[(3, 3)];
+        let mean: Vector3<f64> = moments.fixed_view::<3, 1>(0, 3) / total;
+        let scatter: Matrix3<f64> = moments.fixed_view::<3, 3>(0, 0) / total - mean * mean.transpose();
+        let rows = std::array::from_fn(|k| std::array::from_fn(|l| scatter[(k, l)]));
+        let eigen = symmetric_eigen3(rows)?;
+        let [first, second, normal] = eigen.vectors.map(Vector3::from);
+        Some(WorldPlane {
+            normal,
+            offset: -normal.dot(&(mean + origin)),
+            across: Matrix3x2::from_columns(&[first, second]),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::SplitMix64;
+    use nalgebra::Vector6;
+
+    use super::*;
+    use crate::lie::exp;
+
+    impl WorldPlane {
+        fn moved(&self, [a, b, c]: [f64; 3]) -> Self {
+            let normal = self.normal + self.across * nalgebra::Vector2::new(a, b);
+            Self { normal, offset: self.offset + c, ..*self }
+        }
+    }
+
+    fn random_view(random: &mut SplitMix64, pose: usize) -> PlaneView {
+        let mut number = || random.fraction() - 0.5;
+        let root = Matrix3::from_fn(|_, _| number());
+        let c = root * root.transpose();
+        PlaneView {
+            pose,
+            information: 5.0,
+            centroid: [0; 3].map(|_| 4.0 * number()),
+            covariance: [c[(0, 0)], c[(0, 1)], c[(0, 2)], c[(1, 1)], c[(1, 2)], c[(2, 2)]],
+        }
+    }
+
+    fn random_pose(random: &mut SplitMix64) -> Isometry3<f64> {
+        exp(&Vector6::from_fn(|_, _| 2.0 * random.fraction() - 1.0))
+    }
+
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        let (mut random, step) = (SplitMix64::new(6), 1e-6);
+        for _ in 0..20 {
+            let view = PlaneFactor::new(&random_view(&mut random, 0), 1).unwrap();
+            let pose = random_pose(&mut random);
+            let other = PlaneFactor::new(&random_view(&mut random, 0), 1).unwrap();
+            let plane = PlaneTrack { views: vec![other] }.best(&[random_pose(&mut random)]).unwrap();
+            let (_, by_pose, by_plane) = view.linearized(&pose, &plane);
+            for k in 0..6 {
+                let mut small = Vector6::zeros();
+                small[k] = step;
+                let [more, less] = [small, -small].map(|small| view.error(&(pose * exp(&small)), &plane));
+                assert!((by_pose.column(k) - (more - less) / (2.0 * step)).norm() < 1e-7, "pose {k}");
+            }
+            for k in 0..3 {
+                let moved = |by: f64| {
+                    let mut small = [0.0; 3];
+                    small[k] = by;
+                    view.error(&pose, &plane.moved(small))
+                };
+                let expected = (moved(step) - moved(-step)) / (2.0 * step);
+                assert!((by_plane.column(k) - expected).norm() < 1e-7, "plane {k}");
+            }
+        }
+    }
+
+    /// The cost of the best plane is the least eigenvalue of all moments.
+    #[test]
+    fn no_other_plane_costs_less() {
+        let mut random = SplitMix64::new(9);
+        for _ in 0..20 {
+            let poses = [0; 3].map(|_| random_pose(&mut random));
+            let views: Vec<_> =
+                (0..3).map(|pose| PlaneFactor::new(&random_view(&mut random, pose), 3).unwrap()).collect();
+            let track = PlaneTrack { views };
+            let cost = |plane: &WorldPlane| -> f64 {
+                track.views.iter().map(|view| view.error(&poses[view.pose], plane).norm_squared()).sum()
+            };
+            let best = track.best(&poses).unwrap();
+            for k in 0..3 {
+                for by in [1e-3, -1e-3] {
+                    let mut small = [0.0; 3];
+                    small[k] = by;
+                    let moved = best.moved(small);
+                    let length = moved.normal.norm();
+                    let moved = WorldPlane { normal: moved.normal / length, offset: moved.offset, ..best };
+                    assert!(cost(&moved) > cost(&best), "{k} {by}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_view_is_refused() {
+        let view = random_view(&mut SplitMix64::new(1), 0);
+        assert_eq!(PlaneFactor::new(&view, 0).unwrap_err(), Error::UnknownPose { pose: 0, poses: 0 });
+        for wrong in [
+            PlaneView { information: f64::NAN, ..view },
+            PlaneView { information: 0.0, ..view },
+            PlaneView { centroid: [f64::INFINITY, 0.0, 0.0], ..view },
+            PlaneView { covariance: [f64::NAN; 6], ..view },
+            PlaneView { covariance: [1.0, 2.0, 0.0, 1.0, 0.0, 1.0], ..view },
+        ] {
+            assert!(matches!(PlaneFactor::new(&wrong, 1), Err(Error::NoInformation { .. })), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,27 @@
+use dymlm_core::{ConfigError, check_range};
+
+/// When [`PoseGraph::optimize`](crate::PoseGraph::optimize) ends.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct SolverConfig {
+    /// Most steps of Levenberg-Marquardt, those that were taken back included: 1 to 10,000.
+    pub max_iterations: usize,
+    /// A step that lowers the cost by a smaller share of itself is the last: 0 to 1.
+    pub relative_decrease: f64,
+}
+
+impl Default for SolverConfig {
+    fn default() -> Self {
+        Self { max_iterations: 100, relative_decrease: 1e-6 }
+    }
+}
+
+impl SolverConfig {
+    /// # Errors
+    ///
+    /// The first field that is outside its range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        check_range("solver.max_iterations", self.max_iterations as f64, 1.0..=1e4)?;
+        check_range("solver.relative_decrease", self.relative_decrease, 0.0..=1.0)
+    }
+}

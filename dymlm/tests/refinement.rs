@@ -1,0 +1,82 @@
+//! Poses that are refined by planes.
+#![cfg(feature = "refine")]
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, RefineConfig};
+use dymlm_core::{PinholeCamera, Pose};
+use dymlm_metrics::TrajectoryScore;
+use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
+
+/// A sequence whose poses drift as a SLAM's do, with small images.
+fn drifting(seed: u64, frames: usize) -> Sequence {
+    let mut config = SequenceConfig::default();
+    (config.seed, config.frames) = (seed, frames);
+    config.camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).ok();
+    config.pose_error = PoseErrorConfig::slam();
+    Sequence::new(&config).unwrap()
+}
+
+fn config() -> MapConfig {
+    let mut config = MapConfig::default();
+    config.cloud.voxel_size = 0.03;
+    config.history = HistoryConfig::Memory;
+    config
+}
+
+/// Root mean square of the distances between the frames' poses in the maps and the true ones, metres.
+fn error(builder: &MapBuilder, sequence: &Sequence) -> f64 {
+    let poses: Vec<Pose> = builder.trajectory().map(|(_, _, pose)| pose).collect();
+    let truth: Vec<Pose> = (0..poses.len()).map(|index| sequence.world_from_camera(3 * index)).collect();
+    TrajectoryScore::of(&poses, &truth).unwrap().translation
+}
+
+#[test]
+fn planes_take_out_drift() {
+    for seed in [1, 2] {
+        let sequence = drifting(seed, 300);
+        let mut builder = MapBuilder::new(config()).unwrap();
+        for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+            let drifting = sequence.estimated_pose(index);
+            builder.insert(&simulated.frame, &simulated.detections, &drifting).unwrap();
+        }
+        builder.settle();
+        let before = error(&builder, &sequence);
+        let report = builder.refine_poses(&RefineConfig::default()).unwrap();
+        let after = error(&builder, &sequence);
+        assert!(after < 0.4 * before && after < 0.01, "seed {seed}: {before} m before, {after} m after");
+        let first = report.costs[0];
+        assert!(first[1] < 0.2 * first[0], "{:?}", report.costs);
+        assert!(report.planes > 6 && report.views > 300 && report.correction.key_frames == 100);
+    }
+}
+
+/// Poses that are true are no worse afterwards than the sensor's noise makes them.
+#[test]
+fn true_poses_stay() {
+    let sequence = drifting(4, 150);
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for simulated in sequence.frames().step_by(3) {
+        builder.insert(&simulated.frame, &simulated.detections, &simulated.world_from_camera).unwrap();
+    }
+    builder.settle();
+    builder.refine_poses(&RefineConfig::default()).unwrap();
+    let after = error(&builder, &sequence);
+    assert!(after < 0.005, "{after} m");
+}
+
+#[test]
+fn a_wrong_config_is_refused() {
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let mut wrong = RefineConfig::default();
+    wrong.rounds = 0;
+    assert!(matches!(builder.refine_poses(&wrong), Err(Error::Config(_))));
+    // And without a frame there is nothing to do.
+    let report = builder.refine_poses(&RefineConfig::default()).unwrap();
+    assert_eq!((report.planes, report.views), (0, 0));
+}
+
+#[test]
+fn without_a_history_nothing_is_refined() {
+    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    assert!(matches!(builder.refine_poses(&RefineConfig::default()), Err(Error::NoHistory)));
+}
