@@ -2,7 +2,7 @@
 //! report.
 //!
 //! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR] [--detections FILE]
-//! [--trajectory FILE] [--corrections FILE] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
+//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -14,7 +14,7 @@ use std::time::Duration;
 use clap::Parser;
 use dymlm::core::{FrameId, Pose};
 use dymlm::files::{Autosave, MapSaver};
-use dymlm::{FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, Selection};
+use dymlm::{FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, Selection};
 use dymlm_examples::{
     AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
     objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
@@ -49,6 +49,9 @@ struct Arguments {
     /// them
     #[arg(long)]
     corrections: Option<PathBuf>,
+    /// When all frames are in, and corrected, their poses are refined by the planes, and the maps follow
+    #[arg(long)]
+    refine: bool,
     /// Settings; what the file leaves out stays at its default
     #[arg(long, conflicts_with = "resume")]
     config: Option<PathBuf>,
@@ -77,7 +80,7 @@ fn main() -> Result<(), AnyError> {
     let arguments = Arguments::parse();
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
     // Claimed first: an output folder that cannot be written shall not cost a run.
-    let (mut builder, saver) = make_builder(&arguments, corrections.is_some())?;
+    let (mut builder, saver) = make_builder(&arguments, corrections.is_some() || arguments.refine)?;
     let mut source = open_source(&arguments)?;
     let interval = Duration::from_secs_f64(arguments.autosave);
     let autosave = Autosave::start(builder.reader(), saver, interval)?;
@@ -91,10 +94,11 @@ fn main() -> Result<(), AnyError> {
     let first = reports[0].id;
     let corrected = corrections.map(|poses| correct(&mut builder, &poses, first, &world_from_session));
     let corrected = corrected.transpose()?;
+    let refined = if arguments.refine { Some(refine(&mut builder)?) } else { None };
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
     let mut report = RunReport::new(source.len(), &reports, &builder);
-    report.corrections = corrected;
+    (report.corrections, report.refinement) = (corrected, refined);
     let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
     let up = up_of_planes(builder.map().planes(), up);
     let voxel_size = builder.config().cloud.voxel_size;
@@ -126,7 +130,7 @@ fn main() -> Result<(), AnyError> {
 }
 
 /// A builder of new maps, or of those that are resumed, and who saves them.
-fn make_builder(arguments: &Arguments, has_corrections: bool) -> Result<(MapBuilder, MapSaver), AnyError> {
+fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder, MapSaver), AnyError> {
     if let Some(folder) = &arguments.resume {
         let (saver, map) = if same_folder(folder, &arguments.out) {
             MapSaver::load(folder, None)?
@@ -136,7 +140,7 @@ fn make_builder(arguments: &Arguments, has_corrections: bool) -> Result<(MapBuil
         return Ok((MapBuilder::resume(map)?, saver));
     }
     let mut config = read_config(arguments)?;
-    if has_corrections && config.history == HistoryConfig::None {
+    if is_corrected && config.history == HistoryConfig::None {
         config.history = HistoryConfig::Memory;
     }
     Ok((MapBuilder::new(config)?, MapSaver::create(&arguments.out)?))
@@ -244,6 +248,13 @@ fn correct(
     Ok(CorrectionCost { key_frames: report?.moved_key_frames, ..cost })
 }
 
+fn refine(builder: &mut MapBuilder) -> Result<CorrectionCost, AnyError> {
+    let bar = progress_bar(1, "refining");
+    let (report, cost) = timed(|| builder.refine_poses(&RefineConfig::default()));
+    bar.finish();
+    Ok(CorrectionCost { key_frames: report?.correction.key_frames, ..cost })
+}
+
 /// Where the frames of this session were taken from, as they are mapped.
 fn mapped_trajectory(
     builder: &MapBuilder,
@@ -295,6 +306,10 @@ fn print_summary(report: &RunReport, arguments: &Arguments) {
     if let Some(cost) = &report.corrections {
         let CorrectionCost { key_frames, wall_ms, cpu_ms } = cost;
         println!("corrected: {key_frames} key frames moved, {wall_ms:.0} ms, processor {cpu_ms:.0} ms");
+    }
+    if let Some(cost) = &report.refinement {
+        let CorrectionCost { key_frames, wall_ms, cpu_ms } = cost;
+        println!("refined: {key_frames} key frames, {wall_ms:.0} ms, processor {cpu_ms:.0} ms");
     }
     if let Some(bytes) = report.peak_memory_bytes {
         println!("peak memory: {:.0} MB", megabytes(bytes as f64));

@@ -1,11 +1,13 @@
 use dymlm_core::Pose;
+use dymlm_core::vector3::{along, difference};
 use dymlm_geometry::rigid_alignment;
 
 /// How far estimated poses are from the true ones, frame by frame.
 ///
 /// The absolute trajectory error of Sturm et al. ("A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS
 /// 2012): where a trajectory stands in the world is free, so that the estimated one is first put onto the true
-/// one by the best rigid motion.
+/// one by the rigid motion that fits positions best. Attitudes are compared after the turn that fits these
+/// best: a camera that stands has positions that say nothing of it. It is the turn for positions on a line too.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -15,7 +17,7 @@ use dymlm_geometry::rigid_alignment;
 /// let truth = [at(0.0, 0.0)?, at(1.0, 0.0)?, at(1.0, 1.0)?, at(0.0, 1.0)?];
 /// let elsewhere = truth.map(|pose| Pose::new([5.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]).map(|motion| motion * pose));
 /// let elsewhere: Vec<Pose> = elsewhere.into_iter().collect::<Result<_, _>>()?;
-/// let score = TrajectoryScore::of(&elsewhere, &truth).ok_or("not on a line")?;
+/// let score = TrajectoryScore::of(&elsewhere, &truth).ok_or("no poses")?;
 /// assert!(score.translation < 1e-9 && score.rotation < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -31,17 +33,40 @@ pub struct TrajectoryScore {
 
 impl TrajectoryScore {
     /// Of poses `world_from_camera`, pair by pair; those beyond the shorter list are passed over. `None` when
-    /// there are fewer than three, or all true ones on a line: no rotation is best.
+    /// there are none.
     pub fn of(estimated: &[Pose], truth: &[Pose]) -> Option<Self> {
+        let count = estimated.len().min(truth.len());
+        let (estimated, truth) = (&estimated[..count], &truth[..count]);
+        let by_attitudes = attitude_alignment(estimated, truth)?;
         let positions = |poses: &[Pose]| poses.iter().map(Pose::translation).collect::<Vec<_>>();
-        let true_from_estimated = rigid_alignment(&positions(estimated), &positions(truth))?;
-        let aligned: Vec<Pose> = estimated.iter().map(|pose| true_from_estimated * *pose).collect();
-        let mean_square = |error: fn(&Pose, &Pose) -> f64| {
-            let squares = aligned.iter().zip(truth).map(|(one, other)| error(one, other).powi(2));
-            (squares.sum::<f64>() / aligned.len().min(truth.len()) as f64).sqrt()
+        let by_positions = rigid_alignment(&positions(estimated), &positions(truth)).unwrap_or(by_attitudes);
+        let mean_square = |alignment: Pose, error: fn(&Pose, &Pose) -> f64| {
+            let squares =
+                estimated.iter().zip(truth).map(|(one, other)| error(&(alignment * *one), other).powi(2));
+            (squares.sum::<f64>() / count as f64).sqrt()
         };
-        Some(Self { translation: mean_square(Pose::distance), rotation: mean_square(Pose::angle) })
+        Some(Self {
+            translation: mean_square(by_positions, Pose::distance),
+            rotation: mean_square(by_attitudes, Pose::angle),
+        })
     }
+}
+
+/// The turn that fits attitudes best, with the translation that then fits the mean position. `None` without
+/// poses.
+fn attitude_alignment(estimated: &[Pose], truth: &[Pose]) -> Option<Pose> {
+    const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    // Axes both ways, so that their mean is the origin.
+    let axes = |poses: &[Pose]| -> Vec<[f64; 3]> {
+        let ends = poses.iter().flat_map(|pose| AXES.map(|axis| pose.rotate(axis)));
+        ends.flat_map(|end| [end, end.map(|x| -x)]).collect()
+    };
+    let turn = rigid_alignment(&axes(estimated), &axes(truth))?;
+    let mean = |poses: &[Pose]| {
+        let share = 1.0 / poses.len() as f64;
+        poses.iter().fold([0.0; 3], |mean, pose| along(mean, share, pose.translation()))
+    };
+    Pose::new(difference(mean(truth), turn.rotate(mean(estimated))), turn.quaternion()).ok()
 }
 
 #[cfg(test)]
@@ -57,12 +82,30 @@ mod tests {
             [at(1.0, 0.0, 0.002), at(-1.0, 0.0, 0.002), at(0.0, 1.0, -0.002), at(0.0, -1.0, -0.002)];
         let score = TrajectoryScore::of(&estimated, &truth).unwrap();
         assert!((score.translation - 0.002).abs() < 1e-12 && score.rotation < 1e-9);
-        // Attitudes alone.
+        // Attitudes alone, half of them to each side.
         let (sin, cos) = 0.05_f64.sin_cos();
-        let turned = truth.map(|pose| Pose::new(pose.translation(), [0.0, 0.0, sin, cos]).unwrap());
+        let mut side = sin;
+        let turned = truth.map(|pose| {
+            side = -side;
+            Pose::new(pose.translation(), [0.0, 0.0, side, cos]).unwrap()
+        });
         let score = TrajectoryScore::of(&turned, &truth).unwrap();
         assert!(score.translation < 1e-12 && (score.rotation - 0.1).abs() < 1e-9);
-        assert_eq!(TrajectoryScore::of(&truth[..2], &truth), None);
-        assert_eq!(TrajectoryScore::of(&[], &[]), None);
+        assert_eq!(TrajectoryScore::of(&[], &truth), None);
+    }
+
+    /// Where the positions leave the turn open, attitudes say it.
+    #[test]
+    fn cameras_that_stand_or_go_straight_are_scored() {
+        let at = |x: f64, angle: f64| {
+            let (sin, cos) = (0.5 * angle).sin_cos();
+            Pose::new([x, 0.0, 0.0], [sin, 0.0, 0.0, cos]).unwrap()
+        };
+        let motion = Pose::new([3.0, 2.0, 1.0], [0.5, 0.5, 0.5, 0.5]).unwrap();
+        for step in [0.0, 0.1] {
+            let truth = [0, 1, 2, 3].map(|k| at(step * f64::from(k), 0.1 * f64::from(k)));
+            let score = TrajectoryScore::of(&truth.map(|pose| motion * pose), &truth).unwrap();
+            assert!(score.translation < 1e-9 && score.rotation < 1e-6, "{score:?}");
+        }
     }
 }

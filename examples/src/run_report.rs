@@ -25,6 +25,9 @@ pub struct RunReport {
     /// What correcting the poses took, where they were corrected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub corrections: Option<CorrectionCost>,
+    /// What refining the poses has cost, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<CorrectionCost>,
     /// Most memory the process held, where the system tells.
     pub peak_memory_bytes: Option<u64>,
     /// The config.
@@ -56,6 +59,7 @@ impl RunReport {
             counts: builder.map().counts(),
             memory_bytes: builder.memory(),
             corrections: None,
+            refinement: None,
             peak_memory_bytes: peak_memory_bytes(),
             config: builder.config().clone(),
         }

@@ -1,0 +1,80 @@
+//! A solve of poses with planes: rooms in a row, each with ten planes that every third pose in it has seen.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use dymlm_core::{Pose, SplitMix64};
+use dymlm_refine::{PlaneView, PoseGraph, RelativePose, SolverConfig};
+
+const POSES_IN_A_ROOM: usize = 80;
+const PLANES_OF_A_ROOM: usize = 10;
+const NOISE: f64 = 0.002;
+
+fn true_pose(index: usize) -> Pose {
+    let angle = index as f64 * 0.1;
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    let room = (index / POSES_IN_A_ROOM) as f64 * 6.0;
+    let place = [room + 1.5 * angle.cos(), 1.5 * angle.sin(), 0.1 * (3.0 * angle).sin()];
+    Pose::new(place, [0.0, 0.0, sin, cos]).unwrap_or_default()
+}
+
+/// A plane of a room: four walls, the others at all heights.
+fn view(plane: usize, index: usize, random: &mut SplitMix64) -> PlaneView {
+    let inverse = true_pose(index).inverse();
+    let room = (index / POSES_IN_A_ROOM) as f64 * 6.0;
+    let (center, axis) = match plane {
+        0 => ([room + 3.0, 0.0, 0.0], 0),
+        1 => ([room - 3.0, 0.0, 0.0], 0),
+        2 => ([room, 3.0, 0.0], 1),
+        3 => ([room, -3.0, 0.0], 1),
+        height => ([room, 0.0, 0.3 * height as f64 - 2.2], 2),
+    };
+    let unit = |k: usize| [0, 1, 2].map(|l| if k == l { 1.0 } else { 0.0 });
+    let [normal, a, b] = [axis, (axis + 1) % 3, (axis + 2) % 3].map(|k| inverse.rotate(unit(k)));
+    let (center, noise) = (inverse.transform_point(center), NOISE * (random.fraction() - 0.5));
+    let entry = |k: usize, l: usize| a[k] * a[l] + b[k] * b[l];
+    PlaneView {
+        pose: index,
+        information: 1.0 / (NOISE * NOISE),
+        centroid: [0, 1, 2].map(|k| center[k] + noise * normal[k]),
+        covariance: [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)],
+    }
+}
+
+fn graph(poses: usize) -> PoseGraph {
+    let mut random = SplitMix64::new(7);
+    let mut drifted = vec![true_pose(0)];
+    for index in 1..poses {
+        let mut small = || 0.01 * (random.fraction() - 0.5);
+        let error = Pose::new([small(), small(), small()], [small(), small(), small(), 1.0]);
+        let step = true_pose(index - 1).inverse() * true_pose(index) * error.unwrap_or_default();
+        drifted.push(drifted[index - 1] * step);
+    }
+    let mut graph = PoseGraph::new(drifted.iter().copied());
+    for (from, pair) in drifted.windows(2).enumerate() {
+        let measured = pair[0].inverse() * pair[1];
+        let relative = RelativePose::with_deviations(from, from + 1, measured, 0.006, 0.006);
+        assert!(graph.add_relative(&relative).is_ok());
+    }
+    for room in 0..poses.div_ceil(POSES_IN_A_ROOM) {
+        for plane in 0..PLANES_OF_A_ROOM {
+            let seen =
+                (room * POSES_IN_A_ROOM..poses.min((room + 1) * POSES_IN_A_ROOM)).skip(plane % 3).step_by(3);
+            let views: Vec<PlaneView> = seen.map(|index| view(plane, index, &mut random)).collect();
+            assert!(graph.add_plane(&views).is_ok());
+        }
+    }
+    graph
+}
+
+fn solve(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("dymlm-refine/optimize");
+    group.sample_size(10);
+    for poses in [500, 5000] {
+        let graph = graph(poses);
+        group.bench_function(BenchmarkId::from_parameter(poses), |bencher| {
+            bencher.iter(|| graph.optimize(&SolverConfig::default()).map(|solution| solution.final_cost));
+        });
+    }
+}
+
+criterion_group!(benches, solve);
+criterion_main!(benches);
