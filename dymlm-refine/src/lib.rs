@@ -4,7 +4,9 @@
 //! The paper names it as future work. Planes enter by the moments of their inliers alone, so that the cost of
 //! a solve does not depend on the number of points (Eigen-Factors, BALM 2).
 
+mod descent;
 mod error;
+mod graduation;
 mod lie;
 mod normal_equations;
 mod plane_view;

@@ -1,7 +1,8 @@
 use dymlm_core::Pose;
-use nalgebra::{Isometry3, Vector6};
+use nalgebra::Isometry3;
 
-use crate::lie::exp;
+use crate::descent::{Descent, pose_block};
+use crate::graduation::Graduation;
 use crate::normal_equations::NormalEquations;
 use crate::plane_view::{PlaneFactor, PlaneTrack, WorldPlane};
 use crate::pose_conversion::{isometry, pose};
@@ -33,9 +34,11 @@ use crate::{Error, PlaneView, RelativePose, SolverConfig};
 /// ```
 #[derive(Debug, Clone)]
 pub struct PoseGraph {
-    poses: Vec<Isometry3<f64>>,
-    relatives: Vec<RelativeFactor>,
+    pub(crate) poses: Vec<Isometry3<f64>>,
+    pub(crate) relatives: Vec<RelativeFactor>,
     planes: Vec<PlaneTrack>,
+    /// Which of the relative poses may be wrong.
+    closures: Vec<usize>,
 }
 
 /// What [`PoseGraph::optimize`] has found.
@@ -46,26 +49,21 @@ pub struct Solution {
     pub poses: Vec<Pose>,
     /// Cost before the first step.
     pub initial_cost: f64,
-    /// Cost of these poses.
+    /// Cost of these poses, without what was left out.
     pub final_cost: f64,
     /// Steps that were tried.
     pub iterations: usize,
     /// Whether the last step hardly lowered the cost, instead of being the last allowed.
     pub has_converged: bool,
+    /// Loop closures that were left out as wrong, by their numbers, ascending.
+    pub left_out: Vec<usize>,
 }
-
-/// Damping of the first step, and the factors by which it changes.
-const FIRST_DAMPING: f64 = 1e-5;
-const LESS_DAMPING: f64 = 0.1;
-const MORE_DAMPING: f64 = 10.0;
-/// With more, steps are too small to change anything.
-const MOST_DAMPING: f64 = 1e12;
 
 impl PoseGraph {
     /// Without any factor. Each pose takes its body's points to the world.
     pub fn new(poses: impl IntoIterator<Item = Pose>) -> Self {
         let poses = poses.into_iter().map(|pose| isometry(&pose)).collect();
-        Self { poses, relatives: Vec::new(), planes: Vec::new() }
+        Self { poses, relatives: Vec::new(), planes: Vec::new(), closures: Vec::new() }
     }
 
     /// # Errors
@@ -92,58 +90,58 @@ impl PoseGraph {
         Ok(())
     }
 
-    /// The poses of least cost, by Levenberg-Marquardt.
+    /// Adds a loop closure: a relative pose that may be wrong. One that contradicts all else is left out, and
+    /// [named](Solution::left_out) by its number among those added, from 0.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::add_relative`].
+    pub fn add_loop_closure(&mut self, closure: &RelativePose) -> Result<(), Error> {
+        self.add_relative(closure)?;
+        self.closures.push(self.relatives.len() - 1);
+        Ok(())
+    }
+
+    /// The poses of least cost, by Levenberg-Marquardt; with loop closures by graduated non-convexity, which
+    /// leaves out wrong ones (Yang, Antonante, Tzoumas, Carlone, RA-L 2020, truncated least squares).
     ///
     /// # Errors
     ///
     /// [`Error::Config`]; [`Error::Singular`] where numbers are too large.
     pub fn optimize(&self, config: &SolverConfig) -> Result<Solution, Error> {
         config.validate()?;
-        let mut poses = self.poses.clone();
-        let mut planes = self.best_planes(&poses)?;
-        let mut cost = self.cost(&poses, &planes);
-        let initial_cost = cost;
-        let mut equations = self.equations()?;
-        let (mut damping, mut iterations, mut has_converged) = (FIRST_DAMPING, 0, self.poses.len() < 2);
-        while !has_converged && iterations < config.max_iterations {
-            self.linearize(&poses, &planes, &mut equations);
-            let before = cost;
-            // Tried again with more damping until it lowers the cost.
-            loop {
-                iterations += 1;
-                let stepped = equations.solve(damping).and_then(|(step, promised)| {
-                    let poses = stepped(&poses, &equations, &step);
-                    let planes = self.best_planes(&poses).ok()?;
-                    let cost = self.cost(&poses, &planes);
-                    (cost <= before).then_some((poses, planes, cost, promised))
-                });
-                if let Some((new_poses, new_planes, new_cost, promised)) = stepped {
-                    (poses, planes, cost) = (new_poses, new_planes, new_cost);
-                    has_converged = before - cost <= config.relative_decrease * before;
-                    let is_as_promised = before - cost > 0.25 * promised;
-                    damping *= if is_as_promised { LESS_DAMPING } else { 1.0 };
-                    break;
-                }
-                damping *= MORE_DAMPING;
-                if damping > MOST_DAMPING || equations.steepness() == 0.0 {
-                    has_converged = true;
-                    break;
-                }
-                if iterations >= config.max_iterations {
-                    break;
-                }
-            }
+        let mut descent = Descent::begin(self, config)?;
+        let initial_cost = descent.cost();
+        descent.run();
+        let mut graduation =
+            Graduation::begin(self.closure_errors(descent.poses()), config.max_closure_error);
+        while let Some(weights) = graduation.next() {
+            descent.weigh(self.closures.iter().copied().zip(weights.iter().copied()));
+            descent.run();
+            graduation.look_at(self.closure_errors(descent.poses()));
         }
-        let poses: Option<Vec<Pose>> = poses.iter().map(pose).collect();
-        let poses = poses.ok_or(Error::Singular)?;
-        Ok(Solution { poses, initial_cost, final_cost: cost, iterations, has_converged })
+        let poses: Option<Vec<Pose>> = descent.poses().iter().map(pose).collect();
+        Ok(Solution {
+            poses: poses.ok_or(Error::Singular)?,
+            initial_cost,
+            final_cost: descent.cost(),
+            iterations: descent.iterations(),
+            has_converged: descent.has_converged(),
+            left_out: graduation.left_out(),
+        })
+    }
+
+    /// Squared errors of the loop closures, in standard deviations.
+    fn closure_errors(&self, poses: &[Isometry3<f64>]) -> Vec<f64> {
+        let closures = self.closures.iter().map(|&index| &self.relatives[index]);
+        closures.map(|closure| closure.error(closure.poses.map(|pose| &poses[pose])).norm_squared()).collect()
     }
 
     fn plane_block(&self, plane: usize) -> usize {
         self.poses.len() - 1 + plane
     }
 
-    fn equations(&self) -> Result<NormalEquations, Error> {
+    pub(crate) fn equations(&self) -> Result<NormalEquations, Error> {
         let sizes = self.poses.iter().skip(1).map(|_| 6).chain(self.planes.iter().map(|_| 3));
         let between_poses = self.relatives.iter().filter_map(|relative| {
             let [from, to] = relative.poses.map(pose_block);
@@ -156,33 +154,39 @@ impl PoseGraph {
         NormalEquations::new(sizes, between_poses.chain(with_planes))
     }
 
-    fn best_planes(&self, poses: &[Isometry3<f64>]) -> Result<Vec<WorldPlane>, Error> {
+    pub(crate) fn best_planes(&self, poses: &[Isometry3<f64>]) -> Result<Vec<WorldPlane>, Error> {
         self.planes.iter().map(|plane| plane.best(poses).ok_or(Error::Singular)).collect()
     }
 
-    fn cost(&self, poses: &[Isometry3<f64>], planes: &[WorldPlane]) -> f64 {
-        let relatives = self
-            .relatives
-            .iter()
-            .map(|relative| relative.error(relative.poses.map(|pose| &poses[pose])).norm_squared());
+    /// `weights`: of the relative poses.
+    pub(crate) fn cost(&self, poses: &[Isometry3<f64>], planes: &[WorldPlane], weights: &[f64]) -> f64 {
+        let relatives = self.relatives.iter().zip(weights).map(|(relative, weight)| {
+            weight * relative.error(relative.poses.map(|pose| &poses[pose])).norm_squared()
+        });
         let views = self.planes.iter().zip(planes).flat_map(|(track, plane)| {
             track.views.iter().map(|view| view.error(&poses[view.pose], plane).norm_squared())
         });
         0.5 * (relatives.sum::<f64>() + views.sum::<f64>())
     }
 
-    fn linearize(&self, poses: &[Isometry3<f64>], planes: &[WorldPlane], equations: &mut NormalEquations) {
+    pub(crate) fn linearize(
+        &self,
+        poses: &[Isometry3<f64>],
+        planes: &[WorldPlane],
+        weights: &[f64],
+        equations: &mut NormalEquations,
+    ) {
         equations.clear();
-        for relative in &self.relatives {
+        for (relative, &weight) in self.relatives.iter().zip(weights) {
             let (error, by_poses) = relative.linearized(relative.poses.map(|pose| &poses[pose]));
             let blocks = relative.poses.map(pose_block);
             for (k, &row) in blocks.iter().enumerate() {
                 let Some(row) = row else { continue };
-                equations.subtract(row, &(by_poses[k].transpose() * error));
-                equations.add([row; 2], &(by_poses[k].transpose() * by_poses[k]));
+                equations.subtract(row, &(by_poses[k].transpose() * error * weight));
+                equations.add([row; 2], &(by_poses[k].transpose() * by_poses[k] * weight));
             }
             if let [Some(from), Some(to)] = blocks {
-                equations.add([from, to], &(by_poses[0].transpose() * by_poses[1]));
+                equations.add([from, to], &(by_poses[0].transpose() * by_poses[1] * weight));
             }
         }
         for (number, (track, plane)) in self.planes.iter().zip(planes).enumerate() {
@@ -199,20 +203,4 @@ impl PoseGraph {
             }
         }
     }
-}
-
-/// The poses after a step of the equations' unknowns. The first has none.
-fn stepped(poses: &[Isometry3<f64>], equations: &NormalEquations, step: &[f64]) -> Vec<Isometry3<f64>> {
-    let moved = |(index, pose): (usize, &Isometry3<f64>)| {
-        let Some(block) = pose_block(index) else { return *pose };
-        let mut moved = pose * exp(&Vector6::from_column_slice(equations.of_block(step, block)));
-        moved.rotation.renormalize();
-        moved
-    };
-    poses.iter().enumerate().map(moved).collect()
-}
-
-/// The block of a pose in the equations: the first has none.
-fn pose_block(pose: usize) -> Option<usize> {
-    pose.checked_sub(1)
 }

@@ -89,6 +89,39 @@ fn six_faces_take_out_drift() {
     }
 }
 
+/// Of ten loop closures four are wrong: they are named, and the poses are those without them.
+#[test]
+fn wrong_loop_closures_are_left_out() {
+    for seed in [5, 6, 7] {
+        let (mut random, truth) = (SplitMix64::new(seed), loop_of(150));
+        let poses = drifted(&truth, &mut random);
+        let (mut all, mut right) = (graph(&poses), graph(&poses));
+        let mut wrong = Vec::new();
+        for number in 0..10 {
+            let (from, to) = (7 * number, 149 - 5 * number);
+            let mut measured = truth[from].inverse() * truth[to];
+            let is_wrong = number % 5 == 1 || number % 5 == 4;
+            if is_wrong {
+                let mut far = || 2.0 * (random.fraction() - 0.5);
+                measured = measured * Pose::new([far(), far(), 0.8], [0.0, 0.0, 0.6, 0.8]).unwrap();
+                wrong.push(number);
+            }
+            let closure = RelativePose::with_deviations(from, to, measured, 0.005, 0.005);
+            all.add_loop_closure(&closure).unwrap();
+            if !is_wrong {
+                right.add_relative(&closure).unwrap();
+            }
+        }
+        let config = SolverConfig::default();
+        let (all, right) = (all.optimize(&config).unwrap(), right.optimize(&config).unwrap());
+        assert_eq!(all.left_out, wrong);
+        assert!(
+            error(&all.poses, &right.poses) < 1e-3 && (all.final_cost / right.final_cost - 1.0).abs() < 1e-3
+        );
+        assert!(right.left_out.is_empty() && error(&all.poses, &truth) < 0.5 * error(&poses, &truth));
+    }
+}
+
 /// One wall says nothing of motion along it: it stays as odometry has it.
 #[test]
 fn what_nothing_holds_stays() {

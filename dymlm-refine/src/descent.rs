@@ -1,0 +1,117 @@
+use nalgebra::{Isometry3, Vector6};
+
+use crate::lie::exp;
+use crate::normal_equations::NormalEquations;
+use crate::plane_view::WorldPlane;
+use crate::{Error, PoseGraph, SolverConfig};
+
+/// Damping of the first step, and the factors by which it changes.
+const FIRST_DAMPING: f64 = 1e-5;
+const LESS_DAMPING: f64 = 0.1;
+const MORE_DAMPING: f64 = 10.0;
+/// With more, steps are too small to change anything.
+const MOST_DAMPING: f64 = 1e12;
+
+/// Levenberg-Marquardt on the poses of a graph, with weights of its relative poses that may change on the way.
+pub(crate) struct Descent<'a> {
+    graph: &'a PoseGraph,
+    config: &'a SolverConfig,
+    equations: NormalEquations,
+    weights: Vec<f64>,
+    estimate: Estimate,
+    iterations: usize,
+    has_converged: bool,
+}
+
+/// Poses, with the planes that are best at them.
+struct Estimate {
+    poses: Vec<Isometry3<f64>>,
+    planes: Vec<WorldPlane>,
+    cost: f64,
+}
+
+impl<'a> Descent<'a> {
+    /// At the graph's own poses, with all weights 1.
+    pub(crate) fn begin(graph: &'a PoseGraph, config: &'a SolverConfig) -> Result<Self, Error> {
+        let (poses, weights) = (graph.poses.clone(), vec![1.0; graph.relatives.len()]);
+        let planes = graph.best_planes(&poses)?;
+        let cost = graph.cost(&poses, &planes, &weights);
+        let (estimate, equations) = (Estimate { poses, planes, cost }, graph.equations()?);
+        Ok(Self { graph, config, equations, weights, estimate, iterations: 0, has_converged: false })
+    }
+
+    pub(crate) fn poses(&self) -> &[Isometry3<f64>] {
+        &self.estimate.poses
+    }
+
+    pub(crate) fn cost(&self) -> f64 {
+        self.estimate.cost
+    }
+
+    pub(crate) fn iterations(&self) -> usize {
+        self.iterations
+    }
+
+    pub(crate) fn has_converged(&self) -> bool {
+        self.has_converged
+    }
+
+    /// Gives relative poses other weights.
+    pub(crate) fn weigh(&mut self, weights: impl Iterator<Item = (usize, f64)>) {
+        for (index, weight) in weights {
+            self.weights[index] = weight;
+        }
+        self.estimate.cost = self.graph.cost(&self.estimate.poses, &self.estimate.planes, &self.weights);
+    }
+
+    /// Steps until the cost hardly sinks any more, or no more steps are allowed.
+    pub(crate) fn run(&mut self) {
+        let end = self.iterations + self.config.max_iterations;
+        let mut damping = FIRST_DAMPING;
+        self.has_converged = self.graph.poses.len() < 2;
+        while !self.has_converged && self.iterations < end {
+            let Estimate { poses, planes, .. } = &self.estimate;
+            self.graph.linearize(poses, planes, &self.weights, &mut self.equations);
+            let before = self.estimate.cost;
+            // Tried again with more damping until it lowers the cost.
+            while !self.has_converged && self.iterations < end {
+                self.iterations += 1;
+                if let Some((next, promised)) = self.stepped(damping) {
+                    let gain = before - next.cost;
+                    self.estimate = next;
+                    self.has_converged = gain <= self.config.relative_decrease * before;
+                    damping *= if gain > 0.25 * promised { LESS_DAMPING } else { 1.0 };
+                    break;
+                }
+                damping *= MORE_DAMPING;
+                self.has_converged = damping > MOST_DAMPING || self.equations.steepness() == 0.0;
+            }
+        }
+    }
+
+    /// What a step leads to, and how much the linearized cost sinks by it; `None` where the cost itself does
+    /// not.
+    fn stepped(&self, damping: f64) -> Option<(Estimate, f64)> {
+        let (step, promised) = self.equations.solve(damping)?;
+        let poses = stepped(&self.estimate.poses, &self.equations, &step);
+        let planes = self.graph.best_planes(&poses).ok()?;
+        let cost = self.graph.cost(&poses, &planes, &self.weights);
+        (cost <= self.estimate.cost).then_some((Estimate { poses, planes, cost }, promised))
+    }
+}
+
+/// The poses after a step of the equations' unknowns. The first has none.
+fn stepped(poses: &[Isometry3<f64>], equations: &NormalEquations, step: &[f64]) -> Vec<Isometry3<f64>> {
+    let moved = |(index, pose): (usize, &Isometry3<f64>)| {
+        let Some(block) = pose_block(index) else { return *pose };
+        let mut moved = pose * exp(&Vector6::from_column_slice(equations.of_block(step, block)));
+        moved.rotation.renormalize();
+        moved
+    };
+    poses.iter().enumerate().map(moved).collect()
+}
+
+/// The block of a pose in the equations: the first has none.
+pub(crate) fn pose_block(pose: usize) -> Option<usize> {
+    pose.checked_sub(1)
+}
