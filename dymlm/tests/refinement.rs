@@ -2,8 +2,8 @@
 #![cfg(feature = "refine")]
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, RefineConfig};
-use dymlm_core::{PinholeCamera, Pose};
+use dymlm::{Error, HistoryConfig, LoopClosure, MapBuilder, MapConfig, RefineConfig};
+use dymlm_core::{FrameId, PinholeCamera, Pose};
 use dymlm_metrics::TrajectoryScore;
 use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
 
@@ -48,6 +48,35 @@ fn planes_take_out_drift() {
         assert!(first[1] < 0.2 * first[0], "{:?}", report.costs);
         assert!(report.planes > 6 && report.views > 300 && report.correction.key_frames == 100);
     }
+}
+
+/// Of three loop closures the wrong one is named. Their frames need not be key frames.
+#[test]
+fn wrong_loop_closures_are_left_out() {
+    let sequence = drifting(5, 120);
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+        builder.insert(&simulated.frame, &simulated.detections, &sequence.estimated_pose(index)).unwrap();
+    }
+    builder.settle();
+    let closure = |from: usize, to: usize, error: f64| LoopClosure {
+        from: FrameId::new(from as u64),
+        to: FrameId::new(to as u64),
+        from_from_to: Pose::new([error, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()
+            * sequence.world_from_camera(3 * from).inverse()
+            * sequence.world_from_camera(3 * to),
+        rotation_deviation: 0.005,
+        translation_deviation: 0.01,
+    };
+    let mut unknown = closure(0, 3, 0.0);
+    unknown.to = FrameId::new(999);
+    let config = RefineConfig::default();
+    assert!(matches!(builder.refine_poses_with(&config, &[unknown]), Err(Error::UnknownFrame { .. })));
+    let closures = [closure(0, 38, 0.0), closure(2, 30, 0.5), closure(5, 37, 0.0)];
+    let report = builder.refine_poses_with(&config, &closures).unwrap();
+    assert_eq!(report.left_out, [1]);
+    let after = error(&builder, &sequence);
+    assert!(after < 0.01, "{after} m");
 }
 
 /// Poses that are true are no worse afterwards than the sensor's noise makes them.

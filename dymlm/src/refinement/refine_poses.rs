@@ -4,7 +4,7 @@ use dymlm_core::{FrameId, PlaneId, Pose, SensorModel};
 use dymlm_planes::{PlaneMap, PlaneSighting};
 use dymlm_refine::{PlaneView, PoseGraph, RelativePose, SolverConfig};
 
-use super::{RefineConfig, RefineReport};
+use super::{LoopClosure, RefineConfig, RefineReport};
 use crate::session_log::SessionLog;
 use crate::{Error, MapBuilder};
 
@@ -31,25 +31,50 @@ impl MapBuilder {
     /// found stays.
     #[doc(alias = "bundle adjustment")]
     pub fn refine_poses(&mut self, config: &RefineConfig) -> Result<RefineReport, Error> {
+        self.refine_poses_with(config, &[])
+    }
+
+    /// [`Self::refine_poses`], with loop closures that a place recognition has found. Wrong ones, which
+    /// contradict the planes, the odometry and each other, are left out and named in the report.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::refine_poses`]; [`Error::UnknownFrame`] of a closure; [`Error::Refinement`] when its
+    /// deviations are not positive.
+    #[doc(alias = "pose graph")]
+    pub fn refine_poses_with(
+        &mut self,
+        config: &RefineConfig,
+        closures: &[LoopClosure],
+    ) -> Result<RefineReport, Error> {
         config.validate()?;
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         let given = key_frame_poses(log);
-        let mut report = self.refine_once(&given, config)?;
+        let closures = between_key_frames(closures, log, &given)?;
+        let mut report = self.refine_once(&given, &closures, config)?;
         for _ in 1..config.rounds {
             let costs = std::mem::take(&mut report.costs);
-            report = self.refine_once(&given, config)?;
+            report = self.refine_once(&given, &closures, config)?;
             report.costs.splice(0..0, costs);
         }
         Ok(report)
     }
 
     /// One round. `given`: the key frames as the caller had them.
-    fn refine_once(&mut self, given: &[KeyFramePose], config: &RefineConfig) -> Result<RefineReport, Error> {
+    fn refine_once(
+        &mut self,
+        given: &[KeyFramePose],
+        closures: &[RelativePose],
+        config: &RefineConfig,
+    ) -> Result<RefineReport, Error> {
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         let key_frames = key_frame_poses(log);
         let mut graph = PoseGraph::new(key_frames.iter().map(|key_frame| key_frame.world_from_camera));
         for (from, pair) in given.windows(2).enumerate() {
             graph.add_relative(&odometry(from, pair, config))?;
+        }
+        for closure in closures {
+            graph.add_loop_closure(closure)?;
         }
         let views = views_by_plane(&self.map.planes, &key_frames, &self.config.sensor, config);
         let (mut planes, mut count) = (0, 0);
@@ -63,7 +88,7 @@ impl MapBuilder {
             key_frames.iter().map(|key_frame| key_frame.frame).zip(solution.poses).collect();
         let correction = self.correct_poses(&poses)?;
         let costs = vec![[solution.initial_cost, solution.final_cost]];
-        Ok(RefineReport { planes, views: count, costs, correction })
+        Ok(RefineReport { planes, views: count, costs, left_out: solution.left_out, correction })
     }
 }
 
@@ -83,6 +108,30 @@ fn odometry(from: usize, pair: &[KeyFramePose], config: &RefineConfig) -> Relati
     let [rotation, translation] = config.deviations((next.time - one.time).abs());
     let measured = one.world_from_camera.inverse() * next.world_from_camera;
     RelativePose::with_deviations(from, from + 1, measured, rotation, translation)
+}
+
+/// Loop closures as they are between the key frames at or before their frames.
+fn between_key_frames(
+    closures: &[LoopClosure],
+    log: &SessionLog,
+    key_frames: &[KeyFramePose],
+) -> Result<Vec<RelativePose>, Error> {
+    let places: BTreeMap<FrameId, usize> =
+        key_frames.iter().enumerate().map(|(index, key_frame)| (key_frame.frame, index)).collect();
+    // A frame's key frame, and where the frame is in its camera's coordinates.
+    let on_key_frame = |frame: FrameId| {
+        let inserted = log.frame(frame).ok_or(Error::UnknownFrame { frame })?;
+        let before = places.range(..=frame).next_back().or_else(|| places.iter().next());
+        let &index = before.ok_or(Error::UnknownFrame { frame })?.1;
+        Ok::<_, Error>((index, key_frames[index].world_from_camera.inverse() * inserted.world_from_camera))
+    };
+    let between = |closure: &LoopClosure| {
+        let &LoopClosure { from, to, from_from_to, rotation_deviation, translation_deviation } = closure;
+        let ((from, own), (to, other)) = (on_key_frame(from)?, on_key_frame(to)?);
+        let measured = own * from_from_to * other.inverse();
+        Ok(RelativePose::with_deviations(from, to, measured, rotation_deviation, translation_deviation))
+    };
+    closures.iter().map(between).collect()
 }
 
 /// What the key frames have seen of each plane.

@@ -10,6 +10,8 @@ pub struct RefineReport {
     pub views: usize,
     /// Half the sum of squared errors, in standard deviations, of each round: before and after.
     pub costs: Vec<[f64; 2]>,
+    /// Loop closures that were left out as wrong, by their places in the list: in the last round.
+    pub left_out: Vec<usize>,
     /// What has become of the maps: of the last round.
     pub correction: CorrectionReport,
 }
