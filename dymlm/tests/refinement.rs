@@ -109,3 +109,24 @@ fn without_a_history_nothing_is_refined() {
     let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
     assert!(matches!(builder.refine_poses(&RefineConfig::default()), Err(Error::NoHistory)));
 }
+
+/// Of a second session that was put a hand's breadth beside the first, in the same room.
+#[test]
+fn a_session_that_was_put_beside_the_first_is_brought_to_it() {
+    let sequence = drifting(6, 240);
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let shift = Pose::new([0.03, 0.02, 0.025], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+        if index == 120 {
+            builder.begin_session().unwrap();
+        }
+        let pose = simulated.world_from_camera;
+        let pose = if index < 120 { pose } else { shift * pose };
+        builder.insert(&simulated.frame, &simulated.detections, &pose).unwrap();
+    }
+    builder.settle();
+    let before = error(&builder, &sequence);
+    builder.refine_poses(&RefineConfig::default()).unwrap();
+    let after = error(&builder, &sequence);
+    assert!(after < 0.4 * before && after < 0.008, "{before} m before, {after} m after");
+}

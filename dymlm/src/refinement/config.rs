@@ -18,6 +18,11 @@ pub struct RefineConfig {
     pub translation_jitter: f64,
     /// Error of the rotation of each frame alone, radians, 1e-6..=1. Default 0.03 degrees.
     pub rotation_jitter: f64,
+    /// Error with which the first pose of a further session is known in the world of the maps: position, metres,
+    /// 1e-6..=100. Default 0.05: what a place recognition errs by.
+    pub session_translation: f64,
+    /// The same of the rotation, radians, 1e-6..=3. Default 2 degrees.
+    pub session_rotation: f64,
     /// Share of the sensor's noise that all readings of a plane in one frame have in common, 0.01..=1:
     /// it does not average out. Default 0.3, of what a camera's calibration and its steps of depth leave.
     pub common_noise: f64,
@@ -33,6 +38,8 @@ impl Default for RefineConfig {
             rotation_per_second: 0.269_f64.to_radians(),
             translation_jitter: 0.001,
             rotation_jitter: 0.03_f64.to_radians(),
+            session_translation: 0.05,
+            session_rotation: 2_f64.to_radians(),
             common_noise: 0.3,
             rounds: 2,
         }
@@ -48,6 +55,8 @@ impl RefineConfig {
         check_range("refine.rotation_per_second", self.rotation_per_second, 1e-6..=1.0)?;
         check_range("refine.translation_jitter", self.translation_jitter, 1e-6..=1.0)?;
         check_range("refine.rotation_jitter", self.rotation_jitter, 1e-6..=1.0)?;
+        check_range("refine.session_translation", self.session_translation, 1e-6..=100.0)?;
+        check_range("refine.session_rotation", self.session_rotation, 1e-6..=3.0)?;
         check_range("refine.common_noise", self.common_noise, 0.01..=1.0)?;
         check_range("refine.rounds", self.rounds as f64, 1.0..=10.0)
     }

@@ -15,6 +15,8 @@ struct KeyFramePose {
     /// On the maps' clock, seconds.
     time: f64,
     world_from_camera: Pose,
+    /// How many sessions had begun.
+    session: usize,
 }
 
 impl MapBuilder {
@@ -98,6 +100,7 @@ fn key_frame_poses(log: &SessionLog) -> Vec<KeyFramePose> {
         frame,
         time: inserted.map_time(),
         world_from_camera: inserted.world_from_camera,
+        session: log.sessions.partition_point(|session| session.first <= frame),
     };
     key_frames.map(of).collect()
 }
@@ -105,7 +108,11 @@ fn key_frame_poses(log: &SessionLog) -> Vec<KeyFramePose> {
 /// What the caller's poses say of two key frames that follow each other.
 fn odometry(from: usize, pair: &[KeyFramePose], config: &RefineConfig) -> RelativePose {
     let [one, next] = [pair[0], pair[1]];
-    let [rotation, translation] = config.deviations((next.time - one.time).abs());
+    let [rotation, translation] = if one.session == next.session {
+        config.deviations((next.time - one.time).abs())
+    } else {
+        [config.session_rotation, config.session_translation]
+    };
     let measured = one.world_from_camera.inverse() * next.world_from_camera;
     RelativePose::with_deviations(from, from + 1, measured, rotation, translation)
 }
