@@ -30,6 +30,9 @@ impl Effort {
 /// milliseconds.
 const LONGEST: Duration = Duration::from_secs(20);
 
+/// Fewest inputs beside the examples, however slow the machine is.
+const FEWEST: usize = 8;
+
 /// Drives a body by mutations of its examples, and by what has come of them. Gives the number of inputs.
 ///
 /// # Panics
@@ -50,7 +53,10 @@ pub fn run(body: Body, examples: &[Vec<u8>], effort: Effort) -> usize {
     for example in examples {
         check(example);
     }
-    while start.elapsed() < effort.duration {
+    for mutated in 0.. {
+        if mutated >= FEWEST && start.elapsed() >= effort.duration {
+            break;
+        }
         let mut input = examples.get(random.below(examples.len().max(1))).cloned().unwrap_or_default();
         for _ in 0..=random.below(6) {
             mutate(&mut input, examples, &mut random);
