@@ -4,6 +4,7 @@
 //! - [`World`] is a handful of exact bodies and the rays that meet them; `dymlm-sim` renders whole rooms.
 //! - [`DetectorStatistics`] tells how a 2D detector errs, a simulated one or a real one.
 //! - [`saved_parts`] and its neighbours save states, and damage them.
+//! - [`read_g2o`] reads the field's pose graphs.
 //! - [`growth`] tells how time grows with the input, by [`processor_time`].
 //! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64); [`checksum`] tells whether bits are the
 //!   same.
@@ -11,6 +12,7 @@
 
 mod detector_statistics;
 mod growth;
+mod pose_graph_file;
 mod processor_time;
 mod random;
 mod recorded_people;
@@ -22,6 +24,7 @@ pub use detector_statistics::{
     DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures,
 };
 pub use growth::growth;
+pub use pose_graph_file::{MeasuredPose, read_g2o};
 pub use processor_time::processor_time;
 pub use random::{checksum, normal, shuffle, whole_numbers};
 pub use recorded_people::{RecordedFrame, recorded_frames};

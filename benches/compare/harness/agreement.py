@@ -7,6 +7,7 @@ import numpy as np
 
 from .files import read_core, read_labels, read_leaves, read_numbers, read_points, read_states, voxel_means
 from .inputs import VOXEL
+from .pose_graphs import pose_graph_cost, read_edges
 
 
 @dataclass
@@ -15,6 +16,8 @@ class Agreement:
 
     text: str
     good: bool = True
+    # Whether it is a solution at all. What is none is not what ours is measured against.
+    reached: bool = True
 
 
 Outputs = dict[str, Path]
@@ -322,6 +325,27 @@ def assignment(_: dict, outputs: Outputs) -> dict[str, Agreement]:
     for name in ours(outputs):
         same = np.count_nonzero(read_numbers(outputs[name]) == sums)
         agreements[name] = Agreement(f"same sum in {same} of {len(sums)} matrices", bool(same == len(sums)))
+    return agreements
+
+
+# Least costs of the field's pose graphs, by GTSAM 4.2's Levenberg-Marquardt.
+OPTIMA = {"parking-garage": 0.634192399, "sphere2500": 675.70096296}
+# By what share of it ours may exceed the least cost, and from where on a peer is said to have missed it.
+COST_LIMIT = 1e-3
+
+
+def pose_graph(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """All poses by one cost, that of `pose_graph_cost`: ours must be within a thousandth of the known least one."""
+    graph = Path(parameters["graph"])
+    edges, optimum, agreements = read_edges(graph), OPTIMA[graph.stem], {}
+    for name, path in outputs.items():
+        iterations, *poses = read_numbers(path)
+        cost = pose_graph_cost(np.reshape(poses, (-1, 7)), edges)
+        excess = cost / optimum - 1
+        # Ours within the limit in both directions: a lower cost would mean that something else was solved.
+        good = abs(excess) <= COST_LIMIT
+        text = f"cost {cost:.7g}, {excess:+.1e} of the least; {iterations:.0f} iterations"
+        agreements[name] = Agreement(text, bool(good or name not in ours(outputs)), reached=bool(good))
     return agreements
 
 

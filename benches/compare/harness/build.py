@@ -21,7 +21,10 @@ PYTHON_PEERS = [
     ("isotree", "isotree"),
     ("scipy", "scipy"),
     ("DUFOMap", "dufomap"),
+    ("GTSAM", "gtsam"),
 ]
+# Crates, of the program in `rust_peers`.
+RUST_PEERS = ["factrs", "tiny-solver"]
 
 
 @dataclass
@@ -41,6 +44,7 @@ def contestants(here: Path, root: Path, pin: list[str]) -> Contestants:
     found = Contestants({}, {})
     add_ours(found, root, pin)
     add_cpp_peers(found, here, pin)
+    add_rust_peers(found, here, pin)
     add_python_peers(found, here, pin)
     return found
 
@@ -74,6 +78,19 @@ def add_cpp_peers(found: Contestants, here: Path, pin: list[str]) -> None:
     for name, version in re.findall(r"peer found: (\w+) (\S+)", configured.stdout):
         found.programs[name] = program
         found.versions[name] = f"{version} (Debian's)"
+
+
+def add_rust_peers(found: Contestants, here: Path, pin: list[str]) -> None:
+    folder, target = here / "rust_peers", here / "build" / "rust_peers"
+    print("building the Rust peers: cargo build --release --locked", flush=True)
+    built = subprocess.run(["cargo", "build", "--release", "--locked", "--quiet", "--target-dir", target], cwd=folder)
+    if built.returncode != 0:
+        print(f"the Rust peers cannot be built: {' and '.join(RUST_PEERS)} are left out")
+        return
+    locked = (folder / "Cargo.lock").read_text()
+    for name in RUST_PEERS:
+        found.programs[name] = Program([*pin, str(target / "release" / "rust_peers"), name])
+        found.versions[name] = re.search(rf'name = "{name}"\nversion = "(.*)"', locked).group(1)
 
 
 def add_python_peers(found: Contestants, here: Path, pin: list[str]) -> None:

@@ -6,7 +6,8 @@
 - frames: for each frame the sensor's position as 3 f32, the number of points as u32, the points;
 - labels: i32, -1 for noise; states: u8, 0 unknown, 1 free, 2 occupied; hits: centre as 3 f32, NaN for none;
 - numbers: f64; a rectangle is its four corners, a box its centre, rotation by rows and full lengths, a plane the number of
-  its image, normal, offset, centroid and number of pixels;
+  its image, normal, offset, centroid and number of pixels, a solved pose graph its number of iterations and then for
+  each pose translation and quaternion x y z w;
 - poses: translation and quaternion x y z w, 7 f64, world from camera;
 - leaves: number of nodes as u64, then for each leaf key 3 u16, depth u16, log-odds f32.
 """

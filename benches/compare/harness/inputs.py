@@ -24,6 +24,7 @@ PEOPLE_EVERY, RANGE = 2, (0.3, 4.5)
 VOXEL, ASKED_FROM = 0.02, 3
 # Size and number of the matrices of weights.
 MATRICES = [(10, 1000), (100, 20), (500, 1)]
+POSE_GRAPHS = ["parking-garage", "sphere2500"]
 
 
 @dataclass
@@ -33,6 +34,8 @@ class Inputs:
     folder: Path
     # One line for each input.
     description: dict[str, str]
+    # The field's pose graphs, by name: files of g2o, taken as they are.
+    pose_graphs: dict[str, Path]
 
     def path(self, name: str) -> Path:
         return self.folder / name
@@ -48,7 +51,17 @@ def prepare(folder: Path, data: Path) -> Inputs:
         folder.mkdir(parents=True, exist_ok=True)
         print(f"making inputs in {folder}", flush=True)
         described.write_text(json.dumps(make(folder, kitchen if real else None, data), indent=1))
-    return Inputs(folder, json.loads(described.read_text()))
+    graphs = {name: data / "pose_graphs" / f"{name}.g2o" for name in POSE_GRAPHS}
+    graphs = {name: path for name, path in graphs.items() if path.exists()}
+    if not graphs:
+        print("no pose_graphs/ in the data folder: no rows of them", flush=True)
+    description = json.loads(described.read_text()) | {name: describe_graph(path) for name, path in graphs.items()}
+    return Inputs(folder, description, graphs)
+
+
+def describe_graph(path: Path) -> str:
+    text = path.read_text()
+    return f"{text.count('VERTEX_SE3:QUAT')} poses, {text.count('EDGE_SE3:QUAT')} relative poses"
 
 
 def make(folder: Path, kitchen: Path | None, data: Path) -> dict[str, str]:

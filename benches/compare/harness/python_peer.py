@@ -18,6 +18,8 @@ IMAGES: dict[str, list] = {}
 MATRICES: dict[str, np.ndarray] = {}
 # Grown forests, by what they were grown on and how.
 FORESTS: dict[tuple, object] = {}
+# Pose graphs with their initial poses, by their paths.
+GRAPHS: dict[str, tuple] = {}
 
 
 def cloud(path: str, convert) -> object:
@@ -293,9 +295,45 @@ def dufomap_package():
     return {"static_cloud": static_cloud}
 
 
+def gtsam_package():
+    import gtsam
+
+    def pose_graph(request):
+        path = request["graph"]
+        if path not in GRAPHS:
+            graph, initial = gtsam.readG2o(path, True)
+            # Nothing else says where the first pose is.
+            graph.add(gtsam.PriorFactorPose3(0, initial.atPose3(0), gtsam.noiseModel.Isotropic.Sigma(6, 1e-4)))
+            GRAPHS[path] = graph, initial
+        graph, initial = GRAPHS[path]
+        solvers = {
+            "gauss_newton": (gtsam.GaussNewtonParams, gtsam.GaussNewtonOptimizer),
+            "levenberg_marquardt": (gtsam.LevenbergMarquardtParams, gtsam.LevenbergMarquardtOptimizer),
+        }
+        make_settings, make_solver = solvers[request["method"]]
+        settings = make_settings()
+        if request["tolerance"] != "default":
+            settings.setRelativeErrorTol(float(request["tolerance"]))
+            settings.setAbsoluteErrorTol(0)
+
+        def solve():
+            solver = make_solver(graph, initial, settings)
+            return solver.optimize(), solver.iterations()
+
+        def save(path, found):
+            values, iterations = found
+            poses = [values.atPose3(key) for key in range(values.size())]
+            rows = [[*pose.translation(), *pose.rotation().toQuaternion().coeffs()] for pose in poses]
+            write_numbers(path, np.concatenate([[iterations], np.ravel(rows)]))
+
+        return solve, save
+
+    return {"pose_graph": pose_graph}
+
+
 PEERS = {
     "dbscan": dbscan_package, "sklearn": scikit_learn, "open3d": open3d, "cv2": opencv, "isotree": isotree,
-    "scipy": scipy, "dufomap": dufomap_package,
+    "scipy": scipy, "dufomap": dufomap_package, "gtsam": gtsam_package,
 }  # fmt: skip
 
 

@@ -21,6 +21,7 @@ class Verdict:
         aim = outcome.row.aim
         against = aim.against if aim else None
         peers = [r for r in timed if r.entrant.library != "dymlm" and against in (None, r.entrant.name)]
+        peers = [r for r in peers if r.agreement is None or r.agreement.reached]
         if ours is None or not peers:
             return None
         peer = min(peers, key=lambda result: result.seconds(clock))
@@ -79,28 +80,29 @@ class Report:
             aim = ""
             if row.aim is not None:
                 aim = f"{row.aim.factor:g}x " + ("met" if verdict.ratio >= row.aim.factor else "MISSED")
-            ours, theirs = (self.time(outcome, result) for result in (verdict.ours, verdict.peer))
+            ours, theirs = (self.time(outcome, result, self.clock) for result in (verdict.ours, verdict.peer))
             agrees = "yes" if outcome.agreed else "NO"
             table.append([row.name, ours, verdict.peer.entrant.name, theirs, f"{verdict.ratio:.1f}x", aim, agrees])
         return table
 
     def details(self) -> list[list[str]]:
-        table = [["comparison", "contestant", "median", "per", "runs", "times ours", "agreement"]]
+        table = [["comparison", "contestant", "processor", "wall", "per", "runs", "times ours", "agreement"]]
         for outcome in self.outcomes:
             ours = next((r for r in outcome.results if r.entrant.name == "dymlm" and r.timings), None)
             for result in outcome.results:
                 start = [outcome.row.name, result.entrant.name]
                 if not result.timings:
-                    table.append([*start, "", "", "", "", f"refused: {result.refusal}"])
+                    table.append([*start, "", "", "", "", "", f"refused: {result.refusal}"])
                     continue
                 times = f"{result.seconds(self.clock) / ours.seconds(self.clock):.2f}" if ours else ""
                 agreement = result.agreement.text if result.agreement else ""
-                median, runs = self.time(outcome, result), str(len(result.timings))
-                table.append([*start, median, outcome.row.unit, runs, times, agreement])
+                medians = [self.time(outcome, result, clock) for clock in ["cpu", "wall"]]
+                runs = str(len(result.timings))
+                table.append([*start, *medians, outcome.row.unit, runs, times, agreement])
         return table
 
-    def time(self, outcome: Outcome, result: Result) -> str:
-        seconds = result.seconds(self.clock) / outcome.row.count
+    def time(self, outcome: Outcome, result: Result, clock: str) -> str:
+        seconds = result.seconds(clock) / outcome.row.count
         for unit, scale in [("s", 1), ("ms", 1e-3), ("us", 1e-6)]:
             if seconds >= scale:
                 return f"{seconds / scale:.3g} {unit}"

@@ -52,6 +52,7 @@ def rows(inputs: Inputs, quick: bool) -> list[Row]:
         *isolation_forest_rows(inputs, quick),
         *plane_rows(inputs),
         *assignment_rows(inputs),
+        *pose_graph_rows(inputs),
         *octree_rows(inputs, quick),
         *static_cloud_rows(inputs, quick),
         *tracking_rows(inputs),
@@ -229,6 +230,36 @@ def assignment_rows(inputs: Inputs) -> list[Row]:
             count=count,
         )
         for size, count in MATRICES
+    ]
+
+
+def pose_graph_rows(inputs: Inputs) -> list[Row]:
+    methods = {"LM": "levenberg_marquardt", "GN": "gauss_newton"}
+    # Method and relative decrease of the cost at which it stops.
+    settings = {
+        "GTSAM": [("LM", "default"), ("LM", "1e-9"), ("GN", "default")],
+        "factrs": [("LM", "default"), ("GN", "default")],
+        "tiny-solver": [("LM", "default"), ("LM", "1e-9"), ("GN", "default")],
+    }
+    peers = [
+        Entrant(
+            f"{library}, {method}" + ("" if tolerance == "default" else f" to {tolerance}"),
+            library,
+            {"method": methods[method], "tolerance": tolerance},
+        )
+        for library, entries in settings.items()
+        for method, tolerance in entries
+    ]
+    return [
+        Row(
+            name=f"pose graph, {name}",
+            operation="pose_graph",
+            parameters={"graph": path},
+            entrants=[OURS, *peers],
+            check=agreement.pose_graph,
+            aim=Aim(1),
+        )
+        for name, path in inputs.pose_graphs.items()
     ]
 
 

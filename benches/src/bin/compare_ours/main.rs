@@ -17,6 +17,7 @@ mod minimum_area_rectangle;
 mod octree;
 mod oriented_box;
 mod planes;
+mod pose_graph;
 mod request;
 mod results;
 mod static_cloud;
@@ -47,6 +48,7 @@ struct Contestant {
     isolation_forest: isolation_forest::Buffers,
     planes: planes::Planes,
     assignments: assignment::Assignments,
+    pose_graphs: pose_graph::PoseGraphs,
 }
 
 impl Contestant {
@@ -69,6 +71,7 @@ impl Contestant {
             }
             "planes" => planes::run(request, &mut self.inputs, &mut self.planes),
             "assignment" => assignment::run(request, &mut self.inputs, &mut self.assignments),
+            "pose_graph" => pose_graph::run(request, &mut self.pose_graphs),
             "static_cloud" => static_cloud::run(request, &mut self.inputs, &mut self.recordings),
             "kcf" => tracking::kcf(request, &mut self.sequences),
             "optical_flow" => tracking::optical_flow(request, &mut self.sequences),

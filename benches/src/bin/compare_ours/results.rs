@@ -56,7 +56,8 @@ pub(crate) fn write_states(path: &Path, states: &[CellState]) -> Result<(), Fail
 }
 
 /// Numbers: f64 each. A rectangle is its four corners, a box its centre, rotation by rows and full lengths,
-/// a plane the number of its image, normal, offset, centroid and number of pixels.
+/// a plane the number of its image, normal, offset, centroid and number of pixels, a solved pose graph the
+/// number of steps and then for each pose its translation and quaternion x y z w.
 pub(crate) fn write_numbers(path: &Path, numbers: &[f64]) -> Result<(), Failure> {
     write(path, numbers, |number| number.to_le_bytes())
 }
