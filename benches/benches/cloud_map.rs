@@ -58,11 +58,20 @@ fn kitchen() -> Option<Vec<(Frame, Pose)>> {
     Some(frames.map(|posed| (posed.frame, posed.world_from_camera)).collect())
 }
 
-/// What the static cloud costs after each further frame of the kitchen, and the frame itself.
+/// What the static cloud costs after each further frame of the kitchen, and the frame itself; also without
+/// its surfaces fused.
 fn static_cloud_of_kitchen(c: &mut Criterion) {
     let Some(frames) = kitchen() else { return };
+    for (name, fuse_surfaces) in [("cloud_map/kitchen", true), ("cloud_map/kitchen as read", false)] {
+        let mut config = CloudMapConfig::default();
+        config.fuse_surfaces = fuse_surfaces;
+        static_cloud_of(c, name, config, &frames);
+    }
+}
+
+fn static_cloud_of(c: &mut Criterion, name: &str, config: CloudMapConfig, frames: &[(Frame, Pose)]) {
     let (before, last) = frames.split_at(frames.len() - 40);
-    let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
+    let mut map = CloudMap::new(config, SensorModel::kinect()).unwrap();
     for (frame, world_from_camera) in before {
         map.insert(frame, None, world_from_camera).unwrap();
     }
@@ -78,7 +87,7 @@ fn static_cloud_of_kitchen(c: &mut Criterion) {
         map.insert(&frame, None, world_from_camera).unwrap();
         start.elapsed()
     };
-    let mut group = c.benchmark_group("cloud_map/kitchen");
+    let mut group = c.benchmark_group(name);
     group.sample_size(10);
     group.bench_function("one more frame", |b| {
         b.iter_custom(|turns| (0..turns).map(|_| further(&mut map)).sum());

@@ -4,6 +4,7 @@ use std::hash::BuildHasherDefault;
 use crate::block_store::{BlockStore, CellBits, NEIGHBORS, Neighbor, step_to};
 use crate::places::Places;
 use crate::slot_index::KeyHasher;
+use crate::static_cloud::Moments;
 use crate::voxel_block::VoxelBlock;
 
 /// What is new in a block of voxels.
@@ -20,6 +21,8 @@ pub(crate) struct Change {
     /// Those of them that have other readings or another verdict than before.
     pub(crate) voxels: CellBits,
     pub(crate) effect: Effect,
+    /// Sums over the voxels that are no ghosts.
+    pub(crate) moments: Moments,
 }
 
 /// What changes can mean for voxels around.

@@ -86,8 +86,17 @@ impl Thinning {
 
     /// How far a voxel looks for heavier ones, voxels.
     pub(crate) fn radius(&self, weight: u64, observations: u32) -> f32 {
-        let deviation = self.weighting.standard_deviation(weight, observations);
-        ((self.radius * deviation / self.voxel_size) as f32).min(MAX_RADIUS as f32)
+        ((self.radius * self.deviation(weight, observations)) as f32).min(MAX_RADIUS as f32)
+    }
+
+    /// Sum over so many observations of a reading's weight times its variance, square voxels.
+    pub(crate) fn noise(&self, observations: u64) -> f64 {
+        observations as f64 * self.weighting.least_variance() / (self.voxel_size * self.voxel_size)
+    }
+
+    /// Standard deviation of a voxel's readings along the line of sight, voxels.
+    pub(crate) fn deviation(&self, weight: u64, observations: u32) -> f64 {
+        self.weighting.standard_deviation(weight, observations) / self.voxel_size
     }
 
     /// Whether the window holds something that makes the candidate noise; the heaviest in it weighs so much.

@@ -74,6 +74,7 @@ impl CloudMap {
             verdicts,
             thinning: &self.thinning,
             voxel_size: self.config.voxel_size,
+            fuses: self.config.fuse_surfaces,
         };
         // Who holds it borrows the map, so that nothing can have changed: it is copied only for a map that
         // has a clone.

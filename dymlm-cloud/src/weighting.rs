@@ -48,6 +48,12 @@ impl Weighting {
         weight as i64 as f64 / f64::from(self.unit)
     }
 
+    /// Variance of the best reading, which weighs 1 in [all](Self::total), square metres: what a reading weighs
+    /// times its own variance.
+    pub(crate) fn least_variance(&self) -> f64 {
+        f64::from(self.sensor.noise.floor).powi(2)
+    }
+
     /// Standard deviation of one of a voxel's readings along the line of sight, metres, from their mean
     /// weight. Where several readings of a frame fall into the voxel, that is near the camera, it comes out
     /// too small.

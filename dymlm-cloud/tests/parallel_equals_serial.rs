@@ -8,7 +8,7 @@ use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
 use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
 use dymlm_test_support::{checksum, whole_numbers};
 
-const CLOUD_MAP: u64 = 9_999_388_368_253_398_468;
+const CLOUD_MAP: u64 = 15_493_411_203_402_611_624;
 
 #[test]
 fn the_static_cloud_has_the_same_bits() {

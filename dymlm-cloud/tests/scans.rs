@@ -209,7 +209,9 @@ fn the_scan_of_octomap_is_mapped() {
     let in_range: Vec<&Point> =
         points.iter().filter(|point| (0.3..=20.0).contains(&norm(point.map(f64::from)))).collect();
     eprintln!("{} in range, {} voxels, {} static", in_range.len(), map.held_voxels(), cloud.len());
-    assert!(cloud.len() * 100 >= 95 * map.held_voxels());
+    // Their points are fewer: where the noise is larger than a voxel, they are fused.
+    assert!(map.voxels(Selection::Static).count() * 100 >= 95 * map.held_voxels());
+    assert!(cloud.len() * 100 >= 60 * map.held_voxels());
     let found = map.static_points();
     let is_mapped = |point: &&&Point| found.nearest(point.map(f64::from), 0.05).is_some();
     assert!(in_range.iter().filter(is_mapped).count() * 100 >= 98 * in_range.len());

@@ -1,16 +1,23 @@
 use std::sync::{Arc, OnceLock};
 
-use dymlm_core::{Point, PointCloud, Rgb};
+use dymlm_core::{Pages, Point, PointCloud, Rgb};
 
 use crate::block_store::{BlockStore, CellBits, has, page_out_like, put, without};
 use crate::changes::{Change, Changes, Effect, Touched};
 use crate::evidence::Evidence;
-use crate::paging::{Paged, record};
+use crate::paging::Paged;
 use crate::places::Places;
 use crate::thinning::{Candidate, Thinning, Window, limit, looks_around};
 use crate::verdict::{Verdict, VerdictGrid};
 use crate::voxel_block::VoxelBlock;
-use dymlm_core::Pages;
+
+mod block;
+mod fusion;
+mod surface;
+
+use block::{Asked, StaticBlock};
+use fusion::{Layer, Renewal, Renewals};
+pub(crate) use surface::Moments;
 
 /// What is static in the map, block by block, as of the last reading: ghosts left out, then what is
 /// [noise](Thinning).
@@ -36,38 +43,12 @@ pub(crate) struct StaticCloud {
     len: usize,
 }
 
-#[derive(Debug, Clone, Default)]
-pub(crate) struct StaticBlock {
-    /// Voxels that are no ghosts.
-    firm: CellBits,
-    /// The greatest weight of these.
-    heaviest: f32,
-    /// Whether one of these looks for heavier ones around.
-    looks_around: bool,
-    /// Those of them that are no noise either.
-    statics: CellBits,
-    /// Mean places and colours of the static ones, by their place in the block; no colours when none has any.
-    points: Vec<Point>,
-    colors: Vec<Rgb>,
-}
-
 /// The verdicts on the voxels of a block.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Judgement {
     /// Those that are no ghosts.
     firm: CellBits,
     pub(crate) statics: CellBits,
-}
-
-/// The voxels of a block that are judged anew, and those that are not.
-struct Asked {
-    /// Those that are static and stay so.
-    settled: CellBits,
-    /// Those that have changed themselves.
-    changed: CellBits,
-    /// Those that were static, and those that were noise, with changes around that may concern them.
-    kept: CellBits,
-    noise: CellBits,
 }
 
 /// What judging a block needs in between.
@@ -87,6 +68,8 @@ pub(crate) struct Source<'a> {
     pub(crate) verdicts: &'a VerdictGrid,
     pub(crate) thinning: &'a Thinning,
     pub(crate) voxel_size: f64,
+    /// Whether voxels that are readings of one surface are fused.
+    pub(crate) fuses: bool,
 }
 
 impl StaticCloud {
@@ -99,33 +82,92 @@ impl StaticCloud {
 
     /// Takes in what has changed since the last call.
     pub(crate) fn refresh(&mut self, source: Source<'_>) {
-        let voxels = source.voxels;
-        self.take_in_new(voxels);
+        self.take_in_new(source.voxels);
         let changes = self.changes(source);
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
+        let filled = self.take_in(source, &changes);
+        let judged = self.judge_all(source, &changes);
+        let mut renewals = Renewals::default();
+        for (slot, statics) in judged {
+            let Some(block) = self.blocks.get_mut(slot).and_then(Paged::to_mut) else { continue };
+            renewals.note(slot, std::mem::replace(&mut block.statics, statics));
+        }
+        if source.fuses {
+            self.fuse(source, &changes, &filled, &mut renewals);
+        }
+        self.renew_points(source, &changes, renewals);
+    }
+
+    /// Takes in which voxels are no ghosts; gives the slots of the blocks that have the first of these now,
+    /// or none any more.
+    fn take_in(&mut self, source: Source<'_>, changes: &Changes) -> Vec<usize> {
+        let mut filled = Vec::new();
         for change in changes.iter() {
             if self.evidence.get(change.slot) != Some(&change.evidence) {
                 self.evidence.set(change.slot, change.evidence);
             }
             let Some(block) = self.blocks.get_mut(change.slot).and_then(Paged::to_mut) else { continue };
+            let was_empty = block.is_empty();
             block.firm = *change.firm.cells();
             block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
             block.looks_around = change.radii.iter().any(|&radius| looks_around(radius));
+            if source.fuses {
+                block.moments = change.moments;
+            }
+            if was_empty != block.is_empty() {
+                filled.push(change.slot);
+            }
         }
-        let touched = changes.touched(voxels, |slot| self.blocks[slot].looks_around);
+        filled
+    }
+
+    /// The static voxels of the blocks that changes may concern: of those that have changed, and of those
+    /// where they come out otherwise.
+    fn judge_all(&self, source: Source<'_>, changes: &Changes) -> Vec<(usize, CellBits)> {
+        let touched = changes.touched(source.voxels, |slot| self.blocks[slot].looks_around);
         let judged = crate::parallel::map_with(touched, Scratch::default, |scratch, mut touched| {
             let (slot, before) = (touched.slot, &self.blocks[touched.slot]);
-            let statics = self.judge(source, &changes, &mut touched, scratch);
+            let statics = self.judge(source, changes, &mut touched, scratch);
             // A voxel that has changed has moved.
-            let is_new = changes.of(slot).is_some() || statics != before.statics;
-            is_new.then(|| (slot, StaticBlock::new(source, slot, statics, changes.of(slot), before)))
+            (changes.of(slot).is_some() || statics != before.statics).then_some((slot, statics))
         });
-        for (slot, block) in judged.into_iter().flatten() {
+        judged.into_iter().flatten().collect()
+    }
+
+    /// Makes the points of blocks anew.
+    fn renew_points(&mut self, source: Source<'_>, changes: &Changes, renewals: Renewals) {
+        let renewed = crate::parallel::map_with(renewals.into_tasks(), Layer::default, |layer, renewal| {
+            let slot = renewal.slot;
+            (slot, self.renewed(source, changes, renewal, layer))
+        });
+        for (slot, block) in renewed {
             let Some(before) = self.blocks.get_mut(slot) else { continue };
             self.len += block.points.len();
             self.len -= before.points.len();
             *before = Paged::new(block);
         }
+    }
+
+    fn renewed(
+        &self,
+        source: Source<'_>,
+        changes: &Changes,
+        renewal: Renewal,
+        layer: &mut Layer,
+    ) -> StaticBlock {
+        let Renewal { slot, before, moved } = renewal;
+        let block = &self.blocks[slot];
+        let means = || block.with_means(source, slot, changes.of(slot), before);
+        if !source.fuses {
+            return means();
+        }
+        let (own, arriving) =
+            (moved.unwrap_or_else(|| self.moved(source, slot)).own, self.arriving(source, slot));
+        if own.is_none() && arriving.is_empty() {
+            return means();
+        }
+        let own = own.unwrap_or_else(|| fusion::means(source, slot, &block.statics));
+        block.with_points(layer.fill(own.into_iter().chain(arriving)))
     }
 
     /// Makes room for blocks that have come since the last call.
@@ -209,6 +251,7 @@ impl StaticCloud {
             seen: CellBits::default(),
             voxels,
             effect,
+            moments: Moments::default(),
         };
         block.places().for_each(&firm, |place, index| {
             let (sum, observations) = (block.weight(index), block.observations(index));
@@ -222,6 +265,9 @@ impl StaticCloud {
                 change.effect.raised = change.effect.raised.max(weight);
             }
         });
+        if source.fuses {
+            change.moments = Moments::of(block, &firm, thinning);
+        }
         Some(change)
     }
 
@@ -323,7 +369,7 @@ impl StaticCloud {
         self.bounds
     }
 
-    /// Mean places of the static voxels of a block, by their place in it.
+    /// The static points of a block, by the voxels in which they lie.
     #[inline]
     pub(crate) fn points(&self, slot: usize) -> &[Point] {
         self.blocks.get(slot).map_or(&[], |block| &block.points)
@@ -350,7 +396,7 @@ impl StaticCloud {
         }
     }
 
-    /// Number of static voxels.
+    /// Number of static points.
     pub(crate) fn len(&self) -> usize {
         self.len
     }
@@ -449,66 +495,5 @@ fn find_candidates(
                 thinning.is_seen(observations).then(|| thinning.radius(weight, observations))
             });
         });
-    }
-}
-
-record!(StaticBlock { firm, heaviest, looks_around, statics, points, colors });
-
-impl StaticBlock {
-    /// The firm voxels that changes in the block and around may concern.
-    fn asked(&self, change: Option<&Change>, effect: Effect) -> Asked {
-        let changed = change.map_or(CellBits::default(), |change| change.voxels);
-        let [raised, lowered] =
-            [effect.raised, effect.lowered].map(|effect| if effect > 0.0 { u64::MAX } else { 0 });
-        let none = CellBits::default();
-        let mut asked = Asked { settled: none, changed: none, kept: none, noise: none };
-        for (word, changed) in changed.into_iter().enumerate() {
-            let others = self.firm[word] & !changed;
-            asked.changed[word] = self.firm[word] & changed;
-            asked.kept[word] = others & self.statics[word] & raised;
-            asked.noise[word] = others & !self.statics[word] & lowered;
-            asked.settled[word] = others & self.statics[word] & !raised;
-        }
-        asked
-    }
-
-    fn new(
-        source: Source<'_>,
-        slot: usize,
-        statics: CellBits,
-        change: Option<&Change>,
-        before: &Self,
-    ) -> Self {
-        let (key, block) = (source.voxels.keys()[slot], &source.voxels.blocks()[slot]);
-        let count: u32 = statics.iter().map(|bits| bits.count_ones()).sum();
-        let mut points = Vec::with_capacity(count as usize);
-        let mut colors = Vec::new();
-        // What has not changed is where it was; whether it has a colour its voxel tells.
-        let changed = change.map_or(CellBits::default(), |change| change.voxels);
-        let old = Places::new(before.statics);
-        let is_kept = |place| old.has(place) && !has(&changed, place);
-        block.places().for_each(&statics, |place, index| {
-            let (point, color) = if is_kept(place) && block.is_colored() {
-                let rank = old.rank(place);
-                (before.points[rank], before.colors.get(rank).copied())
-            } else {
-                let voxel = block.voxel(index);
-                (voxel.mean_position(key.cell(place), source.voxel_size), voxel.mean_color())
-            };
-            points.push(point);
-            if let Some(color) = color {
-                if colors.is_empty() {
-                    colors.reserve_exact(count as usize);
-                }
-                colors.resize(points.len() - 1, Rgb::default());
-                colors.push(color);
-            }
-        });
-        Self { statics, points, colors, ..*before }
-    }
-
-    /// Bytes owned.
-    pub(crate) fn memory_bytes(&self) -> usize {
-        self.points.capacity() * size_of::<Point>() + self.colors.capacity() * size_of::<Rgb>()
     }
 }

@@ -1,0 +1,133 @@
+use dymlm_core::{Point, Rgb};
+
+use super::Source;
+use super::fusion::Leaving;
+use super::surface::{Moments, Surface};
+use crate::block_store::{CellBits, has};
+use crate::changes::{Change, Effect};
+use crate::paging::record;
+use crate::places::Places;
+
+/// What is static in a block of voxels.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct StaticBlock {
+    /// Voxels that are no ghosts.
+    pub(super) firm: CellBits,
+    /// The greatest weight of these.
+    pub(super) heaviest: f32,
+    /// Whether one of these looks for heavier ones around.
+    pub(super) looks_around: bool,
+    /// Those of them that are no noise either.
+    pub(super) statics: CellBits,
+    /// Sums over the voxels that are no ghosts.
+    pub(super) moments: Moments,
+    /// The surface that these and those of the blocks around are readings of.
+    pub(super) surface: Surface,
+    /// The points that static voxels leave in blocks around.
+    pub(super) leaving: Vec<Leaving>,
+    /// Whether points are not the means of the static voxels, in their order.
+    pub(super) is_moved: bool,
+    /// The static points by their voxels, and the colours of the first of them, as many as have one.
+    pub(super) points: Vec<Point>,
+    pub(super) colors: Vec<Rgb>,
+}
+
+/// The voxels of a block that are judged anew, and those that are not.
+pub(super) struct Asked {
+    /// Those that are static and stay so.
+    pub(super) settled: CellBits,
+    /// Those that have changed themselves.
+    pub(super) changed: CellBits,
+    /// Those that were static, and those that were noise, with changes around that may concern them.
+    pub(super) kept: CellBits,
+    pub(super) noise: CellBits,
+}
+
+record!(StaticBlock {
+    firm,
+    heaviest,
+    looks_around,
+    statics,
+    moments,
+    surface,
+    leaving,
+    is_moved,
+    points,
+    colors
+});
+impl StaticBlock {
+    /// The firm voxels that changes in the block and around may concern.
+    pub(super) fn asked(&self, change: Option<&Change>, effect: Effect) -> Asked {
+        let changed = change.map_or(CellBits::default(), |change| change.voxels);
+        let [raised, lowered] =
+            [effect.raised, effect.lowered].map(|effect| if effect > 0.0 { u64::MAX } else { 0 });
+        let none = CellBits::default();
+        let mut asked = Asked { settled: none, changed: none, kept: none, noise: none };
+        for (word, changed) in changed.into_iter().enumerate() {
+            let others = self.firm[word] & !changed;
+            asked.changed[word] = self.firm[word] & changed;
+            asked.kept[word] = others & self.statics[word] & raised;
+            asked.noise[word] = others & !self.statics[word] & lowered;
+            asked.settled[word] = others & self.statics[word] & !raised;
+        }
+        asked
+    }
+
+    /// Whether all of its voxels are ghosts.
+    pub(super) fn is_empty(&self) -> bool {
+        self.firm == CellBits::default()
+    }
+
+    /// The block with these points.
+    pub(super) fn with_points(&self, (points, colors): (Vec<Point>, Vec<Rgb>)) -> Self {
+        Self { is_moved: true, points, colors, ..self.without_points() }
+    }
+
+    /// The block with the means of its static voxels as its points; others were static before.
+    pub(super) fn with_means(
+        &self,
+        source: Source<'_>,
+        slot: usize,
+        change: Option<&Change>,
+        before: CellBits,
+    ) -> Self {
+        let (key, block) = (source.voxels.keys()[slot], &source.voxels.blocks()[slot]);
+        let statics = self.statics;
+        let count: u32 = statics.iter().map(|bits| bits.count_ones()).sum();
+        let mut points = Vec::with_capacity(count as usize);
+        let mut colors = Vec::new();
+        // What has not changed is where it was; whether it has a colour its voxel tells.
+        let changed = change.map_or(CellBits::default(), |change| change.voxels);
+        let old = Places::new(before);
+        let is_kept = |place| !self.is_moved && old.has(place) && !has(&changed, place);
+        block.places().for_each(&statics, |place, index| {
+            let (point, color) = if is_kept(place) && block.is_colored() {
+                let rank = old.rank(place);
+                (self.points[rank], self.colors.get(rank).copied())
+            } else {
+                let voxel = block.voxel(index);
+                (voxel.mean_position(key.cell(place), source.voxel_size), voxel.mean_color())
+            };
+            points.push(point);
+            if let Some(color) = color {
+                if colors.is_empty() {
+                    colors.reserve_exact(count as usize);
+                }
+                colors.resize(points.len() - 1, Rgb::default());
+                colors.push(color);
+            }
+        });
+        Self { is_moved: false, points, colors, ..self.without_points() }
+    }
+
+    fn without_points(&self) -> Self {
+        Self { leaving: self.leaving.clone(), points: Vec::new(), colors: Vec::new(), ..*self }
+    }
+
+    /// Bytes owned.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.points.capacity() * size_of::<Point>()
+            + self.colors.capacity() * size_of::<Rgb>()
+            + self.leaving.capacity() * size_of::<Leaving>()
+    }
+}

@@ -1,0 +1,333 @@
+//! Voxels that are readings of one surface become one layer of points on it.
+//!
+//! The readings of a wall scatter along the line of sight, far away over many voxels, and thinning leaves a
+//! shell of those that are read most. Around each block the surface is fitted that its voxels are readings of
+//! ([`Surface`]), where it is one. A static voxel whose noise reaches other voxels goes to the surface that it
+//! is most likely a reading of, to the nearest place; of those that come to lie in one voxel the heaviest
+//! stays, with its colour. What was seen from near is exact and stays where it is.
+
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
+
+use dymlm_core::{Point, Rgb};
+
+use super::surface::{HALF_BLOCK, Surface, SurfacesAround};
+use super::{Source, StaticCloud};
+use crate::block_store::{
+    BLOCK_CELLS, BlockStore, CellBits, NEIGHBORS, cell_in_block, for_each_bit, has, put, split, step_to,
+};
+use crate::changes::Changes;
+use crate::paging::record;
+use crate::slot_index::KeyHasher;
+use crate::thinning::looks_around;
+use crate::voxel::{SUBVOXELS, Voxel};
+use crate::voxel_block::VoxelBlock;
+
+/// A point of the static cloud, in its block.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct SurfacePoint {
+    /// The voxel in which it lies.
+    place: u16,
+    /// What the voxel weighs that it comes from.
+    weight: f32,
+    /// Metres, world.
+    position: Point,
+    color: Rgb,
+    is_colored: bool,
+}
+
+record!(SurfacePoint { place, weight, position, color, is_colored });
+
+/// A point that a static voxel leaves in a block around its own.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Leaving {
+    /// The place of that block in the neighbourhood.
+    toward: u8,
+    point: SurfacePoint,
+}
+
+record!(Leaving { toward, point });
+
+/// Where the static voxels of a block come to lie.
+#[derive(Debug, Default)]
+pub(super) struct Moved {
+    /// Points in the block itself; none when each voxel stays where it is.
+    pub(super) own: Option<Vec<SurfacePoint>>,
+    /// Points in blocks around, by block and voxel, one a voxel.
+    leaving: Vec<Leaving>,
+}
+
+/// A block whose points are to be made anew.
+#[derive(Debug)]
+pub(super) struct Renewal {
+    pub(super) slot: usize,
+    /// The voxels that were static before.
+    pub(super) before: CellBits,
+    /// Where its voxels lie, as far as that is known.
+    pub(super) moved: Option<Moved>,
+}
+
+/// The blocks whose points are to be made anew, each once.
+#[derive(Debug, Default)]
+pub(super) struct Renewals {
+    tasks: Vec<Renewal>,
+    /// By slot, the index of its task.
+    indices: HashMap<u64, usize, BuildHasherDefault<KeyHasher>>,
+}
+
+/// The points of a block, one a voxel.
+#[derive(Debug)]
+pub(super) struct Layer {
+    taken: CellBits,
+    points: Vec<SurfacePoint>,
+}
+
+impl StaticCloud {
+    /// Fits surfaces anew where voxels have changed, and brings the voxels around to them; notes the blocks
+    /// whose points that concerns. Blocks that are `filled` have come to have voxels that are no ghosts, or
+    /// have none any more.
+    pub(super) fn fuse(
+        &mut self,
+        source: Source<'_>,
+        changes: &Changes,
+        filled: &[usize],
+        renewals: &mut Renewals,
+    ) {
+        let refitted = self.refit(source, changes);
+        let concerned = around(source.voxels, refitted.into_iter().chain(filled.iter().copied()));
+        let mut slots: Vec<usize> = concerned.into_iter().chain(renewals.slots()).collect();
+        slots.retain(|&slot| self.blocks[slot].looks_around || !self.blocks[slot].leaving.is_empty());
+        slots.sort_unstable();
+        slots.dedup();
+        for (slot, mut moved) in crate::parallel::map(slots, |slot| (slot, self.moved(source, slot))) {
+            let Some(block) = self.blocks.get_mut(slot) else { continue };
+            let statics = block.statics;
+            if block.leaving != moved.leaving {
+                let leaving = std::mem::take(&mut moved.leaving);
+                let Some(block) = block.to_mut() else { continue };
+                let before = std::mem::replace(&mut block.leaving, leaving.clone());
+                self.note_targets(source, slot, before.iter().chain(&leaving), renewals);
+            }
+            renewals.note(slot, statics).moved = Some(moved);
+        }
+    }
+
+    /// Fits the surfaces of the blocks that have changed and of those around; gives those that are new.
+    fn refit(&mut self, source: Source<'_>, changes: &Changes) -> Vec<usize> {
+        let slots = around(source.voxels, changes.iter().map(|change| change.slot));
+        let fitted = crate::parallel::map(slots, |slot| (slot, self.fitted(source, slot)));
+        let mut refitted = Vec::new();
+        for (slot, surface) in fitted {
+            let Some(block) = self.blocks.get_mut(slot) else { continue };
+            if block.surface != surface
+                && let Some(block) = block.to_mut()
+            {
+                block.surface = surface;
+                refitted.push(slot);
+            }
+        }
+        refitted
+    }
+
+    /// The surface of a block; none as well where nothing around goes to it.
+    fn fitted(&self, source: Source<'_>, slot: usize) -> Surface {
+        let around: Vec<_> = neighborhood(source.voxels, slot).collect();
+        if !around.iter().any(|&(_, slot)| self.blocks[slot].looks_around) {
+            return Surface::default();
+        }
+        let moments = around.iter().map(|&(place, slot)| (step_to(place), &self.blocks[slot].moments));
+        Surface::fit(&self.blocks[slot].moments, moments)
+    }
+
+    /// Notes the blocks in which voxels of a block leave points.
+    fn note_targets<'a>(
+        &self,
+        source: Source<'_>,
+        slot: usize,
+        leaving: impl Iterator<Item = &'a Leaving>,
+        renewals: &mut Renewals,
+    ) {
+        let mut is_target = [false; NEIGHBORS];
+        leaving.for_each(|leaving| is_target[usize::from(leaving.toward)] = true);
+        for (_, target) in neighborhood(source.voxels, slot).filter(|&(place, _)| is_target[place]) {
+            renewals.note(target, self.blocks[target].statics);
+        }
+    }
+
+    /// Where the static voxels of a block come to lie.
+    pub(super) fn moved(&self, source: Source<'_>, slot: usize) -> Moved {
+        let block = &self.blocks[slot];
+        if !block.looks_around {
+            return Moved::default();
+        }
+        let around = || neighborhood(source.voxels, slot).map(|(place, slot)| (place, &self.blocks[slot]));
+        let near = around().map(|(place, block)| (step_to(place), &block.surface));
+        let surfaces = SurfacesAround::new((&block.moments, &block.surface), near);
+        if surfaces.is_empty() {
+            return Moved::default();
+        }
+        let mut is_target = [false; NEIGHBORS];
+        around().for_each(|(place, block)| is_target[place] = !block.is_empty());
+        let (voxels, thinning) = (&source.voxels.blocks()[slot], source.thinning);
+        let (mut own, mut leaving, mut moves) = (Vec::new(), Vec::new(), false);
+        voxels.places().for_each(&block.statics, |place, index| {
+            let voxel = voxels.voxel(index);
+            let (weight, observations) = (voxel.sums.weight, voxel.observations);
+            let reaches_others = looks_around(thinning.radius(weight, observations));
+            let deviation = thinning.deviation(weight, observations);
+            let foot = reaches_others.then(|| surfaces.foot(from_middle(&voxel, place), deviation)).flatten();
+            let foot = foot.and_then(|foot| {
+                let (step, cell) = split(foot.map(|c| (c + HALF_BLOCK).floor() as i32));
+                let toward = neighbor_at(step).filter(|&toward| is_target[toward])?;
+                Some((toward, cell, foot))
+            });
+            let mut point = mean(source, slot, place, &voxel);
+            let Some((toward, cell, foot)) = foot else { return own.push(point) };
+            moves = true;
+            (point.place, point.position) = (cell as u16, world(source, slot, foot));
+            if toward == NEIGHBORS / 2 {
+                own.push(point);
+            } else {
+                leaving.push(Leaving { toward: toward as u8, point });
+            }
+        });
+        Moved { own: moves.then_some(own), leaving: heaviest(leaving) }
+    }
+
+    /// The points that voxels around leave in a block.
+    pub(super) fn arriving(&self, source: Source<'_>, slot: usize) -> Vec<SurfacePoint> {
+        let mut arriving = Vec::new();
+        for (place, neighbor) in neighborhood(source.voxels, slot) {
+            let back = NEIGHBORS - 1 - place;
+            let leaving = self.blocks[neighbor].leaving.iter();
+            let here = leaving.filter(|leaving| usize::from(leaving.toward) == back);
+            arriving.extend(here.map(|leaving| leaving.point));
+        }
+        arriving
+    }
+}
+
+impl Renewals {
+    /// The task of a block, made when there is none; these of its voxels were static before.
+    pub(super) fn note(&mut self, slot: usize, before: CellBits) -> &mut Renewal {
+        let index = *self.indices.entry(slot as u64).or_insert_with(|| {
+            self.tasks.push(Renewal { slot, before, moved: None });
+            self.tasks.len() - 1
+        });
+        &mut self.tasks[index]
+    }
+
+    fn slots(&self) -> impl Iterator<Item = usize> {
+        self.tasks.iter().map(|task| task.slot)
+    }
+
+    pub(super) fn into_tasks(self) -> Vec<Renewal> {
+        self.tasks
+    }
+}
+
+impl Default for Layer {
+    fn default() -> Self {
+        Self { taken: CellBits::default(), points: vec![SurfacePoint::default(); BLOCK_CELLS] }
+    }
+}
+
+impl Layer {
+    /// Of the points that lie in one voxel the heaviest, of those the first: by voxels, with the colours of
+    /// the first of them, as many as have one.
+    pub(super) fn fill(&mut self, points: impl Iterator<Item = SurfacePoint>) -> (Vec<Point>, Vec<Rgb>) {
+        self.taken = CellBits::default();
+        for point in points {
+            let place = usize::from(point.place);
+            let Some(there) = self.points.get_mut(place) else { continue };
+            if !has(&self.taken, place) || there.weight < point.weight {
+                *there = point;
+                put(&mut self.taken, place);
+            }
+        }
+        self.points()
+    }
+
+    fn points(&self) -> (Vec<Point>, Vec<Rgb>) {
+        let count = self.taken.iter().map(|word| word.count_ones() as usize).sum();
+        let (mut points, mut colors) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for_each_bit(self.taken, |place| {
+            let point = self.points[place];
+            if point.is_colored {
+                colors.resize(points.len(), Rgb::default());
+                colors.push(point.color);
+            }
+            points.push(point.position);
+        });
+        colors.shrink_to_fit();
+        (points, colors)
+    }
+}
+
+/// The static voxels of a block where they are.
+pub(super) fn means(source: Source<'_>, slot: usize, statics: &CellBits) -> Vec<SurfacePoint> {
+    let block = &source.voxels.blocks()[slot];
+    let mut points = Vec::with_capacity(block.len());
+    block.places().for_each(statics, |place, index| {
+        points.push(mean(source, slot, place, &block.voxel(index)));
+    });
+    points
+}
+
+/// The mean place of a voxel's readings, voxels, from the middle of its block.
+fn from_middle(voxel: &Voxel, place: usize) -> [f64; 3] {
+    let (weight, cell) = (voxel.sums.weight.max(1) as f64, cell_in_block(place));
+    std::array::from_fn(|axis| {
+        let within = voxel.sums.position[axis] as f64 / weight / f64::from(SUBVOXELS);
+        f64::from(cell[axis]) + within - HALF_BLOCK
+    })
+}
+
+/// A voxel as a point where its readings are.
+fn mean(source: Source<'_>, slot: usize, place: usize, voxel: &Voxel) -> SurfacePoint {
+    let cell = source.voxels.keys()[slot].cell(place);
+    let color = voxel.mean_color();
+    SurfacePoint {
+        place: place as u16,
+        weight: source.thinning.weight(voxel.sums.weight),
+        position: voxel.mean_position(cell, source.voxel_size),
+        color: color.unwrap_or_default(),
+        is_colored: color.is_some(),
+    }
+}
+
+/// A place in the world, metres, from its place in voxels from the middle of a block.
+fn world(source: Source<'_>, slot: usize, place: [f64; 3]) -> Point {
+    let first = source.voxels.keys()[slot].cell(0);
+    [0, 1, 2].map(|axis| ((f64::from(first[axis]) + HALF_BLOCK + place[axis]) * source.voxel_size) as f32)
+}
+
+/// Of the points that come to lie in one voxel the heaviest, and of those the first.
+fn heaviest(mut leaving: Vec<Leaving>) -> Vec<Leaving> {
+    let voxel = |leaving: &Leaving| (leaving.toward, leaving.point.place);
+    leaving.sort_by(|a, b| voxel(a).cmp(&voxel(b)).then(b.point.weight.total_cmp(&a.point.weight)));
+    leaving.dedup_by_key(|leaving| voxel(leaving));
+    leaving.shrink_to_fit();
+    leaving
+}
+
+/// The place in a neighbourhood of the block at a step.
+fn neighbor_at(step: [i32; 3]) -> Option<usize> {
+    let is_around = step.iter().all(|c| (-1..=1).contains(c));
+    is_around.then(|| (9 * (step[2] + 1) + 3 * (step[1] + 1) + step[0] + 1) as usize)
+}
+
+/// The blocks in the neighbourhood of one, itself among them, by their places in it.
+fn neighborhood(voxels: &BlockStore<VoxelBlock>, slot: usize) -> impl Iterator<Item = (usize, usize)> {
+    let around = voxels.keys()[slot].neighborhood().enumerate();
+    around.filter_map(|(place, neighbor)| Some((place, voxels.slot(neighbor.key)?)))
+}
+
+/// The blocks in the neighbourhoods of some, each once.
+fn around(voxels: &BlockStore<VoxelBlock>, slots: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut around: Vec<usize> =
+        slots.flat_map(|slot| neighborhood(voxels, slot).map(|(_, slot)| slot)).collect();
+    around.sort_unstable();
+    around.dedup();
+    around
+}

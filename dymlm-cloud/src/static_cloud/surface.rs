@@ -1,0 +1,220 @@
+use dymlm_core::symmetric_eigen3;
+use dymlm_core::vector3::dot;
+
+use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block};
+use crate::paging::record;
+use crate::thinning::Thinning;
+use crate::voxel::SUBVOXELS;
+use crate::voxel_block::VoxelBlock;
+
+/// From the lowest corner of a block to its middle, voxels.
+pub(super) const HALF_BLOCK: f64 = BLOCK_SIDE as f64 / 2.0;
+
+/// The variance across a surface is at most so many times that of its readings: their noise is the sensor's,
+/// steps of its depth come on top. With more, the voxels of an edge or of a thing before a wall are taken for
+/// the noise of one surface between them; with less, few surfaces of a Kinect are found at all.
+const MOST_VARIANCE: f64 = 2.0;
+/// Variance of what is spread evenly over the side of a voxel, square voxels.
+const VOXEL_VARIANCE: f64 = 1.0 / 12.0;
+/// A surface is so many times wider than it is thick, by variance: else its normal is left to chance.
+const LEAST_WIDTH: f64 = 2.0;
+/// A surface is at least this wide for its length, by variance: an edge or a cable has no normal.
+const LEAST_SHAPE: f64 = 0.1;
+/// How far from its surface a static voxel is at most, in standard deviations of its readings: thinning leaves
+/// those within 1.4. With more, what stands close before a surface goes to it, and cloud is missing there; with
+/// less, the shell around a far wall keeps its outer points.
+const REACH: f64 = 2.0;
+/// ... and at most so far, voxels: into the next block.
+const MAX_REACH: f64 = BLOCK_SIDE as f64;
+/// Normals and offsets are rounded to such parts, so that a frame that tells nothing new moves nothing.
+const NORMAL_STEPS: f64 = 1024.0;
+const OFFSET_STEPS: f64 = 64.0;
+/// Bits of a weight that are left out: three after the first stay.
+const WEIGHT_BITS: u32 = 20;
+/// What a step of these makes to the logarithm of the weight.
+const LOG_STEP: f64 = std::f64::consts::LN_2 / 8.0;
+
+/// Sums over the voxels of a block that are no ghosts. Lengths in voxels, from the middle of the block.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Moments {
+    weight: f32,
+    /// Of weight times place.
+    places: [f32; 3],
+    /// Of weight times the products xx, xy, xz, yy, yz, zz.
+    products: [f32; 6],
+    /// Of weight times the variance of a reading.
+    noise: f32,
+}
+
+record!(Moments { weight, places, products, noise });
+
+/// The one surface that the voxels in and around a block are readings of: normal . place = offset, lengths in
+/// voxels, from the middle of the block.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Surface {
+    /// Nearly of length one.
+    normal: [f32; 3],
+    offset: f32,
+    /// Logarithm of the weight of the block's own voxels, in steps; 0 for no surface.
+    log_weight: u16,
+}
+
+record!(Surface { normal, offset, log_weight });
+
+/// The surfaces of a block and of those around.
+#[derive(Debug)]
+pub(super) struct SurfacesAround {
+    surfaces: Vec<NearSurface>,
+    /// What is less likely than this belongs to the block's own voxels, which are readings of several
+    /// surfaces.
+    least: f64,
+}
+
+/// A surface as a block beside its own sees it.
+#[derive(Debug, Clone, Copy)]
+struct NearSurface {
+    normal: [f64; 3],
+    offset: f64,
+    squared_length: f64,
+    log_weight: f64,
+}
+
+impl Moments {
+    /// The sums over the static voxels and the noise among these voxels of a block.
+    pub(super) fn of(block: &VoxelBlock, firm: &CellBits, thinning: &Thinning) -> Self {
+        let (mut total, mut observations, mut places, mut products) = (0.0, 0_u64, [0.0; 3], [0.0; 6]);
+        block.places().for_each(firm, |place, index| {
+            let voxel = block.voxel(index);
+            let weight = f64::from(thinning.weight(voxel.sums.weight));
+            let share = weight / (voxel.sums.weight.max(1) as f64 * f64::from(SUBVOXELS));
+            let cell = cell_in_block(place);
+            // Weight times place.
+            let [x, y, z] = [0, 1, 2].map(|axis| {
+                share * voxel.sums.position[axis] as f64 + weight * (f64::from(cell[axis]) - HALF_BLOCK)
+            });
+            total += weight;
+            observations += u64::from(voxel.observations);
+            for (sum, c) in places.iter_mut().zip([x, y, z]) {
+                *sum += c;
+            }
+            let inverse = 1.0 / weight;
+            for (sum, product) in products.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]) {
+                *sum += inverse * product;
+            }
+        });
+        Self {
+            weight: total as f32,
+            places: places.map(|sum| sum as f32),
+            products: products.map(|sum| sum as f32),
+            noise: thinning.noise(observations) as f32,
+        }
+    }
+
+    fn rounded_log_weight(&self) -> u16 {
+        (self.weight.to_bits() >> WEIGHT_BITS) as u16
+    }
+
+    /// Logarithm of the weight, but for a constant.
+    fn log_weight(&self) -> f64 {
+        LOG_STEP * f64::from(self.rounded_log_weight())
+    }
+}
+
+impl Surface {
+    /// The surface of a block with these moments and of the blocks around it, by the steps to them, itself
+    /// among them; none where they are readings of more than one.
+    pub(crate) fn fit<'a>(own: &Moments, around: impl Iterator<Item = ([i32; 3], &'a Moments)>) -> Self {
+        Self::least_squares(own, around).unwrap_or_default()
+    }
+
+    fn least_squares<'a>(
+        own: &Moments,
+        around: impl Iterator<Item = ([i32; 3], &'a Moments)>,
+    ) -> Option<Self> {
+        let (mut weight, mut places, mut products, mut noise) = (0.0, [0.0; 3], [[0.0; 3]; 3], 0.0);
+        for (step, moments) in around.filter(|(_, moments)| moments.weight > 0.0) {
+            let step = step.map(|c| f64::from(c) * BLOCK_SIDE as f64);
+            let (own_weight, sums) = (f64::from(moments.weight), moments.places.map(f64::from));
+            let [xx, xy, xz, yy, yz, zz] = moments.products.map(f64::from);
+            let own = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+            weight += own_weight;
+            noise += f64::from(moments.noise);
+            for row in 0..3 {
+                places[row] += sums[row] + own_weight * step[row];
+                for column in row..3 {
+                    products[row][column] += own[row][column]
+                        + step[row] * sums[column]
+                        + step[column] * sums[row]
+                        + own_weight * step[row] * step[column];
+                }
+            }
+        }
+        let mean = places.map(|sum| sum / weight);
+        let entry = |row: usize, column: usize| products[row][column] / weight - mean[row] * mean[column];
+        let eigen = symmetric_eigen3([0, 1, 2].map(|row| [0, 1, 2].map(|column| entry(row, column))))?;
+        let ([length, width, thickness], [_, _, normal]) = (eigen.values, eigen.vectors);
+        let is_one = thickness <= MOST_VARIANCE * (noise / weight + VOXEL_VARIANCE);
+        let has_normal = width > LEAST_WIDTH * thickness && width > LEAST_SHAPE * length;
+        let log_weight = own.rounded_log_weight();
+        (is_one && has_normal && log_weight > 0).then(|| Self {
+            normal: normal.map(|c| ((c * NORMAL_STEPS).round() / NORMAL_STEPS) as f32),
+            offset: ((dot(normal, mean) * OFFSET_STEPS).round() / OFFSET_STEPS) as f32,
+            log_weight,
+        })
+    }
+
+    /// Whether there is one.
+    fn is_some(&self) -> bool {
+        self.log_weight > 0
+    }
+
+    /// The surface as the block sees it from which `step` leads to its own.
+    fn seen_from(&self, step: [i32; 3]) -> Option<NearSurface> {
+        let normal = self.normal.map(f64::from);
+        let center = step.map(|c| f64::from(c) * BLOCK_SIDE as f64);
+        self.is_some().then(|| NearSurface {
+            normal,
+            offset: f64::from(self.offset) + dot(normal, center),
+            squared_length: dot(normal, normal),
+            log_weight: LOG_STEP * f64::from(self.log_weight),
+        })
+    }
+}
+
+impl SurfacesAround {
+    /// Those of blocks by the steps to them; `own` is the block that sees them.
+    pub(super) fn new<'a>(
+        own: (&Moments, &Surface),
+        around: impl Iterator<Item = ([i32; 3], &'a Surface)>,
+    ) -> Self {
+        let surfaces = around.filter_map(|(step, surface)| surface.seen_from(step)).collect();
+        let (moments, surface) = own;
+        let least =
+            if surface.is_some() { f64::NEG_INFINITY } else { moments.log_weight() - 0.5 * REACH * REACH };
+        Self { surfaces, least }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.surfaces.is_empty()
+    }
+
+    /// The nearest place of the surface that a reading at a place is most likely one of: that surface has most
+    /// of the weight of its block times the probability of the distance. `None` where none is within reach,
+    /// or where the block has more than one surface, and more weight than would make one of those around
+    /// likely. Place from the middle of the block, standard deviation of the reading, voxels.
+    pub(super) fn foot(&self, place: [f64; 3], deviation: f64) -> Option<[f64; 3]> {
+        let reach = (REACH * deviation).min(MAX_REACH);
+        let mut best = (self.least, None);
+        for surface in &self.surfaces {
+            let distance = dot(surface.normal, place) - surface.offset;
+            let squared = distance * distance / surface.squared_length;
+            let likelihood = surface.log_weight - 0.5 * squared / (deviation * deviation);
+            if squared <= reach * reach && likelihood > best.0 {
+                let share = distance / surface.squared_length;
+                best = (likelihood, Some((share, surface.normal)));
+            }
+        }
+        let (share, normal) = best.1?;
+        Some([0, 1, 2].map(|axis| place[axis] - share * normal[axis]))
+    }
+}
