@@ -40,7 +40,10 @@ pub use map_records::{
 pub use pcd::{PcdCloud, PcdField, decode_pcd, encode_pcd, read_pcd, write_pcd};
 pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap};
-pub use tum::{FrameBuffers, PosedFrame, TumCamera, TumDataset, TumFrame, TumOptions, TumWriter};
+pub use tum::{
+    FrameBuffers, PosedFrame, RecordedFrame, TumCamera, TumDataset, TumFrame, TumOptions, TumRecording,
+    TumWriter,
+};
 pub use uncovered_time::UncoveredTime;
 pub use write_atomically::write_atomically;
 pub use yolo_folder::{YoloFolder, read_class_names};

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
-use dymlm::core::{Detection, Frame, PinholeCamera, Pose};
-use dymlm_io::{DetectionFile, FrameBuffers, TumDataset, TumOptions, YoloFolder, read_class_names};
+use dymlm::core::{Detection, Frame, Pose};
+use dymlm_io::{FrameBuffers, TumOptions, TumRecording};
 use dymlm_sim::{Sequence, SequenceConfig};
 
 use crate::{AnyError, PeopleMasks};
@@ -15,20 +15,12 @@ pub enum FrameSource {
     Synthetic(Box<Sequence>),
 }
 
-/// A dataset with its detections.
+/// A dataset with its detections, and with masks where it has them.
 #[derive(Debug)]
 pub struct Recording {
     folder: PathBuf,
-    dataset: TumDataset,
-    detections: Detections,
+    source: TumRecording,
     buffers: FrameBuffers,
-}
-
-#[derive(Debug)]
-enum Detections {
-    None,
-    File(DetectionFile),
-    Yolo(YoloFolder),
 }
 
 /// One frame with what was detected in it and where it was seen from.
@@ -71,20 +63,15 @@ impl FrameSource {
         detections: Option<&Path>,
         options: &TumOptions,
     ) -> Result<Self, AnyError> {
-        let dataset = TumDataset::open(folder, options)?;
-        let own = folder.join("detections.jsonl");
-        let detections = match detections.map(Path::to_path_buf).or_else(|| own.exists().then_some(own)) {
-            None => Detections::None,
-            Some(path) => open_detections(&path, dataset.camera())?,
-        };
+        let source = TumRecording::open(folder, detections, options)?;
         let buffers = FrameBuffers::default();
-        Ok(Self::Recorded(Box::new(Recording { folder: folder.to_path_buf(), dataset, detections, buffers })))
+        Ok(Self::Recorded(Box::new(Recording { folder: folder.to_path_buf(), source, buffers })))
     }
 
     /// Number of frames.
     pub fn len(&self) -> usize {
         match self {
-            Self::Recorded(recording) => recording.dataset.frames().len(),
+            Self::Recorded(recording) => recording.source.dataset().frames().len(),
             Self::Synthetic(sequence) => sequence.len(),
         }
     }
@@ -97,7 +84,9 @@ impl FrameSource {
     /// The pose of a frame that has one, without loading its images.
     pub fn pose(&self, index: usize) -> Option<Pose> {
         match self {
-            Self::Recorded(recording) => recording.dataset.frames().get(index)?.world_from_camera.ok(),
+            Self::Recorded(recording) => {
+                recording.source.dataset().frames().get(index)?.world_from_camera.ok()
+            }
             Self::Synthetic(sequence) => (index < sequence.len()).then(|| sequence.world_from_camera(index)),
         }
     }
@@ -105,7 +94,7 @@ impl FrameSource {
     /// The time of a frame, seconds, without loading its images.
     pub fn timestamp(&self, index: usize) -> Option<f64> {
         match self {
-            Self::Recorded(recording) => Some(recording.dataset.frames().get(index)?.timestamp),
+            Self::Recorded(recording) => Some(recording.source.dataset().frames().get(index)?.timestamp),
             Self::Synthetic(sequence) => (index < sequence.len()).then(|| sequence.timestamp(index)),
         }
     }
@@ -113,23 +102,10 @@ impl FrameSource {
     /// Faults of the dataset's lists and detections that concern no frame that can be loaded, worth a
     /// warning.
     pub fn faults(&self) -> Vec<String> {
-        let Self::Recorded(recording) = self else { return Vec::new() };
-        let mut faults: Vec<String> = recording.dataset.faults().iter().map(ToString::to_string).collect();
-        let unpaired = recording.dataset.unpaired_depth_images();
-        if unpaired > 0 {
-            faults
-                .push(format!("{unpaired} depth images have no colour image near in time and are left out"));
+        match self {
+            Self::Recorded(recording) => recording.source.warnings(),
+            Self::Synthetic(_) => Vec::new(),
         }
-        let gaps = recording.dataset.gaps();
-        faults.extend(gaps.iter().map(|gap| format!("no poses between {:.3} and {:.3} s", gap.from, gap.to)));
-        match &recording.detections {
-            Detections::None => {
-                faults.push("no detections: only late removal keeps movers out of the map".into());
-            }
-            Detections::File(file) => faults.extend(file.faults().iter().map(ToString::to_string)),
-            Detections::Yolo(_) => {}
-        }
-        faults
     }
 
     /// Loads a frame.
@@ -139,7 +115,11 @@ impl FrameSource {
     /// What is wrong with this frame; the others are not concerned.
     pub fn load(&mut self, index: usize) -> Result<SourceFrame, AnyError> {
         match self {
-            Self::Recorded(recording) => recording.load(index),
+            Self::Recorded(recording) => {
+                let loaded = recording.source.load(index, &mut recording.buffers)?;
+                let (frame, world_from_camera) = (loaded.frame, loaded.world_from_camera);
+                Ok(SourceFrame { frame, detections: loaded.detections, world_from_camera })
+            }
             Self::Synthetic(sequence) => {
                 let frame = sequence.frame(index).ok_or("no such frame")?;
                 Ok(SourceFrame {
@@ -166,8 +146,8 @@ impl FrameSource {
     pub fn people(&self, index: usize) -> Result<Option<PeopleMasks>, AnyError> {
         let Self::Recorded(recording) = self else { return Ok(None) };
         let masks = recording.folder.join("masks");
-        let camera = recording.dataset.camera();
-        let color = recording.dataset.frames().get(index).and_then(|frame| frame.color.as_ref());
+        let camera = recording.source.dataset().camera();
+        let color = recording.source.dataset().frames().get(index).and_then(|frame| frame.color.as_ref());
         let (true, Some(name)) = (masks.is_dir(), color.and_then(|color| color.file_stem())) else {
             return Ok(None);
         };
@@ -177,31 +157,4 @@ impl FrameSource {
             _ => Ok(Some(PeopleMasks::nobody(camera.width(), camera.height()))),
         }
     }
-}
-
-impl Recording {
-    fn load(&mut self, index: usize) -> Result<SourceFrame, AnyError> {
-        let listed = self.dataset.frames().get(index).ok_or("no such frame")?;
-        let time = listed.color_timestamp.unwrap_or(listed.timestamp);
-        let detections = match &self.detections {
-            Detections::None => None,
-            Detections::File(file) => file.at(time)?.map(<[_]>::to_vec),
-            Detections::Yolo(folder) => Some(folder.read(listed.color.as_ref().unwrap_or(&listed.depth))?),
-        };
-        let rectified = |found: Vec<Detection>| match self.dataset.rectifier() {
-            Some(rectifier) => found.iter().filter_map(|one| rectifier.rectify_detection(one)).collect(),
-            None => found,
-        };
-        let detections = detections.map(rectified);
-        let posed = self.dataset.load_into(index, &mut self.buffers)?;
-        Ok(SourceFrame { frame: posed.frame, detections, world_from_camera: posed.world_from_camera })
-    }
-}
-
-fn open_detections(path: &Path, camera: &PinholeCamera) -> Result<Detections, AnyError> {
-    if path.is_dir() {
-        let names = read_class_names(path.join("names.txt"))?;
-        return Ok(Detections::Yolo(YoloFolder::open(path, names, camera.width(), camera.height())?));
-    }
-    Ok(Detections::File(DetectionFile::open(path, DetectionFile::DEFAULT_TOLERANCE)?))
 }

@@ -8,6 +8,7 @@ mod image_reader;
 mod list_file;
 mod lists;
 mod options;
+mod recording;
 mod tum_camera;
 mod writer;
 
@@ -15,5 +16,6 @@ pub use dataset::TumDataset;
 pub use frame::{PosedFrame, TumFrame};
 pub use image_reader::FrameBuffers;
 pub use options::TumOptions;
+pub use recording::{RecordedFrame, TumRecording};
 pub use tum_camera::TumCamera;
 pub use writer::TumWriter;

@@ -1,0 +1,123 @@
+use std::path::Path;
+
+use dymlm_core::{Detection, Frame, PinholeCamera, Pose};
+
+use super::{FrameBuffers, TumDataset, TumOptions};
+use crate::{DetectionFile, Error, YoloFolder, read_class_names};
+
+/// A TUM RGB-D dataset with what a detector says of its frames.
+#[derive(Debug)]
+pub struct TumRecording {
+    dataset: TumDataset,
+    detections: RecordedDetections,
+}
+
+#[derive(Debug)]
+enum RecordedDetections {
+    None,
+    File(DetectionFile),
+    Yolo(YoloFolder),
+}
+
+/// One frame of a recording, with what was detected in it and where it was seen from.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct RecordedFrame {
+    /// The frame.
+    pub frame: Frame,
+    /// Detections of all labels; `None` when the detector did not look at the frame.
+    pub detections: Option<Vec<Detection>>,
+    /// Takes camera coordinates to the world.
+    pub world_from_camera: Pose,
+}
+
+impl TumRecording {
+    /// Opens a dataset with its detections: a JSON-lines file or a YOLO folder (class names in `names.txt` there);
+    /// without one the dataset's own `detections.jsonl`, if it has any.
+    ///
+    /// # Errors
+    ///
+    /// As [`TumDataset::open`], and when the detections cannot be read.
+    pub fn open(
+        folder: impl AsRef<Path>,
+        detections: Option<&Path>,
+        options: &TumOptions,
+    ) -> Result<Self, Error> {
+        let dataset = TumDataset::open(folder.as_ref(), options)?;
+        let own = folder.as_ref().join("detections.jsonl");
+        let detections = match detections.or_else(|| own.exists().then_some(&*own)) {
+            None => RecordedDetections::None,
+            Some(path) => RecordedDetections::open(path, dataset.camera())?,
+        };
+        Ok(Self { dataset, detections })
+    }
+
+    /// The dataset.
+    pub fn dataset(&self) -> &TumDataset {
+        &self.dataset
+    }
+
+    /// What is wrong with lists and detections but keeps no frame from being loaded, or that there are no detections:
+    /// worth a warning each.
+    pub fn warnings(&self) -> Vec<String> {
+        let dataset = &self.dataset;
+        let mut warnings: Vec<String> = dataset.faults().iter().map(ToString::to_string).collect();
+        let unpaired = dataset.unpaired_depth_images();
+        if unpaired > 0 {
+            warnings
+                .push(format!("{unpaired} depth images have no colour image near in time and are left out"));
+        }
+        let gap = |gap: crate::TrajectoryGap| format!("no poses between {:.3} and {:.3} s", gap.from, gap.to);
+        warnings.extend(dataset.gaps().into_iter().map(gap));
+        match &self.detections {
+            RecordedDetections::None => {
+                warnings.push("no detections: only late removal keeps movers out of the map".into());
+            }
+            RecordedDetections::File(file) => warnings.extend(file.faults().iter().map(ToString::to_string)),
+            RecordedDetections::Yolo(_) => {}
+        }
+        warnings
+    }
+
+    /// Loads a frame. Detections are brought to the frame where the dataset's lens distorts.
+    ///
+    /// # Errors
+    ///
+    /// As [`TumDataset::load`], and when the frame's detections cannot be read.
+    pub fn load(&self, index: usize, buffers: &mut FrameBuffers) -> Result<RecordedFrame, Error> {
+        let posed = self.dataset.load_into(index, buffers)?;
+        let detections = self.detections_of(index)?;
+        let rectified = |found: Vec<Detection>| match self.dataset.rectifier() {
+            Some(rectifier) => found.iter().filter_map(|one| rectifier.rectify_detection(one)).collect(),
+            None => found,
+        };
+        Ok(RecordedFrame {
+            frame: posed.frame,
+            detections: detections.map(rectified),
+            world_from_camera: posed.world_from_camera,
+        })
+    }
+
+    fn detections_of(&self, index: usize) -> Result<Option<Vec<Detection>>, Error> {
+        let Some(listed) = self.dataset.frames().get(index) else { return Ok(None) };
+        Ok(match &self.detections {
+            RecordedDetections::None => None,
+            RecordedDetections::File(file) => {
+                file.at(listed.color_timestamp.unwrap_or(listed.timestamp))?.map(<[_]>::to_vec)
+            }
+            RecordedDetections::Yolo(folder) => {
+                Some(folder.read(listed.color.as_ref().unwrap_or(&listed.depth))?)
+            }
+        })
+    }
+}
+
+impl RecordedDetections {
+    fn open(path: &Path, camera: &PinholeCamera) -> Result<Self, Error> {
+        if path.is_dir() {
+            let names = read_class_names(path.join("names.txt"))?;
+            return Ok(Self::Yolo(YoloFolder::open(path, names, camera.width(), camera.height())?));
+        }
+        Ok(Self::File(DetectionFile::open(path, DetectionFile::DEFAULT_TOLERANCE)?))
+    }
+}

@@ -1,0 +1,58 @@
+"""Maps of the static world from RGB-D frames, 2D detections and camera poses, while people walk through the scene.
+
+A MapBuilder takes frames as arrays of numpy and builds four maps: a coloured cloud, an occupancy octree, finite planes and
+objects. The library is written in Rust; while it works, other threads of Python run.
+
+    import dymlm
+
+    frames = dymlm.builtin_sequence(every=5)        # or dymlm.Dataset("folder"), a TUM RGB-D folder
+    builder = dymlm.MapBuilder(frames.camera)
+    for frame in frames:
+        builder.insert_frame(frame)
+    map = builder.finish()
+    print(len(map.cloud()), len(map.octree.occupied()), len(map.planes), [thing.label for thing in map.objects])
+
+Lengths are metres, times seconds, angles radians. Camera coordinates: x to the right, y down, z forward.
+"""
+
+from ._dymlm import (
+    Boundary,
+    Camera,
+    ChangedThings,
+    Cloud,
+    CloudBlock,
+    Config,
+    CorrectionReport,
+    Dataset,
+    Detection,
+    DistanceField,
+    Error,
+    FloorUnder,
+    FoundObject,
+    Frame,
+    FrameReport,
+    LoopClosure,
+    Map,
+    MapBuilder,
+    MapChanges,
+    MapObject,
+    MapReader,
+    MapUpdate,
+    MergeReport,
+    Mover,
+    NewIds,
+    OccupancyGrid,
+    Octree,
+    Plane,
+    Pose,
+    RefineReport,
+    Sequence,
+    StaticPoints,
+    ThingChanges,
+    WorldChanges,
+    builtin_sequence,
+    load,
+)
+from . import metrics
+
+__all__ = [name for name in dir() if not name.startswith("_")]

@@ -1,0 +1,344 @@
+//! Builds the maps.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use dymlm::core::{FrameId, PinholeCamera, Pose};
+use dymlm::{FrameInput, MapBuilder, MapConfig, RefineConfig};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use toml::Table;
+
+use crate::arrays::{Array2, points, vector};
+use crate::camera::PyCamera;
+use crate::config::{PyConfig, table_of};
+use crate::correction::{PyCorrectionReport, PyLoopClosure, PyRefineReport};
+use crate::detection::{DetectionsArgument, detections_of, mask_to_array};
+use crate::error::{OrRaise, refused};
+use crate::exclusive::Exclusive;
+use crate::frame::{GivenImages, ImageBuffers, PyFrame};
+use crate::map::{PyMap, memory_of};
+use crate::pose::{PoseArgument, PyPose};
+use crate::reader::PyMapReader;
+use crate::report::PyFrameReport;
+
+/// Builds four maps of the static world (cloud, octree, planes, objects) from frames, 2D detections and poses, while
+/// people walk through it. Frames come in the order of their time.
+///
+/// While it works, other threads of Python run. It may be shared by threads: their calls come one after the other.
+/// What is refused raises an exception, and changes nothing.
+#[pyclass(frozen, name = "MapBuilder", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyMapBuilder {
+    camera: PinholeCamera,
+    /// None once it is finished.
+    builder: Exclusive<Option<MapBuilder>>,
+    buffers: Mutex<ImageBuffers>,
+}
+
+#[pymethods]
+impl PyMapBuilder {
+    #[new]
+    #[pyo3(signature = (camera, config = None))]
+    fn new(camera: &Bound<'_, PyCamera>, config: Option<&Bound<'_, PyConfig>>) -> PyResult<Self> {
+        let config = config.map_or_else(MapConfig::default, |config| config.get().0.clone());
+        Ok(Self::of(camera, MapBuilder::new(config).or_raise()?))
+    }
+
+    /// Goes on with a map of an earlier session: its ids go on, and so does its clock. Poses are in its world.
+    #[staticmethod]
+    fn resume(py: Python<'_>, map: &Bound<'_, PyMap>, camera: &Bound<'_, PyCamera>) -> PyResult<Self> {
+        let maps = map.get().maps();
+        let builder = py.detach(|| MapBuilder::resume((*maps).clone())).or_raise()?;
+        Ok(Self::of(camera, builder))
+    }
+
+    /// Takes in one frame.
+    ///
+    /// timestamp: seconds. depth: (height, width), uint16 with `depth_scale` units a metre (1000: millimetres, 5000: TUM),
+    /// or float32 metres; 0 and NaN are no readings. color: (height, width, 3) uint8, red, green, blue, seen from the same
+    /// place. world_from_camera: a Pose, a 4x4 matrix, or `tx ty tz qx qy qz qw`. detections: a list of Detection, empty
+    /// when the detector found nothing; None when it did not run; "pending" when it runs still, then `detections_for`
+    /// brings them.
+    ///
+    /// Arrays may be views with any strides. Each value is read once, into images that the builder keeps.
+    #[pyo3(signature = (timestamp, depth, color = None, *, world_from_camera, detections = None, depth_scale = 1000.0))]
+    #[expect(clippy::too_many_arguments, reason = "named in Python")]
+    fn insert(
+        &self,
+        py: Python<'_>,
+        timestamp: f64,
+        depth: &Bound<'_, PyAny>,
+        color: Option<&Bound<'_, PyAny>>,
+        world_from_camera: PoseArgument,
+        detections: Option<DetectionsArgument>,
+        depth_scale: f64,
+    ) -> PyResult<PyFrameReport> {
+        let mut buffers = self.take_buffers();
+        let images = GivenImages { depth, depth_scale, color };
+        let frame = images.to_frame(timestamp, &self.camera, &mut buffers)?;
+        let found = detections.unwrap_or(DetectionsArgument::NotRun);
+        let input = FrameInput::new(&frame, found.detections(), &world_from_camera.0);
+        let report = self.with(py, |builder| builder.insert_frame(&input).or_raise());
+        buffers.recycle(frame);
+        *self.buffers.lock().unwrap_or_else(PoisonError::into_inner) = buffers;
+        PyFrameReport::of(py, report?)
+    }
+
+    /// Takes in a Frame of a dataset or a simulation, with its own pose and detections.
+    fn insert_frame(&self, py: Python<'_>, frame: &Bound<'_, PyFrame>) -> PyResult<PyFrameReport> {
+        let frame = frame.get();
+        let input = FrameInput::new(&frame.frame, frame.found.detections(), &frame.world_from_camera);
+        let report = self.with(py, |builder| builder.insert_frame(&input).or_raise())?;
+        PyFrameReport::of(py, report)
+    }
+
+    /// Takes in a scan of a lidar: points (n, 3) in the sensor's frame, metres. It goes into cloud and octree.
+    fn insert_scan(
+        &self,
+        py: Python<'_>,
+        timestamp: f64,
+        points: &Bound<'_, PyAny>,
+        world_from_sensor: PoseArgument,
+    ) -> PyResult<PyFrameReport> {
+        let points = self::points(points, "points")?;
+        let insert = |builder: &mut MapBuilder| builder.insert_scan(timestamp, &points, &world_from_sensor.0);
+        let report = self.with(py, |builder| insert(builder).or_raise())?;
+        PyFrameReport::of(py, report)
+    }
+
+    /// Brings the detections of a frame that was inserted with "pending". With a history also those of a key frame that
+    /// was mapped without.
+    fn detections_for(
+        &self,
+        py: Python<'_>,
+        frame: u64,
+        detections: &Bound<'_, PyAny>,
+    ) -> PyResult<PyFrameReport> {
+        let found = detections_of(detections)?;
+        let report =
+            self.with(py, |builder| builder.detections_for(FrameId::new(frame), &found).or_raise())?;
+        PyFrameReport::of(py, report)
+    }
+
+    /// Processes all frames that wait, those without detections as frames on which the detector did not run.
+    fn process_waiting(&self, py: Python<'_>) -> PyResult<Vec<Py<PyFrameReport>>> {
+        let reports = self.with(py, |builder| builder.process_waiting().or_raise())?;
+        PyFrameReport::of_all(py, reports)
+    }
+
+    /// Takes out of octree, planes and objects at once what the newest frames have found to be no part of the static
+    /// world; it happens by itself once a second.
+    fn settle(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, |builder| {
+            builder.settle();
+            Ok(())
+        })
+    }
+
+    /// The maps as they stand: a Map that stays as it is while the builder goes on. It shares what does not change.
+    fn map(&self, py: Python<'_>) -> PyResult<PyMap> {
+        self.with(py, |builder| Ok(PyMap::of(builder.map().clone())))
+    }
+
+    /// A reader of the maps for other threads, which never waits for the builder.
+    fn reader(&self, py: Python<'_>) -> PyResult<PyMapReader> {
+        self.with(py, |builder| Ok(PyMapReader(builder.reader())))
+    }
+
+    /// Processes the frames that wait, settles, and gives the maps away: the builder takes in no more.
+    fn finish(&self, py: Python<'_>) -> PyResult<PyMap> {
+        let finish = |builder: &mut Option<MapBuilder>| {
+            builder.as_mut().ok_or_else(finished)?.process_waiting().or_raise()?;
+            let builder = builder.take().ok_or_else(finished)?;
+            Ok(PyMap::of(builder.into_map()))
+        };
+        self.builder.with(py, finish)?
+    }
+
+    /// Moves frames to where a loop closure has found them, and all four maps follow: they are those that the same
+    /// observations at the new poses would have made, to the bit. Needs a history. poses: new poses by frame id (int) or
+    /// timestamp (float, as it was inserted), all in one way; frames that are not named move with their neighbours. Ctrl-C cancels it, and
+    /// nothing has changed.
+    fn correct_poses(&self, py: Python<'_>, poses: &Bound<'_, PyDict>) -> PyResult<PyCorrectionReport> {
+        let pair = |(frame, pose): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+            Ok((frame.extract()?, pose.extract::<PoseArgument>()?.0))
+        };
+        let poses: PyResult<Vec<(FrameKey, Pose)>> = poses.iter().map(pair).collect();
+        let poses = poses?;
+        check_one_kind(&poses)?;
+        let report = self.with(py, |builder| {
+            let by_time = FramesByTime::of(builder, &poses);
+            let poses: PyResult<Vec<_>> =
+                poses.iter().map(|(key, pose)| Ok((by_time.frame(*key)?, *pose))).collect();
+            let mut interruption = None;
+            let mut watch = |_| {
+                #[expect(clippy::redundant_closure_for_method_calls, reason = "the path is of one lifetime")]
+                let signal = Python::attach(|py| py.check_signals());
+                interruption = signal.err();
+                interruption.is_none()
+            };
+            let report = builder.correct_poses_watched(&poses?, &mut watch);
+            interruption.map_or_else(|| report.or_raise(), Err)
+        })?;
+        Ok(PyCorrectionReport::of(&report))
+    }
+
+    /// Takes a frame or a scan out of all maps, as if it had never been inserted. Needs a history. frame: its id, or its
+    /// timestamp.
+    fn remove(&self, py: Python<'_>, frame: FrameKey) -> PyResult<PyCorrectionReport> {
+        let report = self.with(py, |builder| {
+            let id = FramesByTime::of(builder, &[(frame, Pose::identity())]).frame(frame)?;
+            builder.remove(id).or_raise()
+        })?;
+        Ok(PyCorrectionReport::of(&report))
+    }
+
+    /// Moves the whole world: each frame's pose is `new_from_old` times what it was. Needs a history.
+    fn transform(&self, py: Python<'_>, new_from_old: PoseArgument) -> PyResult<PyCorrectionReport> {
+        let report = self.with(py, |builder| builder.transform(&new_from_old.0).or_raise())?;
+        Ok(PyCorrectionReport::of(&report))
+    }
+
+    /// Finds better poses by the planes that the key frames have seen, and all maps follow. Needs a history. closures:
+    /// a list of LoopClosure; wrong ones are named in the report. Further fields are those of Rust's `RefineConfig`, such
+    /// as `rounds=3` or `translation_per_second=0.05`.
+    #[pyo3(signature = (closures = None, **fields))]
+    fn refine_poses(
+        &self,
+        py: Python<'_>,
+        closures: Option<Vec<Bound<'_, PyLoopClosure>>>,
+        fields: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyRefineReport> {
+        let fields = fields.map_or_else(|| Ok(Table::new()), table_of)?;
+        let config: RefineConfig = fields.try_into().or_raise()?;
+        let closures: Vec<_> = closures.unwrap_or_default().iter().map(|closure| closure.get().0).collect();
+        let report = self.with(py, |builder| builder.refine_poses_with(&config, &closures).or_raise())?;
+        Ok(PyRefineReport::of(report))
+    }
+
+    /// The frames that were inserted: a list of (id, timestamp, Pose) as they are mapped now. Empty without a history.
+    fn trajectory(&self, py: Python<'_>) -> PyResult<Vec<(u64, f64, PyPose)>> {
+        self.with(py, |builder| {
+            let frames = builder.trajectory();
+            Ok(frames.map(|(id, timestamp, pose)| (id.get(), timestamp, PyPose(pose))).collect())
+        })
+    }
+
+    /// Begins a further session in the same world: its clock may begin anew, and movers are tracked anew.
+    fn begin_session(&self, py: Python<'_>) -> PyResult<Vec<Py<PyFrameReport>>> {
+        let reports = self.with(py, |builder| builder.begin_session().or_raise())?;
+        PyFrameReport::of_all(py, reports)
+    }
+
+    /// Forgets what lies farther than `radius` metres from a place (3,), world, in all maps.
+    fn forget_outside(&self, py: Python<'_>, center: &Bound<'_, PyAny>, radius: f64) -> PyResult<()> {
+        let center = vector(center, "center")?;
+        self.with(py, |builder| {
+            builder.forget_outside(center, radius);
+            Ok(())
+        })
+    }
+
+    /// Bytes that each map takes, what is kept of key frames ("history"), and of earlier states ("snapshots").
+    fn memory(&self, py: Python<'_>) -> PyResult<BTreeMap<&'static str, usize>> {
+        self.with(py, |builder| Ok(memory_of(builder.memory())))
+    }
+
+    /// Which pixels of the last frame were static, (height, width) bool; of each `sensor.stride`-th pixel.
+    fn static_mask<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py, bool>> {
+        let mask = self.with(py, |builder| Ok(builder.preprocessor().static_mask().clone()))?;
+        mask_to_array(py, &mask)
+    }
+
+    /// The settings.
+    #[getter]
+    fn config(&self, py: Python<'_>) -> PyResult<PyConfig> {
+        self.with(py, |builder| Ok(PyConfig(builder.config().clone())))
+    }
+
+    /// The camera of `insert`.
+    #[getter]
+    fn camera(&self) -> PyCamera {
+        PyCamera(self.camera)
+    }
+}
+
+impl PyMapBuilder {
+    fn of(camera: &Bound<'_, PyCamera>, builder: MapBuilder) -> Self {
+        let builder = Exclusive::new(Some(builder));
+        Self { camera: camera.get().0, builder, buffers: Mutex::default() }
+    }
+
+    /// Works with the builder, without the GIL.
+    fn with<R: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut MapBuilder) -> PyResult<R> + Send,
+    ) -> PyResult<R> {
+        self.builder.with(py, |builder| work(builder.as_mut().ok_or_else(finished)?))?
+    }
+
+    /// The images that the next frame is read into; another thread that inserts at the same time makes its own.
+    fn take_buffers(&self) -> ImageBuffers {
+        std::mem::take(&mut *self.buffers.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+fn finished() -> PyErr {
+    refused("the builder is finished: resume its map")
+}
+
+/// A frame as callers name it.
+#[derive(Debug, Clone, Copy, FromPyObject)]
+enum FrameKey {
+    Id(u64),
+    Time(f64),
+}
+
+/// Python takes 2 and 2.0 for one key: who names frames in both ways may have lost one already.
+fn check_one_kind<T>(poses: &[(FrameKey, T)]) -> PyResult<()> {
+    let times = poses.iter().filter(|(key, _)| matches!(key, FrameKey::Time(_))).count();
+    if times == 0 || times == poses.len() {
+        return Ok(());
+    }
+    Err(refused("frames named by id and by timestamp in one call: 2 and 2.0 are one key of a dictionary"))
+}
+
+/// Which frames were inserted at which time.
+struct FramesByTime {
+    /// By the bits of their time, those that are asked for alone.
+    frames: BTreeMap<u64, Vec<FrameId>>,
+}
+
+impl FramesByTime {
+    fn of<T>(builder: &MapBuilder, asked: &[(FrameKey, T)]) -> Self {
+        let times = asked.iter().filter_map(|(key, _)| match key {
+            FrameKey::Time(time) => Some((time.to_bits(), Vec::new())),
+            FrameKey::Id(_) => None,
+        });
+        let mut frames: BTreeMap<u64, Vec<FrameId>> = times.collect();
+        if !frames.is_empty() {
+            for (id, timestamp, _) in builder.trajectory() {
+                if let Some(found) = frames.get_mut(&timestamp.to_bits()) {
+                    found.push(id);
+                }
+            }
+        }
+        Self { frames }
+    }
+
+    fn frame(&self, key: FrameKey) -> PyResult<FrameId> {
+        let time = match key {
+            FrameKey::Id(id) => return Ok(FrameId::new(id)),
+            FrameKey::Time(time) => time,
+        };
+        match self.frames.get(&time.to_bits()).map(Vec::as_slice) {
+            Some([frame]) => Ok(*frame),
+            Some([_, ..]) => {
+                Err(refused(format!("several frames were inserted at {time} s: name them by id")))
+            }
+            _ => Err(refused(format!("no frame was inserted at {time} s"))),
+        }
+    }
+}

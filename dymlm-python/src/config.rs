@@ -1,0 +1,128 @@
+//! Settings of the maps.
+
+use std::path::{Path, PathBuf};
+
+use dymlm::MapConfig;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use toml::{Table, Value};
+
+use crate::error::{OrRaise, refused};
+
+/// Settings of the maps: what is not given stays at its default, or at that of `preset` ("default", "offline": every
+/// frame is mapped, "robot"). Fields are those of a config file:
+/// `Config(history="memory", cloud={"voxel_size": 0.02})`, `Config("robot", sensor={"preset": "realsense_d4xx"})`.
+///
+/// `history`: "memory", or {"folder": path}, keeps what key frames have shown, which corrections, merging and refining
+/// of poses need. A MapBuilder says which field is outside its range.
+#[pyclass(frozen, eq, name = "Config", module = "dymlm")]
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PyConfig(pub(crate) MapConfig);
+
+#[pymethods]
+impl PyConfig {
+    #[new]
+    #[pyo3(signature = (preset = None, **fields))]
+    fn new(preset: Option<String>, fields: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut table = fields.map_or_else(|| Ok(Table::new()), table_of)?;
+        table.extend(preset.map(|preset| ("preset".to_owned(), Value::String(preset))));
+        Self::of_text(&toml::to_string(&table).or_raise()?)
+    }
+
+    /// Reads a config file, given by its path (any `os.PathLike`, or a text of one line that ends with ".toml"), or its
+    /// text.
+    #[staticmethod]
+    fn from_toml(text_or_path: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let Ok(text) = text_or_path.extract::<String>() else {
+            return Self::of_file(&text_or_path.extract::<PathBuf>()?);
+        };
+        let path = PathBuf::from(&text);
+        let is_path = !text.contains('\n') && path.extension().is_some_and(|extension| extension == "toml");
+        if is_path { Self::of_file(&path) } else { Self::of_text(&text) }
+    }
+
+    /// All fields, as a config file has them.
+    fn to_toml(&self) -> PyResult<String> {
+        toml::to_string(&self.0).or_raise()
+    }
+
+    /// All fields, in dictionaries.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        dict_of(py, Table::try_from(&self.0).or_raise()?)
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        Ok(format!("Config.from_toml({:?})", self.to_toml()?))
+    }
+}
+
+impl PyConfig {
+    fn of_text(text: &str) -> PyResult<Self> {
+        MapConfig::from_toml(text).or_raise().map(Self)
+    }
+
+    fn of_file(path: &Path) -> PyResult<Self> {
+        let named = |words: String| refused(format!("{}: {words}", path.display()));
+        let text = std::fs::read_to_string(path).map_err(|error| named(error.to_string()))?;
+        MapConfig::from_toml(&text).map_err(|error| named(error.to_string())).map(Self)
+    }
+}
+
+pub(crate) fn table_of(fields: &Bound<'_, PyDict>) -> PyResult<Table> {
+    fields.iter().map(|(name, value)| Ok((name.extract()?, value_of(&value)?))).collect()
+}
+
+fn value_of(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(table) = value.cast::<PyDict>() {
+        return table_of(table).map(Value::Table);
+    }
+    // A bool is an int in Python.
+    if value.is_instance_of::<PyBool>() {
+        return value.extract().map(Value::Boolean);
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let values: PyResult<_> = value.try_iter()?.map(|value| value_of(&value?)).collect();
+        return values.map(Value::Array);
+    }
+    if value.is_instance_of::<PyString>() {
+        return value.extract().map(Value::String);
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return value.extract().map(Value::Float);
+    }
+    // Integers and numbers of numpy; paths.
+    if let Ok(whole) = value.extract() {
+        return Ok(Value::Integer(whole));
+    }
+    if let Ok(number) = value.extract() {
+        return Ok(Value::Float(number));
+    }
+    match value.extract::<PathBuf>() {
+        Ok(path) => Ok(Value::String(path.to_string_lossy().into_owned())),
+        Err(_) => Err(PyTypeError::new_err(format!("a config cannot hold {}", value.get_type()))),
+    }
+}
+
+fn dict_of(py: Python<'_>, table: Table) -> PyResult<Bound<'_, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, value) in table {
+        dict.set_item(name, object_of(py, value)?)?;
+    }
+    Ok(dict)
+}
+
+fn object_of(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
+    Ok(match value {
+        Value::String(text) => text.into_pyobject(py)?.into_any(),
+        Value::Integer(whole) => PyInt::new(py, whole).into_any(),
+        Value::Float(number) => PyFloat::new(py, number).into_any(),
+        Value::Boolean(bit) => PyBool::new(py, bit).to_owned().into_any(),
+        Value::Datetime(time) => time.to_string().into_pyobject(py)?.into_any(),
+        Value::Array(values) => {
+            let objects: PyResult<Vec<_>> = values.into_iter().map(|value| object_of(py, value)).collect();
+            PyList::new(py, objects?)?.into_any()
+        }
+        Value::Table(table) => dict_of(py, table)?.into_any(),
+    })
+}

@@ -1,0 +1,207 @@
+//! Frames: images, what a detector says of them, and where they were taken from.
+
+use dymlm::core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, PixelFormat, Pose};
+use numpy::{PyArray3, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use crate::arrays::{Array2, array_of, described, image_to_array, rows_to_array, values};
+use crate::camera::PyCamera;
+use crate::detection::{DetectionsArgument, mask_to_array};
+use crate::error::{OrRaise, refused};
+use crate::pose::{PoseArgument, PyPose};
+
+/// A frame with what a detector says of it and where it was taken from: what MapBuilder.insert_frame takes, and what
+/// datasets and simulated sequences give. `depth`, `color`, `world_from_camera`, `detections` and `depth_scale` as in
+/// MapBuilder.insert.
+#[pyclass(frozen, name = "Frame", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyFrame {
+    pub(crate) frame: Frame,
+    pub(crate) found: DetectionsArgument,
+    pub(crate) world_from_camera: Pose,
+    pub(crate) truth: Option<FrameTruth>,
+}
+
+/// What only a simulation knows of a frame.
+#[derive(Debug)]
+pub(crate) struct FrameTruth {
+    pub(crate) mover_mask: Mask,
+    pub(crate) estimated_world_from_camera: Pose,
+}
+
+#[pymethods]
+impl PyFrame {
+    #[new]
+    #[pyo3(signature = (camera, timestamp, depth, color = None, world_from_camera = None, detections = None, depth_scale = 1000.0))]
+    fn new(
+        camera: &Bound<'_, PyCamera>,
+        timestamp: f64,
+        depth: &Bound<'_, PyAny>,
+        color: Option<&Bound<'_, PyAny>>,
+        world_from_camera: Option<PoseArgument>,
+        detections: Option<DetectionsArgument>,
+        depth_scale: f64,
+    ) -> PyResult<Self> {
+        let images = GivenImages { depth, depth_scale, color };
+        Ok(Self {
+            frame: images.to_frame(timestamp, &camera.get().0, &mut ImageBuffers::default())?,
+            found: detections.unwrap_or(DetectionsArgument::NotRun),
+            world_from_camera: world_from_camera.map_or_else(Pose::identity, |pose| pose.0),
+            truth: None,
+        })
+    }
+
+    /// Time, seconds.
+    #[getter]
+    fn timestamp(&self) -> f64 {
+        self.frame.timestamp()
+    }
+
+    /// The camera.
+    #[getter]
+    fn camera(&self) -> PyCamera {
+        PyCamera(*self.frame.camera())
+    }
+
+    /// Depth along the optical axis, (height, width) float32, metres; 0 where there is no reading. A copy.
+    #[getter]
+    fn depth<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py, f32>> {
+        let depth = self.frame.depth();
+        image_to_array(py, [depth.width(), depth.height()], depth.data().to_vec())
+    }
+
+    /// Colours, (height, width, 3) uint8: red, green, blue; None without. A copy.
+    #[getter]
+    fn color<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray3<u8>>>> {
+        let Some(color) = self.frame.color() else { return Ok(None) };
+        let pixels = rows_to_array(py, color.data().to_vec())?;
+        pixels.reshape([color.height(), color.width(), 3]).map(Some)
+    }
+
+    /// What was detected: a list of Detection, None when the detector did not run, "pending" when it runs still.
+    #[getter]
+    fn detections<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.found.to_object(py)
+    }
+
+    /// Where it was taken from: the exact pose, of a simulated frame.
+    #[getter]
+    fn world_from_camera(&self) -> PyPose {
+        PyPose(self.world_from_camera)
+    }
+
+    /// The pose as a SLAM estimates it, of a simulated frame; else None.
+    #[getter]
+    fn estimated_world_from_camera(&self) -> Option<PyPose> {
+        Some(PyPose(self.truth.as_ref()?.estimated_world_from_camera))
+    }
+
+    /// Where movers are, exactly, (height, width) bool, of a simulated frame; else None.
+    #[getter]
+    fn mover_mask<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py, bool>>> {
+        self.truth.as_ref().map(|truth| mask_to_array(py, &truth.mover_mask)).transpose()
+    }
+
+    fn __repr__(&self) -> String {
+        let camera = self.frame.camera();
+        format!(
+            "<dymlm.Frame of {} s, {}x{} pixels>",
+            self.frame.timestamp(),
+            camera.width(),
+            camera.height()
+        )
+    }
+}
+
+/// The images of a frame as a caller gives them.
+#[derive(Clone, Copy)]
+pub(crate) struct GivenImages<'a, 'py> {
+    pub(crate) depth: &'a Bound<'py, PyAny>,
+    pub(crate) depth_scale: f64,
+    pub(crate) color: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// Images that frames are read into, so that inserting a frame allocates none.
+#[derive(Debug, Default)]
+pub(crate) struct ImageBuffers {
+    depth: Option<DepthImage>,
+    color: Option<ColorImage>,
+}
+
+impl ImageBuffers {
+    /// Takes the images of a frame back.
+    pub(crate) fn recycle(&mut self, frame: Frame) {
+        let (depth, color) = frame.into_images();
+        self.depth = Some(depth);
+        self.color = color.or(self.color.take());
+    }
+}
+
+impl GivenImages<'_, '_> {
+    /// The frame of the images: each value is read once, where the caller has it.
+    pub(crate) fn to_frame(
+        self,
+        timestamp: f64,
+        camera: &PinholeCamera,
+        buffers: &mut ImageBuffers,
+    ) -> PyResult<Frame> {
+        let depth = self.read_depth(camera, buffers.depth.take())?;
+        let color = match self.color {
+            Some(color) => Some(read_color(color, camera, buffers.color.take())?),
+            None => None,
+        };
+        Frame::new(timestamp, *camera, depth, color).or_raise()
+    }
+
+    fn read_depth(self, camera: &PinholeCamera, buffer: Option<DepthImage>) -> PyResult<DepthImage> {
+        let size = [camera.height(), camera.width()];
+        let mut image = match buffer {
+            Some(image) if [image.height(), image.width()] == size => image,
+            _ => DepthImage::empty(camera.width(), camera.height()).or_raise()?,
+        };
+        if let Some(array) = array_of::<u16>(self.depth)? {
+            check_shape("depth", array.shape(), &size)?;
+            let mut kept = Vec::new();
+            image.refill_from_u16(values(&array, &mut kept), camera.width(), self.depth_scale).or_raise()?;
+        } else if let Some(array) = array_of::<f32>(self.depth)? {
+            check_shape("depth", array.shape(), &size)?;
+            let mut kept = Vec::new();
+            image.refill_from_metres(values(&array, &mut kept), camera.width()).or_raise()?;
+        } else {
+            let given = described(self.depth);
+            return Err(PyTypeError::new_err(format!(
+                "depth that is {given}: an array of uint16 (with depth_scale) or float32 (metres) is needed"
+            )));
+        }
+        Ok(image)
+    }
+}
+
+fn read_color(
+    given: &Bound<'_, PyAny>,
+    camera: &PinholeCamera,
+    buffer: Option<ColorImage>,
+) -> PyResult<ColorImage> {
+    let wrong =
+        || PyTypeError::new_err(format!("colour that is {}: an array of uint8 is needed", described(given)));
+    let array = array_of::<u8>(given)?.ok_or_else(wrong)?;
+    let (width, height) = (camera.width(), camera.height());
+    check_shape("colour", array.shape(), &[height, width, 3])?;
+    let mut kept = Vec::new();
+    let bytes = values(&array, &mut kept);
+    match buffer {
+        Some(mut image) if [image.width(), image.height()] == [width, height] => {
+            image.refill_from_bytes(bytes, PixelFormat::Rgb8, 3 * width).or_raise()?;
+            Ok(image)
+        }
+        _ => ColorImage::from_bytes(width, height, bytes, PixelFormat::Rgb8, 3 * width).or_raise(),
+    }
+}
+
+fn check_shape(what: &str, actual: &[usize], needed: &[usize]) -> PyResult<()> {
+    if actual == needed {
+        return Ok(());
+    }
+    Err(refused(format!("{what} of shape {actual:?}: the camera needs {needed:?}")))
+}

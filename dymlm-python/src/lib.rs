@@ -1,0 +1,72 @@
+//! Python bindings of `dymlm`: arrays of numpy in, four maps out.
+//!
+//! A thin layer: it computes nothing. A class or function has the name that its counterpart has in Rust; `Py` before
+//! it here keeps the two apart. `dymlm-python/README.md` is for its users.
+//!
+//! While Rust works, other threads of Python run: whatever takes longer than a conversion is called through
+//! `Python::detach`. No lock is ever waited for with the GIL held (`exclusive.rs`).
+
+#![allow(clippy::doc_markdown, reason = "classes' and methods' docs are docstrings of Python")]
+#![allow(clippy::needless_pass_by_value, reason = "arguments of Python are extracted, and owned")]
+
+mod arrays;
+mod builder;
+mod camera;
+mod changes;
+mod cloud;
+mod config;
+mod correction;
+mod dataset;
+mod detection;
+mod distance_field;
+mod error;
+mod exclusive;
+mod frame;
+mod map;
+mod merge;
+mod metrics;
+mod objects;
+mod occupancy_grid;
+mod octree;
+mod planes;
+mod pose;
+mod reader;
+mod report;
+mod sequence;
+mod static_points;
+mod truth;
+
+/// The extension. Python code imports `dymlm`, which gives its names.
+#[pyo3::pymodule(name = "_dymlm")]
+mod extension {
+    #[pymodule_export]
+    use crate::{
+        builder::PyMapBuilder,
+        camera::PyCamera,
+        changes::{PyChangedThings, PyCloudBlock, PyFoundObject, PyMapChanges, PyWorldChanges},
+        cloud::PyCloud,
+        config::PyConfig,
+        correction::{PyCorrectionReport, PyLoopClosure, PyRefineReport, PyThingChanges},
+        dataset::{PyDataset, PyDatasetFrames},
+        detection::PyDetection,
+        distance_field::PyDistanceField,
+        error::Error,
+        frame::PyFrame,
+        map::{PyFloorUnder, PyMap, load},
+        merge::{PyMergeReport, PyNewIds},
+        metrics::{
+            PyCloudScore, PyDynamicMapScore, PyDynamicMapScorer, PyObjectScore, PyPlaneScore,
+            PyReferenceCloud, score_cloud, score_objects, score_planes, score_walls, trajectory_error,
+        },
+        objects::PyMapObject,
+        occupancy_grid::PyOccupancyGrid,
+        octree::PyOctree,
+        planes::{PyBoundary, PyPlane},
+        pose::PyPose,
+        reader::PyMapReader,
+        report::{PyFrameReport, PyMapUpdate, PyMover},
+        sequence::{PySequence, builtin_sequence},
+        static_points::PyStaticPoints,
+        truth::{PyPointTruth, PySequenceTruth, PyTrueFace, PyTrueObject},
+    };
+}

@@ -1,0 +1,281 @@
+//! The four maps.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+
+use dymlm::core::{ObjectId, PlaneId};
+use dymlm::planes::{SurfaceConfig, SurfaceKind};
+use dymlm::{MapMemory, MultiLevelMap, Selection};
+use numpy::PyArray1;
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+
+use crate::arrays::{Array1, to_vector, vector};
+use crate::changes::{PyMapChanges, PyWorldChanges};
+use crate::cloud::PyCloud;
+use crate::config::PyConfig;
+use crate::error::{OrRaise, refused};
+use crate::merge::PyMergeReport;
+use crate::objects::PyMapObject;
+use crate::octree::PyOctree;
+use crate::planes::PyPlane;
+use crate::pose::PoseArgument;
+use crate::static_points::PyStaticPoints;
+
+/// Four maps of the static world in one world frame, as they stood when they were asked for. Lengths in metres.
+#[pyclass(frozen, name = "Map", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyMap {
+    map: RwLock<Arc<MultiLevelMap>>,
+    /// Held while another map is merged into this one.
+    merging: Mutex<()>,
+}
+
+#[pymethods]
+impl PyMap {
+    /// The coloured points of the static world, a voxel each: selection "static" (people, their traces and noise left out)
+    /// or "all" that was read.
+    #[pyo3(signature = (selection = "static"))]
+    fn cloud(&self, py: Python<'_>, selection: &str) -> PyResult<PyCloud> {
+        let selection = match selection {
+            "static" => Selection::Static,
+            "all" => Selection::All,
+            other => return Err(refused(format!("selection {other:?}: \"static\" or \"all\" is needed"))),
+        };
+        let map = self.maps();
+        PyCloud::of(py, py.detach(|| map.cloud().point_cloud(selection)))
+    }
+
+    /// The static cloud, to be asked about places.
+    #[getter]
+    fn static_points(&self) -> PyStaticPoints {
+        PyStaticPoints(self.maps())
+    }
+
+    /// The occupancy octree.
+    #[getter]
+    fn octree(&self) -> PyOctree {
+        PyOctree(self.maps())
+    }
+
+    /// The planes of the map, a list of Plane in the order in which they came into it.
+    #[getter]
+    fn planes(&self) -> Vec<PyPlane> {
+        let map = self.maps();
+        map.planes().iter().map(|plane| PyPlane::of(&map, plane.id())).collect()
+    }
+
+    /// The plane of an id; of an id that was merged away, what it became. KeyError when it is not there.
+    fn plane(&self, id: u64) -> PyResult<PyPlane> {
+        let map = self.maps();
+        let current = map.planes().current_id(PlaneId::new(id));
+        current.map(|id| PyPlane::of(&map, id)).ok_or_else(|| PyKeyError::new_err(id))
+    }
+
+    /// The objects of the map, a list of MapObject in the order in which they came into it.
+    #[getter]
+    fn objects(&self) -> Vec<PyMapObject> {
+        let map = self.maps();
+        map.objects().objects().map(|object| PyMapObject::of(&map, object.id())).collect()
+    }
+
+    /// The object of an id; of an id that was merged away, what it became. KeyError when it is not there.
+    fn object(&self, id: u64) -> PyResult<PyMapObject> {
+        let map = self.maps();
+        let current = map.objects().object(ObjectId::new(id)).map(dymlm::objects::MapObject::id);
+        current.map(|id| PyMapObject::of(&map, id)).ok_or_else(|| PyKeyError::new_err(id))
+    }
+
+    /// The objects that stand on a plane, the oldest first.
+    fn objects_on(&self, plane: u64) -> Vec<PyMapObject> {
+        let map = self.maps();
+        map.objects_on(PlaneId::new(plane)).map(|object| PyMapObject::of(&map, object.id())).collect()
+    }
+
+    /// What the planes are, given a vector (3,) that points up: a list of (Plane, kind, height in metres), kind "floor",
+    /// "table", "wall", "ceiling" or "slanted".
+    fn surfaces(&self, up: &Bound<'_, PyAny>) -> PyResult<Vec<(PyPlane, &'static str, f64)>> {
+        let (map, up) = (self.maps(), vector(up, "up")?);
+        let kind = |kind| match kind {
+            SurfaceKind::Floor => "floor",
+            SurfaceKind::Table => "table",
+            SurfaceKind::Wall => "wall",
+            SurfaceKind::Ceiling => "ceiling",
+            _ => "slanted",
+        };
+        let surfaces = map.planes().surfaces(up, &SurfaceConfig::default());
+        Ok(surfaces
+            .iter()
+            .map(|one| (PyPlane::of(&map, one.plane.id()), kind(one.kind), one.height))
+            .collect())
+    }
+
+    /// The first level surface under a point (3,), at most `max_distance` metres against `up` (3,); one that was read
+    /// within `reach` metres of there is extended. A FloorUnder, or None.
+    #[pyo3(signature = (point, up, max_distance, reach = 0.0))]
+    fn floor_under(
+        &self,
+        py: Python<'_>,
+        point: &Bound<'_, PyAny>,
+        up: &Bound<'_, PyAny>,
+        max_distance: f64,
+        reach: f64,
+    ) -> PyResult<Option<PyFloorUnder>> {
+        let (point, up) = (vector(point, "point")?, vector(up, "up")?);
+        let floor = self.maps().floor_under(point, up, max_distance, reach);
+        Ok(floor.map(|floor| PyFloorUnder {
+            plane: floor.plane.get(),
+            point: to_vector(py, floor.point).unbind(),
+            distance: floor.distance,
+            extended_by: floor.extended_by,
+        }))
+    }
+
+    /// A unit vector (3,) that points up in the world, once it is known, else None.
+    #[getter]
+    fn up<'py>(&self, py: Python<'py>) -> Option<Array1<'py, f64>> {
+        Some(to_vector(py, self.maps().up()?))
+    }
+
+    /// How many there are of what: "cloud_points", "cloud_voxels", "octree_nodes", "octree_leaves",
+    /// "octree_occupied_leaves", "planes", "objects".
+    fn counts(&self, py: Python<'_>) -> BTreeMap<&'static str, usize> {
+        let map = self.maps();
+        let counts = py.detach(|| map.counts());
+        BTreeMap::from([
+            ("cloud_points", counts.cloud_points),
+            ("cloud_voxels", counts.cloud_voxels),
+            ("octree_nodes", counts.octree_nodes),
+            ("octree_leaves", counts.octree_leaves),
+            ("octree_occupied_leaves", counts.octree_occupied_leaves),
+            ("planes", counts.planes),
+            ("objects", counts.objects),
+        ])
+    }
+
+    /// Bytes that each map takes, and what is kept of key frames ("history").
+    fn memory(&self) -> BTreeMap<&'static str, usize> {
+        memory_of(self.maps().memory())
+    }
+
+    /// The settings that it was made with.
+    #[getter]
+    fn config(&self) -> PyConfig {
+        PyConfig(self.maps().config().clone())
+    }
+
+    /// Which state of the maps it is: it grows whenever they change.
+    #[getter]
+    fn revision(&self) -> u64 {
+        self.maps().revision().get()
+    }
+
+    /// Saves the map in a folder: `cloud.ply`, `octree.bt`, `octree.ot`, `planes.json`, `planes.ply`, `objects.json`, and
+    /// the whole state, which `load` reads. A crash leaves the older map or the new one.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        let map = self.maps();
+        py.detach(|| map.save(folder)).or_raise()
+    }
+
+    /// Takes in the sessions of another map, whose world `world_from_other` brings to this one's: the maps are those that
+    /// one builder would have made of all key frames, to the bit, in the order of the times at which they were recorded.
+    /// Needs a history in both. What was asked of this map before (its octree, planes, clouds) stays as it was.
+    #[pyo3(signature = (other, world_from_other = None))]
+    fn merge(
+        &self,
+        py: Python<'_>,
+        other: &Bound<'_, Self>,
+        world_from_other: Option<PoseArgument>,
+    ) -> PyResult<PyMergeReport> {
+        let other = other.get();
+        let world_from_other = world_from_other.map(|pose| pose.0).unwrap_or_default();
+        let merge = || {
+            let _alone = self.merging.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut map = (*self.maps()).clone();
+            let report = map.merge(&other.maps(), &world_from_other)?;
+            *self.map.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(map);
+            Ok::<_, dymlm::Error>(report)
+        };
+        Ok(PyMergeReport::of(&py.detach(merge).or_raise()?))
+    }
+
+    /// What differs from an earlier state of the map, such as a MapReader gave before: blocks of the cloud, cubes of the
+    /// octree, planes and objects. Who replaces these in a copy has this state.
+    fn changes_since(&self, py: Python<'_>, earlier: &Bound<'_, Self>) -> PyResult<PyMapChanges> {
+        let (map, earlier) = (self.maps(), earlier.get().maps());
+        PyMapChanges::of(py, py.detach(|| map.changes_since(&earlier)))
+    }
+
+    /// What has moved, appeared and vanished in the world since an earlier map of it: the evidence decides, so that only
+    /// what was seen both times is compared.
+    fn world_changes_since(&self, py: Python<'_>, earlier: &Bound<'_, Self>) -> PyResult<PyWorldChanges> {
+        let (map, earlier) = (self.maps(), earlier.get().maps());
+        PyWorldChanges::of(py, &py.detach(|| map.world_changes_since(&earlier)))
+    }
+
+    /// The sessions that the map was built in: a list of (first frame, number of frames, first time, last time). Empty
+    /// without a history.
+    #[getter]
+    fn sessions(&self) -> Vec<(u64, usize, f64, f64)> {
+        let session = |one: dymlm::MapSession| (one.first.get(), one.frames, one.times[0], one.times[1]);
+        self.maps().sessions().into_iter().map(session).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        let map = self.maps();
+        format!(
+            "<dymlm.Map, revision {}: {} points, {} planes, {} objects>",
+            map.revision().get(),
+            map.cloud().len(),
+            map.planes().len(),
+            map.objects().len()
+        )
+    }
+}
+
+impl PyMap {
+    pub(crate) fn of(map: MultiLevelMap) -> Self {
+        Self::shared(Arc::new(map))
+    }
+
+    pub(crate) fn shared(map: Arc<MultiLevelMap>) -> Self {
+        Self { map: RwLock::new(map), merging: Mutex::default() }
+    }
+
+    /// The maps as they stand. The lock is held no longer than it takes to count a reference.
+    pub(crate) fn maps(&self) -> Arc<MultiLevelMap> {
+        Arc::clone(&self.map.read().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// The map that was saved in a folder, to the bit.
+#[pyfunction]
+pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<PyMap> {
+    py.detach(|| MultiLevelMap::load(folder)).or_raise().map(PyMap::of)
+}
+
+pub(crate) fn memory_of(memory: MapMemory) -> BTreeMap<&'static str, usize> {
+    BTreeMap::from([
+        ("cloud", memory.cloud),
+        ("octree", memory.octree),
+        ("planes", memory.planes),
+        ("objects", memory.objects),
+        ("history", memory.history),
+        ("snapshots", memory.snapshots),
+    ])
+}
+
+/// What something at a point stands on, or would fall onto.
+#[pyclass(frozen, get_all, name = "FloorUnder", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyFloorUnder {
+    /// The plane's id.
+    plane: u64,
+    /// Where it is straight under the point, (3,), metres, world.
+    point: Py<PyArray1<f64>>,
+    /// Distance to there, metres.
+    distance: f64,
+    /// How far from there the plane was read, metres: 0 where it was read there itself.
+    extended_by: f64,
+}

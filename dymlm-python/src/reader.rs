@@ -1,0 +1,30 @@
+//! Reads the maps while they are built.
+
+use std::time::Duration;
+
+use dymlm::MapReader;
+use pyo3::prelude::*;
+
+use crate::error::OrRaise;
+use crate::map::PyMap;
+
+/// Reads the maps of a builder on any thread: maps as they were published last, every half second of the frames' clock
+/// and whenever they are changed on request. Neither waits for the other.
+#[pyclass(frozen, name = "MapReader", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyMapReader(pub(crate) MapReader);
+
+#[pymethods]
+impl PyMapReader {
+    /// The maps that were published last.
+    fn latest(&self) -> PyMap {
+        PyMap::shared(self.0.latest())
+    }
+
+    /// Waits for maps that are newer than these, at most `timeout` seconds; None when none came.
+    fn wait_newer(&self, py: Python<'_>, than: &Bound<'_, PyMap>, timeout: f64) -> PyResult<Option<PyMap>> {
+        let (than, timeout) =
+            (than.get().maps().revision(), Duration::try_from_secs_f64(timeout).or_raise()?);
+        Ok(py.detach(|| self.0.wait_newer(than, timeout)).map(PyMap::shared))
+    }
+}

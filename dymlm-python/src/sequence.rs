@@ -1,0 +1,93 @@
+//! Simulated sequences.
+
+use std::sync::Arc;
+
+use dymlm_sim::{Sequence, SequenceConfig, SequenceType, SimulatedFrame, Truth, TruthConfig};
+use pyo3::prelude::*;
+
+use crate::camera::PyCamera;
+use crate::dataset::frame_index;
+use crate::detection::DetectionsArgument;
+use crate::error::{OrRaise, refused};
+use crate::frame::{FrameTruth, PyFrame};
+use crate::pose::PyPose;
+use crate::truth::PySequenceTruth;
+
+/// A rendered sequence with exact truth. `sequence[i]` renders a Frame, the same each time.
+#[pyclass(frozen, name = "Sequence", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PySequence(Arc<Sequence>);
+
+/// The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
+/// "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None for that of build_map. `frames`
+/// at 10 a second, by default 150; `every`: every n-th of the same walk; `people` 0 to 2; `camera`: another one.
+#[pyfunction]
+#[pyo3(signature = (name = None, *, frames = None, every = 1, people = None, seed = None, camera = None))]
+pub(crate) fn builtin_sequence(
+    py: Python<'_>,
+    name: Option<&str>,
+    frames: Option<usize>,
+    every: usize,
+    people: Option<usize>,
+    seed: Option<u64>,
+    camera: Option<&Bound<'_, PyCamera>>,
+) -> PyResult<PySequence> {
+    let mut config = match name {
+        None => SequenceConfig::default(),
+        Some(name) => {
+            let unknown = || {
+                let names: Vec<_> = SequenceType::ALL.iter().map(|kind| kind.name()).collect();
+                refused(format!("no sequence {name:?}; there are: {}", names.join(", ")))
+            };
+            SequenceType::ALL.iter().find(|kind| kind.name() == name).ok_or_else(unknown)?.config()
+        }
+    };
+    config.frames = frames.unwrap_or(config.frames).div_ceil(every.max(1));
+    config.frame_rate /= every.max(1) as f64;
+    config.people = people.unwrap_or(config.people);
+    config.seed = seed.unwrap_or(config.seed);
+    config.camera = camera.map(|camera| camera.get().0).or(config.camera);
+    Ok(PySequence(Arc::new(py.detach(|| Sequence::new(&config)).or_raise()?)))
+}
+
+#[pymethods]
+impl PySequence {
+    /// The camera.
+    #[getter]
+    fn camera(&self) -> PyCamera {
+        PyCamera(*self.0.camera())
+    }
+
+    /// The exact poses of all frames, a list of Pose.
+    #[getter]
+    fn poses(&self) -> Vec<PyPose> {
+        (0..self.0.len()).map(|index| PyPose(self.0.world_from_camera(index))).collect()
+    }
+
+    /// The truth about the world: what static surface, movers, faces and objects there are, and what of them these frames
+    /// have seen. Renders all frames.
+    fn truth(&self, py: Python<'_>) -> PyResult<PySequenceTruth> {
+        py.detach(|| Truth::of(&self.0, &TruthConfig::default())).or_raise().map(PySequenceTruth)
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    fn __getitem__(&self, py: Python<'_>, index: isize) -> PyResult<PyFrame> {
+        let place = frame_index(index, self.0.len())?;
+        let frame = py.detach(|| self.0.frame(place)).ok_or_else(|| refused(format!("no frame {place}")))?;
+        let SimulatedFrame { frame, detections, world_from_camera, mover_mask, .. } = frame;
+        let estimated_world_from_camera = self.0.estimated_pose(place);
+        Ok(PyFrame {
+            frame,
+            found: DetectionsArgument::Found(detections),
+            world_from_camera,
+            truth: Some(FrameTruth { mover_mask, estimated_world_from_camera }),
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<dymlm.Sequence of {} frames>", self.0.len())
+    }
+}

@@ -1,0 +1,126 @@
+"""What is refused raises an exception in Rust's words, and changes nothing."""
+
+import dymlm
+import numpy as np
+import pytest
+from conftest import inserted, same
+
+NAN_POSE = np.eye(4)
+NAN_POSE[1, 1] = np.nan
+SHEARED = np.eye(4)
+SHEARED[0, 1] = 0.5
+PROJECTIVE = np.eye(4)
+PROJECTIVE[3, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("changed", "kind", "words"),
+    [
+        ({"depth": np.zeros((240, 319), np.float32)}, dymlm.Error, "depth of shape"),
+        ({"depth": np.zeros((240, 320, 1), np.float32)}, dymlm.Error, "depth of shape"),
+        ({"depth": np.zeros((240, 320))}, TypeError, "uint16 .* or float32"),
+        ({"depth": np.zeros((240, 320), ">u2")}, TypeError, "uint16 .* or float32"),
+        ({"depth": [[1.0]]}, TypeError, "uint16 .* or float32"),
+        ({"depth": np.zeros((240, 320), np.uint16), "depth_scale": 0.0}, dymlm.Error, "depth scale"),
+        ({"color": np.zeros((240, 320), np.uint8)}, dymlm.Error, "colour of shape"),
+        ({"color": np.zeros((240, 320, 4), np.uint8)}, dymlm.Error, "colour of shape"),
+        ({"color": np.zeros((240, 320, 3))}, TypeError, "uint8"),
+        ({"world_from_camera": NAN_POSE}, dymlm.Error, "rotation"),
+        ({"world_from_camera": [np.nan] * 7}, dymlm.Error, "pose|finite"),
+        ({"world_from_camera": np.eye(3)}, dymlm.Error, "seven numbers"),
+        ({"world_from_camera": SHEARED}, dymlm.Error, "rotation"),
+        ({"world_from_camera": PROJECTIVE}, dymlm.Error, "last row"),
+        ({"world_from_camera": [1e30, 0, 0, 0, 0, 0, 1]}, dymlm.Error, "reach|far|outside|beyond"),
+        ({"world_from_camera": "here"}, TypeError, "real numbers"),
+        ({"timestamp": float("nan")}, dymlm.Error, "timestamp"),
+        ({"timestamp": -1.0}, dymlm.Error, "time"),
+        ({"detections": "none"}, dymlm.Error, "pending"),
+        ({"detections": [("person", 0.5)]}, TypeError, "Detection"),
+    ],
+)
+def test_a_refused_frame_changes_nothing(frames, changed, kind, words):
+    builder, untouched = inserted(frames[:2]), inserted(frames[:2])
+    frame = frames[2]
+    arguments = dict(
+        timestamp=frame.timestamp,
+        depth=frame.depth,
+        color=frame.color,
+        world_from_camera=frame.world_from_camera,
+        detections=frame.detections,
+    )
+    with pytest.raises(kind, match=words):
+        builder.insert(**(arguments | changed))
+    for whole in (builder, untouched):
+        whole.insert(**arguments)
+    assert same(builder.map(), untouched.map())
+
+
+def test_masks_and_boxes(frames):
+    mask = np.zeros((240, 320), bool)
+    mask[10:20, 30:40] = True
+    detection = dymlm.Detection("person", [30, 10, 40, 20], 0.5, mask)
+    assert np.array_equal(detection.mask, mask) and detection.box == [30.0, 10.0, 40.0, 20.0]
+    assert detection == dymlm.Detection("person", np.array([30, 10, 40, 20]), 0.5, mask[::1])
+    with pytest.raises(TypeError, match="bool"):
+        dymlm.Detection("person", [0, 0, 1, 1], 0.5, mask.astype(np.uint8))
+    with pytest.raises(dymlm.Error, match="shape"):
+        dymlm.Detection("person", [0, 0, 1], 0.5)
+    with pytest.raises(dymlm.Error, match="box"):
+        dymlm.Detection("person", [1, 0, 0, 1], 0.5)
+    with pytest.raises(dymlm.Error, match="score"):
+        dymlm.Detection("person", [0, 0, 1, 1], 1.5)
+    builder = dymlm.MapBuilder(frames[0].camera)
+    small = dymlm.Detection("person", [0, 0, 9, 9], 0.5, np.ones((9, 9), bool))
+    with pytest.raises(dymlm.Error, match="mask"):
+        builder.insert(0.0, frames[0].depth, world_from_camera=np.eye(4), detections=[small])
+
+
+def test_configs(frames, tmp_path):
+    config = dymlm.Config("robot", history="memory", cloud={"voxel_size": 0.03}, sensor={"max_depth": 3})
+    assert config.to_dict()["cloud"]["voxel_size"] == 0.03
+    assert dymlm.Config.from_toml(config.to_toml()) == config
+    (tmp_path / "config.toml").write_text(config.to_toml())
+    assert dymlm.Config.from_toml(tmp_path / "config.toml") == config
+    assert dymlm.Config.from_toml(str(tmp_path / "config.toml")) == config
+    assert dymlm.Config() == dymlm.Config("default") != config
+    with pytest.raises(dymlm.Error, match="voxel_sise"):
+        dymlm.Config(cloud={"voxel_sise": 0.03})
+    with pytest.raises(dymlm.Error, match="preset"):
+        dymlm.Config("robots")
+    with pytest.raises(dymlm.Error, match="cloud.voxel_size = -1 is outside its range 0.001..=1"):
+        dymlm.MapBuilder(frames[0].camera, dymlm.Config(cloud={"voxel_size": -1.0}))
+    with pytest.raises(dymlm.Error, match=r"missing\.toml"):
+        dymlm.Config.from_toml(tmp_path / "missing.toml")
+
+
+def test_questions_in_wrong_shapes(frames):
+    map = inserted(frames[:1]).map()
+    for ask in (map.octree.states, map.octree.log_odds, map.static_points.nearest, map.octree.nearest_obstacles):
+        assert len(ask(np.zeros((0, 3)))[0:1]) <= 1
+        with pytest.raises(dymlm.Error, match="shape"):
+            ask(np.zeros((2, 4)))
+        with pytest.raises(TypeError, match="real numbers"):
+            ask(["a", "b", "c"])
+    with pytest.raises(dymlm.Error, match="3 origins for 2 directions"):
+        map.octree.cast_rays(np.zeros((3, 3)), np.ones((2, 3)))
+    with pytest.raises(dymlm.Error, match="stop"):
+        map.octree.cast_rays([0, 0, 0], [[1, 0, 0]], unknown="free")
+    with pytest.raises(dymlm.Error, match="selection"):
+        map.cloud("some")
+
+
+def test_poses():
+    pose = dymlm.Pose([1.0, 2.0, 3.0], [0.0, 0.0, 0.6, 0.8])
+    assert dymlm.Pose(np.r_[pose.translation, pose.quaternion]) == pose
+    assert np.allclose((pose @ pose.inverse()).matrix, np.eye(4))
+    assert np.allclose((pose @ np.asarray(pose)).matrix, np.asarray(pose) @ np.asarray(pose))
+    assert np.asarray(pose, dtype=np.float32).dtype == np.float32
+
+
+def test_places_in_sequences(frames):
+    sequence = dymlm.builtin_sequence(frames=3)
+    assert sequence[-1].timestamp == sequence[2].timestamp and len(list(sequence)) == 3
+    with pytest.raises(IndexError):
+        sequence[3]
+    with pytest.raises(dymlm.Error, match="walking_xyz"):
+        dymlm.builtin_sequence("running")
