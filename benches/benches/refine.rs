@@ -1,8 +1,10 @@
-//! A solve of poses with planes: rooms in a row, each with ten planes that every third pose in it has seen.
+//! A solve of poses with planes: rooms in a row, each with ten planes that every third pose in it has seen; and of the
+//! field's pose graphs, where the data folder has them.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use dymlm_core::{Pose, SplitMix64};
 use dymlm_refine::{PlaneView, PoseGraph, RelativePose, SolverConfig};
+use dymlm_test_support::{MeasuredPose, read_g2o, recording};
 
 const POSES_IN_A_ROOM: usize = 80;
 const PLANES_OF_A_ROOM: usize = 10;
@@ -76,5 +78,22 @@ fn solve(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, solve);
+fn solve_pose_graphs(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("dymlm-refine/pose_graph");
+    group.sample_size(10);
+    for name in ["parking-garage", "sphere2500"] {
+        let path = recording(&format!("pose_graphs/{name}.g2o"));
+        let Some(text) = path.and_then(|path| std::fs::read_to_string(path).ok()) else { continue };
+        let (poses, edges) = read_g2o(&text);
+        let mut graph = PoseGraph::new(poses);
+        for MeasuredPose { from, to, measured, information } in edges {
+            assert!(graph.add_relative(&RelativePose { from, to, measured, information }).is_ok());
+        }
+        group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
+            bencher.iter(|| graph.optimize(&SolverConfig::default()).map(|solution| solution.final_cost));
+        });
+    }
+}
+
+criterion_group!(benches, solve, solve_pose_graphs);
 criterion_main!(benches);

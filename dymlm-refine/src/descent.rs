@@ -91,7 +91,7 @@ impl<'a> Descent<'a> {
 
     /// What a step leads to, and how much the linearized cost sinks by it; `None` where the cost itself does
     /// not.
-    fn stepped(&self, damping: f64) -> Option<(Estimate, f64)> {
+    fn stepped(&mut self, damping: f64) -> Option<(Estimate, f64)> {
         let (step, promised) = self.equations.solve(damping)?;
         let poses = stepped(&self.estimate.poses, &self.equations, &step);
         let planes = self.graph.best_planes(&poses).ok()?;

@@ -1,33 +1,33 @@
-use faer::dyn_stack::{MemBuffer, MemStack};
-
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
 use nalgebra::SMatrix;
 
 use crate::Error;
+use crate::cholesky::Cholesky;
+use crate::elimination::Elimination;
 
 /// Symmetric equations in blocks, of which only those that some factor couples are stored. What depends on
 /// the pattern alone is made once: the order of elimination and the places of the numbers.
-///
-/// Factorized number by number, not by dense blocks: faer chooses its code for those by the processor that it
-/// finds, and the bits would depend on it.
 #[derive(Debug)]
 pub(crate) struct NormalEquations {
     /// Where the unknowns of each block begin, and the end of the last.
     starts: Vec<usize>,
-    /// For each block column the block rows on and below the diagonal, ascending, each with the place of its
-    /// first row in the column.
-    columns: Vec<Vec<(usize, usize)>>,
-    column_starts: Vec<usize>,
-    rows: Vec<usize>,
+    elimination: Elimination,
+    /// For each position in the order of elimination the blocks on and below its diagonal, ascending.
+    columns: Vec<Vec<Entry>>,
+    /// Each block column by column.
     values: Vec<f64>,
     right: Vec<f64>,
-    symbolic: SymbolicCholesky<usize>,
+    cholesky: Cholesky,
+}
+
+/// A block.
+#[derive(Debug)]
+struct Entry {
+    /// Position of its rows.
+    row: usize,
+    /// Where its numbers begin.
+    place: usize,
+    /// Where its rows begin in the front of its column's supernode.
+    row_in_front: usize,
 }
 
 impl NormalEquations {
@@ -36,43 +36,43 @@ impl NormalEquations {
         sizes: impl IntoIterator<Item = usize>,
         coupled: impl IntoIterator<Item = (usize, usize)>,
     ) -> Result<Self, Error> {
+        let sizes: Vec<usize> = sizes.into_iter().collect();
         let mut starts = vec![0];
-        starts.extend(sizes.into_iter().scan(0, |end, size| {
-            *end += size;
-            Some(*end)
-        }));
-        let blocks = starts.len() - 1;
-        let mut below: Vec<Vec<usize>> = (0..blocks).map(|block| vec![block]).collect();
+        let mut below: Vec<Vec<usize>> = vec![Vec::new(); sizes.len()];
+        for (block, size) in sizes.iter().enumerate() {
+            starts.push(starts[block] + size);
+        }
         for (a, b) in coupled {
             below[a.min(b)].push(a.max(b));
         }
-        let (mut columns, mut column_starts, mut rows) = (Vec::with_capacity(blocks), vec![0], Vec::new());
-        for (block, mut below) in below.into_iter().enumerate() {
-            below.sort_unstable();
-            below.dedup();
-            for column in starts[block]..starts[block + 1] {
-                // Of the diagonal block the lower triangle.
-                let own = below.iter().flat_map(|&row| starts[row]..starts[row + 1]);
-                rows.extend(own.filter(|&row| row >= column));
-                column_starts.push(rows.len());
-            }
-            let place = below.iter().scan(0, |next, &row| {
-                let place = *next;
-                *next += starts[row + 1] - starts[row];
-                Some((row, place))
-            });
-            columns.push(place.collect());
+        for rows in &mut below {
+            rows.sort_unstable();
+            rows.dedup();
         }
-        let unknowns = starts.last().copied().unwrap_or(0);
-        let pattern = SymbolicSparseColMatRef::new_checked(unknowns, unknowns, &column_starts, None, &rows);
-        let params = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-            ..CholeskySymbolicParams::default()
-        };
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, params);
-        let symbolic = symbolic.map_err(|_| Error::Singular)?;
-        let (values, right) = (vec![0.0; rows.len()], vec![0.0; unknowns]);
-        Ok(Self { starts, columns, column_starts, rows, values, right, symbolic })
+        let elimination = Elimination::new(&sizes, &below)?;
+
+        let mut rows: Vec<Vec<usize>> = (0..sizes.len()).map(|position| vec![position]).collect();
+        for (block, below) in below.iter().enumerate() {
+            for &other in below {
+                let [a, b] = [block, other].map(|block| elimination.positions[block]);
+                rows[a.min(b)].push(a.max(b));
+            }
+        }
+        let (mut columns, mut numbers) = (Vec::with_capacity(sizes.len()), 0);
+        let size = |position: usize| elimination.starts[position + 1] - elimination.starts[position];
+        for node in &elimination.supernodes {
+            for column in node.positions.clone() {
+                rows[column].sort_unstable();
+                let entry = |&row: &usize| {
+                    let place = numbers;
+                    numbers += size(row) * size(column);
+                    Entry { row, place, row_in_front: node.place(&elimination.starts, row) }
+                };
+                columns.push(rows[column].iter().map(entry).collect());
+            }
+        }
+        let (values, right) = (vec![0.0; numbers], vec![0.0; starts.last().copied().unwrap_or(0)]);
+        Ok(Self { starts, elimination, columns, values, right, cholesky: Cholesky::default() })
     }
 
     pub(crate) fn clear(&mut self) {
@@ -84,20 +84,27 @@ impl NormalEquations {
     /// the rows of `a` and the columns of `b` meet.
     pub(crate) fn add<const R: usize, const C: usize>(
         &mut self,
+        blocks: [usize; 2],
+        product: &SMatrix<f64, R, C>,
+    ) {
+        let [row, column] = blocks.map(|block| self.elimination.positions[block]);
+        if row < column {
+            self.add_below([column, row], &product.transpose());
+        } else {
+            self.add_below([row, column], product);
+        }
+    }
+
+    /// By positions, on or below the diagonal.
+    fn add_below<const R: usize, const C: usize>(
+        &mut self,
         [row, column]: [usize; 2],
         product: &SMatrix<f64, R, C>,
     ) {
-        if row < column {
-            return self.add([column, row], &product.transpose());
-        }
-        let Ok(found) = self.columns[column].binary_search_by_key(&row, |(row, _)| *row) else { return };
-        let place = self.columns[column][found].1;
-        for c in 0..C {
-            // The triangle lacks what lies above the diagonal: as many numbers as columns have passed.
-            let begin = self.column_starts[self.starts[column] + c];
-            for r in if row == column { c } else { 0 }..R {
-                self.values[begin + place + r - c] += product[(r, c)];
-            }
+        let Ok(found) = self.columns[column].binary_search_by_key(&row, |entry| entry.row) else { return };
+        let place = self.columns[column][found].place;
+        for (value, number) in self.values[place..].iter_mut().zip(product.iter()) {
+            *value += number;
         }
     }
 
@@ -115,43 +122,51 @@ impl NormalEquations {
 
     /// The solution with each diagonal element made greater by a share of itself (Marquardt), and how much
     /// the quadratic model promises to lower the cost. `None` when it is not positive definite.
-    pub(crate) fn solve(&self, damping: f64) -> Option<(Vec<f64>, f64)> {
-        let mut values = self.values.clone();
-        for &diagonal in &self.column_starts[..self.column_starts.len() - 1] {
-            // What no factor holds stays where it is.
-            values[diagonal] += damping * values[diagonal] + f64::MIN_POSITIVE.sqrt();
-        }
-        let unknowns = self.right.len();
-        let pattern =
-            SymbolicSparseColMatRef::new_checked(unknowns, unknowns, &self.column_starts, None, &self.rows);
-        let matrix = SparseColMatRef::new(pattern, &values);
-        let mut factor = vec![0.0; self.symbolic.len_val()];
-        let scratch = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        let factorized = self.symbolic.factorize_numeric_llt(
-            &mut factor,
-            matrix,
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
-            Spec::default(),
-        );
-        let factorized = factorized.ok()?;
-        let mut step = self.right.clone();
-        let scratch = factorized.solve_in_place_scratch::<f64>(1, Par::Seq);
-        factorized.solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(&mut step, unknowns, 1),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
-        );
-        if !step.iter().all(|x| x.is_finite()) {
+    pub(crate) fn solve(&mut self, damping: f64) -> Option<(Vec<f64>, f64)> {
+        let Self { starts, elimination, columns, values, right, cholesky } = self;
+        let size = |position: usize| elimination.starts[position + 1] - elimination.starts[position];
+        let is_definite = cholesky.factorize(elimination, |supernode, front| {
+            let node = &elimination.supernodes[supernode];
+            for position in node.positions.clone() {
+                let first = node.place(&elimination.starts, position);
+                for entry in &columns[position] {
+                    let rows = size(entry.row);
+                    let numbers = values[entry.place..][..rows * size(position)].chunks_exact(rows);
+                    for (k, numbers) in numbers.enumerate() {
+                        front.column_mut(first + k, entry.row_in_front)[..rows].copy_from_slice(numbers);
+                    }
+                }
+                for unknown in first..first + size(position) {
+                    let diagonal = &mut front.column_mut(unknown, unknown)[0];
+                    // What no factor holds stays where it is.
+                    *diagonal += damping * *diagonal + f64::MIN_POSITIVE.sqrt();
+                }
+            }
+        });
+        if !is_definite {
             return None;
         }
+        let mut solution = vec![0.0; right.len()];
+        for (block, &position) in elimination.positions.iter().enumerate() {
+            solution[elimination.starts[position]..][..size(position)]
+                .copy_from_slice(&right[starts[block]..starts[block + 1]]);
+        }
+        cholesky.solve(elimination, &mut solution);
+        let mut step = vec![0.0; right.len()];
         // (H + D) step = right: the model lowers the cost by step . right - step . H step / 2.
-        let own = step.iter().zip(&self.right).map(|(x, g)| x * g).sum::<f64>();
-        let damped = step.iter().zip(&self.column_starts).map(|(x, &at)| damping * self.values[at] * x * x);
-        Some((step.clone(), 0.5 * (own + damped.sum::<f64>())))
+        let (mut own, mut damped) = (0.0, 0.0);
+        for (block, &position) in elimination.positions.iter().enumerate() {
+            let (size, unknowns) = (size(position), starts[block]..starts[block + 1]);
+            let diagonal = values[columns[position][0].place..].iter().step_by(size + 1);
+            let solution = &solution[elimination.starts[position]..];
+            let slots = step[unknowns.clone()].iter_mut().zip(&right[unknowns]);
+            for (((slot, g), x), diagonal) in slots.zip(solution).zip(diagonal) {
+                *slot = *x;
+                own += x * g;
+                damped += damping * diagonal * x * x;
+            }
+        }
+        step.iter().all(|x| x.is_finite()).then_some((step, 0.5 * (own + damped)))
     }
 
     /// The part of a solution that belongs to a block.
