@@ -1,6 +1,6 @@
 use dymlm_core::{Point, PointCloud};
 
-use crate::nearest::{MATCHED, OFF_SURFACE, is_finite, share_within};
+use crate::nearest::{MATCHED, MATCHED_THIN, OFF_SURFACE, is_finite, share_within};
 use crate::share::share;
 use crate::{SpaceTruth, Spread};
 
@@ -11,6 +11,8 @@ use crate::{SpaceTruth, Spread};
 /// - stray = #{p: d(p) > 6 cm, p outside that volume} / n,
 /// - completeness = #{s: some p within 5 cm of s} / #{s} over the visible surface points s of the truth,
 /// - completeness near people: the same over those points s that the truth says are near people,
+/// - completeness of thin things: the same over those points s that the truth says are on thin things, and
+///   within 2 cm,
 /// - median and 95 % quantile of d over the n points (the smallest d that is not exceeded by that share).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -28,6 +30,9 @@ pub struct CloudScore {
     /// The same share of the visible points near people ([`SpaceTruth::near_people`]), 0..=1; `None` when
     /// there are none.
     pub completeness_near_people: Option<f64>,
+    /// Share of the visible points on thin things ([`SpaceTruth::on_thin_things`]) with a point of the cloud
+    /// within 2 cm, 0..=1; `None` when there are none.
+    pub completeness_of_thin_things: Option<f64>,
     /// Median distance of the points to the nearest static surface, metres.
     pub median_distance: f64,
     /// 95 % quantile of the same distance, metres.
@@ -51,13 +56,18 @@ pub fn score_cloud(cloud: &PointCloud, truth: &impl SpaceTruth) -> Option<CloudS
     let (residue, stray) = (share(residue)?, share(off_surface().count() - residue)?);
 
     let visible = truth.visible_points();
-    let near_people: Vec<Point> = visible.iter().copied().filter(|&point| truth.near_people(point)).collect();
+    let those = |is_meant: &dyn Fn(Point) -> bool| -> Vec<Point> {
+        visible.iter().copied().filter(|&point| is_meant(point)).collect()
+    };
+    let near_people = those(&|point| truth.near_people(point));
+    let on_thin_things = those(&|point| truth.on_thin_things(point));
     let distance = Spread::of(distances.into_iter().map(f64::from).collect())?;
     Some(CloudScore {
         residue,
         stray,
         completeness: share_within(&visible, &points, MATCHED).unwrap_or(1.0),
         completeness_near_people: share_within(&near_people, &points, MATCHED),
+        completeness_of_thin_things: share_within(&on_thin_things, &points, MATCHED_THIN),
         median_distance: distance.median,
         p95_distance: distance.p95,
         points: points.len(),

@@ -6,6 +6,8 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 /// Distance within which what a map holds stands for what is there, metres: the tolerance of the `DynamicMap`
 /// benchmark, and the distance at which planes are associated.
 pub(crate) const MATCHED: f32 = 0.05;
+/// The same for surface of thin things, which has surface of others close by.
+pub(crate) const MATCHED_THIN: f32 = 0.02;
 /// Distance beyond which a point of a map is on no surface, metres: three standard deviations of a Kinect's
 /// noise at 3.5 m.
 pub(crate) const OFF_SURFACE: f32 = 0.06;

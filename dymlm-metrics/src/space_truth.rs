@@ -20,6 +20,12 @@ pub trait SpaceTruth {
         false
     }
 
+    /// Whether a point lies on something thin, which a map that smooths its surfaces may lose. By default
+    /// nothing is.
+    fn on_thin_things(&self, _point: Point) -> bool {
+        false
+    }
+
     /// Points of the static surface that a map of these frames is asked for, evenly spread.
     fn visible_points(&self) -> Vec<Point>;
 }

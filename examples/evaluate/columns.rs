@@ -64,6 +64,7 @@ pub(crate) const BLOCKS: &[Block] = &[
             column("cloud.stray", "stray", Unit::Percent(2)),
             column("cloud.completeness", "complete", Unit::Percent(2)),
             column("cloud.completeness_near_people", "near people", Unit::Percent(2)),
+            column("cloud.completeness_of_thin_things", "thin things", Unit::Percent(2)),
             column("cloud.undetected_residue", "of undetected", Unit::Percent(4)),
             column("cloud.median", "median", Unit::Millimetres),
             column("cloud.p95", "95 %", Unit::Millimetres),

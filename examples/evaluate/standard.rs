@@ -65,6 +65,7 @@ impl Standard {
             scores.set("cloud.stray", score.stray);
             scores.set("cloud.completeness", score.completeness);
             scores.set("cloud.completeness_near_people", score.completeness_near_people);
+            scores.set("cloud.completeness_of_thin_things", score.completeness_of_thin_things);
             scores.set("cloud.median", score.median_distance);
             scores.set("cloud.p95", score.p95_distance);
         }

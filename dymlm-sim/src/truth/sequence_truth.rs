@@ -5,6 +5,7 @@ use super::face_truth::FaceTruth;
 use super::object_truth::ObjectTruth;
 use super::surfaces::Surfaces;
 use super::swept_volume::SweptVolume;
+use crate::scene::Part;
 use crate::{Sequence, SimulatedFrame};
 
 /// How the truth about a sequence is gathered.
@@ -27,6 +28,10 @@ const SAMPLE_DISTANCE: f64 = 0.02;
 /// How far around the movers' bodies a point counts as left by them, metres: three sigma of a Kinect's noise
 /// at 3.5 m and the grid's rounding.
 const SWEPT_MARGIN: f32 = 0.1;
+/// Most that a thing measures across that is thin, metres: table tops, screens, legs, slats.
+const THIN: f32 = 0.06;
+/// How near to a thin thing's surface a point on it lies, metres: visible points are exact.
+const ON_SURFACE: f32 = 1e-3;
 /// How far around people a point is near them, metres.
 const NEAR: f32 = 0.5;
 /// Pixels of a labelled thing with a reading within range that make it visible in a frame of 640x480; of
@@ -61,6 +66,7 @@ pub struct Truth {
     swept: SweptVolume,
     swept_undetected: SweptVolume,
     near_people: SweptVolume,
+    thin_things: Surfaces,
     seen: SeenPoints,
     faces: FaceTruth,
     objects: ObjectTruth,
@@ -76,6 +82,8 @@ impl Truth {
     pub fn new(sequence: &Sequence, config: &TruthConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let scene = sequence.scene();
+        let is_thin = |part: &&Part| 2.0 * part.shape.half_extents().min_element() <= THIN;
+        let thin_parts: Vec<Part> = scene.static_parts.iter().filter(is_thin).cloned().collect();
         let overlooked = sequence.config().detector.overlooked_people;
         // People hardly leave the neighbourhood of where they were a moment before.
         let moments =
@@ -92,6 +100,7 @@ impl Truth {
                 scene.undetected_parts(time, overlooked, bodies);
             }),
             near_people: SweptVolume::new(moments, NEAR, |time, bodies| scene.people_parts(time, bodies)),
+            thin_things: Surfaces::new(&thin_parts),
             seen: SeenPoints::new(SAMPLE_DISTANCE),
             faces: FaceTruth::new(sequence.scene(), SAMPLE_DISTANCE),
             objects: ObjectTruth::new(sequence.scene(), SAMPLE_DISTANCE),
@@ -178,6 +187,11 @@ impl SpaceTruth for Truth {
     /// Within half a metre of somebody's body, to a cell of 5 cm.
     fn near_people(&self, point: Point) -> bool {
         self.in_scene(point).is_some_and(|point| self.near_people.contains(point))
+    }
+
+    /// On a part that measures 6 cm across at most.
+    fn on_thin_things(&self, point: Point) -> bool {
+        self.in_scene(point).is_some_and(|point| self.thin_things.distance(point) <= ON_SURFACE)
     }
 
     /// Points that at least `min_views` frames saw, one a cube of 2 cm, in the order of their cubes.
