@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use dymlm::cloud::CloudVoxel;
+use dymlm::cloud::{CloudMap, CloudVoxel, StaticPoints};
 use dymlm::core::{DepthImage, DepthNoise, Frame, FrameId, PinholeCamera, Point, Pose, SplitMix64};
 use dymlm::octree::{CellState, Octree, RayMode};
 use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig, Selection};
@@ -66,6 +66,9 @@ fn a_corridor_is_in_cloud_and_octree() {
     let numbers: Vec<f32> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
     let points: Vec<Point> = numbers.chunks_exact(3).map(|point| [point[0], point[1], point[2]]).collect();
     let mut builder = MapBuilder::new(config()).unwrap();
+    let mut unfused_config = config();
+    unfused_config.cloud.fuse_surfaces = false;
+    let mut unfused = MapBuilder::new(unfused_config).unwrap();
     let mut plain = Octree::new(config().octree).unwrap();
     let far_enough: Vec<Point> =
         points.iter().copied().filter(|[x, y, z]| x * x + y * y + z * z >= 0.09).collect();
@@ -73,11 +76,22 @@ fn a_corridor_is_in_cloud_and_octree() {
     assert!((min_depth - 0.3).abs() < 1e-6, "{min_depth}");
     for second in 0..2 {
         builder.insert_scan(f64::from(second), &points, &Pose::identity()).unwrap();
+        unfused.insert_scan(f64::from(second), &points, &Pose::identity()).unwrap();
         plain.insert_scan([0.0; 3], &far_enough).unwrap();
     }
     assert!(written(builder.map().octree()) == written(&plain));
-    let cloud = builder.map().cloud();
+    let cloud = unfused.map().cloud();
     assert!(cloud.len() > 55_000 && cloud.len() * 100 > 95 * cloud.held_voxels());
+    // Fused, the cloud is one layer of points a surface. It lies within the noise of the readings, three
+    // standard deviations of 1 cm, and each of them has a point of the layer as near.
+    let fused = builder.map().cloud();
+    let (readings, layer) = (cloud.static_points(), fused.static_points());
+    let is_near = |points: &StaticPoints<'_>, p: &Point| points.nearest(p.map(f64::from), 0.03).is_some();
+    let all_near = |asked: &CloudMap, points: &StaticPoints<'_>| {
+        asked.point_cloud(Selection::Static).points().iter().all(|point| is_near(points, point))
+    };
+    assert!(all_near(fused, &readings) && all_near(cloud, &layer));
+    assert!(fused.len() > 55_000 && fused.len() <= cloud.len(), "{} of {}", fused.len(), cloud.len());
 }
 
 #[test]
