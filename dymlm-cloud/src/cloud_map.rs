@@ -27,7 +27,8 @@ use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
 /// not stay where the detector has missed them, and a wrong verdict heals with later frames. Then
 /// **thinning** leaves out the noise around far surfaces and what a single frame has seen
 /// ([`thinning_radius`](CloudMapConfig::thinning_radius),
-/// [`min_observations`](CloudMapConfig::min_observations)).
+/// [`min_observations`](CloudMapConfig::min_observations)), and **fusing** moves the voxels that are readings
+/// of one surface onto it, one layer of points ([`fuse_surfaces`](CloudMapConfig::fuse_surfaces)).
 ///
 /// Everything is summed in integers. So the map does not depend on the order of frames, [`CloudMap::remove`]
 /// takes a frame out exactly, and two maps [`merge`](CloudMap::merge) to what one map of all frames would be.
@@ -224,7 +225,8 @@ impl CloudMap {
     }
 
     /// The static voxels, or all, in a fixed order: by blocks of 8^3, z first, then y, then x, and so within
-    /// each block.
+    /// each block. They are as they were read: [fusing](CloudMapConfig::fuse_surfaces) moves the points of
+    /// [`CloudMap::point_cloud`] and [`CloudMap::static_points`], of which there are fewer.
     pub fn voxels(&self, selection: Selection) -> impl Iterator<Item = CloudVoxel> + '_ {
         let cloud = self.kept_cloud();
         let slots = self.voxels.sorted_slots().into_iter().map(|slot| (slot, cloud.judgement(slot)));
@@ -249,7 +251,9 @@ impl CloudMap {
         })
     }
 
-    /// The cloud in the order of [`CloudMap::voxels`]. It has colours when any of its voxels has; what was
+    /// The cloud, metres, world. [`Selection::All`] has a point for each voxel; [`Selection::Static`] has one for
+    /// each voxel in which a static voxel's point lies after [fusing](CloudMapConfig::fuse_surfaces), that of
+    /// the heaviest. By blocks in the order of [`CloudMap::voxels`], and so within each block. It has colours when any of its voxels has; what was
     /// read without is black.
     ///
     /// The static cloud is kept from call to call, some 23 bytes a point: reading it again costs what has
@@ -288,7 +292,7 @@ impl CloudMap {
         is_in_reach.then(|| voxel.map(|c| c as i32))
     }
 
-    /// Number of static voxels: of points in [`Selection::Static`]. As all readings of what is static, it
+    /// Number of points of the static cloud ([`Selection::Static`]). As all readings of what is static, it
     /// costs what has changed since the last.
     pub fn len(&self) -> usize {
         self.kept_cloud().len()

@@ -21,7 +21,8 @@ pub struct StaticPoints<'a> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct StaticPoint {
-    /// Weighted mean of its voxel's readings, metres, world.
+    /// Weighted mean of its voxel's readings, on their surface where they are
+    /// [fused](crate::CloudMapConfig::fuse_surfaces); metres, world.
     pub position: Point,
     /// Its colour, if the map has colours there.
     pub color: Option<Rgb>,
