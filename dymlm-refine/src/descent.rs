@@ -12,15 +12,23 @@ const MORE_DAMPING: f64 = 10.0;
 /// With more, steps are too small to change anything.
 const MOST_DAMPING: f64 = 1e12;
 
-/// Levenberg-Marquardt on the poses of a graph, with weights of its relative poses that may change on the way.
+/// Levenberg-Marquardt on the poses of a graph, with weights of its factors that may change on the way.
 pub(crate) struct Descent<'a> {
     graph: &'a PoseGraph,
     config: &'a SolverConfig,
     equations: NormalEquations,
-    weights: Vec<f64>,
+    weights: Weights,
     estimate: Estimate,
     iterations: usize,
     has_converged: bool,
+}
+
+/// What factors weigh beside what they are known to: 1 until something is found to be wrong.
+#[derive(Debug, Clone)]
+pub(crate) struct Weights {
+    pub(crate) relatives: Vec<f64>,
+    /// By plane and view.
+    pub(crate) views: Vec<Vec<f64>>,
 }
 
 /// Poses, with the planes that are best at them.
@@ -33,8 +41,8 @@ struct Estimate {
 impl<'a> Descent<'a> {
     /// At the graph's own poses, with all weights 1.
     pub(crate) fn begin(graph: &'a PoseGraph, config: &'a SolverConfig) -> Result<Self, Error> {
-        let (poses, weights) = (graph.poses.clone(), vec![1.0; graph.relatives.len()]);
-        let planes = graph.best_planes(&poses)?;
+        let (poses, weights) = (graph.poses.clone(), graph.full_weights());
+        let planes = graph.best_planes(&poses, &weights)?;
         let cost = graph.cost(&poses, &planes, &weights);
         let (estimate, equations) = (Estimate { poses, planes, cost }, graph.equations()?);
         Ok(Self { graph, config, equations, weights, estimate, iterations: 0, has_converged: false })
@@ -42,6 +50,10 @@ impl<'a> Descent<'a> {
 
     pub(crate) fn poses(&self) -> &[Isometry3<f64>] {
         &self.estimate.poses
+    }
+
+    pub(crate) fn planes(&self) -> &[WorldPlane] {
+        &self.estimate.planes
     }
 
     pub(crate) fn cost(&self) -> f64 {
@@ -56,12 +68,13 @@ impl<'a> Descent<'a> {
         self.has_converged
     }
 
-    /// Gives relative poses other weights.
-    pub(crate) fn weigh(&mut self, weights: impl Iterator<Item = (usize, f64)>) {
-        for (index, weight) in weights {
-            self.weights[index] = weight;
-        }
-        self.estimate.cost = self.graph.cost(&self.estimate.poses, &self.estimate.planes, &self.weights);
+    /// Gives factors other weights.
+    pub(crate) fn weigh(&mut self, weights: Weights) -> Result<(), Error> {
+        let Estimate { poses, planes, cost } = &mut self.estimate;
+        *planes = self.graph.best_planes(poses, &weights)?;
+        *cost = self.graph.cost(poses, planes, &weights);
+        self.weights = weights;
+        Ok(())
     }
 
     /// Steps until the cost hardly sinks any more, or no more steps are allowed.
@@ -94,7 +107,7 @@ impl<'a> Descent<'a> {
     fn stepped(&mut self, damping: f64) -> Option<(Estimate, f64)> {
         let (step, promised) = self.equations.solve(damping)?;
         let poses = stepped(&self.estimate.poses, &self.equations, &step);
-        let planes = self.graph.best_planes(&poses).ok()?;
+        let planes = self.graph.best_planes(&poses, &self.weights).ok()?;
         let cost = self.graph.cost(&poses, &planes, &self.weights);
         (cost <= self.estimate.cost).then_some((Estimate { poses, planes, cost }, promised))
     }

@@ -21,6 +21,8 @@ pub struct PlaneView {
 /// The views of one plane.
 #[derive(Debug, Clone)]
 pub(crate) struct PlaneTrack {
+    /// Of the plane, among those that were added.
+    pub(crate) number: usize,
     pub(crate) views: Vec<PlaneFactor>,
 }
 
@@ -106,15 +108,17 @@ impl PlaneFactor {
 
 impl PlaneTrack {
     /// The plane of least cost at these poses: the eigenvector of the least eigenvalue of all moments
-    /// (Ferrer, "Eigen-Factors", 2019; Liu and Zhang, "BALM 2", 2022). So poses alone decide the cost.
-    pub(crate) fn best(&self, poses: &[Isometry3<f64>]) -> Option<WorldPlane> {
+    /// (Ferrer, "Eigen-Factors", 2019; Liu and Zhang, "BALM 2", 2022). So poses alone decide the cost. With
+    /// weights of the views; when all are 0 the plane adds nothing to the cost, and any will do.
+    pub(crate) fn best(&self, poses: &[Isometry3<f64>], weights: &[f64]) -> Option<WorldPlane> {
+        let counts_all = weights.iter().all(|weight| *weight == 0.0);
         let mut moments = Matrix4::zeros();
         // About the first centroid, so that far from the origin no digits are lost.
         let origin = self.views.first().map(|view| {
             let pose = &poses[view.pose];
             pose.rotation * view.centroid + pose.translation.vector
         })?;
-        for view in &self.views {
+        for (view, weight) in self.views.iter().zip(weights) {
             let pose = &poses[view.pose];
             let rotation = *pose.rotation.to_rotation_matrix().matrix();
             let centroid = rotation * view.centroid + pose.translation.vector - origin;
@@ -123,7 +127,7 @@ impl PlaneTrack {
             own.fixed_view_mut::<3, 3>(0, 0).copy_from(&scatter);
             own.fixed_view_mut::<3, 1>(0, 3).copy_from(&centroid);
             own[(3, 3)] = 1.0;
-            moments += own * view.information;
+            moments += own * (view.information * if counts_all { 1.0 } else { *weight });
         }
         let total = moments[(3, 3)];
         let mean: Vector3<f64> = moments.fixed_view::<3, 1>(0, 3) / total;
@@ -177,7 +181,8 @@ mod tests {
             let view = PlaneFactor::new(&random_view(&mut random, 0), 1).unwrap();
             let pose = random_pose(&mut random);
             let other = PlaneFactor::new(&random_view(&mut random, 0), 1).unwrap();
-            let plane = PlaneTrack { views: vec![other] }.best(&[random_pose(&mut random)]).unwrap();
+            let plane = PlaneTrack { number: 0, views: vec![other] };
+            let plane = plane.best(&[random_pose(&mut random)], &[1.0]).unwrap();
             let (_, by_pose, by_plane) = view.linearized(&pose, &plane);
             for k in 0..6 {
                 let mut small = Vector6::zeros();
@@ -205,11 +210,11 @@ mod tests {
             let poses = [0; 3].map(|_| random_pose(&mut random));
             let views: Vec<_> =
                 (0..3).map(|pose| PlaneFactor::new(&random_view(&mut random, pose), 3).unwrap()).collect();
-            let track = PlaneTrack { views };
+            let track = PlaneTrack { number: 0, views };
             let cost = |plane: &WorldPlane| -> f64 {
                 track.views.iter().map(|view| view.error(&poses[view.pose], plane).norm_squared()).sum()
             };
-            let best = track.best(&poses).unwrap();
+            let best = track.best(&poses, &[1.0; 3]).unwrap();
             for k in 0..3 {
                 for by in [1e-3, -1e-3] {
                     let mut small = [0.0; 3];

@@ -1,7 +1,7 @@
 use dymlm_core::Pose;
 use nalgebra::Isometry3;
 
-use crate::descent::{Descent, pose_block};
+use crate::descent::{Descent, Weights, pose_block};
 use crate::graduation::Graduation;
 use crate::normal_equations::NormalEquations;
 use crate::plane_view::{PlaneFactor, PlaneTrack, WorldPlane};
@@ -36,7 +36,10 @@ use crate::{Error, PlaneView, RelativePose, SolverConfig};
 pub struct PoseGraph {
     pub(crate) poses: Vec<Isometry3<f64>>,
     pub(crate) relatives: Vec<RelativeFactor>,
+    /// Those that more than one pose has seen.
     planes: Vec<PlaneTrack>,
+    /// How many were added.
+    plane_count: usize,
     /// Which of the relative poses may be wrong.
     closures: Vec<usize>,
 }
@@ -57,13 +60,15 @@ pub struct Solution {
     pub has_converged: bool,
     /// Loop closures that were left out as wrong, by their numbers, ascending.
     pub left_out: Vec<usize>,
+    /// Views that were left out as being of other planes: plane and view, by their numbers, ascending.
+    pub views_left_out: Vec<[usize; 2]>,
 }
 
 impl PoseGraph {
     /// Without any factor. Each pose takes its body's points to the world.
     pub fn new(poses: impl IntoIterator<Item = Pose>) -> Self {
         let poses = poses.into_iter().map(|pose| isometry(&pose)).collect();
-        Self { poses, relatives: Vec::new(), planes: Vec::new(), closures: Vec::new() }
+        Self { poses, relatives: Vec::new(), planes: Vec::new(), plane_count: 0, closures: Vec::new() }
     }
 
     /// # Errors
@@ -74,7 +79,9 @@ impl PoseGraph {
         Ok(())
     }
 
-    /// Adds a plane by what was seen of it. One that a single pose has seen says nothing.
+    /// Adds a plane by what was seen of it. One that a single pose has seen says nothing. Views that contradict
+    /// all else, since they are of another plane, are left out, and [named](Solution::views_left_out) by the
+    /// plane's number among those added and their own, from 0.
     ///
     /// # Errors
     ///
@@ -82,7 +89,8 @@ impl PoseGraph {
     pub fn add_plane(&mut self, views: &[PlaneView]) -> Result<(), Error> {
         let views: Result<Vec<_>, _> =
             views.iter().map(|view| PlaneFactor::new(view, self.poses.len())).collect();
-        let track = PlaneTrack { views: views? };
+        let track = PlaneTrack { number: self.plane_count, views: views? };
+        self.plane_count += 1;
         let first = track.views.first().map(|view| view.pose);
         if track.views.iter().any(|view| Some(view.pose) != first) {
             self.planes.push(track);
@@ -102,8 +110,9 @@ impl PoseGraph {
         Ok(())
     }
 
-    /// The poses of least cost, by Levenberg-Marquardt; with loop closures by graduated non-convexity, which
-    /// leaves out wrong ones (Yang, Antonante, Tzoumas, Carlone, RA-L 2020, truncated least squares).
+    /// The poses of least cost, by Levenberg-Marquardt. What may be wrong, loop closures and views of planes,
+    /// is left out where it is by graduated non-convexity (Yang, Antonante, Tzoumas, Carlone, RA-L 2020,
+    /// truncated least squares).
     ///
     /// # Errors
     ///
@@ -113,12 +122,13 @@ impl PoseGraph {
         let mut descent = Descent::begin(self, config)?;
         let initial_cost = descent.cost();
         descent.run();
-        let mut graduation =
-            Graduation::begin(self.closure_errors(descent.poses()), config.max_closure_error);
-        while let Some(weights) = graduation.next() {
-            descent.weigh(self.closures.iter().copied().zip(weights.iter().copied()));
+        let mut graduation = Graduation::begin(self.doubtful_errors(&descent, config));
+        let mut weights = self.full_weights();
+        while let Some(doubtful) = graduation.next() {
+            weights = self.weights(doubtful);
+            descent.weigh(weights.clone())?;
             descent.run();
-            graduation.look_at(self.closure_errors(descent.poses()));
+            graduation.look_at(self.doubtful_errors(&descent, config));
         }
         let poses: Option<Vec<Pose>> = descent.poses().iter().map(pose).collect();
         Ok(Solution {
@@ -127,14 +137,56 @@ impl PoseGraph {
             final_cost: descent.cost(),
             iterations: descent.iterations(),
             has_converged: descent.has_converged(),
-            left_out: graduation.left_out(),
+            left_out: self.closures_left_out(&weights),
+            views_left_out: self.views_left_out(&weights),
         })
     }
 
-    /// Squared errors of the loop closures, in standard deviations.
-    fn closure_errors(&self, poses: &[Isometry3<f64>]) -> Vec<f64> {
-        let closures = self.closures.iter().map(|&index| &self.relatives[index]);
-        closures.map(|closure| closure.error(closure.poses.map(|pose| &poses[pose])).norm_squared()).collect()
+    /// Squared errors of what may be wrong, loop closures and then views of planes, in the largest of right
+    /// ones.
+    fn doubtful_errors(&self, descent: &Descent<'_>, config: &SolverConfig) -> Vec<f64> {
+        let poses = descent.poses();
+        let closures = self.closures.iter().map(|&index| {
+            let closure = &self.relatives[index];
+            closure.error(closure.poses.map(|pose| &poses[pose])).norm_squared() / config.max_closure_error
+        });
+        let views = self.planes.iter().zip(descent.planes()).flat_map(|(track, plane)| {
+            let error = |view: &PlaneFactor| view.error(&poses[view.pose], plane).norm_squared();
+            track.views.iter().map(move |view| error(view) / config.max_view_error)
+        });
+        closures.chain(views).collect()
+    }
+
+    pub(crate) fn full_weights(&self) -> Weights {
+        Weights {
+            relatives: vec![1.0; self.relatives.len()],
+            views: self.planes.iter().map(|track| vec![1.0; track.views.len()]).collect(),
+        }
+    }
+
+    /// `doubtful`: weights of what may be wrong, as [`Self::doubtful_errors`] has it.
+    fn weights(&self, doubtful: &[f64]) -> Weights {
+        let (mut weights, mut doubtful) = (self.full_weights(), doubtful.iter());
+        let closures = self.closures.iter().copied();
+        for (closure, weight) in closures.zip(doubtful.by_ref()) {
+            weights.relatives[closure] = *weight;
+        }
+        for (view, weight) in weights.views.iter_mut().flatten().zip(doubtful) {
+            *view = *weight;
+        }
+        weights
+    }
+
+    fn closures_left_out(&self, weights: &Weights) -> Vec<usize> {
+        let closures = self.closures.iter().enumerate();
+        closures.filter(|(_, index)| weights.relatives[**index] < 0.5).map(|(number, _)| number).collect()
+    }
+
+    fn views_left_out(&self, weights: &Weights) -> Vec<[usize; 2]> {
+        let views = self.planes.iter().zip(&weights.views).flat_map(|(track, weights)| {
+            weights.iter().enumerate().map(|(view, weight)| ([track.number, view], *weight))
+        });
+        views.filter(|(_, weight)| *weight < 0.5).map(|(view, _)| view).collect()
     }
 
     fn plane_block(&self, plane: usize) -> usize {
@@ -154,18 +206,24 @@ impl PoseGraph {
         NormalEquations::new(sizes, between_poses.chain(with_planes))
     }
 
-    pub(crate) fn best_planes(&self, poses: &[Isometry3<f64>]) -> Result<Vec<WorldPlane>, Error> {
-        self.planes.iter().map(|plane| plane.best(poses).ok_or(Error::Singular)).collect()
+    pub(crate) fn best_planes(
+        &self,
+        poses: &[Isometry3<f64>],
+        weights: &Weights,
+    ) -> Result<Vec<WorldPlane>, Error> {
+        let planes = self.planes.iter().zip(&weights.views);
+        planes.map(|(plane, weights)| plane.best(poses, weights).ok_or(Error::Singular)).collect()
     }
 
-    /// `weights`: of the relative poses.
-    pub(crate) fn cost(&self, poses: &[Isometry3<f64>], planes: &[WorldPlane], weights: &[f64]) -> f64 {
-        let relatives = self.relatives.iter().zip(weights).map(|(relative, weight)| {
+    pub(crate) fn cost(&self, poses: &[Isometry3<f64>], planes: &[WorldPlane], weights: &Weights) -> f64 {
+        let relatives = self.relatives.iter().zip(&weights.relatives).map(|(relative, weight)| {
             weight * relative.error(relative.poses.map(|pose| &poses[pose])).norm_squared()
         });
-        let views = self.planes.iter().zip(planes).flat_map(|(track, plane)| {
-            track.views.iter().map(|view| view.error(&poses[view.pose], plane).norm_squared())
-        });
+        let views =
+            self.planes.iter().zip(planes).zip(&weights.views).flat_map(|((track, plane), weights)| {
+                let weighted = track.views.iter().zip(weights);
+                weighted.map(|(view, weight)| weight * view.error(&poses[view.pose], plane).norm_squared())
+            });
         0.5 * (relatives.sum::<f64>() + views.sum::<f64>())
     }
 
@@ -173,11 +231,11 @@ impl PoseGraph {
         &self,
         poses: &[Isometry3<f64>],
         planes: &[WorldPlane],
-        weights: &[f64],
+        weights: &Weights,
         equations: &mut NormalEquations,
     ) {
         equations.clear();
-        for (relative, &weight) in self.relatives.iter().zip(weights) {
+        for (relative, &weight) in self.relatives.iter().zip(&weights.relatives) {
             let (error, by_poses) = relative.linearized(relative.poses.map(|pose| &poses[pose]));
             let blocks = relative.poses.map(pose_block);
             for (k, &row) in blocks.iter().enumerate() {
@@ -191,8 +249,10 @@ impl PoseGraph {
         }
         for (number, (track, plane)) in self.planes.iter().zip(planes).enumerate() {
             let own = self.plane_block(number);
-            for view in &track.views {
+            for (view, weight) in track.views.iter().zip(&weights.views[number]) {
                 let (error, by_pose, by_plane) = view.linearized(&poses[view.pose], plane);
+                let root = weight.sqrt();
+                let (error, by_pose, by_plane) = (error * root, by_pose * root, by_plane * root);
                 equations.subtract(own, &(by_plane.transpose() * error));
                 equations.add([own; 2], &(by_plane.transpose() * by_plane));
                 if let Some(block) = pose_block(view.pose) {

@@ -122,6 +122,39 @@ fn wrong_loop_closures_are_left_out() {
     }
 }
 
+/// One face is seen by a third of the poses where another plane is, parallel and nearer: those views are named,
+/// and the poses are those without them.
+#[test]
+fn views_of_another_plane_are_left_out() {
+    for seed in [8, 9, 10] {
+        let (mut random, truth) = (SplitMix64::new(seed), loop_of(120));
+        let poses = drifted(&truth, &mut random);
+        let (mut all, mut right) = (graph(&poses), graph(&poses));
+        let mut wrong = Vec::new();
+        for (plane, face) in FACES.iter().enumerate() {
+            let (mut views, mut right_views) = (Vec::new(), Vec::new());
+            for (index, pose) in truth.iter().enumerate() {
+                let is_wrong = plane == 4 && index % 3 == 2;
+                let [[x, y, z], a, b] = *face;
+                let other = [[x, y, z + 0.06], a, b];
+                let view = view(if is_wrong { &other } else { face }, index, pose, &mut random);
+                views.push(view);
+                if is_wrong {
+                    wrong.push([plane, index]);
+                } else {
+                    right_views.push(view);
+                }
+            }
+            all.add_plane(&views).unwrap();
+            right.add_plane(&right_views).unwrap();
+        }
+        let config = SolverConfig::default();
+        let (all, right) = (all.optimize(&config).unwrap(), right.optimize(&config).unwrap());
+        assert_eq!(all.views_left_out, wrong);
+        assert!(right.views_left_out.is_empty() && error(&all.poses, &right.poses) < 1e-4);
+    }
+}
+
 /// One wall says nothing of motion along it: it stays as odometry has it.
 #[test]
 fn what_nothing_holds_stays() {
