@@ -105,8 +105,11 @@ impl PyLoopClosure {
 pub(crate) struct PyRefineReport {
     /// Planes that more than one key frame has seen, in the last round.
     planes: usize,
-    /// Views of these.
+    /// Views of planes, and those of them that were left out as of another plane.
     views: usize,
+    views_left_out: usize,
+    /// Pairs of planes of the map that turned out to be one, which was met again, in the last round.
+    met_again: usize,
     /// Half the sum of squared errors, in standard deviations, of each round: before and after.
     costs: Vec<[f64; 2]>,
     /// Loop closures that were left out as wrong, by their places in the list.
@@ -118,10 +121,12 @@ pub(crate) struct PyRefineReport {
 impl PyRefineReport {
     pub(crate) fn of(report: RefineReport) -> Self {
         Self {
-            planes: report.planes,
-            views: report.views,
+            planes: report.found.planes,
+            views: report.found.views,
+            views_left_out: report.found.views_left_out,
+            met_again: report.found.met_again,
             costs: report.costs,
-            left_out: report.left_out,
+            left_out: report.found.left_out,
             correction: PyCorrectionReport::of(&report.correction),
         }
     }

@@ -123,7 +123,41 @@ impl NormalEquations {
     /// The solution with each diagonal element made greater by a share of itself (Marquardt), and how much
     /// the quadratic model promises to lower the cost. `None` when it is not positive definite.
     pub(crate) fn solve(&mut self, damping: f64) -> Option<(Vec<f64>, f64)> {
-        let Self { starts, elimination, columns, values, right, cholesky } = self;
+        self.factorize(damping)?;
+        let step = self.solve_factorized(&self.right);
+        // (H + D) step = right: the model lowers the cost by step . right - step . H step / 2.
+        let (mut own, mut damped) = (0.0, 0.0);
+        for (block, unknowns) in self.starts.windows(2).enumerate() {
+            let first = self.columns[self.elimination.positions[block]][0].place;
+            let diagonal = self.values[first..].iter().step_by(unknowns[1] - unknowns[0] + 1);
+            let unknowns = unknowns[0]..unknowns[1];
+            for ((x, g), diagonal) in step[unknowns.clone()].iter().zip(&self.right[unknowns]).zip(diagonal) {
+                own += x * g;
+                damped += damping * diagonal * x * x;
+            }
+        }
+        step.iter().all(|x| x.is_finite()).then_some((step, 0.5 * (own + damped)))
+    }
+
+    /// The part of the inverse that belongs to a block, column by column. `None` when the equations have none.
+    pub(crate) fn inverses(&mut self, blocks: &[usize]) -> Option<Vec<Vec<f64>>> {
+        self.factorize(0.0)?;
+        let inverse = |&block: &usize| {
+            let (unknowns, mut right) = (self.starts[block]..self.starts[block + 1], self.right.clone());
+            let mut columns = Vec::with_capacity(unknowns.len() * unknowns.len());
+            for unknown in unknowns.clone() {
+                right.fill(0.0);
+                right[unknown] = 1.0;
+                columns.extend_from_slice(&self.solve_factorized(&right)[unknowns.clone()]);
+            }
+            columns.iter().all(|x| x.is_finite()).then_some(columns)
+        };
+        blocks.iter().map(inverse).collect()
+    }
+
+    /// Each diagonal element made greater by a share of itself. `None` when that is not positive definite.
+    fn factorize(&mut self, damping: f64) -> Option<()> {
+        let Self { elimination, columns, values, cholesky, .. } = self;
         let size = |position: usize| elimination.starts[position + 1] - elimination.starts[position];
         let is_definite = cholesky.factorize(elimination, |supernode, front| {
             let node = &elimination.supernodes[supernode];
@@ -143,30 +177,24 @@ impl NormalEquations {
                 }
             }
         });
-        if !is_definite {
-            return None;
-        }
-        let mut solution = vec![0.0; right.len()];
+        is_definite.then_some(())
+    }
+
+    /// The solution for a right-hand side, of what was factorized last.
+    fn solve_factorized(&self, right: &[f64]) -> Vec<f64> {
+        let Self { starts, elimination, cholesky, .. } = self;
+        let mut ordered = vec![0.0; right.len()];
+        let mut solution = ordered.clone();
         for (block, &position) in elimination.positions.iter().enumerate() {
-            solution[elimination.starts[position]..][..size(position)]
-                .copy_from_slice(&right[starts[block]..starts[block + 1]]);
+            let right = &right[starts[block]..starts[block + 1]];
+            ordered[elimination.starts[position]..][..right.len()].copy_from_slice(right);
         }
-        cholesky.solve(elimination, &mut solution);
-        let mut step = vec![0.0; right.len()];
-        // (H + D) step = right: the model lowers the cost by step . right - step . H step / 2.
-        let (mut own, mut damped) = (0.0, 0.0);
+        cholesky.solve(elimination, &mut ordered);
         for (block, &position) in elimination.positions.iter().enumerate() {
-            let (size, unknowns) = (size(position), starts[block]..starts[block + 1]);
-            let diagonal = values[columns[position][0].place..].iter().step_by(size + 1);
-            let solution = &solution[elimination.starts[position]..];
-            let slots = step[unknowns.clone()].iter_mut().zip(&right[unknowns]);
-            for (((slot, g), x), diagonal) in slots.zip(solution).zip(diagonal) {
-                *slot = *x;
-                own += x * g;
-                damped += damping * diagonal * x * x;
-            }
+            let slots = &mut solution[starts[block]..starts[block + 1]];
+            slots.copy_from_slice(&ordered[elimination.starts[position]..][..slots.len()]);
         }
-        step.iter().all(|x| x.is_finite()).then_some((step, 0.5 * (own + damped)))
+        solution
     }
 
     /// The part of a solution that belongs to a block.
@@ -224,5 +252,9 @@ mod tests {
         assert!((&found - &expected).norm() < 1e-12, "{found} {expected}");
         assert!((gain - 0.5 * expected.dot(&all)).abs() < 1e-12);
         assert_eq!(equations.of_block(found.as_slice(), 1).len(), 2);
+        let inverse = dense.cholesky().unwrap().inverse();
+        let [own, other] = equations.inverses(&[2, 1]).unwrap().try_into().unwrap();
+        assert!((DMatrix::from_vec(6, 6, own) - inverse.view((5, 5), (6, 6))).norm() < 1e-12);
+        assert!((DMatrix::from_vec(2, 2, other) - inverse.view((3, 3), (2, 2))).norm() < 1e-12);
     }
 }

@@ -142,6 +142,56 @@ impl PoseGraph {
         })
     }
 
+    /// How well poses of a solution are known beside the first, which is taken as it is: the covariance of a small
+    /// motion of the body in its own axes, three rotations (radians) before three translations (metres), by
+    /// all factors but those that were left out. Linearized, and as good as the factors' own.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownPose`]; [`Error::Singular`] where something is held by no factor at all.
+    #[doc(alias = "marginals")]
+    pub fn covariances(&self, solution: &Solution, of: &[usize]) -> Result<Vec<[[f64; 6]; 6]>, Error> {
+        let count = self.poses.len();
+        if let Some(&pose) = of.iter().find(|pose| **pose >= count) {
+            return Err(Error::UnknownPose { pose, poses: count });
+        }
+        let (poses, weights) =
+            (solution.poses.iter().map(isometry).collect::<Vec<_>>(), self.without(solution));
+        if let Some(pose) = (poses.len() != count).then_some(poses.len()) {
+            return Err(Error::UnknownPose { pose, poses: count });
+        }
+        let mut equations = self.equations()?;
+        self.linearize(&poses, &self.best_planes(&poses, &weights)?, &weights, &mut equations);
+        let blocks: Vec<usize> = of.iter().filter_map(|pose| pose_block(*pose)).collect();
+        let mut inverses = equations.inverses(&blocks).ok_or(Error::Singular)?.into_iter();
+        let covariance = |pose: &usize| {
+            let inverse = pose_block(*pose).and_then(|_| inverses.next());
+            // It is symmetric: columns are rows.
+            inverse.map_or([[0.0; 6]; 6], |inverse| {
+                std::array::from_fn(|row| std::array::from_fn(|column| inverse[6 * row + column]))
+            })
+        };
+        Ok(of.iter().map(covariance).collect())
+    }
+
+    /// Weights 0 of what a solution has left out, 1 of all else.
+    fn without(&self, solution: &Solution) -> Weights {
+        let mut weights = self.full_weights();
+        for &closure in &solution.left_out {
+            if let Some(&index) = self.closures.get(closure) {
+                weights.relatives[index] = 0.0;
+            }
+        }
+        for (track, weights) in self.planes.iter().zip(&mut weights.views) {
+            for (view, weight) in weights.iter_mut().enumerate() {
+                if solution.views_left_out.binary_search(&[track.number, view]).is_ok() {
+                    *weight = 0.0;
+                }
+            }
+        }
+        weights
+    }
+
     /// Squared errors of what may be wrong, loop closures and then views of planes, in the largest of right
     /// ones.
     fn doubtful_errors(&self, descent: &Descent<'_>, config: &SolverConfig) -> Vec<f64> {

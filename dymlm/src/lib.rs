@@ -126,7 +126,7 @@ pub use merge::{MergeReport, MergedSession, NewIds};
 pub use multi_level_map::MultiLevelMap;
 pub use queries::FloorUnder;
 #[cfg(feature = "refine")]
-pub use refinement::{LoopClosure, RefineConfig, RefineReport};
+pub use refinement::{LoopClosure, MotionKind, RefineConfig, RefineReport, RefinedPoses, UnheldMotion};
 pub use session_changes::SessionChanges;
 pub use stages::{Stage, StageTimes};
 pub use world_changes::{FoundObject, MovedObject, WorldChanges};

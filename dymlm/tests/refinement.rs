@@ -46,7 +46,7 @@ fn planes_take_out_drift() {
         assert!(after < 0.4 * before && after < 0.01, "seed {seed}: {before} m before, {after} m after");
         let first = report.costs[0];
         assert!(first[1] < 0.2 * first[0], "{:?}", report.costs);
-        assert!(report.planes > 6 && report.views > 300 && report.correction.key_frames == 100);
+        assert!(report.found.planes > 6 && report.found.views > 300 && report.correction.key_frames == 100);
     }
 }
 
@@ -74,7 +74,7 @@ fn wrong_loop_closures_are_left_out() {
     assert!(matches!(builder.refine_poses_with(&config, &[unknown]), Err(Error::UnknownFrame { .. })));
     let closures = [closure(0, 38, 0.0), closure(2, 30, 0.5), closure(5, 37, 0.0)];
     let report = builder.refine_poses_with(&config, &closures).unwrap();
-    assert_eq!(report.left_out, [1]);
+    assert_eq!(report.found.left_out, [1]);
     let after = error(&builder, &sequence);
     assert!(after < 0.01, "{after} m");
 }
@@ -101,7 +101,7 @@ fn a_wrong_config_is_refused() {
     assert!(matches!(builder.refine_poses(&wrong), Err(Error::Config(_))));
     // And without a frame there is nothing to do.
     let report = builder.refine_poses(&RefineConfig::default()).unwrap();
-    assert_eq!((report.planes, report.views), (0, 0));
+    assert_eq!((report.found.planes, report.found.views), (0, 0));
 }
 
 #[test]

@@ -519,7 +519,15 @@ class RefineReport:
 
     @property
     def views(self) -> int:
-        """Views of these."""
+        """Views of planes."""
+
+    @property
+    def views_left_out(self) -> int:
+        """Of these, those that were left out: they are of another plane than the map has them."""
+
+    @property
+    def met_again(self) -> int:
+        """Pairs of planes of the map that turned out to be one, which was met again, in the last round."""
 
     @property
     def costs(self) -> list[list[float]]:

@@ -26,8 +26,8 @@ pub struct RefineConfig {
     /// Share of the sensor's noise that all readings of a plane in one frame have in common, 0.01..=1:
     /// it does not average out. Default 0.3, of what a camera's calibration and its steps of depth leave.
     pub common_noise: f64,
-    /// How often the poses are solved for and the maps built again, so that planes are associated at the
-    /// better poses: 1..=10. Default 2.
+    /// How often at most the poses are solved for and the maps built again, so that planes are associated at
+    /// the better poses: 1..=10. Default 4. The second is the last when it has met no plane again.
     pub rounds: usize,
 }
 
@@ -41,7 +41,7 @@ impl Default for RefineConfig {
             session_translation: 0.05,
             session_rotation: 2_f64.to_radians(),
             common_noise: 0.3,
-            rounds: 2,
+            rounds: 4,
         }
     }
 }

@@ -3,9 +3,16 @@
 
 mod config;
 mod loop_closure;
+mod odometry_drift;
+mod planes_met_again;
+mod pose_problem;
 mod refine_poses;
+mod refined_poses;
 mod report;
+mod unheld_motion;
 
 pub use config::RefineConfig;
 pub use loop_closure::LoopClosure;
+pub use refined_poses::RefinedPoses;
 pub use report::RefineReport;
+pub use unheld_motion::{MotionKind, UnheldMotion};

@@ -1,0 +1,113 @@
+use std::ops::Range;
+
+use dymlm_core::Pose;
+use dymlm_core::vector3::{Vector3, dot};
+
+/// How far odometry may have drifted between two key frames: sums over the steps before each, so that a
+/// question costs the same whatever is between.
+pub(super) struct OdometryDrift {
+    before: Vec<Sums>,
+}
+
+/// By how much a place may be off that one key frame sees from another.
+pub(super) struct Drift {
+    /// Covariance of the place, square metres: each turn of the camera moves what is far from it.
+    pub(super) translation: [[f64; 3]; 3],
+    /// Variance of the rotation about one axis, square radians.
+    pub(super) rotation: f64,
+}
+
+/// Sums over steps.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    /// Variance of the translation along one axis.
+    translation: f64,
+    /// Variance of the rotation about one axis.
+    rotation: f64,
+    /// The same times the place at which the camera turned, metres, world.
+    places: Vector3,
+    /// The same times the products of its coordinates.
+    products: [[f64; 3]; 3],
+}
+
+impl OdometryDrift {
+    /// Of key frames at these poses, and of the standard deviations of the rotation and the translation, of
+    /// one axis, from each to the next.
+    pub(super) fn new(poses: &[Pose], steps: impl Iterator<Item = [f64; 2]>) -> Self {
+        let mut before = vec![Sums::default()];
+        for (pose, [rotation, translation]) in poses.iter().zip(steps) {
+            let mut sums = before[before.len() - 1];
+            let (variance, place) = (rotation * rotation, pose.translation());
+            sums.translation += translation * translation;
+            sums.rotation += variance;
+            for row in 0..3 {
+                sums.places[row] += variance * place[row];
+                for column in 0..3 {
+                    sums.products[row][column] += variance * place[row] * place[column];
+                }
+            }
+            before.push(sums);
+        }
+        Self { before }
+    }
+
+    /// Of a place (metres, world) that a key frame sees, from the first one on.
+    pub(super) fn before(&self, key_frame: usize, place: Vector3) -> Drift {
+        self.between(0..key_frame, place)
+    }
+
+    /// Of a place that the last key frame of the range sees, from the first of it on.
+    pub(super) fn between(&self, key_frames: Range<usize>, place: Vector3) -> Drift {
+        let none = Sums::default();
+        let [first, last] =
+            [key_frames.start, key_frames.end].map(|index| self.before.get(index).unwrap_or(&none));
+        let rotation = last.rotation - first.rotation;
+        let places: Vector3 = std::array::from_fn(|axis| last.places[axis] - first.places[axis]);
+        // Sums of variance times the products of the arms: from where the camera turned to the place.
+        let arms = |row: usize, column: usize| {
+            let products = last.products[row][column] - first.products[row][column];
+            let mixed = places[row] * place[column] + place[row] * places[column];
+            products - mixed + rotation * place[row] * place[column]
+        };
+        // A turn moves the place across its arm: variance times (|arm|^2 I - arm arm^T).
+        let squared = arms(0, 0) + arms(1, 1) + arms(2, 2);
+        let own = last.translation - first.translation + squared;
+        let entry = |row: usize, column: usize| if row == column { own } else { 0.0 } - arms(row, column);
+        Drift { translation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| entry(row, column))), rotation }
+    }
+}
+
+/// The variance along a direction of length one.
+pub(super) fn quadratic(covariance: &[[f64; 3]; 3], direction: Vector3) -> f64 {
+    dot(direction, covariance.map(|row| dot(row, direction)))
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::SplitMix64;
+    use dymlm_core::vector3::{cross, difference};
+
+    use super::*;
+
+    #[test]
+    fn sums_are_those_of_the_steps() {
+        let mut random = SplitMix64::new(3);
+        let mut vector = || [(); 3].map(|()| 4.0 * random.fraction() - 2.0);
+        let poses: Vec<Pose> = (0..9).map(|_| Pose::new(vector(), [0.0, 0.0, 0.0, 1.0]).unwrap()).collect();
+        let deviations = |step: usize| [0.01 * (1.0 + step as f64), 0.02 * (9.0 - step as f64)];
+        let drift = OdometryDrift::new(&poses, (0..8).map(deviations));
+        for _ in 0..20 {
+            let (place, direction) = (vector(), vector());
+            let step = |step: usize| {
+                let [rotation, translation] = deviations(step);
+                let arm = cross(difference(place, poses[step].translation()), direction);
+                translation * translation * dot(direction, direction) + rotation * rotation * dot(arm, arm)
+            };
+            let expected: f64 = (2..7).map(step).sum();
+            let found = quadratic(&drift.between(2..7, place).translation, direction);
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert!((drift.between(7..8, [0.0; 3]).rotation - 0.0064).abs() < 1e-12);
+        assert!(drift.before(0, [0.0; 3]).rotation == 0.0);
+    }
+}

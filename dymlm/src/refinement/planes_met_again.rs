@@ -1,0 +1,112 @@
+use std::collections::BTreeMap;
+
+use dymlm_core::vector3::{Vector3, along, cross, difference, dot, norm};
+use dymlm_core::{PlaneId, Pose, symmetric_eigen3};
+use dymlm_refine::PlaneView;
+
+use super::odometry_drift::{OdometryDrift, quadratic};
+
+/// Views of a plane that are compared with those of others, evenly chosen.
+const COMPARED_VIEWS: usize = 12;
+/// How far apart two views of one plane are at most, in standard deviations of the odometry between them.
+const REACH: f64 = 3.0;
+
+/// Planes of the map that may be one, which was met again when the poses had drifted too far for the map to
+/// see it: each plane with the nearest that lies over it within what the odometry may be wrong by, unless one
+/// key frame has seen both. A view of each, those that are nearest to each other. Many are wrong: they are
+/// for a solver that finds out which.
+pub(super) fn planes_met_again(
+    views: &BTreeMap<PlaneId, Vec<PlaneView>>,
+    poses: &[Pose],
+    drift: &OdometryDrift,
+) -> Vec<[PlaneView; 2]> {
+    let faces: Vec<Face> = views.values().map(|views| Face::new(views, poses)).collect();
+    let mut pairs: Vec<([usize; 2], [PlaneView; 2])> = Vec::new();
+    for (own, face) in faces.iter().enumerate() {
+        let others = faces.iter().enumerate().filter(|(other, _)| *other != own);
+        let apart = others.filter_map(|(other, other_face)| {
+            let (distance, pair) = face.nearest_views(other_face, drift)?;
+            (!face.was_seen_with(other_face)).then_some((distance, other, pair))
+        });
+        let Some((_, other, [a, b])) = apart.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        pairs.push(if own < other { ([own, other], [a, b]) } else { ([other, own], [b, a]) });
+    }
+    pairs.sort_by_key(|(planes, _)| *planes);
+    pairs.dedup_by_key(|(planes, _)| *planes);
+    pairs.into_iter().map(|(_, views)| views).collect()
+}
+
+/// A plane as it is compared.
+struct Face {
+    /// The key frames that have seen it, ascending.
+    key_frames: Vec<usize>,
+    views: Vec<Patch>,
+}
+
+/// What a view shows of a plane, in the world.
+struct Patch {
+    view: PlaneView,
+    centroid: Vector3,
+    /// Toward the camera.
+    normal: Vector3,
+    /// How far the inliers lie from their centroid within the plane, root mean square, metres.
+    radius: f64,
+}
+
+impl Face {
+    fn new(views: &[PlaneView], poses: &[Pose]) -> Self {
+        let key_frames = views.iter().map(|view| view.pose).collect();
+        let step = views.len().div_ceil(COMPARED_VIEWS).max(1);
+        let views = views.iter().step_by(step).filter_map(|view| Patch::new(view, poses)).collect();
+        Self { key_frames, views }
+    }
+
+    /// Whether a key frame has seen both: then they are two.
+    fn was_seen_with(&self, other: &Self) -> bool {
+        self.key_frames.iter().any(|key_frame| other.key_frames.binary_search(key_frame).is_ok())
+    }
+
+    /// The distance of two planes along their normal, metres, and a view of each, where they lie over each
+    /// other most; `None` when these are further apart than poses can have drifted.
+    fn nearest_views(&self, other: &Self, drift: &OdometryDrift) -> Option<(f64, [PlaneView; 2])> {
+        let pairs = self.views.iter().flat_map(|a| other.views.iter().map(move |b| (a, b)));
+        let overlapping = pairs.filter_map(|(a, b)| Some((a.gap(b)?, a, b)));
+        let (_, a, b) = overlapping.min_by(|one, other| one.0.total_cmp(&other.0))?;
+        let [first, last] = [a.view.pose.min(b.view.pose), a.view.pose.max(b.view.pose)];
+        let distance = dot(a.normal, difference(b.centroid, a.centroid));
+        let noise = 1.0 / a.view.information + 1.0 / b.view.information;
+        let drift = drift.between(first..last, b.centroid);
+        let variance = quadratic(&drift.translation, a.normal) + noise;
+        let turn = norm(cross(a.normal, b.normal));
+        let turn_variance = drift.rotation + noise / (a.radius * b.radius);
+        let is_near = distance * distance <= REACH * REACH * variance;
+        (is_near && turn * turn <= REACH * REACH * turn_variance)
+            .then_some((distance.abs(), [a.view, b.view]))
+    }
+}
+
+impl Patch {
+    fn new(view: &PlaneView, poses: &[Pose]) -> Option<Self> {
+        let pose = poses.get(view.pose)?;
+        let [xx, xy, xz, yy, yz, zz] = view.covariance;
+        let eigen = symmetric_eigen3([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])?;
+        let normal = eigen.vectors[2];
+        let faces_camera = dot(normal, view.centroid) < 0.0;
+        let normal = if faces_camera { normal } else { normal.map(|c| -c) };
+        Some(Self {
+            view: *view,
+            centroid: pose.transform_point(view.centroid),
+            normal: pose.rotate(normal),
+            radius: (eigen.values[0] + eigen.values[1]).max(0.0).sqrt(),
+        })
+    }
+
+    /// How far apart two patches are within their planes, in their radii; `None` when they face other ways or
+    /// do not lie over each other.
+    fn gap(&self, other: &Self) -> Option<f64> {
+        let apart = difference(other.centroid, self.centroid);
+        let within = along(apart, -dot(self.normal, apart), self.normal);
+        let gap = norm(within) / (self.radius + other.radius);
+        (dot(self.normal, other.normal) > 0.0 && gap < 1.0).then_some(gap)
+    }
+}

@@ -1,0 +1,225 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use dymlm_core::{FrameId, PlaneId, Pose, SensorModel};
+use dymlm_planes::{PlaneMap, PlaneSighting};
+use dymlm_refine::{PlaneView, PoseGraph, RelativePose, Solution, SolverConfig};
+
+use super::odometry_drift::OdometryDrift;
+use super::planes_met_again::planes_met_again;
+use super::unheld_motion::unheld_motions;
+use super::{LoopClosure, RefineConfig, RefinedPoses, UnheldMotion};
+use crate::session_log::{InsertedFrame, SessionLog};
+use crate::{Error, MultiLevelMap};
+
+/// How often planes that were met again are looked for before the maps are made again: each time solves once.
+const MOST_SEARCHES: usize = 10;
+
+/// At how many key frames it is looked what holds them, evenly chosen.
+const CERTAINTIES: usize = 32;
+
+/// A key frame of the log.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct KeyFramePose {
+    frame: FrameId,
+    /// On the maps' clock, seconds.
+    time: f64,
+    world_from_camera: Pose,
+    /// How many sessions had begun.
+    session: usize,
+}
+
+/// What the maps and the caller know of the key frames' poses.
+pub(super) struct PoseProblem<'a> {
+    /// As the caller had them.
+    given: &'a [KeyFramePose],
+    /// As the maps have them.
+    poses: Vec<Pose>,
+    closures: Vec<RelativePose>,
+    /// Of each plane, by key frame.
+    views: BTreeMap<PlaneId, Vec<PlaneView>>,
+    config: &'a RefineConfig,
+}
+
+/// What that says.
+struct Found {
+    graph: PoseGraph,
+    solution: Solution,
+    /// Pairs of planes that turned out to be one.
+    met_again: usize,
+}
+
+impl<'a> PoseProblem<'a> {
+    /// Of maps with a log; `given`: its key frames as the caller had them.
+    pub(super) fn new(
+        map: &MultiLevelMap,
+        log: &SessionLog,
+        given: &'a [KeyFramePose],
+        config: &'a RefineConfig,
+        closures: &[LoopClosure],
+    ) -> Result<Self, Error> {
+        let key_frames = key_frame_poses(log);
+        Ok(Self {
+            given,
+            poses: key_frames.iter().map(|key_frame| key_frame.world_from_camera).collect(),
+            closures: between_key_frames(closures, log, given)?,
+            views: views_by_plane(&map.planes, &key_frames, &map.config.sensor, config),
+            config,
+        })
+    }
+
+    /// The poses that fit best. At better poses other planes are found to have been met again: so until these
+    /// have been tried.
+    pub(super) fn solve(&self) -> Result<RefinedPoses, Error> {
+        let drift = self.drift();
+        let mut tried = vec![planes_met_again(&self.views, &self.poses, &drift)];
+        let mut found = self.solve_with(&self.poses, &tried[0])?;
+        let initial_cost = found.solution.initial_cost;
+        while tried.len() < MOST_SEARCHES {
+            let poses = &found.solution.poses;
+            let pairs = planes_met_again(&self.views, poses, &drift);
+            if tried.contains(&pairs) {
+                break;
+            }
+            found = self.solve_with(poses, &pairs)?;
+            tried.push(pairs);
+        }
+        let unheld = self.unheld(&found, &drift)?;
+        let Found { solution, met_again, .. } = found;
+        let frames = self.given.iter().map(|key_frame| key_frame.frame);
+        let is_of_several = |views: &&Vec<PlaneView>| views.iter().any(|view| view.pose != views[0].pose);
+        let of_map = |[plane, _]: &&[usize; 2]| *plane < self.views.len();
+        Ok(RefinedPoses {
+            poses: frames.zip(solution.poses).collect(),
+            planes: self.views.values().filter(is_of_several).count(),
+            views: self.views.values().map(Vec::len).sum(),
+            views_left_out: solution.views_left_out.iter().filter(of_map).count(),
+            met_again,
+            unheld,
+            cost: [initial_cost, solution.final_cost],
+            left_out: solution.left_out,
+        })
+    }
+
+    /// From some poses on, with pairs of planes that may be one.
+    fn solve_with(&self, poses: &[Pose], pairs: &[[PlaneView; 2]]) -> Result<Found, Error> {
+        let mut graph = PoseGraph::new(poses.iter().copied());
+        for (from, pair) in self.given.windows(2).enumerate() {
+            graph.add_relative(&odometry(from, pair, self.config))?;
+        }
+        for closure in &self.closures {
+            graph.add_loop_closure(closure)?;
+        }
+        for views in self.views.values() {
+            graph.add_plane(views)?;
+        }
+        for pair in pairs {
+            graph.add_plane(pair)?;
+        }
+        let solution = graph.optimize(&SolverConfig::default())?;
+        let with_views_left_out = solution.views_left_out.iter().map(|[plane, _]| *plane);
+        let two: BTreeSet<usize> = with_views_left_out.filter(|plane| *plane >= self.views.len()).collect();
+        Ok(Found { graph, solution, met_again: pairs.len() - two.len() })
+    }
+
+    fn drift(&self) -> OdometryDrift {
+        let steps = self.given.windows(2).map(|pair| deviations(pair, self.config));
+        let poses: Vec<Pose> = self.given.iter().map(|key_frame| key_frame.world_from_camera).collect();
+        OdometryDrift::new(&poses, steps)
+    }
+
+    /// What odometry alone holds, at some of the key frames.
+    fn unheld(&self, found: &Found, drift: &OdometryDrift) -> Result<Vec<UnheldMotion>, Error> {
+        let step = self.given.len().div_ceil(CERTAINTIES).max(1);
+        let mut chosen: Vec<usize> = (1..self.given.len()).rev().step_by(step).collect();
+        chosen.reverse();
+        let covariances = found.graph.covariances(&found.solution, &chosen)?;
+        let unheld = chosen.into_iter().zip(&covariances).flat_map(|(index, covariance)| {
+            let (frame, pose) = (self.given[index].frame, &found.solution.poses[index]);
+            unheld_motions(frame, pose, covariance, &drift.before(index, pose.translation()))
+        });
+        Ok(unheld.collect())
+    }
+}
+
+/// The key frames, as they are mapped.
+pub(super) fn key_frame_poses(log: &SessionLog) -> Vec<KeyFramePose> {
+    let key_frames = log.key_frames().filter_map(|entry| Some((entry.frame, log.frame(entry.frame)?)));
+    let of = |(frame, inserted): (FrameId, &InsertedFrame)| KeyFramePose {
+        frame,
+        time: inserted.map_time(),
+        world_from_camera: inserted.world_from_camera,
+        session: log.sessions.partition_point(|session| session.first <= frame),
+    };
+    key_frames.map(of).collect()
+}
+
+/// Standard deviations of the rotation and of the translation (of one axis) between two key frames that follow
+/// each other.
+fn deviations(pair: &[KeyFramePose], config: &RefineConfig) -> [f64; 2] {
+    let [one, next] = [pair[0], pair[1]];
+    if one.session == next.session {
+        config.deviations((next.time - one.time).abs())
+    } else {
+        [config.session_rotation, config.session_translation]
+    }
+}
+
+/// What the caller's poses say of two key frames that follow each other.
+fn odometry(from: usize, pair: &[KeyFramePose], config: &RefineConfig) -> RelativePose {
+    let ([one, next], [rotation, translation]) = ([pair[0], pair[1]], deviations(pair, config));
+    let measured = one.world_from_camera.inverse() * next.world_from_camera;
+    RelativePose::with_deviations(from, from + 1, measured, rotation, translation)
+}
+
+/// Loop closures as they are between the key frames at or before their frames.
+fn between_key_frames(
+    closures: &[LoopClosure],
+    log: &SessionLog,
+    key_frames: &[KeyFramePose],
+) -> Result<Vec<RelativePose>, Error> {
+    let places: BTreeMap<FrameId, usize> =
+        key_frames.iter().enumerate().map(|(index, key_frame)| (key_frame.frame, index)).collect();
+    // A frame's key frame, and where the frame is in its camera's coordinates.
+    let on_key_frame = |frame: FrameId| {
+        let inserted = log.frame(frame).ok_or(Error::UnknownFrame { frame })?;
+        let before = places.range(..=frame).next_back().or_else(|| places.iter().next());
+        let &index = before.ok_or(Error::UnknownFrame { frame })?.1;
+        Ok::<_, Error>((index, key_frames[index].world_from_camera.inverse() * inserted.world_from_camera))
+    };
+    let between = |closure: &LoopClosure| {
+        let &LoopClosure { from, to, from_from_to, rotation_deviation, translation_deviation } = closure;
+        let ((from, own), (to, other)) = (on_key_frame(from)?, on_key_frame(to)?);
+        let measured = own * from_from_to * other.inverse();
+        Ok(RelativePose::with_deviations(from, to, measured, rotation_deviation, translation_deviation))
+    };
+    closures.iter().map(between).collect()
+}
+
+/// What the key frames have seen of each plane.
+fn views_by_plane(
+    planes: &PlaneMap,
+    key_frames: &[KeyFramePose],
+    sensor: &SensorModel,
+    config: &RefineConfig,
+) -> BTreeMap<PlaneId, Vec<PlaneView>> {
+    let mut views: BTreeMap<PlaneId, Vec<PlaneView>> = BTreeMap::new();
+    for sighting in planes.key_frame_sightings() {
+        // The plane map counts the key frames as the log has them, at the same poses.
+        let index = sighting.key_frame.get() as usize;
+        let Some(key_frame) = key_frames.get(index) else { continue };
+        if key_frame.world_from_camera != sighting.world_from_camera {
+            continue;
+        }
+        views.entry(sighting.plane).or_default().push(view(index, &sighting, sensor, config));
+    }
+    views
+}
+
+fn view(pose: usize, sighting: &PlaneSighting, sensor: &SensorModel, config: &RefineConfig) -> PlaneView {
+    let common = config.common_noise * f64::from(sensor.sigma(sighting.centroid[2] as f32));
+    // A reading of weight 1 errs as one at 0.4 m does.
+    let least = f64::from(sensor.sigma(0.4));
+    let variance = common * common + least * least / sighting.weight.max(1e-9);
+    let &PlaneSighting { centroid, covariance, .. } = sighting;
+    PlaneView { pose, information: 1.0 / variance, centroid, covariance }
+}
