@@ -50,6 +50,26 @@ fn planes_take_out_drift() {
     }
 }
 
+/// Rooms that are met again when the poses have drifted further than planes are associated.
+#[test]
+fn planes_that_are_met_again_are_one() {
+    let mut building = SequenceConfig::building(7, 2);
+    building.camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).ok();
+    building.pose_error = PoseErrorConfig::slam();
+    let sequence = Sequence::new(&building).unwrap();
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+        let drifting = sequence.estimated_pose(index);
+        builder.insert(&simulated.frame, &simulated.detections, &drifting).unwrap();
+    }
+    builder.settle();
+    let before = error(&builder, &sequence);
+    let report = builder.refine_poses(&RefineConfig::default()).unwrap();
+    let after = error(&builder, &sequence);
+    assert!(after < 0.25 * before, "{before} m before, {after} m after");
+    assert!((2..4).contains(&report.costs.len()), "{:?}", report.costs);
+}
+
 /// Of three loop closures the wrong one is named. Their frames need not be key frames.
 #[test]
 fn wrong_loop_closures_are_left_out() {

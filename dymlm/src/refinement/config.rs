@@ -27,7 +27,8 @@ pub struct RefineConfig {
     /// it does not average out. Default 0.3, of what a camera's calibration and its steps of depth leave.
     pub common_noise: f64,
     /// How often at most the poses are solved for and the maps built again, so that planes are associated at
-    /// the better poses: 1..=10. Default 4. The second is the last when it has met no plane again.
+    /// the better poses: 1..=10. Default 4. Poses that would move less than each frame
+    /// errs by stay.
     pub rounds: usize,
 }
 

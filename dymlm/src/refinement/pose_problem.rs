@@ -61,7 +61,7 @@ impl<'a> PoseProblem<'a> {
         Ok(Self {
             given,
             poses: key_frames.iter().map(|key_frame| key_frame.world_from_camera).collect(),
-            closures: between_key_frames(closures, log, given)?,
+            closures: between_key_frames(closures, log, &key_frames)?,
             views: views_by_plane(&map.planes, &key_frames, &map.config.sensor, config),
             config,
         })

@@ -1,5 +1,5 @@
-use super::pose_problem::{PoseProblem, key_frame_poses};
-use super::{LoopClosure, RefineConfig, RefineReport};
+use super::pose_problem::{KeyFramePose, PoseProblem, key_frame_poses};
+use super::{LoopClosure, RefineConfig, RefineReport, RefinedPoses};
 use crate::{Error, MapBuilder};
 
 impl MapBuilder {
@@ -8,7 +8,8 @@ impl MapBuilder {
     /// caller's poses count as odometry, see [`RefineConfig`]; what no plane holds stays as they have it. The
     /// first key frame stays where it is.
     ///
-    /// Costs as many corrections as there are [rounds](RefineConfig::rounds), and a sparse solve for each.
+    /// Rounds of a sparse solve and a correction follow each other until the poses stay where they are, at most
+    /// [so many](RefineConfig::rounds).
     ///
     /// # Errors
     ///
@@ -36,16 +37,39 @@ impl MapBuilder {
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         // Odometry stays what the caller gave, in all rounds.
         let given = key_frame_poses(log);
+        let mut found = self.solve_for_poses(&given, config, closures)?;
         let mut costs = Vec::new();
         loop {
-            let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
-            let found = PoseProblem::new(&self.map, log, &given, config, closures)?.solve()?;
             let correction = self.correct_poses(&found.poses)?;
             costs.push(found.cost);
-            let is_settled = costs.len() > 1 && found.met_again == 0;
-            if is_settled || costs.len() >= config.rounds {
+            if costs.len() >= config.rounds {
                 return Ok(RefineReport { found, costs, correction });
             }
+            let next = self.solve_for_poses(&given, config, closures)?;
+            if are_settled(&found, &next, config) {
+                return Ok(RefineReport { found, costs, correction });
+            }
+            found = next;
         }
     }
+
+    fn solve_for_poses(
+        &self,
+        given: &[KeyFramePose],
+        config: &RefineConfig,
+        closures: &[LoopClosure],
+    ) -> Result<RefinedPoses, Error> {
+        let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
+        PoseProblem::new(&self.map, log, given, config, closures)?.solve()
+    }
+}
+
+/// Whether poses have moved less, in the root mean square, than each frame's errs by itself.
+fn are_settled(before: &RefinedPoses, after: &RefinedPoses, config: &RefineConfig) -> bool {
+    let pairs = || before.poses.iter().zip(&after.poses).map(|((_, before), (_, after))| (before, after));
+    let moved: f64 = pairs().map(|(before, after)| before.distance(after).powi(2)).sum();
+    let turned: f64 = pairs().map(|(before, after)| before.angle(after).powi(2)).sum();
+    let count = before.poses.len() as f64;
+    let [translation, rotation] = [config.translation_jitter, config.rotation_jitter].map(|c| c * c * count);
+    moved <= translation && turned <= rotation
 }
