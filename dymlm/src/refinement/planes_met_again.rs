@@ -110,3 +110,48 @@ impl Patch {
         (dot(self.normal, other.normal) > 0.0 && gap < 1.0).then_some(gap)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{PlaneId, Pose};
+
+    use super::*;
+
+    /// Steps of 1 s that err by 2 cm and .5 degrees: after 100 of them 20 cm and 5 degrees.
+    const STEP: [f64; 2] = [0.0087, 0.02];
+
+    /// What a key frame at the origin sees of a wall, 2 x 2 m and so far ahead, around a place to the right.
+    fn view(pose: usize, ahead: f64, right: f64) -> PlaneView {
+        let covariance = [1.0 / 3.0, 0.0, 0.0, 1.0 / 3.0, 0.0, 0.0];
+        PlaneView { pose, information: 1e5, centroid: [right, 0.0, ahead], covariance }
+    }
+
+    fn pairs(first: &[PlaneView], second: &[PlaneView]) -> Vec<[usize; 2]> {
+        let poses = vec![Pose::identity(); 200];
+        let drift = OdometryDrift::new(&poses, (0..199).map(|_| STEP));
+        let views = [(PlaneId::new(1), first.to_vec()), (PlaneId::new(2), second.to_vec())];
+        let found = planes_met_again(&views.into(), &poses, &drift);
+        found.iter().map(|pair| pair.map(|view| view.pose)).collect()
+    }
+
+    #[test]
+    fn a_wall_that_is_met_again_is_paired_within_what_odometry_drifts_by() {
+        let wall = [view(0, 3.0, 0.0), view(1, 3.0, 0.0)];
+        // Of the views those that lie over each other most.
+        assert_eq!(pairs(&wall, &[view(101, 3.4, 0.5), view(102, 3.4, 0.1)]), [[0, 102]]);
+        // After 10 s that is too far: 3 times 6.3 cm, and what 1.6 degrees do to 3 m along the line of sight.
+        assert!(pairs(&wall, &[view(11, 3.4, 0.1)]).is_empty());
+        assert_eq!(pairs(&wall, &[view(11, 3.15, 0.1)]), [[0, 11]]);
+        // Beside it, and in whatever order they come.
+        assert!(pairs(&wall, &[view(102, 3.4, 2.0)]).is_empty());
+        assert_eq!(pairs(&[view(102, 3.4, 0.1)], &wall), [[102, 0]]);
+    }
+
+    #[test]
+    fn planes_that_one_key_frame_has_seen_are_two() {
+        let wall = [view(0, 3.0, 0.0), view(50, 3.0, 0.0)];
+        assert!(pairs(&wall, &[view(50, 3.1, 0.0), view(102, 3.1, 0.0)]).is_empty());
+        assert_eq!(pairs(&wall, &[view(51, 3.1, 0.0), view(102, 3.1, 0.0)]), [[0, 51]]);
+        assert!(pairs(&wall, &[]).is_empty() && pairs(&[], &[]).is_empty());
+    }
+}
