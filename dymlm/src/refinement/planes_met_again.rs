@@ -11,9 +11,14 @@ const COMPARED_VIEWS: usize = 12;
 /// How far apart two views of one plane are at most, in standard deviations of the odometry between them.
 const REACH: f64 = 3.0;
 
+/// By what factor the size of a plane differs that is seen twice, once from another side or in part: one
+/// standard deviation.
+const SIZE_FACTOR: f64 = 2.0;
+
 /// Planes of the map that may be one, which was met again when the poses had drifted too far for the map to
-/// see it: each plane with the nearest that lies over it within what the odometry may be wrong by, unless one
-/// key frame has seen both. A view of each, those that are nearest to each other. Many are wrong: they are
+/// see it: each plane with the likeliest that lies over it within what the odometry may be wrong by, unless
+/// one key frame has seen both. The likeliest is near, and of its size: where heights have drifted, a floor
+/// comes to lie under a seat. A view of each, those that are nearest to each other. Many are wrong: they are
 /// for a solver that finds out which.
 pub(super) fn planes_met_again(
     views: &BTreeMap<PlaneId, Vec<PlaneView>>,
@@ -25,8 +30,8 @@ pub(super) fn planes_met_again(
     for (own, face) in faces.iter().enumerate() {
         let others = faces.iter().enumerate().filter(|(other, _)| *other != own);
         let apart = others.filter_map(|(other, other_face)| {
-            let (distance, pair) = face.nearest_views(other_face, drift)?;
-            (!face.was_seen_with(other_face)).then_some((distance, other, pair))
+            let (unlikeliness, pair) = face.nearest_views(other_face, drift)?;
+            (!face.was_seen_with(other_face)).then_some((unlikeliness, other, pair))
         });
         let Some((_, other, [a, b])) = apart.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         pairs.push(if own < other { ([own, other], [a, b]) } else { ([other, own], [b, a]) });
@@ -41,6 +46,8 @@ struct Face {
     /// The key frames that have seen it, ascending.
     key_frames: Vec<usize>,
     views: Vec<Patch>,
+    /// How far what was seen of it lies from its middle, root mean square, metres.
+    radius: f64,
 }
 
 /// What a view shows of a plane, in the world.
@@ -57,8 +64,11 @@ impl Face {
     fn new(views: &[PlaneView], poses: &[Pose]) -> Self {
         let key_frames = views.iter().map(|view| view.pose).collect();
         let step = views.len().div_ceil(COMPARED_VIEWS).max(1);
-        let views = views.iter().step_by(step).filter_map(|view| Patch::new(view, poses)).collect();
-        Self { key_frames, views }
+        let views: Vec<_> = views.iter().step_by(step).filter_map(|view| Patch::new(view, poses)).collect();
+        let mean = |of: &dyn Fn(&Patch) -> f64| views.iter().map(of).sum::<f64>() / views.len() as f64;
+        let middle = [0, 1, 2].map(|axis| mean(&|view| view.centroid[axis]));
+        let squared = mean(&|view| view.radius.powi(2) + norm(difference(view.centroid, middle)).powi(2));
+        Self { key_frames, views, radius: squared.sqrt() }
     }
 
     /// Whether a key frame has seen both: then they are two.
@@ -66,8 +76,9 @@ impl Face {
         self.key_frames.iter().any(|key_frame| other.key_frames.binary_search(key_frame).is_ok())
     }
 
-    /// The distance of two planes along their normal, metres, and a view of each, where they lie over each
-    /// other most; `None` when these are further apart than poses can have drifted.
+    /// How unlikely two planes are one, by their distance along their normal and by their sizes, in squared
+    /// standard deviations, and a view of each, where they lie over each other most; `None` when these are
+    /// further apart than poses can have drifted.
     fn nearest_views(&self, other: &Self, drift: &OdometryDrift) -> Option<(f64, [PlaneView; 2])> {
         let pairs = self.views.iter().flat_map(|a| other.views.iter().map(move |b| (a, b)));
         let overlapping = pairs.filter_map(|(a, b)| Some((a.gap(b)?, a, b)));
@@ -80,8 +91,10 @@ impl Face {
         let turn = norm(cross(a.normal, b.normal));
         let turn_variance = drift.rotation + noise / (a.radius * b.radius);
         let is_near = distance * distance <= REACH * REACH * variance;
-        (is_near && turn * turn <= REACH * REACH * turn_variance)
-            .then_some((distance.abs(), [a.view, b.view]))
+        let is_turned = turn * turn > REACH * REACH * turn_variance;
+        let size = (self.radius / other.radius).ln() / SIZE_FACTOR.ln();
+        let unlikeliness = distance * distance / variance + size * size;
+        (is_near && !is_turned).then_some((unlikeliness, [a.view, b.view]))
     }
 }
 
