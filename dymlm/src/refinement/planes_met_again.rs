@@ -140,10 +140,14 @@ mod tests {
     }
 
     fn pairs(first: &[PlaneView], second: &[PlaneView]) -> Vec<[usize; 2]> {
+        pairs_of(&[first, second])
+    }
+
+    fn pairs_of(planes: &[&[PlaneView]]) -> Vec<[usize; 2]> {
         let poses = vec![Pose::identity(); 200];
         let drift = OdometryDrift::new(&poses, (0..199).map(|_| STEP));
-        let views = [(PlaneId::new(1), first.to_vec()), (PlaneId::new(2), second.to_vec())];
-        let found = planes_met_again(&views.into(), &poses, &drift);
+        let views = planes.iter().zip(1..).map(|(views, id)| (PlaneId::new(id), views.to_vec()));
+        let found = planes_met_again(&views.collect(), &poses, &drift);
         found.iter().map(|pair| pair.map(|view| view.pose)).collect()
     }
 
@@ -158,6 +162,16 @@ mod tests {
         // Beside it, and in whatever order they come.
         assert!(pairs(&wall, &[view(102, 3.4, 2.0)]).is_empty());
         assert_eq!(pairs(&[view(102, 3.4, 0.1)], &wall), [[102, 0]]);
+    }
+
+    /// A floor that was met again 40 cm higher, where a seat was before: floors are wide.
+    #[test]
+    fn what_is_met_again_is_of_its_size() {
+        let narrow = |view: PlaneView| PlaneView { covariance: view.covariance.map(|c| 0.02 * c), ..view };
+        let (floor, seat) = (view(0, 3.0, 0.0), narrow(view(3, 2.6, 0.0)));
+        let (floor_again, seat_again) = (view(101, 2.6, 0.0), narrow(view(102, 2.2, 0.0)));
+        let found = pairs_of(&[&[floor], &[seat], &[floor_again], &[seat_again]]);
+        assert_eq!(found, [[0, 101], [3, 102]]);
     }
 
     #[test]
