@@ -1,7 +1,7 @@
 //! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a
 //! report.
 //!
-//! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR] [--detections FILE]
+//! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]
 //! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
@@ -20,7 +20,7 @@ use dymlm_examples::{
     objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
     progress_bar, read_pose, timed, up_of_planes,
 };
-use dymlm_io::{StampedPose, Trajectory, TumOptions};
+use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions};
 use dymlm_sim::SequenceConfig;
 
 /// Longest time between two poses of the corrections that is interpolated, seconds.
@@ -30,9 +30,17 @@ const LONGEST_GAP: f64 = 2.0;
 /// --dataset it renders a synthetic walking sequence and maps that.
 #[derive(Parser)]
 struct Arguments {
-    /// TUM RGB-D folder
+    /// TUM RGB-D folder, or a ROS 2 bag (FILE.mcap)
     #[arg(long)]
     dataset: Option<PathBuf>,
+    #[arg(
+        long,
+        requires = "dataset",
+        value_delimiter = ',',
+        value_parser = read_topic,
+        help = "Of a bag: depth=TOPIC,color=TOPIC,depth_info=TOPIC,color_info=TOPIC,detections=TOPIC,\nodometry=TOPIC,world=FRAME; default: found by their types"
+    )]
+    topics: Vec<(String, String)>,
     #[arg(
         long,
         conflicts_with = "dataset",
@@ -165,6 +173,15 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
     let mut options = TumOptions::default();
     options.trajectory.clone_from(&arguments.trajectory);
     options.every = arguments.every;
+    if let Some(bag) = arguments.dataset.as_ref().filter(|path| path.is_file()) {
+        if arguments.detections.is_some() {
+            return Err("the detections of a bag are its own: --detections is for folders".into());
+        }
+        return FrameSource::bag(bag, &bag_options(arguments)?);
+    }
+    if !arguments.topics.is_empty() {
+        return Err("--topics is for bags: the dataset is no file".into());
+    }
     if let Some(folder) = &arguments.dataset {
         return FrameSource::recorded(folder, arguments.detections.as_deref(), &options);
     }
@@ -173,6 +190,31 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
         None => SequenceConfig::default(),
     };
     FrameSource::synthetic(&every(config, arguments.every))
+}
+
+fn bag_options(arguments: &Arguments) -> Result<McapOptions, AnyError> {
+    let mut options = McapOptions::default();
+    options.trajectory.clone_from(&arguments.trajectory);
+    options.every = arguments.every;
+    for (what, name) in &arguments.topics {
+        let option = match what.as_str() {
+            "depth" => &mut options.depth,
+            "color" => &mut options.color,
+            "depth_info" => &mut options.depth_info,
+            "color_info" => &mut options.color_info,
+            "detections" => &mut options.detections,
+            "odometry" => &mut options.odometry,
+            "world" => &mut options.world_frame,
+            other => return Err(format!("--topics {other}=: see --help for what can be named").into()),
+        };
+        *option = Some(name.clone());
+    }
+    Ok(options)
+}
+
+fn read_topic(text: &str) -> Result<(String, String), String> {
+    let (what, name) = text.split_once('=').ok_or("not of the form depth=/topic")?;
+    Ok((what.to_owned(), name.to_owned()))
 }
 
 /// Feeds every frame to the builder, until somebody interrupts. A frame that cannot be loaded or is refused

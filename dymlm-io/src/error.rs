@@ -69,6 +69,15 @@ pub enum Error {
         /// The time, and what the trajectory covers instead.
         fault: UncoveredTime,
     },
+    /// The transforms of a bag give no pose of a frame.
+    #[cfg(feature = "mcap")]
+    #[error("{}: {fault}", path.display())]
+    NoTransform {
+        /// The bag.
+        path: PathBuf,
+        /// What is missing.
+        fault: crate::NoTransform,
+    },
     /// A frame that the dataset does not have.
     #[error("frame {index} of a dataset of {count} frames")]
     NoFrame {

@@ -20,7 +20,7 @@ pub const MAX_IMAGE_PIXELS: usize = 1 << 25;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct DecodeBuffers {
     file: Vec<u8>,
-    samples: Vec<u8>,
+    pub(crate) samples: Vec<u8>,
 }
 
 /// Reads a 16-bit greyscale PNG as depth in metres: value / `depth_scale`; 0 = no reading.
@@ -85,11 +85,23 @@ pub(crate) fn decode_depth(
     depth_scale: f64,
     camera: Option<&PinholeCamera>,
     buffers: &mut DecodeBuffers,
+    depth: Vec<f32>,
+) -> Result<(usize, usize, Vec<f32>), Error> {
+    read_file(path, &mut buffers.file)?;
+    decode_depth_png(path, &buffers.file, depth_scale, camera, &mut buffers.samples, depth)
+}
+
+/// As [`decode_depth`], of a PNG in memory; `path` is for errors.
+pub(crate) fn decode_depth_png(
+    path: &Path,
+    png: &[u8],
+    depth_scale: f64,
+    camera: Option<&PinholeCamera>,
+    samples: &mut Vec<u8>,
     mut depth: Vec<f32>,
 ) -> Result<(usize, usize, Vec<f32>), Error> {
     check_depth_scale(path, depth_scale)?;
-    read_file(path, &mut buffers.file)?;
-    let decoder = PngDecoder::new(Cursor::new(&buffers.file)).map_err(undecodable(path))?;
+    let decoder = PngDecoder::new(Cursor::new(png)).map_err(undecodable(path))?;
     let (width, height) = checked_size(path, &decoder, camera)?;
     if decoder.original_color_type() != ExtendedColorType::L16 {
         let reason = format!(
@@ -98,13 +110,11 @@ pub(crate) fn decode_depth(
         );
         return Err(Error::malformed(path, reason));
     }
-    buffers.samples.resize(2 * width * height, 0);
-    decoder.read_image(&mut buffers.samples).map_err(undecodable(path))?;
+    samples.resize(2 * width * height, 0);
+    decoder.read_image(samples).map_err(undecodable(path))?;
     let metres = (1.0 / depth_scale) as f32;
     depth.clear();
-    depth.extend(
-        buffers.samples.as_chunks().0.iter().map(|&sample| f32::from(u16::from_ne_bytes(sample)) * metres),
-    );
+    depth.extend(samples.as_chunks().0.iter().map(|&sample| f32::from(u16::from_ne_bytes(sample)) * metres));
     Ok((width, height, depth))
 }
 
@@ -116,10 +126,20 @@ pub(crate) fn decode_color(
     colors: Vec<Rgb>,
 ) -> Result<(usize, usize, Vec<Rgb>), Error> {
     read_file(path, &mut buffers.file)?;
-    let file = Cursor::new(&buffers.file);
-    if buffers.file.starts_with(b"\xff\xd8") {
+    decode_color_picture(path, &buffers.file, camera, colors)
+}
+
+/// As [`decode_color`], of a picture in memory; `path` is for errors.
+pub(crate) fn decode_color_picture(
+    path: &Path,
+    picture: &[u8],
+    camera: Option<&PinholeCamera>,
+    colors: Vec<Rgb>,
+) -> Result<(usize, usize, Vec<Rgb>), Error> {
+    let file = Cursor::new(picture);
+    if picture.starts_with(b"\xff\xd8") {
         // The decoder fills up a picture that breaks off with grey, silently.
-        if !has_jpeg_end(&buffers.file) {
+        if !has_jpeg_end(picture) {
             return Err(Error::malformed(path, "the JPEG is truncated: it has no end marker"));
         }
         let decoder = JpegDecoder::new(file).map_err(undecodable(path))?;

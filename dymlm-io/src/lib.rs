@@ -9,12 +9,15 @@
 //! - [`read_ply`], [`write_ply`], [`read_pcd`], [`write_pcd`]: point clouds.
 //! - [`MapFolderWriter`], [`MapFolder`]: a folder of files with a manifest, written so that a crash never
 //!   leaves half of it; [`write_atomically`]: the same for one file.
+//! - `McapRecording` (feature `mcap`): ROS 2 bags in MCAP as posed RGB-D frames with detections.
 //! - [`PlaneRecord`], [`ObjectRecord`]: `planes.json` and `objects.json`.
 //! - [`write_png`], [`write_depth_png`] and their readers.
 //!
 //! Every [`Error`] names the file, and the line where there is one. Files are not trusted: a count in a
 //! header is never believed before the bytes for it are there, and nothing panics on any input.
 
+#[cfg(feature = "mcap")]
+mod bag;
 mod detection_file;
 mod error;
 mod image_file;
@@ -30,6 +33,8 @@ mod uncovered_time;
 mod write_atomically;
 mod yolo_folder;
 
+#[cfg(feature = "mcap")]
+pub use bag::{McapFrame, McapOptions, McapRecording, NoTransform};
 pub use detection_file::{DetectionFile, encode_detections, write_detections};
 pub use error::Error;
 pub use image_file::{MAX_IMAGE_PIXELS, read_color_image, read_depth_png, write_depth_png, write_png};

@@ -1,16 +1,18 @@
 use std::path::{Path, PathBuf};
 
 use dymlm::core::{Detection, Frame, Pose};
-use dymlm_io::{FrameBuffers, TumOptions, TumRecording};
+use dymlm_io::{FrameBuffers, McapOptions, McapRecording, RecordedFrame, TumOptions, TumRecording};
 use dymlm_sim::{Sequence, SequenceConfig};
 
 use crate::{AnyError, PeopleMasks};
 
-/// Where frames come from: a recorded dataset, or the built-in synthetic sequence.
+/// Where frames come from: a recorded dataset, a bag, or the built-in synthetic sequence.
 #[derive(Debug)]
 pub enum FrameSource {
     /// A TUM RGB-D folder.
     Recorded(Box<Recording>),
+    /// A ROS 2 bag in MCAP.
+    Bag(Box<BagRecording>),
     /// People walking through a rendered office.
     Synthetic(Box<Sequence>),
 }
@@ -20,6 +22,13 @@ pub enum FrameSource {
 pub struct Recording {
     folder: PathBuf,
     source: TumRecording,
+    buffers: FrameBuffers,
+}
+
+/// A bag with the buffers that its frames are loaded through.
+#[derive(Debug)]
+pub struct BagRecording {
+    source: McapRecording,
     buffers: FrameBuffers,
 }
 
@@ -68,10 +77,21 @@ impl FrameSource {
         Ok(Self::Recorded(Box::new(Recording { folder: folder.to_path_buf(), source, buffers })))
     }
 
+    /// A ROS 2 bag in MCAP.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be opened.
+    pub fn bag(path: &Path, options: &McapOptions) -> Result<Self, AnyError> {
+        let source = McapRecording::open(path, options)?;
+        Ok(Self::Bag(Box::new(BagRecording { source, buffers: FrameBuffers::default() })))
+    }
+
     /// Number of frames.
     pub fn len(&self) -> usize {
         match self {
             Self::Recorded(recording) => recording.source.dataset().frames().len(),
+            Self::Bag(bag) => bag.source.frames().len(),
             Self::Synthetic(sequence) => sequence.len(),
         }
     }
@@ -87,6 +107,7 @@ impl FrameSource {
             Self::Recorded(recording) => {
                 recording.source.dataset().frames().get(index)?.world_from_camera.ok()
             }
+            Self::Bag(bag) => bag.source.frames().get(index)?.world_from_camera.clone().ok(),
             Self::Synthetic(sequence) => (index < sequence.len()).then(|| sequence.world_from_camera(index)),
         }
     }
@@ -95,6 +116,7 @@ impl FrameSource {
     pub fn timestamp(&self, index: usize) -> Option<f64> {
         match self {
             Self::Recorded(recording) => Some(recording.source.dataset().frames().get(index)?.timestamp),
+            Self::Bag(bag) => Some(bag.source.frames().get(index)?.timestamp),
             Self::Synthetic(sequence) => (index < sequence.len()).then(|| sequence.timestamp(index)),
         }
     }
@@ -104,6 +126,7 @@ impl FrameSource {
     pub fn faults(&self) -> Vec<String> {
         match self {
             Self::Recorded(recording) => recording.source.warnings(),
+            Self::Bag(bag) => bag.source.warnings().to_vec(),
             Self::Synthetic(_) => Vec::new(),
         }
     }
@@ -115,11 +138,8 @@ impl FrameSource {
     /// What is wrong with this frame; the others are not concerned.
     pub fn load(&mut self, index: usize) -> Result<SourceFrame, AnyError> {
         match self {
-            Self::Recorded(recording) => {
-                let loaded = recording.source.load(index, &mut recording.buffers)?;
-                let (frame, world_from_camera) = (loaded.frame, loaded.world_from_camera);
-                Ok(SourceFrame { frame, detections: loaded.detections, world_from_camera })
-            }
+            Self::Recorded(recording) => Ok(recording.source.load(index, &mut recording.buffers)?.into()),
+            Self::Bag(bag) => Ok(bag.source.load(index, &mut bag.buffers)?.into()),
             Self::Synthetic(sequence) => {
                 let frame = sequence.frame(index).ok_or("no such frame")?;
                 Ok(SourceFrame {
@@ -133,8 +153,10 @@ impl FrameSource {
 
     /// Takes a frame back whose buffers the next one may use.
     pub fn recycle(&mut self, frame: SourceFrame) {
-        if let Self::Recorded(recording) = self {
-            recording.buffers.recycle(frame.frame);
+        match self {
+            Self::Recorded(recording) => recording.buffers.recycle(frame.frame),
+            Self::Bag(bag) => bag.buffers.recycle(frame.frame),
+            Self::Synthetic(_) => {}
         }
     }
 
@@ -156,5 +178,12 @@ impl FrameSource {
             // Frames without people have no mask.
             _ => Ok(Some(PeopleMasks::nobody(camera.width(), camera.height()))),
         }
+    }
+}
+
+impl From<RecordedFrame> for SourceFrame {
+    fn from(loaded: RecordedFrame) -> Self {
+        let RecordedFrame { frame, detections, world_from_camera, .. } = loaded;
+        Self { frame, detections, world_from_camera }
     }
 }

@@ -2,25 +2,23 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
-use super::list_file::ListedFile;
-
 /// A colour image and a depth image of about the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Pair {
+pub(crate) struct Pair {
     /// Index into the list of colour images.
-    pub(super) color: usize,
+    pub(crate) color: usize,
     /// Index into the list of depth images.
-    pub(super) depth: usize,
+    pub(crate) depth: usize,
 }
 
-/// Pairs colour images and depth images by time, one to one: of all pairs at most `max_gap` seconds apart the
+/// Pairs colour images and depth images by their times, one to one: of all pairs at most `max_gap` seconds apart the
 /// closest is taken first, then the closest of those that are left, and so on (the benchmark's
 /// `associate.py`). Pairs equally close are taken in time order. Both lists are in time order, and so is the
 /// result.
 ///
 /// The closest of the pairs that are left is always one of neighbours in time. O(n log n) for n images,
 /// however many pairs are within the gap.
-pub(super) fn associate(color: &[ListedFile], depth: &[ListedFile], max_gap: f64) -> Vec<Pair> {
+pub(crate) fn associate(color: &[f64], depth: &[f64], max_gap: f64) -> Vec<Pair> {
     let mut moments = Moments::of(color, depth);
     let mut pairs = moments.pair_simultaneous();
     let mut open = BinaryHeap::new();
@@ -73,14 +71,14 @@ struct Candidate {
 }
 
 impl Moments {
-    fn of(color: &[ListedFile], depth: &[ListedFile]) -> Self {
+    fn of(color: &[f64], depth: &[f64]) -> Self {
         let mut all: Vec<Moment> = Vec::with_capacity(color.len() + depth.len());
         let (mut c, mut d) = (0, 0);
         loop {
-            let times = [color.get(c), depth.get(d)].map(|file| file.map(|file| file.timestamp));
-            let Some(timestamp) = times.into_iter().flatten().reduce(f64::min) else { break };
-            let ends = |files: &[ListedFile], from: usize| {
-                from + files[from..].iter().take_while(|file| file.timestamp <= timestamp).count()
+            let times = [color.get(c), depth.get(d)];
+            let Some(timestamp) = times.into_iter().flatten().copied().reduce(f64::min) else { break };
+            let ends = |files: &[f64], from: usize| {
+                from + files[from..].iter().take_while(|&&time| time <= timestamp).count()
             };
             let (color_end, depth_end) = (ends(color, c), ends(depth, d));
             all.push(Moment {
@@ -156,13 +154,8 @@ mod tests {
 
     use super::*;
 
-    fn at(times: &[f64]) -> Vec<ListedFile> {
-        let file = |&timestamp| ListedFile { timestamp, path: "x".into(), line: 1 };
-        times.iter().map(file).collect()
-    }
-
     fn pairs(color: &[f64], depth: &[f64]) -> Vec<(usize, usize)> {
-        associate(&at(color), &at(depth), 0.02).iter().map(|pair| (pair.color, pair.depth)).collect()
+        associate(color, depth, 0.02).iter().map(|pair| (pair.color, pair.depth)).collect()
     }
 
     #[test]
@@ -217,7 +210,7 @@ mod tests {
             let times = |steps: &[u8]| steps.iter().map(|&step| f64::from(step) / 16.0).collect::<Vec<_>>();
             let (color, depth, gap) = (times(&color), times(&depth), f64::from(gap) / 16.0);
             let found: Vec<_> =
-                associate(&at(&color), &at(&depth), gap).iter().map(|pair| (pair.color, pair.depth)).collect();
+                associate(&color, &depth, gap).iter().map(|pair| (pair.color, pair.depth)).collect();
             prop_assert_eq!(found, associate_py(&color, &depth, gap));
         }
     }

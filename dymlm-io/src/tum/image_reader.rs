@@ -11,20 +11,30 @@ use crate::image_file::{DecodeBuffers, decode_color, decode_depth};
 /// Reads the images of a dataset, and makes them those of one pinhole camera.
 #[derive(Debug)]
 pub(super) struct ImageReader {
-    camera: PinholeCamera,
     depth_scale: f64,
-    rectifier: Option<Rectifier>,
-    depth_camera: PinholeCamera,
-    depth_rectifier: Option<Rectifier>,
-    registration: Option<DepthRegistration>,
+    cameras: CameraPair,
+}
+
+/// Makes stored colour and depth images those of one pinhole camera.
+#[derive(Debug)]
+pub(crate) struct CameraPair {
+    /// Of the frames, and of the stored colour images.
+    pub(crate) camera: PinholeCamera,
+    /// Of the lens that the colour images were taken through.
+    pub(crate) rectifier: Option<Rectifier>,
+    /// Of the stored depth images.
+    pub(crate) depth_camera: PinholeCamera,
+    pub(crate) depth_rectifier: Option<Rectifier>,
+    /// For depth images that are not of the colour camera.
+    pub(crate) registration: Option<DepthRegistration>,
 }
 
 /// Buffers that frames are loaded through, so that loading a sequence allocates next to nothing per frame.
 #[derive(Debug, Clone, Default)]
 pub struct FrameBuffers {
-    decode: DecodeBuffers,
-    depth: Vec<f32>,
-    color: Vec<Rgb>,
+    pub(crate) decode: DecodeBuffers,
+    pub(crate) depth: Vec<f32>,
+    pub(crate) color: Vec<Rgb>,
     /// For images that are rectified or registered: what they are made into.
     spare_depth: Option<DepthImage>,
     spare_color: Option<ColorImage>,
@@ -57,22 +67,17 @@ impl ImageReader {
             // Registered to colour images with distortion, depth images have it too.
             None => (camera, color.clone(), None),
         };
-        Self {
-            camera,
-            depth_scale: cameras.depth_scale,
-            rectifier: color,
-            depth_camera,
-            depth_rectifier,
-            registration,
-        }
+        let depth_scale = cameras.depth_scale;
+        let cameras = CameraPair { camera, rectifier: color, depth_camera, depth_rectifier, registration };
+        Self { depth_scale, cameras }
     }
 
     pub(super) fn camera(&self) -> &PinholeCamera {
-        &self.camera
+        &self.cameras.camera
     }
 
     pub(super) fn rectifier(&self) -> Option<&Rectifier> {
-        self.rectifier.as_ref()
+        self.cameras.rectifier.as_ref()
     }
 
     pub(super) fn depth_scale(&self) -> f64 {
@@ -82,32 +87,57 @@ impl ImageReader {
     pub(super) fn depth(&self, path: &Path, buffers: &mut FrameBuffers) -> Result<DepthImage, Error> {
         let malformed = |error: dymlm_core::Error| Error::malformed(path, error.to_string());
         let depth = std::mem::take(&mut buffers.depth);
-        let (width, height, depth) =
-            decode_depth(path, self.depth_scale, Some(&self.depth_camera), &mut buffers.decode, depth)?;
-        let mut depth = DepthImage::new(width, height, depth).map_err(malformed)?;
-        if let Some(rectifier) = &self.depth_rectifier {
-            let mut rectified = spare_depth(buffers).map_err(malformed)?;
-            rectifier.rectify_depth(&depth, &mut rectified).map_err(malformed)?;
-            buffers.spare_depth = Some(std::mem::replace(&mut depth, rectified));
-        }
-        if let Some(registration) = &self.registration {
-            let mut registered = spare_depth(buffers).map_err(malformed)?;
-            registration.register(&depth, &mut registered).map_err(malformed)?;
-            buffers.spare_depth = Some(std::mem::replace(&mut depth, registered));
-        }
-        Ok(depth)
+        let (width, height, depth) = decode_depth(
+            path,
+            self.depth_scale,
+            Some(&self.cameras.depth_camera),
+            &mut buffers.decode,
+            depth,
+        )?;
+        let depth = DepthImage::new(width, height, depth).map_err(malformed)?;
+        self.cameras.pinhole_depth(depth, buffers).map_err(malformed)
     }
 
     pub(super) fn color(&self, path: &Path, buffers: &mut FrameBuffers) -> Result<ColorImage, Error> {
         let malformed = |error: dymlm_core::Error| Error::malformed(path, error.to_string());
         let color = std::mem::take(&mut buffers.color);
-        let (width, height, color) = decode_color(path, Some(&self.camera), &mut buffers.decode, color)?;
-        let mut color = ColorImage::new(width, height, color).map_err(malformed)?;
+        let (width, height, color) =
+            decode_color(path, Some(&self.cameras.camera), &mut buffers.decode, color)?;
+        let color = ColorImage::new(width, height, color).map_err(malformed)?;
+        self.cameras.pinhole_color(color, buffers).map_err(malformed)
+    }
+}
+
+impl CameraPair {
+    /// A stored depth image as one of the pinhole camera.
+    pub(crate) fn pinhole_depth(
+        &self,
+        mut depth: DepthImage,
+        buffers: &mut FrameBuffers,
+    ) -> Result<DepthImage, dymlm_core::Error> {
+        if let Some(rectifier) = &self.depth_rectifier {
+            let mut rectified = spare_depth(buffers)?;
+            rectifier.rectify_depth(&depth, &mut rectified)?;
+            buffers.spare_depth = Some(std::mem::replace(&mut depth, rectified));
+        }
+        if let Some(registration) = &self.registration {
+            let mut registered = spare_depth(buffers)?;
+            registration.register(&depth, &mut registered)?;
+            buffers.spare_depth = Some(std::mem::replace(&mut depth, registered));
+        }
+        Ok(depth)
+    }
+
+    /// A stored colour image as one of the pinhole camera.
+    pub(crate) fn pinhole_color(
+        &self,
+        mut color: ColorImage,
+        buffers: &mut FrameBuffers,
+    ) -> Result<ColorImage, dymlm_core::Error> {
         if let Some(rectifier) = &self.rectifier {
             let spare = buffers.spare_color.take();
-            let mut rectified =
-                spare.map_or_else(|| ColorImage::new(1, 1, vec![[0; 3]]), Ok).map_err(malformed)?;
-            rectifier.rectify_color(&color, &mut rectified).map_err(malformed)?;
+            let mut rectified = spare.map_or_else(|| ColorImage::new(1, 1, vec![[0; 3]]), Ok)?;
+            rectifier.rectify_color(&color, &mut rectified)?;
             buffers.spare_color = Some(std::mem::replace(&mut color, rectified));
         }
         Ok(color)

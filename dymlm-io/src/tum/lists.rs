@@ -65,7 +65,8 @@ fn associate_lists(folder: &Path, max_gap: f64) -> Result<Lists, Error> {
     }
     let List { entries: color, faults: color_faults } = read_files(&rgb)?;
     faults.extend(color_faults);
-    let pairs = associate(&color, &depth, max_gap);
+    let times = |files: &[ListedFile]| files.iter().map(|file| file.timestamp).collect::<Vec<_>>();
+    let pairs = associate(&times(&color), &times(&depth), max_gap);
     let frames = pairs
         .iter()
         .map(|pair| listed_frame(folder, DEPTH, &depth[pair.depth], Some((RGB, &color[pair.color]))))

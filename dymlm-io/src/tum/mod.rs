@@ -1,10 +1,10 @@
 //! TUM RGB-D datasets (Sturm 2012): a folder of colour images, depth images, lists of both and a trajectory.
 
-mod association;
+pub(crate) mod association;
 mod camera_file;
 mod dataset;
 mod frame;
-mod image_reader;
+pub(crate) mod image_reader;
 mod list_file;
 mod lists;
 mod options;

@@ -1,0 +1,103 @@
+use std::cmp::Reverse;
+
+use super::camera_info::{InfoCamera, camera_of};
+use super::catalogue::{Catalogue, ImageTopic};
+use super::pictures::{is_color, is_depth};
+use super::transforms::frame_name;
+
+/// An image topic with its camera.
+#[derive(Debug)]
+pub(super) struct ChosenImages {
+    pub(super) topic: String,
+    pub(super) camera: InfoCamera,
+}
+
+/// The topic of depth images: the one that is named, or the best of those of a depth encoding.
+pub(super) fn depth_topic(catalogue: &Catalogue, named: Option<&str>) -> Result<String, String> {
+    if let Some(named) = named {
+        return known(catalogue, named);
+    }
+    let candidates = catalogue.images.iter().filter(|(topic, images)| is_depth(topic, images));
+    // Registered before others, raw before packed ones; else the first by name.
+    let merit = |(topic, images): &(&String, &ImageTopic)| {
+        let registered = ["aligned_depth", "depth_registered", "registered"];
+        (registered.iter().any(|word| topic.contains(word)), topic.contains("depth"), !images.is_compressed)
+    };
+    let best = candidates.min_by_key(|candidate| (Reverse(merit(candidate)), candidate.0));
+    best.map(|(topic, _)| topic.clone()).ok_or_else(|| {
+        format!("no depth images (16UC1, 32FC1 or compressedDepth); {}", all_images(catalogue))
+    })
+}
+
+/// The topic of colour images, if there is one.
+pub(super) fn color_topic(
+    catalogue: &Catalogue,
+    named: Option<&str>,
+    depth_frame: &str,
+) -> Result<Option<String>, String> {
+    if let Some(named) = named {
+        return known(catalogue, named).map(Some);
+    }
+    let is_candidate = |topic: &str, images: &ImageTopic| {
+        is_color(images) && !["depth", "infra"].iter().any(|word| topic.contains(word))
+    };
+    let candidates = catalogue.images.iter().filter(|(topic, images)| is_candidate(topic, images));
+    let merit = |(topic, images): &(&String, &ImageTopic)| {
+        let same_frame = frame_name(&images.frame_id) == frame_name(depth_frame);
+        (same_frame, topic.contains("color") || topic.contains("rgb"), !images.is_compressed)
+    };
+    Ok(candidates
+        .min_by_key(|candidate| (Reverse(merit(candidate)), candidate.0))
+        .map(|(topic, _)| topic.clone()))
+}
+
+fn known(catalogue: &Catalogue, named: &str) -> Result<String, String> {
+    if catalogue.images.contains_key(named) {
+        return Ok(named.to_owned());
+    }
+    Err(format!("no images on topic {named}; {}", all_images(catalogue)))
+}
+
+fn all_images(catalogue: &Catalogue) -> String {
+    let all: Vec<_> =
+        catalogue.images.iter().map(|(topic, images)| format!("{topic} ({})", images.encoding)).collect();
+    if all.is_empty() {
+        "there are no image topics".to_owned()
+    } else {
+        format!("there are: {}", all.join(", "))
+    }
+}
+
+/// The camera of an image topic: of the `CameraInfo` that is named, or that lies beside the images, or else
+/// of the only one that is of the images' frame.
+pub(super) fn with_camera(
+    catalogue: &Catalogue,
+    topic: String,
+    named_info: Option<&str>,
+) -> Result<ChosenImages, String> {
+    let frame = catalogue.images.get(&topic).map_or("", |images| frame_name(&images.frame_id));
+    let beside = |suffix: &str| {
+        let base = topic.strip_suffix(suffix)?;
+        let (namespace, _) = base.rsplit_once('/')?;
+        let path = format!("{namespace}/camera_info");
+        catalogue.infos.contains_key(&path).then_some(path)
+    };
+    let info = match named_info {
+        Some(named) => Some(named.to_owned()),
+        None => {
+            ["/compressedDepth", "/compressed", ""].iter().find_map(|suffix| beside(suffix)).or_else(|| {
+                let mut of_frame = catalogue.infos.iter();
+                of_frame
+                    .find(|(_, info)| frame_name(&info.header.frame_id) == frame)
+                    .map(|(path, _)| path.clone())
+            })
+        }
+    };
+    let Some((info, found)) = info.and_then(|path| Some((path.clone(), catalogue.infos.get(&path)?))) else {
+        let all: Vec<_> = catalogue.infos.keys().map(String::as_str).collect();
+        return Err(format!("no CameraInfo for {topic}; there are: {}", all.join(", ")));
+    };
+    let camera =
+        camera_of(&found.lens, topic.contains("rect")).map_err(|reason| format!("{info}: {reason}"))?;
+    Ok(ChosenImages { topic, camera })
+}
