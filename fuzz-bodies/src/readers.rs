@@ -3,7 +3,10 @@ use std::path::Path;
 
 use dymlm::files::object_records;
 use dymlm::{HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
-use dymlm_io::{DetectionFile, FrameBuffers, MapFolder, Trajectory, TumDataset, TumOptions, YoloFolder};
+use dymlm_io::{
+    DetectionFile, FrameBuffers, MapFolder, McapOptions, McapRecording, Trajectory, TumDataset, TumOptions,
+    YoloFolder,
+};
 use dymlm_octree::{Octree, OctreeConfig, UnknownCells};
 use dymlm_sim::SimulatedFrame;
 
@@ -117,6 +120,21 @@ pub fn read_detections(bytes: &[u8]) {
         assert!(file.faults().len() <= file.len());
         for time in [-1e300, 0.0, 0.1, 1.0, f64::NAN] {
             let _ = file.at(time);
+        }
+    });
+}
+
+/// ROS 2 bags: opened, and every frame loaded.
+pub fn read_mcap(bytes: &[u8]) {
+    in_folder(|folder| {
+        let path = folder.join("bag.mcap");
+        fs::write(&path, bytes).unwrap();
+        let Ok(mut bag) = McapRecording::open(&path, &McapOptions::default()) else { return };
+        let mut buffers = FrameBuffers::default();
+        for index in 0..bag.frames().len() {
+            if let Ok(loaded) = bag.load(index, &mut buffers) {
+                buffers.recycle(loaded.frame);
+            }
         }
     });
 }

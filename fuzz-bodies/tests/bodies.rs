@@ -5,9 +5,9 @@ use dymlm::MapConfig;
 use dymlm_core::{BoundingBox, DepthImage, Detection, PointCloud, SplitMix64};
 use dymlm_fuzz_bodies::{
     Body, Effort, carried_object, correct_poses, insert, map_builder, merge, octree_model, read_bt,
-    read_config, read_detections, read_image, read_map_folder, read_ot, read_pcd, read_ply, read_records,
-    read_saved_folder, read_trajectory, read_tum, read_yolo, run, saved_cloud, saved_history, saved_map,
-    saved_objects, saved_octree, saved_planes,
+    read_config, read_detections, read_image, read_map_folder, read_mcap, read_ot, read_pcd, read_ply,
+    read_records, read_saved_folder, read_trajectory, read_tum, read_yolo, run, saved_cloud, saved_history,
+    saved_map, saved_objects, saved_octree, saved_planes,
 };
 use dymlm_io::{
     decode_pcd, decode_ply, encode_detections, encode_pcd, encode_ply, read_color_image, read_objects,
@@ -44,6 +44,14 @@ fn ply() {
         decode_ply(example, "example").unwrap();
     }
     drive("PLY", read_ply, &[written, ascii.into(), list.to_vec()]);
+}
+
+#[test]
+fn mcap() {
+    let bags = ["plain", "packed", "inverse", "odometry", "plain_lz4", "plain_unpacked", "two_cameras"];
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../dymlm-io/tests/bags");
+    let examples = bags.map(|name| std::fs::read(folder.join(format!("{name}.mcap"))).unwrap());
+    drive("MCAP", read_mcap, &examples);
 }
 
 #[test]
