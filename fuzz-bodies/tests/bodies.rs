@@ -48,7 +48,14 @@ fn ply() {
 
 #[test]
 fn mcap() {
-    let bags = ["plain", "packed", "inverse", "odometry", "plain_lz4", "plain_unpacked", "two_cameras"];
+    let bags = [
+        "plain",
+        "plain_lz4",
+        "plain_unchunked",
+        "packed_unchunked",
+        "inverse_unchunked",
+        "odometry_unchunked",
+    ];
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../dymlm-io/tests/bags");
     let examples = bags.map(|name| std::fs::read(folder.join(format!("{name}.mcap"))).unwrap());
     drive("MCAP", read_mcap, &examples);
