@@ -19,8 +19,8 @@ pub(super) fn decode<'a, T: Deserialize<'a>>(message: &'a [u8]) -> Result<T, Str
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 pub(super) struct Time {
-    sec: i32,
-    nanosec: u32,
+    pub(super) sec: i32,
+    pub(super) nanosec: u32,
 }
 
 impl Time {

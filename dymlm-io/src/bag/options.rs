@@ -33,7 +33,8 @@ pub struct McapOptions {
     /// image, seconds, 0..=10. Default 0.02, as for TUM datasets.
     pub max_association_gap: f64,
     /// Largest distance in time between two transforms that are interpolated between, seconds, 0..=60. Default
-    /// 0.2, as for TUM datasets. tf2 itself has no limit.
+    /// 0.2, as for TUM datasets. It is no limit to those that differ by less than 2 cm and 1 degree, such as a
+    /// localization's `map` to `odom` once a second. tf2 itself has no limit.
     pub max_interpolation_gap: f64,
     /// Every how many frames one is taken, beginning with the first, 1... Default 1.
     pub every: usize,

@@ -5,6 +5,10 @@ use dymlm_core::Pose;
 use super::messages::{Transform, TransformStamped};
 use crate::{StampedPose, Trajectory, UncoveredTime};
 
+/// Between transforms that differ by less, metres and radians, it does not matter how long nothing was heard:
+/// what is between them lies nearer than maps distinguish poses.
+const STILL: [f64; 2] = [0.02, 0.0175];
+
 /// Why tf gives no pose of a frame.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -166,9 +170,14 @@ impl TransformTree {
             let Some(edge) = self.edges.get(child) else { continue };
             let step = match &edge.motion {
                 Motion::Fixed(fixed) => *fixed,
-                Motion::Moving(trajectory) => trajectory.pose_at(timestamp, max_gap).map_err(|fault| {
-                    NoTransform::Uncovered { parent: edge.parent.clone(), child: child.clone(), fault }
-                })?,
+                Motion::Moving(trajectory) => {
+                    let max_gap = if is_still(trajectory, timestamp) { f64::INFINITY } else { max_gap };
+                    trajectory.pose_at(timestamp, max_gap).map_err(|fault| NoTransform::Uncovered {
+                        parent: edge.parent.clone(),
+                        child: child.clone(),
+                        fault,
+                    })?
+                }
                 Motion::Listed(_) => continue,
             };
             // One transform alone stays as it is to the last bit.
@@ -224,5 +233,45 @@ impl TransformTree {
             frames.push(edge.parent.clone());
         }
         Ok(frames)
+    }
+}
+
+/// Whether a frame is where it was between the two transforms around a time.
+fn is_still(trajectory: &Trajectory, timestamp: f64) -> bool {
+    let poses = trajectory.poses();
+    let after = poses.partition_point(|pose| pose.timestamp <= timestamp);
+    let around = after.checked_sub(1).and_then(|before| poses.get(before)).zip(poses.get(after));
+    around.is_some_and(|(before, after)| {
+        let (before, after) = (&before.world_from_camera, &after.world_from_camera);
+        before.distance(after) < STILL[0] && before.angle(after) < STILL[1]
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::super::messages::{Header, Rotation, Time, Vector3};
+    use super::*;
+
+    #[test]
+    fn a_localization_may_be_slow_where_it_hardly_moves() {
+        let at = |parent: &str, child: &str, seconds: i32, x: f64| TransformStamped {
+            header: Header { stamp: Time { sec: seconds, nanosec: 0 }, frame_id: parent.into() },
+            child_frame_id: child.into(),
+            transform: Transform {
+                translation: Vector3 { x, y: 0.0, z: 0.0 },
+                rotation: Rotation { x: 0.0, y: 0.0, z: 0.0, w: 1.0 },
+            },
+        };
+        let mut tree = TransformTree::default();
+        for (seconds, x) in [(1, 0.0), (2, 0.01), (3, 0.5)] {
+            tree.add(&at("map", "camera", seconds, x), false).unwrap();
+        }
+        tree.settle().unwrap();
+        let chain = tree.chain_to_world("camera", None).unwrap();
+        let pose = |time: f64| tree.pose_at(&chain, time, 0.2);
+        assert!((pose(1.5).unwrap().translation()[0] - 0.005).abs() < 1e-12);
+        assert!(matches!(pose(2.5), Err(NoTransform::Uncovered { .. })));
+        assert!(matches!(pose(3.5), Err(NoTransform::Uncovered { .. })));
     }
 }
