@@ -14,7 +14,9 @@ use std::time::Duration;
 use clap::Parser;
 use dymlm::core::{FrameId, Pose};
 use dymlm::files::{Autosave, MapSaver};
-use dymlm::{FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, Selection};
+use dymlm::{
+    FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
+};
 use dymlm_examples::{
     AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
     objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
@@ -294,7 +296,15 @@ fn refine(builder: &mut MapBuilder) -> Result<CorrectionCost, AnyError> {
     let bar = progress_bar(1, "refining");
     let (report, cost) = timed(|| builder.refine_poses(&RefineConfig::default()));
     bar.finish();
-    Ok(CorrectionCost { key_frames: report?.correction.key_frames, ..cost })
+    let report = report?;
+    let RefinedPoses { planes, views, views_left_out, met_again, unheld, .. } = &report.found;
+    println!(
+        "refined in {} rounds by {planes} planes: {views_left_out} of {views} views left out, {met_again} pairs met again, \
+         {} motions held by odometry alone",
+        report.costs.len(),
+        unheld.len()
+    );
+    Ok(CorrectionCost { key_frames: report.correction.key_frames, ..cost })
 }
 
 /// Where the frames of this session were taken from, as they are mapped.

@@ -105,8 +105,9 @@ impl PyLoopClosure {
 pub(crate) struct PyRefineReport {
     /// Planes that more than one key frame has seen, in the last round.
     planes: usize,
-    /// Views of planes, and those of them that were left out as of another plane.
+    /// Views of planes.
     views: usize,
+    /// Of these, those that were left out: they are of another plane than the map has them.
     views_left_out: usize,
     /// Pairs of planes of the map that turned out to be one, which was met again, in the last round.
     met_again: usize,
