@@ -148,6 +148,8 @@ T = {
     "RefineReport": {
         "planes": "int",
         "views": "int",
+        "views_left_out": "int",
+        "met_again": "int",
         "costs": "list[list[float]]",
         "left_out": "list[int]",
         "correction": "CorrectionReport",
