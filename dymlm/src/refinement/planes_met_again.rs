@@ -10,7 +10,9 @@ use super::odometry_drift::{OdometryDrift, quadratic};
 const COMPARED_VIEWS: usize = 12;
 /// How far apart two views of one plane are at most, in standard deviations of the odometry between them.
 const REACH: f64 = 3.0;
-
+/// By how much the normals of the views of one plane differ at most, radians: planes are associated below 10
+/// degrees.
+const MOST_TILT: f64 = 0.2;
 /// By what factor the size of a plane differs that is seen twice, once from another side or in part: one
 /// standard deviation.
 const SIZE_FACTOR: f64 = 2.0;
@@ -29,9 +31,10 @@ pub(super) fn planes_met_again(
     let mut pairs: Vec<([usize; 2], [PlaneView; 2])> = Vec::new();
     for (own, face) in faces.iter().enumerate() {
         let others = faces.iter().enumerate().filter(|(other, _)| *other != own);
-        let apart = others.filter_map(|(other, other_face)| {
+        let over_it = others.filter(|(_, other)| face.may_lie_over(other) && !face.was_seen_with(other));
+        let apart = over_it.filter_map(|(other, other_face)| {
             let (unlikeliness, pair) = face.nearest_views(other_face, drift)?;
-            (!face.was_seen_with(other_face)).then_some((unlikeliness, other, pair))
+            Some((unlikeliness, other, pair))
         });
         let Some((_, other, [a, b])) = apart.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         pairs.push(if own < other { ([own, other], [a, b]) } else { ([other, own], [b, a]) });
@@ -46,8 +49,11 @@ struct Face {
     /// The key frames that have seen it, ascending.
     key_frames: Vec<usize>,
     views: Vec<Patch>,
+    middle: Vector3,
     /// How far what was seen of it lies from its middle, root mean square, metres.
     radius: f64,
+    /// How far its views reach from there, each by its radius.
+    extent: f64,
 }
 
 /// What a view shows of a plane, in the world.
@@ -67,8 +73,18 @@ impl Face {
         let views: Vec<_> = views.iter().step_by(step).filter_map(|view| Patch::new(view, poses)).collect();
         let mean = |of: &dyn Fn(&Patch) -> f64| views.iter().map(of).sum::<f64>() / views.len() as f64;
         let middle = [0, 1, 2].map(|axis| mean(&|view| view.centroid[axis]));
-        let squared = mean(&|view| view.radius.powi(2) + norm(difference(view.centroid, middle)).powi(2));
-        Self { key_frames, views, radius: squared.sqrt() }
+        let off = |view: &Patch| norm(difference(view.centroid, middle));
+        let radius = mean(&|view| view.radius.powi(2) + off(view).powi(2)).sqrt();
+        let extent = views.iter().map(|view| view.radius + off(view)).fold(0.0, f64::max);
+        Self { key_frames, views, middle, radius, extent }
+    }
+
+    /// Whether any of their views can lie over each other: a glance, since most planes of a building cannot.
+    fn may_lie_over(&self, other: &Self) -> bool {
+        let Some(Patch { normal, .. }) = self.views.first() else { return false };
+        let apart = difference(other.middle, self.middle);
+        let within = along(apart, -dot(*normal, apart), *normal);
+        norm(within) <= self.extent + other.extent + MOST_TILT * norm(apart)
     }
 
     /// Whether a key frame has seen both: then they are two.
