@@ -56,6 +56,8 @@ fn all_encodings_give_the_same_frames() {
     for (name, color, tolerance) in [
         ("plain", color, 0.0),
         ("float", color, 0.0),
+        ("rgba", color, 0.0),
+        ("bgr", color, 0.0),
         ("packed", color, 0.0),
         ("inverse", [200; 3], 0.05),
         ("plain_zstd", color, 0.0),
@@ -162,13 +164,61 @@ fn depth_of_another_camera_is_registered_to_colour() {
 
 #[test]
 fn lenses_are_rectified_with_their_detections() {
-    let recorded = [open("fisheye"), open("plain")]
+    let recorded = [open("fisheye"), open("plain"), open("plumb_bob")]
         .map(|mut recording| recording.load(0, &mut FrameBuffers::default()).unwrap());
+    // A wall that faces the camera has one depth, through any lens.
+    let [_, plain, distorted] = &recorded;
+    assert_eq!(distorted.frame.depth().at(4, 3), plain.frame.depth().at(4, 3));
+    check_pose(distorted, 0);
     let boxes = recorded.map(|loaded| loaded.detections.unwrap()[0].bounding_box());
     // A corner is seen (0.1875, 0.3125) from the axis, at 0.36443 = t (1 + 0.1 t^2) with t = 0.35981 and tan t =
     // 0.37621: it belongs 1.0323 times as far out.
     assert_eq!(boxes[1].y_max(), 5.0);
     assert!((boxes[0].y_max() - 5.0808).abs() < 1e-3, "{boxes:?}");
+    // The same corner at 0.36443 = r (1 - 0.1 r^2) with r = 0.36948: 1.01384 times as far out.
+    assert!(
+        (boxes[2].x_max() - 5.0208).abs() < 1e-3 && (boxes[2].y_max() - 5.0346).abs() < 1e-3,
+        "{boxes:?}"
+    );
+}
+
+#[test]
+fn numbered_classes_get_their_names() {
+    let mut options = McapOptions::default();
+    let label = |options: &McapOptions| {
+        let mut recording = McapRecording::open(bag("numbered"), options).unwrap();
+        let loaded = recording.load(0, &mut FrameBuffers::default());
+        loaded.map(|loaded| loaded.detections.unwrap()[0].label().to_owned())
+    };
+    assert_eq!(label(&options).unwrap(), "1", "without names an id is the label");
+    options.class_names = vec!["person".to_owned(), "chair".to_owned()];
+    assert_eq!(label(&options).unwrap(), "chair");
+    options.class_names.truncate(1);
+    let error = label(&options).unwrap_err().to_string();
+    assert!(error.contains("class 1 of 1 names"), "{error}");
+}
+
+#[test]
+fn a_trajectory_takes_the_place_of_the_bags_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("poses.txt");
+    // From the first frame's time to the third's: the fourth has no pose.
+    fs::write(&path, "100.0 0 0 5 0 0 0 1\n100.2 0 2 5 0 0 0 1\n").unwrap();
+    let mut options = McapOptions::default();
+    options.trajectory = Some(path.clone());
+    // Both the bag that says where the robot is, and the one that does not.
+    for name in ["plain", "no_tf"] {
+        let recording = McapRecording::open(bag(name), &options).unwrap();
+        let middle = recording.frames()[1].world_from_camera.clone().unwrap().translation();
+        assert!((middle[1] - 1.0).abs() < 1e-6 && middle[2] == 5.0, "{name}: {middle:?}");
+        assert!(
+            matches!(&recording.frames()[3].world_from_camera, Err(NoTransform::Trajectory(_))),
+            "{name}"
+        );
+    }
+    fs::write(&path, "100.0 0 0\n").unwrap();
+    let error = McapRecording::open(bag("plain"), &options).unwrap_err().to_string();
+    assert!(error.contains("poses.txt"), "{error}");
 }
 
 #[test]

@@ -9,9 +9,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use dymlm::MultiLevelMap;
 use dymlm::core::{ColorImage, DepthImage, Pose};
-use dymlm_io::{MapFolder, StampedPose, Trajectory, write_depth_png, write_png};
+use dymlm::{MapBuilder, MapConfig, MultiLevelMap, Selection};
+use dymlm_io::{
+    FrameBuffers, MapFolder, McapOptions, McapRecording, StampedPose, Trajectory, write_depth_png, write_png,
+};
 
 const FRAMES: usize = 6;
 const WIDTH: usize = 64;
@@ -128,6 +130,49 @@ fn a_run_that_fails_leaves_nothing() {
         fs::remove_file(path).unwrap();
     }
     assert_eq!(entries(), before);
+}
+
+/// Bags that independent writers made, 8x6 pixels: `dymlm-io/tests/bags/write_bags.py`.
+fn bag(name: &str) -> String {
+    format!("{}/../dymlm-io/tests/bags/{name}.mcap", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn a_bag_gives_the_maps_of_its_frames() {
+    let out = tempfile::tempdir().unwrap();
+    let run = |name: &str, more: &[&str]| {
+        let folder = out.path().join(name);
+        let bag = bag(name);
+        let output =
+            build_map(&[&["--dataset", &bag, "--out", folder.to_str().unwrap()][..], more].concat())?;
+        Some((folder, output.status.success(), String::from_utf8(output.stderr).unwrap()))
+    };
+    let Some((folder, done, warnings)) = run("plain", &[]) else { return };
+    assert!(done, "{warnings}");
+    // The same frames by hand.
+    let mut recording = McapRecording::open(bag("plain"), &McapOptions::default()).unwrap();
+    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    let mut buffers = FrameBuffers::default();
+    for index in 0..recording.frames().len() {
+        let loaded = recording.load(index, &mut buffers).unwrap();
+        builder.insert(&loaded.frame, loaded.detections.as_deref(), &loaded.world_from_camera).unwrap();
+    }
+    builder.settle();
+    let map = MultiLevelMap::load(&folder).unwrap();
+    let points = |map: &MultiLevelMap| map.cloud().point_cloud(Selection::All).points().to_vec();
+    assert!(points(&map).len() > 20 && points(&map) == points(builder.map()));
+    assert_eq!(map.cloud().frames(), 4);
+
+    // A frame without a pose costs a warning; a topic that is not there, or detections from elsewhere, the run.
+    let (folder, done, warnings) = run("late_tf", &[]).unwrap();
+    assert!(done && warnings.contains("frame 0 skipped"), "{warnings}");
+    assert_eq!(MultiLevelMap::load(folder).unwrap().cloud().frames(), 3);
+    for (refused, named) in
+        [(["--topics", "depth=/nowhere"], "/nowhere"), (["--detections", "x"], "of a bag")]
+    {
+        let (folder, done, error) = run("odometry", &refused).unwrap();
+        assert!(!done && error.contains(named) && !folder.join("report.json").exists(), "{error}");
+    }
 }
 
 #[test]

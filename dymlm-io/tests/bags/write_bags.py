@@ -191,6 +191,24 @@ BAGS = {
         ("/camera/depth/image_rect_raw", m[1], image(m[1], "depth_optical", "16UC1", DEPTH))
         for m in base_messages()
     ],
+    "rgba": list(other_encodings(
+        lambda t: ("/camera/color/image_raw", t, image(t, "optical", "rgba8", np.dstack([COLOR, COLOR[..., :1]]))),
+        lambda t: ("/camera/depth/image_raw", t, image(t, "optical", "mono16", DEPTH)),
+    )),
+    "bgr": list(other_encodings(
+        lambda t: ("/camera/color/image_raw", t, image(t, "optical", "bgr8", COLOR[..., ::-1])),
+        lambda t: ("/camera/depth/image_raw", t, image(t, "optical", "16UC1", DEPTH, ">")),
+    )),
+    # A detector that numbers its classes.
+    "numbered": [
+        m if m[0] != "/detections" else (m[0], m[1], detections(m[1] - 0.056, ("1", 0.75, 4.0, 3.0, 2.0, 4.0)))
+        for m in base_messages()
+    ],
+    # Raw images of a lens with barrel distortion, k1 alone.
+    "plumb_bob": [
+        m if not m[0].endswith("camera_info") else (m[0], m[1], camera_info(m[1], "optical", "plumb_bob", (-0.1, 0.0, 0.0, 0.0, 0.0)))
+        for m in base_messages()
+    ],
     "fisheye": [
         m if not m[0].endswith("camera_info") else (m[0], m[1], camera_info(m[1], "optical", "equidistant", (0.1, 0.0, 0.0, 0.0)))
         for m in base_messages()
