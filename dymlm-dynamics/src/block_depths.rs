@@ -2,14 +2,14 @@ use std::ops::Range;
 
 use dymlm_core::{DepthImage, SensorModel};
 
-/// Side of a block, pixels of an image of 640x480: some hundred blocks make a thigh at 2 m, and the mean of
-/// sixteen readings errs by a quarter of their noise.
+/// Side of a block, in pixels of a 640x480 image: a thigh at 2 m covers some hundred blocks, and the mean of
+/// sixteen readings has a quarter of the noise of one.
 const SIDE: f64 = 4.0;
 
-/// Depths of a part of an image by blocks of some pixels, each the mean of the readings about as deep as the
-/// one in its middle.
+/// Depths of a part of an image, one for each block of pixels: the mean of the block's readings that are
+/// about as deep as the reading in its middle.
 ///
-/// A buffer to keep: filled again, it allocates only to grow.
+/// Reuse the buffer: filling it again allocates only when it must grow.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BlockDepths {
     /// Pixels along the side of a block; blocks begin at multiples of it.
@@ -17,13 +17,13 @@ pub(crate) struct BlockDepths {
     /// Column and row of the first block.
     first: [usize; 2],
     columns: usize,
-    /// Row by row; 0 = not wanted, or no reading in the middle.
+    /// Row by row; 0 = the middle pixel is not wanted or has no reading.
     depths: Vec<f32>,
 }
 
 impl BlockDepths {
-    /// Takes the blocks that meet these columns and rows of an image of this size's scale, and whose middle
-    /// is wanted.
+    /// Computes the blocks that overlap `columns` and `rows` and whose middle pixel `is_wanted`. `scale` is
+    /// the image's size relative to 640x480.
     pub(crate) fn fill(
         &mut self,
         depth: &DepthImage,
@@ -55,7 +55,7 @@ impl BlockDepths {
         self.side
     }
 
-    /// The pixels of a block: columns and rows, as far as the image may reach.
+    /// The pixels of a block, columns and rows; they may reach beyond the image's border.
     pub(crate) fn pixels(&self, block: usize) -> [Range<usize>; 2] {
         let [column, row] = self.place(block);
         [self.first[0] + column, self.first[1] + row].map(|c| c * self.side..(c + 1) * self.side)
@@ -66,8 +66,8 @@ impl BlockDepths {
         self.pixels(block).map(|range| range.start as f64 + self.half())
     }
 
-    /// The depths on opposite sides of a block, so many blocks away, along rows, columns and both diagonals:
-    /// where both are known.
+    /// The pairs of depths on opposite sides of a block, `steps` blocks away, along rows, columns and both
+    /// diagonals; only pairs in which both depths are known.
     pub(crate) fn opposite(&self, block: usize, steps: usize) -> impl Iterator<Item = [f32; 2]> + use<'_> {
         let [column, row] = self.place(block);
         let is_wide = column >= steps && column + steps < self.columns;
@@ -96,8 +96,9 @@ impl BlockDepths {
         neighbours.into_iter().filter(|&(is_in, _)| is_in).map(|(_, neighbour)| neighbour)
     }
 
-    /// The depth at a pixel: between the four blocks around it where they lie on one surface, to a tolerance;
-    /// otherwise that of them which comes nearest to the expected one. 0 = no reading.
+    /// The depth at a pixel, interpolated between the four blocks around it where their depths differ by at
+    /// most `tolerance`, which means one surface; otherwise the one of them that is closest to `expected`. 0
+    /// = no reading.
     pub(crate) fn reading(&self, pixel: [f64; 2], expected: f64, tolerance: f64) -> f64 {
         let side = self.side.max(1) as f64;
         let place: [f64; 2] =
@@ -118,7 +119,7 @@ impl BlockDepths {
         read.min_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs())).unwrap_or(0.0)
     }
 
-    /// From the first pixel of a block to its middle.
+    /// Distance from the first pixel of a block to its middle, pixels.
     fn half(&self) -> f64 {
         0.5 * (self.side as f64 - 1.0)
     }
@@ -139,7 +140,7 @@ impl BlockDepths {
     }
 }
 
-/// The mean of the readings in a square that are about as deep as the one in its middle.
+/// The mean of those readings in a square that are about as deep as the reading in its middle.
 fn mean([left, top]: [usize; 2], side: usize, depth: &DepthImage, sensor: &SensorModel) -> f32 {
     let (columns, rows) = (left..(left + side).min(depth.width()), top..(top + side).min(depth.height()));
     let around = depth.at(left + side / 2, top + side / 2);
@@ -147,7 +148,7 @@ fn mean([left, top]: [usize; 2], side: usize, depth: &DepthImage, sensor: &Senso
         return 0.0;
     }
     let tolerance = sensor.tolerance(around, 0.0) as f32;
-    // Four sums at a time.
+    // Four sums side by side, so that the compiler can vectorize.
     let (mut sums, mut counts) = ([0.0_f32; 4], [0.0_f32; 4]);
     for v in rows {
         for readings in depth.row(v)[columns.clone()].chunks(4) {
@@ -181,7 +182,7 @@ mod tests {
         for pixel in [[15.0, 20.0], [21.3, 30.7], [40.0, 41.5]] {
             assert!((blocks.reading(pixel, 1.0, 0.02) - (1.0 + 0.001 * pixel[0])).abs() < 1e-4);
         }
-        // Beside the hole the nearest of what is left; outside nothing.
+        // Beside the hole: the closest of the remaining depths. Outside: no reading.
         assert!((blocks.reading([16.0, 8.0], 1.0, 0.02) - 1.0135).abs() < 1e-4);
         assert_eq!(blocks.reading([60.0, 20.0], 1.0, 0.02), 0.0);
     }

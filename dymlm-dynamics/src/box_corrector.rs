@@ -2,32 +2,34 @@ use dymlm_core::{BoundingBox, DepthImage, Frame};
 
 use crate::Foreground;
 
-/// Pixels of a line that must continue the foreground for a side to move past it, in an image of 640x480:
-/// more than a stray reading, less than a wrist at 3 m.
+/// Least pixels of a line that must continue the foreground for a side to move past the line, in a 640x480
+/// image: more than a stray reading, fewer than a wrist at 3 m.
 const MIN_PIXELS: u8 = 3;
-/// Widest gap without depth that is bridged, in the same pixels: the shadow rim of a structured-light sensor.
+/// Widest gap without depth that is bridged, in the same pixels: the shadow at the rim of a structured-light
+/// silhouette.
 const MAX_GAP: u8 = 6;
 
 /// Corrects boxes that cut a mover short: paper section III-A.
 ///
-/// A box first takes in the parts of the foreground that were found around it. Then each side moves outward,
+/// First the box is extended to the parts of the foreground found around it. Then each side moves outward,
 /// line by line, while pixels just outside it continue the foreground in depth, at most `max_extension`
-/// pixels in all. Sides never move inward. Left and right sides go first, so that the upper and lower ones
-/// see arms that stick out; then all sides may use what is left of their allowance.
+/// pixels in all. Sides never move inward. The left and right sides move first, so that the upper and lower
+/// sides see arms that stick out; then the left and right sides move again with what is left of their
+/// allowance.
 ///
 /// Costs O(perimeter times extension).
 #[derive(Debug, Clone)]
 pub(crate) struct BoxCorrector {
-    /// Furthest that a side moves, pixels of an image of 640x480.
+    /// Largest distance that a side moves, in pixels of a 640x480 image.
     max_extension: f64,
     wave: Vec<Front>,
     next: Vec<Front>,
 }
 
-/// The wave at one pixel of a line.
+/// The state of the wave, which moves outward line by line, at one pixel of a line.
 #[derive(Debug, Clone, Copy, Default)]
 struct Front {
-    /// Depth of the foreground here, or where it was last seen; 0 = none.
+    /// Depth of the foreground at this pixel, or where it was last seen on the way; 0 = no foreground.
     depth: f32,
     /// Lines without depth since then.
     gap: usize,
@@ -51,13 +53,13 @@ enum Side {
 }
 
 impl BoxCorrector {
-    /// Makes a corrector whose sides move by `max_extension` pixels of an image of 640x480 at most.
+    /// Makes a corrector that moves sides by at most `max_extension` pixels of a 640x480 image.
     pub(crate) fn new(max_extension: f32) -> Self {
         Self { max_extension: max_extension.into(), wave: Vec::new(), next: Vec::new() }
     }
 
-    /// The corrected box. Sides that do not move keep their fractions of a pixel, and their parts outside the
-    /// image; without a foreground, or without a pixel in the image, the box stays as it is.
+    /// The corrected box. Sides that do not move keep their fractions of a pixel and may stay outside the
+    /// image. The box stays as it is when there is no foreground or no pixel of it is in the image.
     pub(crate) fn correct(
         &mut self,
         frame: &Frame,
@@ -85,7 +87,7 @@ impl BoxCorrector {
         widened(bounding_box, start, window)
     }
 
-    /// Moves one side outward as far as the foreground goes on.
+    /// Moves one side outward as far as the foreground continues.
     fn extend(
         &mut self,
         side: Side,
@@ -141,7 +143,7 @@ impl BoxCorrector {
         }
     }
 
-    /// Moves the wave one line outward; answers the number of pixels that continue it.
+    /// Moves the wave one line outward; returns the number of pixels at which the foreground continues.
     fn advance(
         &mut self,
         side: Side,
@@ -184,7 +186,7 @@ impl Front {
 }
 
 impl Window {
-    /// The window that also holds all that was found of the mover around it, as far as the limit allows.
+    /// The window enlarged to all foreground found around it, as far as `limit` allows.
     fn with_parts(self, foreground: &Foreground, limit: Self) -> Self {
         let Some(found) = foreground.bounds() else { return self };
         Self {
@@ -195,7 +197,7 @@ impl Window {
         }
     }
 
-    /// Takes in one line more on a side; answers the line's column or row, `None` at the limit.
+    /// Adds one line on a side; returns the line's column or row, `None` at the limit.
     fn step_outward(&mut self, side: Side, limit: Self) -> Option<usize> {
         let (at_limit, edge, outward) = match side {
             Side::Left => (self.left <= limit.left, &mut self.left, false),
@@ -246,7 +248,7 @@ impl Window {
     }
 }
 
-/// The box with those sides moved that differ between two windows.
+/// The box with only those sides moved that differ between the two windows.
 fn widened(bounding_box: &BoundingBox, start: Window, end: Window) -> BoundingBox {
     let choose = |moved: bool, to: usize, from: f32| if moved { to as f32 } else { from };
     BoundingBox::new(

@@ -4,8 +4,8 @@ use crate::{MaskConfig, TrackerConfig};
 
 /// Settings of [`Preprocessor`](crate::Preprocessor).
 ///
-/// The default does all that can be done. Plain systems are settings too: every box a detector gives, as it
-/// is, is `tracker.max_coast = 0`, `max_extension = 0` and `mask.mode = MaskMode::Box`.
+/// By default every step is on. Plain systems are settings too: `tracker.max_coast = 0`, `max_extension = 0`
+/// and `mask.mode = MaskMode::Box` mask each box exactly as the detector gives it.
 ///
 /// ```
 /// use dymlm_core::SensorModel;
@@ -22,15 +22,16 @@ use crate::{MaskConfig, TrackerConfig};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct DynamicsConfig {
-    /// Classes of COCO that are potential movers beside person and the animals, which always are; default
-    /// none. A name that is no class of COCO is refused.
+    /// COCO classes that are potential movers besides person and the animals, which always are; default none.
+    /// A name that is not a COCO class is refused.
     pub mover_labels: Vec<String>,
-    /// Potential movers among a detector's own classes, of any name; default none.
+    /// Potential movers among a detector's own classes; any name is accepted; default none.
     pub own_mover_labels: Vec<String>,
     /// Tracking of boxes.
     pub tracker: TrackerConfig,
-    /// Furthest that the side of a box that cuts its mover short moves outward, in pixels of an image of
-    /// 640x480 (other images: in proportion); 0..=640, default 50 (the paper's); 0 = boxes stay as they are.
+    /// Largest distance by which a side moves outward when the box cuts its mover short, in pixels of a
+    /// 640x480 image (other images: in proportion); 0..=640, default 50 (the paper's); 0 = boxes stay as they
+    /// are.
     pub max_extension: f32,
     /// The static mask.
     pub mask: MaskConfig,

@@ -12,11 +12,11 @@ pub enum Error {
         /// Time of the refused frame, seconds.
         timestamp: f64,
     },
-    /// A timestamp that is no number of seconds: not finite, or so large that it is in another unit (epoch
-    /// times in milliseconds, microseconds or nanoseconds all are).
+    /// A timestamp that cannot be in seconds: not finite, or so large that it must be in another unit (epoch
+    /// times in milliseconds, microseconds and nanoseconds are that large).
     #[error("a timestamp of {0} s: it must be finite and at most 1e11 in magnitude; is it in seconds?")]
     Timestamp(f64),
-    /// A detection's instance mask of another size than the frame.
+    /// A detection's instance mask has another size than the frame.
     #[error(
         "the instance mask of detection {detection} has {actual_width}x{actual_height} pixels, the frame {width}x{height}"
     )]
@@ -32,18 +32,18 @@ pub enum Error {
         /// The mask's height, pixels.
         actual_height: usize,
     },
-    /// More detections than a detector gives whose boxes of one thing were reduced to one.
+    /// More detections than a detector gives after non-maximum suppression.
     #[error(
         "{given} detections in one frame, more than {max}: has the detector suppressed boxes that overlap (non-maximum \
          suppression)?"
     )]
     TooManyDetections {
-        /// Detections of a score that counts.
+        /// Detections with a score of at least 0.1.
         given: usize,
-        /// Most that are taken.
+        /// The allowed number.
         max: usize,
     },
-    /// A mover label that is no class of COCO, misspelt perhaps.
+    /// A mover label that is not a COCO class, perhaps a misspelt one.
     #[error(
         "dynamics.mover_labels: \"{label}\" is no class of COCO; is \"{nearest}\" meant? A detector's own classes go into \
          dynamics.own_mover_labels"
@@ -51,10 +51,10 @@ pub enum Error {
     UnknownLabel {
         /// The label.
         label: String,
-        /// The class of COCO that is spelt most alike.
+        /// The COCO class with the most similar spelling.
         nearest: &'static str,
     },
-    /// A value that the vocabulary refuses.
+    /// A value that `dymlm-core` refuses.
     #[error(transparent)]
     Core(#[from] dymlm_core::Error),
     /// A field of a config outside its allowed range.

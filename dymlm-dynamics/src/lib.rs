@@ -1,17 +1,19 @@
-//! Finds the moving things of an RGB-D frame: box tracking, missed detections, box correction, static mask.
+//! Finds what moves in an RGB-D frame: box tracking, missed detections, box correction, static mask.
 //!
-//! The preprocessing of the multi-level map (paper section III-A). [`Preprocessor::process`] runs it, a step
-//! a file:
+//! This is the preprocessing of the multi-level map (paper section III-A). [`Preprocessor::process`] runs the
+//! steps, each of which has a file or folder of its own:
 //!
-//! 1. `tracking` follows the detector's boxes from frame to frame and predicts those it misses.
+//! 1. `tracking` follows the detector's boxes from frame to frame and predicts the boxes that the detector
+//!    misses.
 //! 2. `foreground` finds the mover among the readings of its box.
 //! 3. `miss_compensation` decides by depth whether a predicted box still holds its mover.
 //! 4. `box_corrector` widens boxes that cut a mover short.
-//! 5. `static_mask` masks the movers' pixels, but for parts that have been still while others moved, as
-//!    `past_views` show.
-//! 6. `unlabelled` finds what moves and is never detected: new readings in space that was free for long.
+//! 5. `static_mask` masks the movers' pixels, except parts that `past_views` show to have been still while
+//!    other parts moved.
+//! 6. `unlabelled` finds movers that no detector reports: new readings in space that was free for long.
 //!
-//! [`BoxTracker`] works alone too: without depth and poses it is a plain SORT tracker.
+//! [`BoxTracker`] also works alone: without depth and poses it is a SORT tracker with the additions named
+//! there.
 
 mod block_depths;
 mod box_corrector;

@@ -2,20 +2,20 @@ use dymlm_core::{SensorModel, Visibility};
 
 use crate::Foreground;
 
-/// How far the median depth of a person's surface moves when the box is cut differently, three standard
-/// deviations, metres. Less loses people who turn, more takes what they walk past for them (test
-/// `nobody_is_nobody`).
+/// How far the median depth of a person's surface changes when the box cuts it differently, three standard
+/// deviations, metres. A lower value loses people who turn, a higher one takes what they walk past for them
+/// (test `nobody_is_nobody`).
 pub(crate) const DEPTH_CHANGE: f64 = 0.2;
-/// How fast movers walk indoors, metres per second: by so much more a track may be off since it was last
-/// seen. Less loses people who walk towards the camera.
+/// Walking speed of movers indoors, metres per second: the tolerance grows at this speed from the time when a
+/// track was last seen. A lower value loses people who walk towards the camera.
 const MOVER_SPEED: f64 = 0.7;
 
 /// Decides whether a track without a detection is still where its motion puts it: paper section III-A,
 /// "missed detection compensation".
 ///
 /// The predicted box must hold a foreground at about the depth of the track. A track whose depth was never
-/// known, or a box in which nothing has a depth, proves nothing and is not masked. `missed_for` is the time
-/// since the last detection, seconds.
+/// known, or whose box holds no depth, is not kept. `missed_for` is the time since the last detection,
+/// seconds.
 pub(crate) fn is_still_there(
     foreground: &Foreground,
     expected_depth: Option<f32>,

@@ -9,21 +9,22 @@ use crate::{BoxSource, TrackState, TrackedBox};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Mover {
-    /// Its track; the same from frame to frame.
+    /// Its track's id; the same from frame to frame.
     pub track_id: TrackId,
-    /// Class label; `None` for what no detector reports.
+    /// Class label; `None` for a mover that no detector reports.
     pub label: Option<Arc<str>>,
-    /// The detector's confidence, of the last detection when this one is predicted; 0..=1. 1 without a label.
+    /// The detector's confidence in this detection, or in the last one when this box is predicted; 0..=1. 1
+    /// without a label.
     pub score: f32,
-    /// Whether the detector saw it in this frame, or how else it was found.
+    /// Where its box comes from: a detection of this frame, or how else it was found.
     pub source: BoxSource,
-    /// Whether its track has been seen often enough to coast.
+    /// Whether its track has been seen for long enough to coast.
     pub state: TrackState,
-    /// The box as detected, or around what was found of a predicted one, pixels.
+    /// The box as detected; for a predicted mover, the box around the foreground that was found. Pixels.
     pub bounding_box: BoundingBox,
-    /// The box that holds the mover's pixels, pixels; never smaller than `bounding_box`.
+    /// The corrected box, which holds the mover's pixels; never smaller than `bounding_box`. Pixels.
     pub corrected_box: BoundingBox,
-    /// Median depth of its foreground, metres; `None` when none was found.
+    /// Median depth of its foreground, metres; `None` when there is no foreground.
     pub depth: Option<f32>,
 }
 

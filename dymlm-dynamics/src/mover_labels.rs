@@ -1,10 +1,10 @@
 use crate::{DynamicsConfig, Error};
 
-/// Person and the animals among the classes of COCO.
+/// Person and the animals among the COCO classes.
 const MOVERS: [&str; 11] =
     ["person", "bird", "cat", "dog", "horse", "sheep", "cow", "elephant", "bear", "zebra", "giraffe"];
 
-/// The other classes of COCO.
+/// The other COCO classes.
 #[rustfmt::skip]
 const OTHERS: [&str; 69] = [
     "bicycle", "car", "motorcycle", "airplane", "bus", "train", "truck", "boat", "traffic light", "fire hydrant",
@@ -16,7 +16,7 @@ const OTHERS: [&str; 69] = [
     "clock", "vase", "scissors", "teddy bear", "hair drier", "toothbrush",
 ];
 
-/// All labels of potential movers: the usual ones, and those of a config.
+/// All labels of potential movers: person, the animals, and those of the config; sorted.
 ///
 /// # Errors
 ///
@@ -34,7 +34,7 @@ pub(crate) fn mover_labels(config: &DynamicsConfig) -> Result<Vec<String>, Error
     Ok(labels)
 }
 
-/// The letters that must be put in, taken out or changed to make `b` of `a` (Levenshtein 1966).
+/// The edit distance of two strings: letters to insert, delete or change (Levenshtein 1966).
 fn edits(a: &str, b: &str) -> usize {
     let mut row: Vec<usize> = (0..=b.chars().count()).collect();
     for (i, letter) in a.chars().enumerate() {

@@ -2,21 +2,21 @@ use dymlm_core::{Frame, PinholeCamera, Pose, SensorModel, Visibility};
 
 use crate::block_depths::BlockDepths;
 
-/// Ages up to which a view keeps its place among the views, seconds; then it takes the next place. Closely
-/// spaced ones see both ends of a sway, old ones that somebody has shifted in the seat. (Without the views
-/// between: residue of `fresh_90417_sitting_0` .35 to .68 %.)
+/// Age at which the view in each slot moves on to the next slot, seconds. Closely spaced views see both ends
+/// of a person's sway, old ones see that somebody has shifted in the seat. (Without the views between:
+/// residue of `fresh_90417_sitting_0` .35 to .68 %.)
 const AGES: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0, 32.0];
 
-/// Coarse depth images of the last half minute, and where they were taken from.
+/// Coarse depth images of the last half minute, with the poses from which they were taken.
 ///
-/// A buffer to keep: after half a minute nothing is allocated.
+/// After half a minute nothing more is allocated.
 #[derive(Debug, Default)]
 pub(crate) struct PastViews {
-    /// By age, the newest first.
+    /// Sorted by age, the newest first.
     views: Vec<PastView>,
 }
 
-/// One of them.
+/// One coarse depth image, its camera and pose.
 #[derive(Debug)]
 pub(crate) struct PastView {
     timestamp: f64,
@@ -31,7 +31,7 @@ impl PastViews {
         self.views.iter().rev()
     }
 
-    /// Whether a view has looked through a place in the world.
+    /// Whether a view has looked through a place (world, metres).
     pub(crate) fn have_looked_through(&self, place: [f64; 3], sensor: &SensorModel) -> bool {
         self.views.iter().any(|view| {
             let in_view = view.camera_from_world.transform_point(place);
@@ -41,7 +41,7 @@ impl PastViews {
         })
     }
 
-    /// Follows a world that was moved.
+    /// Changes to the coordinates of a world that was moved.
     pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
         let old_from_new = new_from_old.inverse();
         for view in &mut self.views {
@@ -49,14 +49,14 @@ impl PastViews {
         }
     }
 
-    /// Remembers a frame when the newest view is old enough.
+    /// Stores a frame when the newest view is old enough.
     pub(crate) fn remember(&mut self, frame: &Frame, world_from_camera: &Pose, sensor: &SensorModel) {
         let now = frame.timestamp();
         let stays = |view: &PastView, age: f64| now - view.timestamp < age;
         if self.views.first().is_some_and(|view| stays(view, AGES[0])) {
             return;
         }
-        // Each view up to the first that stays takes the next place; the last of them makes room.
+        // All views before the first that stays move on by one slot; the last of them is dropped.
         let due = self.views.iter().zip(AGES).take_while(|&(view, age)| !stays(view, age)).count();
         let makes_room = due < self.views.len() || due == AGES.len();
         let mut blocks = if makes_room { self.views.remove(due - 1).blocks } else { BlockDepths::default() };
@@ -73,13 +73,13 @@ impl PastView {
         timestamp - self.timestamp
     }
 
-    /// What takes places of another camera to the view's.
+    /// The transformation from another camera's frame to the view's.
     pub(crate) fn view_from(&self, world_from_camera: &Pose) -> Pose {
         self.camera_from_world * *world_from_camera
     }
 
-    /// The reading at a place in the view's frame, 0 for none; `None` out of view. Between readings on one
-    /// surface, to the tolerance, it is interpolated.
+    /// The reading at a place in the view's frame, 0 = no reading; `None` when the place is out of view.
+    /// Readings that agree within the tolerance are interpolated.
     pub(crate) fn reading_of(&self, place: [f64; 3], tolerance: f64) -> Option<f64> {
         let pixel = self.camera.project(place).filter(|&pixel| self.camera.sees(pixel))?;
         Some(self.blocks.reading(pixel, place[2], tolerance))

@@ -10,10 +10,10 @@ use crate::{
     UnlabelledFinder, View, mask_body,
 };
 
-/// All of paper section III-A up to the point cloud: from a frame and its detections to the movers' corrected
-/// boxes and the mask of static pixels.
+/// All steps of paper section III-A up to the point cloud: from a frame and its detections to the movers'
+/// corrected boxes and the mask of static pixels.
 ///
-/// Buffers are kept: after the first frames nothing large is allocated.
+/// Buffers are reused: after the first frames nothing large is allocated.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
@@ -45,9 +45,9 @@ pub struct Preprocessor {
     movers: Vec<Mover>,
     /// The pixels in the movers' boxes.
     boxes: Mask,
-    /// For how long the detector has missed each predicted mover; a buffer.
+    /// Time since each predicted mover was last detected, seconds; a buffer.
     missed: Vec<f64>,
-    /// The foreground of each mover; behind them, buffers for later frames.
+    /// The foreground of each mover, followed by buffers for later frames.
     foregrounds: Vec<Foreground>,
     static_mask: Mask,
     mover_mask: Mask,
@@ -58,19 +58,19 @@ pub struct Preprocessor {
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Preprocessed<'a> {
-    /// The potential movers, by ascending track id; those without a label behind the others.
+    /// The potential movers, by ascending track id; those without a label come last.
     pub movers: &'a [Mover],
-    /// `true` = static, `false` = inside a mover; of the frame's size.
+    /// `true` = static, `false` = inside a mover; has the frame's size.
     pub static_mask: &'a Mask,
 }
 
 impl Preprocessor {
-    /// Most detections of a frame, those of a score below 0.1 not counted, which are ignored: as many as
-    /// Ultralytics' YOLO gives at most (`max_det`), and more than there is room for before a depth camera.
-    /// Each costs as much as its box is large; one that fills an image of 640x480 some milliseconds.
+    /// Most detections of a frame; detections of a score below 0.1 are ignored and do not count. Ultralytics'
+    /// YOLO gives at most as many (`max_det`), and fewer things have room before a depth camera. The cost of
+    /// a detection grows with its box; one that fills a 640x480 image costs some milliseconds.
     pub const MAX_DETECTIONS: usize = 300;
 
-    /// Makes a preprocessor that has seen nothing.
+    /// Makes a preprocessor that has seen no frame.
     ///
     /// # Errors
     ///
@@ -97,7 +97,7 @@ impl Preprocessor {
         })
     }
 
-    /// Asks whether the detections of a frame would be taken, at a time that is in order.
+    /// Checks whether [`Self::process`] would accept the detections of a frame; timestamps are not checked.
     ///
     /// # Errors
     ///
@@ -113,13 +113,13 @@ impl Preprocessor {
     /// Preprocesses one frame.
     ///
     /// `detections` is `None` when the detector did not run on this frame, which says nothing about who is in
-    /// it: tracks are predicted, and none counts as missed. An empty slice means that the detector found
-    /// nobody.
+    /// it: tracks are predicted, and none counts as missed. An empty slice means that the detector ran and
+    /// found nobody.
     ///
     /// # Errors
     ///
     /// [`Error::InstanceMaskSize`], [`Error::TooManyDetections`], [`Error::Timestamp`],
-    /// [`Error::TimeReversed`]; nothing has changed.
+    /// [`Error::TimeReversed`]; a refused frame changes nothing.
     pub fn process(
         &mut self,
         frame: &Frame,
@@ -129,7 +129,7 @@ impl Preprocessor {
         self.process_knowing(frame, detections, world_from_camera, &SceneKnowledge::default())
     }
 
-    /// [`Self::process`] with what is known of the scene by other means.
+    /// [`Self::process`] with knowledge of the scene from other sources.
     ///
     /// # Errors
     ///
@@ -174,8 +174,8 @@ impl Preprocessor {
             }
             None => self.tracker.predict(frame.timestamp(), Some(&view))?,
         };
-        // Of more predicted ones than there is room for, those that were missed for longest are left out; of
-        // those missed for as long, the newest.
+        // When there are more predicted boxes than room, those missed for longest are left out; among those
+        // missed for equally long, the newest.
         let missed_for = |tracked: &TrackedBox| match tracked.source {
             BoxSource::Predicted { missed_for } => Some(missed_for),
             BoxSource::Detected { .. } | BoxSource::FreeSpace => None,
@@ -214,28 +214,28 @@ impl Preprocessor {
         Ok(())
     }
 
-    /// Remembers the depths of movers. Only a detection vouches for what is in a box; and who is hidden by
-    /// another mover is still at the depth at which they were seen before.
+    /// Gives the movers' depths to the tracker. Only a detection proves that the mover is in its box; and a
+    /// mover occluded by another one is still at the depth at which it was seen before.
     fn remember_depths(&mut self) {
         for (own, mover) in self.movers.iter().enumerate() {
             if let (BoxSource::Detected { .. }, Some(depth)) = (mover.source, self.foregrounds[own].depth())
-                && (mover.depth.is_none() || !self.is_anothers(own))
+                && (mover.depth.is_none() || !self.belongs_to_another(own))
             {
                 self.tracker.observe_depth(mover.track_id, depth);
             }
         }
     }
 
-    /// Whether a mover's foreground is more likely that of another.
-    fn is_anothers(&self, own: usize) -> bool {
+    /// Whether a mover's foreground more likely belongs to another mover.
+    fn belongs_to_another(&self, own: usize) -> bool {
         let mine = &self.foregrounds[own];
         self.foregrounds.iter().take(self.movers.len()).enumerate().any(|(other, theirs)| {
             (theirs.likelihood(), own) > (mine.likelihood(), other) && mine.is_mostly_on(theirs)
         })
     }
 
-    /// Drops predicted movers whose box does not hold them, and puts the boxes of the others around what was
-    /// found.
+    /// Drops predicted movers whose box does not hold them, and moves the boxes of the other predicted movers
+    /// to the foreground that was found.
     fn compensate_misses(&mut self) {
         let mut kept = 0;
         for index in 0..self.movers.len() {
@@ -249,7 +249,7 @@ impl Preprocessor {
             if matches!(mover.source, BoxSource::Predicted { .. })
                 && let Some(found) = foreground.bounding_box()
             {
-                // What is predicted is a guess, what is found is not.
+                // The predicted box is a guess, the foreground is measured.
                 mover.bounding_box = found;
             }
             mover.depth = foreground.depth();
@@ -280,7 +280,7 @@ impl Preprocessor {
         self.mask_builder.build(regions, &compared, &mut self.static_mask, &mut self.mover_mask);
     }
 
-    /// Masks what is read in space that was free for long.
+    /// Masks new readings in space that was free for long.
     fn mask_unlabelled(
         &mut self,
         frame: &Frame,
@@ -289,15 +289,15 @@ impl Preprocessor {
     ) -> Result<(), Error> {
         self.unproven_mask.refill(frame.camera().width(), frame.camera().height(), false)?;
         let Some(free_space) = free_space else { return Ok(()) };
-        // United, not cloned: a clone allocates.
+        // `unite` instead of a clone, because a clone allocates.
         self.unproven_mask.unite(&self.static_mask)?;
         let mut cutting = Cutting {
             finder: &mut self.finder,
             corrector: &mut self.corrector,
             mask_builder: &mut self.mask_builder,
         };
-        // Where poses drift, the map's free space is of another place after a while, and all walls are new:
-        // only what was seen to be free not long ago is known to have been.
+        // When poses drift, the map's free space no longer fits the present place, and all walls seem new. So
+        // a place counts as free only when a frame of the last half minute has looked through it.
         let (past_views, sensor) = (&self.past_views, &self.sensor);
         let was_free = |place, margin| {
             free_space.is_long_free(place, margin) && past_views.have_looked_through(place, sensor)
@@ -307,19 +307,19 @@ impl Preprocessor {
         self.unlabelled.track(frame, world_from_camera, &mut self.tracker, &mut self.movers)
     }
 
-    /// Follows a world that was moved: the next frame's pose is one in the new world.
+    /// Changes to the coordinates of a world that was moved: poses of later frames are in the new world.
     pub fn move_world(&mut self, new_from_old: &Pose) {
         self.tracker.move_world(new_from_old);
         self.unlabelled.move_world(new_from_old);
         self.past_views.move_world(new_from_old);
     }
 
-    /// The movers of the last frame, by ascending track id; those without a label behind the others.
+    /// The movers of the last frame, by ascending track id; those without a label come last.
     pub fn movers(&self) -> &[Mover] {
         &self.movers
     }
 
-    /// The labels of potential movers, all of them.
+    /// All labels of potential movers.
     pub fn mover_labels(&self) -> &[String] {
         &self.mover_labels
     }
@@ -330,13 +330,14 @@ impl Preprocessor {
     }
 
     /// The pixels of the last frame that are surely a mover's (`true`): silhouettes without a rim, within
-    /// detected boxes. Pixels in no mask may be either. A single pixel before the first frame.
+    /// detected boxes. Pixels that are neither in this mask nor static may be either. A single pixel before
+    /// the first frame.
     pub fn mover_mask(&self) -> &Mask {
         &self.mover_mask
     }
 
-    /// The pixels of the last frame (`true`) that are left out of the static mask because they are new in
-    /// free space: a mover, or what has just come to stay. A single pixel before the first frame.
+    /// The pixels of the last frame (`true`) that are not static because they are new readings in free space:
+    /// a mover, or something that has just been put there. A single pixel before the first frame.
     pub fn unproven_mask(&self) -> &Mask {
         &self.unproven_mask
     }

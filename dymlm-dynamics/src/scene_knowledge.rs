@@ -2,7 +2,7 @@ use dymlm_geometry::OrientedBox;
 
 use crate::FreeSpace;
 
-/// What is known of the scene beside a frame and its detections; nothing by default.
+/// What is known of the scene besides a frame and its detections; nothing by default.
 #[derive(Clone, Copy, Default)]
 pub struct SceneKnowledge<'a> {
     carried: &'a [OrientedBox],
@@ -10,16 +10,16 @@ pub struct SceneKnowledge<'a> {
 }
 
 impl<'a> SceneKnowledge<'a> {
-    /// Adds bodies (in the world) that move and whose place is known, such as a tracked object in somebody's
-    /// hands: readings in them are masked.
+    /// Adds moving bodies of known pose (world), such as a tracked object in somebody's hands: readings
+    /// inside them are masked.
     #[must_use]
     pub fn with_carried(mut self, carried: &'a [OrientedBox]) -> Self {
         self.carried = carried;
         self
     }
 
-    /// Adds a map of free space: what appears in it where a frame of the last half minute has looked through
-    /// is masked, whether a detector reports it or not.
+    /// Adds a map of free space: readings in it are masked where a frame of the last half minute has looked
+    /// through, whether a detector reports the mover or not.
     #[must_use]
     pub fn with_free_space(mut self, free_space: &'a dyn FreeSpace) -> Self {
         self.free_space = Some(free_space);

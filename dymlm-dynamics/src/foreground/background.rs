@@ -2,41 +2,43 @@ use dymlm_core::vector3::{Vector3, dot};
 use dymlm_core::{PinholeCamera, Plane, Point, SensorModel};
 use dymlm_geometry::{GridSample, PrincipalAxes, SampleGrid};
 
-/// Planes that are looked for in a box: the floor, a wall or two, and the front of a desk.
+/// Most planes searched for in a box: the floor, a wall or two, and the front of a desk.
 const MAX_PLANES: usize = 4;
-/// Samples outside the box, evenly spread, at which a plane is tried.
+/// Number of evenly spread samples outside the box at which a plane is tried.
 const SEEDS: usize = 48;
-/// Half side of the window of samples that a seed's plane is fitted to: its normal is known to some degrees.
+/// Half side, in samples, of the window to which a seed's plane is fitted: large enough to know the normal to
+/// some degrees.
 const SEED_REACH: i64 = 4;
-/// Least share of the samples outside the box that lie on a plane of the background. Less takes the flat
-/// parts of other things for it, more misses a floor of which little is seen beside the box.
+/// Least share of the samples outside the box that a plane of the background must hold. A lower share takes
+/// flat parts of other things for background, a higher one misses a floor of which little is seen beside the
+/// box.
 const LEAST_SHARE: f32 = 0.05;
-/// Half the width of the strip in which a plane may cut a body, samples.
+/// Half the width, in samples, of the strip in which a plane may cut a body.
 const STRIP: i64 = 3;
-/// How well a plane fitted to many readings is known, and how even floors and walls are, metres.
+/// Accuracy of a plane fitted to many readings, and evenness of floors and walls, metres.
 const EVENNESS: f64 = 0.004;
 
-/// Large planes that a box shares with what lies around it: the floor on which a mover stands, the wall
+/// Large planes that continue from a box into its surroundings: the floor on which a mover stands, the wall
 /// behind it.
 ///
-/// A mover touches them, so that readings run on from it to them without a step in depth; but it is no plane
-/// that goes on beyond its box and the margin around it. A plane is fitted to readings outside the box, and
-/// from there it is followed into the box over readings that lie on it, without a gap, and to what legs
-/// enclose of it. A plane that only passes through a mover takes nothing from it: it meets the body in a
-/// strip.
+/// A mover touches these planes, so readings continue from the mover to them without a step in depth; but a
+/// plane that continues beyond the box and the margin around it is not part of the mover. A plane is fitted
+/// to readings outside the box. From there it is followed into the box over adjacent readings that lie on it,
+/// and into the areas that legs enclose. A plane that only passes through a mover takes nothing from it,
+/// because it meets the body only in a narrow strip.
 ///
-/// A buffer to keep: filled again for each box, it allocates only to grow.
+/// Reuse the buffer for each box: filling it again allocates only when it must grow.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Background {
     planes: Vec<CameraPlane>,
-    /// For each cell of the grid 1 + the plane that its sample lies on and is joined to, or 0.
+    /// For each cell of the grid: 1 + the index of the plane that its sample lies on and is joined to, or 0.
     cells: Vec<u8>,
     columns: usize,
     points: Vec<Point>,
     front: Vec<usize>,
 }
 
-/// A plane in the camera's frame, and what tells a reading's distance from it.
+/// A plane in the camera's frame, with the camera and sensor needed to test readings against it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CameraPlane {
     plane: Plane,
@@ -45,8 +47,8 @@ struct CameraPlane {
 }
 
 impl CameraPlane {
-    /// Whether a reading lies on the plane. Noise runs along the ray, and counts as far as the ray meets the
-    /// plane steeply.
+    /// Whether a reading lies on the plane. Noise acts along the ray, so the tolerance across the plane grows
+    /// with the steepness at which the ray meets the plane.
     fn holds(&self, point: [f64; 3]) -> bool {
         let slope = steepness(self.plane.normal(), point);
         let tolerance = slope * self.sensor.tolerance(point[2] as f32, EVENNESS / slope);
@@ -54,11 +56,11 @@ impl CameraPlane {
     }
 }
 
-/// The planes of the background in a cell and the eight around it.
+/// The background planes in a cell and its eight neighbours.
 #[derive(Debug)]
 pub(crate) struct PlanesNear<'a> {
     planes: &'a [CameraPlane],
-    /// A bit for each.
+    /// One bit for each plane.
     near: u8,
 }
 
@@ -67,7 +69,7 @@ impl PlanesNear<'_> {
         self.near == 0
     }
 
-    /// Whether a reading of the cell lies on one of them.
+    /// Whether a reading of the cell lies on one of these planes.
     pub(crate) fn hold(&self, u: usize, v: usize, z: f32) -> bool {
         let near = self.planes.iter().enumerate().filter(|(index, _)| self.near >> index & 1 == 1);
         near.into_iter()
@@ -76,7 +78,7 @@ impl PlanesNear<'_> {
 }
 
 impl Background {
-    /// Finds the planes around a box, and which cells of its grid belong to them.
+    /// Finds the planes around a box and the cells of its grid that belong to them.
     pub(super) fn find(&mut self, grid: &SampleGrid, camera: &PinholeCamera, sensor: &SensorModel) {
         self.planes.clear();
         self.cells.clear();
@@ -91,7 +93,8 @@ impl Background {
         }
     }
 
-    /// Drops planes of which more than half in the box is new: a door's leaf, of which the box holds a part.
+    /// Drops planes of whose samples in the box more than half are new: a door's leaf, of which the box holds
+    /// a part.
     pub(super) fn drop_new(&mut self, grid: &SampleGrid, is_new: impl Fn([f64; 3]) -> bool) {
         let mut balance = [0_i32; MAX_PLANES];
         for sample in grid.samples.iter().filter(|sample| sample.is_in_box) {
@@ -114,7 +117,7 @@ impl Background {
         usize::from(*cell).checked_sub(1)
     }
 
-    /// The planes that the cell at a column and row, and the eight around it, belong to.
+    /// The planes to which the cell at a column and row, or one of its eight neighbours, belongs.
     pub(crate) fn planes_near(&self, column: usize, row: usize) -> PlanesNear<'_> {
         let columns = column.saturating_sub(1)..(column + 2).min(self.columns);
         let cells = (row.saturating_sub(1)..row + 2).flat_map(|row| {
@@ -125,7 +128,7 @@ impl Background {
         PlanesNear { planes: &self.planes, near }
     }
 
-    /// The plane with the most free samples outside the box, fitted to them.
+    /// The plane with the most samples outside the box that no earlier plane holds, fitted to them.
     fn best_plane(
         &mut self,
         grid: &SampleGrid,
@@ -159,8 +162,8 @@ impl Background {
         fitted(&self.points, camera, sensor).filter(|plane| self.goes_on(grid, plane))
     }
 
-    /// Whether a plane goes on beyond the margin, as floors and walls do; the part of a mover that a box cuts
-    /// off ends within it.
+    /// Whether a plane continues beyond the margin, as floors and walls do. The part of a mover that a box
+    /// cuts off ends within the margin.
     fn goes_on(&self, grid: &SampleGrid, plane: &CameraPlane) -> bool {
         let (last_column, last_row) = (grid.columns as u32 - 1, grid.rows as u32 - 1);
         let is_at_end =
@@ -173,7 +176,7 @@ impl Background {
         f64::from(at_end) >= f64::from(count).sqrt()
     }
 
-    /// Samples outside the box that lie on a plane and on none before.
+    /// Samples outside the box that lie on a plane and on no earlier one.
     fn free_outside<'a>(
         &'a self,
         grid: &'a SampleGrid,
@@ -183,7 +186,8 @@ impl Background {
         free.filter(|s| plane.holds(s.point.map(f64::from)))
     }
 
-    /// Marks the newest plane's samples that are joined to the outside of the box over others of it.
+    /// Marks the newest plane's samples: those outside the box, pieces of the plane in it that are wider than
+    /// the strip, and all samples connected to these over other samples of the plane.
     fn follow(&mut self, grid: &SampleGrid, plane: CameraPlane) {
         let number = self.planes.len() as u8;
         self.front.clear();
@@ -223,22 +227,23 @@ fn holds_sample(grid: &SampleGrid, plane: &CameraPlane, column: i64, row: i64) -
     sample_of(grid, column, row).is_some_and(|sample| plane.holds(sample.point.map(f64::from)))
 }
 
-/// How steeply the ray to a point meets a plane of this normal: how far a reading's noise of 1 along the
-/// optical axis moves it across the plane.
+/// How steeply the ray to a point meets a plane with this normal: the distance across the plane by which a
+/// noise of 1 along the optical axis moves the reading.
 fn steepness(normal: Vector3, point: [f64; 3]) -> f64 {
     dot(normal, point).abs() / point[2].max(1e-3)
 }
 
-/// Whether the samples around one lie on the plane like itself: a piece of it, wider than the strip in which
-/// it cuts a body.
+/// Whether the samples around a sample lie on the plane as it does: a piece of the plane that is wider than
+/// the strip in which a plane cuts a body.
 fn is_surrounded(grid: &SampleGrid, plane: &CameraPlane, column: i64, row: i64) -> bool {
-    // The corners first: they rule most samples out.
+    // The corners come first because they rule out most samples.
     let around = [-STRIP, STRIP, 0];
     let mut cells = around.into_iter().flat_map(|down| around.map(|right| (right, down)));
     cells.all(|(right, down)| holds_sample(grid, plane, column + right, row + down))
 }
 
-/// The plane of closest fit to points, when they are a plane: as even as the sensor reads one.
+/// The least-squares plane through points; `None` when the points are less even than a plane that the sensor
+/// reads.
 fn fitted(points: &[Point], camera: &PinholeCamera, sensor: &SensorModel) -> Option<CameraPlane> {
     let axes = PrincipalAxes::of(points).filter(|axes| axes.rank >= 2 && axes.count >= 9)?;
     let normal: Vector3 = axes.axes[2];

@@ -3,82 +3,84 @@ use dymlm_geometry::{BoxCluster, BoxSegmenter, SampleGrid};
 
 use crate::miss_compensation::DEPTH_CHANGE;
 
-/// Samples at which the margin cuts a cluster, in square roots of its size, above which it is no part of a
-/// mover: 2 to 4 for furniture and walls, which go on outside, and 0 for limbs.
-/// With 0.5 pieces of furniture become parts of people (`kitchen_people`: precision .849 to .833).
+/// Largest number of samples at which the margin may cut a cluster that is part of a mover, in square roots
+/// of the cluster's size. Furniture and walls, which continue outside, have 2 to 4, limbs 0. With 0.5 pieces
+/// of furniture become parts of people (`kitchen_people`: precision .849 to .833).
 const MAX_CUT: f32 = 0.35;
-/// How far the mean depth of another cluster may be before and behind the mover's depth for it to be a part
-/// of the mover, metres: a forearm before the body; a leg behind it, a person leaning.
+/// How far the mean depth of another cluster may lie before and behind the mover's depth for the cluster to
+/// be part of the mover, metres: a forearm before the body; a leg behind it when the person leans.
 const PART_REACH: [f32; 2] = [0.35, 0.5];
-/// How far behind the mover's depth a foot may be, metres: of somebody who sits and is seen from behind,
-/// whose chair is nearer still. With 0.6 those feet stay in the map
-/// (`feet_beyond_a_chair_belong_to_who_sits_on_it`), with 0.9 more of the desk goes.
+/// How far a foot may lie behind the mover's depth, metres: somebody who sits is seen from behind, and the
+/// chair is nearer still. With 0.6 those feet stay in the map
+/// (`feet_beyond_a_chair_belong_to_who_sits_on_it`), with 0.9 more of the desk is removed.
 pub(super) const FOOT_REACH: f32 = 0.75;
-/// Largest cluster behind that which is still a part when most of it lies in the box, as a share of the
-/// mover's samples: a foot. With 0.1 more furniture behind people goes (`kitchen_people`), with 0.03 feet
-/// stay.
+/// Largest cluster beyond that range that still counts as a part, a foot, when most of it lies in the box; as
+/// a share of the mover's samples. With 0.1 more of the furniture behind people is removed
+/// (`kitchen_people`), with 0.03 feet stay.
 const FOOT_SHARE: f32 = 0.05;
-/// How far the side of a detector's box lies from the end of what it sees of the mover, as a share of the
-/// box's length (`who_is_seen_above_and_below_a_screen_is_not_the_screen`).
+/// Typical distance from a side of a detector's box to the end of the mover as seen, as a share of the box's
+/// length (`who_is_seen_above_and_below_a_screen_is_not_the_screen`).
 const SIDE_ERROR: f32 = 0.1;
-/// Beyond so many of these errors a side is wrong, and how wrong says nothing
-/// (`who_is_cut_by_the_image_is_not_the_cabinet_in_the_middle_of_the_box`).
+/// Cap on a side's error, in units of `SIDE_ERROR`: beyond it the side is simply wrong, and by how much says
+/// nothing (`who_is_cut_by_the_image_is_not_the_cabinet_in_the_middle_of_the_box`).
 const LARGEST_ERROR: f32 = 3.0;
-/// Share of a box that its mover fills half as likely as all of it: who is seen between the legs of a desk
-/// fills little, a speck next to nothing (`specks_in_the_corners_of_a_box_are_nobody`; with 0.3 a desk is
-/// somebody in `evaluate --fresh`).
+/// Share of the box at which a cluster is half as likely to be the mover as one that fills the box: a person
+/// seen between the legs of a desk fills little, a speck next to nothing
+/// (`specks_in_the_corners_of_a_box_are_nobody`; with 0.3 a desk is taken for a person in `evaluate
+/// --fresh`).
 const SMALL_SHARE: f32 = 0.05;
 
-/// Chooses the cluster that is the mover among those of its box.
+/// Chooses, among the clusters of a box, the one that is the mover.
 ///
-/// A cluster is judged together with the others that would be parts of the mover with it, by how likely the
-/// detector would have put this box around them:
-/// - they reach all four sides: the detector sees the ends of the mover. A desk or a screen before somebody is
-///   nearer and larger than what is seen of them, but leaves out the head above it and the feet below;
-/// - they fill some of the box, more in its middle than at its sides;
-/// - they are at the depth at which the track was expected, or, of a new track, near;
-/// - they do not go on outside the margin, as walls and tables do, nor in the boxes of others: who sits before
-///   somebody reaches into the box of the latter.
+/// A cluster is judged together with the other clusters that would then be parts of the mover, by how likely
+/// the detector would have put this box around them:
+/// - they reach all four sides, because the detector sees the ends of the mover. A desk or a screen before a
+///   person is nearer and larger than what is seen of the person, but leaves out the head above it and the
+///   feet below;
+/// - they fill a good part of the box, and its middle counts more than its sides;
+/// - they are at the depth at which the track is expected; for a new track, nearer is likelier;
+/// - they do not continue outside the margin, as walls and tables do, nor into the boxes of other movers: a
+///   person who sits before another reaches into the other's box.
 ///
-/// Costs O(samples, and clusters times clusters).
+/// Costs O(samples + clusters^2).
 #[derive(Debug, Default)]
 pub(super) struct Choice {
     clusters: Vec<Judged>,
 }
 
-/// What the choice asks of a cluster beside its shape.
+/// What the choice needs to know of a cluster besides its shape.
 #[derive(Debug, Clone, Copy, Default)]
 struct Judged {
-    /// Sum over its samples in the box of how central they are.
+    /// Sum of the centrality of its samples in the box.
     mass: f32,
-    /// The same, weighted by how well their depth was expected.
+    /// The same sum, weighted by how well each sample's depth agrees with the expected one.
     expected: f32,
     /// Samples outside the box that lie in the boxes of other movers.
     others: usize,
-    /// Samples at which the margin cuts it, but for those.
+    /// Samples at which the margin cuts it, without those in the boxes of other movers.
     cut: usize,
 }
 
-/// A cluster that may be the mover's largest.
+/// A candidate for the mover's largest cluster.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Chosen {
     pub(super) index: usize,
-    /// How likely it is by its shape and by the depth that was expected, if any was: 0..=1.
+    /// How likely it is the mover, by its shape and by the expected depth, if there is one: 0..=1.
     pub(super) likelihood: f32,
-    /// The same, and nearer is likelier where no depth was expected.
+    /// The same, but nearer is likelier when there is no expected depth.
     score: f32,
 }
 
-/// Where the mover is looked for.
+/// What the choice is made from.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidates<'a> {
     pub(super) grid: &'a SampleGrid,
     pub(super) segmenter: &'a BoxSegmenter,
     /// The pixels in the box of any mover.
     pub(super) boxes: &'a Mask,
-    /// The part of the detector's box in which anything is read; `None` when the box is predicted.
+    /// The part of the detector's box that has readings; `None` when the box is predicted.
     pub(super) detected: Option<BoundingBox>,
-    /// Depth at which its track should be, metres.
+    /// Depth at which the mover's track should be, metres.
     pub(super) expected_depth: Option<f32>,
     /// Depth of the nearest things in the box, metres.
     pub(super) nearest: f32,
@@ -89,7 +91,7 @@ impl Choice {
     pub(super) fn choose(&mut self, candidates: &Candidates<'_>) -> Option<Chosen> {
         self.judge_samples(candidates);
         let scores = (0..self.clusters.len()).map(|index| self.score(index, candidates));
-        // The first of equals.
+        // Of equal scores the first wins.
         let best = scores.reduce(|best, next| if next.score > best.score { next } else { best });
         best.filter(|best| best.score > 0.0)
     }
@@ -112,7 +114,8 @@ impl Choice {
         }
     }
 
-    /// How likely a cluster is the mover's largest: 0 when it is none or a larger one would be a part of it.
+    /// How likely a cluster is the mover's largest one: 0 when it has no weight, or when a cluster of more
+    /// weight would be a part of it.
     fn score(&self, chosen: usize, candidates: &Candidates<'_>) -> Chosen {
         let clusters = candidates.segmenter.clusters();
         let own = &clusters[chosen];
@@ -134,7 +137,7 @@ impl Choice {
             }
         }
         let small = SMALL_SHARE * candidates.grid.box_cells as f32;
-        // Without it those behind nearer sitters stay in the map (`evaluate --fresh`).
+        // Without this factor a person behind a nearer sitter stays in the map (`evaluate --fresh`).
         let own_share = 1.0 - self.clusters[chosen].others as f32 / own.size().max(1) as f32;
         let shape = candidates.detected.map_or(1.0, |detected| reaches_sides(reached, &detected))
             * own_share
@@ -146,7 +149,7 @@ impl Choice {
 }
 
 impl Candidates<'_> {
-    /// How well a depth agrees with where the mover should be: 0..=1.
+    /// How well a depth agrees with the depth at which the mover should be: 0..=1.
     fn expectation(&self, z: f32) -> f32 {
         match self.expected_depth {
             Some(expected) => likelihood((z - expected) / DEPTH_CHANGE as f32),
@@ -155,18 +158,18 @@ impl Candidates<'_> {
     }
 }
 
-/// Whether a cluster is a part of the mover whose largest cluster has this depth, metres, and size, samples:
-/// it lies about as deep and ends within the margin.
+/// Whether a cluster is a part of the mover, given the depth (metres) and size (samples) of the mover's
+/// largest cluster: it must be about as deep and end within the margin.
 pub(super) fn is_part(cluster: &BoxCluster, depth: f32, size: usize) -> bool {
     let is_near = (depth - PART_REACH[0]..=depth + PART_REACH[1]).contains(&cluster.depth);
     let is_foot = (depth..=depth + FOOT_REACH).contains(&cluster.depth)
         && cluster.size() as f32 <= FOOT_SHARE * size as f32
         && cluster.inside >= cluster.outside;
-    (is_near || is_foot) && ends(cluster)
+    (is_near || is_foot) && ends_in_margin(cluster)
 }
 
 /// Whether a cluster ends within the margin.
-pub(super) fn ends(cluster: &BoxCluster) -> bool {
+pub(super) fn ends_in_margin(cluster: &BoxCluster) -> bool {
     relative_cut(cluster.cut, cluster.size()) <= MAX_CUT
 }
 
@@ -175,7 +178,7 @@ fn relative_cut(cut: usize, size: usize) -> f32 {
     cut as f32 / (size.max(1) as f32).sqrt()
 }
 
-/// The likelihood of sides being that far outward when the box is this one: 0..=1.
+/// The likelihood that the mover reaches this far outward on each side when its box is `own`: 0..=1.
 fn reaches_sides(reached: [f32; 4], own: &BoundingBox) -> f32 {
     let [across, down] = [own.width(), own.height()].map(|length| SIDE_ERROR * length);
     let errors = [across, down, across, down];
@@ -187,12 +190,12 @@ fn reaches_sides(reached: [f32; 4], own: &BoundingBox) -> f32 {
     short.map(likelihood).product()
 }
 
-/// How far outward each side of a box is.
+/// How far outward each side of a box lies: left, top, right, bottom; larger is farther outward.
 fn sides(own: &BoundingBox) -> [f32; 4] {
     [-own.x_min(), -own.y_min(), own.x_max(), own.y_max()]
 }
 
-/// The likelihood of an error, in units of its usual size, with the long tails that detectors and trackers
+/// The likelihood of an error, in units of its typical size, with the long tails that detectors and trackers
 /// have: 0..=1.
 fn likelihood(error: f32) -> f32 {
     1.0 / (1.0 + error * error)

@@ -5,9 +5,9 @@ use dymlm_geometry::SampleGrid;
 
 use super::background::{Background, PlanesNear};
 
-/// The foreground of a box: depths of the mover's surface on a grid of cells, each `stride` pixels a side.
+/// The foreground of a box: depths of the mover's surface on a grid of square cells of `stride` pixels.
 ///
-/// A buffer to keep: filled again for each box, it allocates only to grow.
+/// Reuse the buffer for each box: filling it again allocates only when it must grow.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Foreground {
     stride: usize,
@@ -20,23 +20,23 @@ pub(crate) struct Foreground {
     count: usize,
     /// How likely it is the mover of its box: 0..=1.
     pub(super) likelihood: f32,
-    /// Least depth of its surface, the median, and the greatest, metres.
+    /// Least, median and greatest depth of its surface, metres.
     near: f32,
     median: f32,
     far: f32,
-    /// Greatest change of depth from a pixel to the next one on its surface, as a share of the depth.
+    /// Greatest change of depth between neighbouring pixels of its surface, as a share of the depth.
     max_step: f32,
-    /// Planes that the box shares with what lies around it: never of the foreground.
+    /// Planes that continue from the box into its surroundings: never part of the foreground.
     pub(super) background: Background,
 }
 
-/// How far the depth of a surface changes from a pixel to the next, in units of their distance on a surface
-/// that faces the camera: a standard deviation. Lower values part a person's flanks from the body, higher
-/// ones join people and furniture.
+/// Standard deviation of the change of a surface's depth between neighbouring pixels, in units of their
+/// distance on a surface that faces the camera. Lower values cut a person's flanks off the body, higher ones
+/// join people and furniture.
 const SLOPE_SIGMA: f64 = 3.0;
 
 impl Foreground {
-    /// Makes it the empty foreground on a grid.
+    /// Resets it to an empty foreground on a grid.
     pub(super) fn clear(&mut self, grid: &SampleGrid) {
         (self.stride, self.first) = (grid.stride, grid.first);
         (self.columns, self.rows) = (grid.columns, grid.rows);
@@ -45,7 +45,7 @@ impl Foreground {
         (self.count, self.likelihood) = (0, 0.0);
     }
 
-    /// Begins with the median depth of the surface.
+    /// Starts the range of depths at the surface's median depth.
     pub(super) fn start(&mut self, median: f32) {
         (self.near, self.median, self.far) = (median, median, median);
     }
@@ -57,9 +57,9 @@ impl Foreground {
         (self.near, self.far) = (self.near.min(z), self.far.max(z));
     }
 
-    /// Sets by how much neighbouring pixels may differ in depth: by the noise at the foreground's depth, and
-    /// by how much a surface recedes from one pixel to the next; `pitch` is their distance at a depth of 1 m,
-    /// metres.
+    /// Sets how much neighbouring pixels may differ in depth: by the noise at the foreground's depth, and by
+    /// the change of a surface's depth from pixel to pixel. `pitch` is the distance of neighbouring pixels at
+    /// a depth of 1 m, metres.
     pub(super) fn set_step(&mut self, sensor: &SensorModel, pitch: f64) {
         let z = self.median;
         self.max_step = if self.is_empty() {
@@ -77,7 +77,7 @@ impl Foreground {
     /// Whether most of its cells lie on another foreground's surface.
     pub(crate) fn is_mostly_on(&self, other: &Self) -> bool {
         let pixel = |cell: usize, first: usize| first + cell * self.stride + self.stride / 2;
-        // Only until it is decided: most others are elsewhere.
+        // Stops as soon as it is decided: most other foregrounds are elsewhere.
         let (mut on_other, mut left) = (0, self.count);
         for (cell, &depth) in self.depths.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
             let [u, v] =
@@ -103,8 +103,8 @@ impl Foreground {
         (!self.is_empty()).then_some(self.median)
     }
 
-    /// Whether a pixel of depth `z` > 0 lies on the foreground's surface: a cell around it holds about that
-    /// depth.
+    /// Whether a pixel of depth `z` > 0 lies on the foreground's surface: its cell or a neighbouring one has
+    /// about that depth.
     #[inline]
     pub(crate) fn holds(&self, u: usize, v: usize, z: f32) -> bool {
         if self.is_empty() {
@@ -124,7 +124,7 @@ impl Foreground {
         })
     }
 
-    /// Whether a reading belongs to a plane that the box shares with what lies around it.
+    /// Whether a reading belongs to a plane that continues from the box into its surroundings.
     #[inline]
     pub(crate) fn is_background(&self, u: usize, v: usize, z: f32) -> bool {
         let cell = |pixel: usize, first: usize| Some(pixel.checked_sub(first)? / self.stride.max(1));
@@ -134,7 +134,7 @@ impl Foreground {
         }
     }
 
-    /// The cells that readings of the background may lie in.
+    /// The cells in which readings of the background may lie.
     pub(crate) fn background_cells(&self) -> impl Iterator<Item = BackgroundCell<'_>> {
         let cells = (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| [column, row]));
         let near = cells.map(|cell| (cell, self.background.planes_near(cell[0], cell[1])));
@@ -147,7 +147,7 @@ impl Foreground {
         })
     }
 
-    /// The first and the last column and row that were found to be foreground; `None` when nothing was found.
+    /// The first and last column and row of the foreground; `None` when it is empty.
     pub(crate) fn bounds(&self) -> Option<Bounds> {
         let (mut bounds, mut any) =
             (Bounds { left: usize::MAX, right: 0, top: usize::MAX, bottom: 0 }, false);
@@ -164,20 +164,20 @@ impl Foreground {
         any.then_some(bounds)
     }
 
-    /// The box around all cells that were found to be foreground, pixels; `None` when nothing was found.
+    /// The box around all cells of the foreground, pixels; `None` when it is empty.
     pub(crate) fn bounding_box(&self) -> Option<BoundingBox> {
         let Bounds { left, right, top, bottom } = self.bounds()?;
         BoundingBox::new(left as f32, top as f32, (right + 1) as f32, (bottom + 1) as f32).ok()
     }
 
-    /// The cells near which the foreground's surface runs.
+    /// The cells that hold, or adjoin, a part of the foreground's surface.
     pub(crate) fn patches(&self) -> impl Iterator<Item = Patch> + '_ {
         let rows = 0..self.rows + 2;
         rows.flat_map(move |row| (0..self.columns + 2).map(move |column| self.patch(column, row)))
             .filter(|patch| patch.count > 0)
     }
 
-    /// A cell, counted from 1.
+    /// The patch of a cell; columns and rows are counted from 1, so that 0 is the cell before the grid.
     fn patch(&self, column: usize, row: usize) -> Patch {
         let pixels = |cell: usize, first: usize| {
             let end = first + cell * self.stride;
@@ -202,20 +202,20 @@ impl Foreground {
         patch
     }
 
-    /// Whether two readings can be neighbours on one surface. A depth of 0 is none.
+    /// Whether two readings can be neighbours on one surface. A depth of 0 continues nothing.
     #[inline]
     pub(crate) fn continues(&self, a: f32, b: f32) -> bool {
         continues(a, b, self.max_step)
     }
 
-    /// Whether a depth lies within reach of the foreground.
+    /// Whether a depth lies within the foreground's range of depths.
     #[inline]
     pub(crate) fn reaches(&self, z: f32) -> bool {
         (self.near..=self.far).contains(&z)
     }
 }
 
-/// The cells around a cell, which is counted from 1, of a row of `count`.
+/// The cells next to a cell, and itself, in a row of `count` cells. `cell` is counted from 1.
 #[inline]
 fn around(cell: usize, count: usize) -> Range<usize> {
     let end = (cell + 1).min(count);
@@ -231,7 +231,7 @@ pub(crate) struct Bounds {
     pub(crate) bottom: usize,
 }
 
-/// The pixels of one cell, and the planes of the background in and around it.
+/// The pixels of one cell, and the background planes in and around it.
 #[derive(Debug)]
 pub(crate) struct BackgroundCell<'a> {
     pub(crate) columns: Range<usize>,

@@ -2,27 +2,27 @@ use dymlm_core::{BoundingBox, ConfigError, Frame, Mask, SensorModel};
 use dymlm_geometry::{BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
 
 use super::Foreground;
-use super::choice::{Candidates, Choice, FOOT_REACH, ends, is_part};
+use super::choice::{Candidates, Choice, FOOT_REACH, ends_in_margin, is_part};
 use crate::{BoxSource, Mover};
 
-/// How far the mover's surface may reach before and behind its median depth, metres: an outstretched arm; its
+/// How far the mover's surface may reach before and behind its median depth, metres: an outstretched arm; the
 /// feet.
 const REACH: [f32; 2] = [0.6, FOOT_REACH];
-/// Least share of a cluster's samples in space that was free for long for all of it to be new: with less, a
-/// desk goes with the cup that was put there, with more the parts of a mover remain that were never seen
-/// free.
+/// Least share of a cluster's samples that must lie in long free space for all of the cluster to be new. With
+/// less, a desk is removed with the cup that was put there; with more, those parts of a mover remain whose
+/// space was never seen free.
 const NEW_SHARE: f32 = 0.3;
 
 /// Finds the mover among the pixels of its box: paper section III-A, "DBSCAN to extract foreground points".
 ///
-/// The readings of the box and of a margin around it are clustered by a [`BoxSegmenter`], and one of the
-/// clusters [is chosen](Choice).
+/// A [`BoxSegmenter`] clusters the readings of the box and of a margin around it, and [`Choice`] picks one of
+/// the clusters.
 ///
-/// Other clusters at the mover's depth that end within the margin are parts of the mover: what an occluder,
-/// another limb or a gap without depth has parted, such as legs seen through the back of a chair, or a foot
-/// beside the box.
+/// Other clusters at the mover's depth that end within the margin are parts of the mover, cut off by an
+/// occluder, another limb or a gap without depth: legs seen through the back of a chair, or a foot beside the
+/// box.
 ///
-/// Costs O(n log n) for n samples, a few thousand for a person.
+/// Costs O(n log n) for n samples; a person has a few thousand.
 #[derive(Debug)]
 pub(crate) struct ForegroundFinder {
     sensor: SensorModel,
@@ -34,14 +34,14 @@ pub(crate) struct ForegroundFinder {
     new_samples: Vec<usize>,
 }
 
-/// Where to look for a foreground, and what is known of it.
+/// Where to look for a foreground, and what is known of the mover.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ForegroundSearch<'a> {
     /// The mover, with its box and the depth at which it should be.
     pub(crate) mover: &'a Mover,
     /// The pixels in the box of any mover, of the frame's size.
     pub(crate) boxes: &'a Mask,
-    /// The detector's instance mask: only its pixels are looked at.
+    /// The detector's instance mask: only its pixels are used.
     pub(crate) instance_mask: Option<&'a Mask>,
 }
 
@@ -49,16 +49,16 @@ impl ForegroundFinder {
     /// Makes a finder.
     pub(crate) fn new(sensor: &SensorModel) -> Result<Self, ConfigError> {
         let mut segmentation = SegmentationConfig::default();
-        // Some thousand samples of a person that fills the image.
+        // A person that fills the image has some thousand samples.
         segmentation.spacing = 4.0;
-        // As far as boxes are moved by default.
+        // As far as the sides of boxes move by default.
         segmentation.margin = 50.0;
         segmentation.margin_share = 0.0;
         segmentation.is_smoothed = false;
         // 0.02 would join people with what they walk past.
         segmentation.eps_depth = 0.01;
         Ok(Self {
-            // Movers out of the range that the maps use are masked too: they hide what is in it.
+            // Movers beyond the depth range of the maps are masked too: they occlude what is within it.
             sensor: SensorModel { min_depth: 0.0, max_depth: f32::MAX, ..*sensor },
             segmenter: BoxSegmenter::new(segmentation)?,
             grid: SampleGrid::default(),
@@ -68,7 +68,7 @@ impl ForegroundFinder {
         })
     }
 
-    /// Finds the foreground of a box. It is empty when the box is, or when nothing in it has a depth.
+    /// Finds the foreground of a box. It is empty when the box is empty or nothing in it has a depth.
     pub(crate) fn find(&mut self, frame: &Frame, search: &ForegroundSearch<'_>, foreground: &mut Foreground) {
         let mover = search.mover;
         let view =
@@ -79,7 +79,8 @@ impl ForegroundFinder {
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
-    /// Finds what is new in a box: the clusters of which a good part `is_new` (places in the camera's frame).
+    /// Finds what is new in a box: the clusters of whose samples more than [`NEW_SHARE`] are new. `is_new`
+    /// takes a place in the camera's frame.
     pub(crate) fn find_new(
         &mut self,
         frame: &Frame,
@@ -112,14 +113,14 @@ impl ForegroundFinder {
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
-    /// Samples a box, and finds the planes that go on around it.
+    /// Samples a box, and finds the planes that continue around it.
     fn find_background(&mut self, frame: &Frame, view: &BoxView<'_>, foreground: &mut Foreground) {
         self.segmenter.sample(view, &mut self.grid);
         foreground.clear(&self.grid);
         foreground.background.find(&self.grid, frame.camera(), &self.sensor);
     }
 
-    /// Clusters the samples that are no background.
+    /// Clusters the samples that are not background.
     fn cluster(&mut self, foreground: &Foreground) {
         let (samples, background) = (&self.grid.samples, &foreground.background);
         let is_free = |index: usize| {
@@ -148,9 +149,8 @@ impl ForegroundFinder {
         }
     }
 
-    /// Writes the samples of the mover into the foreground: those of the chosen cluster, and of all others at
-    /// its depth that end within the margin. Of a chosen cluster that goes on outside only what is in the box
-    /// is kept.
+    /// Writes the mover's samples into the foreground: those of the chosen cluster and of all its parts. Of a
+    /// chosen cluster that continues outside the margin, only the samples in the box are kept.
     fn keep(&mut self, chosen: usize, foreground: &mut Foreground) {
         let (grid, clusters) = (&self.grid, self.segmenter.clusters());
         let members = || self.segmenter.members().map(|(sample, cluster)| (&grid.samples[sample], cluster));
@@ -164,7 +164,7 @@ impl ForegroundFinder {
         for (sample, index) in members() {
             let (cluster, z) = (&clusters[index], sample.point[2]);
             let is_of_mover = if index == chosen {
-                sample.is_in_box || ends(cluster)
+                sample.is_in_box || ends_in_margin(cluster)
             } else {
                 is_part(cluster, median, size)
             };
@@ -175,7 +175,7 @@ impl ForegroundFinder {
     }
 }
 
-/// The value below which a `share` of the values lies; `None` of none.
+/// The value below which a `share` of the values lies; `None` when there are no values.
 fn percentile(buffer: &mut Vec<f32>, values: impl Iterator<Item = f32>, share: f32) -> Option<f32> {
     buffer.clear();
     buffer.extend(values);

@@ -1,9 +1,8 @@
 use dymlm_core::{Frame, Mask};
 use dymlm_geometry::OrientedBox;
 
-/// Takes the pixels out of a mask whose readings lie in a box, given in the camera's frame: a body that moves
-/// and whose place is known. A mask of another size than the frame stays as it is. O(pixels of the box's
-/// projection).
+/// Makes the pixels `false` whose readings lie in a box, given in the camera's frame: a moving body of known
+/// pose. A mask of another size than the frame stays as it is. O(pixels of the box's projection).
 pub(crate) fn mask_body(frame: &Frame, camera_from_body: &OrientedBox, static_mask: &mut Mask) {
     let camera = frame.camera();
     let (width, height) = (camera.width(), camera.height());
@@ -23,7 +22,8 @@ pub(crate) fn mask_body(frame: &Frame, camera_from_body: &OrientedBox, static_ma
     }
 }
 
-/// First and one past the last column and row; the whole image when a part of the box lies behind the camera.
+/// The first column and row of the box's projection, and one past the last; the whole image when a part of
+/// the box lies behind the camera.
 fn projected_bounds(frame: &Frame, camera_from_body: &OrientedBox) -> [(usize, usize); 2] {
     let camera = frame.camera();
     let whole = [(0, camera.width()), (0, camera.height())];
@@ -34,7 +34,7 @@ fn projected_bounds(frame: &Frame, camera_from_body: &OrientedBox) -> [(usize, u
             let c = pixel?[axis];
             (low, high) = (low.min(c), high.max(c));
         }
-        // Casts saturate: below the image is its border.
+        // Casts saturate: negative pixels become 0.
         Some((low.floor() as usize, (high.ceil().max(-1.0) + 1.0) as usize))
     };
     match (along(0), along(1)) {

@@ -1,6 +1,6 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// What of a mover's box is masked.
+/// Which pixels of a mover's box are masked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -8,7 +8,7 @@ use dymlm_core::{ConfigError, check_range};
 pub enum MaskMode {
     /// Everything inside the corrected box, as in the paper.
     Box,
-    /// Only the pixels connected in depth to the foreground, and a rim.
+    /// Only the pixels connected in depth to the foreground, and a rim around them.
     #[default]
     Silhouette,
 }
@@ -19,13 +19,13 @@ pub enum MaskMode {
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct MaskConfig {
-    /// What of a box is masked; default [`MaskMode::Silhouette`].
+    /// Which pixels of a box are masked; default [`MaskMode::Silhouette`].
     pub mode: MaskMode,
     /// Width of the rim masked around a silhouette, in pixels of an image of 640x480 (other images: in
     /// proportion); 0..=64, default 3: depth edges lie one to three pixels off colour edges on a Kinect.
     pub dilation: f32,
     /// Width of the rim where it has no depth, in the same pixels; 0..=64, default 8: the shadow at the side
-    /// of a structured-light silhouette. Never less than `dilation`.
+    /// of a structured-light silhouette. A value below `dilation` counts as `dilation`.
     pub shadow: f32,
 }
 

@@ -8,16 +8,16 @@ use crate::Foreground;
 
 /// The pixels of one mover in its box.
 ///
-/// The box is copied with a border of one pixel around it, so that no step has to ask whether a neighbour
+/// The box is copied with a border of one pixel around it, so that no step has to check whether a neighbour
 /// exists.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Silhouette {
     columns: Range<usize>,
     rows: Range<usize>,
-    /// Of the box and its border; 0 = no reading.
+    /// Depths of the box and its border; 0 = no reading.
     depths: Vec<f32>,
     pixels: Vec<Pixel>,
-    /// Pixels whose neighbours are to be looked at now, and those to be looked at in the next layer.
+    /// Pixels whose neighbours are visited now, and those for the next layer.
     front: Vec<usize>,
     next_front: Vec<usize>,
     at_edge: Vec<bool>,
@@ -27,19 +27,19 @@ pub(super) struct Silhouette {
 enum Pixel {
     /// Part of the mover.
     Inside,
-    /// Not (yet) part of it.
+    /// Not (yet) part of the mover.
     Outside,
-    /// On a plane that goes on outside the box: part of the mover only when the detector's own mask says so,
-    /// or as a part of its rim.
+    /// On a plane that continues outside the box: part of the mover only when the detector's own mask says
+    /// so, or as part of its rim.
     Background,
-    /// Between what moves and what is still: masked, and not surely part of it.
+    /// Between a moving and a still part: masked, but not surely part of the mover.
     Doubtful,
     /// The border: not part of the box.
     Border,
 }
 
 impl Pixel {
-    /// Whether it is a pixel of the box and none of the mover yet.
+    /// Whether the pixel is in the box and not yet part of the mover.
     #[inline]
     fn can_be_rim(self) -> bool {
         matches!(self, Self::Outside | Self::Background)
@@ -168,8 +168,8 @@ impl Silhouette {
         }
     }
 
-    /// Adds neighbours that continue the surface, until there are none. Leaves in `next_front` all pixels of
-    /// the mover that may have a neighbour outside it.
+    /// Adds neighbours that continue the surface until there are no more. Afterwards `next_front` holds all
+    /// pixels of the mover that may have a neighbour outside it.
     fn grow(&mut self, foreground: &Foreground) {
         self.collect_front();
         self.next_front.clear();
@@ -192,7 +192,7 @@ impl Silhouette {
         }
     }
 
-    /// Marks its pixels that lie in a box.
+    /// Marks the mover's pixels that lie in a box.
     pub(super) fn add_to(&self, bounding_box: &BoundingBox, is_mover: &mut Mask) {
         let columns = within(&bounding_box.columns(is_mover.width()), &self.columns);
         for row in within(&bounding_box.rows(is_mover.height()), &self.rows) {
@@ -207,8 +207,8 @@ impl Silhouette {
         }
     }
 
-    /// Adds layers of pixels around the silhouette: all pixels for `dilation` layers, from then on to
-    /// `shadow` only those without depth.
+    /// Adds layers of pixels around the silhouette: all pixels in the first `dilation` layers, then up to
+    /// layer `shadow` only those without depth.
     pub(super) fn add_rim(&mut self, dilation: usize, shadow: usize) {
         for layer in 0..shadow {
             std::mem::swap(&mut self.front, &mut self.next_front);
@@ -225,7 +225,7 @@ impl Silhouette {
         }
     }
 
-    /// Puts those pixels of the mover in front that have a neighbour outside it.
+    /// Fills `front` with the mover's pixels that have a neighbour outside it.
     #[allow(clippy::needless_bitwise_bool, reason = "without branches sixteen pixels are compared at once")]
     fn collect_front(&mut self) {
         self.front.clear();

@@ -10,7 +10,7 @@ use crate::Foreground;
 pub(crate) struct MaskRegion<'a> {
     /// Its corrected box, pixels.
     pub(crate) bounding_box: BoundingBox,
-    /// The box as the detector has it; `None` when it was predicted.
+    /// The box as detected; `None` when it was predicted.
     pub(crate) detected_box: Option<BoundingBox>,
     /// Its foreground. When it is empty, the whole box is masked.
     pub(crate) foreground: &'a Foreground,
@@ -20,11 +20,11 @@ pub(crate) struct MaskRegion<'a> {
 
 /// Builds the mask of static pixels: paper section III-A.
 ///
-/// In [`MaskMode::Silhouette`] the pixels on the foreground's surface are taken; from them the silhouette
-/// grows over neighbours that continue the surface in depth and lie within the foreground's range of depths;
-/// [parts of it that are still](StillParts) while others move are left out; then a rim is added, wider where
-/// there is no depth. All of it stays within the corrected box, so the background between legs and beside a
-/// head is kept.
+/// In [`MaskMode::Silhouette`] the silhouette starts with the pixels on the foreground's surface and grows
+/// over neighbours that continue the surface in depth and lie within the foreground's range of depths. [Parts
+/// that are still](StillParts) while others move are left out. Then a rim is added, wider where there is no
+/// depth. All of it stays within the corrected box, and the background between legs and beside a head is
+/// kept.
 ///
 /// Costs O(pixels in the boxes) and O(blocks times past views).
 #[derive(Debug, Clone)]
@@ -40,8 +40,8 @@ impl StaticMaskBuilder {
     }
 
     /// Fills two masks: `is_static`, where `false` = inside a mover; and `is_mover`, where `true` = surely a
-    /// mover's: its silhouette, without a rim, as far as the detector's own box reaches. What corrections and
-    /// predictions add is a guess, often the chair that somebody sits on. Masks of another size than the
+    /// mover's: its silhouette without a rim, within the detector's own box. What corrections and predictions
+    /// add to the box is a guess, often the chair on which somebody sits. Masks of another size than the
     /// depth image are made anew.
     pub(crate) fn build<'a>(
         &mut self,
@@ -56,7 +56,7 @@ impl StaticMaskBuilder {
         let _ = is_mover.refill(depth.width(), depth.height(), false);
         for mover in movers {
             self.silhouette.trace(&mover, depth);
-            // A mask of the detector's own knows better, and a box takes all.
+            // The detector's own mask is more reliable than this search, and the mode `Box` masks all pixels.
             if self.config.mode == MaskMode::Silhouette && mover.instance_mask.is_none() {
                 self.silhouette.release_still_parts(compared, &mut self.still_parts);
             }
@@ -73,7 +73,7 @@ impl StaticMaskBuilder {
         self.remove_traced(mover, frame, is_static);
     }
 
-    /// Makes the pixels of the mover that was traced last `false`, and a rim around them.
+    /// Makes the pixels of the last traced mover, and of a rim around them, `false`.
     fn remove_traced(&mut self, mover: &MaskRegion<'_>, frame: &Frame, is_static: &mut Mask) {
         if self.config.mode == MaskMode::Box || mover.foreground.is_empty() {
             is_static.fill_box(&mover.bounding_box, false);

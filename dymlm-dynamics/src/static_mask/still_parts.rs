@@ -5,50 +5,53 @@ use dymlm_core::{Frame, Pose, SensorModel, Visibility};
 use crate::PastViews;
 use crate::block_depths::BlockDepths;
 
-/// Depth of a crease between two parts, from the chord over it, metres, beside the noise of a reading. Less
-/// cuts a body to pieces too small to be judged, more joins thighs with the seat below them
-/// (`a_seat_is_static_while_who_sits_on_it_sways`).
+/// Least depth of a crease between two parts, measured from the chord over it, metres; a reading's noise
+/// comes on top. A lower value cuts a body into pieces too small to be judged, a higher one joins thighs with
+/// the seat below them (`a_seat_is_static_while_who_sits_on_it_sways`).
 const CREASE_DEPTH: f32 = 0.008;
-/// Half the length of that chord, metres: about the radius of a limb. Less misses round creases, more takes
-/// what lies between two arms for one.
+/// Half the length of that chord, metres: about the radius of a limb. A lower value misses round creases, a
+/// higher one takes the gap between two arms for a crease.
 const CREASE_REACH: f64 = 0.04;
-/// How far the depth of a part changes from a block to the next, in units of their distance on a surface that
-/// faces the camera: as for a silhouette. Less parts what a slant makes steep, more joins body and armrest.
+/// Largest change of depth between neighbouring blocks of a part, in units of their distance on a surface
+/// that faces the camera: as for a silhouette. A lower value cuts slanted surfaces apart, a higher one joins
+/// body and armrest.
 const SLOPE: f64 = 3.0;
-/// How well a pose and a place between readings are known, metres. Less takes what errors of poses move for
-/// moved, more misses the sway of somebody near the camera.
+/// Accuracy of poses and of places interpolated between readings, metres. A lower value takes pose errors for
+/// motion, a higher one misses the sway of somebody near the camera.
 const EVENNESS: f64 = 0.004;
-/// How long a part must be known to have been still, seconds. Less takes a thigh for a part of the chair
-/// between two movements, more keeps chairs out of the map for longer
+/// Time over which a part must be known to have been still, seconds. A lower value takes a thigh that rests
+/// between two movements for a part of the chair, a higher one keeps chairs out of the map for longer
 /// (`as_long_as_nothing_has_moved_all_is_the_movers`).
 const WATCHED: f64 = 4.0;
-/// How far a block may be off before it has moved, as a share of a reading's tolerance: one deviation of a
-/// single reading, some of a block's mean. Less takes noise for motion, more a sway of 2 cm for noise
-/// (`a_seat_is_static_while_who_sits_on_it_sways`).
+/// Largest difference of depth at which a block has not moved, as a share of a reading's tolerance: one
+/// standard deviation of a single reading, several of a block's mean. A lower value takes noise for motion, a
+/// higher one takes a sway of 2 cm for noise (`a_seat_is_static_while_who_sits_on_it_sways`).
 const OFF: f64 = 1.0 / 3.0;
-/// Share of a part's blocks that may be off while it is still: those at its rim. More takes legs that sway
-/// along the image for still (residue), less loses chairs that a moving camera sees (completeness near
-/// people).
+/// Largest share of a still part's blocks that may seem to have moved: those at its rim. A higher value takes
+/// legs that sway parallel to the image for still (residue), a lower one loses chairs that a moving camera
+/// sees (completeness near people).
 const MAX_OFF: f32 = 0.25;
-/// Blocks that a part needs to be judged. Less releases scraps of clothes, more loses the legs of chairs.
+/// Least blocks of a part that is judged. A lower value releases scraps of clothes, a higher one loses the
+/// legs of chairs.
 const MIN_BLOCKS: u32 = 12;
-/// How much must have moved for the rest to count as still, as a share of the latter. More loses the chair of
-/// somebody seen from behind, of whom little sticks out, less releases a body of which only a hand moves.
+/// Least area that must have moved for the still parts to be released, as a share of the still parts' area. A
+/// higher value loses the chair of somebody seen from behind, of whom little is visible; a lower one releases
+/// a body of which only a hand moves.
 const MIN_MOVED: f32 = 0.1;
 
-/// The parts of a silhouette, and which of them have been still while others moved: the chair that somebody
-/// sits on, the desk that an arm touches.
+/// The parts of a silhouette, some of which may have been still while others moved: the chair on which
+/// somebody sits, the desk that an arm touches.
 ///
-/// No step in depth parts a chair from who sits on it. But where two bodies meet there is a crease, and a
-/// body moves, while a chair does not: surfaces are cut along creases (after the local convexity of Stein et
-/// al. 2014, "Object partitioning using local convexity"), and each part is compared with what
-/// [past views](PastViews) have read in its place. As long as nothing has moved, all of it is the mover's.
+/// No step in depth separates a chair from the person on it. But there is a crease where two bodies meet, and
+/// the person moves while the chair does not. So surfaces are cut along creases (after the local convexity of
+/// Stein et al. 2014, "Object partitioning using local convexity"), and each part is compared with the
+/// readings of [past views](PastViews) at its place. As long as nothing has moved, all parts are the mover's.
 ///
 /// Works on blocks of pixels: O(blocks times views).
 #[derive(Debug, Clone, Default)]
 pub(super) struct StillParts {
     blocks: BlockDepths,
-    /// What each block belongs to.
+    /// The assignment of each block.
     cells: Vec<Cell>,
     parts: Vec<Part>,
     front: Vec<usize>,
@@ -58,25 +61,25 @@ pub(super) struct StillParts {
 /// What a block belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cell {
-    /// To the mover, and to no part yet.
+    /// Of the mover, and not yet assigned to a part.
     Free,
-    /// To a crease, or to nothing: its middle is outside or has no depth.
+    /// On a crease, or not of the mover: its middle is outside the silhouette or has no depth.
     Crease,
     Part(u32),
-    /// To the crease at a part.
+    /// On the crease beside a part.
     Beside(u32),
 }
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Part {
     blocks: u32,
-    /// The blocks that could be compared with the view at hand, and those that were off.
+    /// Blocks that could be compared with the present view, and those that differ from it.
     seen: u32,
     off: u32,
-    /// Whether a view has shown that it has moved; the time over which none has, seconds.
+    /// Whether a view has shown that the part has moved; the time over which no view has, seconds.
     has_moved: bool,
     watched: f64,
-    /// Whether nothing more is to be learnt.
+    /// Whether further views cannot change the result.
     is_settled: bool,
 }
 
@@ -89,13 +92,13 @@ impl Part {
 /// What is known of the pixels of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stillness {
-    /// They have been still while the mover moved.
+    /// The pixels have been still while the mover moved.
     Still,
-    /// At a crease between what is still and the mover: they may be of either.
+    /// The pixels are on a crease between a still part and the mover, and may belong to either.
     Doubtful,
 }
 
-/// A frame, and what it is compared with.
+/// A frame, and the past views with which it is compared.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ComparedFrame<'a> {
     pub(crate) frame: &'a Frame,
@@ -105,8 +108,8 @@ pub(crate) struct ComparedFrame<'a> {
 }
 
 impl StillParts {
-    /// Finds the parts of the pixels of a window that are `inside`, and judges them. False when none is
-    /// still.
+    /// Cuts those pixels of a window that are `inside` into parts, and judges the parts. Returns false when
+    /// none is still.
     pub(super) fn find(
         &mut self,
         compared: &ComparedFrame<'_>,
@@ -131,7 +134,7 @@ impl StillParts {
         any
     }
 
-    /// The blocks of parts that are still, and those beside them: columns and rows of their pixels.
+    /// The blocks of still parts and of the creases beside them, as columns and rows of pixels.
     pub(super) fn released(&self) -> impl Iterator<Item = ([Range<usize>; 2], Stillness)> {
         let is_still = |part: u32| self.parts.get(part as usize).is_some_and(Part::is_still);
         self.cells.iter().enumerate().filter_map(move |(block, &cell)| {
@@ -149,7 +152,7 @@ impl StillParts {
         self.cells.clear();
         for (block, &z) in self.blocks.depths().iter().enumerate() {
             let cell = if z > 0.0 {
-                // The surface on two opposite sides is nearer.
+                // At a crease the surface on two opposite sides is nearer.
                 let steps = (reach / f64::from(z)).round().max(1.0) as usize;
                 let limit = z - CREASE_DEPTH - compared.sensor.sigma(z);
                 let is_crease = self.blocks.opposite(block, steps).any(|[a, b]| 0.5 * (a + b) < limit);
@@ -161,7 +164,7 @@ impl StillParts {
         }
     }
 
-    /// Joins what no crease and no step in depth parts.
+    /// Joins blocks that no crease and no step in depth separates.
     fn part(&mut self, goes_on: impl Fn(f32, f32) -> bool) {
         self.parts.clear();
         let depths = self.blocks.depths();
@@ -187,12 +190,12 @@ impl StillParts {
         }
     }
 
-    /// Compares each part with what past views have read in its place, until one shows that it has moved. A
-    /// view that sees less than half of a part says nothing of it.
+    /// Compares each part with the readings of past views at its place, until one view shows that it has
+    /// moved. A view that sees less than half of a part does not count.
     fn compare(&mut self, compared: &ComparedFrame<'_>) {
         let camera = compared.frame.camera();
         for part in &mut self.parts {
-            // Nothing is known of small ones.
+            // Small parts are not judged.
             part.is_settled = part.blocks < MIN_BLOCKS;
         }
         for view in compared.past.iter() {
@@ -227,7 +230,7 @@ impl StillParts {
         }
     }
 
-    /// Whether some parts are still, and enough of the others has moved.
+    /// Whether some parts are still and enough of the other parts have moved.
     fn has_still_parts(&self) -> bool {
         let blocks = |chosen: fn(&Part) -> bool| {
             self.parts.iter().filter(|part| chosen(part)).map(|part| part.blocks).sum::<u32>() as f32
@@ -236,7 +239,7 @@ impl StillParts {
         still > 0.0 && blocks(|part| part.has_moved) >= MIN_MOVED * still
     }
 
-    /// Gives the blocks of creases to the parts beside them, to those that are not still first.
+    /// Assigns the blocks of creases to the parts beside them; parts that are not still come first.
     fn share_creases(&mut self, goes_on: impl Fn(f32, f32) -> bool) {
         let depths = self.blocks.depths();
         self.front.clear();
@@ -256,7 +259,7 @@ impl StillParts {
                     let joins = !has_depth || goes_on(depths[block], depths[neighbour]);
                     if self.cells[neighbour] == Cell::Crease && joins {
                         self.cells[neighbour] = Cell::Beside(part);
-                        // What has no depth leads nowhere.
+                        // The search does not go on from a block without depth.
                         if has_depth {
                             self.next_front.push(neighbour);
                         }

@@ -1,10 +1,11 @@
 use dymlm_geometry::Assignment;
 
-/// `IoU` in fixed point: sums of assignments compare exactly, on every machine.
+/// The integer that stands for an `IoU` of 1: in fixed point the sums of assignments compare exactly, on
+/// every machine.
 const ONE: u64 = 1 << 40;
 
-/// Pairs rows with columns so that the sum of `iou` over pairs is greatest; only pairs of at least `min_iou`
-/// count, and none else is made. `iou` is row-major and within 0..=1. Answers the column of each row.
+/// Pairs rows with columns so that the sum of `iou` over the pairs is greatest; pairs below `min_iou` are not
+/// made. `iou` is row-major and within 0..=1. Returns the column of each row.
 pub(super) fn pair_by_iou<'a>(
     assignment: &'a mut Assignment,
     iou: &[f64],
@@ -12,14 +13,14 @@ pub(super) fn pair_by_iou<'a>(
     min_iou: f64,
 ) -> &'a [Option<usize>] {
     let rows = iou.len().checked_div(columns).unwrap_or(0);
-    // A forbidden pair weighs as much as no pair, so it never keeps an allowed one from being made.
+    // A forbidden pair has the weight of no pair, so it never keeps an allowed pair from being made.
     assignment.solve(rows, columns, |row, column| {
         let value = iou[row * columns + column];
         if allowed(value, min_iou) { ((value * ONE as f64).round() as i64).max(1) } else { 0 }
     })
 }
 
-/// Boxes that share nothing are never one object, whatever the gate.
+/// Boxes that do not overlap are never one object, even if `min_iou` is 0.
 fn allowed(iou: f64, min_iou: f64) -> bool {
     iou > 0.0 && iou >= min_iou
 }

@@ -1,8 +1,8 @@
 use dymlm_core::BoundingBox;
 
-/// Noise of one part of a box: process noise of the value and of its rate a frame of 1/30 s, measurement
-/// noise, initial variances of the value and the rate. Only their ratios matter, so that they hold for images
-/// of any size.
+/// Noise of one component of a box: process noise of the value and of its rate per frame of 1/30 s,
+/// measurement noise, and initial variances of value and rate. Only the ratios matter, so the values hold for
+/// images of any size.
 struct Noise {
     value_q: f64,
     rate_q: f64,
@@ -11,13 +11,13 @@ struct Noise {
     rate_p0: f64,
 }
 
-/// The published noise of SORT.
+/// Noise of the centre's coordinates, as published with SORT.
 const CENTER: Noise = Noise { value_q: 1.0, rate_q: 0.01, r: 1.0, value_p0: 10.0, rate_p0: 1e4 };
 const AREA: Noise = Noise { value_q: 1.0, rate_q: 1e-4, r: 10.0, value_p0: 10.0, rate_p0: 1e4 };
-/// The aspect ratio has no rate.
+/// The aspect ratio is modelled without a rate.
 const ASPECT: Noise = Noise { value_q: 1.0, rate_q: 0.0, r: 10.0, value_p0: 10.0, rate_p0: 0.0 };
 
-/// The frame that the noise is published for, 1/s.
+/// The frame rate for which the noise is published, 1/s.
 const FRAME_RATE: f64 = 30.0;
 
 /// Motion of one box: the constant-velocity Kalman filter of SORT over (u, v, s, r, u', v', s'), where (u, v)
@@ -25,11 +25,12 @@ const FRAME_RATE: f64 = 30.0;
 ///
 /// Source: Bewley, Ge, Ott, Ramos, Upcroft: "Simple Online and Realtime Tracking", ICIP 2016, with the noise
 /// of the published program: R = diag(1, 1, 10, 10), P0 = diag(10, 10, 10, 10, 1e4, 1e4, 1e4), Q = diag(1, 1,
-/// 1, 1, 0.01, 0.01, 1e-4) a frame of 1/30 s. Rates are kept a frame; a step of any duration is so many
-/// frames, and Q grows with it.
+/// 1, 1, 0.01, 0.01, 1e-4) per frame of 1/30 s. Rates are per such frame; a time step is converted to a
+/// (fractional) number of frames, and Q grows in proportion.
 ///
-/// P0, Q and R are diagonal, and the motion couples only u with u', v with v', s with s'. The covariance so
-/// stays block-diagonal, and the filter of seven states is, exactly, four small ones. A step costs O(1).
+/// P0, Q and R are diagonal, and the motion couples only u with u', v with v', s with s'. The covariance
+/// therefore stays block-diagonal, and the filter of seven states splits exactly into four small filters. A
+/// step costs O(1).
 ///
 /// ```
 /// use dymlm_core::BoundingBox;
@@ -40,7 +41,7 @@ const FRAME_RATE: f64 = 30.0;
 /// filter.update(&BoundingBox::new(13.0, 10.0, 53.0, 90.0)?);
 /// filter.predict(1.0 / 30.0);
 /// let ahead = filter.bounding_box().unwrap();
-/// assert!((ahead.center()[0] - 36.0).abs() < 0.1); // it goes on at 3 pixels a frame
+/// assert!((ahead.center()[0] - 36.0).abs() < 0.1); // it continues at 3 pixels per frame
 /// # Ok::<(), dymlm_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +54,7 @@ pub struct BoxKalman {
 }
 
 impl BoxKalman {
-    /// A box at rest, of unknown rate. An empty box is taken as one of 1e-6 pixels a side.
+    /// A box at rest, of unknown rate. A side shorter than 1e-6 pixels counts as 1e-6 pixels.
     pub fn new(bounding_box: &BoundingBox) -> Self {
         let [u, v, area, aspect] = measurement(bounding_box);
         Self {
@@ -65,7 +66,7 @@ impl BoxKalman {
         }
     }
 
-    /// Moves on by `seconds`, which are >= 0. An area about to vanish stops shrinking, as in SORT.
+    /// Predicts the state `seconds` >= 0 later. An area about to become negative stops shrinking, as in SORT.
     pub fn predict(&mut self, seconds: f64) {
         let frames = seconds * FRAME_RATE;
         if self.area.value + self.area.rate * frames <= 0.0 {
@@ -77,7 +78,7 @@ impl BoxKalman {
         self.aspect_variance += ASPECT.value_q * frames;
     }
 
-    /// Takes a measured box in.
+    /// Updates the state with a measured box.
     pub fn update(&mut self, bounding_box: &BoundingBox) {
         let [u, v, area, aspect] = measurement(bounding_box);
         self.u.update(u, &CENTER);
@@ -88,7 +89,7 @@ impl BoxKalman {
         self.aspect_variance *= 1.0 - gain;
     }
 
-    /// The state (u, v, s, r, u', v', s'); rates a frame of 1/30 s.
+    /// The state (u, v, s, r, u', v', s'); rates are per frame of 1/30 s.
     pub fn state(&self) -> [f64; 7] {
         [self.u.value, self.v.value, self.area.value, self.aspect, self.u.rate, self.v.rate, self.area.rate]
     }
@@ -98,7 +99,7 @@ impl BoxKalman {
         [self.u.p00, self.v.p00, self.area.p00, self.aspect_variance, self.u.p11, self.v.p11, self.area.p11]
     }
 
-    /// The box of the state; `None` when it has run out of the range of f32.
+    /// The box of the state; `None` when it exceeds the range of f32.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
         let width = (self.area.value * self.aspect).sqrt();
         let height = self.area.value / width;
@@ -112,7 +113,8 @@ impl BoxKalman {
         [self.u.value, self.v.value]
     }
 
-    /// The same box in another image: its centre at `center`, all lengths times `scale`, which is positive.
+    /// Transfers the box to another image: its centre moves to `center`, all lengths are multiplied by
+    /// `scale` > 0.
     pub(super) fn reproject(&mut self, center: [f64; 2], scale: f64) {
         self.u.rescale(scale);
         self.v.rescale(scale);
@@ -128,7 +130,7 @@ fn measurement(bounding_box: &BoundingBox) -> [f64; 4] {
     [0.5 * (x_min + x_max), 0.5 * (y_min + y_max), width * height, width / height]
 }
 
-/// A Kalman filter over a value and its rate, measured by the value.
+/// A Kalman filter of a value and its rate; the value is measured.
 #[derive(Debug, Clone, PartialEq)]
 struct AxisFilter {
     value: f64,

@@ -11,31 +11,31 @@ use crate::{Error, check_timestamp};
 
 /// Detections of a lower score are ignored (`ByteTrack`).
 pub(crate) const LOW_SCORE: f32 = 0.1;
-/// Most tracks that are remembered: thrice as many as a detector sees things, at once or in the time after
-/// which a track is forgotten. Each costs as much as a detection.
+/// Most tracks that are remembered: three times the number of things that a detector sees at once or within
+/// the time after which a track is forgotten. Each track costs as much as a detection.
 const MAX_TRACKS: usize = 1000;
-/// Rounding of timestamps, seconds: three frames at 6 Hz are half a second.
+/// Allowance for rounded timestamps, seconds: three frames at 6 Hz count as half a second.
 const TIME_SLACK: f64 = 1e-3;
 
 /// Tracks the boxes of a 2D detector from frame to frame, label by label.
 ///
 /// SORT (Bewley, Ge, Ott, Ramos, Upcroft: "Simple Online and Realtime Tracking", ICIP 2016): each track's box
 /// is predicted by a [`BoxKalman`] and paired with the frame's detections so that the sum of the
-/// intersections over union is greatest. Added to it:
-/// - a second association of the tracks left over with the weak detections (Zhang et al.: "`ByteTrack`:
-///   Multi-Object Tracking by Associating Every Detection Box", ECCV 2022), for a weak box often is the
+/// intersections over union is greatest. The tracker adds:
+/// - a second association, of the unmatched tracks with the weak detections (Zhang et al.: "`ByteTrack`:
+///   Multi-Object Tracking by Associating Every Detection Box", ECCV 2022), because a weak box often is the
 ///   missed person;
 /// - true time steps instead of frame counts;
 /// - ego-motion compensation, when the camera's [`View`] is given: a track is first re-projected from the
-///   image before as a thing at rest, at the depth given to [`Self::observe_depth`] (without one, only the
-///   camera's rotation is undone);
-/// - a third one of the tracks and strong detections left over, by how far somebody may have gone since the
-///   detector looked: at a frame a second boxes do not overlap;
-/// - unmatched tracks are output, for a while, as [`BoxSource::Predicted`].
+///   previous image as if it stood still, at the depth given to [`Self::observe_depth`] (without a depth only
+///   the camera's rotation is undone);
+/// - a third association, of the remaining tracks and strong detections, by how far a person may have walked
+///   since the detector last ran: at one frame per second boxes do not overlap;
+/// - output of unmatched tracks, for a while, as [`BoxSource::Predicted`].
 ///
 /// A frame of n tracks and m detections costs O(n m), and O((n + m)^3) among boxes that compete. At most a
-/// thousand tracks are remembered, or as many as the last frame had detections: of more, those that were seen
-/// last. The order of the detections does not matter. Empty boxes are ignored.
+/// thousand tracks, or the number of the last frame's detections if that is larger, are remembered: those
+/// seen last. The order of the detections does not matter. Empty boxes are ignored.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, Detection};
@@ -48,7 +48,7 @@ const TIME_SLACK: f64 = 1e-3;
 ///     let boxes = tracker.update(f64::from(frame) / 30.0, &detections, None)?;
 ///     assert_eq!(boxes[0].track_id.get(), 0);
 /// }
-/// // The detector misses: the track goes on by itself.
+/// // The detector misses the person: the track continues by prediction.
 /// let boxes = tracker.update(5.0 / 30.0, &[], None)?;
 /// assert!(matches!(boxes[0].source, BoxSource::Predicted { .. }));
 /// assert!((boxes[0].bounding_box.x_min() - 20.0).abs() < 1.0);
@@ -60,7 +60,7 @@ pub struct BoxTracker {
     tracks: Vec<Track>,
     next_id: u64,
     last_timestamp: Option<f64>,
-    /// Time of the last frame that the detector looked at.
+    /// Time of the last frame on which the detector ran.
     last_look: f64,
     last_view: Option<View>,
     boxes: Vec<TrackedBox>,
@@ -75,16 +75,16 @@ struct Track {
     score: f32,
     first_seen: f64,
     last_seen: f64,
-    /// Frames since then that the detector looked at.
+    /// Frames since `last_seen` on which the detector ran.
     misses: u32,
     depth: Option<f32>,
-    /// Box and detection in the present frame.
+    /// Index of the detection of the present frame, and its box.
     matched: Option<(usize, BoundingBox)>,
 }
 
 #[derive(Debug, Clone, Default)]
 struct Scratch {
-    /// Detections of the frame that take part, in an order of their own.
+    /// Detections of the frame that take part, in canonical order.
     candidates: Vec<usize>,
     /// The tracks and detections of one label that are still to be paired.
     open_tracks: Vec<usize>,
@@ -113,12 +113,12 @@ impl BoxTracker {
         })
     }
 
-    /// Takes the detections of one frame, at `timestamp` seconds, and answers the boxes of all tracks that
-    /// are in view or coasting, by ascending track id. `view` says from where the frame was seen; without it
-    /// nothing is known of the camera's motion.
+    /// Processes the detections of one frame, at `timestamp` seconds, and returns the boxes of all tracks
+    /// that are in view or coasting, by ascending track id. `view` is the camera and pose of the frame;
+    /// without it the camera's motion is unknown.
     ///
-    /// Frames may be missing and of any rate; a frame of the same time as the last one is a step of no
-    /// duration.
+    /// Frames may be missing, and the frame rate may be anything; a frame with the time of the last one is a
+    /// step of zero duration.
     ///
     /// # Errors
     ///
@@ -156,8 +156,8 @@ impl BoxTracker {
         Ok(self.finish(timestamp, view))
     }
 
-    /// A frame on which the detector did not run, which says nothing about who is in it: the boxes of all
-    /// tracks that were in view or coasting when it last ran, as their motion puts them now.
+    /// Processes a frame on which the detector did not run, which says nothing about who is in it. Returns
+    /// the predicted boxes of all tracks that were in view or coasting when the detector last ran.
     ///
     /// # Errors
     ///
@@ -168,7 +168,7 @@ impl BoxTracker {
         Ok(self.finish(timestamp, view))
     }
 
-    /// Follows a world that was moved.
+    /// Changes to the coordinates of a world that was moved.
     pub fn move_world(&mut self, new_from_old: &Pose) {
         if let Some(view) = &mut self.last_view {
             view.world_from_camera = *new_from_old * view.world_from_camera;
@@ -183,13 +183,13 @@ impl BoxTracker {
         &self.boxes
     }
 
-    /// The boxes that the last frame gave.
+    /// The boxes that the last frame returned.
     pub fn boxes(&self) -> &[TrackedBox] {
         &self.boxes
     }
 
-    /// Tells the depth of a track's foreground in the present frame, metres. Depths that are no reading and
-    /// ids that are no longer known are passed over.
+    /// Sets the depth of a track's foreground in the present frame, metres. A depth that is no reading and an
+    /// unknown id are ignored.
     pub fn observe_depth(&mut self, track_id: TrackId, depth: f32) {
         if depth > 0.0
             && depth.is_finite()
@@ -199,12 +199,12 @@ impl BoxTracker {
         }
     }
 
-    /// Gives no id to new tracks that another tracker has given.
+    /// New tracks get no id that another tracker has already given.
     pub(crate) fn continue_ids_of(&mut self, other: &Self) {
         self.next_id = self.next_id.max(other.next_id);
     }
 
-    /// Seconds since the last frame, if a frame of this time would be taken.
+    /// Seconds since the last frame; an error when a frame at this time would be refused.
     pub(crate) fn check_time(&self, timestamp: f64) -> Result<f64, Error> {
         check_timestamp(timestamp)?;
         match self.last_timestamp {
@@ -214,7 +214,7 @@ impl BoxTracker {
         }
     }
 
-    /// Carries all tracks over into the present image and time.
+    /// Predicts all tracks in the present image and at the present time.
     fn move_on(&mut self, elapsed: f64, view: Option<&View>) {
         for track in &mut self.tracks {
             if let (Some(before), Some(now)) = (&self.last_view, view) {
@@ -226,8 +226,7 @@ impl BoxTracker {
         self.tracks.retain(|track| track.filter.bounding_box().is_some());
     }
 
-    /// Chooses the detections that take part and puts them into an order that does not depend on the
-    /// caller's.
+    /// Chooses the detections that take part and sorts them, so that the caller's order does not matter.
     fn choose_candidates(&mut self, detections: &[Detection], wanted: impl Fn(&Detection) -> bool) {
         let candidates = &mut self.scratch.candidates;
         candidates.clear();
@@ -238,8 +237,8 @@ impl BoxTracker {
         candidates.sort_by(|&a, &b| canonical_order(&detections[a], &detections[b]));
     }
 
-    /// Pairs tracks and detections, label by label: first with the strong detections, then with the weak
-    /// ones.
+    /// Pairs tracks and detections, label by label: first with strong detections, then with weak ones, then
+    /// with the remaining strong ones within walking distance.
     fn associate(&mut self, timestamp: f64, detections: &[Detection]) {
         let candidates = std::mem::take(&mut self.scratch.candidates);
         for of_label in candidates.chunk_by(|&a, &b| detections[a].label() == detections[b].label()) {
@@ -257,8 +256,8 @@ impl BoxTracker {
         self.scratch.candidates = candidates;
     }
 
-    /// Pairs those of `candidates`, which are of one label, that no track took with the unmatched tracks of
-    /// that label: the sum of what `likeness` says of track, predicted box and detection is greatest.
+    /// Pairs the unmatched `candidates`, which have one label, with the unmatched tracks of that label so
+    /// that the sum of `likeness` (of track, predicted box and detection) is greatest.
     fn pair(
         &mut self,
         timestamp: f64,
@@ -292,7 +291,7 @@ impl BoxTracker {
         }
     }
 
-    /// Every detection of at least `min_score` that no track took starts one.
+    /// Every unmatched detection of at least `min_score` starts a track.
     fn start_tracks(&mut self, timestamp: f64, detections: &[Detection]) {
         let open = &mut self.scratch.open_detections;
         open.clear();
@@ -321,7 +320,7 @@ impl BoxTracker {
         self.tracks
             .retain(|track| track.matched.is_some() || timestamp - track.last_seen <= max_age + TIME_SLACK);
         if self.tracks.len() > MAX_TRACKS {
-            // Those that were seen last; of as many, the older ones.
+            // Those seen last are kept; among those seen at the same time, the older ones.
             self.tracks.sort_by(|a, b| b.last_seen.total_cmp(&a.last_seen).then(a.id.cmp(&b.id)));
             let seen_now = self.tracks.iter().take_while(|track| track.matched.is_some()).count();
             self.tracks.truncate(MAX_TRACKS.max(seen_now));
@@ -336,7 +335,7 @@ impl BoxTracker {
         self.boxes = boxes;
     }
 
-    /// The box of a track that is in view or coasts.
+    /// The box of a track that is in view or coasting.
     fn box_of(&self, track: &Track, timestamp: f64) -> Option<TrackedBox> {
         let age = track.last_seen - track.first_seen;
         let is_confirmed = age >= self.config.confirm_after - TIME_SLACK;
@@ -360,23 +359,23 @@ impl BoxTracker {
         })
     }
 
-    /// Whether a track that the detector missed is still to be output.
+    /// Whether a track that the detector missed is still output.
     fn coasts(&self, track: &Track) -> bool {
         let missed_for = self.last_look - track.last_seen;
         self.config.max_coast > 0.0 && (track.misses <= 1 || missed_for <= self.config.max_coast + TIME_SLACK)
     }
 }
 
-/// Whether a track has taken a detection in the present frame.
+/// Whether a track is matched with a detection of the present frame.
 fn is_taken(tracks: &[Track], detection: usize) -> bool {
     tracks.iter().any(|track| track.matched.is_some_and(|(index, _)| index == detection))
 }
 
-/// How much a detection is like a box that may have gone on for `elapsed` seconds: the intersection over
-/// union of both when centred, less the farther they are apart; 0 when that is farther than who is seen in
-/// the box can have gone.
+/// Likeness of a detection and a track's predicted box after `elapsed` seconds: the intersection over union
+/// of both boxes when centred on each other, decreasing with their distance; 0 when they are farther apart
+/// than the person in the box can have walked.
 ///
-/// Nobody walks farther than their own height in a second, 1.7 m. A detector that looks once a second sees
+/// Nobody walks farther than their own height, 1.7 m, in a second. A detector that runs once a second gives
 /// boxes that do not even overlap (`misses_are_bridged_at_every_frame_rate`).
 fn likeness_within_reach(predicted: &BoundingBox, found: &BoundingBox, elapsed: f64) -> f64 {
     let [width, height] = [predicted.width().min(found.width()), predicted.height().min(found.height())];
@@ -398,7 +397,7 @@ impl Track {
     }
 }
 
-/// By label, then the surest first, then by place.
+/// By label, then by descending score, then by place.
 fn canonical_order(a: &Detection, b: &Detection) -> Ordering {
     let place = |detection: &Detection| <[f32; 4]>::from(detection.bounding_box());
     let by_place = || {
@@ -408,7 +407,7 @@ fn canonical_order(a: &Detection, b: &Detection) -> Ordering {
     a.label().cmp(b.label()).then(b.score().total_cmp(&a.score())).then_with(by_place)
 }
 
-/// The label, shared with a track that has it already.
+/// The label, shared with a track that already has it.
 fn known_label(tracks: &[Track], label: &str) -> Arc<str> {
     tracks
         .iter()

@@ -1,11 +1,11 @@
 use super::{BoxKalman, View};
 
-/// Carries a track over from the image it was last predicted in to the next one, as if it stood still in the
-/// world: its centre is re-projected, and its lengths grow as it comes nearer. Answers its depth in the new
+/// Re-projects a track from the image in which it was last predicted to the next one, as if it stood still in
+/// the world: its centre moves, and its lengths grow as the camera comes nearer. Returns its depth in the new
 /// camera.
 ///
-/// Without a depth only the camera's rotation can be undone. A box that ends up behind the camera, or so near
-/// that its size would more than double or halve twice over, stays as it was.
+/// Without a depth only the camera's rotation can be undone. A box that would end up behind the camera, or
+/// whose size would change by more than a factor of 4, stays as it was.
 pub(super) fn compensate(
     filter: &mut BoxKalman,
     depth: Option<f32>,

@@ -7,24 +7,24 @@ use dymlm_core::{BoundingBox, TrackId};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrackedBox {
-    /// The same over the life of a track, never used again after it; counts from 0.
+    /// Id of the track, which no later track gets; counted from 0.
     pub track_id: TrackId,
-    /// Class label; all detections of a track have it.
+    /// Class label of all detections of the track.
     pub label: Arc<str>,
     /// The detector's confidence in this frame's detection, or in the last one when the box is predicted;
     /// 0..=1.
     pub score: f32,
     /// The box as detected, or as predicted; pixels.
     pub bounding_box: BoundingBox,
-    /// The filter's estimate of the box, in which the detector's jitter is smoothed; pixels. The same as
-    /// `bounding_box` when that is predicted.
+    /// The filter's estimate of the box, with the detector's jitter smoothed; pixels. Equals `bounding_box`
+    /// when that is predicted.
     pub filtered_box: BoundingBox,
     /// Where the box comes from.
     pub source: BoxSource,
-    /// Whether the track has been seen often enough to be relied upon.
+    /// Whether the track has been seen for long enough to coast.
     pub state: TrackState,
-    /// Depth of the track's foreground as last observed, carried over into the present camera; metres. `None`
-    /// when it was never given to [`BoxTracker::observe_depth`](crate::BoxTracker::observe_depth).
+    /// Last observed depth of the track's foreground, converted to the present camera; metres. `None` when
+    /// none was given to [`BoxTracker::observe_depth`](crate::BoxTracker::observe_depth).
     pub expected_depth: Option<f32>,
 }
 
@@ -37,17 +37,17 @@ pub enum BoxSource {
         /// Its index among the frame's detections.
         detection: usize,
     },
-    /// The track's motion: no detection of this frame fits.
+    /// A prediction from the track's motion, because no detection of this frame matches.
     Predicted {
         /// Time since the track's last detection, seconds.
         missed_for: f64,
     },
-    /// No detector: readings in space that was free for long. [`BoxTracker`](crate::BoxTracker) gives none of
-    /// these.
+    /// Readings in space that was free for long, without a detection. [`BoxTracker`](crate::BoxTracker) gives
+    /// no such box.
     FreeSpace,
 }
 
-/// How much a track is to be trusted.
+/// How far a track can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TrackState {

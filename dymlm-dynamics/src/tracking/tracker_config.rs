@@ -6,9 +6,9 @@ use dymlm_core::{ConfigError, check_range};
 ///
 /// | score | |
 /// | --- | --- |
-/// | >= `high_score` | is associated first, with every track |
-/// | >= `min_score` | is associated second, with the tracks left over; output in any case, starting a track when none takes it |
-/// | >= 0.1 | is associated second; output only when a track takes it |
+/// | >= `high_score` | is associated first, with all tracks |
+/// | >= `min_score` | is associated second, with unmatched tracks; output even if unmatched, as a new track |
+/// | >= 0.1 | is associated second; output only if matched |
 /// | below | is ignored |
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -17,21 +17,21 @@ use dymlm_core::{ConfigError, check_range};
 pub struct TrackerConfig {
     /// Detections at or above this score are associated first; 0..=1, default 0.5 (`ByteTrack`).
     pub high_score: f32,
-    /// Detections at or above this score start a track; 0..=1, default 0.25, the score at which common
-    /// detectors cut off.
+    /// Unmatched detections at or above this score start a track; 0..=1, default 0.25, the threshold of
+    /// common detectors.
     pub min_score: f32,
     /// Least intersection over union of a track's predicted box with a detection; 0..=1, default 0.3 (SORT).
     pub min_iou: f32,
     /// Time from a track's first detection to the one that confirms it, seconds; 0..=10, default 0.03: the
-    /// second at up to 30 Hz. (SORT: the third at 30 Hz, 0.06; there an unconfirmed track is not output at
-    /// all, here it only may not coast.)
+    /// second detection at up to 30 Hz. (SORT confirms at the third at 30 Hz, 0.06, and does not output an
+    /// unconfirmed track at all; here it only may not coast.)
     pub confirm_after: f64,
     /// How long a confirmed track without a detection is output with its predicted box, seconds; 0..=60,
-    /// default 0.5; 0 = never. Else it is output for one missed detection at least, however slow the detector
-    /// is.
+    /// default 0.5; 0 = never. If not 0, it is output for at least one missed detection, however slow the
+    /// detector is.
     pub max_coast: f64,
     /// How long a track without a detection is remembered, seconds; 0..=600, default 1 (`ByteTrack`'s 30
-    /// frames). Never less than `max_coast`.
+    /// frames). A value below `max_coast` counts as `max_coast`.
     pub max_age: f64,
 }
 

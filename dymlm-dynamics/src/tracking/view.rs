@@ -1,6 +1,6 @@
 use dymlm_core::{PinholeCamera, Pose};
 
-/// From where an image was seen: the camera and its pose.
+/// The camera that took an image, and its pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// The camera.

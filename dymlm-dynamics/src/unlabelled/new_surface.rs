@@ -2,25 +2,25 @@ use std::ops::Range;
 
 use dymlm_core::{BoundingBox, Frame, Mask, SensorModel};
 
-/// Distance of samples, pixels of an image of 640x480: a cat at 3 m has a dozen.
+/// Distance between samples, in pixels of a 640x480 image: a cat at 3 m has a dozen samples.
 const SPACING: f64 = 8.0;
-/// Least samples of a surface: three by two, which noise does not fill.
+/// Least samples of a surface: three by two, more than noise gives.
 const MIN_SAMPLES: usize = 6;
 
-/// Finds where an image shows a surface in space that was free for long.
+/// Finds the surfaces of an image that lie in space that was free for long.
 ///
-/// The image is sampled on a grid; samples in free space that are neighbours on one surface make a new
-/// surface. A flying pixel at the edge of a thing lies in free space too: a sample counts only when the
-/// readings around it are of one surface.
+/// The image is sampled on a grid; neighbouring samples in free space that lie on one surface form a new
+/// surface. Flying pixels at the edges of things lie in free space too, so a sample counts only when the
+/// readings around it are of the same surface.
 ///
-/// Costs O(samples), some thousand an image, most of them a glance at the map.
+/// Costs O(samples), some thousand per image, and at most one look-up in the map for each.
 #[derive(Debug, Default)]
 pub(super) struct NewSurfaces {
     spacing: usize,
     columns: usize,
     /// Depth of each sample in free space; 0 = none.
     depths: Vec<f32>,
-    /// Samples of the current surface whose neighbours are to be looked at, and their depths.
+    /// Samples of the current surface whose neighbours must still be visited, and their depths.
     front: Vec<(usize, f32)>,
     /// Pixels of all samples, surface by surface.
     pixels: Vec<[usize; 2]>,
@@ -32,13 +32,13 @@ pub(super) struct NewSurfaces {
 pub(super) struct NewSurface {
     /// The box around its samples, pixels.
     pub(super) bounding_box: BoundingBox,
-    /// Where its samples stand among those of all surfaces.
+    /// Its samples' range among those of all surfaces.
     samples: Range<usize>,
 }
 
 impl NewSurfaces {
-    /// Finds the new surfaces among a frame's static pixels. `is_new` tells whether a place in the camera's
-    /// frame was free for long, with nothing static within a margin of it, metres.
+    /// Finds the new surfaces among a frame's static pixels. `is_new` tells whether a place (camera's frame,
+    /// metres) was free for long and nothing static is within a margin of it, metres.
     pub(super) fn find(
         &mut self,
         frame: &Frame,
@@ -72,7 +72,7 @@ impl NewSurfaces {
         2 * samples.iter().filter(|[u, v]| static_mask.at(*u, *v)).count() > samples.len()
     }
 
-    /// Notes the depth of each sample that lies on a surface in free space.
+    /// Stores the depth of each sample that lies on a surface in free space.
     fn sample(
         &mut self,
         frame: &Frame,
@@ -81,7 +81,7 @@ impl NewSurfaces {
         is_new: impl Fn([f64; 3], f64) -> bool,
     ) {
         let (camera, depth) = (frame.camera(), frame.depth());
-        // At least three, so that each sample has a pixel on all sides.
+        // At least three, so that each sample has a neighbouring pixel on every side.
         self.spacing = (SPACING * camera.size_scale()).round().max(3.0) as usize;
         self.columns = depth.width() / self.spacing;
         self.depths.clear();
@@ -105,8 +105,7 @@ impl NewSurfaces {
         }
     }
 
-    /// Takes the samples of the surface that the sample at `first` lies on; the box around them when there
-    /// are enough.
+    /// Collects the samples of the surface on which the sample at `first` lies; `None` when they are too few.
     fn take_surface(&mut self, first: usize, continues: impl Fn(f32, f32) -> bool) -> Option<NewSurface> {
         let (mut low, mut high, first_pixel) = ([usize::MAX; 2], [0; 2], self.pixels.len());
         self.front.clear();
@@ -127,7 +126,7 @@ impl NewSurfaces {
                 }
             }
         }
-        // A sample's cell is what is nearer to it than to any other.
+        // A sample's cell is the area nearer to it than to any other sample.
         let side = |cell: usize| (cell * self.spacing) as f32;
         let around = BoundingBox::new(side(low[0]), side(low[1]), side(high[0] + 1), side(high[1] + 1));
         let samples = first_pixel..self.pixels.len();

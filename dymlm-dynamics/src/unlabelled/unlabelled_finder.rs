@@ -7,15 +7,15 @@ use crate::{
     StaticMaskBuilder, TrackerConfig, View,
 };
 
-/// How often the box of a new surface is widened to the thing that it is a part of. Each time takes in what
-/// is joined to it within the margin of the search; a thing that fills half of the image needs three.
+/// How often the box of a new surface is widened to the thing of which it is a part. Each time adds what is
+/// joined to it within the margin of the search; a thing that fills half of the image needs three.
 const MAX_WIDENINGS: usize = 3;
 
-/// Finds what moves and is reported by no detector, and follows it from frame to frame.
+/// Finds movers that no detector reports, and tracks them from frame to frame.
 ///
-/// A surface that is read in space that was free for long is new. What is joined to it is one thing with it,
-/// also where nothing was known of the space: so the thing is cut out as a detected mover is, by the clusters
-/// of readings in the box, of which those are taken that are new to a good part.
+/// A surface in space that was free for long is new. What is joined to it is part of the same thing, even
+/// where the space was never observed. So the thing is cut out as a detected mover is, by clustering the
+/// readings in its box; the clusters of which a good part is new are taken.
 #[derive(Debug)]
 pub(crate) struct UnlabelledFinder {
     sensor: SensorModel,
@@ -45,12 +45,12 @@ impl UnlabelledFinder {
         })
     }
 
-    /// Follows a world that was moved.
+    /// Changes to the coordinates of a world that was moved.
     pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
         self.tracker.move_world(new_from_old);
     }
 
-    /// Makes pixels of new things `false` in the mask of static pixels.
+    /// Makes the pixels of new things `false` in the mask of static pixels.
     pub(crate) fn mask(
         &mut self,
         frame: &Frame,
@@ -67,7 +67,7 @@ impl UnlabelledFinder {
         corrected.clear();
         let is_new = |place| was_free(place, 0.0);
         for surface in surfaces.surfaces() {
-            // It may be a part of a larger one.
+            // It may belong to a larger thing that is already masked.
             if !surfaces.is_static(surface, static_mask) {
                 continue;
             }
@@ -81,7 +81,7 @@ impl UnlabelledFinder {
                 cutting.finder.find_new(frame, searched, static_mask, is_new, foreground);
             }
             if foreground.is_empty() {
-                // What it is joined to was there before.
+                // Most of the wider thing was there before, so only the surface itself is searched.
                 cutting.finder.find_new(frame, surface.bounding_box, static_mask, is_new, foreground);
             }
             let Some(bounding_box) = foreground.bounding_box() else { continue };
@@ -99,8 +99,8 @@ impl UnlabelledFinder {
         Ok(())
     }
 
-    /// Adds the things that were masked to the movers. `labelled` tracks those that have a label: no id is
-    /// used twice.
+    /// Adds the masked things to the movers. `labelled` is the tracker of the movers that have a label; no id
+    /// is used twice.
     pub(crate) fn track(
         &mut self,
         frame: &Frame,
@@ -112,7 +112,7 @@ impl UnlabelledFinder {
         self.tracker.continue_ids_of(labelled);
         let boxes = self.tracker.update(frame.timestamp(), &self.found, Some(&view))?;
         for tracked in boxes {
-            // Where nothing new is read any more, there is nothing to report.
+            // Predicted boxes are not reported: nothing new is read there.
             let BoxSource::Detected { detection } = tracked.source else { continue };
             let Some(&(corrected_box, depth)) = self.corrected.get(detection) else { continue };
             let source = BoxSource::FreeSpace;
