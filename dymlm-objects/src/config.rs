@@ -2,7 +2,7 @@ use dymlm_core::ConfigError;
 
 use crate::{AssociationConfig, ParameterizationConfig, ShapeTable, SizePriors, UpdateConfig};
 
-/// Settings of an [`ObjectMapper`](crate::ObjectMapper), one part a step. Validated once, in
+/// Settings of an [`ObjectMapper`](crate::ObjectMapper), one part for each step. Validated once, in
 /// [`ObjectMapper::new`](crate::ObjectMapper::new).
 ///
 /// ```
@@ -24,11 +24,11 @@ use crate::{AssociationConfig, ParameterizationConfig, ShapeTable, SizePriors, U
 pub struct ObjectConfig {
     /// From detections to boxes in space.
     pub parameterization: ParameterizationConfig,
-    /// Which detection is which object.
+    /// Association of detections with objects.
     pub association: AssociationConfig,
-    /// Points, outliers, new parameters, belief.
+    /// Update of objects: points, outliers, new parameters, confirmation.
     pub update: UpdateConfig,
-    /// How large things are, by label.
+    /// Plausible sizes of things, by label.
     pub sizes: SizePriors,
     /// Which labels are boxes; all others are ellipsoids.
     pub shapes: ShapeTable,

@@ -4,7 +4,7 @@ use dymlm_core::ConfigError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A saved map is not what was written.
+    /// A saved map is damaged.
     #[cfg(feature = "state")]
     #[error(transparent)]
     State(#[from] dymlm_core::DamagedState),
@@ -24,7 +24,7 @@ pub enum Error {
         /// Greatest magnitude of a coordinate, metres.
         reach: f64,
     },
-    /// A value that the vocabulary refuses: a mask of another size than the frame.
+    /// A value that `dymlm-core` refuses.
     #[error(transparent)]
     Core(#[from] dymlm_core::Error),
     /// A field of a config outside its allowed range.

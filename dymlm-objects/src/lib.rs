@@ -1,17 +1,17 @@
 //! A map of objects from RGB-D frames and 2D detections.
 //!
-//! The object map of `DyMLM` (paper IV), one step a type or method:
+//! This is the object map of `DyMLM` (paper IV). The types of each step:
 //!
 //! | step | type |
 //! | --- | --- |
 //! | from a detection's pixels to a box in space | [`ObjectObservation`], [`BoxFitter`] |
-//! | which detection is which object | [`AssociationTests`], [`CentroidTest`] |
+//! | association of detections with objects | [`AssociationTests`], [`CentroidTest`] |
 //! | points, outliers, new parameters, labels | [`MapObject`] |
 //! | duplicates and ghosts | [`ObjectMerge`], [`ObjectReport`] |
 //! | cuboid or ellipsoid, and its outline in an image | [`ObjectShape`], [`DualQuadric`] |
 //! | objects by label, place, ray, plane | [`ObjectMap`] |
 //!
-//! [`ObjectMapper`] runs them in this order. Planes that things stand on come from any plane map
+//! [`ObjectMapper`] runs the steps in this order. Supporting planes may come from any plane map
 //! ([`SupportingPlanes`]), the static mask from any preprocessing ([`ObjectView`]).
 
 mod association;

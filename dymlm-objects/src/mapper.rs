@@ -17,7 +17,7 @@ use crate::{
 /// Builds the object map, one frame at a time (paper IV).
 ///
 /// [`insert`](Self::insert) runs the steps in order. A refused frame changes nothing. The cost of a frame
-/// follows what it may show: it grows neither with the frames before nor with the objects elsewhere.
+/// depends on the objects that it may show, neither on the number of earlier frames nor on objects elsewhere.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
@@ -53,13 +53,13 @@ pub struct ObjectMapper {
     pub(crate) held: BTreeSet<Birth>,
     pub(crate) vertical: Vertical,
     observations: Vec<ObjectObservation>,
-    /// Each observation's object, as associated.
+    /// The associated object of each observation.
     matches: Vec<Option<Birth>>,
-    /// The objects that the frame may show, and those that it made, the oldest first.
+    /// The objects that the frame may show and those that it created, the oldest first.
     in_view: Vec<Birth>,
     /// The objects that the frame observed.
     observed: Vec<Birth>,
-    /// The objects whose boxes changed, and that may have become one with others.
+    /// The objects whose boxes changed, which may therefore have become duplicates of others.
     pub(crate) changed: BTreeSet<Birth>,
     near: Vec<Birth>,
     /// Ids of the planes that objects were seen to stand on.
@@ -67,16 +67,15 @@ pub struct ObjectMapper {
     report: ObjectReport,
 }
 
-/// Farthest that a camera may be from the world's origin on an axis, metres: places stay exact to a
-/// micrometre.
+/// Greatest magnitude of a camera's coordinates, metres: within it places are exact to a micrometre.
 const REACH: f64 = 1e8;
-/// Intersection over union of an object's projection and a detection's box from which on the detector may
-/// mean the object. Lower loses things before or behind others, higher keeps what was found beside an object
-/// instead of it.
+/// Least intersection over union of an object's projection and a detected box at which the detection may mean
+/// the object. A lower value loses things before or behind other objects, a higher one creates objects from
+/// what was found beside an object instead of it.
 const LOOKS_LIKE: f64 = 0.4;
-/// Merges a frame, at most; the others wait for the next.
+/// Most merges per frame; further ones wait for the next frame.
 const MAX_MERGES: usize = 16;
-/// Frames in view after which a thing that was detected once only is given up.
+/// Frames in view after which an object that was detected only once is removed.
 const PATIENCE: u32 = 30;
 
 impl ObjectMapper {
@@ -114,13 +113,13 @@ impl ObjectMapper {
         })
     }
 
-    /// Takes in a frame; `planes` are those that things may stand on. Frames come in the order of their time.
+    /// Inserts a frame; `planes` are the planes on which things may stand. Frames must come in order of time.
     ///
     /// A frame on which the detector did not run changes no object, and may come in any order.
     ///
     /// # Errors
     ///
-    /// [`Error::TimeReversed`], [`Error::OutOfReach`]; nothing has changed.
+    /// [`Error::TimeReversed`], [`Error::OutOfReach`]; a refused frame changes nothing.
     #[doc(alias = "observe")]
     pub fn insert(
         &mut self,
@@ -143,7 +142,7 @@ impl ObjectMapper {
         Ok(std::mem::take(&mut self.report))
     }
 
-    /// Whether the mapper would take a frame.
+    /// Checks whether the mapper would accept a frame.
     ///
     /// # Errors
     ///
@@ -187,13 +186,14 @@ impl ObjectMapper {
         }
     }
 
-    /// Objects take their observations in and are parameterized anew; what is left becomes new objects.
+    /// Adds observations to their objects and parameterizes these anew; unmatched observations become new
+    /// objects.
     fn update(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
         self.observed.clear();
         let observations = std::mem::take(&mut self.observations);
         for (index, observation) in observations.iter().enumerate() {
             match self.matches.get(index).copied().flatten() {
-                // Something where a carried object stood.
+                // Something else is where a carried object stood.
                 Some(object) if self.held.contains(&object) => {
                     self.reject(observation.detection, RejectionCause::Occupied);
                 }
@@ -205,7 +205,7 @@ impl ObjectMapper {
         self.observed.sort_unstable();
     }
 
-    /// What should be in view but is not, what is confirmed, what is one.
+    /// Judges existence, removes ghosts, merges duplicates, and confirms objects or withdraws that.
     fn optimize(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
         self.judge_existence(view);
         self.remove_ghosts();
@@ -219,15 +219,15 @@ impl ObjectMapper {
         }
     }
 
-    /// Says that somebody carries an object: until it is [released](Self::release) or
-    /// [moved](Self::move_object), it stays in the map where it stood, and frames have no say about it. Any
-    /// number of objects can be held at once. Tells whether that is new; `false` for one that is not in the
-    /// map.
+    /// Marks an object as carried by somebody: until it is [released](Self::release) or
+    /// [moved](Self::move_object), it stays in the map where it stood, and frames do not change it. Any
+    /// number of objects can be held at once. Returns whether the object was not held before; `false` when it
+    /// is not in the map.
     pub fn hold(&mut self, object: ObjectId) -> bool {
         self.map.object(object).is_some_and(|object| self.held.insert(object.birth))
     }
 
-    /// Says that nobody carries an object any more. Tells whether that is new.
+    /// Marks an object as no longer carried. Returns whether it was held before.
     pub fn release(&mut self, object: ObjectId) -> bool {
         self.map.object(object).is_some_and(|object| self.held.remove(&object.birth))
     }
@@ -237,7 +237,7 @@ impl ObjectMapper {
         self.held.iter().map(|&birth| self.map.names.id(birth))
     }
 
-    /// Moves an object with all that is known of it, and [releases](Self::release) it. Gives its new box;
+    /// Moves an object with its points and views, and [releases](Self::release) it. Returns its new box;
     /// `None` when the map has no object of this id.
     pub fn move_object(&mut self, object: ObjectId, new_from_old: &Pose) -> Option<OrientedBox> {
         let birth = self.map.object(object)?.birth;
@@ -250,8 +250,8 @@ impl ObjectMapper {
         Some(moved.oriented_box)
     }
 
-    /// Removes the objects whose box reaches into a region (lowest and highest corner, metres, world) and
-    /// that `is_gone` says are; gives their ids. Carried objects stay.
+    /// Removes the objects for which `is_gone` holds and whose box reaches into a region (lowest and highest
+    /// corner, metres, world); returns their ids. Carried objects stay.
     pub fn remove_where(
         &mut self,
         region: [[f64; 3]; 2],
@@ -267,12 +267,12 @@ impl ObjectMapper {
         gone.into_iter().filter_map(|birth| Some(self.map.remove(birth)?.id)).collect()
     }
 
-    /// Forgets the objects whose centre is farther than `radius` metres from a place (world), but for those
-    /// that somebody carries. Met again, they are new ones.
+    /// Forgets the objects whose centre is farther than `radius` metres from a place (world), except carried
+    /// ones. An object met again later is a new one.
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let is_far = |object: &&MapObject| {
             let away = norm(difference(object.oriented_box.center(), center));
-            // A radius that is no number forgets nothing.
+            // A NaN radius forgets nothing.
             away > radius && !self.held.contains(&object.birth)
         };
         let far: Vec<Birth> = self.map.all().filter(is_far).map(|object| object.birth).collect();
@@ -281,13 +281,13 @@ impl ObjectMapper {
         }
     }
 
-    /// The map as it stands.
+    /// The current map.
     pub fn map(&self) -> &ObjectMap {
         &self.map
     }
 
     /// A unit vector that points up in the world, once it is known: the
-    /// [given](crate::ParameterizationConfig::up) one, or that which most things rest on.
+    /// [given](crate::ParameterizationConfig::up) one, or the normal on which most things rest.
     pub fn vertical(&self) -> Option<[f64; 3]> {
         self.vertical.direction()
     }
@@ -302,7 +302,7 @@ impl ObjectMapper {
         &self.config
     }
 
-    /// Gives the map away.
+    /// Returns the map and drops the mapper.
     pub fn into_map(self) -> ObjectMap {
         self.map
     }
@@ -323,16 +323,16 @@ impl ObjectMapper {
         self.report.rejected.insert(place, RejectedDetection { detection, cause });
     }
 
-    /// Calls the planes under objects what they are called now.
+    /// Updates the ids of supporting planes that were merged since.
     fn follow_planes(&mut self, planes: &dyn SupportingPlanes) {
         if self.supports.iter().all(|&id| planes.current_id(id) == id) {
             return;
         }
-        self.call_planes(|id| planes.current_id(id));
+        self.rename_planes(|id| planes.current_id(id));
     }
 
-    /// Calls the planes under objects by other ids.
-    pub(crate) fn call_planes(&mut self, mut new_id: impl FnMut(PlaneId) -> PlaneId) {
+    /// Replaces the ids of supporting planes.
+    pub(crate) fn rename_planes(&mut self, mut new_id: impl FnMut(PlaneId) -> PlaneId) {
         self.supports = self.supports.iter().map(|&id| new_id(id)).collect();
         for object in &mut self.map.objects {
             if object.supports.iter().any(|votes| votes.support.id.is_some_and(|id| new_id(id) != id)) {
@@ -417,8 +417,8 @@ impl ObjectMapper {
         self.supports.extend(observation.support.and_then(|support| support.id));
     }
 
-    /// Whether most of an observation's points are those of an object that is believed, and that has the same
-    /// label or is about as large: a cup is no part of the table that its points went to as well.
+    /// Whether most of an observation's points belong to a confirmed object with the same label or a matching
+    /// projection: a cup is not part of the table to which its points were also added.
     fn is_occupied(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
         let step = observation.points.len().div_ceil(64).max(1);
         let places = || {
@@ -426,7 +426,7 @@ impl ObjectMapper {
             chosen.map(|point| view.world_from_camera.transform_point(point.map(f64::from)))
         };
         let count = places().count().max(1);
-        // What lies flat shares the cells of the table under it.
+        // A thing that lies flat shares the cells of the table under it.
         let comparable = |object: &&MapObject| {
             (observation.relief == Relief::Raised || object.relief() == Relief::Flat)
                 && (object.label == observation.label || looks_like(object, view, observation))
@@ -437,9 +437,9 @@ impl ObjectMapper {
         })
     }
 
-    /// Whether the detector most likely means an object that is believed and that no other detection is of:
-    /// its projection looks like the box, and the depths show its surface. What was found in the box is
-    /// something before or behind it.
+    /// Whether the detector most likely means a confirmed object that no detection of the frame was
+    /// associated with: the object's projection matches the box, and the depths show its surface. The points
+    /// found in the box are then of something before or behind it.
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
         self.believed_in_view().any(|object| {
             !self.matches.contains(&Some(object.birth))
@@ -470,7 +470,7 @@ impl ObjectMapper {
         }
     }
 
-    /// Removes what frames look through, and what was detected once in many views.
+    /// Removes objects that frames look through, and objects that were detected only once in many views.
     fn remove_ghosts(&mut self) {
         let least = self.config.update.min_looked_through;
         let held = &self.held;
@@ -511,9 +511,9 @@ impl ObjectMapper {
         }
     }
 
-    /// The first pair of objects that are one, among those that changed and those near them: the one that
-    /// stays, and the one that goes, which has fewer observations or is the younger of equals. `None` when
-    /// there is none.
+    /// The first pair of duplicates among the changed objects and those near them: the one that stays, then
+    /// the one that goes, which has fewer observations or, if equal, is the younger. `None` when there is no
+    /// pair.
     fn find_duplicates(&mut self) -> Option<[Birth; 2]> {
         while let Some(&birth) = self.changed.first() {
             if let Some(own) = self.map.born(birth) {
@@ -531,8 +531,8 @@ impl ObjectMapper {
         None
     }
 
-    /// An object is believed when it was observed often enough, not too seldom while in view, and is of a
-    /// size that things of its label have.
+    /// Confirms an object when it was observed often enough, and often enough while in view, and its size is
+    /// plausible for its label; otherwise makes it tentative.
     fn judge_belief(&mut self) {
         let update = &self.config.update;
         for &birth in &self.in_view {
@@ -561,7 +561,7 @@ impl ObjectMapper {
     }
 }
 
-/// Whether an object's projection is much like an observation's box.
+/// Whether an object's projection matches an observation's box.
 fn looks_like(object: &MapObject, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
     let camera = view.frame.camera();
     let projected = object.shape().image_box(camera, &view.world_from_camera);

@@ -10,12 +10,14 @@ pub(crate) fn student_t_quantile(p: f64, degrees: f64) -> Option<f64> {
 /// The value below which a Fisher F variable with these degrees of freedom lies with probability `p`; `None`
 /// when `p` is not within 0 < p < 1 or a number of degrees of freedom is not positive.
 pub(crate) fn fisher_f_quantile(p: f64, numerator: f64, denominator: f64) -> Option<f64> {
-    // 1 / F is distributed with the degrees of freedom exchanged; near p = 1 its quantile keeps the digits.
+    // 1 / F has an F distribution with the degrees of freedom exchanged; near p = 1 its quantile keeps more
+    // digits.
     let inverse = FisherSnedecor::new(denominator, numerator).ok()?;
     is_probability(p).then(|| 1.0 / inverse.inverse_cdf(1.0 - p))
 }
 
-/// `statrs` panics outside 0..=1; at the ends the quantiles are infinite.
+/// Whether p is within 0 < p < 1: `statrs` panics outside 0..=1, and the quantiles of 0 and 1 may be
+/// infinite.
 fn is_probability(p: f64) -> bool {
     p > 0.0 && p < 1.0
 }

@@ -5,18 +5,19 @@ use dymlm_core::{ObjectId, PlaneId, Succession};
 
 use crate::{ObjectMap, ObjectMapper};
 
-/// The ids of a map that was built before, for one that takes its place.
+/// Carries the ids of an earlier map over to a map that replaces it.
 impl ObjectMapper {
-    /// How many ids the map has given, from 0 on.
+    /// How many ids the map has given; they are counted from 0.
     pub fn ids_given(&self) -> u64 {
         self.map.names.given()
     }
 
-    /// Takes the place of a map that was built of the same frames: objects are called by `ids` from now on,
-    /// the planes that they stand on by `plane_ids`. Ids that led to other objects there lead there still;
-    /// those of `merged` (id of an object there -> id that one of `ids` has now) lead to what they became.
+    /// Replaces the map `before`, which was built from the same frames: from now on objects have the ids of
+    /// `ids`, and their supporting planes those of `plane_ids`. Ids that led to other objects in `before`
+    /// still do; the ids in `merged` (id of an object of `before` -> present id of the object that it has
+    /// become, which is among `ids`) lead to these objects.
     ///
-    /// Nothing but ids changes, and nothing that the map does depends on them. O(objects).
+    /// Only ids change, and no result of the map depends on them. O(objects).
     pub fn succeed(
         &mut self,
         before: &Self,
@@ -35,6 +36,6 @@ impl ObjectMapper {
         let in_map: BTreeSet<ObjectId> = objects.iter().map(|object| object.id).collect();
         absorbed_by.succeed(ids, merged, &before.map.absorbed_by, |id| in_map.contains(&id));
         names.give_until(ids.given());
-        self.call_planes(|id| plane_ids.of(id));
+        self.rename_planes(|id| plane_ids.of(id));
     }
 }

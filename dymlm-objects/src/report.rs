@@ -9,29 +9,29 @@ use crate::AssociationTests;
 pub struct ObjectReport {
     /// Detections that were associated with an object, by ascending index.
     pub associated: Vec<ObjectAssociation>,
-    /// The object that each detection is of, associated with it or the first of it, by ascending index of the
-    /// detections.
+    /// The object that each detection observed, whether associated with it or the reason for creating it, by
+    /// ascending index of the detections.
     pub observed: Vec<(usize, ObjectId)>,
-    /// Objects that are new, ascending ids; tentative until they are seen again.
+    /// New objects, ascending ids; tentative until they are seen again.
     pub created: Vec<ObjectId>,
     /// Objects that got new parameters, ascending ids.
     pub updated: Vec<ObjectId>,
     /// Objects whose new parameters were not accepted, ascending ids.
     pub kept_parameters: Vec<ObjectId>,
-    /// Objects that are confirmed from now on, ascending ids.
+    /// Newly confirmed objects, ascending ids.
     pub confirmed: Vec<ObjectId>,
-    /// Objects that are candidates again, ascending ids: the detector too seldom finds what is in view, or no
-    /// thing of the label is of that size.
+    /// Objects that are candidates again, ascending ids: they were detected too seldom while in view, or have
+    /// an implausible size for their label.
     pub unconfirmed: Vec<ObjectId>,
-    /// Objects that went into others, in the order in which that happened.
+    /// Objects that were merged into others, in the order of the merges.
     pub merged: Vec<ObjectMerge>,
-    /// Objects that are not there, ascending ids.
+    /// Objects that were removed because they are not there, ascending ids.
     pub removed: Vec<ObjectId>,
-    /// Detections that came to nothing, by ascending index.
+    /// Detections that were not used, by ascending index.
     pub rejected: Vec<RejectedDetection>,
 }
 
-/// A detection that is of an object of the map.
+/// A detection and the object with which it was associated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -40,33 +40,33 @@ pub struct ObjectAssociation {
     pub detection: usize,
     /// Id of the object.
     pub object: ObjectId,
-    /// What the tests said.
+    /// Results of the tests.
     pub tests: AssociationTests,
 }
 
-/// Two objects that are one.
+/// Two objects that were merged into one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectMerge {
     /// Id of the object that stays.
     pub kept: ObjectId,
-    /// Id of the object that went into it.
+    /// Id of the object that was merged into it.
     pub removed: ObjectId,
 }
 
-/// A detection that came to nothing.
+/// A detection that was not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RejectedDetection {
     /// Index of the detection in its frame.
     pub detection: usize,
-    /// Why.
+    /// Why it was not used.
     pub cause: RejectionCause,
 }
 
-/// Why a detection came to nothing.
+/// Why a detection was not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -74,11 +74,12 @@ pub struct RejectedDetection {
 pub enum RejectionCause {
     /// There is no cluster of static readings in its box.
     NoPoints,
-    /// No thing of its label is of the size of what is in its box.
+    /// What is in its box is too large for its label.
     Size,
-    /// It lies within an object of the map but was not associated with it.
+    /// Most of its points lie within a confirmed object of the map with which it was not associated, or it
+    /// was associated with an object that somebody carries.
     Occupied,
-    /// A confirmed object that no other detection is of projects to its box, but what was found in the box is
-    /// before or behind that object.
+    /// A confirmed object, which no detection was associated with, projects to its box and is visible; what
+    /// was found in the box is before or behind that object.
     Explained,
 }

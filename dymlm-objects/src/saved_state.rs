@@ -11,14 +11,14 @@ use crate::object_map::MapObject;
 use crate::parameterization::VerticalVotes;
 use crate::{Error, ObjectConfig, ObjectMapper};
 
-/// The part of all but the objects, each of which has the one behind its birth.
+/// Key of the part that holds everything but the objects. An object's part has the key 1 + its birth.
 const HEAD: u64 = 0;
 
-/// What is saved of a mapper beside its objects. The index in space is made again.
+/// What is saved of a mapper besides its objects. The spatial index is not saved but rebuilt.
 #[derive(Serialize, Deserialize)]
 struct Head {
     last_timestamp: Option<f64>,
-    /// When the detector ran last.
+    /// Times of the last three runs of the detector, seconds.
     times: [f64; 3],
     held: BTreeSet<Birth>,
     changed: BTreeSet<Birth>,
@@ -34,12 +34,12 @@ fn part_of(birth: Birth) -> u64 {
 }
 
 impl ObjectMapper {
-    /// Gives to `sink` the parts of the map that differ from those of an earlier state, all of them without
-    /// one: a part an object, and one of what is no object's.
+    /// Writes to `sink` the parts of the map that differ from those of an `earlier` state, or all parts
+    /// without one: one part per object, and one for the rest.
     ///
     /// # Errors
     ///
-    /// Those of `sink`.
+    /// Errors of `sink`.
     pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
         let before = |birth| {
             let map = &earlier?.map;
@@ -63,11 +63,11 @@ impl ObjectMapper {
         if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
     }
 
-    /// The mapper whose parts these are, in any order, to the bit.
+    /// Restores a mapper, to the bit, from its parts, which may come in any order.
     ///
     /// # Errors
     ///
-    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, missing or too many.
+    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, missing or surplus.
     pub fn load_state(
         config: ObjectConfig,
         sensor: SensorModel,
@@ -128,7 +128,7 @@ impl ObjectMapper {
 }
 
 impl Head {
-    /// Whether a map can be like this: births ascend and have been, times and directions are finite.
+    /// Whether the numbers are plausible: births ascend and were given, times and directions are finite.
     fn is_possible(&self) -> bool {
         self.objects.is_sorted_by(|a, b| a < b)
             && self.objects.last().is_none_or(|last| last.get() < self.names.births())
@@ -138,7 +138,7 @@ impl Head {
             && self.vertical.is_possible()
     }
 
-    /// The first is that of the last frame with detections, and none comes before what it follows.
+    /// Whether the newest time is that of the last frame with detections, and the times are in order.
     fn are_times_possible(&self) -> bool {
         let [newest, last, before] = self.times;
         self.last_timestamp.map_or(newest.is_nan(), |timestamp| timestamp == newest)

@@ -7,7 +7,7 @@ use dymlm_core::{Plane, PlaneId};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SupportPlane {
-    /// The plane of the map that it is; `None` for a level patch around a thing that is no plane of the map.
+    /// Id of the plane in the map; `None` for a level patch around a thing that is not a plane of the map.
     pub id: Option<PlaneId>,
     /// The plane in the world; its normal points to the side that cameras have seen.
     pub plane: Plane,
@@ -19,21 +19,21 @@ impl SupportPlane {
         Self { id: Some(id), plane }
     }
 
-    /// A level patch that is no plane of the map.
+    /// A level patch that is not a plane of the map.
     pub(crate) fn local(plane: Plane) -> Self {
         Self { id: None, plane }
     }
 }
 
-/// Keeps planes that were found several times once, in the order in which they were found: ids are names, and
-/// nothing may depend on their order.
+/// Drops repeated planes and keeps the order in which they were found: ids are names, and no result may
+/// depend on their order.
 pub(crate) fn keep_each_once(found: &mut Vec<SupportPlane>) {
     let mut known = BTreeSet::new();
     found.retain(|plane| known.insert(plane.id));
 }
 
-/// The finite planes of a map, asked for what is near a point. A closure of the same arguments as
-/// [`near`](Self::near) is one too.
+/// Finite planes of a map, which can be searched near a point. A closure with the arguments of
+/// [`near`](Self::near) implements it.
 ///
 /// ```
 /// use dymlm_core::{Plane, PlaneId};
@@ -52,13 +52,13 @@ pub(crate) fn keep_each_once(found: &mut Vec<SupportPlane>) {
 /// # Ok::<(), dymlm_core::Error>(())
 /// ```
 pub trait SupportingPlanes {
-    /// Adds to `found` the planes whose finite patch lies within `reach` metres of a point of the world.
-    /// Walls and ceilings among them do no harm. Of planes between which nothing else decides, the first
-    /// found counts: an order that says which planes are which in a map built again keeps results the same.
+    /// Adds to `found` the planes whose finite patch lies within `reach` metres of a point (world). They may
+    /// include walls and ceilings. Where nothing else decides between planes, the first one in `found`
+    /// counts; so results stay the same if a map built again gives its planes in the same order.
     fn near(&self, point: [f64; 3], reach: f64, found: &mut Vec<SupportPlane>);
 
-    /// What a plane that objects were seen to stand on is called now: after a merge, the plane that it went
-    /// into.
+    /// The present id of a plane on which objects stand: after a merge, that of the plane into which it was
+    /// merged.
     fn current_id(&self, id: PlaneId) -> PlaneId {
         id
     }
@@ -70,7 +70,7 @@ impl<F: Fn([f64; 3], f64, &mut Vec<SupportPlane>)> SupportingPlanes for F {
     }
 }
 
-/// No planes are known.
+/// A map without planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct NoPlanes;
 

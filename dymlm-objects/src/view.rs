@@ -2,12 +2,13 @@ use dymlm_core::{Detection, Frame, Mask, Pose};
 
 use crate::Error;
 
-/// How well the surface of an object is known beyond the noise of one reading, metres, as a standard
-/// deviation: errors of poses, and of points that were fused from several sides. Lower removes objects when
-/// poses drift and calls a thing's own slope an occluder, higher keeps low ones whose place is read.
+/// Uncertainty of an object's surface beyond the noise of one reading, metres, as a standard deviation:
+/// errors of poses, and of points fused from several sides. A lower value removes objects when poses drift
+/// and takes a thing's own slope for an occluder, a higher one keeps low objects that are gone, because the
+/// surface under them is read near their place.
 pub(crate) const PLACE_SIGMA: f64 = 0.05 / 3.0;
 
-/// One frame as the object map takes it in.
+/// The input of the object map from one frame.
 #[derive(Debug, Clone, Copy)]
 pub struct ObjectView<'a> {
     pub(crate) frame: &'a Frame,
@@ -26,9 +27,9 @@ pub struct ObjectView<'a> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SightedPoint {
-    /// Tells the caller's map points apart; the same in all frames.
+    /// The caller's id of the map point, the same in all frames.
     pub id: u64,
-    /// Where it is in the image, `[u, v]` pixels.
+    /// Its place in the image, `[u, v]` pixels.
     pub pixel: [f32; 2],
 }
 
@@ -40,9 +41,8 @@ impl SightedPoint {
 }
 
 impl<'a> ObjectView<'a> {
-    /// A frame, what a detector found in it, and the pose that takes its camera coordinates to the world. An
-    /// empty slice means that the detector looked and found nothing, which counts against the objects in
-    /// view.
+    /// A frame, what a detector found in it, and the pose of its camera. An empty slice means that the
+    /// detector ran and found nothing, which counts against the objects in view.
     pub fn new(frame: &'a Frame, detections: &'a [Detection], world_from_camera: &Pose) -> Self {
         Self { detections: Some(detections), ..Self::without_detector_run(frame, world_from_camera) }
     }
@@ -59,26 +59,26 @@ impl<'a> ObjectView<'a> {
         }
     }
 
-    /// Says which pixels are static (`true`); without a mask all of them are.
+    /// Sets which pixels are static (`true`); without a mask all of them are.
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] when the mask is of another size than the frame.
+    /// [`Error::Core`] when the mask has another size than the frame.
     pub fn with_static_mask(mut self, mask: &'a Mask) -> Result<Self, Error> {
         self.frame.camera().check_size("the static mask", mask.width(), mask.height())?;
         self.static_mask = Some(mask);
         Ok(self)
     }
 
-    /// Says which labels are movers: their detections are passed over.
+    /// Sets which labels are movers: their detections are ignored.
     #[must_use]
     pub fn without_labels(mut self, mover_labels: &'a [String]) -> Self {
         self.mover_labels = mover_labels;
         self
     }
 
-    /// Adds the caller's map points. Two observations of one object share most of those on it, which tells it
-    /// from its neighbours; without them the voxels of its cloud are compared.
+    /// Adds the caller's map points. Two observations of one object share most of the map points on it, which
+    /// tells it from its neighbours; without map points, the voxels of the object's cloud are compared.
     #[must_use]
     pub fn with_sighted_points(mut self, sighted_points: &'a [SightedPoint]) -> Self {
         self.sighted_points = sighted_points;

@@ -8,11 +8,12 @@ use super::shared_points::{sample_places, shared_share};
 use super::{AssociationConfig, CentroidVerdict, joint_iou, visible_iou};
 use crate::{MapObject, ObjectMap, ObjectObservation, ObjectView, SizePriors};
 
-/// Affinities in fixed point: sums of assignments compare exactly, on every machine.
+/// The integer that stands for an affinity of 1: in fixed point the sums of assignments compare exactly, on
+/// every machine.
 const ONE: f64 = (1_u64 << 38) as f64;
 
-/// What the four tests say of a detection and an object; `None` where a test has nothing to say. A pair that
-/// fails the first is not asked further.
+/// Results of the four tests of a detection and an object; `None` where a test cannot be made. A pair that
+/// fails the first test is not tested further.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -25,9 +26,10 @@ pub struct AssociationTests {
     pub shared: Option<f64>,
     /// The test of the centroid.
     pub centroid: Option<CentroidVerdict>,
-    /// Intersection over union of the projection of the box around both with the detected box, 0..=1, where
-    /// that box fits the object's earlier views as well as its own does, and such things may be that large:
-    /// then the observation is of another side of the object.
+    /// Intersection over union of the detected box with the projection of the box around both object and
+    /// observation, 0..=1. Given only where that box fits the object's earlier views as well as the object's
+    /// own box does and is not too large for the label: then the observation shows another side of the
+    /// object.
     pub joint_iou: Option<f64>,
 }
 
@@ -45,7 +47,7 @@ impl AssociationTests {
                 || self.centroid == Some(CentroidVerdict::Accepted))
     }
 
-    /// How well the pair fits: the values of the tests, added.
+    /// How well the pair fits: the weighted sum of the tests' values.
     fn affinity(&self) -> f64 {
         self.projection_iou.max(self.joint_iou.unwrap_or(0.0))
             + 0.5 * self.motion_iou.unwrap_or(0.0)
@@ -58,12 +60,12 @@ impl AssociationTests {
 pub(crate) struct Associator {
     config: AssociationConfig,
     tests: Vec<AssociationTests>,
-    /// What the tests said of each observation and its object.
+    /// The test results of each observation with its assigned object.
     chosen: Vec<AssociationTests>,
     affinities: Vec<f64>,
     places: Vec<Vector3>,
     assignment: Assignment,
-    /// Limits of the centroid test by number of centroids; none where these are too few.
+    /// Limits of the centroid test by number of centroids; `None` where the centroids are too few.
     limits: BTreeMap<u32, Option<f64>>,
     /// Times of the last three runs of the detector, newest first, seconds.
     times: [f64; 3],
@@ -89,14 +91,14 @@ impl Associator {
         self.times
     }
 
-    /// Goes on after these runs of the detector.
+    /// Restores the times of the last three runs of the detector.
     #[cfg(feature = "state")]
     pub(crate) fn restore_times(&mut self, times: [f64; 3]) {
         self.times = times;
     }
 
-    /// Tests all pairs of observations and of the objects `in_view`, and assigns. Answers the place of each
-    /// observation's object among these.
+    /// Tests all pairs of an observation and an object `in_view`, and assigns. Returns for each observation
+    /// the index of its object in `in_view`.
     pub(crate) fn associate(
         &mut self,
         view: &ObjectView<'_>,
@@ -118,7 +120,8 @@ impl Associator {
                 }
                 let passes = tests.pass(&self.config);
                 let cost = if observation.label == object.label { 0.0 } else { self.config.label_cost };
-                // A pair that passes is made rather than none, whatever its label costs.
+                // A pair that passes has a positive affinity, so that it is preferred to no pair whatever its
+                // label costs.
                 self.affinities.push(if passes { (tests.affinity() - cost).max(1e-3) } else { 0.0 });
                 self.tests.push(tests);
             }
@@ -136,7 +139,7 @@ impl Associator {
         matches
     }
 
-    /// What the tests said of an observation of the last frame and its object.
+    /// The test results of an observation of the last frame with its assigned object.
     pub(crate) fn tests(&self, observation: usize) -> AssociationTests {
         self.chosen.get(observation).copied().unwrap_or_default()
     }
@@ -152,12 +155,12 @@ impl Associator {
         let projected = object.shape().image_box(camera, &view.world_from_camera);
         let projection_iou =
             projected.map_or(0.0, |own| visible_iou(&own, detected, observation.completeness, camera));
-        // Most pairs are far apart in the image: the rule cannot be met, and nothing else is asked.
+        // Most pairs are far apart in the image and cannot pass, so the other tests are skipped.
         if projection_iou < self.config.min_projection_iou || projection_iou <= 0.0 {
             return AssociationTests { projection_iou, ..AssociationTests::default() };
         }
-        // The boxes of a slow detector are predicted from run to run, whose times may waver; a pause is no
-        // step.
+        // The boxes of a slow detector are predicted from run to run, with an allowance for irregular times;
+        // a pause of the detector does not widen the gap.
         let [newest, last, before] = self.times;
         let max_gap = self.config.max_motion_gap.max(1.5 * (newest - last).min(last - before));
         let predicted = object.motion.predict(newest, max_gap);
@@ -172,7 +175,7 @@ impl Associator {
 
     fn centroid_verdict(&mut self, observation: &ObjectObservation, object: &MapObject) -> CentroidVerdict {
         let (test, cloud) = (self.config.centroid_test, &object.centroids);
-        // Beyond this many the limits do not change any more.
+        // With more centroids the limit hardly changes.
         let count = cloud.count().min(2000);
         let alpha = self.config.alpha;
         let limit = *self.limits.entry(count).or_insert_with(|| test.limit(count, alpha));

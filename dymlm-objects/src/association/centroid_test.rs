@@ -4,7 +4,7 @@ use dymlm_core::vector3::{difference, dot};
 use crate::CentroidCloud;
 use crate::quantiles::{fisher_f_quantile, student_t_quantile};
 
-/// Asks whether a new centroid belongs to the cloud of an object's centroids.
+/// Tests whether a new centroid belongs to the cloud of an object's centroids.
 ///
 /// ```
 /// use dymlm_objects::{CentroidCloud, CentroidTest, CentroidVerdict};
@@ -16,7 +16,7 @@ use crate::quantiles::{fisher_f_quantile, student_t_quantile};
 /// let [near, far] = [[0.016, 0.008, 0.006], [0.1, 0.008, 0.006]];
 /// assert_eq!(CentroidTest::Prediction.verdict(&cloud, near, 0.05), CentroidVerdict::Accepted);
 /// assert_eq!(CentroidTest::Prediction.verdict(&cloud, far, 0.05), CentroidVerdict::Rejected);
-/// // The paper's asks for the mean itself: an ordinary observation is too far from it.
+/// // The paper's test asks for the mean itself, from which an ordinary observation is too far.
 /// assert_eq!(CentroidTest::OneSampleT.verdict(&cloud, near, 0.05), CentroidVerdict::Rejected);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -26,32 +26,33 @@ use crate::quantiles::{fisher_f_quantile, student_t_quantile};
 pub enum CentroidTest {
     /// Hotelling's T^2 for one new observation: with m centroids of mean x and sample covariance S, T^2 = m /
     /// (m + 1) (c - x)^T S^-1 (c - x) is distributed as 3 (m - 1) / (m - 3) F(3, m - 3), so that a true
-    /// observation is rejected with probability alpha. From m = 4 on.
+    /// observation is rejected with probability alpha. Needs m >= 4.
     ///
     /// Hotelling: "The Generalization of Student's Ratio", Annals of Mathematical Statistics 1931.
     #[default]
     Prediction,
     /// The paper's eq. 9 to 12: |t| <= `t_{alpha/2, m-1}` on each axis, with t = (x - c) / (sigma / sqrt m).
-    /// It asks whether c is the *mean* of the cloud, and so rejects nearly every true observation once m is
-    /// large. From m = 2 on.
+    /// It tests whether c is the *mean* of the cloud, and so rejects nearly every true observation once m is
+    /// large. Needs m >= 2.
     OneSampleT,
 }
 
-/// What a test says.
+/// Result of a centroid test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum CentroidVerdict {
-    /// It may be of the object.
+    /// The centroid may be the object's.
     Accepted,
-    /// It is too far away.
+    /// The centroid is too far away.
     Rejected,
     /// There are too few centroids, or they have no spread.
     Undecided,
 }
 
 impl CentroidTest {
-    /// Whether `centroid` belongs to the cloud, when true ones are to be rejected with probability `alpha`.
+    /// Whether `centroid` belongs to the cloud; `alpha` is the probability with which a true observation is
+    /// rejected.
     pub fn verdict(self, cloud: &CentroidCloud, centroid: [f64; 3], alpha: f64) -> CentroidVerdict {
         match self.limit(cloud.count(), alpha) {
             Some(limit) => self.verdict_at(cloud, centroid, limit),
@@ -59,7 +60,7 @@ impl CentroidTest {
         }
     }
 
-    /// The greatest T^2 or |t| that is accepted with `count` centroids; `None` when they are too few.
+    /// The greatest accepted T^2 or |t| for `count` centroids; `None` when they are too few.
     pub(super) fn limit(self, count: u32, alpha: f64) -> Option<f64> {
         let m = f64::from(count);
         match self {
@@ -89,7 +90,7 @@ impl CentroidTest {
 fn hotelling(cloud: &CentroidCloud, centroid: [f64; 3]) -> Option<f64> {
     let spread = symmetric_eigen3(cloud.covariance()?)?;
     let least = spread.values[2];
-    // Below this the variance is rounding.
+    // A smaller variance is only rounding error.
     if least.is_nan() || least <= 1e-14 * spread.values[0] || least <= 0.0 {
         return None;
     }

@@ -11,7 +11,7 @@ use crate::{MapObject, ObjectObservation, ObjectShape, ObjectView, SizePriors};
 pub(crate) struct JointBox(OrientedBox);
 
 impl JointBox {
-    /// `places` are the observation's points in the world.
+    /// The joint box; `places` are the observation's points in the world.
     pub(crate) fn around(object: &MapObject, places: &[Vector3]) -> Option<Self> {
         let own = object.oriented_box;
         let box_from_world = own.world_from_box().inverse();
@@ -29,9 +29,9 @@ impl JointBox {
         OrientedBox::new(pose, difference(high, low)).ok().map(Self)
     }
 
-    /// Whether the object may fill it: things of its label may be so large, and the object's earlier views
-    /// are explained as well as by its own box, also where something ended them: what nobody could see beside
-    /// the object is no part of it, what nobody could see behind it may be.
+    /// Whether the object may fill the joint box: it is not too large for the label, and it explains the
+    /// object's earlier views as well as the object's own box does. Cut sides of a detection count as well:
+    /// what was not seen beside the object is not part of it, what was occluded behind it may be.
     pub(crate) fn fits(&self, object: &MapObject, priors: &SizePriors) -> bool {
         let (prior, pose) = (priors.of(&object.label), object.axes.pose());
         let views = &object.key_views;
@@ -45,15 +45,16 @@ impl JointBox {
     }
 }
 
-/// Whether an observation is so near a box that both may be of one thing: the balls around them touch.
+/// Whether an observation is near enough to a box that both may be one thing: their bounding spheres touch.
 fn may_touch(own: &OrientedBox, observation: &ObjectObservation) -> bool {
     let other = observation.fit.oriented_box;
     let reach = 0.5 * (norm(own.lengths()) + norm(other.lengths()));
     norm(difference(own.center(), other.center())) <= reach
 }
 
-/// How well the box around an object and an observation fits the detected box; `None` unless it explains that
-/// and the object's earlier views as well as the object's own box does these.
+/// Intersection over union of the detected box with the projection of the joint box; `None` unless the joint
+/// box explains the detection and the object's earlier views as well as the object's own box explains the
+/// latter.
 pub(super) fn joint_iou(
     view: &ObjectView<'_>,
     observation: &ObjectObservation,

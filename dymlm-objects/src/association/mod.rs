@@ -1,4 +1,4 @@
-//! Which detection is which object: [`AssociationTests`] and one assignment a frame.
+//! Association of detections with objects: [`AssociationTests`] and one assignment per frame.
 
 mod associator;
 mod centroid_test;

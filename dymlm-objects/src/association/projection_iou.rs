@@ -2,8 +2,8 @@ use dymlm_core::{BoundingBox, PinholeCamera};
 
 use crate::{Completeness, SideView};
 
-/// Intersection over union of a projected and a detected box, as far as both can be compared: the projection
-/// is clipped to the image, and on sides where something else ends the detection it may reach further.
+/// Intersection over union of a projected and a detected box. The projection is clipped to the image, and may
+/// reach beyond the detection on sides where something else cut the detection off.
 pub(crate) fn visible_iou(
     projected: &BoundingBox,
     detected: &BoundingBox,
@@ -19,7 +19,7 @@ pub(crate) fn visible_iou(
         forgiven(right && projected.x_max() > detected.x_max(), projected.x_max(), detected.x_max()),
         forgiven(bottom && projected.y_max() > detected.y_max(), projected.y_max(), detected.y_max()),
     ];
-    // Wholly beyond a cut side: nothing is left.
+    // The projection lies wholly beyond a cut side: nothing is left of it.
     BoundingBox::try_from(sides).map_or(0.0, |visible| visible.iou(detected))
 }
 
@@ -36,7 +36,7 @@ mod tests {
         assert_eq!(visible_iou(&projected, &detected, whole, &camera), 0.5);
         let hidden = Completeness { right: SideView::Mover, ..whole };
         assert_eq!(visible_iou(&projected, &detected, hidden, &camera), 1.0);
-        // A projection that ends too early is not excused.
+        // A projection that ends too early still counts.
         assert_eq!(visible_iou(&detected, &projected, hidden, &camera), 0.5);
         let beyond = BoundingBox::new(60.0, 10.0, 80.0, 30.0).unwrap();
         assert_eq!(visible_iou(&beyond, &detected, hidden, &camera), 0.0);

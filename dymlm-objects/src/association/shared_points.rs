@@ -2,11 +2,11 @@ use dymlm_core::vector3::Vector3;
 
 use crate::{MapObject, ObjectObservation};
 
-/// Points of an observation that are looked for, at most.
+/// Most points of an observation that are compared.
 const MAX_POINTS: usize = 128;
 
-/// Share of an observation's points that an object has too, 0..=1: of the caller's map points, when both have
-/// some, else of the surface points, which lie in the cells of the object's cloud or not. `places` are the
+/// Share of an observation's points that an object also has, 0..=1: of the caller's map points when both have
+/// some, otherwise of the surface points that lie in occupied cells of the object's cloud. `places` are the
 /// observation's points in the world. `None` when there is nothing to compare.
 pub(super) fn shared_share(
     observation: &ObjectObservation,
@@ -22,7 +22,7 @@ pub(super) fn shared_share(
     (!places.is_empty()).then(|| shared as f64 / places.len() as f64)
 }
 
-/// Some of an observation's points, in the world.
+/// At most [`MAX_POINTS`] of an observation's points, in the world.
 pub(crate) fn sample_places(
     observation: &ObjectObservation,
     world_from_camera: &dymlm_core::Pose,

@@ -2,10 +2,10 @@ use super::Footprint::{self, Even, Oblong, Plate};
 
 type Row = (&'static str, [f64; 3], [f64; 3], [f64; 3], Footprint);
 
-/// Least, usual and greatest length, width and height, metres, of COCO's things that do not move by
-/// themselves. From trade standards where there are any (24-inch monitors, full keyboards, office chairs
-/// after EN 1335, ISO paper sizes for books, bottles of 0.3 to 2 l), else from what is sold in shops; the
-/// ranges hold most adult specimens, rows of books included.
+/// Least, usual and greatest length, width and height, metres, of the COCO classes that do not move by
+/// themselves. Sources: trade standards where there are any (24-inch monitors, full keyboards, office chairs
+/// after EN 1335, ISO paper sizes for books, bottles of 0.3 to 2 l), otherwise what shops sell. The ranges
+/// hold most adult specimens, rows of books included.
 pub(super) const COCO_SIZES: &[Row] = &[
     ("airplane", [5.0, 35.0, 80.0], [5.0, 33.0, 80.0], [2.0, 11.0, 25.0], Even),
     ("apple", [0.05, 0.08, 0.11], [0.05, 0.08, 0.11], [0.05, 0.08, 0.11], Even),

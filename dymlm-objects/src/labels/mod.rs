@@ -1,5 +1,4 @@
-//! What is known of an object from its label alone: how large such things are, and what shape stands for
-//! them.
+//! What a label alone says of an object: its plausible size, and the shape that represents it.
 
 mod coco_sizes;
 mod shape_table;

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-/// What stands for an object in the map.
+/// The shape that represents an object in the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -12,7 +12,7 @@ pub enum ShapeKind {
 }
 
 impl ShapeKind {
-    /// Its name in files, in lower case.
+    /// Its name in files, in lower case letters.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cuboid => "cuboid",
@@ -21,9 +21,9 @@ impl ShapeKind {
     }
 }
 
-/// The shapes of labels; one that is not listed is an ellipsoid. By default the regular things of COCO are
-/// cuboids, as in the paper: tv, laptop, keyboard, book and so on. In a config file the labels listed extend
-/// the default:
+/// The shapes of labels; a label that is not listed is an ellipsoid. By default the regular things of COCO
+/// are cuboids, as in the paper: tv, laptop, keyboard, book and so on. In a config file, the listed labels
+/// extend the default:
 ///
 /// ```toml
 /// [objects.shapes]
@@ -81,7 +81,7 @@ impl ShapeTable {
         self.shapes.get(label).copied().unwrap_or(ShapeKind::Ellipsoid)
     }
 
-    /// Says which shape a label has from now on.
+    /// Sets the shape of a label.
     pub fn set(&mut self, label: &str, shape: ShapeKind) {
         self.shapes.insert(label.to_owned(), shape);
     }
@@ -93,7 +93,7 @@ impl Default for ShapeTable {
     }
 }
 
-/// The default, with these labels' shapes in place of its own.
+/// The default, extended and overridden by the given shapes.
 impl From<BTreeMap<String, ShapeKind>> for ShapeTable {
     fn from(given: BTreeMap<String, ShapeKind>) -> Self {
         let mut table = Self::default();

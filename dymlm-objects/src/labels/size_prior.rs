@@ -1,6 +1,6 @@
 use super::coco_sizes::COCO_SIZES;
 
-/// How long one dimension of a kind of thing is, metres.
+/// The range of one dimension of a kind of thing, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(from = "[f64; 3]", into = "[f64; 3]"))]
@@ -27,22 +27,22 @@ impl From<SizeRange> for [f64; 3] {
     }
 }
 
-/// What a thing looks like from above.
+/// The outline of a thing seen from above.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Footprint {
-    /// About as wide as long, whichever way it is turned: a bottle, a chair. Its unseen side is as far away
-    /// as its seen sides are from each other.
+    /// About as wide as long, such as a bottle or a chair: its unseen side is as far away as its visible
+    /// sides are from each other.
     Even,
     /// Longer than wide: a keyboard, a book.
     Oblong,
-    /// An upright plate on a foot that is wider than it, before and behind it: a monitor. The foot is mostly
-    /// hidden or lost in the noise.
+    /// An upright plate on a foot that reaches out before and behind it: a monitor. The foot is mostly
+    /// occluded or lost in the noise.
     Plate,
 }
 
-/// How large the things of one label are.
+/// The plausible sizes of the things of one label.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -56,7 +56,7 @@ pub struct SizePrior {
     pub width: SizeRange,
     /// The vertical dimension.
     pub height: SizeRange,
-    /// What it looks like from above.
+    /// The outline seen from above.
     pub footprint: Footprint,
 }
 
@@ -72,10 +72,11 @@ impl SizePrior {
         Self { label: label.into(), length, width, height, footprint }
     }
 
-    /// Whether a thing of these dimensions may be of this kind: length, width and height of an upright one,
-    /// else in any order. None is above the greatest plausible one by more than the factor `slack`, and none
-    /// is below the least by more, except the width (of unknown pose: the shortest), which is what noise and
-    /// view make of it.
+    /// Whether a thing of these dimensions (metres) may be of this kind. An upright thing's dimensions are
+    /// length, width and height; otherwise they may be in any order. No dimension may exceed its greatest
+    /// plausible value by more than the factor `slack`, nor fall below its least value by more; the least
+    /// width (for an unknown pose: the shortest dimension) is not checked, because it depends on noise and
+    /// view.
     pub fn admits(&self, dimensions: [f64; 3], pose: UprightPose, slack: f64) -> bool {
         let least = self.limits(pose, |range| range.min);
         let own = in_order(dimensions, pose);
@@ -84,7 +85,7 @@ impl SizePrior {
         self.admits_part(dimensions, pose, slack) && (0..3).all(large_enough)
     }
 
-    /// The same for what is seen in part, which may look as small as it likes.
+    /// [`Self::admits`] for a thing seen in part: there are no least values.
     pub fn admits_part(&self, dimensions: [f64; 3], pose: UprightPose, slack: f64) -> bool {
         let (own, most) = (in_order(dimensions, pose), self.limits(pose, |range| range.max));
         (0..3).all(|axis| own[axis] <= slack * most[axis])
@@ -100,13 +101,14 @@ impl SizePrior {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum UprightPose {
-    /// It is.
+    /// The third dimension is the height.
     Upright,
-    /// It may be any.
+    /// Any dimension may be the height.
     Unknown,
 }
 
-/// Dimensions so that they can be compared: the horizontal ones, or all, by descending length.
+/// Dimensions in comparable order: the horizontal ones, or all of an unknown pose, are sorted by descending
+/// length.
 fn in_order([a, b, c]: [f64; 3], pose: UprightPose) -> [f64; 3] {
     match pose {
         UprightPose::Upright => [a.max(b), a.min(b), c],
@@ -118,7 +120,7 @@ fn in_order([a, b, c]: [f64; 3], pose: UprightPose) -> [f64; 3] {
     }
 }
 
-/// The sizes of all labels known; by default those of COCO's things that do not move by themselves. In a
+/// The plausible sizes of all known labels; by default the COCO classes that do not move by themselves. In a
 /// config file, a list of [`SizePrior`]s extends the default: `[[objects.sizes]]`.
 ///
 /// ```
@@ -139,7 +141,7 @@ pub struct SizePriors {
 }
 
 impl SizePriors {
-    /// The prior of a label; `None` for labels that nothing is known of.
+    /// The prior of a label; `None` for an unknown label.
     pub fn of(&self, label: &str) -> Option<&SizePrior> {
         let place = self.priors.binary_search_by(|prior| prior.label.as_str().cmp(label)).ok()?;
         self.priors.get(place)
@@ -170,7 +172,7 @@ impl Default for SizePriors {
     }
 }
 
-/// The default, with these added or in place of those of the same label.
+/// The default, extended and overridden by the given priors.
 impl From<Vec<SizePrior>> for SizePriors {
     fn from(given: Vec<SizePrior>) -> Self {
         let mut priors = Self::default();
@@ -219,7 +221,7 @@ mod tests {
         assert!(keyboard.admits([0.03, 0.45, 0.15], UprightPose::Unknown, 1.0));
         assert!(!keyboard.admits([0.03, 0.45, 0.15], UprightPose::Upright, 1.0));
         assert!(!keyboard.admits([0.9, 0.15, 0.03], UprightPose::Upright, 1.2));
-        // A piece of the floor is no chair; but a part of one may look like it.
+        // A piece of the floor is not a chair, but a part of a chair may look like it.
         assert!(!chair.admits([0.8, 0.5, 0.1], UprightPose::Upright, 1.2));
         assert!(!chair.admits([0.8, 0.3, 0.31], UprightPose::Upright, 1.2));
         assert!(chair.admits_part([0.8, 0.3, 0.31], UprightPose::Upright, 1.2));

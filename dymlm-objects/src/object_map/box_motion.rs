@@ -1,7 +1,6 @@
 use dymlm_core::BoundingBox;
 
-/// The last two boxes of an object in the image, and where the next one is expected: the motion goes on as it
-/// was.
+/// The last two boxes of an object in the image, from which the next one is predicted at constant velocity.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BoxMotion {
@@ -17,7 +16,7 @@ struct TimedBox {
 }
 
 impl BoxMotion {
-    /// Whether its times are some that frames can have.
+    /// Whether its times are finite; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(crate) fn is_possible(&self) -> bool {
         self.last.iter().chain(&self.before).all(|timed| timed.time.is_finite())
@@ -60,7 +59,7 @@ mod tests {
         motion.observe(0.25, at(4.0));
         assert_eq!(motion.predict(0.5, 0.5), Some(at(8.0)));
         assert_eq!(motion.predict(0.8, 0.5), None);
-        // After a gap the velocity is not known.
+        // After a gap the velocity is unknown.
         motion.observe(5.0, at(40.0));
         assert_eq!(motion.predict(5.1, 0.5), Some(at(40.0)));
     }

@@ -4,7 +4,7 @@ use dymlm_core::vector3::{Vector3, difference};
 /// The centroids of an object's observations: their number, mean and spread (paper IV-B, the centroid cluster
 /// C).
 ///
-/// Running sums (Welford 1962), three axes at once.
+/// Running sums (Welford 1962) over three axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CentroidCloud {
@@ -18,13 +18,13 @@ pub struct CentroidCloud {
 const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 impl CentroidCloud {
-    /// Whether its numbers are some that centroids can have.
+    /// Whether its numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(crate) fn is_possible(&self) -> bool {
         self.count < 1 << 31 && self.mean.iter().chain(&self.products).all(|c| c.abs() < 1e100)
     }
 
-    /// Adds the centroid of an observation; one that is not finite is passed over.
+    /// Adds the centroid of an observation; a centroid that is not finite is ignored.
     pub fn add(&mut self, centroid: [f64; 3]) {
         if !centroid.iter().all(|c| c.is_finite()) {
             return;
@@ -76,13 +76,12 @@ impl CentroidCloud {
         self.count
     }
 
-    /// Their mean, metres; the origin when there is none.
+    /// Their mean, metres; the origin when there are none.
     pub fn mean(&self) -> [f64; 3] {
         self.mean
     }
 
-    /// Their sample covariance (divided by one less than their number), square metres; `None` of fewer than
-    /// two.
+    /// Their sample covariance (with divisor n - 1), square metres; `None` for fewer than two centroids.
     pub fn covariance(&self) -> Option<[[f64; 3]; 3]> {
         let degrees = f64::from(self.count.checked_sub(1).filter(|&degrees| degrees > 0)?);
         let [xx, xy, xz, yy, yz, zz] = self.products.map(|product| product / degrees);

@@ -4,7 +4,7 @@ use super::FULL;
 use crate::association::visible_iou;
 use crate::{Completeness, ObjectShape};
 
-/// Where a detector saw an object.
+/// The camera, pose and box of one detection of an object.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct KeyView {
@@ -24,8 +24,8 @@ impl KeyView {
     }
 }
 
-/// A bounded choice of an object's views, spread evenly over the weight of its observations: when there are
-/// too many, every second one goes, and from then on only every second is taken.
+/// A bounded selection of an object's views, spread evenly over the summed weight of its observations: when
+/// there are too many, every second view is dropped, and from then on only every second one is added.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct KeyViews {
@@ -35,11 +35,11 @@ pub(crate) struct KeyViews {
     seen: u64,
 }
 
-/// Views of an object that are kept to judge new parameters by.
+/// Most views kept for an object; new parameters are judged by them.
 const MAX_KEY_VIEWS: usize = 12;
 
 impl KeyViews {
-    /// Whether it is a choice that can have been made.
+    /// Whether its numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(crate) fn is_possible(&self) -> bool {
         self.views.len() <= MAX_KEY_VIEWS && self.stride_log2 < 64 && self.seen < 1 << 62
@@ -62,7 +62,7 @@ impl KeyViews {
         }
     }
 
-    /// The views of an object that was moved, as if they had been taken of it at its new place.
+    /// Moves the views with their object, as if they had been taken of it at its new place.
     pub(crate) fn move_by(&mut self, new_from_old: &Pose) {
         for view in &mut self.views {
             view.world_from_camera = *new_from_old * view.world_from_camera;
@@ -78,7 +78,7 @@ impl KeyViews {
         self.views.capacity() * size_of::<KeyView>()
     }
 
-    /// Takes over the views of a merged object.
+    /// Adds the views of a merged object.
     pub(crate) fn merge(&mut self, other: &Self) {
         other.views.iter().for_each(|view| self.add(*view, FULL));
     }
@@ -88,7 +88,7 @@ impl KeyViews {
         self.mean(|view| view.projection_iou(shape))
     }
 
-    /// The same where nothing excuses a projection that reaches further than a detection.
+    /// [`Self::mean_iou`] without allowance for projections that reach beyond a cut side of a detection.
     pub(crate) fn mean_whole_iou(&self, shape: &ObjectShape) -> Option<f64> {
         let whole = |view: &KeyView| KeyView { completeness: Completeness::default(), ..*view };
         self.mean(|view| whole(view).projection_iou(shape))

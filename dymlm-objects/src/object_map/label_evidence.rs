@@ -1,4 +1,4 @@
-/// What an object was taken for, and how surely: detection scores add up by label.
+/// The labels with which an object was detected, and the sum of the detection scores for each.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LabelEvidence {
@@ -7,7 +7,7 @@ pub struct LabelEvidence {
 }
 
 impl LabelEvidence {
-    /// Whether its labels ascend and its scores are some that detections can have.
+    /// Whether its labels ascend and its scores are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(crate) fn is_possible(&self) -> bool {
         self.scores.is_sorted_by(|(a, _), (b, _)| a < b)
@@ -26,13 +26,14 @@ impl LabelEvidence {
         other.scores.iter().for_each(|(label, score)| self.add(label, *score));
     }
 
-    /// The label with the most evidence, the first by name among equals; `None` before the first detection.
+    /// The label with the highest sum, the alphabetically first among equals; `None` before the first
+    /// detection.
     pub fn best(&self) -> Option<&str> {
         let best = self.scores.iter().reduce(|best, next| if next.1 > best.1 { next } else { best });
         best.map(|(label, _)| label.as_str())
     }
 
-    /// Share of the evidence that is for a label, 0..=1.
+    /// A label's share of the sum of all scores, 0..=1.
     pub fn share(&self, label: &str) -> f64 {
         let total: f64 = self.scores.iter().map(|(_, score)| score).sum();
         let own = self.scores.iter().find(|(own, _)| own == label).map_or(0.0, |(_, score)| *score);

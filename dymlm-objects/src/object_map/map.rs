@@ -6,22 +6,22 @@ use super::{MapObject, ObjectState, SpaceIndex};
 
 /// The objects of the static world.
 ///
-/// Its length, its iteration and all its queries mean objects that are confirmed;
-/// [`candidates`](Self::candidates) are those seen too seldom. Ids are given once and never again: of two
-/// merged objects the one with more observations keeps its id, and the other's leads to it.
+/// Length, iteration and all queries mean confirmed objects; [`candidates`](Self::candidates) are the others.
+/// An id is never used again: of two merged objects the one with more observations keeps its id, and the id
+/// of the other leads to it.
 #[derive(Debug, Clone)]
 pub struct ObjectMap {
-    /// By their births; clones share those that neither has changed since.
+    /// Sorted by birth; clones of the map share the objects that neither has changed since.
     pub(crate) objects: Vec<Arc<MapObject>>,
-    /// Where they are.
+    /// Spatial index of the objects.
     pub(crate) index: SpaceIndex,
     pub(crate) names: Names<ObjectId>,
-    /// What merged objects went into.
+    /// For each merged object, the object into which it was merged.
     pub(crate) absorbed_by: MergedIds<ObjectId>,
 }
 
 impl ObjectMap {
-    /// An empty map, made for a camera that sees as far as `range` metres.
+    /// An empty map, for a camera with a range of `range` metres.
     pub(crate) fn new(range: f64) -> Self {
         let index = SpaceIndex::new(range);
         Self { objects: Vec::new(), index, names: Names::default(), absorbed_by: MergedIds::default() }
@@ -32,13 +32,14 @@ impl ObjectMap {
         self.all().filter(|object| object.state == ObjectState::Confirmed)
     }
 
-    /// The objects that are not confirmed, in the same order: seen too seldom, or not any more.
+    /// The tentative objects, in the same order: seen too seldom, of an implausible size, or no longer
+    /// confirmed.
     pub fn candidates(&self) -> impl Iterator<Item = &MapObject> {
         self.all().filter(|object| object.state == ObjectState::Tentative)
     }
 
-    /// The object of an id, confirmed or not; of a merged object the one that it went into. `None` once it
-    /// was removed.
+    /// The object of an id, confirmed or not; for a merged object, the one into which it was merged. `None`
+    /// once it was removed.
     pub fn object(&self, id: ObjectId) -> Option<&MapObject> {
         self.born(self.names.birth(self.current_id(id))?)
     }
@@ -53,13 +54,13 @@ impl ObjectMap {
         self.len() == 0
     }
 
-    /// Bytes that the map holds, about, with what clones share.
+    /// Approximate size of the map in bytes, including what clones share.
     pub fn memory_bytes(&self) -> usize {
         let objects: usize = self.all().map(MapObject::memory_bytes).sum();
         objects + self.absorbed_by.memory_bytes() + self.names.memory_bytes()
     }
 
-    /// The id of what an object is now: its own, or that of the object which it went into.
+    /// The present id of an object: its own, or that of the object into which it was merged.
     pub fn current_id(&self, id: ObjectId) -> ObjectId {
         self.absorbed_by.current(id)
     }
@@ -78,7 +79,7 @@ impl ObjectMap {
         self.objects.binary_search_by_key(&birth, |object| object.birth).ok()
     }
 
-    /// Takes an object out.
+    /// Removes an object and returns it.
     pub(crate) fn remove(&mut self, birth: Birth) -> Option<Arc<MapObject>> {
         let place = self.place(birth)?;
         self.index.remove(birth);

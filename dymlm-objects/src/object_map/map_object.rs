@@ -17,7 +17,7 @@ use crate::{
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub struct MapObject {
     pub(crate) birth: Birth,
-    /// What it is called: nothing but that depends on it.
+    /// Its name for callers; no result depends on it.
     pub(crate) id: ObjectId,
     pub(crate) label: String,
     pub(crate) shape: ShapeKind,
@@ -26,16 +26,16 @@ pub struct MapObject {
     pub(crate) state: ObjectState,
     pub(crate) evidence: LabelEvidence,
     pub(crate) observations: u32,
-    /// Observations that told it from its plane by colour only.
+    /// Observations in which only colour told it from its supporting plane.
     pub(crate) flat_observations: u32,
-    /// Frames with a run of the detector in which it was in view, found or not.
+    /// Frames on which the detector ran and the object was in view, detected or not.
     pub(crate) frames_in_view: u32,
-    /// Of these, the ones that looked through the place where it should be.
+    /// Of these, the frames that looked through the place where it should be.
     pub(crate) looked_through: u32,
     pub(crate) first_seen: f64,
     pub(crate) last_seen: f64,
     pub(crate) supports: Vec<SupportVotes>,
-    /// Nearly all that it holds: clones share it until a point is added.
+    /// Nearly all of its memory: clones share the cloud until a point is added.
     pub(crate) cloud: Arc<ObjectCloud>,
     pub(crate) centroids: CentroidCloud,
     pub(crate) key_views: KeyViews,
@@ -45,13 +45,13 @@ pub struct MapObject {
     pub(crate) view: ViewWeight,
     /// Sum of the observations' weights.
     pub(crate) weight: u32,
-    /// The same when it was last parameterized.
+    /// `weight` when it was last parameterized.
     pub(crate) parameterized_at: u32,
-    /// How often in a row new parameters were refused.
+    /// How many times in a row new parameters were refused.
     pub(crate) refusals: u32,
 }
 
-/// The weight of the observations that have an object stand on a plane.
+/// A plane on which observations found an object, and the summed weight of these observations.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct SupportVotes {
@@ -60,7 +60,8 @@ pub(crate) struct SupportVotes {
 }
 
 impl SupportVotes {
-    /// Planes of the map get better with time, so the newest counts; local patches are averaged.
+    /// Adds votes for the same plane. A plane of the map gets more accurate with time, so its newest version
+    /// counts; local patches are averaged.
     fn joined(&self, new: &Self) -> Self {
         let votes = self.votes.saturating_add(new.votes);
         if new.support.id.is_some() {
@@ -80,20 +81,20 @@ impl SupportVotes {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum ObjectState {
-    /// Seen too seldom, or of a size that no thing of its label has: a candidate.
+    /// A candidate: seen too seldom, or of an implausible size for its label.
     Tentative,
     /// Part of the map.
     Confirmed,
 }
 
-/// What damaged objects are refused by: more than a year's frames, and boxes that an index of places would be
-/// full of.
+/// Limits that tell a damaged object: more frames than a year has, and boxes so large that they would fill
+/// the spatial index.
 #[cfg(feature = "state")]
 impl MapObject {
     const MOST_FRAMES: u32 = 1 << 31;
     const LONGEST: f64 = 256.0;
 
-    /// Whether its numbers are some that an object can have.
+    /// Whether its numbers are plausible; a damaged file may hold others.
     pub(crate) fn is_possible(&self) -> bool {
         let counts = [
             self.observations,
@@ -121,7 +122,7 @@ impl MapObject {
 }
 
 impl MapObject {
-    /// Tells it apart from all objects that were ever in the map.
+    /// Its id, which no other object of the map ever gets.
     pub fn id(&self) -> ObjectId {
         self.id
     }
@@ -131,12 +132,12 @@ impl MapObject {
         &self.label
     }
 
-    /// Share of the evidence that is for the label, 0..=1.
+    /// The label's share of the evidence, 0..=1.
     pub fn score(&self) -> f64 {
         self.evidence.share(&self.label)
     }
 
-    /// All labels that it was taken for.
+    /// All labels with which it was detected, and their scores.
     pub fn evidence(&self) -> &LabelEvidence {
         &self.evidence
     }
@@ -146,17 +147,17 @@ impl MapObject {
         self.oriented_box
     }
 
-    /// Where the box's axes come from.
+    /// How the box's axes were found.
     pub fn axes(&self) -> BoxAxes {
         self.axes
     }
 
-    /// What stands for it: its box or the ellipsoid in it.
+    /// The shape that represents it: its box, or the ellipsoid inscribed in it.
     pub fn shape(&self) -> ObjectShape {
         ObjectShape::new(self.shape, self.oriented_box)
     }
 
-    /// Bytes that it holds, about: nearly all are its points.
+    /// Approximate size in bytes, nearly all for its points.
     pub fn memory_bytes(&self) -> usize {
         size_of::<Self>()
             + size_of::<ObjectCloud>()
@@ -171,17 +172,18 @@ impl MapObject {
         self.state
     }
 
-    /// Number of detections that are of it.
+    /// Number of detections associated with it.
     pub fn observations(&self) -> u32 {
         self.observations
     }
 
-    /// What most observations told it from its surroundings by.
+    /// Whether depth or only colour told it from its surroundings, in most observations.
     pub fn relief(&self) -> Relief {
         if 2 * self.flat_observations > self.observations { Relief::Flat } else { Relief::Raised }
     }
 
-    /// Number of frames with a run of the detector in which it was in view and not occluded, found or not.
+    /// Number of frames on which the detector ran and the object was in view and not occluded, detected or
+    /// not.
     pub fn frames_in_view(&self) -> u32 {
         self.frames_in_view
     }
@@ -196,7 +198,7 @@ impl MapObject {
         self.last_seen
     }
 
-    /// The plane that it stands on, as most observations have it.
+    /// The plane on which most observations found it; `None` when too few found one.
     pub fn support(&self) -> Option<SupportPlane> {
         let most =
             self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most })?;
@@ -208,7 +210,7 @@ impl MapObject {
         &self.centroids
     }
 
-    /// Its fused surface points in the world, one a voxel, in a fixed order.
+    /// Its fused surface points in the world, metres, one per voxel, in a fixed order.
     pub fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.cloud.points().map(|(place, _)| along(place, 1.0, self.cloud.origin()))
     }
@@ -219,10 +221,10 @@ impl MapObject {
     }
 }
 
-/// Caller's map points that an object remembers, at most.
+/// Most of the caller's map points that an object stores.
 const MAX_SIGHTED_POINTS: usize = 4096;
 
-/// Limits of what an object keeps.
+/// Settings for an object's points.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ObjectLimits {
     pub(crate) voxel_size: f64,
@@ -271,7 +273,7 @@ impl MapObject {
         object
     }
 
-    /// Takes an observation in; answers the points that were added.
+    /// Adds an observation; returns the points that were added.
     pub(crate) fn observe(
         &mut self,
         observation: &ObjectObservation,
@@ -307,8 +309,8 @@ impl MapObject {
         patch
     }
 
-    /// The points of an observation that can be the object's: all while it is little known and where the
-    /// object may be so large, else those in its box and somewhat around.
+    /// The points of an observation that may belong to the object: all of them while the object is little
+    /// known or may be large enough to hold them, otherwise those in its box and somewhat around it.
     fn patch(
         &self,
         observation: &ObjectObservation,
@@ -341,7 +343,7 @@ impl MapObject {
         }
     }
 
-    /// Calls the planes under it what they are called now; the votes for two that became one are added.
+    /// Updates the ids of supporting planes; the votes for two planes that were merged are added.
     pub(crate) fn follow_planes(&mut self, mut current_id: impl FnMut(PlaneId) -> PlaneId) {
         let mut current =
             |support: &SupportPlane| SupportPlane { id: support.id.map(&mut current_id), ..*support };
@@ -360,7 +362,7 @@ impl MapObject {
         }
     }
 
-    /// Takes over all that is known of a duplicate.
+    /// Adds all that is known of a duplicate.
     pub(crate) fn merge(&mut self, other: &Self, limits: &ObjectLimits) {
         Arc::make_mut(&mut self.cloud).merge(&other.cloud, limits.max_voxels);
         self.centroids.merge(&other.centroids);
@@ -384,10 +386,12 @@ impl MapObject {
     }
 }
 
-/// Share of the observations, by weight, that must have found an object on its plane. Lower takes the edge of
-/// a table below it for its support, higher leaves without one what stands among other things.
+/// Least share of the observations, by weight, that must have found an object on a plane for it to be its
+/// support. A lower value takes the edge of a table below the object for its support, a higher one leaves an
+/// object among other things without support.
 const SUPPORT_SHARE: f64 = 0.2;
-/// Observations after which an object's box tells which points can be its.
+/// Observations after which an object's box is reliable enough to select its points.
 const KNOWN: u32 = 4;
-/// By what factor the box may grow at once. Lower cuts off what is seen later, higher takes in neighbours.
+/// Factor by which the box may grow at once. A lower value cuts off parts that are seen later, a higher one
+/// adds neighbouring things.
 pub(crate) const GROWTH: f64 = 1.5;

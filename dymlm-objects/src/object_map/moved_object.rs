@@ -5,8 +5,8 @@ use dymlm_core::Pose;
 use super::{BoxMotion, MapObject};
 
 impl MapObject {
-    /// Stands elsewhere from now on: its box, its points, and the views that it was seen in, as if they had
-    /// been taken of it there. What it stood on, and what was last seen of it in the image, is forgotten.
+    /// Moves the object: its box, its points, and its views, as if they had been taken of it at the new
+    /// place. Its supporting plane and its last boxes in the image are forgotten.
     pub(crate) fn move_by(&mut self, new_from_old: &Pose) {
         self.oriented_box = self.oriented_box.transformed(new_from_old);
         self.cloud = Arc::new(self.cloud.moved(new_from_old));

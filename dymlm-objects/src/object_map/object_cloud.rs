@@ -3,10 +3,10 @@ use std::collections::BTreeMap;
 use dymlm_core::vector3::{Vector3, difference};
 use dymlm_core::{Point, Pose, SensorModel};
 
-/// The fused surface points of an object, in voxels about its first centroid.
+/// The fused surface points of an object, in voxels relative to its first centroid.
 ///
-/// Sums are integers: what was added can be taken out again without a trace, and the order does not matter.
-/// When there are too many voxels, their side doubles.
+/// Sums are integers, so what was added can be subtracted again exactly, and the order does not matter. When
+/// there are too many voxels, their side doubles.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ObjectCloud {
@@ -16,7 +16,7 @@ pub(crate) struct ObjectCloud {
     /// Voxels have a side of 2^level voxel sizes.
     level: u32,
     voxels: BTreeMap<VoxelKey, Voxel>,
-    /// Cells of [`CELL`] metres that hold points, with the number of their voxels' observations.
+    /// Cells of [`CELL`] metres that hold points, with a count of the voxels added to each.
     cells: BTreeMap<VoxelKey, u32>,
 }
 
@@ -25,9 +25,9 @@ type VoxelKey = [i32; 3];
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct Voxel {
-    /// In units of [`WEIGHT_UNITS`].
+    /// Sum of the readings' weights, in units of 1 / [`WEIGHT_UNITS`].
     weight: i64,
-    /// Weighted places relative to the origin, in [`UNITS`].
+    /// Weighted sum of places relative to the origin, in units of 1 / [`UNITS`] metres.
     sum: [i64; 3],
     /// Sum of the observations' weights.
     observations: u32,
@@ -39,18 +39,18 @@ pub(crate) struct CloudPatch {
     voxels: Vec<(VoxelKey, Voxel)>,
 }
 
-/// Units of length a metre.
+/// Units of length per metre.
 const UNITS: f64 = 1_048_576.0;
-/// Weight of a reading at 0.4 m.
+/// Weight of a reading at a depth of 0.4 m.
 const WEIGHT_UNITS: f32 = 65_536.0;
-/// Side of the cells by which points are shared, metres.
+/// Side of the cells by which shared points are found, metres.
 const CELL: f64 = 0.04;
-/// Half side of the cube around the origin that points are taken from, metres.
+/// Half side of the cube around the origin within which points are accepted, metres.
 const REACH: f64 = 64.0;
 
 #[cfg(feature = "state")]
 impl ObjectCloud {
-    /// Whether its numbers are some that points can have.
+    /// Whether its numbers are plausible; a damaged file may hold others.
     pub(crate) fn is_possible(&self) -> bool {
         self.level <= 16
             && self.origin.iter().all(|c| c.abs() < 1e9)
@@ -73,8 +73,8 @@ impl ObjectCloud {
         self.voxels.len()
     }
 
-    /// The points of an observation of some weight, in the camera frame, as voxels; of those that
-    /// `is_wanted`, asked in the world.
+    /// The voxels of an observation's points (camera's frame), each with the weight `observations`; only of
+    /// points for whose place in the world `is_wanted` holds.
     pub(crate) fn patch(
         &self,
         points: &[Point],
@@ -94,7 +94,7 @@ impl ObjectCloud {
             let sum = offset.map(|c| weight * (c * UNITS).round() as i64);
             voxels.push((self.key(offset), Voxel { weight, sum, observations }));
         }
-        // Sums of integers do not depend on the order of those of one voxel.
+        // The sort is unstable, but integer sums do not depend on the order within a voxel.
         voxels.sort_unstable_by_key(|(key, _)| *key);
         voxels.dedup_by(|(other, added), (key, voxel)| {
             let is_same = other == key;
@@ -116,7 +116,7 @@ impl ObjectCloud {
         }
     }
 
-    /// Takes out what was added.
+    /// Subtracts a patch that was added.
     pub(crate) fn subtract(&mut self, patch: &CloudPatch) {
         for (key, voxel) in &patch.voxels {
             let key = raised(*key, self.level);
@@ -166,8 +166,8 @@ impl ObjectCloud {
         moved
     }
 
-    /// The voxels' mean places relative to the origin and the weight of their observations, in the order of
-    /// the voxels.
+    /// The voxels' mean places relative to the origin, and their observations' summed weight, in order of
+    /// voxels.
     pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3, u32)> + '_ {
         self.voxels.values().map(|voxel| (voxel.place(), voxel.observations))
     }
@@ -179,7 +179,7 @@ impl ObjectCloud {
             && self.cells.contains_key(&offset.map(|c| (c / CELL).floor() as i32))
     }
 
-    /// Bytes that the cloud owns, about.
+    /// Approximate size in bytes.
     pub(crate) fn memory_bytes(&self) -> usize {
         self.voxels.len() * size_of::<(VoxelKey, Voxel)>() + self.cells.len() * size_of::<(VoxelKey, u32)>()
     }
@@ -229,7 +229,7 @@ fn raised(key: VoxelKey, levels: u32) -> VoxelKey {
     key.map(|c| c >> levels)
 }
 
-/// 1 / sigma(z)^2, as an integer.
+/// The weight 1 / sigma(z)^2 as an integer, relative to a reading at 0.4 m.
 fn weight_at(z: f32, sensor: &SensorModel) -> i64 {
     let ratio = sensor.sigma(0.4) / sensor.sigma(z);
     ((WEIGHT_UNITS * ratio * ratio).round() as i64).max(1)

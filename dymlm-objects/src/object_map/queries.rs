@@ -10,21 +10,21 @@ use crate::ShapeKind;
 pub struct RayHit<'a> {
     /// The object.
     pub object: &'a MapObject,
-    /// Distance from the ray's origin to its surface, metres; 0 from within.
+    /// Distance from the ray's origin to the object's surface, metres; 0 when the origin is inside.
     pub distance: f64,
-    /// Where that is, in the world.
+    /// The point of the surface, metres, world.
     pub point: [f64; 3],
 }
 
-/// Queries mean confirmed objects. But for [`near`](ObjectMap::near) each costs O(objects).
+/// Queries return confirmed objects. Each costs O(objects), except [`near`](ObjectMap::near).
 impl ObjectMap {
     /// The objects of a label, the oldest first.
     pub fn with_label<'a>(&'a self, label: &'a str) -> impl Iterator<Item = &'a MapObject> {
         self.objects().filter(move |object| object.label() == label)
     }
 
-    /// The objects whose box is within `reach` metres of a point, nearest first (the oldest among equals); none of
-    /// a point that is not finite. O(objects near, or all when the reach is vast).
+    /// The objects whose box is within `reach` metres of a point, nearest first (the oldest among equals);
+    /// none for a point that is not finite. O(objects near, or all objects when the reach is vast).
     pub fn near(&self, point: [f64; 3], reach: f64) -> Vec<&MapObject> {
         let mut found = Vec::new();
         if point.iter().all(|c| c.is_finite()) && reach >= 0.0 {
@@ -40,8 +40,8 @@ impl ObjectMap {
         near.into_iter().map(|(_, object)| object).collect()
     }
 
-    /// The objects that a ray meets, nearest first (the oldest among equals): boxes or ellipsoids, as their shapes
-    /// are. Nothing is met along a direction that has no length.
+    /// The objects that a ray meets, nearest first (the oldest among equals); each object is a box or an
+    /// ellipsoid according to its shape. A direction of zero length meets nothing.
     pub fn along_ray(&self, origin: [f64; 3], direction: [f64; 3]) -> Vec<RayHit<'_>> {
         let Some(direction) = unit(direction) else { return Vec::new() };
         let hit = |object| {
@@ -107,7 +107,7 @@ fn distance_to_ellipsoid(start: Vector3, along: Vector3, half: Vector3) -> Optio
     if c <= 0.0 {
         return Some(0.0);
     }
-    // About the point nearest to the centre, where nothing cancels.
+    // Solved relative to the ray's point closest to the centre, where no digits cancel.
     let closest = difference(start, along.map(|x| x * b / a));
     let remainder = 1.0 - dot(closest, closest);
     let distance = (-b - (a * remainder).max(0.0).sqrt()) / a;

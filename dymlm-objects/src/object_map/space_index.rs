@@ -5,29 +5,29 @@ use dymlm_core::{Birth, PinholeCamera, Pose};
 
 use super::{MapObject, ObjectMap};
 
-/// Which objects are near a place: a uniform grid over the world, each object in all cells that the ball
-/// around it reaches.
+/// Spatial index of objects: a uniform grid over the world. Each object is in all cells that its bounding
+/// ball reaches.
 ///
-/// A question costs what is near, however many objects there are.
+/// The cost of a query depends on the objects near, not on their total number.
 #[derive(Debug, Clone)]
 pub(crate) struct SpaceIndex {
     /// Side of a cell, metres.
     cell: f64,
     cells: BTreeMap<Cell, Vec<Birth>>,
-    /// The cells of each object, from and to.
+    /// The first and last cell of each object.
     spans: BTreeMap<Birth, [Cell; 2]>,
 }
 
 type Cell = [i32; 3];
 
 impl SpaceIndex {
-    /// An index for questions about places within `range` metres of each other.
+    /// An index for queries about regions of about `range` metres.
     pub(crate) fn new(range: f64) -> Self {
-        // Half of the range: a question about what a camera sees visits a few dozen cells at any range.
+        // Half of the range, so that a query for what a camera sees visits a few dozen cells at any range.
         Self { cell: 0.5 * range, cells: BTreeMap::new(), spans: BTreeMap::new() }
     }
 
-    /// Notes where an object is now.
+    /// Inserts an object, or updates its place.
     pub(crate) fn place(&mut self, object: &MapObject) {
         let Ball { center, radius } = Ball::around(object);
         let span = self.span([center.map(|c| c - radius), center.map(|c| c + radius)]);
@@ -59,7 +59,7 @@ impl SpaceIndex {
         found.clear();
         let side = |axis: usize| (i64::from(high[axis]) - i64::from(low[axis]) + 1).max(0);
         if side(0).saturating_mul(side(1)) > self.spans.len() as i64 {
-            // A region of more columns than there are objects.
+            // The region has more columns of cells than there are objects.
             let reaches_in = |span: &[Cell; 2]| (0..3).all(|a| span[0][a] <= high[a] && span[1][a] >= low[a]);
             found.extend(self.spans.iter().filter(|(_, span)| reaches_in(span)).map(|(birth, _)| *birth));
             return;
@@ -106,7 +106,7 @@ impl SpaceIndex {
     }
 }
 
-/// A ball around an object and its points.
+/// A bounding ball of an object and its points.
 struct Ball {
     center: Vector3,
     radius: f64,

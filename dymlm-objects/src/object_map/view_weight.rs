@@ -1,30 +1,30 @@
 use dymlm_core::vector3::{Vector3, difference, dot, unit};
 
-/// What an observation of an object counts, by what it adds to those before: a robot at rest sees one view
-/// again and again.
+/// The weight of an object's observations. Repeated observations from one direction count less and less,
+/// because a robot at rest sees the same view again and again.
 ///
-/// The first frames of a view count fully, the n-th a share [`ENOUGH`] / n: all frames of one view together
-/// grow as their number's logarithm.
+/// The first [`ENOUGH`] frames of a view count fully, the n-th about [`ENOUGH`] / n, so the weight of a view
+/// grows with the logarithm of its frames.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ViewWeight {
-    /// From the object to the camera, when the view began.
+    /// Direction from the object to the camera when the view began.
     direction: Option<Vector3>,
     frames: u32,
 }
 
-/// What an observation of a new view counts.
+/// The weight of an observation from a new view.
 pub(crate) const FULL: u32 = 1024;
-/// Frames of a view that count fully. Lower tells rims from surfaces by too few readings, higher makes what
-/// was seen from one place for long outweigh what is seen on the way around it
+/// Frames of a view that count fully. A lower value tells rims from surfaces by too few readings; a higher
+/// one lets what was seen for long from one place outweigh what is seen on the way around the object
 /// (`what_was_seen_from_one_place_for_long_grows`).
 const ENOUGH: u32 = 20;
-/// Cosine of the angle at the object by which views differ (15 degrees, about what makes other sides
-/// visible).
+/// Cosine of the angle at the object from which on views differ: 15 degrees, about as much as it takes to see
+/// other sides.
 const VIEW_COSINE: f64 = 0.966;
 
 impl ViewWeight {
-    /// Whether its numbers are some that views can have.
+    /// Whether its numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(crate) fn is_possible(&self) -> bool {
         self.direction.iter().flatten().all(|c| c.abs() <= 1.01)

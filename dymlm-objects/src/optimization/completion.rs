@@ -5,12 +5,12 @@ use dymlm_geometry::OrientedBox;
 use crate::object_map::{KeyView, KeyViews};
 use crate::{Footprint, SideView, SizePrior};
 
-/// Grows a box where no camera has seen the object's end, to the size that such a thing usually has: away
-/// from the cameras, and to the sides that something hides in most of the views. What was measured is never
-/// shortened, an `upright` box keeps its height, and none grows through a wall before which it stands.
+/// Extends a box where no camera has seen the object's end, to the usual size of things of its label: away
+/// from the cameras, and on sides that something occludes in most of the views. Measured lengths are never
+/// shortened, an `upright` box keeps its height, and no box grows through a wall in front of which it stands.
 ///
-/// A thing with an even footprint is as deep as it is wide, give or take what is usual; of an oblong one the
-/// side that fits better is its length; the foot of a plate reaches as far before it as behind.
+/// A thing with an even footprint is assumed to be as deep as it is wide. For an oblong one the side that
+/// fits better is taken as its length. The foot of a plate reaches as far before it as behind.
 pub(super) fn complete(
     own: &OrientedBox,
     prior: &SizePrior,
@@ -23,7 +23,8 @@ pub(super) fn complete(
     let lengths = own.lengths();
     let toward = |axis: usize| dot(axes[axis], mean_view).abs();
     let candidates = if upright { 2 } else { 3 };
-    // A plate is thin, from wherever it is seen; of other things the depth is what points away.
+    // A plate's depth is its thin axis, from wherever it is seen; the depth of other things is the axis along
+    // the view.
     let is_plate = upright && prior.footprint == Footprint::Plate;
     let rank = |axis: usize| if is_plate { -lengths[axis] } else { toward(axis) };
     let Some(depth) = (0..candidates).reduce(|a, b| if rank(b) > rank(a) { b } else { a }) else {
@@ -45,8 +46,8 @@ pub(super) fn complete(
     widen(&grown, depth, [-away, away], shares, usual.depth, walls)
 }
 
-/// Grows an upright box of which no view shows the foot, and under which no plane is known, down to the usual
-/// height.
+/// Extends an upright box down to the usual height when views do not show its lower end. For boxes without a
+/// known plane under them.
 pub(super) fn complete_foot(own: &OrientedBox, prior: &SizePrior, views: &KeyViews) -> OrientedBox {
     let up = axes_of(own)[2];
     if is_hidden(up.map(|c| -c), views) {
@@ -61,11 +62,11 @@ struct UsualLengths {
     depth: f64,
 }
 
-/// How wide and how deep such a thing is, given what was measured of it.
+/// Usual width and depth of a thing of this kind, given its measured lengths.
 fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> UsualLengths {
     let (length, width) = (prior.length.typical, prior.width.typical);
     if prior.footprint == Footprint::Even {
-        // Of what is hidden the measured width says little.
+        // The measured width says little when a side is occluded.
         let usual = (length * width).sqrt();
         let side = if is_cut { across.max(usual) } else { (across * usual).sqrt() };
         let side = side.clamp(prior.width.min, prior.length.max);
@@ -83,8 +84,8 @@ fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> Us
     }
 }
 
-/// Moves the ends of an axis outwards until it has a length, by shares of what is missing, or as far as the
-/// walls; as it is when nothing is missing.
+/// Moves the ends of an axis outwards until it has a given `length`, each by its share of what is missing, or
+/// up to a wall; unchanged when nothing is missing.
 fn widen(
     own: &OrientedBox,
     axis: usize,
@@ -110,8 +111,8 @@ fn widen(
     pose.and_then(|pose| OrientedBox::new(pose, lengths).ok()).unwrap_or(*own)
 }
 
-/// How far the end of an axis on a side may move before a corner meets a wall that faces that end, and that
-/// the whole box is before: the object's own faces are planes of the map as well.
+/// How far one end of an axis may move before a corner meets a wall that faces it. Only walls with the whole
+/// box in front of them count, because the object's own faces are planes of the map too.
 fn room_before(own: &OrientedBox, axis: usize, side: f64, walls: &[Plane]) -> f64 {
     let axes = axes_of(own);
     let faces = |wall: &&Plane| {
@@ -127,8 +128,8 @@ fn room_before(own: &OrientedBox, axis: usize, side: f64, walls: &[Plane]) -> f6
     rooms.filter(|&room| room > 0.0).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether something hides the end of the object in a direction of the world in most of the views that show
-/// it sideways.
+/// Whether something occludes the object's end in a direction (world) in most of the views that show this end
+/// sideways.
 fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
     let sides = views.iter().filter_map(|view| side_toward(direction, view));
     let (hidden, all) =
@@ -136,7 +137,7 @@ fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
     all > 0 && 2 * hidden >= all
 }
 
-/// What ends the view on the side of the image to which a direction points; `None` when it points mostly
+/// What cuts the view off on the side of the image to which a direction points; `None` when it points mostly
 /// along the view.
 fn side_toward(direction: Vector3, view: &KeyView) -> Option<SideView> {
     view.completeness.toward(view.world_from_camera.inverse().rotate(direction))
@@ -170,7 +171,7 @@ mod tests {
         OrientedBox::new(Pose::identity(), lengths).unwrap()
     }
 
-    /// From a camera 2 m before the origin that looks along y, z up.
+    /// The camera is 2 m before the origin and looks along y, z up.
     fn views(completeness: Completeness) -> KeyViews {
         let rows = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
         let mut views = KeyViews::default();

@@ -9,18 +9,18 @@ use dymlm_geometry::IsolationForestConfig;
 pub struct UpdateConfig {
     /// Side of the voxels of an object's cloud, metres, 0.001..=0.1. Default 0.01.
     pub voxel_size: f64,
-    /// Voxels of an object, at most; with more their side doubles. 64..=1000000, default 2500.
+    /// Most voxels of an object; with more, their side doubles. 64..=1000000, default 2500.
     pub max_voxels: usize,
-    /// The isolation forest. Default 50 trees (Liu 2008: path lengths settle between 50 and 100), else as
-    /// published.
+    /// The isolation forest. Default 50 trees (Liu 2008: path lengths converge between 50 and 100), other
+    /// settings as published.
     pub isolation_forest: IsolationForestConfig,
-    /// Observations that make an object believed, 1..=1000. Default 3.
+    /// Observations needed to confirm an object, 1..=1000. Default 3.
     pub min_observations: u32,
-    /// Share of the frames in view that must have detected an object for it to be believed, 0..=1. Default
+    /// Share of the frames with the object in view that must have detected it to confirm it, 0..=1. Default
     /// 0.25: detectors find most of what is in view.
     pub min_detected_share: f64,
-    /// Frames that must have looked through an object, beyond its observations, to remove it, 1..=1000.
-    /// Default 3.
+    /// Frames that must have looked through an object for it to be removed, 1..=1000; they must also
+    /// outnumber its observations. Default 3.
     pub min_looked_through: u32,
 }
 

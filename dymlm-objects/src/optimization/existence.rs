@@ -3,21 +3,21 @@ use dymlm_core::{DepthView, SensorModel, Visibility};
 use crate::view::PLACE_SIGMA;
 use crate::{MapObject, ObjectView};
 
-/// What a frame's depths say of an object that the detector did not find in it.
+/// What a frame's depths say of an object that the detector did not find in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Existence {
-    /// It is out of view, or occluded.
+    /// The object is out of view or occluded.
     Unknown,
-    /// Something is read where it should be.
+    /// Readings lie where its surface should be.
     Present,
     /// The frame looks through the place where it should be.
     Absent,
 }
 
-/// Points of an object that are asked, at most.
+/// Most points of an object that are checked.
 const MAX_POINTS: usize = 64;
-/// Projects some of the object's points: most of them must be in the image, static and not occluded for the
-/// frame to say anything.
+/// Compares some of an object's points with the depth image. `Unknown` unless at least half of them are in
+/// the image, static and not occluded.
 pub(crate) fn judge_existence(view: &ObjectView<'_>, object: &MapObject, sensor: &SensorModel) -> Existence {
     let camera = view.frame.camera();
     let camera_from_world = view.world_from_camera.inverse();

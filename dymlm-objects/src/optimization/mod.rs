@@ -1,4 +1,4 @@
-//! What happens to an object after it was seen: outliers, new parameters, duplicates, ghosts.
+//! What follows an observation: outliers, new parameters, duplicates, ghosts.
 
 mod completion;
 mod config;

@@ -3,8 +3,8 @@ use dymlm_geometry::{IsolationForest, IsolationForestConfig, IsolationForestScra
 
 use crate::object_map::ObjectCloud;
 
-/// Chooses the points of a cloud that are the object: those that enough observations have, that are above the
-/// supporting plane, and that the isolation forest does not set apart (paper IV-C).
+/// Selects the points of a cloud that belong to the object: they have enough observations, are above the
+/// supporting plane, and are no outliers to the isolation forest (paper IV-C).
 #[derive(Debug, Clone)]
 pub(super) struct OutlierFilter {
     forest: IsolationForest,
@@ -17,7 +17,7 @@ pub(super) struct OutlierFilter {
     scores: Vec<f64>,
 }
 
-/// Fewest voxels that a forest is grown on.
+/// Least points for which a forest is grown.
 const MIN_FOREST_VOXELS: usize = 32;
 
 impl OutlierFilter {
@@ -33,8 +33,9 @@ impl OutlierFilter {
         })
     }
 
-    /// Puts the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting
-    /// plane in the same frame, `share` the part of the usual number of observations a voxel that counts.
+    /// Writes the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting
+    /// plane in the same frame; points up to `tolerance` metres above it are the plane's. `share` is the
+    /// share of the upper quartile of the voxels' observations that a voxel needs to count.
     pub(super) fn choose(
         &mut self,
         cloud: &ObjectCloud,

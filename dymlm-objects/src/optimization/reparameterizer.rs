@@ -11,7 +11,7 @@ use crate::{
     SupportPlane, SupportingPlanes,
 };
 
-/// New parameters for an object from all its points, and whether to accept them (paper IV-C).
+/// Fits new parameters to all points of an object and decides whether to accept them (paper IV-C).
 #[derive(Debug, Clone)]
 pub(crate) struct Reparameterizer {
     fitter: BoxFitter,
@@ -21,34 +21,34 @@ pub(crate) struct Reparameterizer {
     walls: Vec<Plane>,
 }
 
-/// What became of new parameters.
+/// What was decided on new parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Proposal {
-    /// They stand for the object from now on.
+    /// The object has the new parameters.
     Accepted,
-    /// They fit the views worse than the old ones, or no thing of the label is of that size.
+    /// They fit the views worse than the old ones, or are too large for the label.
     Rejected,
-    /// There are too few points for any.
+    /// There are too few points to fit parameters.
     None,
 }
 
-/// Below this distance from its supporting plane, an object's points are the plane's, metres.
+/// An object's points nearer to its supporting plane than this belong to the plane, metres.
 const FOOT: f64 = 0.004;
-/// Share of the usual weight of observations a voxel (the upper quartile) that a voxel needs to count, 0..=1:
-/// what is seen now and then at the rim is noise.
+/// Share of the upper quartile of the voxels' observations that a voxel needs to count, 0..=1: what is only
+/// now and then seen at the rim is noise.
 const VOXEL_SHARE: f64 = 0.12;
-/// Share of the cloud that is left out at each end of each axis before the box is laid, 0..=0.2.
+/// Share of the points that is left out at each end of each axis when the box is fitted, 0..=0.2.
 const TRIM: f64 = 0.01;
-/// By what factor an object may exceed its size prior, 1 or more.
+/// Factor by which an object may exceed its size prior, 1 or more.
 pub(crate) const PRIOR_SLACK: f64 = 1.3;
-/// By how much the mean intersection over union of the projections with the boxes of the key views may fall
-/// with new parameters, 0..=1: below that it is the detector's jitter.
+/// Largest accepted fall of the mean intersection over union of the projections with the key views' boxes,
+/// 0..=1: smaller changes are the detector's jitter.
 pub(crate) const MAX_IOU_LOSS: f64 = 0.05;
-/// After so many refusals in a row new parameters are accepted all the same: what comes out of the data again
-/// and again is right, and the old ones were fitted to one view.
+/// After this many refusals in a row new parameters are accepted all the same: parameters that the data give
+/// again and again are right, and the old ones were fitted to one view.
 const MAX_REFUSALS: u32 = 5;
-/// An object is parameterized anew when the weight of its observations has grown by this share since; always
-/// while it is little.
+/// An object is parameterized anew when the weight of its observations has grown by this share since the last
+/// time, and by at least one full observation.
 const DUE_GROWTH: f64 = 0.2;
 
 impl Reparameterizer {
@@ -63,14 +63,14 @@ impl Reparameterizer {
         })
     }
 
-    /// Whether an object has been seen often enough since it was last parameterized.
+    /// Whether an object has enough new observations to be parameterized anew.
     pub(crate) fn is_due(object: &MapObject) -> bool {
         let since = object.weight.saturating_sub(object.parameterized_at);
         f64::from(since) >= (DUE_GROWTH * f64::from(object.parameterized_at)).max(FULL.into())
     }
 
-    /// Fits the object anew, and takes the new parameters over if they are acceptable.
-    /// `vertical` is the third axis of an object that stands on no known plane.
+    /// Fits the object anew and adopts the new parameters if they are acceptable. `vertical` is the third
+    /// axis of an object without a known supporting plane.
     pub(crate) fn update(
         &mut self,
         object: &mut MapObject,
@@ -116,7 +116,7 @@ impl Reparameterizer {
         let least_height = prior.filter(|_| is_flat).map_or(0.0, |prior| prior.height.min);
         let fit = plane.map_or(fit, |plane| fit.standing_on(&plane, least_height));
         let mut oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
-        // Colours show a flat thing to its ends.
+        // Colours show the whole of a flat thing, so it is not completed.
         let prior = prior.filter(|_| !is_flat);
         if let Some(prior) = prior {
             self.find_walls(&oriented_box, prior, planes);
@@ -129,11 +129,11 @@ impl Reparameterizer {
         Some(BoxFit { oriented_box, ..fit })
     }
 
-    /// The planes near a box that things of its kind may reach.
+    /// Finds the planes near a box that a thing of its kind may reach.
     fn find_walls(&mut self, own: &OrientedBox, prior: &SizePrior, planes: &dyn SupportingPlanes) {
         let reach = 0.5 * norm(own.lengths()) + prior.length.typical;
         self.found.clear();
-        // Beside the box: behind it nobody has seen the wall.
+        // Searched from points beside the box as well, because the wall right behind it was never seen.
         for corner in own.corners() {
             planes.near(along(corner, 0.5, difference(corner, own.center())), reach, &mut self.found);
         }
@@ -144,14 +144,14 @@ impl Reparameterizer {
 
     fn choose_points(&mut self, object: &MapObject, plane: Option<&Plane>) {
         let Self { outliers, points, .. } = self;
-        // What lies flat is at its plane's height, and the parts of its plane that were taken for it differ
+        // A flat thing is at its plane's height, and the parts of the plane that were taken for it differ
         // from view to view.
         let plane = plane.filter(|_| object.relief() == Relief::Raised);
         outliers.choose(&object.cloud, plane, FOOT, VOXEL_SHARE, points);
     }
 }
 
-/// Whether the projections onto the key views do not get worse.
+/// Whether the new shape's projections fit the key views about as well as the old one's.
 fn fits_views(object: &MapObject, proposed: &ObjectShape) -> bool {
     let (old, new) = (object.key_views.mean_iou(&object.shape()), object.key_views.mean_iou(proposed));
     old.zip(new).is_none_or(|(old, new)| new >= old - MAX_IOU_LOSS)

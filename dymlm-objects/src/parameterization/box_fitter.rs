@@ -11,19 +11,19 @@ use crate::UprightPose;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BoxFitterConfig {
-    /// Whether, of the rectangles around a footprint that are nearly as small as the smallest, the one along
-    /// whose sides the points lie is taken. Default false, as in the paper; the objects of the map are fitted
-    /// with it: a thing seen at a corner leaves an L, around which the rectangle on the long side and the one
-    /// on the diagonal have the same area.
+    /// Whether to choose, among the rectangles that are nearly as small as the smallest, the one along whose
+    /// sides the points lie. Default false, as in the paper; the objects of the map are fitted with true,
+    /// because a thing seen at a corner leaves an L-shaped footprint, around which the rectangle on the long
+    /// side and the one on the diagonal have the same area.
     pub along_edges: bool,
-    /// Share of the points that is left out at each end of each axis, 0..=0.2. Default 0: the extrema, as in
-    /// the paper.
+    /// Share of the points that is left out at each end of each axis, 0..=0.2. Default 0: the extent of all
+    /// points, as in the paper.
     pub trim: f64,
 }
 
-/// The rectangle corrects the yaw when its area is below this share of that along the principal axes.
-/// Near-square footprints, clusters and outliers, where principal axes point anywhere, gain 5 to 50 %; what
-/// gains less is noise.
+/// The minimum-area rectangle corrects the yaw when its area is below this share of the area along the
+/// principal axes. Near-square footprints, clusters and outliers, whose principal axes are arbitrary, gain 5
+/// to 50 %; a smaller gain is noise.
 const RECTANGLE_GAIN: f64 = 0.97;
 
 impl Default for BoxFitterConfig {
@@ -42,12 +42,13 @@ impl BoxFitterConfig {
 ///
 /// - **Principal axes** (eq. 6): the covariance's eigenvectors by descending eigenvalue, right-handed, with
 ///   fixed signs; extents along them; the centre in the middle of the extents.
-/// - **Minimum-area rectangle** (eq. 7, 8, corrected: directions are turned, not moved): in the plane of the
-///   two long axes it corrects the yaw where its area is markedly smaller.
-/// - **Vertical axis**: with one or two faces in view the third principal axis is wrong; when the vertical is
-///   known from a supporting plane, it is the third axis, and the footprint is fitted across it.
+/// - **Minimum-area rectangle** (eq. 7, 8, corrected: directions are rotated, not translated): in the plane
+///   of the two long axes it corrects the yaw where its area is markedly smaller.
+/// - **Vertical axis**: with only one or two faces in view the third principal axis is wrong; when the
+///   vertical is known from a supporting plane, it becomes the third axis, and the footprint is fitted
+///   perpendicular to it.
 ///
-/// O(n log n) at worst for the hull; no allocation once the scratch has grown.
+/// O(n log n) at worst, for the hull; no allocation once the scratch has grown.
 ///
 /// ```
 /// use dymlm_objects::{BoxFitter, BoxFitterConfig};
@@ -77,14 +78,14 @@ pub struct BoxFitter {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BoxFit {
-    /// The box, in the points' frame. Its axes are by descending variance; with a vertical the third is that,
-    /// and the first along the longer side of the footprint.
+    /// The box, in the points' frame. Its axes are sorted by descending variance; with a vertical, the third
+    /// axis is the vertical. A correction of the yaw turns the first two.
     pub oriented_box: OrientedBox,
-    /// Where its axes come from.
+    /// How its axes were found.
     pub axes: BoxAxes,
 }
 
-/// Where the axes of a box come from.
+/// How the axes of a box were found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -98,7 +99,7 @@ pub enum BoxAxes {
     Vertical,
     /// The vertical, and the footprint's minimum-area rectangle.
     VerticalRectangle,
-    /// The vertical, and the small rectangle whose sides most of the footprint's points lie along.
+    /// The vertical, and the small rectangle along whose sides most of the footprint's points lie.
     VerticalEdges,
 }
 
@@ -113,8 +114,9 @@ impl BoxAxes {
 }
 
 impl BoxFit {
-    /// The box from the plane that it stands on, whose normal is its third axis, to its own upper side, and
-    /// at least `least_height` metres high; as it is when it would have no height.
+    /// The box extended down to the plane on which it stands, whose normal is the box's third axis; the upper
+    /// side stays, and the box is at least `least_height` metres high. Unchanged when it would have no
+    /// height.
     #[must_use]
     pub fn standing_on(self, plane: &Plane, least_height: f64) -> Self {
         let [length, width, own] = self.oriented_box.lengths();
@@ -131,7 +133,7 @@ impl BoxFit {
 }
 
 impl BoxFitter {
-    /// Checks the config.
+    /// Checks the config and makes a fitter.
     ///
     /// # Errors
     ///
@@ -147,8 +149,8 @@ impl BoxFitter {
         })
     }
 
-    /// The box around points; `None` when none is finite. `vertical` is the normal of what they stand on, a
-    /// unit vector in their frame. Points that are not finite are passed over.
+    /// The box around points; `None` when no point is finite. `vertical` is the normal of the plane on which
+    /// they stand, a unit vector in the points' frame. Points that are not finite are ignored.
     pub fn fit(&mut self, points: &[Point], vertical: Option<[f64; 3]>) -> Option<BoxFit> {
         let principal = PrincipalAxes::of(points)?;
         let (frame, is_upright) = match vertical.and_then(unit) {
@@ -169,7 +171,7 @@ impl BoxFitter {
         Some(BoxFit { oriented_box, axes })
     }
 
-    /// Axes with the third along a normal and the first along the footprint's greater spread.
+    /// Axes with the third along `normal` and the first along the footprint's larger spread.
     fn upright(&mut self, points: &[Point], principal: &PrincipalAxes, normal: Vector3) -> [Vector3; 3] {
         let u = any_across(normal);
         let v = cross(normal, u);
@@ -185,7 +187,7 @@ impl BoxFitter {
         [long, cross(normal, long), normal]
     }
 
-    /// The axes turned about the third by the minimum-area rectangle, if that makes the footprint markedly
+    /// The axes rotated about the third to the minimum-area rectangle, if that makes the footprint markedly
     /// smaller.
     fn corrected(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], bool) {
         let [long, wide, up] = axes;
@@ -206,21 +208,21 @@ impl BoxFitter {
         }
     }
 
-    /// The axes turned about the third so that most points lie along a side of the footprint's rectangle.
+    /// The axes rotated about the third so that most points lie along a side of the footprint's rectangle.
     fn aligned(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], bool) {
         if !self.config.along_edges {
             return (axes, false);
         }
         self.lay_footprint(points, center, axes[0], axes[1]);
-        // Twice what the box leaves out: a few stray points must not turn it. With as much, a distant screen
-        // of few views is lost.
+        // Twice the share that the box leaves out, because a few stray points must not turn it. With the same
+        // share, a distant screen of few views is lost.
         match self.edges.find(&self.footprint, 2.0 * self.config.trim) {
             Some(axis) => (turned(axes, axis), true),
             None => (axes, false),
         }
     }
 
-    /// The points' places along two axes, from a centre.
+    /// The points' coordinates along two axes, relative to a centre.
     fn lay_footprint(&mut self, points: &[Point], center: Vector3, u: Vector3, v: Vector3) {
         self.footprint.clear();
         self.footprint.extend(finite(points).map(|point| {
@@ -246,7 +248,7 @@ impl BoxFitter {
     }
 }
 
-/// Axes turned about the third, so that the first points along `axis` of the first two.
+/// Axes rotated about the third, so that the first points along `axis`, given in the first two.
 fn turned([long, wide, up]: [Vector3; 3], [x, y]: [f64; 2]) -> [Vector3; 3] {
     let long = [0, 1, 2].map(|k| x * long[k] + y * wide[k]);
     [long, cross(up, long), up]

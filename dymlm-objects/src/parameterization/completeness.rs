@@ -5,16 +5,16 @@ use super::object_cluster::ObjectCluster;
 use crate::ObjectView;
 use crate::view::PLACE_SIGMA;
 
-/// What ends an object's view on one side of the image.
+/// What cuts off the view of an object on one side of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum SideView {
-    /// The object itself: it is seen to its end.
+    /// Nothing: the object is seen to its end.
     #[default]
     Whole,
-    /// The image.
+    /// The border of the image.
     ImageBorder,
     /// A mover before it.
     Mover,
@@ -22,7 +22,7 @@ pub enum SideView {
     Occluder,
 }
 
-/// How much of an object a detection shows, side by side of its box.
+/// How much of an object a detection shows, for each side of its box.
 ///
 /// A partial view does not shrink the object in the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -40,13 +40,13 @@ pub struct Completeness {
 }
 
 impl Completeness {
-    /// Whether something ends the view on any side but the object itself.
+    /// Whether something cuts the view off on any side.
     pub fn is_partial(&self) -> bool {
         self.sides().iter().any(|&side| side != SideView::Whole)
     }
 
-    /// The side to which a direction of the camera's frame points; `None` when it points mostly along the
-    /// view.
+    /// The view on the side to which a direction (camera's frame) points; `None` when it points mostly along
+    /// the view.
     pub(crate) fn toward(self, [x, y, z]: [f64; 3]) -> Option<SideView> {
         if z.abs() > ALONG_VIEW {
             None
@@ -63,10 +63,10 @@ impl Completeness {
     }
 }
 
-/// Cosine between a unit vector and the view from which on it points to no side of the image.
+/// Cosine of a unit vector with the optical axis above which it points to no side of the image.
 const ALONG_VIEW: f64 = 0.8;
 
-/// What a window's side is judged by.
+/// What is needed to judge the sides of a window.
 pub(super) struct Surroundings<'a> {
     pub(super) view: &'a ObjectView<'a>,
     pub(super) window: &'a Window,
@@ -74,14 +74,14 @@ pub(super) struct Surroundings<'a> {
     pub(super) sensor: &'a SensorModel,
 }
 
-/// Share of an object's extent, from a side, whose samples are asked, and share of these that something else
-/// must end for the view to be partial. Lower calls a view partial for a few samples, higher overlooks what
-/// stands before a corner.
+/// Share of an object's extent, from a side, whose samples are checked; and share of the checked samples that
+/// something else must cut off for the view to be partial. A lower value calls a view partial for a few
+/// samples, a higher one overlooks what stands before a corner.
 const RIM: f32 = 0.25;
-/// Farthest place that is asked, samples beyond the object's last.
+/// Farthest place that is checked, in samples beyond the object's last one.
 const FARTHEST: i64 = 4;
 impl Surroundings<'_> {
-    /// How much of the object is seen; of nothing, all.
+    /// How much of the object is seen. An object without samples counts as seen completely.
     pub(super) fn completeness(&self) -> Completeness {
         if self.cluster.members.is_empty() {
             return Completeness::default();
@@ -101,7 +101,7 @@ impl Surroundings<'_> {
         self.cluster.members.iter().filter_map(|&index| self.window.samples.get(index as usize))
     }
 
-    /// What ends the view on the side towards which cells of an axis go by `step`.
+    /// What cuts the view off at one side: `axis` is 0 for columns and 1 for rows, `step` leads to the side.
     fn side(&self, bounds: &[[i64; 2]; 2], axis: usize, step: i64) -> SideView {
         let extent = (bounds[1][axis] - bounds[0][axis]) as f32;
         let end = if step < 0 { bounds[0][axis] } else { bounds[1][axis] };
@@ -131,7 +131,7 @@ impl Surroundings<'_> {
         most.map_or(SideView::Whole, |(cause, _)| cause)
     }
 
-    /// The first thing that can be told beyond a sample.
+    /// What the first pixel with information beyond a sample shows.
     fn beyond(&self, sample: &Sample, direction: [i64; 2]) -> SideView {
         let camera = self.view.frame.camera();
         let (width, height) = (camera.width() as i64, camera.height() as i64);

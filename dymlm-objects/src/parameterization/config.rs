@@ -1,30 +1,31 @@
 use dymlm_core::vector3::norm;
 use dymlm_core::{ConfigError, check_range};
 
-/// Settings of the way from detections to boxes in space.
+/// Settings of the step from detections to boxes in space.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct ParameterizationConfig {
-    /// Detections of a lower score are passed over, 0..=1. Default 0.25: detectors report none below.
+    /// Detections of a lower score are ignored, 0..=1. Default 0.25: common detectors report none below.
     pub min_score: f32,
-    /// Labels of what people sit or lie on: when a mover hides much of it, the rest is at the mover's depth.
-    /// What else is hidden may be anywhere behind. Default: bed, bench, bicycle, chair, couch, motorcycle,
-    /// toilet.
+    /// Labels of things on which people sit or lie: when a mover occludes much of such a thing, the visible
+    /// rest is at the mover's depth. Other occluded things may be at any depth behind. Default: bed, bench,
+    /// bicycle, chair, couch, motorcycle, toilet.
     pub seats: Vec<String>,
-    /// How far from a supporting plane a point counts as its, metres, 0..=0.2, before the noise is added.
+    /// Distance up to which points belong to a supporting plane, metres, 0..=0.2; a reading's noise is added.
     /// Default 0.006.
     pub plane_tolerance: f64,
-    /// The upward direction in the world, of any length. Default none: it is learnt from the planes that
-    /// things rest on, and nothing depends on it before.
+    /// The upward direction in the world, of any length. Default none: it is learnt from the planes on which
+    /// things rest, and nothing depends on it until then.
     pub up: Option<[f64; 3]>,
     /// Largest angle between a supporting plane's normal and the vertical, once that is known, radians,
-    /// 0..=pi/2. Default 0.14 (8 degrees): what things stand on is level; what slopes was laid through edges
-    /// and rows of things.
+    /// 0..=pi/2. Default 0.14 (8 degrees): things stand on level planes; sloping planes were fitted across
+    /// the edges of things or rows of things.
     pub max_support_slope: f64,
-    /// Farthest that an object's lowest point may be above the plane that it stands on, metres, 0..=2.
-    /// Default 0.08. When its lower side is hidden, as far as its size prior allows.
+    /// Largest distance of an object's lowest point above the plane on which it stands, metres, 0..=2.
+    /// Default 0.08. When the object's lower end is occluded, the usual height of its label if that is
+    /// larger.
     pub max_support_gap: f64,
 }
 

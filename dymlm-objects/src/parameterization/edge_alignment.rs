@@ -1,8 +1,8 @@
 /// Finds the rectangle along whose sides the points of a footprint lie.
 ///
-/// Directions are tried in steps over a quarter turn; of those whose rectangle is nearly as small as the
-/// smallest, the one of the greatest closeness counts: the sum over the points of 1 / max(d, d0), d the
-/// distance to the nearest side. O(48 n) for n points, of which 256 at most are looked at.
+/// Directions are tried in steps over a quarter turn. Of those whose rectangle is nearly as small as the
+/// smallest, the one with the greatest closeness wins: the sum over the points of 1 / max(d, d0), where d is
+/// the distance to the nearest side. O(48 n) for n points, of which at most 256 are used.
 ///
 /// Zhang, Xu, Dong, Dolan: "Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners", IV 2017
 /// (the closeness criterion).
@@ -16,13 +16,13 @@ pub(super) struct EdgeAlignment {
 
 /// Directions tried in a quarter turn.
 const STEPS: usize = 48;
-/// Points looked at.
+/// Most points used.
 const MAX_POINTS: usize = 256;
-/// Distances below this share of the rectangle's shorter side are noise.
+/// Distances below this share of the square root of the rectangle's area are noise.
 const NOISE_SHARE: f64 = 0.06;
-/// How much larger than the smallest rectangle one along the edges may be.
+/// Factor by which a rectangle along the edges may be larger than the smallest one.
 const SLACK: f64 = 1.25;
-/// By how much the closeness must exceed that of the axes given.
+/// Factor by which the closeness must exceed that of the given axes.
 const GAIN: f64 = 1.05;
 
 #[derive(Debug, Clone, Copy)]
@@ -34,7 +34,7 @@ struct Candidate {
 
 impl EdgeAlignment {
     /// The direction of a side, when a share `trim` of the points is left out at each end; `None` when the
-    /// axes given are as good.
+    /// given axes are as good.
     pub(super) fn find(&mut self, footprint: &[[f64; 2]], trim: f64) -> Option<[f64; 2]> {
         let step = footprint.len().div_ceil(MAX_POINTS).max(1);
         self.places.clear();
@@ -85,7 +85,7 @@ impl EdgeAlignment {
     }
 }
 
-/// Least and greatest value when a share of them is left out at each end; `None` of none.
+/// Least and greatest value when the share `trim` is left out at each end; `None` when there are no values.
 pub(super) fn trimmed_extent(values: &mut [f64], trim: f64) -> Option<[f64; 2]> {
     let last = values.len().checked_sub(1)?;
     let left_out = ((trim * values.len() as f64) as usize).min(last / 2);

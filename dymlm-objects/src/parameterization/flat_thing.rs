@@ -3,11 +3,13 @@ use dymlm_geometry::SampleGrid as Window;
 
 use crate::{ObjectView, SupportPlane};
 
-/// Finds what lies so flat on a plane that depth does not tell both apart: magazines, sheets, a phone.
+/// Finds things that lie so flat on a plane that depth cannot separate them from it: magazines, sheets, a
+/// phone.
 ///
-/// The colours of the plane around the box tell what in the box is the plane: a sample is the thing's when
-/// its colour is more frequent in the box than around it (the ratio of both histograms, Swain and Ballard
-/// 1991). Without colours the whole box is the thing, and the views of several frames cut it out. O(samples).
+/// The colours of the plane around the box tell which samples in the box are the plane: a sample is the
+/// thing's when its colour is more frequent in the box than around it (the ratio of both histograms, Swain
+/// and Ballard 1991). Without colours the whole box is taken as the thing, and the views of several frames
+/// cut it out. O(samples).
 #[derive(Debug, Clone)]
 pub(super) struct FlatThing {
     inside: Vec<f32>,
@@ -20,9 +22,9 @@ pub(super) struct FlatThing {
 const LEVELS: usize = 8;
 /// Least share of the box's samples that must lie on the plane.
 const LYING: f32 = 0.6;
-/// Fewest samples on the plane around the box from which its colours are learnt.
+/// Least samples on the plane around the box from which the plane's colours are learnt.
 const LEAST_OUTSIDE: f32 = 20.0;
-/// How many times as frequent a colour must be in the box as around it.
+/// Least ratio of a colour's frequency in the box to its frequency around the box.
 const RATIO: f32 = 2.0;
 
 impl Default for FlatThing {
@@ -38,9 +40,9 @@ impl Default for FlatThing {
 }
 
 impl FlatThing {
-    /// Marks the samples that cannot be a thing lying on a plane (camera frame): the plane itself, and what
-    /// rises more than `height` above it. Answers false, with nothing marked, when too little of the box lies
-    /// on the plane.
+    /// Marks the samples that cannot belong to a thing lying on a plane (camera frame): those of the plane
+    /// itself, and those more than `height` metres above or below it. Returns false, with nothing marked,
+    /// when too little of the box lies on the plane.
     pub(super) fn mark(
         &mut self,
         view: &ObjectView<'_>,
@@ -80,12 +82,12 @@ impl FlatThing {
         true
     }
 
-    /// Whether each sample of the last window is something else.
+    /// For each sample of the last window, whether it is marked as not of the thing.
     pub(super) fn is_other(&self) -> &[bool] {
         &self.is_other
     }
 
-    /// Colours of the samples on the plane, in the box and clear of it.
+    /// Counts the colours of the samples on the plane, in the box and well outside it.
     fn count(&mut self, view: &ObjectView<'_>, window: &Window, is_low: impl Fn(usize) -> bool) {
         self.inside.fill(0.0);
         self.outside.fill(0.0);
@@ -100,8 +102,8 @@ impl FlatThing {
         }
     }
 
-    /// The histogram of the surroundings, each colour counted in its neighbours' bins too: light changes over
-    /// a table.
+    /// Smooths the histogram of the surroundings: each colour also counts in neighbouring bins, because the
+    /// light varies over a table.
     fn spread(&mut self) {
         self.smooth.copy_from_slice(&self.outside);
         for stride in [1, LEVELS, LEVELS * LEVELS] {
@@ -121,10 +123,10 @@ fn color_of(view: &ObjectView<'_>, [u, v]: [usize; 2]) -> usize {
     color.iter().fold(0, |bin, &channel| bin * LEVELS + usize::from(channel) * LEVELS / 256)
 }
 
-/// The plane that something lies on.
+/// The plane on which a thing lies.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LyingPlane {
     pub(super) support: SupportPlane,
-    /// In the camera frame.
+    /// The plane in the camera frame.
     pub(super) plane: Plane,
 }

@@ -11,9 +11,9 @@ use crate::{SupportPlane, SupportingPlanes};
 #[derive(Debug, Clone)]
 pub(super) struct Ground {
     sensor: SensorModel,
-    /// How far from a plane a point counts as its, metres, before the noise is added.
+    /// Distance up to which points belong to a plane, metres; a reading's noise is added.
     plane_tolerance: f64,
-    /// How far from a plane a thing on it may be, metres.
+    /// Largest distance of a thing from the plane on which it stands, metres.
     max_gap: f64,
     /// Least cosine between a level plane's normal and the vertical.
     least_cosine: f64,
@@ -30,7 +30,7 @@ struct Candidate {
     support: SupportPlane,
     /// In the camera frame.
     plane: Plane,
-    /// Whether things may stand on it, as far as the vertical is known.
+    /// Whether things may stand on it: it is level, or the vertical is not known.
     is_level: bool,
     samples: u32,
     outside: u32,
@@ -42,16 +42,17 @@ impl Candidate {
     }
 }
 
-/// Samples at which planes are asked for, along each side of the window.
+/// Number of samples along each side of the window at which planes are looked up.
 const PROBES: usize = 5;
-/// Half width of the band of heights that a level patch's samples lie in, metres.
+/// Half width of the band of heights within which a level patch's samples lie, metres.
 const LEVEL_BAND: f64 = 0.008;
-/// Share of the samples outside the box, and their number, that make a level patch.
+/// Least share of the samples outside the box, and their least number, that make a level patch.
 const LEVEL_SHARE: f64 = 0.15;
 const LEAST_LEVEL: f64 = 12.0;
-/// Level patches around a box, at most.
+/// Most level patches around a box.
 const MAX_PATCHES: usize = 2;
-/// Least share of a plane's samples that must lie outside the box: its own upper side does not carry a thing.
+/// Least share of a plane's samples that must lie outside the box: a thing does not stand on its own upper
+/// side.
 const LEAST_OUTSIDE: f64 = 0.08;
 
 impl Ground {
@@ -68,8 +69,8 @@ impl Ground {
         }
     }
 
-    /// Finds the planes of the map in a window that go on outside its box, level or not, and the samples on
-    /// them, which are no part of a thing.
+    /// Finds the planes of the map in a window that continue outside its box, level or not, and the samples
+    /// on them, which are not part of a thing.
     pub(super) fn find(
         &mut self,
         window: &Window,
@@ -81,8 +82,8 @@ impl Ground {
         self.count_and_mark(window);
     }
 
-    /// Adds level patches around the box that are no planes of the map: a table of which too little is seen.
-    /// Answers how many.
+    /// Adds level patches around the box that are not planes of the map, such as a table of which too little
+    /// is seen. Returns how many were added.
     pub(super) fn find_level_patches(
         &mut self,
         window: &Window,
@@ -122,7 +123,8 @@ impl Ground {
         }));
     }
 
-    /// Adds the heights at which many of the samples outside the box lie, where no plane of the map is.
+    /// Adds a level patch at each height at which many of the samples outside the box lie and the map has no
+    /// plane.
     fn add_level_patches(&mut self, window: &Window, vertical: [f64; 3], world_from_camera: &Pose) {
         let up = world_from_camera.inverse().rotate(vertical);
         self.heights.clear();
@@ -146,7 +148,7 @@ impl Ground {
         }
     }
 
-    /// Keeps the candidates that go on outside the box, and marks the samples on them.
+    /// Keeps the candidates that continue outside the box, and marks the samples on them.
     fn count_and_mark(&mut self, window: &Window) {
         let mut candidates = std::mem::take(&mut self.candidates);
         for candidate in &mut candidates {
@@ -162,13 +164,14 @@ impl Ground {
         (self.candidates, self.is_marked) = (candidates, is_marked);
     }
 
-    /// What is below a plane lies on it as little as what is above: the table under a keyboard's upper side.
+    /// Whether a sample lies on a plane. A sample below the plane does not, such as the table below the plane
+    /// of a keyboard's upper side.
     fn is_on(&self, plane: &Plane, sample: &Sample) -> bool {
         plane.signed_distance(sample.point.map(f64::from)).abs() <= self.tolerance(plane, sample)
     }
 
-    /// How far from a plane a sample counts as its, metres: the noise is along the ray, and one standard
-    /// deviation of it is enough, as samples are means of 9 readings or more.
+    /// Distance up to which a sample belongs to a plane, metres. The noise acts along the ray; one standard
+    /// deviation of it is enough, because samples are means of 9 readings or more.
     fn tolerance(&self, plane: &Plane, sample: &Sample) -> f64 {
         let ray = unit(sample.point.map(f64::from)).unwrap_or([0.0, 0.0, 1.0]);
         let steepness = dot(plane.normal(), ray).abs();
@@ -191,8 +194,8 @@ impl Ground {
         Some(LyingPlane { support: most.support, plane: most.plane })
     }
 
-    /// The highest plane that the samples stand on: nearly all of them are above it, the lowest no farther
-    /// than `max_gap` metres.
+    /// The highest plane on which the samples stand: nearly all of them are above it, and the lowest ones at
+    /// most `max_gap` metres.
     pub(super) fn under<'a>(
         &self,
         samples: &(impl Iterator<Item = &'a Sample> + Clone),
@@ -201,7 +204,8 @@ impl Ground {
         self.nearest(|candidate| candidate.is_level, samples, max_gap)
     }
 
-    /// The normal, in the world, of the plane that the samples rest on or lean against, level or not.
+    /// The normal, in the world, of the plane on which the samples rest or against which they lean, level or
+    /// not.
     pub(super) fn resting_normal<'a>(
         &self,
         samples: &(impl Iterator<Item = &'a Sample> + Clone),
@@ -236,8 +240,8 @@ impl Ground {
     }
 }
 
-/// The middle of the band of this half width that holds most of some ascending heights; `None` when it holds
-/// fewer than `least`.
+/// The middle of the band of width 2 * `half_width` that holds most of the ascending `heights`; `None` when
+/// it holds fewer than `least`.
 fn densest(heights: &[f64], half_width: f64, least: f64) -> Option<f64> {
     let mut best = None;
     let (mut low, mut most) = (0, 0);

@@ -3,11 +3,11 @@ use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, NO_SAMPLE, SampleGrid, S
 
 use crate::SizePrior;
 
-/// Finds the samples of a box that are the object.
+/// Finds the samples of a box that belong to the object.
 ///
-/// The cluster is chosen by its size, each sample weighted by how central it lies, by how little of it goes
-/// on outside the box, as background does, and by how well it fills the box from side to side. Clusters at
-/// about the same depth that end within the margin are parts of the object: legs below a seat.
+/// The cluster is chosen by its size, in which central samples weigh more, by how little of it continues
+/// outside the box, as background does, and by how well it fills the box from side to side. Clusters at about
+/// the same depth that end within the margin are parts of the object: legs below a seat.
 #[derive(Debug, Clone)]
 pub(super) struct ObjectCluster {
     segmenter: BoxSegmenter,
@@ -15,7 +15,7 @@ pub(super) struct ObjectCluster {
     is_part: Vec<bool>,
     /// Samples of the object, ascending.
     pub(super) members: Vec<u32>,
-    /// Whether each sample is one.
+    /// For each sample, whether it is of the object.
     pub(super) is_member: Vec<bool>,
 }
 
@@ -24,22 +24,23 @@ pub(super) struct ObjectCluster {
 pub(super) struct ClusterSearch<'a> {
     /// The detector's box.
     pub(super) bounding_box: BoundingBox,
-    /// Whether it is something that people sit on.
+    /// Whether it is a thing on which people sit.
     pub(super) is_seat: bool,
-    /// How large such things are.
+    /// The usual sizes of such things.
     pub(super) prior: Option<&'a SizePrior>,
-    /// How far from the object's depth its parts may be, metres.
+    /// Largest distance in depth of the object's parts from its main cluster, metres.
     pub(super) reach: f32,
 }
 
 impl ClusterSearch<'_> {
-    /// Whether a cluster so far, in depth, from a mover that hides much of the box can be the thing: a seat
-    /// is at its depth; at that of what nobody sits on is only what is left of the mover.
+    /// Whether a cluster may be the object, given its distance in depth, `apart`, from a mover that occludes
+    /// much of the box. A seat is at the mover's depth; in the box of any other thing, a cluster at that
+    /// depth is only what is left of the mover.
     fn may_be_beside_mover(&self, apart: f32) -> bool {
         self.is_seat == (apart.abs() <= MOVER_REACH)
     }
 
-    /// How likely a cluster is the object, beside its size.
+    /// How likely a cluster is the object, apart from its size.
     fn factor(&self, grid: &SampleGrid, cluster: &BoxCluster) -> f32 {
         let mover = grid.masked_depth.filter(|_| grid.masked_share >= HIDDEN);
         if mover.is_some_and(|mover| !self.may_be_beside_mover(cluster.depth - mover)) {
@@ -57,19 +58,20 @@ impl ClusterSearch<'_> {
     }
 }
 
-/// Pixels of a box that are looked at, at most (a grid of them).
+/// Most pixels of a box that are sampled, on a grid.
 const MAX_SAMPLES: usize = 1600;
-/// How far around the box is looked, as a share of its longer side, 0..=1; at least 6 pixels. What a cluster
-/// does outside tells things from their background.
+/// Width of the margin searched around the box, as a share of its longer side, 0..=1; at least 6 pixels. What
+/// a cluster does outside tells things from their background.
 const MARGIN_SHARE: f32 = 0.15;
-/// Share of a box hidden by movers from which on they tell where the thing is.
+/// Share of a box occluded by movers from which on the movers' depth tells where the object is.
 const HIDDEN: f32 = 0.2;
-/// How far a seat may be from who sits on it, in depth, and what is left of a mover from it, metres. Lower
-/// takes rests of people for things, higher what stands behind a person for a seat.
+/// Largest distance in depth of a seat from the person on it, and of a mover's remains from the mover,
+/// metres. A lower value takes remains of people for things, a higher one takes what stands behind a person
+/// for a seat.
 const MOVER_REACH: f32 = 0.4;
-/// Share of a cluster outside the box at which its score is halved, and from which on it is no part of the
-/// object, nor taken with what lies outside. Lower cuts off what a tight box leaves out, higher takes in the
-/// background.
+/// Share of a cluster outside the box at which its score is halved, and above which it is not part of the
+/// object and its samples outside the box are dropped. A lower value cuts off what a tight box leaves out, a
+/// higher one adds background.
 const CONTAINED: f32 = 0.15;
 
 fn is_contained(cluster: &BoxCluster) -> bool {
@@ -94,7 +96,7 @@ impl ObjectCluster {
         self.segmenter.sample(view, grid);
     }
 
-    /// Finds the object among the samples that are no ground.
+    /// Finds the object among the samples that are not on the ground.
     pub(super) fn find(&mut self, grid: &SampleGrid, is_ground: &[bool], search: &ClusterSearch<'_>) {
         self.members.clear();
         self.is_member.clear();
@@ -122,14 +124,14 @@ impl ObjectCluster {
         }
     }
 
-    /// How well the object fills the detector's box from side to side: intersection over union of the box
-    /// around its samples.
+    /// How well the object fills the detector's box: the intersection over union of the box around its
+    /// samples with the detector's.
     pub(super) fn fill(&self, grid: &SampleGrid, bounding_box: &BoundingBox) -> f64 {
         let members = self.members.iter().filter_map(|&index| grid.samples.get(index as usize));
         grid.bounds(members).map_or(0.0, |own| own.iou(bounding_box))
     }
 
-    /// Whether the sample of a cell is of the object.
+    /// Whether a sample is of the object; `false` for [`NO_SAMPLE`].
     pub(super) fn holds(&self, sample: u32) -> bool {
         sample != NO_SAMPLE && self.is_member.get(sample as usize).copied().unwrap_or(false)
     }

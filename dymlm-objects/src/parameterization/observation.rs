@@ -3,7 +3,7 @@ use dymlm_core::{BoundingBox, Point};
 use super::{BoxFit, Completeness};
 use crate::SupportPlane;
 
-/// A detection in space: what one frame shows of an object.
+/// What one frame shows of an object: a detection in space.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -22,9 +22,9 @@ pub struct ObjectObservation {
     pub centroid: [f64; 3],
     /// The box around the points, in the world.
     pub fit: BoxFit,
-    /// The plane that the object stands on, when the map has one.
+    /// The plane on which the object stands, when one was found.
     pub support: Option<SupportPlane>,
-    /// What it was told from its surroundings by.
+    /// Whether depth or only colour told it from its surroundings.
     pub relief: Relief,
     /// How much of the object is seen.
     pub completeness: Completeness,
@@ -32,15 +32,15 @@ pub struct ObjectObservation {
     pub sighted_points: Vec<u64>,
 }
 
-/// What an object is told from its surroundings by.
+/// How an object differs from its surroundings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Relief {
-    /// It stands out from them in depth.
+    /// It stands out in depth.
     #[default]
     Raised,
-    /// It lies flat on a plane, and differs from it in colour only.
+    /// It lies flat on a plane and differs from it only in colour.
     Flat,
 }

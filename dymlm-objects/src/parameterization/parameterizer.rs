@@ -11,10 +11,11 @@ use crate::{BoxFitterConfig, ObjectView, SizePriors, SupportPlane, SupportingPla
 
 /// From detections to boxes in space: the paper's object parameterization (section IV-A).
 ///
-/// For each detection, in this order: static readings on a grid over the box and a margin, each the mean of
-/// the readings around it; points on supporting planes go; DBSCAN; which cluster the object is; the plane
-/// under it; how much of it is seen; the box around it ([`BoxFitter`]). Constant time a detection, half a
-/// millisecond or less: the grid has a bounded number of points.
+/// Steps for each detection: static readings are sampled on a grid over the box and a margin, each the mean
+/// of the readings around it; points on supporting planes are dropped; the rest is clustered (DBSCAN), and
+/// the object's cluster chosen; then come the plane under it, how much of it is seen, and the box around it
+/// ([`BoxFitter`]). Constant time per detection, half a millisecond or less, because the number of samples is
+/// bounded.
 #[derive(Debug, Clone)]
 pub(crate) struct Parameterizer {
     config: ParameterizationConfig,
@@ -25,20 +26,21 @@ pub(crate) struct Parameterizer {
     flat: FlatThing,
     fitter: BoxFitter,
     local: Vec<Point>,
-    /// Normals, in the world, of what the things of the last frame rest on.
+    /// Normals, in the world, of the planes on which the things of the last frame rest.
     resting_normals: Vec<[f64; 3]>,
 }
 
-/// Fewest samples of an object.
+/// Least samples of an object.
 const MIN_SAMPLES: usize = 12;
-/// Least share of the box's samples (of those a sensor could read or not) that must be the object, 0..=1:
-/// less is a rest of something else.
+/// Least share of the box's grid cells, with or without a reading, that must be the object, 0..=1: less is a
+/// remainder of something else.
 const MIN_FILL: f32 = 0.04;
-/// Farthest that a part may be from its object in depth when the size of such things is not known, metres.
+/// Largest distance in depth of a part from its object when the size of such things is not known, metres.
 const USUAL_REACH: f64 = 0.3;
-/// Things that may be so many times as high as a plane's tolerance, or less, can lie unseen on it.
+/// Things whose least height is at most this many plane tolerances may lie on a plane without showing in
+/// depth.
 const FLAT_TOLERANCES: f64 = 2.0;
-/// Intersection over union of what was found with the box, from which on the box is explained.
+/// Intersection over union of the found samples with the detector's box from which on the box is explained.
 const FILLED: f64 = 0.5;
 
 /// What was found in a detection's box.
@@ -46,7 +48,7 @@ const FILLED: f64 = 0.5;
 struct Finding {
     completeness: Completeness,
     support: Option<SupportPlane>,
-    /// The least height of a thing that lies flat on its support.
+    /// The least height of such things when it lies flat on its support, metres; `None` when it does not.
     flat_height: Option<f64>,
 }
 
@@ -70,9 +72,9 @@ impl Parameterizer {
         })
     }
 
-    /// Adds to `observations` those of a frame's detections in whose box a thing is found. `vertical`, a unit
-    /// vector of the world, is the third axis of what stands on no known plane; without it principal axes
-    /// are.
+    /// Adds to `observations` the detections of a frame in whose box a thing is found. `vertical`, a unit
+    /// vector of the world, is the third axis of things without a known supporting plane; without it,
+    /// principal axes are used.
     pub(crate) fn parameterize(
         &mut self,
         view: &ObjectView<'_>,
@@ -89,7 +91,7 @@ impl Parameterizer {
         }
     }
 
-    /// Normals, in the world, of the planes that the things of the last frame rest on, level or not.
+    /// Normals, in the world, of the planes on which the things of the last frame rest, level or not.
     pub(crate) fn resting_normals(&self) -> &[[f64; 3]] {
         &self.resting_normals
     }
@@ -129,7 +131,7 @@ impl Parameterizer {
         self.describe(view, index, detection, &finding, vertical)
     }
 
-    /// What stands out from the ground in depth.
+    /// Finds what stands out from the ground in depth.
     fn find_raised(
         &mut self,
         view: &ObjectView<'_>,
@@ -138,7 +140,8 @@ impl Parameterizer {
     ) -> Finding {
         self.cluster.find(&self.window, self.ground.is_ground(), search);
         let completeness = completeness(view, &self.window, &self.cluster, &self.sensor);
-        // No farther than usual, or than its size allows when its foot is hidden.
+        // The gap to the plane is limited as usual, or by the label's usual height when the lower end is
+        // occluded.
         let down = vertical.map(|up| view.world_from_camera.inverse().rotate(up.map(|c| -c)));
         let foot = down.and_then(|down| completeness.toward(down));
         let hidden_foot = search.prior.filter(|_| foot.is_some_and(|foot| foot != SideView::Whole));
@@ -148,7 +151,8 @@ impl Parameterizer {
         Finding { completeness, support, flat_height: None }
     }
 
-    /// What lies flat on a plane, if things of the label may be so flat and nothing raised fills the box.
+    /// Finds what lies flat on a plane, if things of the label may be so flat and nothing raised fills the
+    /// box.
     fn find_flat(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Option<Finding> {
         let most = FLAT_TOLERANCES * self.config.plane_tolerance;
         let prior = search.prior.filter(|prior| prior.height.min <= most)?;
@@ -165,7 +169,7 @@ impl Parameterizer {
         Some(Finding { completeness, support: Some(under.support), flat_height: Some(prior.height.min) })
     }
 
-    /// The observation that was found, if there is enough of it.
+    /// The observation of what was found; `None` when that is too little.
     fn describe(
         &mut self,
         view: &ObjectView<'_>,
@@ -206,7 +210,7 @@ impl Parameterizer {
     ) -> Option<([f64; 3], super::BoxFit)> {
         let mean = mean(points)?;
         let centroid = world_from_camera.transform_point(mean);
-        // About the centroid, so that f32 keeps its digits far from the world's origin.
+        // Relative to the centroid, so that f32 keeps its precision far from the world's origin.
         self.local.clear();
         self.local.extend(points.iter().map(|point| {
             let offset = [0, 1, 2].map(|axis| f64::from(point[axis]) - mean[axis]);
@@ -222,7 +226,7 @@ impl Parameterizer {
     }
 }
 
-/// The samples that are the object.
+/// The samples of the object.
 fn members<'a>(window: &'a Window, cluster: &'a ObjectCluster) -> impl Iterator<Item = &'a Sample> + Clone {
     cluster.members.iter().filter_map(|&index| window.samples.get(index as usize))
 }

@@ -1,10 +1,10 @@
 use dymlm_core::vector3::{Vector3, along, dot, unit};
 
-/// The direction against gravity in the world: given, or learnt from what things rest on.
+/// The upward direction in the world: given, or learnt from the planes on which things rest.
 ///
-/// Each observation votes for the normal of the plane that it rests on, whichever way that points. Tables and
-/// floors share one normal; walls that things lean against have several. Until one has more votes than all
-/// others together, the vertical is not known. No attitude of a camera plays a part.
+/// Each observation votes for the normal of the plane on which it rests, level or not. Tables and floors
+/// share one normal; walls against which things lean have several. The vertical is known once one normal has
+/// more votes than all others together. The camera's attitude plays no part.
 #[derive(Debug, Clone)]
 pub(crate) struct Vertical {
     given: Option<Vector3>,
@@ -21,14 +21,14 @@ pub(crate) struct VerticalVotes {
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct Normal {
-    /// Sum of the normals voted for.
+    /// Sum of the normals that got these votes.
     sum: Vector3,
     votes: u64,
 }
 
 #[cfg(feature = "state")]
 impl VerticalVotes {
-    /// Whether their numbers are some that votes can have.
+    /// Whether the numbers are plausible; a damaged file may hold others.
     pub(crate) fn is_possible(&self) -> bool {
         let is_possible =
             |normal: &Normal| normal.sum.iter().all(|c| c.is_finite()) && normal.votes < 1 << 32;
@@ -52,7 +52,7 @@ impl Vertical {
         Self { given: given.and_then(unit), votes: VerticalVotes::default() }
     }
 
-    /// Counts a vote; normals whose cosine is at least `least_cosine` are one.
+    /// Counts a vote; normals between which the cosine is at least `least_cosine` share their votes.
     pub(crate) fn vote(&mut self, normal: Vector3, least_cosine: f64) {
         let is_same = |own: &&mut Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= least_cosine);
         match self.votes.normals.iter_mut().find(is_same) {
@@ -61,7 +61,7 @@ impl Vertical {
         }
     }
 
-    /// A unit vector that points up, once it is known.
+    /// A unit vector that points up; `None` until it is known.
     pub(crate) fn direction(&self) -> Option<Vector3> {
         let normals = &self.votes.normals;
         let all: u64 = normals.iter().map(|normal| normal.votes).sum();

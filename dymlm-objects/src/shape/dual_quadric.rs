@@ -21,7 +21,7 @@ use super::ImageEllipse;
 /// let camera = PinholeCamera::new(640, 480, 500.0, 500.0, 320.0, 240.0)?;
 /// let ball = OrientedBox::new(Pose::new([0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 1.0])?, [0.6; 3])?;
 /// let outline = DualQuadric::new(&ball).project(&camera, &Pose::identity()).ok_or("behind the camera")?;
-/// // The tangent rays touch it before its centre: r / sqrt(d^2 - r^2) rather than r / d.
+/// // The tangent rays touch it before its centre: r / sqrt(d^2 - r^2) instead of r / d.
 /// let radius = 500.0 * 0.3 / (2.0_f64.powi(2) - 0.3_f64.powi(2)).sqrt();
 /// assert!((outline.semi_axes[0] - radius).abs() < 1e-9 && outline.center == [320.0, 240.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -56,12 +56,13 @@ impl DualQuadric {
         })
     }
 
-    /// Its outline in the image; `None` when not all of it is in front of the camera.
+    /// Its outline in the image; `None` unless all of it is in front of the camera.
     pub fn project(&self, camera: &PinholeCamera, world_from_camera: &Pose) -> Option<ImageEllipse> {
         let camera_from_object = world_from_camera.inverse() * self.oriented_box.world_from_box();
         let [x, y, z] = camera_from_object.translation();
         let spread = self.spread(&camera_from_object);
-        // P Q P^T = K (S - c c^T) K^T in the camera frame, scaled so that its last element is -1.
+        // The dual conic P Q P^T = K (S - c c^T) K^T in the camera frame, scaled so that its last element is
+        // 1.
         let scale = z * z - spread[2][2];
         if !(z > 0.0 && scale > 0.0) {
             return None;
@@ -70,7 +71,7 @@ impl DualQuadric {
             let center = [x, y, z];
             (center[i] * center[j] - spread[i][j]) / scale
         };
-        // On the plane z = 1: the middle, and the spread about it.
+        // On the plane z = 1: the centre, and the shape matrix about it.
         let middle = [conic(0, 2), conic(1, 2)];
         let shape = [
             middle[0] * middle[0] - conic(0, 0),
@@ -82,7 +83,7 @@ impl DualQuadric {
         ImageEllipse::from_shape_matrix(center, [fx * fx * shape[0], fx * fy * shape[1], fy * fy * shape[2]])
     }
 
-    /// R diag(a^2, b^2, c^2) R^T in the frame that a pose takes the object to.
+    /// R diag(a^2, b^2, c^2) R^T, with R the rotation of `frame_from_object`.
     fn spread(&self, frame_from_object: &Pose) -> [[f64; 3]; 3] {
         let rows = frame_from_object.rotation_matrix();
         let squared = self.oriented_box.lengths().map(|length| 0.25 * length * length);

@@ -14,8 +14,8 @@ pub struct ImageEllipse {
 }
 
 impl ImageEllipse {
-    /// The ellipse of points c + E^(1/2) x for the unit vectors x; `shape` is (uu, uv, vv) of E. `None` when
-    /// E has a negative or no eigenvalue.
+    /// The ellipse of the points c + E^(1/2) x for all unit vectors x, where c is `center`; `shape` is (uu,
+    /// uv, vv) of E. `None` when an eigenvalue of E is negative or not finite.
     pub(super) fn from_shape_matrix(center: [f64; 2], [uu, uv, vv]: [f64; 3]) -> Option<Self> {
         let (mean, half_difference) = (0.5 * (uu + vv), 0.5 * (uu - vv));
         let spread = half_difference.hypot(uv);
@@ -23,7 +23,7 @@ impl ImageEllipse {
         if !(less >= 0.0 && greater.is_finite() && center.iter().all(|c| c.is_finite())) {
             return None;
         }
-        // The eigenvector from the row of the greater diagonal element, which does not cancel.
+        // The eigenvector is computed from the row with the greater diagonal element, where no digits cancel.
         let axis = if half_difference >= 0.0 {
             [half_difference + spread, uv]
         } else {
@@ -35,7 +35,7 @@ impl ImageEllipse {
         Some(Self { center, semi_axes: [greater.sqrt(), less.sqrt()], axis })
     }
 
-    /// The smallest box around it, pixels; `None` when it is no box in f32.
+    /// The smallest box around it, pixels; `None` when it exceeds the range of f32.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
         let [cos, sin] = self.axis;
         let [long, short] = self.semi_axes;
@@ -44,7 +44,7 @@ impl ImageEllipse {
         BoundingBox::new(low[0], low[1], high[0], high[1]).ok()
     }
 
-    /// Whether a pixel lies on it or within.
+    /// Whether a pixel lies on or inside the ellipse.
     pub fn contains(&self, pixel: [f64; 2]) -> bool {
         let offset = [pixel[0] - self.center[0], pixel[1] - self.center[1]];
         let along = offset[0] * self.axis[0] + offset[1] * self.axis[1];
@@ -53,7 +53,7 @@ impl ImageEllipse {
         (along * short).powi(2) + (across * long).powi(2) <= (long * short).powi(2)
     }
 
-    /// `count` points on it, evenly in its own parameter, from the end of the longer axis.
+    /// `count` points on the ellipse, at even steps of its parameter, starting at the end of the longer axis.
     pub fn outline(&self, count: usize) -> impl Iterator<Item = [f64; 2]> + '_ {
         (0..count).map(move |k| {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();

@@ -1,4 +1,4 @@
-//! What stands for an object in space, and how it looks in an image.
+//! The shape that represents an object, and its outline in an image.
 
 mod dual_quadric;
 mod image_ellipse;

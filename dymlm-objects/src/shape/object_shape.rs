@@ -4,7 +4,7 @@ use dymlm_geometry::OrientedBox;
 use super::DualQuadric;
 use crate::ShapeKind;
 
-/// A box, or the ellipsoid in it.
+/// A box, or the ellipsoid inscribed in it.
 ///
 /// ```
 /// use dymlm_core::{PinholeCamera, Pose};
@@ -14,7 +14,7 @@ use crate::ShapeKind;
 /// let camera = PinholeCamera::new(640, 480, 500.0, 500.0, 320.0, 240.0)?;
 /// let place = OrientedBox::new(Pose::new([0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 1.0])?, [0.4, 0.4, 0.2])?;
 /// let image_box = ObjectShape::new(ShapeKind::Cuboid, place).image_box(&camera, &Pose::identity());
-/// // The front side, at a depth of 1.9 m, hides the rest.
+/// // The front side, at a depth of 1.9 m, occludes the rest.
 /// assert!((image_box.ok_or("in view")?.width() - 500.0 * 0.4 / 1.9).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -25,7 +25,7 @@ pub struct ObjectShape {
     oriented_box: OrientedBox,
 }
 
-/// What is nearer to the camera's plane than this is cut off before it is projected, metres.
+/// Depth below which a box is cut off before it is projected, metres.
 const NEAR: f64 = 0.05;
 
 impl ObjectShape {
@@ -44,9 +44,9 @@ impl ObjectShape {
         self.oriented_box
     }
 
-    /// The smallest box in the image around the shape, not clipped to the image; `None` when nothing of it is
-    /// in front of the camera. Of a box that reaches behind the camera the part in front; of such an
-    /// ellipsoid that of its box.
+    /// The smallest box in the image around the shape, not clipped to the image; `None` when nothing of the
+    /// shape is in front of the camera. Only the part of a box in front of the camera counts; an ellipsoid
+    /// that reaches behind the camera is replaced by its box.
     pub fn image_box(&self, camera: &PinholeCamera, world_from_camera: &Pose) -> Option<BoundingBox> {
         let ellipse = match self.kind {
             ShapeKind::Cuboid => None,
@@ -59,7 +59,7 @@ impl ObjectShape {
     }
 }
 
-/// Bounds of the projected corners, of the part before the near plane.
+/// Bounds of the projection of the part of a box beyond the near plane.
 fn box_in_image(own: &OrientedBox, camera: &PinholeCamera, world_from_camera: &Pose) -> Option<BoundingBox> {
     let camera_from_box = world_from_camera.inverse() * own.world_from_box();
     let in_camera = OrientedBox::new(camera_from_box, own.lengths()).ok()?;
