@@ -7,7 +7,7 @@ use crate::plane_map::PlaneMapConfig;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct PlaneConfig {
-    /// Planes of a single frame.
+    /// Detection of planes in a single frame.
     pub detector: PlaneDetectorConfig,
     /// The map: association, fusion, merging.
     pub map: PlaneMapConfig,

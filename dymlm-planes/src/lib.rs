@@ -1,7 +1,7 @@
 //! Planes in RGB-D frames: extraction, robust refinement, association, and a map of finite planes.
 //!
-//! The plane map of "`DyMLM`" (paper III-B) in two parts: [`PlaneDetector`] finds the planes of a frame,
-//! [`PlaneMap`] associates them with those it knows, fuses them and merges what proves to be one plane.
+//! The plane map of "`DyMLM`" (paper III-B) has two parts: [`PlaneDetector`] finds the planes of a frame;
+//! [`PlaneMap`] associates them with its planes, fuses them, and merges planes that prove to be one.
 //! [`PlaneMapper`] joins the two.
 
 mod association;

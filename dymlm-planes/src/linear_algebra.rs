@@ -1,4 +1,4 @@
-//! What fitting planes needs of symmetric 3x3 matrices and of coordinates in a plane.
+//! Symmetric 3x3 matrices and coordinates in a plane, as far as plane fitting needs them.
 
 use dymlm_core::Plane;
 use dymlm_core::vector3::{cross, unit};
@@ -23,7 +23,7 @@ pub(crate) fn quadratic_form(matrix: &Symmetric3, v: [f64; 3]) -> f64 {
 
 /// Two unit vectors that complete a unit `normal` to a right-handed frame (u, v, normal).
 ///
-/// The first lies in the coordinate plane of the normal's two largest components, so equal normals give equal
+/// The first lies in the coordinate plane of the normal's two largest components. Equal normals give equal
 /// frames.
 pub(crate) fn plane_axes(normal: [f64; 3]) -> [[f64; 3]; 2] {
     let [x, y, z] = normal.map(f64::abs);
@@ -38,7 +38,7 @@ pub(crate) fn plane_axes(normal: [f64; 3]) -> [[f64; 3]; 2] {
     [u, cross(normal, u)]
 }
 
-/// The rows that core's solver takes.
+/// The matrix by rows, as the eigenvalue solver of `dymlm-core` takes it.
 pub(crate) fn rows(matrix: &Symmetric3) -> [[f64; 3]; 3] {
     let [xx, xy, xz, yy, yz, zz] = *matrix;
     [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]

@@ -7,7 +7,7 @@ use crate::plane_map::{PlaneMap, PlaneReport};
 
 /// The whole plane step of the paper (III-B): extract, refine, filter, then associate, fuse, merge.
 ///
-/// Joins a [`PlaneDetector`] and a [`PlaneMap`]; both can be used by themselves.
+/// Joins a [`PlaneDetector`] and a [`PlaneMap`]; each can be used alone.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
@@ -45,12 +45,13 @@ impl PlaneMapper {
         })
     }
 
-    /// Adds the planes of a key frame to the map. Pixels whose entry in `static_mask` is false take no part;
-    /// `movers` are the corrected boxes of potential movers.
+    /// Adds the planes of a key frame to the map. Pixels for which `static_mask` is false are ignored;
+    /// `movers` are the corrected boxes of potential movers, pixels.
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] for a mask of another size; [`Error::OutOfReach`]. The map stays as it was.
+    /// [`Error::Core`] for a mask of another size than the frame; [`Error::OutOfReach`]. The map stays as it
+    /// was.
     pub fn insert(
         &mut self,
         frame: &Frame,
@@ -64,7 +65,7 @@ impl PlaneMapper {
         Ok(report)
     }
 
-    /// The steps of the last frame: its labels, its planes, what was rejected.
+    /// The detector, with the last frame's labels, planes and rejected planes.
     pub fn detector(&self) -> &PlaneDetector {
         &self.detector
     }
@@ -74,12 +75,12 @@ impl PlaneMapper {
         &self.map
     }
 
-    /// The map, to take key frames out.
+    /// The map, to remove key frames from it.
     pub fn map_mut(&mut self) -> &mut PlaneMap {
         &mut self.map
     }
 
-    /// Gives the map away.
+    /// Returns the map and drops the detector.
     pub fn into_map(self) -> PlaneMap {
         self.map
     }

@@ -3,8 +3,8 @@ use dymlm_core::{Plane, Pose};
 
 use crate::linear_algebra::{Symmetric3, quadratic_form};
 
-/// Sums over weighted points up to second order: all that a least-squares plane needs. They add up and can be
-/// taken apart, so a plane of two sets of points costs the same as one of two points.
+/// Sums over weighted points up to second order, which is all that a least-squares plane needs. They can be
+/// added and subtracted, so a plane of two sets of points costs the same as one of two points.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Moments {
@@ -16,8 +16,8 @@ pub(crate) struct Moments {
     pub(crate) second: Symmetric3,
 }
 
-/// Weighted sums over points z (a, b, 1) of one row of an image, which share b: it enters once a row, not
-/// once a point.
+/// Weighted sums over points z (a, b, 1) of one row of an image. They share b, which is therefore multiplied
+/// in once per row, not once per point.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct RowSums {
     pub(crate) weight: f64,
@@ -32,11 +32,11 @@ pub(crate) struct RowSums {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Fit {
     pub(crate) centroid: [f64; 3],
-    /// Unit length, towards the origin of the frame: the camera.
+    /// Unit normal towards the origin of the frame, the camera.
     pub(crate) normal: [f64; 3],
     /// Weighted mean of squared distances, square metres.
     pub(crate) mse: f64,
-    /// The same along the optical axis (z).
+    /// Weighted mean of squared distances along the optical axis (z), square metres.
     pub(crate) depth_mse: f64,
 }
 
@@ -60,7 +60,7 @@ impl Moments {
         sum
     }
 
-    /// Of points z (a, b, 1) of one row.
+    /// The moments of points z (a, b, 1) of one row.
     #[inline]
     pub(crate) fn of_row(b: f64, sums: RowSums) -> Self {
         let RowSums { weight, z, az, zz, azz, aazz } = sums;
@@ -87,8 +87,8 @@ impl Moments {
         self.covariance_about(self.centroid())
     }
 
-    /// The covariance, for a centroid that is known. One division instead of nine: clustering asks this of
-    /// every pair.
+    /// The covariance for a known centroid. It uses one division instead of nine, because clustering computes
+    /// it for every pair.
     #[inline]
     fn covariance_about(&self, [x, y, z]: [f64; 3]) -> Symmetric3 {
         let share = 1.0 / self.weight;
@@ -96,14 +96,14 @@ impl Moments {
         [xx - x * x, xy - x * y, xz - x * z, yy - y * y, yz - y * z, zz - z * z]
     }
 
-    /// Mean of squared distances from the best plane, as [`Moments::fit`] chooses it.
+    /// Mean of squared distances from the plane of [`Moments::fit`].
     #[inline]
     pub(crate) fn mse(&self) -> f64 {
         let centroid = self.centroid();
         let covariance = self.covariance_about(centroid);
         let (direction, determinant) = adjugate_times(&covariance, centroid);
         let along = dot(direction, centroid);
-        // 0 / 0 is a line towards the camera: no plane.
+        // Points on a line towards the camera give 0 / 0: they define no plane.
         (determinant * along / dot(direction, direction)).max(0.0)
     }
 
@@ -114,14 +114,14 @@ impl Moments {
         quadratic_form(&self.covariance(), normal).max(0.0) + offset * offset
     }
 
-    /// The best plane for noise that runs along the ray from the origin to the centroid: the camera's. `None`
-    /// when the points have none (too few, a line, one place, or only planes through the camera) or are not
-    /// finite.
+    /// The best plane for noise along the ray from the origin, the camera, to the centroid. `None` when the
+    /// points define no plane (too few, on a line, at one place, or only on planes through the camera) or are
+    /// not finite.
     ///
-    /// A depth camera errs along its rays. Far away a block's noise is as large as the block; least squares
-    /// across the plane then finds planes that stand along the ray. Minimizing n' C n / (n . r)^2 instead,
-    /// for covariance C and ray r, gives n = C^-1 r in closed form, here with the adjugate, which flat points
-    /// leave finite.
+    /// A depth camera errs along its rays. Far away the noise of a block is as large as the block, and least
+    /// squares across the plane would find planes that stand along the ray. Minimizing n' C n / (n . r)^2
+    /// instead, for covariance C and ray r, gives n = C^-1 r in closed form; the adjugate is used in place of
+    /// the inverse, because it stays finite for flat points.
     pub(crate) fn fit(&self) -> Option<Fit> {
         if self.weight.is_nan() || self.weight <= 0.0 {
             return None;
@@ -130,7 +130,7 @@ impl Moments {
         let covariance = self.covariance_about(centroid);
         let (direction, determinant) = adjugate_times(&covariance, centroid);
         let largest = covariance[0] + covariance[3] + covariance[5];
-        // The adjugate of a small block is of the order of its side to the fourth.
+        // The adjugate of a small block is of the order of its side to the fourth power.
         let normal = unit(direction.map(|x| x / (largest * largest)))?;
         let along = dot(normal, centroid);
         let flat = dot(direction, direction) > (1e-12 * largest * largest * norm(centroid)).powi(2);
@@ -144,12 +144,12 @@ impl Moments {
         Some(Fit { centroid, normal, mse, depth_mse })
     }
 
-    /// Moves the points: x' = R x + t.
+    /// The moments of the moved points x' = R x + t.
     pub(crate) fn transformed(&self, a_from_b: &Pose) -> Self {
         if self.weight <= 0.0 {
             return *self;
         }
-        // About the centroid, where nothing large cancels.
+        // Computed about the centroid, where no large numbers cancel.
         let covariance = rotated(&self.covariance(), &a_from_b.rotation_matrix());
         Self::from_covariance(self.weight, a_from_b.transform_point(self.centroid()), &covariance)
     }
@@ -166,7 +166,7 @@ impl Moments {
 }
 
 impl Fit {
-    /// In Hessian form; `None` never happens for a fit of finite points.
+    /// The plane in Hessian form; never `None` for a fit of finite points.
     pub(crate) fn plane(&self) -> Option<Plane> {
         Plane::new(self.normal, -dot(self.normal, self.centroid)).ok()
     }
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn noise_along_the_ray_does_not_turn_the_plane() {
         // A block of 6 cm at 3 m, tilted by 30 degrees, with noise of 3 cm in depth: least squares across the
-        // plane would lay it along the ray.
+        // plane would find a plane along the ray.
         let slope = 30_f64.to_radians().tan();
         let mut moments = Moments::default();
         for i in -5..=5 {

@@ -14,7 +14,7 @@ impl PlaneFrame {
         Self { origin, axes: plane_axes(normal) }
     }
 
-    /// Coordinates of a point's foot on the plane, metres.
+    /// Coordinates of a point's projection onto the plane, metres.
     #[inline]
     pub(crate) fn to_plane(self, point: [f64; 3]) -> [f64; 2] {
         let offset = difference(point, self.origin);

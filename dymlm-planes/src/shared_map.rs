@@ -2,8 +2,8 @@ use std::collections::{BTreeMap, btree_map};
 use std::ops::RangeBounds;
 use std::sync::Arc;
 
-/// A map whose clones share what it holds: a clone costs a pointer each, and what is changed is copied while
-/// both have it. What it gives to be changed counts as changed.
+/// A map whose clones share its values: a clone costs one pointer per value, and a shared value is copied
+/// when it is changed. A value borrowed mutably counts as changed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct SharedMap<K, V>(BTreeMap<K, Arc<V>>);
 
@@ -34,7 +34,7 @@ impl<K: Ord, V: Clone> SharedMap<K, V> {
         self.0.get_mut(key).map(Arc::make_mut)
     }
 
-    /// What is held under a key, made when there is nothing.
+    /// The value of a key; inserted when there is none.
     pub(crate) fn get_or_insert_with(&mut self, key: K, new: impl FnOnce() -> V) -> &mut V {
         Arc::make_mut(self.0.entry(key).or_insert_with(|| Arc::new(new())))
     }
@@ -67,13 +67,13 @@ impl<K: Ord, V: Clone> SharedMap<K, V> {
         self.0.iter().map(|(key, value)| (key, value.as_ref()))
     }
 
-    /// What is held under the keys of a range, in their order.
+    /// The entries with keys in a range, in order.
     pub(crate) fn range(&self, keys: impl RangeBounds<K>) -> impl Iterator<Item = (&K, &V)> {
         let held: btree_map::Range<'_, K, Arc<V>> = self.0.range(keys);
         held.map(|(key, value)| (key, value.as_ref()))
     }
 
-    /// What an earlier state held not, or otherwise.
+    /// The entries that are new or changed since an earlier state.
     #[cfg(feature = "state")]
     pub(crate) fn changed_since<'a>(&'a self, earlier: &'a Self) -> impl Iterator<Item = (&'a K, &'a V)> {
         let is_same =
@@ -82,13 +82,13 @@ impl<K: Ord, V: Clone> SharedMap<K, V> {
         changed.map(|(key, value)| (key, value.as_ref()))
     }
 
-    /// The keys that a later state has not.
+    /// The keys that a later state no longer has.
     #[cfg(feature = "state")]
     pub(crate) fn gone_from<'a>(&'a self, later: &'a Self) -> impl Iterator<Item = &'a K> {
         self.0.keys().filter(|key| !later.0.contains_key(key))
     }
 
-    /// Bytes of the map, without what its values own.
+    /// Size of the map in bytes, without what its values own.
     pub(crate) fn memory_bytes(&self) -> usize {
         self.len() * (size_of::<(K, Arc<V>)>() + 2 * size_of::<usize>() + size_of::<V>())
     }

@@ -1,6 +1,6 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// Whether the two sides of a sheet are one plane.
+/// Whether the two sides of a sheet count as one plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -9,36 +9,37 @@ pub enum Sides {
     /// A plane is seen from the side its normal points to; the two faces of a partition are two planes.
     #[default]
     Apart,
-    /// A plane seen from behind is the same plane, as in the paper's equation 1; normal and offset are turned
-    /// round together.
+    /// A plane seen from behind is the same plane, as in the paper's equation 1; normal and offset change
+    /// sign together.
     Joined,
 }
 
-/// Settings of the test whether two finite planes are one: the paper's equations 1 to 3, and that they
-/// adjoin.
+/// Settings of the test whether two finite planes are one: the paper's equations 1 to 3, and whether the
+/// patches adjoin.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct AssociationConfig {
-    /// The paper's `beta_Th`: the normals' angle is smaller, degrees, 0.1..=90. Default 10.
+    /// The paper's `beta_Th`: the angle between the normals must be smaller, degrees, 0.1..=90. Default 10.
     pub max_angle_deg: f64,
-    /// The paper's `d_Th`: the distance of the detected patch's centroid from the map plane is smaller,
+    /// The paper's `d_Th`: the distance of the detected patch's centroid from the map plane must be smaller,
     /// metres, 0..=10. Default 0.05.
     pub max_distance: f64,
     /// The paper's d'_Th: an edge point within this distance from the map plane counts as on it, metres,
     /// 0..=10. Default 0.04.
     pub max_point_distance: f64,
-    /// The paper's `R_Th`: more than this share of the edge points lies on the map plane, 0..=1. Default 0.5.
+    /// The paper's `R_Th`: more than this share of the edge points must lie on the map plane, 0..=1. Default
+    /// 0.5.
     pub min_point_ratio: f64,
-    /// Patches overlap, or no more than this is between them, metres, 0..=10. Default 0.04: less than between
-    /// two screens or two cabinets side by side.
+    /// Largest gap between patches that adjoin, metres, 0..=10. Default 0.04: less than between two screens
+    /// or two cabinets side by side.
     pub max_gap: f64,
-    /// Two planes of the map are one as well when something nearer occludes what is between them and that is
-    /// no wider than this, metres, 0..=10. Default 0.8: what a person occludes of a wall, or a table of the
-    /// floor. 0 turns it off.
+    /// Largest gap over which two planes of the map also count as one, if something nearer occludes the gap,
+    /// metres, 0..=10. Default 0.8: what a person occludes of a wall, or a table of the floor. 0 turns this
+    /// off.
     pub max_occluded_gap: f64,
-    /// Whether the two sides of a sheet are one plane. Default: they are not.
+    /// Whether the two sides of a sheet count as one plane. Default: they do not.
     pub sides: Sides,
 }
 

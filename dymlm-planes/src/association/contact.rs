@@ -2,31 +2,31 @@ use super::partition::Partition;
 use crate::patches::{Patch, PatchVoxel, VoxelBox};
 use crate::plane_frame::PlaneFrame;
 
-/// Patches adjoin with this many voxels, 20 cm of a rim at 2.5 cm, ...
+/// Voxels in contact from which on patches adjoin, 20 cm of a rim at 2.5 cm, ...
 const MOST_CONTACT: usize = 8;
-/// ... small ones with one out of so many. In a long recording a few voxels stray from any patch, over the
-/// gap between two screens for one.
+/// ... or, for small patches, one out of this many of their voxels. In a long recording a few voxels stray
+/// from any patch, for example over the gap between two screens.
 const CONTACT_SHARE: usize = 10;
 
-/// How two patches may touch.
+/// The conditions under which two patches touch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Contact<'a> {
     pub(super) voxel_size: f64,
-    /// The plane that their voxels are set onto.
+    /// The plane onto which their voxels are projected.
     pub(super) frame: PlaneFrame,
-    /// Most that is between them, metres.
+    /// Largest gap between them, metres.
     pub(super) max_gap: f64,
-    /// The same with what their voxels are off the plane, voxels.
+    /// `max_gap` plus the distance of their voxels from the plane, in voxels.
     pub(super) reach: i32,
-    /// Where.
+    /// The voxels that are compared.
     pub(super) region: &'a VoxelBox,
-    /// What stands between them.
+    /// The walls that stand between them.
     pub(super) partitions: &'a [Partition],
 }
 
 impl Contact<'_> {
-    /// Whether two patches overlap on the plane, or no more than the gap (to a voxel) lies between them:
-    /// where enough voxels of the one are as near to the other. O(voxels in the region).
+    /// Whether two patches overlap on the plane or are separated by at most the gap (to a voxel): enough
+    /// voxels of the one must be that near to the other. O(voxels in the region).
     pub(super) fn holds(&self, a: &Patch, b: &Patch) -> bool {
         let smaller = a.len().min(b.len());
         let contact = MOST_CONTACT.min(smaller.div_ceil(CONTACT_SHARE));
@@ -45,19 +45,19 @@ impl Contact<'_> {
         contact > 0 && of_a.iter().filter(|cell| self.is_near(&of_b, **cell)).take(contact).count() == contact
     }
 
-    /// Whether a voxel lies beside what stands between the patches.
+    /// Whether a voxel is beside a wall that stands between the patches.
     fn is_parted(&self, voxel: PatchVoxel) -> bool {
         let center = voxel.center(self.voxel_size);
         self.partitions.iter().any(|partition| partition.parts(center, center))
     }
 
-    /// The square of the plane, as large as a voxel, that a voxel's centre falls into.
+    /// The square cell of the plane, as large as a voxel, into which a voxel's centre falls.
     fn cell_of(&self, voxel: PatchVoxel) -> [i64; 2] {
         let at = self.frame.to_plane(voxel.center(self.voxel_size));
         at.map(|x| (x / self.voxel_size).floor() as i64)
     }
 
-    /// Whether the square of one of some cells, which are sorted, lies within the gap of a cell's.
+    /// Whether one of the sorted `cells` lies within the gap of a cell.
     fn is_near(&self, cells: &[[i64; 2]], [u, v]: [i64; 2]) -> bool {
         let reach = (self.max_gap / self.voxel_size).floor() as i64 + 1;
         let between = |a: i64| (a.abs() - 1).max(0) as f64 * self.voxel_size;

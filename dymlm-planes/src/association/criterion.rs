@@ -9,7 +9,7 @@ use crate::linear_algebra::foot_on;
 use crate::patches::VoxelBox;
 use crate::plane_frame::PlaneFrame;
 
-/// Inliers of a map plane that equation 3 looks at, at most.
+/// Most inliers of a map plane that equation 3 uses.
 const MOST_POINTS: usize = 400;
 
 /// How well two planes agree.
@@ -17,24 +17,24 @@ const MOST_POINTS: usize = 400;
 pub(crate) struct Agreement {
     /// Angle between the normals, radians.
     pub(crate) angle: f64,
-    /// Distance of the one's centroid from the other's plane, metres.
+    /// Distance of the detected plane's centroid from the map plane, metres.
     pub(crate) distance: f64,
-    /// Whether they agree only when one is turned round.
+    /// Whether they agree only when one normal is reversed.
     pub(crate) flipped: bool,
 }
 
-/// The test whether a plane `P_c`, seen now, is the plane `P_w` of the map: equation 1 and (equation 2 or
+/// The test whether a detected plane `P_c` is the plane `P_w` of the map: equation 1 and (equation 2 or
 /// equation 3), and the patches adjoin. Paper III-B, with corrections:
 ///
 /// - everything is compared in the world, n = `R_wc` `n_c`, d = `d_c` - n . `t_wc`;
-/// - normals point to the camera that saw them, and equation 1 has no absolute value: from its other side a
-///   thin thing shows another face ([`Sides`]);
-/// - offsets are compared at the detected patch; at the world's origin a small angle makes a large
+/// - normals point to the camera that saw them, and equation 1 has no absolute value: the other side of a
+///   thin thing is another face ([`Sides`]);
+/// - offsets are compared at the detected patch, because at the world's origin a small angle makes a large
 ///   difference;
-/// - equation 3 counts |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind the plane
-///   count;
-/// - patches must overlap or nearly touch: two desks of one height are two planes. (Unless key frames showed
-///   that something nearer occludes what joins them; see [`Self::test_across_gap`].)
+/// - equation 3 counts points with |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind
+///   the plane would count;
+/// - patches must overlap or nearly touch, because two desks of one height are two planes. (Unless key frames
+///   showed that something nearer occludes their connection; see [`Self::test_across_gap`].)
 #[derive(Debug, Clone)]
 pub(crate) struct Criterion {
     config: AssociationConfig,
@@ -47,7 +47,7 @@ impl Criterion {
         Self { config: config.clone(), voxel_size, cos_max_angle: config.max_angle_deg.to_radians().cos() }
     }
 
-    /// How the two agree, as far as they lie in a region; `None` when they are not one plane.
+    /// How well two planes agree, compared within a region; `None` when they are not one plane.
     pub(crate) fn test(
         &self,
         detected: &FinitePlane<'_>,
@@ -64,7 +64,7 @@ impl Criterion {
         (is_near && self.patches_adjoin(detected, mapped, region, &[])).then_some(agreement)
     }
 
-    /// What stands between two planes, of some others: see [`Partition`].
+    /// Those of `others` that stand between two planes: see [`Partition`].
     pub(crate) fn partitions<'a>(
         &self,
         [a, b]: [&FinitePlane<'_>; 2],
@@ -76,23 +76,23 @@ impl Criterion {
         others.filter_map(of).collect()
     }
 
-    /// Where what is one with a plane across a gap may be.
+    /// The region in which a plane may be joined with others across a gap.
     pub(crate) fn near(&self, plane: &FinitePlane<'_>) -> VoxelBox {
         plane.patch.bounds().grown((self.config.max_occluded_gap / self.voxel_size).ceil() as i32)
     }
 
-    /// How far patches that adjoin may lie apart, voxels.
+    /// Largest distance between patches that adjoin, voxels.
     pub(crate) fn reach(&self) -> i32 {
         ((self.config.max_gap + 2.0 * self.apart()) / self.voxel_size).ceil() as i32
     }
 
-    /// How far off their plane voxels of a patch may lie, metres.
+    /// Largest distance of a patch's voxels from the plane, metres.
     fn apart(&self) -> f64 {
         self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size
     }
 
-    /// How patches agree that do not adjoin. Nothing shows that they meet, so they must agree better:
-    /// equations 1 and 2, the two together within what either alone may be off.
+    /// How well planes agree whose patches do not adjoin. Without contact they must agree better: the sum of
+    /// the squared errors of equations 1 and 2, each relative to its threshold, must be at most 1.
     pub(crate) fn test_across_gap(
         &self,
         detected: &FinitePlane<'_>,
@@ -101,15 +101,15 @@ impl Criterion {
         self.compare(detected, mapped).filter(|agreement| self.cost(agreement) <= 1.0)
     }
 
-    /// How well two planes agree whose normals do (equation 1), wherever their patches lie.
+    /// How well two planes agree, wherever their patches lie; `None` when their normals do not (equation 1).
     fn compare(&self, detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> Option<Agreement> {
         let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
         let distance = mapped.plane.signed_distance(detected.centroid).abs();
         Some(Agreement { angle, distance, flipped })
     }
 
-    /// Equation 1: the angle beta between the normals is below `beta_Th`. The angle, and whether one is to be
-    /// turned round.
+    /// Equation 1: the angle beta between the normals is below `beta_Th`. Returns the angle, and whether one
+    /// normal must be reversed.
     fn normals_agree(&self, a: &Plane, b: &Plane) -> Option<(f64, bool)> {
         let cosine = dot(a.normal(), b.normal());
         let flipped = self.config.sides == Sides::Joined && cosine < 0.0;
@@ -128,7 +128,7 @@ impl Criterion {
         let (near, all) = if let Some(points) = detected.edge_points {
             (points.iter().filter(|point| is_near(**point)).count(), points.len())
         } else {
-            // A few hundred of a large plane's inliers tell a share as well as all.
+            // A few hundred inliers of a large plane give the share as well as all of them.
             let voxels: Vec<_> = detected.patch.voxels_in(region).collect();
             let stride = voxels.len().div_ceil(MOST_POINTS).max(1);
             let points = voxels.iter().step_by(stride);
@@ -138,8 +138,8 @@ impl Criterion {
         near as f64 > self.config.min_point_ratio * all as f64
     }
 
-    /// The patches overlap or lie within the gap of each other, on the map plane, elsewhere than beside what
-    /// stands between them.
+    /// Whether the patches overlap or lie within the gap of each other on the map plane, elsewhere than
+    /// beside a wall that stands between them.
     pub(crate) fn patches_adjoin(
         &self,
         detected: &FinitePlane<'_>,
@@ -153,7 +153,7 @@ impl Criterion {
         contact.holds(detected.patch, mapped.patch)
     }
 
-    /// How bad an agreement is, for choosing the best: 0 is perfect, 1 at a threshold.
+    /// Cost of an agreement, for choosing the best one: 0 is perfect, 1 is at a threshold.
     pub(crate) fn cost(&self, agreement: &Agreement) -> f64 {
         let angle = agreement.angle / self.config.max_angle_deg.to_radians();
         let distance = agreement.distance / self.config.max_distance.max(1e-9);

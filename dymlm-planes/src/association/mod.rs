@@ -1,4 +1,4 @@
-//! When two finite planes are one. See [`AssociationConfig`].
+//! The test whether two finite planes are one. See [`AssociationConfig`].
 
 mod config;
 mod contact;

@@ -4,21 +4,24 @@ use dymlm_core::vector3::{cross, dot, unit};
 use super::finite_plane::FinitePlane;
 use crate::patches::{Patch, VoxelBox};
 
-/// Cosine of the angle between two planes from which on the one stands across the other: 45 degrees. A lower
-/// angle would let a copy of a wall, tilted by noise, part the wall; a higher one only what is built upright.
+/// Cosine of the angle between two planes above which one stands across the other: 45 degrees. A smaller
+/// angle would let a copy of a wall, tilted by noise, divide the wall; with a larger one only upright walls
+/// divide.
 const COS_ACROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// A plane that stands between two that are coplanar: a side of the wall that parts two rooms' ceilings.
+/// A plane that stands between two coplanar ones: a side of the wall that separates the ceilings of two
+/// rooms.
 ///
-/// Depth images do not end a patch at the wall: at the corner readings are within the noise of both, and
-/// where they lie on the patch's plane may be a hand's breadth behind the wall. So what two patches have in
-/// common beside a partition says nothing, nor that it occludes the way from the one to the other.
+/// Depth images do not end a patch exactly at the wall: in the corner readings are within the noise of both,
+/// and where they lie on the patch's plane they may be a hand's breadth behind the wall. So it proves nothing
+/// that two patches share voxels beside a partition, nor that the partition occludes the way between them.
 #[derive(Debug, Clone)]
 pub(crate) struct Partition {
     plane: Plane,
-    /// How far before and behind it patches reach into it, metres.
+    /// How far before and behind the partition patches may stray, metres.
     reach: f64,
-    /// Along the line in which it meets the others: the steps, as long as a voxel, at which it stands.
+    /// Direction of the line in which it meets the two planes. Along this line, in steps of a voxel, `stands`
+    /// tells where the partition exists, starting at step `first`.
     along: [f64; 3],
     first: i64,
     stands: Vec<bool>,
@@ -26,9 +29,9 @@ pub(crate) struct Partition {
 }
 
 impl Partition {
-    /// `None` unless one of two planes is before the wall and the other behind it, where they are near each
-    /// other: `region`. Its corner with them is not seen to the last: it stands up to `apart` metres beside
-    /// its own voxels. O(voxels of the three in the region).
+    /// `None` unless one plane is before the wall and the other behind it within `region`, where they are
+    /// near each other. The end of the wall's corner with them may not have been seen, so the partition
+    /// extends up to `apart` metres beyond its own voxels. O(voxels of the three planes in the region).
     pub(super) fn new(
         wall: &FinitePlane<'_>,
         [a, b]: [&FinitePlane<'_>; 2],
@@ -57,8 +60,8 @@ impl Partition {
         Some(Self { plane: wall.plane, reach, along, first, stands, voxel_size })
     }
 
-    /// Whether the way from one place to another goes through it or, when it is too short for that, runs
-    /// beside it.
+    /// Whether the way from one place to another goes through the partition or, when it is too short for
+    /// that, runs beside it.
     pub(crate) fn parts(&self, from: [f64; 3], to: [f64; 3]) -> bool {
         let [s, t] = [from, to].map(|place| self.plane.signed_distance(place));
         let share = if s * t < 0.0 { s / (s - t) } else { f64::from(u8::from(s.abs() > t.abs())) };

@@ -3,26 +3,26 @@ use std::collections::BTreeMap;
 use crate::patches::Patch;
 use crate::plane_frame::PlaneFrame;
 
-/// A cell is filled from this share of the mean weight around it on: half of what is inside an edge, when a
-/// third of the cells around hold nothing.
+/// Least weight of a filled cell, as a share of the mean weight of the non-empty cells around it. At a
+/// straight edge, where a third of these cells are rim cells themselves, this is half the weight of inner
+/// cells.
 const FILLED_SHARE: f32 = 0.6;
-/// Cells around one that count on each side.
+/// Number of cells on each side of a cell that count as around it.
 const AROUND: i64 = 2;
 
-/// Cells a side of a tile.
+/// Cells along the side of a tile.
 pub(super) const TILE: i64 = 32;
 const SIDE: usize = TILE as usize;
-/// A tile with what counts around it.
+/// Side of a tile with the cells that count around it.
 const WIDE: usize = SIDE + 2 * AROUND as usize;
 
-/// The square cells of a plane, as large as voxels, with the samples in them.
+/// The square cells of a plane, as large as voxels, with the weight of the samples in them.
 ///
-/// A cell that the rim passes through holds fewer samples than those inside, so the number of samples, shared
-/// out to the four cells nearest to each voxel, tells how full it is. Cells are filled that are at least half
-/// full.
+/// A cell through which the rim passes holds fewer samples than inner cells do. So the samples of each voxel
+/// are shared out to the four nearest cells, and a cell is filled when it is at least half full.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FilledCells {
-    /// Samples by row, then column of tiles.
+    /// Weights of cells; tiles are sorted by row, then column.
     tiles: BTreeMap<[i64; 2], Box<[[f32; SIDE]; SIDE]>>,
 }
 
@@ -42,7 +42,7 @@ impl FilledCells {
                     }
                 }
             }
-            // A block's cells lie in few tiles.
+            // The cells of a block lie in few tiles.
             shares.sort_by_key(|([u, v], _)| [v.div_euclid(TILE), u.div_euclid(TILE)]);
             for in_tile in shares
                 .chunk_by(|(a, _), (b, _)| a.map(|c| c.div_euclid(TILE)) == b.map(|c| c.div_euclid(TILE)))
@@ -58,7 +58,7 @@ impl FilledCells {
         cells
     }
 
-    /// Calls `visit` for each filled cell (u, v), by tiles.
+    /// Calls `visit` for each filled cell (u, v), tile by tile.
     pub(super) fn visit(&self, mut visit: impl FnMut([i64; 2])) {
         for &[row, column] in self.tiles.keys() {
             let wide = self.with_rim([row, column]);
@@ -78,7 +78,7 @@ impl FilledCells {
         }
     }
 
-    /// A tile's weights with those around it.
+    /// A tile's weights with those of the cells around it.
     fn with_rim(&self, [row, column]: [i64; 2]) -> [[f32; WIDE]; WIDE] {
         let mut wide = [[0.0; WIDE]; WIDE];
         for (near, of_rows) in [(row - 1, 0), (row, 1), (row + 1, 2)] {
@@ -96,7 +96,8 @@ impl FilledCells {
     }
 }
 
-/// Where the tile before, a tile itself or the one after it go, and from where on.
+/// For the previous tile (0), the tile itself (1) and the next tile (2): the range of the wide array that it
+/// fills, and its first row or column there.
 fn part_of(tile: usize) -> (std::ops::Range<usize>, usize) {
     let around = AROUND as usize;
     match tile {

@@ -1,9 +1,9 @@
 //! The boundary of a finite plane as polygons with holes.
 //!
-//! The cells of the plane that hold inliers are a picture; small holes are filled, the sides between filled
-//! and empty cells are walked round into rings (the marching squares of a picture whose samples are its
-//! cells), and the rings lose the corners that are but steps of cells. Everything up to the last step is in
-//! whole numbers, so it is exact and deterministic. O(cells).
+//! The cells of the plane that hold inliers form a picture. Small holes are filled; then the sides between
+//! filled and empty cells are traced into rings (marching squares on a picture whose samples are its cells),
+//! and corners that are only steps of cells are dropped from the rings. All but the last step use integers,
+//! so they are exact and deterministic. O(cells).
 
 mod filled_cells;
 mod outline;
@@ -31,7 +31,7 @@ pub(crate) fn trace_boundary(
     picture.fill_holes((max_hole_area / (cell_size * cell_size)) as usize);
     let (mut outlines, holes): (Vec<Ring>, Vec<Ring>) =
         picture.rings().into_iter().partition(|ring| doubled_area(ring) > 0);
-    // A stable sort: equal areas stay in the order of the walk.
+    // The sort is stable: rings of equal area stay in the order in which they were traced.
     outlines.sort_by_key(|ring| std::cmp::Reverse(doubled_area(ring)));
 
     let to_polygon = |ring: &Ring| -> Vec<[f64; 3]> {

@@ -2,10 +2,10 @@ use std::collections::BTreeMap;
 
 use super::filled_cells::{FilledCells, TILE};
 
-/// A picture of cells that is empty but for some tiles: a plane may reach for kilometres.
+/// A picture of cells, stored in tiles because a plane may reach for kilometres.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct CellPicture {
-    /// By row, then column of tiles; a bit a cell.
+    /// Sorted by row, then column of tiles; one bit per cell.
     tiles: BTreeMap<[i64; 2], [u32; TILE as usize]>,
 }
 
@@ -40,7 +40,7 @@ impl CellPicture {
         self.tiles.values().flatten().map(|row| row.count_ones() as usize).sum()
     }
 
-    /// The filled cells, by tiles.
+    /// The filled cells, tile by tile.
     fn cells(&self) -> impl Iterator<Item = [i64; 2]> {
         self.tiles.iter().flat_map(|(&[row, column], tile)| {
             let cells = (0..TILE).flat_map(|v| (0..TILE).map(move |u| [u, v]));
@@ -49,11 +49,11 @@ impl CellPicture {
         })
     }
 
-    /// Fills holes (empty cells joined by their sides and corners, with filled ones all round) of at most
-    /// `largest` cells.
+    /// Fills holes of at most `largest` cells. A hole is a set of empty cells, joined by sides or corners,
+    /// that filled cells surround.
     ///
-    /// A hole is found from the cell below it. What has grown too large is remembered, so that what is
-    /// outside is walked once along its rim.
+    /// The search for a hole starts above each filled cell that has an empty cell there. Cells found to
+    /// belong to too large an area are remembered, so that the outside is searched only once along its rim.
     pub(super) fn fill_holes(&mut self, largest: usize) {
         let starts: Vec<[i64; 2]> =
             self.cells().map(|[u, v]| [u, v + 1]).filter(|&[u, v]| !self.at(u, v)).collect();
@@ -84,15 +84,15 @@ impl CellPicture {
     }
 
     /// The rings around the filled cells: each side between a filled and an empty cell belongs to one ring,
-    /// filled cells on its left.
+    /// with the filled cell on its left.
     ///
-    /// Where two filled cells touch at a corner only, the ring turns so that they stay apart. O(cells).
+    /// Where two filled cells touch only at a corner, they stay in separate rings. O(cells).
     pub(super) fn rings(&self) -> Vec<Ring> {
-        // The side that leaves a corner rightwards is that below cell (u, v); each is walked once.
+        // A side that runs right is stored as the cell above it; each is traced once.
         let mut walked = Self::default();
         let mut rings = Vec::new();
         for [u, v] in self.cells() {
-            // A lower side of a filled cell: the ring passes it to the right.
+            // The lower side of a filled cell, along which the ring runs right.
             if !self.at(u, v - 1) && !walked.at(u, v) {
                 rings.push(self.walk([u, v], &mut walked));
             }
@@ -100,7 +100,8 @@ impl CellPicture {
         rings
     }
 
-    /// Walks from a corner rightwards along the lower side of a filled cell, and back to it.
+    /// Traces a ring from a corner, first rightwards along the lower side of a filled cell, until it returns
+    /// there.
     fn walk(&self, start: [i64; 2], walked: &mut Self) -> Ring {
         const STEPS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
         let mut ring = Ring::new();
@@ -123,7 +124,7 @@ impl CellPicture {
                 _ => (self.at(u, v - 1), self.at(u - 1, v - 1)),
             };
             let turned = match (left, right) {
-                // At a mere corner contact turn left: round the same cell.
+                // At a contact by a corner only, turn left, around the same cell.
                 (false, _) => (heading + 1) % 4,
                 (true, true) => (heading + 3) % 4,
                 (true, false) => heading,
@@ -146,8 +147,8 @@ pub(super) fn doubled_area(ring: &[[i64; 2]]) -> i64 {
 /// rule).
 pub(super) fn contains(ring: &[[i64; 2]], [u, v]: [i64; 2]) -> bool {
     let next = ring.iter().cycle().skip(1);
-    // Rings run along the axes: only upright sides cross a level ray, and no cell centre lies level with a
-    // corner.
+    // Rings run along the axes, so only vertical sides cross a horizontal ray; and no cell centre is level
+    // with a corner.
     let crossings = ring.iter().zip(next).filter(|(a, b)| {
         let (low, high) = (2 * a[1].min(b[1]), 2 * a[1].max(b[1]));
         a[0] == b[0] && 2 * a[0] > u && (low..high).contains(&v)
@@ -198,7 +199,8 @@ mod tests {
     }
 
     proptest::proptest! {
-        /// The rings' areas add up to the cells, and every side between filled and empty is walked once.
+        /// The rings' areas add up to the cells' area, and every side between filled and empty is traced
+        /// once.
         #[test]
         fn rings_enclose_the_cells(cells in proptest::collection::vec(proptest::bool::ANY, 48)) {
             let mut picture = CellPicture::default();

@@ -2,8 +2,8 @@ use dymlm_core::vector3::{cross, dot};
 
 /// One connected piece of a plane's boundary: an outline and the holes in it. World frame, metres.
 ///
-/// Rings are closed without repeating their first corner. Seen from the side that the plane's normal points
-/// to, outlines run counterclockwise and holes clockwise.
+/// Rings are closed without repeating their first corner. Seen from the side to which the plane's normal
+/// points, outlines run counterclockwise and holes clockwise.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -15,14 +15,14 @@ pub struct BoundaryPolygon {
 }
 
 impl BoundaryPolygon {
-    /// Area of the outline less that of its holes, square metres.
+    /// Area of the outline minus the area of its holes, square metres.
     pub fn area(&self) -> f64 {
         let of_holes: f64 = self.holes.iter().map(|hole| ring_area(hole)).sum();
         ring_area(&self.outline) - of_holes
     }
 }
 
-/// Half the length of the sum of cross products of neighbouring corners.
+/// Half the length of the sum of the cross products of consecutive corners.
 fn ring_area(ring: &[[f64; 3]]) -> f64 {
     let Some(&origin) = ring.first() else { return 0.0 };
     let from_origin =

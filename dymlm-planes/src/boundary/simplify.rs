@@ -1,8 +1,8 @@
-/// Leaves out corners of a closed ring that lie within `tolerance` of the line between the corners kept
-/// around them.
+/// Drops corners of a closed ring that lie within `tolerance` of the line between the kept corners around
+/// them.
 ///
-/// Douglas, Peucker (1973), on the two halves of the ring between the corner nearest to the start of the
-/// coordinates' order and the corner farthest from it. O(n log n) mostly.
+/// Douglas, Peucker (1973), applied to the two halves of the ring between its first corner in coordinate
+/// order and the corner farthest from that one. Usually O(n log n).
 pub(super) fn simplify_ring(ring: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     if ring.len() <= 4 {
         return ring.to_vec();
@@ -32,7 +32,7 @@ pub(super) fn simplify_ring(ring: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> 
         index += 1;
         kept[index - 1]
     });
-    // A ring of two corners has no area: too small for the tolerance, it stays as it is.
+    // A ring of two corners has no area; a ring that is too small for the tolerance stays as it is.
     if turned.len() < 3 { ring.to_vec() } else { turned }
 }
 

@@ -1,26 +1,26 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// Settings of [`PlaneDetector`](super::PlaneDetector). Lengths in pixels are those of a camera of 525 pixels
-/// of focal length (a Kinect at 640x480); they scale with the camera's.
+/// Settings of [`PlaneDetector`](super::PlaneDetector). Lengths in pixels refer to a camera with a focal
+/// length of 525 pixels (a Kinect at 640x480); they scale with the camera's focal length.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct PlaneDetectorConfig {
-    /// Side of a block, pixels, 4..=64. Default 8. Larger blocks are faster; but with Feng's 10 narrow faces,
-    /// a seat or a desk's side seen at 70 degrees, hold no two whole blocks side by side.
+    /// Side of a block, pixels, 4..=64. Default 8. Larger blocks are faster; but with Feng's 10, narrow faces
+    /// such as a seat or a desk's side seen at 70 degrees do not hold two whole blocks side by side.
     pub block_size: usize,
-    /// Fewest pixels of a plane, 10..=1000000. Default 500: a face of 0.08 m2 at 3 m seen at 75 degrees.
-    /// (Feng 2014 wants 3000.)
+    /// Least pixels of a plane, 10..=1000000. Default 500: a face of 0.08 m2 at 3 m seen at 75 degrees. (Feng
+    /// 2014: 3000.)
     pub min_support: usize,
-    /// Smallest area of a plane, square metres, 0..=100. Default 0.05: a chair's seat of which a person
-    /// leaves a quarter; smaller ones are mostly pieces of round things.
+    /// Least area of a plane, square metres, 0..=100. Default 0.05: a chair's seat of which a person leaves a
+    /// quarter visible; smaller ones are mostly pieces of round things.
     pub min_area: f64,
-    /// Largest share of a plane's pixels that lie in the movers' boxes, 0..=1. Default 1, no limit: the mask
-    /// has taken the movers' pixels out already, and what is left in a box is mostly what stands behind. With
-    /// 0.7 a map of people who sit lacks the chairs and the walls around them, and gains nothing (recall of
-    /// faces on the eight synthetic sequences 75 instead of 87 %, precision the same). Set it where masks
-    /// leave parts of movers.
+    /// Largest share of a plane's pixels in the movers' boxes, 0..=1. Default 1, no limit: the mask already
+    /// excludes the movers' pixels, and the remaining pixels in a box mostly show what stands behind. With
+    /// 0.7 a map of people who sit lacks the chairs and the walls around them and gains nothing (recall of
+    /// faces on the eight synthetic sequences 75 instead of 87 %, precision the same). Lower it where masks
+    /// leave out parts of movers.
     pub max_mover_overlap: f64,
 }
 

@@ -3,18 +3,18 @@ use dymlm_core::vector3::dot;
 use crate::linear_algebra::{plane_axes, quadratic_form};
 use crate::moments::Moments;
 
-/// How uncertain a plane is: three degrees of freedom, taken at the plane's centroid, where the tilt and the
-/// offset do not depend on each other.
+/// Uncertainty of a plane: three degrees of freedom, taken at the plane's centroid, where tilt and offset are
+/// independent.
 ///
-/// The plane's normal may turn to n + a u + b v, with (u, v) the plane's [axes](Self::axes) and a, b small
-/// angles in radians, and the plane may shift by s metres along n.
+/// The normal may tilt to n + a u + b v, with (u, v) the plane's [axes](Self::axes) and small angles a, b in
+/// radians, and the plane may shift by s metres along n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PlaneCovariance {
     /// Unit vectors u and v in the plane; (u, v, n) is right-handed.
     pub axes: [[f64; 3]; 2],
-    /// Where tilt and offset are taken.
+    /// The point at which tilt and offset are taken, metres.
     pub centroid: [f64; 3],
     /// Covariance of the angles a and b, square radians: aa, ab, bb.
     pub tilt: [f64; 3],
@@ -23,7 +23,7 @@ pub struct PlaneCovariance {
 }
 
 impl PlaneCovariance {
-    /// From the sums of inliers with weights 1 / variance, for the plane of unit `normal`. `inflation`
+    /// From the inliers' sums with weights 1 / variance, for the plane with this unit `normal`. `inflation`
     /// multiplies all variances. `None` when the inliers lie on a line.
     pub(crate) fn new(moments: &Moments, normal: [f64; 3], inflation: f64) -> Option<Self> {
         let axes = plane_axes(normal);
@@ -44,7 +44,7 @@ impl PlaneCovariance {
         })
     }
 
-    /// The covariance of (n, d), n . x + d = 0: 4x4, of rank 3, since n keeps its length.
+    /// The covariance of (n, d), n . x + d = 0: 4x4, of rank 3, because n has unit length.
     pub fn of_parameters(&self) -> [[f64; 4]; 4] {
         // d = -n . c - s.
         let column = |axis: [f64; 3]| [axis[0], axis[1], axis[2], -dot(axis, self.centroid)];

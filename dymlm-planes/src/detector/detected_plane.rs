@@ -4,41 +4,42 @@ use super::covariance::PlaneCovariance;
 use super::plane_samples::PlaneSamples;
 use crate::moments::Moments;
 
-/// One plane seen in one frame, refined: what the map is built from. Camera frame.
+/// One refined plane of one frame, from which the map is built. Camera frame.
 ///
-/// It holds all that the map needs, and no pixels: a key frame's planes can be kept and inserted again at
+/// It holds all that the map needs, and no images: a key frame's planes can be stored and inserted again at
 /// another pose.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DetectedPlane {
-    /// The robust plane; its normal points to the camera.
+    /// The robustly fitted plane; its normal points to the camera.
     pub plane: Plane,
     /// Weighted mean of its inliers, metres.
     pub centroid: [f64; 3],
-    /// How uncertain the plane is.
+    /// Uncertainty of the plane.
     pub covariance: PlaneCovariance,
     /// Weighted mean squared distance of the inliers, square metres.
     pub mse: f64,
     /// Number of pixels of the segment.
     pub support: usize,
-    /// How many of them are inliers of the refined plane.
+    /// Number of these pixels that are inliers of the refined plane.
     pub inliers: usize,
     /// Area of the inliers, square metres.
     pub area: f64,
-    /// Every fourth inlier along rows and columns: its patch.
+    /// Every fourth inlier along rows and columns (of a camera with a Kinect's focal length): its patch.
     pub samples: PlaneSamples,
     /// Pixels along the rim of the segment and of its holes, without outliers: see [`Self::edge_points`].
     pub edge: PlaneSamples,
     /// The label of its pixels in [`PlaneDetector::labels`](crate::PlaneDetector::labels).
     pub label: u16,
-    /// Sums over the inliers, weighted by 1 / sigma(z)^2; the weight of a reading at 0.4 m is 1.
+    /// Sums over the inliers, weighted by 1 / sigma(z)^2; a reading with the sensor's least noise (a Kinect's
+    /// at 0.4 m) has weight 1.
     pub(crate) moments: Moments,
 }
 
 impl DetectedPlane {
-    /// Points along the rim of the segment and of its holes, without outliers, set onto the plane along their
-    /// rays, metres: the paper's `B_c`.
+    /// Points along the rim of the segment and of its holes, without outliers, projected onto the plane along
+    /// their rays, metres: the paper's `B_c`.
     pub fn edge_points(&self) -> impl Iterator<Item = [f64; 3]> {
         self.edge.points(&self.plane)
     }

@@ -4,15 +4,15 @@ use super::config::PlaneDetectorConfig;
 use super::detected_plane::DetectedPlane;
 use super::extraction::Extraction;
 
-/// Why a detected plane is kept from the map.
+/// Why a detected plane was rejected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum RejectionCause {
-    /// Too much of it lies in the movers' boxes.
+    /// Too large a share of it lies in the movers' boxes.
     Mover {
-        /// The share of its pixels that does.
+        /// The share of its pixels in the boxes.
         overlap: f64,
     },
     /// It is too small.
@@ -20,37 +20,37 @@ pub enum RejectionCause {
         /// Its area, square metres.
         area: f64,
     },
-    /// Its normal is too uncertain.
+    /// The direction of its normal is too uncertain.
     Uncertain {
-        /// Standard deviation of its direction, radians.
+        /// Standard deviation of the direction, radians.
         angle_deviation: f64,
     },
 }
 
-/// A detected plane that was kept from the map.
+/// A detected plane that the filter kept out of the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RejectedPlane {
     /// The label of its pixels.
     pub label: u16,
-    /// Why.
+    /// Why it was rejected.
     pub cause: RejectionCause,
 }
 
-/// Largest standard deviation of the normal's direction, radians: 3 degrees. Without the rule half a plane a
-/// room more is mapped, and a false one in 200; planes are 0.1 mm worse.
+/// Largest standard deviation of the normal's direction, radians: 3 degrees. Without the rule half a plane
+/// more per room is mapped, and a false one in 200; planes are 0.1 mm worse.
 const MAX_ANGLE_DEVIATION: f64 = 0.052;
 
-/// Keeps planes from the map that are too small, too uncertain, or on a mover (paper III-B).
+/// Rejects planes that are too small, too uncertain, or on a mover (paper III-B).
 ///
-/// Pixels of the static mask's movers never were part of a plane; what this drops is what the mask has left
-/// over. O(pixels in boxes).
+/// Masked pixels of movers are never part of a plane; this filter drops what the mask missed. O(pixels in
+/// boxes).
 #[derive(Debug, Clone)]
 pub(super) struct PlaneFilter {
     min_area: f64,
     max_mover_overlap: f64,
-    /// Pixels of each label in boxes.
+    /// Number of pixels of each label in the boxes.
     in_boxes: Vec<usize>,
     rejected: Vec<RejectedPlane>,
 }
@@ -61,8 +61,8 @@ impl PlaneFilter {
         Self { min_area, max_mover_overlap, in_boxes: Vec::new(), rejected: Vec::new() }
     }
 
-    /// Rejects planes that do not pass, each with the first cause. `movers` are the corrected boxes of
-    /// potential movers, pixels.
+    /// Rejects planes that do not pass, each with the first cause that applies. `movers` are the corrected
+    /// boxes of potential movers, pixels.
     pub(super) fn filter(
         &mut self,
         planes: &mut Vec<DetectedPlane>,
@@ -80,7 +80,7 @@ impl PlaneFilter {
         });
     }
 
-    /// What the last call rejected.
+    /// The planes that the last call rejected.
     pub(super) fn rejected(&self) -> &[RejectedPlane] {
         &self.rejected
     }

@@ -6,9 +6,9 @@ use super::detected_plane::DetectedPlane;
 use super::plane_samples::{PlaneSamples, RayLattice};
 use crate::moments::Moments;
 
-/// Detected planes as bytes, to be kept with their key frame: the same bits come back.
+/// Storage of detected planes as bytes with their key frame; reading restores the same bits.
 impl DetectedPlane {
-    /// Appends the plane: some 300 bytes, and about one for each sample and each pixel of the edge.
+    /// Appends the plane to `out`: some 300 bytes, and about one for each sample and each pixel of the edge.
     pub fn put_bytes(&self, out: &mut Vec<u8>) {
         let PlaneCovariance { axes, centroid, tilt, offset } = self.covariance;
         let Moments { weight, first, second } = self.moments;
@@ -25,7 +25,7 @@ impl DetectedPlane {
         self.edge.put_bytes(out);
     }
 
-    /// Takes a plane off the front; `None` when the bytes are not what [`Self::put_bytes`] writes.
+    /// Reads a plane from the front of `bytes`; `None` when they are not what [`Self::put_bytes`] writes.
     pub fn take_bytes(bytes: &mut &[u8]) -> Option<Self> {
         let normal = take_all(bytes)?;
         let [d, mse, area, offset, weight] = take_all(bytes)?;
@@ -54,7 +54,7 @@ impl PlaneSamples {
         first.into_iter().chain(step).for_each(|value| out.put_f32_le(value));
         out.put_u32_le(columns);
         out.put_u32_le(self.places.len() as u32);
-        // Most places are the next after the one before: one byte.
+        // Most places follow directly after the previous one, which costs one byte.
         let mut next = 0;
         for &place in &self.places {
             put_varint(out, place.wrapping_sub(next));
@@ -66,7 +66,7 @@ impl PlaneSamples {
         let [a, b, c, d] = take_each(|| bytes.try_get_f32_le().ok())?;
         let [columns, count] = take_each(|| bytes.try_get_u32_le().ok())?;
         let count = count as usize;
-        // A place takes a byte at least: what is damaged allocates nothing.
+        // A place takes at least one byte, so damaged counts do not cause large allocations.
         let mut places = Vec::with_capacity(Some(count).filter(|&count| count <= bytes.len())?);
         let mut next = 0_u32;
         for _ in 0..count {
@@ -96,7 +96,7 @@ fn take_each<T: Copy + Default, const N: usize>(mut take: impl FnMut() -> Option
     Some(all)
 }
 
-/// Seven bits a byte, the lowest first.
+/// Seven bits per byte, the lowest first.
 fn put_varint(out: &mut Vec<u8>, mut value: u32) {
     while value >= 0x80 {
         out.put_u8(value as u8 | 0x80);

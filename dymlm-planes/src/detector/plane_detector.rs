@@ -10,12 +10,12 @@ use crate::error::Error;
 /// Finds the planes of a frame (the first half of the paper's section III-B).
 ///
 /// 1. **Extraction** by agglomerative clustering of blocks of the depth image, then growing pixel by pixel
-///    (Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
-///    Clustering", ICRA 2014).
+///    (Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative
+///    Hierarchical Clustering", ICRA 2014).
 /// 2. **Refinement**: a robust fit (reweighted least squares with Tukey's biweight) with inliers, edge points
-///    and covariance. The paper uses PCL's RANSAC; reweighting needs no random numbers and ends on all
-///    inliers.
-/// 3. **Filter**: planes that are small, uncertain, or on a mover are rejected.
+///    and covariance. The paper uses PCL's RANSAC; reweighting needs no random numbers and converges to a fit
+///    on all inliers.
+/// 3. **Filter**: planes that are too small, too uncertain, or on a mover are rejected.
 ///
 /// Tolerances are physical: they follow the sensor's noise. O(pixels + blocks log blocks). The detector owns
 /// its buffers: after the first frames nothing is allocated.
@@ -66,12 +66,12 @@ impl PlaneDetector {
     }
 
     /// Finds the planes of a frame that may enter the map, in the camera's frame, largest support first.
-    /// Pixels whose entry in `static_mask` is false take no part; `movers` are the corrected boxes of
-    /// potential movers, pixels.
+    /// Pixels for which `static_mask` is false are ignored; `movers` are the corrected boxes of potential
+    /// movers, pixels.
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] when the mask is of another size than the camera; the last result stays.
+    /// [`Error::Core`] when the mask has another size than the camera; the last result stays.
     pub fn detect(
         &mut self,
         frame: &Frame,
@@ -95,8 +95,8 @@ impl PlaneDetector {
         self.filter.rejected()
     }
 
-    /// For each pixel of the last frame, row by row, the label of its plane, accepted or rejected; 0 where
-    /// there is none.
+    /// For each pixel of the last frame, row by row, the label of its plane, accepted or rejected; 0 = no
+    /// plane.
     pub fn labels(&self) -> &[u16] {
         self.extractor.extraction().labels()
     }

@@ -1,20 +1,20 @@
 use dymlm_core::vector3::{dot, norm};
 use dymlm_core::{PinholeCamera, Plane};
 
-/// A sample shows no more points than this along rows, and along columns: it stands for that many pixels.
-/// With 1, half of a desk's side that is seen aslant is missing.
+/// Most points that a sample stands for along rows, and along columns: it represents that many pixels. With
+/// 1, half of a desk's side seen at a slant is missing.
 const MOST_PARTS: f64 = 4.0;
 
-/// Places in a row that have as many parts as the first.
+/// Number of consecutive places that share the first one's number of points.
 const NEIGHBORS: u32 = 16;
 
-/// Which pixels of a lattice in the image show a plane's inliers: its patch or its edge, to be drawn at any
-/// pose. Camera frame.
+/// The pixels of a lattice in the image that show a plane's inliers: its patch or its edge, which can be
+/// drawn at any pose. Camera frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlaneSamples {
     pub(crate) lattice: RayLattice,
-    /// Places in the lattice, row by row.
+    /// Indices of lattice sites, row by row.
     pub(crate) places: Vec<u32>,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct RayLattice {
 }
 
 impl PlaneSamples {
-    /// Empties them, for other pixels.
+    /// Removes all samples and sets a new lattice.
     pub(super) fn begin(&mut self, lattice: RayLattice) {
         self.lattice = lattice;
         self.places.clear();
@@ -39,19 +39,20 @@ impl PlaneSamples {
         self.places.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
 
-    /// Where the samples' rays meet a plane, metres, row by row.
+    /// The points where the samples' rays meet a plane, metres, row by row.
     pub fn points(&self, plane: &Plane) -> impl Iterator<Item = [f64; 3]> {
         self.lattice.points(self.places.iter().copied(), plane, f64::INFINITY)
     }
 }
 
 impl RayLattice {
-    /// The rays of every so many pixels, from the middle of the first so many on.
+    /// The rays of every `stride`-th pixel along rows and columns, the first one half a stride from the
+    /// border.
     pub(crate) fn of_pixels(camera: &PinholeCamera, stride: usize) -> Self {
         let first = stride / 2;
         let at = |center: f64, focal_length: f64| ((first as f64 - center) / focal_length) as f32;
@@ -62,13 +63,13 @@ impl RayLattice {
         }
     }
 
-    /// How many points a sample is to show along rows and along columns, so that on a plane they lie no more
-    /// than `spacing` metres apart about a point of it: seen aslant or from afar, samples are sparser than
-    /// the voxels of a patch.
+    /// Number of points that a sample stands for along rows and along columns, so that around `point` on the
+    /// plane they are at most `spacing` metres apart: at a slant or far away, samples are sparser than the
+    /// voxels of a patch.
     fn parts(self, plane: &Plane, point: [f64; 3], spacing: f64) -> [u32; 2] {
         let ray = point.map(|c| c / point[2]);
         std::array::from_fn(|axis| {
-            // How the point moves with the ray: z (e - r n_axis / n.r).
+            // Derivative of the point by the ray: z (e - r n_axis / n.r).
             let mut moved = point.map(|c| -c * plane.normal()[axis] / dot(plane.normal(), ray));
             moved[axis] += point[2];
             let step = norm(moved) * f64::from(self.step[axis]).abs();
@@ -76,8 +77,8 @@ impl RayLattice {
         })
     }
 
-    /// Where the rays of some places, row by row, meet a plane, metres. A sample shows as many points side by
-    /// side as it has parts for a spacing.
+    /// The points where the rays of `places` (row by row) meet a plane, metres. Each sample gives as many
+    /// points side by side as `spacing` requires.
     pub(crate) fn points(
         self,
         places: impl Iterator<Item = u32>,
@@ -92,7 +93,7 @@ impl RayLattice {
             [x * z, y * z, z]
         };
         let offset = |k: u32, parts: u32| (f64::from(k) + 0.5) / f64::from(parts) - 0.5;
-        // Neighbours have as many parts.
+        // Neighbouring places share the number of points.
         let (mut neighbors, mut parts) = (u32::MAX, [1, 1]);
         places.flat_map(move |place| {
             let at = [place % self.columns.max(1), place / self.columns.max(1)].map(f64::from);

@@ -5,7 +5,7 @@ use dymlm_core::PinholeCamera;
 pub(super) struct Rays {
     pub(super) x: Vec<f64>,
     pub(super) y: Vec<f64>,
-    /// `x` in single precision, enough to tell how far a reading is from a plane.
+    /// `x` in single precision, which is enough for the distance of a reading from a plane.
     pub(super) x_single: Vec<f32>,
 }
 

@@ -3,15 +3,16 @@ use std::ops::RangeInclusive;
 use super::voxel_box::VoxelBox;
 use crate::shared_map::SharedMap;
 
-/// Voxels a side of a block, as a power of two: 16, 0.4 m at 2.5 cm. Of a plane a block holds some hundred.
+/// Voxels along the side of a block, as a power of two: 16, 0.4 m at 2.5 cm. A block holds some hundred
+/// voxels of a plane.
 const BLOCK_BITS: u32 = 4;
 /// Bits of a block's coordinate in a key.
 const BITS: u32 = 17;
 const HALF: i32 = 1 << (BITS - 1);
-/// How far voxels reach from the origin along each axis.
+/// Largest coordinate of a voxel along each axis, in voxels from the origin.
 pub(super) const REACH: i32 = (HALF << BLOCK_BITS) - 1;
 
-/// A block's place, or that of a larger cell; ordered by x, y, z.
+/// The coordinates of a block, or of a larger cell, in one number; ordered by x, y, z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BlockKey(u64);
@@ -33,13 +34,13 @@ impl BlockKey {
         [2 * BITS, BITS, 0].map(|shift| ((self.0 >> shift) & mask) as i32 - HALF)
     }
 
-    /// The number, of 51 bits, of the cube of 8 blocks a side that it lies in.
+    /// The number, of 51 bits, of the cube of 8 blocks a side that contains the block.
     #[cfg(feature = "state")]
     pub(crate) fn cube(self) -> u64 {
         Self::new(self.cell().map(|c| c >> 3)).0
     }
 
-    /// Whether it is the key of a block.
+    /// Whether it is a valid key of a block.
     #[cfg(feature = "state")]
     pub(super) fn is_possible(self) -> bool {
         self == Self::new(self.cell())
@@ -52,12 +53,12 @@ impl BlockKey {
     }
 }
 
-/// A voxel's key: its block's, then its place in the block.
+/// A voxel's key: the key of its block, then its place in the block.
 pub(super) fn voxel_key(voxel: [i32; 3]) -> u64 {
     BlockKey::of(voxel).0 << (3 * BLOCK_BITS) | u64::from(local(voxel))
 }
 
-/// The block and the place in it of a voxel's key.
+/// The block of a voxel's key, and the voxel's place in it.
 pub(super) fn split_key(key: u64) -> (BlockKey, u16) {
     (BlockKey(key >> (3 * BLOCK_BITS)), (key & ((1 << (3 * BLOCK_BITS)) - 1)) as u16)
 }
@@ -74,8 +75,9 @@ pub(super) fn voxel_at(block: BlockKey, local: u16) -> [i32; 3] {
     [min[0] + part(0), min[1] + part(1), min[2] + part(2)]
 }
 
-/// Calls `visit` for what a map holds in the cells of 2^bits blocks a side that a box of voxels touches, in
-/// the order of the keys. O(columns of cells in the box, or all that is held).
+/// Calls `visit` for each entry of `cells` (keyed by cells of 2^bits blocks a side) whose cell a box of
+/// voxels touches, in the order of the keys. O(columns of cells in the box, or all entries if these are
+/// fewer).
 pub(super) fn visit_in<'a, T: Clone>(
     cells: &'a SharedMap<BlockKey, T>,
     region: &VoxelBox,

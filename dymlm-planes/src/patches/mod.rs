@@ -1,4 +1,4 @@
-//! The voxels of planes' inliers, in blocks, and which planes are where.
+//! The voxels of planes' inliers, in blocks, and a spatial index of the planes.
 
 mod block;
 mod patch;

@@ -2,8 +2,8 @@ use super::block::{BlockKey, REACH, local, split_key, visit_in, voxel_at, voxel_
 use super::voxel_box::VoxelBox;
 use crate::shared_map::SharedMap;
 
-/// The voxels of a plane's inliers with the number of samples in each, in blocks. Counts add up and can be
-/// taken out again; both cost what is added or taken, however large the plane is.
+/// The voxels of a plane's inliers, in blocks, with the number of samples in each. Counts can be added and
+/// subtracted; the cost depends on what is added or subtracted, not on the size of the plane.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Patch {
     blocks: SharedMap<BlockKey, Vec<Counted>>,
@@ -11,7 +11,7 @@ pub(crate) struct Patch {
     bounds: VoxelBox,
 }
 
-/// A voxel's place in its block, and its samples. In the order of the places.
+/// A voxel's place in its block, and its number of samples. Blocks keep them sorted by place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct Counted {
@@ -39,7 +39,7 @@ impl PatchVoxel {
 pub(crate) struct CoarseCell([i32; 3]);
 
 impl CoarseCell {
-    /// The cells of twice the size that hold some cells.
+    /// Replaces cells by those of twice the size that contain them.
     pub(crate) fn double(cells: &mut Vec<Self>) {
         for cell in cells.iter_mut() {
             cell.0 = cell.0.map(|c| c >> 1);
@@ -59,13 +59,13 @@ impl CoarseCell {
     }
 }
 
-/// How far voxels reach from the origin, metres.
+/// Largest coordinate of voxels along each axis, metres.
 pub(crate) fn reach(voxel_size: f64) -> f64 {
     f64::from(REACH) * voxel_size
 }
 
 impl Patch {
-    /// The voxels of some points, world, metres; not finite ones are passed over.
+    /// The voxels of some points (world, metres); points that are not finite are ignored.
     pub(crate) fn of_points(points: impl Iterator<Item = [f64; 3]>, voxel_size: f64) -> Self {
         let scale = 1.0 / voxel_size;
         let mut keys: Vec<u64> = points
@@ -86,7 +86,7 @@ impl Patch {
         patch
     }
 
-    /// Finds the box around the voxels anew. O(n).
+    /// Computes the box around the voxels anew. O(n).
     fn measure(&mut self) {
         let around = |bounds: VoxelBox, voxel: PatchVoxel| {
             bounds.union(&VoxelBox { min: voxel.cell, max: voxel.cell })
@@ -123,15 +123,14 @@ impl Patch {
         self.blocks.keys().copied()
     }
 
-    /// Those of them that a box touches.
+    /// The blocks with voxels that a box touches.
     pub(crate) fn blocks_in(&self, region: &VoxelBox) -> Vec<BlockKey> {
         let mut found = Vec::new();
         visit_in(&self.blocks, region, 0, |block, _| found.push(block));
         found
     }
 
-    /// Adds the counts of another patch; calls `is_new` for each block that there was none of.
-    /// O(blocks of the other).
+    /// Adds the counts of another patch; calls `is_new` for each block that is new. O(blocks of the other).
     pub(crate) fn add(&mut self, other: &Self, mut is_new: impl FnMut(BlockKey)) {
         for (&block, theirs) in other.blocks.iter() {
             let ours = self.blocks.get_or_insert_with(block, || {
@@ -145,8 +144,8 @@ impl Patch {
         self.bounds = self.bounds.union(&other.bounds);
     }
 
-    /// Takes the counts of a patch out that was added before; calls `is_gone` for each block that nothing is
-    /// left of. O(blocks of the other), and O(n) when it reached to the end of the plane.
+    /// Subtracts the counts of a patch that was added before; calls `is_gone` for each block that becomes
+    /// empty. O(blocks of the other), and O(n) when the other reached to the end of the plane.
     pub(crate) fn subtract(&mut self, other: &Self, mut is_gone: impl FnMut(BlockKey)) {
         for (&block, theirs) in other.blocks.iter() {
             let Some(ours) = self.blocks.get_mut(&block) else { continue };
@@ -200,7 +199,7 @@ impl Patch {
         self.voxels_in(&region.intersection(&other.bounds)).filter(here)
     }
 
-    /// Whether there is a voxel at a point or beside it.
+    /// Whether the voxel of a point or one of its neighbours is occupied.
     pub(crate) fn is_near(&self, point: [f64; 3], voxel_size: f64) -> bool {
         let beside = VoxelBox::around([point, point], voxel_size).grown(1);
         let mut found = false;
@@ -229,7 +228,7 @@ impl Patch {
     }
 }
 
-/// The voxels of a block, to be saved.
+/// The voxels of a block in the form in which they are saved.
 #[cfg(feature = "state")]
 #[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct SavedBlock {
@@ -239,7 +238,7 @@ pub(crate) struct SavedBlock {
 
 #[cfg(feature = "state")]
 impl SavedBlock {
-    /// The cube that it lies in.
+    /// The cube that contains it.
     pub(crate) fn cube(&self) -> u64 {
         self.block.cube()
     }
@@ -247,8 +246,8 @@ impl SavedBlock {
 
 #[cfg(feature = "state")]
 impl Patch {
-    /// The cubes of the blocks that an earlier state of the patch had not, or had otherwise, and of those
-    /// that it had alone.
+    /// The cubes of the blocks that are new or changed since an earlier state of the patch, and of those that
+    /// have gone since.
     pub(crate) fn blocks_that_differ(&self, earlier: Option<&Self>) -> Vec<u64> {
         let none = SharedMap::default();
         let earlier = earlier.map_or(&none, |earlier| &earlier.blocks);
@@ -256,15 +255,15 @@ impl Patch {
         changed.chain(earlier.gone_from(&self.blocks)).map(|block| block.cube()).collect()
     }
 
-    /// The blocks of the cubes that are wanted, each with its cube.
+    /// The blocks in the cubes for which `is_wanted` holds, each with its cube.
     pub(crate) fn saved_blocks(&self, is_wanted: impl Fn(u64) -> bool) -> Vec<(u64, SavedBlock)> {
         let blocks = self.blocks.iter().map(|(block, voxels)| (block.cube(), *block, voxels));
         let wanted = blocks.filter(|(cube, ..)| is_wanted(*cube));
         wanted.map(|(cube, block, voxels)| (cube, SavedBlock { block, voxels: voxels.clone() })).collect()
     }
 
-    /// Puts a block where there is none; tells whether it can be there. To be followed by
-    /// [`Self::finish_restoring`].
+    /// Adds a saved block; returns false, and adds nothing, when it is invalid or already present. Afterwards
+    /// call [`Self::finish_restoring`].
     pub(crate) fn restore(&mut self, saved: SavedBlock) -> bool {
         let SavedBlock { block, voxels } = saved;
         let is_possible = block.is_possible()
@@ -279,7 +278,7 @@ impl Patch {
         is_possible
     }
 
-    /// Measures what was restored.
+    /// Computes the bounds of the restored blocks.
     pub(crate) fn finish_restoring(&mut self) {
         self.measure();
     }
@@ -289,7 +288,7 @@ fn in_block(block: BlockKey, voxels: &[Counted]) -> impl Iterator<Item = PatchVo
     voxels.iter().map(move |voxel| PatchVoxel { cell: voxel_at(block, voxel.local), count: voxel.count })
 }
 
-/// Adds counts to a list, which grows by the places that it lacks and no more.
+/// Adds counts to a list, which grows by exactly the places that are missing in it.
 fn add_counts(ours: &mut Vec<Counted>, theirs: &[Counted]) {
     let mut lacking = Vec::new();
     let mut place = 0;

@@ -4,15 +4,16 @@ use super::block::{BlockKey, visit_in};
 use super::voxel_box::VoxelBox;
 use crate::shared_map::SharedMap;
 
-/// Blocks a side of a cell, as a power of two: 4, 1.6 m at 2.5 cm. A frame's view touches some dozens.
+/// Blocks along the side of a cell, as a power of two: 4, 1.6 m at 2.5 cm. A frame's view touches some dozens
+/// of cells.
 const CELL_BITS: u32 = 2;
 
-/// Which planes have voxels where: who asks for what is near asks no others.
+/// Spatial index of planes by their voxels, so that a query for what is near visits no other planes.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PlaneIndex {
-    /// The planes in a cell, by birth, and how many of their blocks lie in it.
+    /// The planes in each cell, sorted by birth, with the number of their blocks in it.
     cells: SharedMap<BlockKey, Vec<(Birth, u32)>>,
-    /// A box around all that ever was noted.
+    /// A box around all blocks that were ever added.
     bounds: VoxelBox,
 }
 
@@ -21,7 +22,7 @@ impl PlaneIndex {
         BlockKey::new(block.cell().map(|c| c >> CELL_BITS))
     }
 
-    /// Notes that a plane has a block.
+    /// Adds a block of a plane.
     pub(crate) fn add(&mut self, block: BlockKey, plane: Birth) {
         self.bounds = self.bounds.union(&block.voxels());
         let planes = self.cells.get_or_insert_with(Self::cell_of(block), Vec::new);
@@ -31,7 +32,7 @@ impl PlaneIndex {
         }
     }
 
-    /// Notes that a plane has a block no more.
+    /// Removes a block of a plane.
     pub(crate) fn take(&mut self, block: BlockKey, plane: Birth) {
         let cell = Self::cell_of(block);
         let Some(planes) = self.cells.get_mut(&cell) else { return };
@@ -46,7 +47,7 @@ impl PlaneIndex {
         }
     }
 
-    /// The planes with voxels in the cells that a box of voxels touches, in the order of their births.
+    /// The planes with blocks in the cells that a box of voxels touches, in the order of their births.
     pub(crate) fn near(&self, region: &VoxelBox) -> Vec<Birth> {
         let mut found = Vec::new();
         visit_in(&self.cells, region, CELL_BITS, |_, planes| {
@@ -57,12 +58,12 @@ impl PlaneIndex {
         found
     }
 
-    /// A box around all voxels.
+    /// A box around all voxels, including removed ones.
     pub(crate) fn bounds(&self) -> VoxelBox {
         self.bounds
     }
 
-    /// What ever was noted is within this box too.
+    /// Extends the bounds by those of a saved index.
     #[cfg(feature = "state")]
     pub(crate) fn restore_bounds(&mut self, bounds: VoxelBox) {
         self.bounds = self.bounds.union(&bounds);

@@ -1,4 +1,4 @@
-/// A box of voxels, the corners inclusive; empty when one is past the other.
+/// A box of voxels with inclusive corners; empty when `min` exceeds `max` on an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct VoxelBox {
@@ -52,7 +52,7 @@ impl VoxelBox {
         }
     }
 
-    /// The cells of 2^bits voxels a side that the box touches, as a box of them.
+    /// The cells of 2^bits voxels a side that the box touches, as a box of cells.
     pub(super) fn coarse(&self, bits: u32) -> Self {
         Self { min: self.min.map(|c| c >> bits), max: self.max.map(|c| c >> bits) }
     }

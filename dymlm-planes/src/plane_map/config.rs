@@ -8,21 +8,20 @@ use crate::association::AssociationConfig;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct PlaneMapConfig {
-    /// When a detected plane is one of the map, and when two of the map are one.
+    /// The test whether a detected plane is one of the map's, and whether two of the map are one.
     pub association: AssociationConfig,
-    /// Side of the voxels that a plane's inliers are kept in, metres, 0.005..=1. Default 0.025: the spacing
-    /// of samples at 3.3 m.
+    /// Side of the voxels in which a plane's inliers are stored, metres, 0.005..=1. Default 0.025: the
+    /// spacing of samples at 3.3 m.
     pub voxel_size: f64,
-    /// Fewest key frames that must have seen a plane before it is confirmed, and that must have seen the gap
-    /// between two planes occluded before they merge across it, 1..=1000. Default 3: what a frame or two have
-    /// seen may be a person's back.
+    /// Least number of key frames that must have seen a plane before it is confirmed, and that must have seen
+    /// the gap between two planes occluded before they merge across it, 1..=1000. Default 3: what only one or
+    /// two frames have seen may be a person's back.
     pub min_observations: u32,
-    /// A plane is confirmed when at least this share of the key frames that looked at its centroid saw it,
-    /// 0..=1. Default 0.12: a plane laid through an edge comes up in a frame or two of the many that look
-    /// there.
+    /// Least share of the key frames that looked at a plane's centroid that must have seen the plane to
+    /// confirm it, 0..=1. Default 0.12: a plane fitted across an edge appears in a frame or two of the many
+    /// that look there.
     pub min_observation_share: f64,
-    /// Holes of a boundary smaller than this are filled, square metres, 0..=100. Default 0.02: a cup on a
-    /// table.
+    /// Largest hole of a boundary that is filled, square metres, 0..=100. Default 0.02: a cup on a table.
     pub max_hole_area: f64,
     /// A boundary's corners are kept when they are farther than this from the line between their neighbours,
     /// metres, 0..=1. Default 0.02.

@@ -4,16 +4,17 @@ use dymlm_core::{SymmetricEigen3, symmetric_eigen3};
 use crate::linear_algebra::rows;
 use crate::moments::{Fit, Moments};
 
-/// Units of length a metre: 2^20, about a micrometre.
+/// Units of length per metre: 2^20, so that a unit is about a micrometre.
 const UNITS: f64 = 1_048_576.0;
-/// Units of weight a reading at 0.4 m: 2^12.
+/// Units of weight per weight of 1: 2^12.
 const WEIGHT_UNITS: f64 = 4096.0;
 
-/// Moment sums in the world as integers: what was added can be taken out again without a trace, in any order,
-/// anywhere.
+/// Moment sums in the world as integers, so that what was added can be subtracted again exactly, in any
+/// order, anywhere.
 ///
-/// With places up to 2^15 m (35 bits), weights of 2^12 and up to 2^38 readings, a sum of squares stays below
-/// 2^121. Moving the origin of integer sums is exact, so no digit is lost far from the world's origin.
+/// With coordinates up to 2^15 m (35 bits), weights of 2^12 and up to 2^38 readings, a sum of squares stays
+/// below 2^121. Moving the origin of integer sums is exact, so no precision is lost far from the world's
+/// origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct FixedMoments {
@@ -21,18 +22,18 @@ pub(super) struct FixedMoments {
     first: [i128; 3],
     /// xx, xy, xz, yy, yz, zz.
     second: [i128; 6],
-    /// Sum of weighted normals towards the cameras: which side was seen.
+    /// Sum of weighted normals towards the cameras, which tells the side that was seen.
     facing: [i128; 3],
 }
 
-/// Half side of the cube that moments are exact in, metres.
+/// Half side of the cube within which moments are exact, metres.
 pub(super) const REACH: f64 = 32_768.0;
 
 /// Index pairs of `second`.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 impl FixedMoments {
-    /// From sums in the world and the normal towards the camera that saw them; `None` out of [`REACH`].
+    /// From sums in the world and the normal towards the camera that saw them; `None` outside [`REACH`].
     pub(super) fn new(moments: &Moments, normal: [f64; 3]) -> Option<Self> {
         let centroid = moments.centroid();
         let spread = moments.covariance();
@@ -51,12 +52,13 @@ impl FixedMoments {
         Some(Self { weight, first: origin.map(|o| o * weight), second, facing })
     }
 
-    /// Whether they are some that points in [`REACH`] can have, or none at all: sums of such stay so.
+    /// Whether the sums can come from points within [`REACH`], or are empty; sums of such sums can, too.
     pub(super) fn is_possible(&self) -> bool {
         let Some(weight) = u128::try_from(self.weight).ok().filter(|&weight| weight < 1 << 51) else {
             return false;
         };
-        // A bit more than places (35 bits), their products and normals (20 bits) have, for what is rounded.
+        // Limits a bit above those of coordinates (35 bits), their products, and normals (20 bits), to allow
+        // for rounding.
         let within = |sums: &[i128], bits: u32| sums.iter().all(|sum| sum.unsigned_abs() <= weight << bits);
         within(&self.first, 36) && within(&self.second, 72) && within(&self.facing, 22)
     }
@@ -80,19 +82,19 @@ impl FixedMoments {
         }
     }
 
-    /// Turns the side that was seen round.
+    /// Reverses the side that was seen.
     pub(super) fn flipped(mut self) -> Self {
         self.facing = self.facing.map(|f| -f);
         self
     }
 
-    /// Sum of weights; a reading at 0.4 m weighs 1.
+    /// Sum of weights; a reading with the sensor's least noise (a Kinect's at 0.4 m) has weight 1.
     pub(super) fn weight(&self) -> f64 {
         self.weight as f64 / WEIGHT_UNITS
     }
 
-    /// The sums about their centroid, as floating point, and the centroid; `None` without points, and of sums
-    /// from which others were taken than were put in.
+    /// The sums about their centroid as floating point, and the centroid; `None` without points, and when
+    /// others were subtracted than were added.
     pub(super) fn about_centroid(&self) -> Option<(Moments, [f64; 3])> {
         if self.weight <= 0 || !self.is_possible() {
             return None;
@@ -111,7 +113,7 @@ impl FixedMoments {
         Some((Moments { weight: self.weight(), first: [0.0; 3], second }, centroid))
     }
 
-    /// The best plane, its normal towards the cameras.
+    /// The least-squares plane, its normal towards the cameras.
     pub(super) fn fit(&self) -> Option<Fit> {
         let (moments, centroid) = self.about_centroid()?;
         let SymmetricEigen3 { values, vectors, .. } = symmetric_eigen3(rows(&moments.covariance()))?;
@@ -146,7 +148,7 @@ mod tests {
         assert_eq!(FixedMoments::new(&patch([40_000.0, 0.0, 0.0], 1.0), [0.0, 0.0, 1.0]), None);
     }
 
-    /// Damaged sums once overflowed here, or made a plane that is farther away than numbers count.
+    /// Damaged sums once overflowed here, or gave a plane farther away than its numbers can express.
     #[test]
     fn of_sums_that_no_points_in_reach_have_there_is_no_fit() {
         let right = FixedMoments::new(&patch([1.0, 2.0, 3.0], 500.0), [0.0, 0.0, 1.0]).unwrap();

@@ -5,49 +5,48 @@ use crate::association::{FinitePlane, Partition};
 use crate::linear_algebra::foot_on;
 use crate::patches::{CoarseCell, Patch, VoxelBox};
 
-/// Cells of 4 voxels a side are small enough to tell where two patches are nearest, ...
+/// Cells of 4 voxels a side are small enough to find where two patches are nearest, ...
 const FINEST_LEVEL: u32 = 2;
-/// ... larger ones are taken until no patch has more of them near the other.
+/// ... and cells are doubled until neither patch has more than this many of them near the other.
 const MOST_CELLS: usize = 192;
-/// Ways across a gap that are looked along, and places on each.
+/// Most ways across a gap that are checked, and places on each.
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
-/// A gap is occluded while at most this share of its places that are seen, and of the key frames that look
-/// there, look through it: noise at the rims. With 0 one floor stays two planes (0.2 duplicates a room), with
-/// more two desks become one.
+/// A gap counts as occluded while at most this share of its visible places, and of the key frames that look
+/// there, look through it, which is noise at the rims. With 0 one floor stays two planes (0.2 duplicates per
+/// room), with more two desks become one.
 pub(super) const MAX_THROUGH: f64 = 0.1;
 
-/// What lies between two patches of one plane: the shortest ways from the one to the other, where they are
-/// nearest.
+/// The gap between two patches of one plane: the shortest ways between them, where they are nearest.
 #[derive(Debug, Clone)]
 pub(super) struct Gap {
-    /// The ways from each cell of the one to the nearest of the other. World frame.
+    /// The ways from each cell of one patch to the nearest cell of the other. World frame, metres.
     ways: Vec<Way>,
     /// Side of the cells, metres.
     cell: f64,
-    /// Places of the one patch near the other, and of the other near the one.
+    /// Places on each patch near the other one. World frame, metres.
     sides: [Vec<[f64; 3]>; 2],
 }
 
-/// From here to there.
+/// Start and end of a way.
 type Way = [[f64; 3]; 2];
 
-/// What a key frame sees between two patches of one plane.
+/// What a key frame sees in the gap between two patches of one plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum GapLook {
-    /// Something nearer occludes what would join them.
+    /// Something nearer occludes the gap.
     Occluded,
-    /// One looks through between them.
+    /// The key frame looks through the gap: nothing joins the patches.
     LookedThrough,
 }
 
 impl Gap {
-    /// The gap between two patches in a region, if it is no wider than `max_width` metres (to a cell of the
-    /// patches).
+    /// The gap between two patches within a region; `None` when it is wider than `max_width` metres (to a
+    /// cell of the patches).
     ///
-    /// O(voxels of either in the region within `max_width` of the other's box, sorted), and at most 192^2
-    /// pairs of cells.
+    /// O(voxels of either patch in the region within `max_width` of the other's box, sorted), and at most
+    /// 192^2 pairs of cells.
     pub(super) fn between(
         a: &FinitePlane<'_>,
         b: &FinitePlane<'_>,
@@ -85,8 +84,8 @@ impl Gap {
         (!ways.is_empty()).then_some(Self { ways, cell, sides })
     }
 
-    /// Places on the shortest of the ways that are asked for: on some of those that are at most a cell longer
-    /// than the shortest, spread over all.
+    /// Places on the shortest of the ways for which `is_asked` holds: on a selection of those at most a cell
+    /// longer than the shortest, spread over all.
     fn places_on_shortest(&self, is_asked: impl Fn(&&Way) -> bool) -> Vec<[f64; 3]> {
         let length = |[from, to]: &Way| norm(difference(*to, *from));
         let asked: Vec<&Way> = self.ways.iter().filter(is_asked).collect();
@@ -98,13 +97,13 @@ impl Gap {
         short.iter().step_by(stride).flat_map(on_way).collect()
     }
 
-    /// What a depth image shows of it; `None` when it tells nothing: it does not look there, has no readings,
-    /// sees the plane go on, or sees the gap occluded together with most of what is on one side of it, as by
-    /// a wall before the next room. It is asked for the ways in its view alone: which of all are shortest by
-    /// less than a cell is chance. O(ways and places), at most 192 and 96, and 192 places on each side.
+    /// What a depth image shows of the gap; `None` when it shows nothing of it: it does not look there, has
+    /// no readings, sees the plane continue, or sees the gap occluded together with most of one side, as by a
+    /// wall before the next room. Only ways in its view are checked, because which ways are shortest by less
+    /// than a cell is chance. O(ways and places), at most 192 and 96, and 192 places on each side.
     pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
         let look = |place| view.look_at_world(camera_from_world, place, 0.0).visibility;
-        // How many of the places show the plane, are occluded and are looked through.
+        // Counts the places that show the plane, that are occluded, and that are looked through.
         let count = |places: &[[f64; 3]]| {
             let kinds = [Visibility::Present, Visibility::Occluded, Visibility::Absent];
             places.iter().fold([0; 3], |mut counts: [usize; 3], place| {
@@ -129,7 +128,7 @@ impl Gap {
     }
 }
 
-/// From each cell of the one patch to the nearest of the other that the way is clear to. In voxels.
+/// For each cell of one patch, the way to the nearest cell of the other to which the way is clear. In voxels.
 fn clear_ways(
     of_a: &[CoarseCell],
     of_b: &[CoarseCell],
@@ -150,7 +149,7 @@ fn clear_ways(
     })
 }
 
-/// The place that is a part of the way from here to there.
+/// The place at a fraction `part` of a way.
 fn between([from, to]: &Way, part: f64) -> [f64; 3] {
     std::array::from_fn(|axis| from[axis] + part * (to[axis] - from[axis]))
 }

@@ -7,7 +7,7 @@ use super::gap::{GapLook, MAX_THROUGH};
 /// Two planes, the older first.
 pub(super) type PlanePair = [Birth; 2];
 
-/// What one key frame saw between pairs of planes, each pair once, in their order.
+/// What one key frame saw between pairs of planes; each pair once, sorted.
 pub(super) type GapLooks = Vec<(PlanePair, GapLook)>;
 
 /// What all key frames saw between pairs of planes.
@@ -17,7 +17,7 @@ pub(super) struct GapRecord {
     pairs: BTreeMap<PlanePair, GapTally>,
 }
 
-/// How many key frames saw a gap occluded, and how many looked through it.
+/// Number of key frames that saw a gap occluded, and that looked through it.
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct GapTally {
@@ -42,7 +42,7 @@ impl GapRecord {
         }
     }
 
-    /// Takes out what one key frame saw.
+    /// Subtracts what one key frame saw.
     pub(super) fn subtract(&mut self, gap_looks: &GapLooks) {
         for (pair, gap_look) in gap_looks {
             let Some(tally) = self.pairs.get_mut(pair) else { continue };
@@ -54,12 +54,13 @@ impl GapRecord {
         }
     }
 
-    /// Bytes that it holds.
+    /// Approximate size in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         self.pairs.len() * size_of::<(PlanePair, GapTally)>()
     }
 
-    /// Whether at least `least` key frames saw the gap occluded, and next to none looked through it.
+    /// Whether at least `least` key frames saw the gap occluded, and at most a share [`MAX_THROUGH`] looked
+    /// through it.
     pub(super) fn is_occluded(&self, pair: PlanePair, least: u32) -> bool {
         self.pairs.get(&pair).is_some_and(|tally| {
             let through = f64::from(tally.through);
@@ -73,13 +74,13 @@ pub(super) fn pair_of(a: Birth, b: Birth) -> PlanePair {
     if a < b { [a, b] } else { [b, a] }
 }
 
-/// A key frame's looks between planes, each taken for what `resolve` says that it is now. Where pairs have
-/// become one, what was looked through counts.
+/// A key frame's looks between planes, with each plane replaced by the one that it has become (`resolve`).
+/// Where several pairs have become one, `LookedThrough` counts.
 pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(Birth) -> Birth) -> GapLooks {
     let resolved = gap_looks.iter().map(|&([a, b], gap_look)| (pair_of(resolve(a), resolve(b)), gap_look));
     let mut resolved: GapLooks = resolved.filter(|([a, b], _)| a != b).collect();
     resolved.sort_unstable();
-    // The greatest look of a pair is its last.
+    // After the reversal, a pair's `LookedThrough` comes before its `Occluded`.
     resolved.reverse();
     resolved.dedup_by_key(|(pair, _)| *pair);
     resolved

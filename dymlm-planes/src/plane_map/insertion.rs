@@ -2,17 +2,17 @@ use dymlm_core::{Birth, FrameId, Names, PlaneId};
 
 use super::report::{PlaneMerge, PlaneReport};
 
-/// Two planes of the map that are one.
+/// A merge of two planes of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Union {
-    /// The plane that has gone.
+    /// The plane that was merged into the other.
     pub(super) from: Birth,
-    /// The plane that holds both now.
+    /// The plane that remains.
     pub(super) into: Birth,
 }
 
-/// What a key frame does to the map, with planes by their births.
+/// What a key frame changes in the map, with planes given by their births.
 #[derive(Debug)]
 pub(super) struct Insertion {
     pub(super) key_frame: FrameId,
@@ -20,9 +20,9 @@ pub(super) struct Insertion {
     pub(super) created: Vec<Birth>,
     /// Planes that were seen again, ascending.
     pub(super) updated: Vec<Birth>,
-    /// In the order in which they became one.
+    /// Merges, in the order in which they happened.
     pub(super) unions: Vec<Union>,
-    /// For each detected plane the map plane that holds it now.
+    /// For each detected plane, the map plane that contains it now.
     pub(super) associations: Vec<Birth>,
 }
 
@@ -42,7 +42,7 @@ impl Insertion {
         self.created.iter().chain(&self.updated).copied()
     }
 
-    /// The same by what planes are called.
+    /// The report for callers, with planes given by their ids.
     pub(super) fn report(&self, names: &Names<PlaneId>) -> PlaneReport {
         let called = |births: &[Birth]| births.iter().map(|&birth| names.id(birth)).collect();
         let sorted = |births: &[Birth]| {

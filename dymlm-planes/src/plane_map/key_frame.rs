@@ -12,26 +12,27 @@ use crate::error::Error;
 use crate::moments::Moments;
 use crate::patches::Patch;
 
-/// What one key frame has added, in its camera's frame: enough to add it at any pose, and to take it out
+/// What one key frame has added, in its camera's frame: enough to add it at any pose, and to subtract it
 /// again to the bit.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct KeyFrame {
     pub(super) timestamp: f64,
     pub(super) world_from_camera: Pose,
-    /// Without those that were forgotten.
+    /// Its shares of planes, without forgotten ones.
     pub(super) shares: Vec<Share>,
-    /// Which pixels show which share: its label, or 0.
+    /// The label image: for each site of the lattice the label of the share that it shows, or 0; coded, with
+    /// `sites` sites.
     lattice: RayLattice,
     sites: u32,
     labels: Box<[u8]>,
-    /// How shares, by their labels, have moved in the world since.
+    /// Motions in the world of shares, by label, since the key frame was taken.
     motions: Vec<(u16, Pose)>,
-    /// Planes that it looked at and did not see; they may have merged into others since.
+    /// Planes at which it looked without seeing them; they may have been merged into others since.
     pub(super) missed: Vec<Birth>,
-    /// Merges that it brought about.
+    /// Merges that its insertion caused.
     pub(super) merges: Vec<Merge>,
-    /// What it saw between planes; the same.
+    /// What it saw between planes, which may have been merged into others since.
     pub(super) gap_looks: GapLooks,
 }
 
@@ -39,7 +40,7 @@ pub(super) struct KeyFrame {
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Merge {
     pub(super) merge: Union,
-    /// The key frames that saw the gap occluded, when the two planes do not adjoin.
+    /// The key frames that saw the gap occluded; `None` when the two planes adjoin.
     pub(super) witnesses: Option<Vec<FrameId>>,
 }
 
@@ -47,9 +48,10 @@ pub(super) struct Merge {
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Share {
-    /// The plane at that time; it may have merged into another since.
+    /// The plane at the time of insertion; it may have been merged into another since.
     pub(super) plane: Birth,
-    /// Moments: in single precision, which errs by less than a hundredth of the noise.
+    /// Its moments (weight, centroid, covariance) in single precision, whose error is below a hundredth of
+    /// the noise.
     weight: f32,
     centroid: [f32; 3],
     covariance: [f32; 6],
@@ -72,8 +74,8 @@ impl Share {
 }
 
 impl KeyFrame {
-    /// What was detected in one frame. More planes than can be labelled are no frame's.
-    /// Gives its [`Self::places`] too.
+    /// The key frame of what was detected, and its [`Self::places`]. Planes beyond [`MOST_LABELS`] are
+    /// dropped; no frame has that many.
     pub(super) fn new(
         detected: &[DetectedPlane],
         timestamp: f64,
@@ -112,7 +114,7 @@ impl KeyFrame {
         (key_frame, Places::of_labels(&labels))
     }
 
-    /// Whether its numbers are some that a key frame can have.
+    /// Whether its numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
         self.timestamp.is_finite()
@@ -125,24 +127,24 @@ impl KeyFrame {
         decode(&self.labels, self.sites as usize, self.lattice.columns as usize)
     }
 
-    /// Which pixels show which share, to place shares with.
+    /// The lattice sites of each share, as [`Self::placed`] needs them.
     pub(super) fn places(&self) -> Places {
         Places::of_labels(&self.decoded())
     }
 
-    /// The shares that stand where they were seen.
+    /// The shares whose planes have not been moved since they were seen.
     pub(super) fn standing_shares(&self) -> impl Iterator<Item = &Share> {
         let has_moved = |share: &&Share| self.motions.iter().any(|(label, _)| *label == share.label);
         self.shares.iter().filter(move |share| !has_moved(share))
     }
 
-    /// The pose at which a share stands in the world now.
+    /// The pose that takes a share from the camera's frame to its present place in the world.
     fn pose(&self, share: &Share) -> Pose {
         let motion = self.motions.iter().find(|(label, _)| *label == share.label);
         motion.map_or(self.world_from_camera, |(_, motion)| *motion * self.world_from_camera)
     }
 
-    /// A share in the world, the same bits each time. O(its samples).
+    /// A share in the world; each call gives the same bits. O(its samples).
     ///
     /// # Errors
     ///
@@ -157,7 +159,7 @@ impl KeyFrame {
         let centroid = pose.transform_point(moments.centroid());
         let reach = reach_of_planes(voxel_size);
         let within = centroid.iter().all(|c| c.abs() < reach);
-        // A detected plane has a fit.
+        // A detected plane always has a fit.
         let own = moments.fit().filter(|_| within).and_then(|fit| fit.plane());
         let placed = own.and_then(|own| {
             let plane = own.transformed(&pose);
@@ -190,8 +192,8 @@ impl KeyFrame {
         }
     }
 
-    /// Keeps those samples of shares that are wanted, of what `is_wanted` says for the voxels in the world
-    /// that their pixels' centres look at.
+    /// Keeps only those samples for which `is_wanted` holds. It is called with the share and the voxel
+    /// (world) at which the sample's pixel centre looks.
     pub(super) fn retain_samples(&mut self, voxel_size: f64, is_wanted: impl Fn(&Share, [i32; 3]) -> bool) {
         let mut labels = self.decoded();
         let places = Places::of_labels(&labels);
@@ -209,8 +211,8 @@ impl KeyFrame {
         self.labels = encode(&labels, self.lattice.columns as usize);
     }
 
-    /// Takes those shares out that lie farther than `radius` metres from a place in the world with all that
-    /// they show.
+    /// Removes and returns the shares of which all samples are farther than `radius` metres from a place in
+    /// the world.
     pub(super) fn take_outside(&mut self, center: [f64; 3], radius: f64, voxel_size: f64) -> Vec<Share> {
         let places = self.places();
         let is_outside = |share: &Share| {
@@ -227,13 +229,14 @@ impl KeyFrame {
         outside
     }
 
-    /// Whether it saw a plane, and whether it saw it or looked at it, each taken for what `resolve` says.
+    /// Whether it saw a plane, and whether it saw it or looked at it; `resolve` gives the plane that a plane
+    /// has become.
     pub(super) fn looks_at(&self, plane: Birth, resolve: impl Fn(Birth) -> Birth) -> [bool; 2] {
         let saw = self.shares.iter().any(|share| resolve(share.plane) == plane);
         [saw, saw || self.missed.iter().any(|&missed| resolve(missed) == plane)]
     }
 
-    /// Bytes that it holds.
+    /// Approximate size in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         let witnesses = self.merges.iter().flat_map(|merge| &merge.witnesses).map(Vec::capacity);
         size_of::<(FrameId, Self)>()
@@ -247,7 +250,7 @@ impl KeyFrame {
     }
 }
 
-/// The places in the lattice of a key frame's shares, by label.
+/// The lattice sites of a key frame's shares, by label.
 #[derive(Debug)]
 pub(super) struct Places(Vec<Vec<u32>>);
 

@@ -1,30 +1,30 @@
-//! Images of labels in few bytes, for the patches that a key frame has seen.
+//! Compression of label images, for the patches that a key frame has seen.
 //!
-//! Each site is foretold by its neighbours: it has the label to its left, or else that above, and how sure
-//! that is depends on how these agree among themselves. An adaptive binary arithmetic coder (Witten, Neal,
-//! Cleary 1987; contexts like those of JBIG) writes whether it is so. Insides of patches cost next to
-//! nothing, rims some bits a site: a third of what runs take.
+//! Each site is predicted from its neighbours: it has the label to its left, or else the label above. How
+//! likely that is depends on how the neighbours agree. An adaptive binary arithmetic coder (Witten, Neal,
+//! Cleary 1987; contexts like those of JBIG) codes whether the prediction is right. The insides of patches
+//! cost next to nothing, rims some bits per site: a third of what run lengths take.
 
-/// Bits of a label that is not foretold.
+/// Bits of a label that was not predicted.
 const LABEL_BITS: u32 = 10;
 /// Largest label.
 pub(super) const MOST_LABELS: usize = (1 << LABEL_BITS) - 1;
-/// How neighbours agree: six yes or no.
+/// Number of contexts: six yes-or-no answers on how neighbours agree.
 const CONTEXTS: usize = 64;
-/// Empty sites on each side of an image, so that each has neighbours.
+/// Width of the rim of empty sites around an image, so that each site has neighbours.
 const RIM: usize = 2;
-/// Sites that are told at once where all around is one label: most are.
+/// Number of sites that are coded at once where all neighbours have one label, as most have.
 const SPAN: usize = 16;
-/// Bits of a probability, and how fast it follows what is read: with 1/16 of the way each time.
+/// Bits of a probability, and its rate of adaptation: by 1/16 of the way with each coded bit.
 const PROBABILITY_BITS: u32 = 16;
 const RATE: u32 = 4;
 
-/// Writes or reads a bit, whose probability to be set is given.
+/// Writes or reads a bit with the given probability of being set.
 trait BitCoder {
     fn code(&mut self, bit: bool, probability: u16) -> bool;
 }
 
-/// The interval of the numbers that begin with what was coded so far.
+/// The interval of all numbers that begin with what was coded so far.
 #[derive(Debug, Clone, Copy)]
 struct Interval {
     low: u32,
@@ -34,7 +34,7 @@ struct Interval {
 impl Interval {
     const ALL: Self = Self { low: 0, high: u32::MAX };
 
-    /// The last number of the part for set bits.
+    /// The last number of the part of the interval that stands for a set bit.
     fn split(self, probability: u16) -> u32 {
         let width = u64::from(self.high - self.low);
         self.low + ((width * u64::from(probability)) >> PROBABILITY_BITS) as u32
@@ -48,7 +48,7 @@ impl Interval {
         }
     }
 
-    /// The first byte, if all numbers have it; it is shifted out.
+    /// Shifts out the first byte if it is the same for all numbers of the interval.
     fn shift(&mut self) -> Option<u8> {
         let is_known = (self.low ^ self.high) >> 24 == 0;
         is_known.then(|| {
@@ -102,7 +102,7 @@ impl BitCoder for Reader<'_> {
 pub(super) fn encode(labels: &[u16], columns: usize) -> Box<[u8]> {
     let mut writer = Writer { interval: Interval::ALL, bytes: Vec::new() };
     code_labels(&mut writer, &mut with_rim(labels, columns), columns);
-    // A number in the interval, as short as it can be: what lacks is read as zeros.
+    // The shortest number in the interval; missing bytes are read as zeros.
     let Interval { low, high } = writer.interval;
     if low > 0 {
         let bytes = (1..4).find(|&bytes| {
@@ -117,7 +117,7 @@ pub(super) fn encode(labels: &[u16], columns: usize) -> Box<[u8]> {
     writer.bytes.into_boxed_slice()
 }
 
-/// The labels of a code. O(sites).
+/// The labels that a code stands for. O(sites).
 pub(super) fn decode(code: &[u8], sites: usize, columns: usize) -> Vec<u16> {
     let mut reader = Reader { interval: Interval::ALL, number: 0, bytes: code.iter() };
     (0..4).for_each(|_| reader.next_byte());
@@ -127,7 +127,7 @@ pub(super) fn decode(code: &[u8], sites: usize, columns: usize) -> Vec<u16> {
     rows.flat_map(|row| &row[RIM..RIM + columns.max(1)]).copied().take(sites).collect()
 }
 
-/// The labels with empty sites around: those that no row has are empty too.
+/// The labels with a rim of empty sites; missing sites of the last row are empty too.
 fn with_rim(labels: &[u16], columns: usize) -> Vec<u16> {
     let (columns, width) = (columns.max(1), columns.max(1) + 2 * RIM);
     let mut wide = vec![0; (labels.len().div_ceil(columns) + RIM) * width];
@@ -137,7 +137,7 @@ fn with_rim(labels: &[u16], columns: usize) -> Vec<u16> {
     wide
 }
 
-/// Codes labels one by one: a writer is told them, a reader tells them.
+/// Codes labels one by one: a writer takes them from `labels`, a reader fills them in.
 fn code_labels(coder: &mut impl BitCoder, labels: &mut [u16], columns: usize) {
     let even = 1_u16 << (PROBABILITY_BITS - 1);
     let mut is_left = [even; CONTEXTS];
@@ -146,7 +146,7 @@ fn code_labels(coder: &mut impl BitCoder, labels: &mut [u16], columns: usize) {
     let mut is_set = vec![even; 1 << LABEL_BITS];
     let mut code = |bit: bool, probability: &mut u16| {
         let bit = coder.code(bit, *probability);
-        // It stays off the ends, so that either bit can be coded.
+        // The probability stays away from 0 and 1, so that either bit can be coded.
         let aim = if bit { u16::MAX - (1 << RATE) } else { 1 << RATE };
         let change = (i32::from(aim) - i32::from(*probability)) >> RATE;
         *probability = (i32::from(*probability) + change) as u16;

@@ -25,26 +25,27 @@ use crate::shared_map::SharedMap;
 
 /// The map of finite planes (paper III-B).
 ///
-/// A key frame's planes are brought to the world, associated with the planes of the map, and fused with them;
-/// then planes of the map that have become one merge. The association is the paper's (equation 1 and
-/// (equation 2 or equation 3)) with corrections; see [`AssociationConfig`](crate::AssociationConfig).
+/// A key frame's planes are transformed to the world, associated with the planes of the map, and fused with
+/// them; then planes of the map that have become one are merged. The association is the paper's (equation 1
+/// and (equation 2 or equation 3)) with corrections; see [`AssociationConfig`](crate::AssociationConfig).
 ///
-/// Patches of one plane that do not adjoin are one surface where something nearer occludes what joins them (a
-/// wall behind a person, a floor on both sides of a table), and two where one looks through between them (two
-/// desks of one height). Each key frame that touches one of the two is asked what it sees on the shortest
-/// ways between them; when enough saw them occluded and hardly any looked through, they merge. What has
-/// merged is not parted when a later key frame looks through after all.
+/// Coplanar patches that do not adjoin are one surface if something nearer occludes the gap (a wall behind a
+/// person, a floor on both sides of a table), and two if the gap can be looked through (two desks of one
+/// height). Each key frame that touches one of the two checks what it sees on the shortest ways between them;
+/// the two merge when enough key frames saw these ways occluded and hardly any looked through. A merge is not
+/// undone when a later key frame looks through after all.
 ///
-/// All sums are integers, and what every key frame has seen is kept in its camera's frame, as sums and a
-/// coded image of labels: 1 to 2 kB. So [`PlaneMap::remove`] takes a key frame out exactly: the planes are
-/// those that they would be if it had added nothing, and merges that it brought about, or that it was needed
-/// for as a witness of what is occluded, are undone.
+/// All sums are integers, and what each key frame has seen is stored in its camera's frame, as sums and a
+/// coded label image: 1 to 2 kB. So [`PlaneMap::remove`] removes a key frame exactly: the planes are as if it
+/// had added nothing, and merges that it caused, or for which it was needed as a witness of an occlusion, are
+/// undone.
 ///
-/// An insertion costs what the frame sees, whatever the size and the age of the map and of its planes: voxels
-/// are held in blocks, an index in space knows which planes are where, and key frames are looked at again
-/// only when planes merge, back to where the younger of them was seen first.
+/// The cost of an insertion depends on what the frame sees, not on the size and age of the map and its
+/// planes: voxels are stored in blocks, a spatial index finds the planes, and earlier key frames are visited
+/// only when planes merge, back to the first one that saw the younger plane.
 ///
-/// A clone shares planes, their blocks and what the key frames have seen; each is copied when it changes.
+/// A clone shares planes, their blocks and what the key frames have seen; each of these is copied when it
+/// changes.
 #[derive(Debug, Clone)]
 pub struct PlaneMap {
     config: PlaneMapConfig,
@@ -53,18 +54,18 @@ pub struct PlaneMap {
     pub(super) planes: SharedMap<Birth, MapPlane>,
     index: PlaneIndex,
     pub(super) key_frames: SharedMap<FrameId, KeyFrame>,
-    /// Where planes have gone that were merged into others.
+    /// For each merged plane, the plane into which it was merged.
     merged: MergedIds<Birth>,
-    /// What the key frames saw between the planes that there are now.
+    /// What the key frames saw between the present planes.
     gaps: GapRecord,
     names: Names<PlaneId>,
-    /// What the ids of planes that have gone lead to, also those that a map of before gave: nothing but what
-    /// is asked by id depends on them.
+    /// What the ids of merged planes lead to, including ids of an earlier map that this one replaced. Only
+    /// queries by id depend on them.
     merged_ids: MergedIds<PlaneId>,
     next_key_frame: u64,
 }
 
-/// The plane of the map that a detected one may be.
+/// The plane of the map with which a detected one is associated.
 #[derive(Debug, Clone, Copy)]
 struct Pairing {
     cost: f64,
@@ -96,14 +97,14 @@ impl PlaneMap {
         })
     }
 
-    /// Adds the planes of a key frame, given in its camera's frame, and looks in its depth image at what lies
+    /// Adds the planes of a key frame, given in its camera's frame, and checks in its depth image the gaps
     /// between planes of the map that may be one surface behind something: see
     /// [`max_occluded_gap`](crate::AssociationConfig::max_occluded_gap).
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfReach`] when a plane lies so far out that it cannot be summed exactly. The map stays as
-    /// it was.
+    /// [`Error::OutOfReach`] when a plane is too far from the world's origin to be summed exactly. The map
+    /// stays as it was.
     #[doc(alias = "integrate")]
     pub fn insert(
         &mut self,
@@ -134,7 +135,7 @@ impl PlaneMap {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfReach`] names the camera's place.
+    /// [`Error::OutOfReach`] names the camera's position.
     pub fn check_reach(&self, world_from_camera: &Pose) -> Result<(), Error> {
         let centroid = world_from_camera.translation();
         let reach = reach_of_planes(self.config.voxel_size) - 100.0;
@@ -171,12 +172,12 @@ impl PlaneMap {
         if bounds.is_empty() { 0.0 } else { norm(std::array::from_fn(side)) }
     }
 
-    /// The plane with an id, confirmed or not; of an id that was merged away, what it became.
+    /// The plane with an id, confirmed or not; for an id that was merged away, the plane that it became.
     pub fn plane(&self, id: PlaneId) -> Option<&MapPlane> {
         self.planes.get(&self.names.birth(self.merged_ids.current(id))?)
     }
 
-    /// The id that a plane has now, after merges; `None` when it is not in the map.
+    /// The present id of a plane, after merges; `None` when it is not in the map.
     pub fn current_id(&self, id: PlaneId) -> Option<PlaneId> {
         self.plane(id).map(MapPlane::id)
     }
@@ -196,10 +197,9 @@ impl PlaneMap {
         &self.config
     }
 
-    /// Bytes that the map holds and that grow: the planes with their voxels and the index of them; what each
-    /// key frame has seen, looked at and merged; the ids that were merged away; all of it, also what clones
-    /// share. What the allocator adds is
-    /// not counted. O(key frames + blocks of voxels).
+    /// Approximate size in bytes of all that grows: planes with their voxels and the spatial index; what each
+    /// key frame has seen, looked at and merged; ids that were merged away. It includes what clones share,
+    /// but not the allocator's overhead. O(key frames + blocks of voxels).
     pub fn memory_bytes(&self) -> usize {
         let planes: usize = self.planes.values().map(MapPlane::memory_bytes).sum();
         let key_frames: usize = self.key_frames.values().map(KeyFrame::memory_bytes).sum();
@@ -225,7 +225,7 @@ impl PlaneMap {
         detected.iter().zip(&key_frame.shares).map(place).collect()
     }
 
-    /// The best plane of the map for a detected one. Several detected ones may share it: parts of one
+    /// The best plane of the map for a detected one. Several detected planes may share it, as parts of one
     /// surface.
     fn associate(&self, observation: &Observation) -> Option<Pairing> {
         let detected = observation.finite();
@@ -235,19 +235,19 @@ impl PlaneMap {
             let agreement = self.test([&detected, &mapped.finite()], &region)?;
             Some(Pairing { cost: self.criterion.cost(&agreement), plane: mapped.birth, agreement })
         });
-        // The first of equals: the oldest.
+        // Of equal costs the first wins: the oldest plane.
         candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// How two planes agree that adjoin and are one, with no wall between them.
+    /// How well two planes agree; `None` unless they adjoin, with no wall between them, and are one.
     fn test(&self, [detected, mapped]: [&FinitePlane<'_>; 2], region: &VoxelBox) -> Option<Agreement> {
         let agreement = self.criterion.test(detected, mapped, region)?;
         self.adjoin_clear_of_walls([detected, mapped], region).then_some(agreement)
     }
 
-    /// Whether two planes that adjoin do so elsewhere than beside a wall that stands between them.
+    /// Whether two planes that adjoin also do so away from any wall that stands between them.
     fn adjoin_clear_of_walls(&self, [detected, mapped]: [&FinitePlane<'_>; 2], region: &VoxelBox) -> bool {
-        // A plane that reaches to the middle of the other is on its side of any wall.
+        // If one plane reaches to the middle of the other, both are on the same side of any wall.
         if mapped.patch.is_near(detected.centroid, self.config.voxel_size) {
             return true;
         }
@@ -307,7 +307,7 @@ impl PlaneMap {
         ShapeSettings { voxel_size, max_hole_area, boundary_tolerance }
     }
 
-    /// The plane that one has become, itself unless it was merged.
+    /// The plane that a plane has become by merges; itself if it was not merged.
     pub(super) fn resolve(&self, plane: Birth) -> Birth {
         self.merged.current(plane)
     }

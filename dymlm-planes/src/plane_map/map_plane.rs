@@ -14,24 +14,24 @@ use crate::plane_frame::PlaneFrame;
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapPlane {
     pub(super) birth: Birth,
-    /// What it is called: nothing but that depends on it.
+    /// Its name for callers; no result depends on it.
     pub(super) id: PlaneId,
     pub(super) plane: Plane,
     pub(super) centroid: [f64; 3],
     pub(super) mse: f64,
     pub(super) sightings: Sightings,
     pub(super) is_confirmed: bool,
-    /// Whether it was judged to stand there no more.
+    /// Whether it was judged to be no longer there.
     pub(super) is_gone: bool,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
-    /// Of the blocks of the patch that were judged: how many of their voxels nothing was known of, and how
-    /// many stood in free space.
+    /// For each judged block of the patch: the number of its voxels of which nothing is known, and of those
+    /// in free space.
     pub(super) judged: BTreeMap<BlockKey, [usize; 2]>,
     pub(super) shape: ShapeSettings,
 }
 
-/// How a plane's shape is kept.
+/// Settings for a plane's patch and boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ShapeSettings {
     pub(super) voxel_size: f64,
@@ -39,17 +39,17 @@ pub(super) struct ShapeSettings {
     pub(super) boundary_tolerance: f64,
 }
 
-/// Which key frames have seen a plane, and which looked where it is and have not.
+/// Counts of the key frames that have seen a plane, and of those that looked at it without seeing it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Sightings {
     /// Number of key frames that saw it.
     pub(super) count: u32,
-    /// Number of later ones that looked at its centroid and did not see it.
+    /// Number of later key frames that looked at its centroid and did not see it.
     pub(super) missed: u32,
-    /// The first that saw it.
+    /// The first key frame that saw it.
     pub(super) first: FrameId,
-    /// Times of the earliest and the latest that saw it, seconds.
+    /// Times of the earliest and the latest key frame that saw it, seconds.
     times: [f64; 2],
 }
 
@@ -61,7 +61,7 @@ impl Default for Sightings {
 }
 
 impl Sightings {
-    /// Whether they are some that key frames can have made.
+    /// Whether the numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
         self.count.max(self.missed) < 1 << 30 && self.times.iter().all(|time| !time.is_nan())
@@ -73,8 +73,8 @@ impl Sightings {
         self.times = [self.times[0].min(timestamp), self.times[1].max(timestamp)];
     }
 
-    /// Those of two planes that are one: of the key frames, `both_saw` saw both of them, and
-    /// `both_looked` saw or looked at both.
+    /// The counts for the merger of two planes; `both_saw` key frames saw both of them, and `both_looked` saw
+    /// or looked at both.
     pub(super) fn united(&self, other: &Self, both_saw: u32, both_looked: u32) -> Self {
         let count = (self.count + other.count).saturating_sub(both_saw);
         let looked = (self.count + self.missed + other.count + other.missed).saturating_sub(both_looked);
@@ -84,7 +84,7 @@ impl Sightings {
 }
 
 impl MapPlane {
-    /// A plane that nothing has been added to.
+    /// A plane without any share added to it yet.
     pub(super) fn new((birth, id): (Birth, PlaneId), plane: Plane, shape: ShapeSettings) -> Self {
         Self {
             birth,
@@ -113,7 +113,7 @@ impl MapPlane {
         }
     }
 
-    /// Id of the plane. It never changes and never comes again.
+    /// Id of the plane. It stays the same and is never given to another plane.
     pub fn id(&self) -> PlaneId {
         self.id
     }
@@ -133,7 +133,8 @@ impl MapPlane {
         self.centroid
     }
 
-    /// Weighted mean squared distance of its inliers, square metres: noise, and how well the poses fit.
+    /// Weighted mean squared distance of its inliers from the plane, square metres: noise, and errors of the
+    /// poses.
     pub fn mse(&self) -> f64 {
         self.mse
     }
@@ -153,12 +154,13 @@ impl MapPlane {
         self.sightings.times[1]
     }
 
-    /// Sum of the weights of its inliers; a reading at 0.4 m weighs 1.
+    /// Sum of the weights of its inliers; a reading with the sensor's least noise (a Kinect's at 0.4 m) has
+    /// weight 1.
     pub fn weight(&self) -> f64 {
         self.moments.weight()
     }
 
-    /// Its inliers: the centres of their voxels set onto the plane, in a fixed order. Metres.
+    /// Its inliers: the centres of their voxels projected onto the plane, in a fixed order. Metres.
     pub fn inlier_points(&self) -> impl Iterator<Item = Point> + '_ {
         let voxels = self.patch.voxels();
         voxels.map(|voxel| foot_on(&self.plane, voxel.center(self.shape.voxel_size)).map(|x| x as f32))
@@ -175,7 +177,7 @@ impl MapPlane {
         self.picture().len() as f64 * self.shape.voxel_size * self.shape.voxel_size
     }
 
-    /// About the side of a square of its area, metres.
+    /// Approximate side of a square of its area, metres.
     pub(crate) fn size(&self) -> f64 {
         (self.inlier_voxels() as f64).sqrt() * self.shape.voxel_size
     }
@@ -184,18 +186,18 @@ impl MapPlane {
         PlaneFrame::new(self.centroid, self.plane.normal())
     }
 
-    /// Which cells of the plane hold inliers.
+    /// The picture of the plane's cells that hold inliers.
     fn picture(&self) -> CellPicture {
         CellPicture::of(&FilledCells::new(&self.patch, self.shape.voxel_size, self.frame()))
     }
 
-    /// Whether there are inliers at a point of the plane, or beside it by no more than a voxel.
+    /// Whether there are inliers at a point of the plane, or within a voxel of it.
     pub fn holds(&self, point: [f64; 3]) -> bool {
         self.patch.is_near(point, self.shape.voxel_size)
     }
 
-    /// The inlier nearest to a point of the plane, if one is within `reach` metres; of those equally near the
-    /// first. O(its voxels not much farther than that).
+    /// The inlier nearest to a point of the plane, if one is within `reach` metres; the first among equally
+    /// near ones. O(its voxels up to about twice that distance).
     pub fn nearest_inlier(&self, point: [f64; 3], reach: f64) -> Option<[f64; 3]> {
         let voxel_size = self.shape.voxel_size;
         let mut radius = (8.0 * voxel_size).min(reach);
@@ -208,7 +210,7 @@ impl MapPlane {
             match nearest.filter(|(distance, _)| *distance <= radius) {
                 Some((_, inlier)) => return Some(inlier),
                 None if radius >= reach => return None,
-                // NaN ends it too.
+                // A NaN `reach` ends the search too.
                 None => radius = (2.0 * radius).min(reach),
             }
         }
@@ -219,7 +221,7 @@ impl MapPlane {
         self.patch.len()
     }
 
-    /// Bytes that it holds.
+    /// Approximate size in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         size_of::<Self>()
             + self.patch.memory_bytes()

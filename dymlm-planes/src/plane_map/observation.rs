@@ -5,7 +5,7 @@ use crate::association::FinitePlane;
 use crate::detector::DetectedPlane;
 use crate::patches::{Patch, reach};
 
-/// What a key frame has seen of a plane, in the world.
+/// A key frame's share of a plane, placed in the world.
 #[derive(Debug, Clone)]
 pub(super) struct PlacedShare {
     pub(super) plane: Plane,
@@ -14,15 +14,15 @@ pub(super) struct PlacedShare {
     pub(super) patch: Patch,
 }
 
-/// A detected plane, brought to the world.
+/// A detected plane, transformed to the world.
 #[derive(Debug, Clone)]
 pub(super) struct Observation {
     pub(super) placed: PlacedShare,
     edge_points: Vec<[f64; 3]>,
 }
 
-/// How far from the world's origin planes can be summed, metres: a frame's samples lie within a hundred
-/// metres of their centroid.
+/// Largest coordinate at which planes can be summed, metres: a frame's samples lie within a hundred metres of
+/// their centroid.
 pub(super) fn reach_of_planes(voxel_size: f64) -> f64 {
     REACH.min(reach(voxel_size)) - 100.0
 }

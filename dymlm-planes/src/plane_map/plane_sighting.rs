@@ -6,13 +6,14 @@ use super::map::PlaneMap;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct PlaneSighting {
-    /// The key frame, by its number among those inserted.
+    /// The key frame.
     pub key_frame: FrameId,
-    /// From where it was seen.
+    /// The key frame's pose.
     pub world_from_camera: Pose,
     /// The plane.
     pub plane: PlaneId,
-    /// Sum of the inliers' weights; a reading at 0.4 m weighs 1.
+    /// Sum of the inliers' weights; a reading with the sensor's least noise (a Kinect's at 0.4 m) has weight
+    /// 1.
     pub weight: f64,
     /// Weighted mean of the inliers, metres.
     pub centroid: [f64; 3],
@@ -21,8 +22,8 @@ pub struct PlaneSighting {
 }
 
 impl PlaneMap {
-    /// What each key frame has seen of the confirmed planes, in the order of the key frames: what poses can be
-    /// refined by. Not of planes that have moved since, with an object that was carried. O(key frames).
+    /// What each key frame has seen of the confirmed planes, in the order of the key frames; poses can be
+    /// refined with it. Planes that were moved since with a carried object are left out. O(key frames).
     pub fn key_frame_sightings(&self) -> impl Iterator<Item = PlaneSighting> + '_ {
         self.key_frames.iter().flat_map(move |(&key_frame, seen)| {
             seen.standing_shares().filter_map(move |share| {

@@ -5,7 +5,7 @@ use super::SurfaceConfig;
 use crate::patches::VoxelBox;
 use crate::plane_map::{MapPlane, PlaneMap};
 
-/// A level plane under a point, whether it was read there or only near there.
+/// A level plane under a point, whether it was observed right there or only nearby.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -14,24 +14,24 @@ pub struct LevelUnder {
     pub plane: PlaneId,
     /// Distance from the point straight down to the plane, metres.
     pub distance: f64,
-    /// Where that is, metres, world.
+    /// The point of the plane straight below, metres, world.
     pub point: [f64; 3],
-    /// The inlier of the plane that is nearest to there, set onto the plane; the same place where the plane
-    /// was read.
+    /// The inlier of the plane that is nearest to `point`, projected onto the plane; equals `point` where the
+    /// plane was observed.
     pub nearest_inlier: [f64; 3],
-    /// Distance between the two, metres: 0 where the plane was read, to a voxel, else by how much it is
-    /// extended.
+    /// Distance between `point` and `nearest_inlier`, metres: 0 where the plane was observed, to a voxel,
+    /// otherwise the length by which the plane is extended.
     pub extended_by: f64,
 }
 
 impl PlaneMap {
-    /// The level planes that face up and lie under a point, within `max_distance` metres against `up`, as far
-    /// as they have inliers near the place there: a forward camera never sees what it stands on. Near is
-    /// within `reach` metres, and no farther than the plane is large, by the root of its area. Level is what
-    /// [`SurfaceConfig`] takes for it by default. By their distances. Empty for an `up` without length and
-    /// for what is not finite.
+    /// The level planes that face up and lie under a point, within `max_distance` metres against `up`, sorted
+    /// by distance. They count if they have inliers near the place below, because a forward camera never sees
+    /// what it stands on: within `reach` metres, and no farther than the plane is large (the root of its
+    /// area). Planes are level within the default angle of [`SurfaceConfig`]. Empty for an `up` without
+    /// length and for a point that is not finite.
     ///
-    /// Says nothing of what lies between the inliers and the point. O(planes near, and their voxels within
+    /// What lies between the inliers and the point is not checked. O(planes near, and their voxels within
     /// reach).
     pub fn levels_under(
         &self,
@@ -44,7 +44,7 @@ impl PlaneMap {
         if !(max_distance >= 0.0 && reach >= 0.0) {
             return Vec::new();
         }
-        // Beyond its farthest inlier and the reach the map has no plane.
+        // The map has no plane beyond its farthest inlier and the reach.
         let reach = reach.min(self.farthest_from(point));
         let max_distance = max_distance.min(self.farthest_from(point) + reach);
         let column = bounds([point, along(point, -max_distance, up)]);
@@ -71,7 +71,8 @@ fn level_under(
         return None;
     }
     let foot = along(point, -distance, up);
-    // A plane is known no farther than it is large: its tilt is, and a chair's seat is no floor.
+    // A plane is extended no farther than it is large, because its tilt is no better known, and a chair's
+    // seat is not a floor.
     let reach = reach.min(plane.size());
     let nearest_inlier = if plane.holds(foot) { foot } else { plane.nearest_inlier(foot, reach)? };
     let extended_by = norm(difference(nearest_inlier, foot));

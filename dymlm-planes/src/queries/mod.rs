@@ -1,4 +1,4 @@
-//! Questions to the plane map: rays, what is under a point, what a thing rests on, floors and walls.
+//! Queries of the plane map: rays, planes under a point, supporting planes, floors and walls.
 
 mod level;
 mod orientation;

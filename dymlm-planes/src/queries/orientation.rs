@@ -2,13 +2,13 @@ use dymlm_core::vector3::{dot, unit};
 
 use crate::plane_map::{MapPlane, PlaneMap};
 
-/// What a plane is in a room, by its orientation and height.
+/// The kind of a plane in a room, by its orientation and height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum SurfaceKind {
-    /// Level, facing up, at the height of the lowest large such plane.
+    /// Level, facing up, at about the height of the lowest such plane that is large.
     Floor,
     /// Level, facing up, higher than the floor: tables, seats, shelves.
     Table,
@@ -20,17 +20,18 @@ pub enum SurfaceKind {
     Slanted,
 }
 
-/// How [`PlaneMap::surfaces`] tells kinds apart.
+/// Settings of [`PlaneMap::surfaces`].
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct SurfaceConfig {
-    /// Largest angle from level or upright, degrees. Default 10.
+    /// Largest angle of a level or upright plane from exactly level or upright, degrees. Default 10.
     pub max_tilt_deg: f64,
     /// The floor is the lowest level plane facing up of at least this area, square metres. Default 0.5.
     pub min_floor_area: f64,
-    /// Planes up to this much higher than the floor are floor, metres. Default 0.1: a carpet, a threshold.
+    /// Level planes at most this much higher than the floor count as floor, metres. Default 0.1: a carpet, a
+    /// threshold.
     pub floor_height: f64,
 }
 
@@ -40,20 +41,20 @@ impl Default for SurfaceConfig {
     }
 }
 
-/// A plane and what it is.
+/// A plane and its kind.
 #[derive(Debug, Clone, Copy)]
 pub struct Surface<'a> {
     /// The plane.
     pub plane: &'a MapPlane,
-    /// What it is.
+    /// Its kind.
     pub kind: SurfaceKind,
     /// Height of its centroid along the up vector from the world's origin, metres.
     pub height: f64,
 }
 
 impl PlaneMap {
-    /// Tells the kind of each confirmed plane, given a vector that points up in the world, in the order in
-    /// which they came into the map. Empty for a vector without length.
+    /// The kind of each confirmed plane, given a vector that points up in the world; in the order in which
+    /// the planes came into the map. Empty for a vector without length.
     ///
     /// ```
     /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};

@@ -4,7 +4,7 @@ use dymlm_core::vector3::{along, bounds, dot, unit};
 use crate::patches::VoxelBox;
 use crate::plane_map::{MapPlane, PlaneMap};
 
-/// Length of the parts that a ray is followed by, metres: planes near each are asked.
+/// Length of the parts into which a ray is divided, metres; for each part, the planes near it are tested.
 const STEP: f64 = 1.0;
 
 /// Where a ray meets a finite plane.
@@ -21,8 +21,9 @@ pub struct PlaneHit {
 }
 
 impl PlaneMap {
-    /// The first confirmed plane that a ray meets within `max_range` metres, from either side; a plane counts
-    /// where its inliers are, to a voxel. A direction without length meets nothing. O(planes along the ray).
+    /// The first confirmed plane that a ray meets within `max_range` metres, from either side. A plane is met
+    /// only where it has inliers, to a voxel. A direction without length meets nothing. O(planes along the
+    /// ray).
     pub fn cast_ray(&self, origin: [f64; 3], direction: [f64; 3], max_range: f64) -> Option<PlaneHit> {
         let direction = unit(direction)?;
         let voxel_size = self.config().voxel_size;
@@ -32,10 +33,10 @@ impl PlaneMap {
             let to = from + STEP;
             let part = bounds([from, to].map(|distance| along(origin, distance, direction)));
             let near = self.confirmed_near(VoxelBox::around(part, voxel_size).grown(1));
-            // The oldest among equals.
+            // Among equally near hits the oldest plane wins.
             let hits = near.filter_map(|plane| hit(plane, origin, direction, max_range));
             let first = hits.min_by(|a, b| a.distance.total_cmp(&b.distance));
-            // What is met farther on may lie behind a plane that is not near yet.
+            // A hit beyond this part may lie behind a plane that is not near it yet.
             if let Some(first) = first.filter(|first| first.distance <= to) {
                 return Some(first);
             }
@@ -44,7 +45,8 @@ impl PlaneMap {
         None
     }
 
-    /// The confirmed plane under a point: the first one met going against `up` within `max_distance` metres.
+    /// The confirmed plane under a point: the first one that a ray against `up` meets within `max_distance`
+    /// metres.
     pub fn plane_under(&self, point: [f64; 3], up: [f64; 3], max_distance: f64) -> Option<PlaneHit> {
         self.cast_ray(point, up.map(|x| -x), max_distance)
     }
@@ -53,7 +55,7 @@ impl PlaneMap {
 fn hit(plane: &MapPlane, origin: [f64; 3], direction: [f64; 3], max_range: f64) -> Option<PlaneHit> {
     let slope = dot(plane.plane().normal(), direction);
     let distance = -plane.plane().signed_distance(origin) / slope;
-    // Along the plane the quotient is infinite or NaN.
+    // For a ray along the plane the quotient is infinite or NaN.
     if !(0.0..=max_range).contains(&distance) {
         return None;
     }

@@ -3,8 +3,9 @@ use crate::patches::VoxelBox;
 use crate::plane_map::{MapPlane, PlaneMap};
 
 impl PlaneMap {
-    /// The planes that something at `point` may rest on or lean against: those no more than `reach` metres
-    /// from it whose patch holds the point's foot, to a voxel. In the order in which they came into the map. O(planes near).
+    /// The confirmed planes on which a thing at `point` may rest or against which it may lean: those at most
+    /// `reach` metres away whose patch holds the point's projection, to a voxel. In the order in which they
+    /// came into the map. O(planes near).
     pub fn supports_near(&self, point: [f64; 3], reach: f64) -> impl Iterator<Item = &MapPlane> {
         let around = [-reach, reach].map(|side| point.map(|c| c + side));
         let around = VoxelBox::around(around, self.config().voxel_size).grown(1);

@@ -3,22 +3,23 @@ use dymlm_core::vector3::{difference, dot};
 use crate::linear_algebra::plane_axes;
 use crate::moments::Fit;
 
-/// Terms of a quadratic surface over a plane: 1, u, v, uu, uv, vv; the first three are a plane's.
+/// Terms of a quadratic surface over a plane: 1, u, v, uu, uv, vv; the first three describe a plane.
 const TERMS: usize = 6;
 const LINEAR: usize = 3;
-/// What the three quadratic terms explain of the blocks' distances is at least this many times their error
-/// (an F statistic): with less, noise bends far planes; with more, pillars beyond 3 m are facets.
+/// Least ratio of what the three quadratic terms explain of the blocks' distances to the remaining error (an
+/// F statistic) in a bent plane. With less, noise bends far planes; with more, pillars beyond 3 m become
+/// facets.
 const SIGNIFICANT: f64 = 10.0;
-/// A plane turns by less than this from one side to the other, radians: with 0.2 what a Kinect's readings
-/// bend costs real walls a tenth of their looks (`kitchen_planes`); with more, more strips of pillars are
-/// planes (0.2: precision 98 %, 0.3: 96 %, without the rule 88 % in building 77).
+/// Largest angle by which a plane turns from one side to the other, radians. With 0.2 the bend of a Kinect's
+/// readings costs real walls a tenth of their observations (`kitchen_planes`); with more, more strips of
+/// pillars are planes (0.2: precision 98 %, 0.3: 96 %, without the rule 88 % in building 77).
 const MOST_TURN: f64 = 0.3;
 
-/// How the blocks of a plane are bent: sums for the quadratic surface through their centroids.
+/// The bend of a plane: sums for the quadratic surface through the centroids of its blocks.
 ///
-/// A strip of a round thing is as flat as the sensor's noise where it is narrow or far away. But its misfit
-/// is systematic, and noise, disparity steps included, is not: over some hundred blocks a curve stands out
-/// that no single one shows.
+/// A strip of a round thing that is narrow or far away is as flat as the sensor's noise. But its misfit is
+/// systematic, whereas noise, disparity steps included, is not: over some hundred blocks a curve shows that
+/// no single block shows.
 #[derive(Debug, Clone)]
 pub(super) struct Bend {
     fit: Fit,
@@ -30,7 +31,7 @@ pub(super) struct Bend {
 }
 
 impl Bend {
-    /// Of no blocks yet; `fit` is the plane of all.
+    /// The sums without blocks; `fit` is the plane of all blocks.
     pub(super) fn new(fit: Fit) -> Self {
         let (matrix, right) = ([[0.0; TERMS]; TERMS], [0.0; TERMS]);
         Self { fit, axes: plane_axes(fit.normal), matrix, right, squares: 0.0, blocks: 0 }
@@ -51,11 +52,11 @@ impl Bend {
         self.blocks += 1;
     }
 
-    /// Whether the blocks, on a plane of some width in metres, are bent beyond what is noise. Too few of
-    /// them, or in too few rows, are not.
+    /// Whether the blocks, on a plane of this width in metres, are bent beyond noise. False when they are too
+    /// few or in too few rows.
     ///
-    /// Normal equations by Cholesky: the square of each entry of the solved triangle is what its term takes
-    /// off the sum of squares.
+    /// Normal equations solved by Cholesky: the square of each entry of the forward solution is what its term
+    /// takes off the sum of squares.
     pub(super) fn is_round(&self, width: f64) -> bool {
         let mut lower = [[0.0; TERMS]; TERMS];
         let mut solved = [0.0; TERMS];
@@ -74,7 +75,7 @@ impl Bend {
         let free = self.blocks.saturating_sub(TERMS) as f64;
         let error = (self.squares - taken(&solved)).max(0.0) / free;
         let bend = taken(&solved[LINEAR..]) / (TERMS - LINEAR) as f64;
-        // The coefficients from the last row up, and the larger principal curvature.
+        // Back substitution for the quadratic coefficients, then the larger principal curvature.
         let vv = solved[5] / lower[5][5];
         let uv = (solved[4] - lower[5][4] * vv) / lower[4][4];
         let uu = (solved[3] - lower[4][3] * uv - lower[5][3] * vv) / lower[3][3];
@@ -103,7 +104,7 @@ mod tests {
     fn a_strip_of_a_pillar_is_round_and_one_of_a_wall_is_not() {
         assert!(strip(0.4).is_round(0.2));
         assert!(!strip(f64::INFINITY).is_round(0.2));
-        // Significant, but by 1 cm over 4 m.
+        // A significant bend, but too small to count.
         assert!(!strip(20.0).is_round(0.2));
     }
 

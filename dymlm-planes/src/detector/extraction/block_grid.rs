@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use dymlm_core::PinholeCamera;
 
-/// The image cut into square blocks, row by row; the last of a row or column may be smaller.
+/// The image divided into square blocks, row by row; the last block of a row or column may be smaller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct BlockGrid {
     pub(super) width: usize,
@@ -12,9 +12,9 @@ pub(super) struct BlockGrid {
     pub(super) rows: usize,
 }
 
-/// Smallest side of a block, pixels: fewer than 16 points make no plane worth the name.
+/// Least side of a block, pixels: fewer than 16 points do not define a plane well.
 const SMALLEST_SIDE: usize = 4;
-/// Largest side of a block, pixels: a bit each in a word.
+/// Largest side of a block, pixels: a row fits in the bits of a `u64`.
 pub(super) const LARGEST_SIDE: usize = 64;
 
 impl BlockGrid {
@@ -43,7 +43,7 @@ impl BlockGrid {
         self.pixel_columns(block).len() * self.pixel_rows(block).len()
     }
 
-    /// The blocks left, right, above and below.
+    /// The neighbours of a block: left, right, above and below.
     pub(super) fn neighbors(&self, block: usize) -> [Option<usize>; 4] {
         let (column, row) = (block % self.columns, block / self.columns);
         [

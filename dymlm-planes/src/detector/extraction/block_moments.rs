@@ -2,10 +2,10 @@ use super::super::rays::Rays;
 use super::block_grid::BlockGrid;
 use crate::moments::Moments;
 
-/// Sums over the readings of one block's columns, for some columns side by side.
+/// Sums over the readings of N adjacent columns of a block.
 ///
-/// A point is z (a, b, 1) with a = `ray_x` of its column and b = `ray_y` of its row, so the sums over a
-/// column need no a at all: it enters once a column, not once a pixel.
+/// A point is z (a, b, 1) with a = `ray_x` of its column and b = `ray_y` of its row. The sums over a column
+/// do not need a: it is multiplied in once per column, not once per pixel.
 #[derive(Debug, Clone, Copy)]
 struct ColumnSums<const N: usize> {
     count: [f32; N],
@@ -16,10 +16,10 @@ struct ColumnSums<const N: usize> {
     bbzz: [f64; N],
 }
 
-/// Sums up the points of a row of blocks, in f64. `depths` are the rows of pixels that they lie in (0 = no
-/// reading).
+/// Sums up the points of each block of a row of blocks, in f64. `depths` are the rows of pixels of these
+/// blocks (0 = no reading).
 ///
-/// O(pixels), four multiplications a pixel, some columns at a time.
+/// O(pixels), four multiplications per pixel, two columns at a time.
 pub(super) fn sum_blocks(depths: &[f32], grid: &BlockGrid, row: usize, rays: &Rays, out: &mut Vec<Moments>) {
     let first = row * grid.columns;
     let ray_y = &rays.y[grid.pixel_rows(first)];

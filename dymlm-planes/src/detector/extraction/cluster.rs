@@ -7,16 +7,16 @@ use super::block_grid::BlockGrid;
 use super::tolerance::{COS_MERGE_ANGLE, Tolerance};
 use crate::moments::{Fit, Moments};
 
-/// No block, no entry.
+/// Marks a missing block or list entry.
 const NONE: u32 = u32::MAX;
 
-/// A cluster merges with one of every so many neighbours, and at least one, before its neighbours are listed
-/// again.
+/// A cluster merges with one of this many of its neighbours, and at least with one, before its neighbours are
+/// listed again.
 const NEIGHBORS_PER_MERGE: usize = 16;
 
-/// A cluster of blocks that is waiting to grow: the bits of its mean squared distance in single precision,
-/// which are in the order of the numbers since none is negative, then its number. Another distance now means
-/// that the entry is out of date.
+/// A cluster of blocks in the heap: the bits of its mean squared distance in single precision, which sort
+/// like the numbers because none is negative, then the cluster's number. An entry whose distance differs from
+/// the cluster's present one is out of date.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Waiting(u64);
 
@@ -32,16 +32,16 @@ impl Waiting {
 
 /// Agglomerative hierarchical clustering of blocks (Feng 2014, algorithm 1).
 ///
-/// The flattest cluster of all is taken from a heap and merged with the neighbour that leaves it flattest, as
-/// long as the plane of both is flat enough for its depth; a cluster without such a neighbour waits to be
-/// taken by another (the paper ends it there, which leaves blocks of unlucky noise behind). Two tests are
-/// added to the paper's: normals must agree, and the common plane must lie on each of the two by itself, but
-/// for its noise. For a few blocks hardly show in the mean of many (so a large plane eats the step beside
-/// it), and far away two surfaces a hand apart are no rougher than the noise of one. Noise is what is left
-/// about the planes of single blocks: it does not average out over a block of a hundred pixels, while a
-/// misfit does not go away.
+/// The flattest of all clusters is taken from a heap and merged with the neighbour with which it stays
+/// flattest, as long as their common plane is flat enough for its depth. A cluster without such a neighbour
+/// waits until another cluster takes it (the paper ends it there, which leaves blocks with unlucky noise
+/// behind). Two tests are added to the paper's: the normals must agree, and the common plane must fit each of
+/// the two by itself, apart from its noise. The reason is that a few blocks hardly show in the mean of many,
+/// so a large plane would take in the step beside it; and far away two surfaces a hand apart are no rougher
+/// than the noise of one. The noise is measured as the residual about the planes of single blocks: it does
+/// not average out over a block of a hundred pixels, and a misfit of the common plane is not part of it.
 ///
-/// O(n log n) in the number of blocks for heap and clusters, plus the neighbours looked at.
+/// O(n log n) in the number of blocks for heap and clusters, plus the neighbours visited.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Clustering {
     heap: BinaryHeap<Reverse<Waiting>>,
@@ -49,16 +49,17 @@ pub(super) struct Clustering {
     parent: Vec<u32>,
     moments: Vec<Moments>,
     fits: Vec<Fit>,
-    /// Sum of squared distances in depth of each cluster's points from the planes of their own blocks: the
-    /// noise.
+    /// The noise of each cluster: the sum of squared distances in depth of its points from the planes of
+    /// their own blocks.
     noise: Vec<f64>,
     blocks: Vec<u32>,
-    /// Neighbours of each cluster: linked lists through `next`, four entries a block; `heads`, `tails`.
+    /// Neighbours of each cluster as linked lists through `next`, at most four entries per block; `heads` and
+    /// `tails` are the lists' ends.
     neighbor: Vec<u32>,
     next: Vec<u32>,
     heads: Vec<u32>,
     tails: Vec<u32>,
-    /// The last visit that met a cluster.
+    /// For each cluster, the last visit that listed it.
     visited: Vec<u32>,
     candidates: Vec<Candidate>,
 }
@@ -70,8 +71,8 @@ struct Candidate {
 }
 
 impl Clustering {
-    /// Clusters the blocks whose fit is `Some`; neighbours are joined whatever step is between them (Feng's
-    /// test for one changes nothing, since the common plane of both must be flat).
+    /// Clusters the blocks whose fit is `Some`. Neighbours are linked whatever step is between them (Feng's
+    /// test of the step changes nothing, because the common plane of both must be flat anyway).
     pub(super) fn run(
         &mut self,
         grid: &BlockGrid,
@@ -93,9 +94,9 @@ impl Clustering {
         }
     }
 
-    /// Merges a cluster with the neighbour that leaves it flattest. A large one, which would soon be back,
-    /// takes several of its neighbours: to list a hundred for each merge takes most of the time on large
-    /// planes, and their order hardly changes.
+    /// Merges a cluster with the neighbour with which it stays flattest. A large cluster, which would soon be
+    /// the flattest again, takes several neighbours at once: listing a hundred neighbours for each merge
+    /// would take most of the time on large planes, and their order hardly changes.
     fn grow(&mut self, cluster: u32, tolerance: &Tolerance) {
         let most = (self.candidates.len() / NEIGHBORS_PER_MERGE).max(1);
         let mut grown = None;
@@ -182,8 +183,8 @@ impl Clustering {
         self.tails[block] = entry;
     }
 
-    /// Lists the neighbours of a cluster once each, with the flatness of the plane of both; entries that have
-    /// become doubled or part of the cluster itself leave its list.
+    /// Lists each neighbour of a cluster once, with the flatness of the common plane. Entries that have
+    /// become duplicates or part of the cluster itself are removed from its list.
     fn find_candidates(&mut self, cluster: u32, visit: u32) {
         self.candidates.clear();
         let own = self.moments[cluster as usize];
@@ -212,7 +213,7 @@ impl Clustering {
         self.tails[cluster as usize] = kept;
     }
 
-    /// The neighbour that leaves the plane of both flattest, of those that may merge.
+    /// Of the neighbours that may merge, the one with the flattest common plane.
     fn best_candidate(&mut self, cluster: u32, tolerance: &Tolerance) -> Option<(usize, Fit)> {
         let own = self.moments[cluster as usize];
         let own_fit = self.fits[cluster as usize];
@@ -237,7 +238,7 @@ impl Clustering {
         }
     }
 
-    /// Puts two clusters together, and gives the number that both have from now on.
+    /// Merges two clusters and returns their common number.
     fn merge(&mut self, cluster: u32, other: u32, fit: Fit) -> u32 {
         let (a, b) = (cluster as usize, other as usize);
         let (into, from) = if self.blocks[a] >= self.blocks[b] { (a, b) } else { (b, a) };
@@ -257,8 +258,9 @@ impl Clustering {
     }
 }
 
-/// The plane of two sets of points, when it is flat enough for its depth and lies on each of the two but for
-/// its noise; `noise` are their mean squared distances in depth from the planes of their blocks.
+/// The common plane of two sets of points; `None` unless it is flat enough for its depth and fits each of the
+/// two apart from its noise. `noise` are the sets' mean squared distances in depth from the planes of their
+/// blocks.
 pub(super) fn fit_of_both(parts: [&Moments; 2], noise: [f64; 2], tolerance: &Tolerance) -> Option<Fit> {
     let fit = parts[0].plus(parts[1]).fit()?;
     let one_plane = tolerance.holds(&fit)

@@ -14,31 +14,32 @@ use super::tolerance::{Tolerance, width};
 use crate::error::Error;
 use crate::moments::{Fit, Moments};
 
-/// Share of a block's pixels that must have a reading. (Feng 2014 demands all, but a Kinect leaves holes.)
-/// With less, slivers at the rim of a pillar are planes (`a_cylinder_yields_no_plane`).
+/// Least share of a block's pixels that must have a reading. (Feng 2014 requires all, but a Kinect leaves
+/// holes.) With less, slivers at the rim of a pillar become planes (`a_cylinder_yields_no_plane`).
 const MIN_BLOCK_FILL: f64 = 0.5;
-/// A block is rough from this many times the expected variance on: five standard deviations of the variance
-/// of 64 readings. Without the rule planes of random rooms are 0.1 mm and 0.03 degrees worse.
+/// A block is rough above this many times the expected variance: five standard deviations of the variance of
+/// 64 readings. Without the rule the planes of random rooms are 0.1 mm and 0.03 degrees worse.
 const ROUGH: f64 = 2.0;
-/// Standard deviation of the place that a pixel looks at, pixels of a Kinect (Nguyen 2012). With 0 slanted
-/// blocks are rough (recall of faces 77 instead of 92 %).
+/// Standard deviation of the image position to which a reading belongs, pixels of a Kinect (Nguyen 2012).
+/// With 0 slanted blocks count as rough (recall of faces 77 instead of 92 %).
 const LATERAL_NOISE: f64 = 0.8;
 
-/// Planes meet when this many sides of a block of their pixels touch: a few stray ones do at every corner.
+/// Least contact of planes that meet, in sides of a block: a few stray pixels touch at every corner.
 const CONTACT_IN_SIDES: u32 = 2;
 
-/// Planes are grown from clusters of this share of the smallest support: at their rims they gain the rest.
+/// Least size of a cluster from which a plane is grown, as a share of the least support: the plane gains the
+/// rest at its rim.
 const SEED_SHARE: f64 = 0.3;
 
 /// Finds the planes of a depth image by agglomerative clustering of its blocks.
 ///
 /// Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
-/// Clustering", ICRA 2014. The image is cut into blocks of 8x8 pixels; blocks that are flat become nodes, and
-/// neighbours edges of a graph; clusters merge as long as their common plane
-/// stays flat for the noise at its depth; then the rims are given up and grown again pixel by pixel, and
-/// planes that meet and agree merge. All fits come from moment sums, so merging two planes costs the same as
-/// merging two points. Two tests are added, see the sources of `cluster.rs` and `growing.rs`: a small part
-/// must fit the common plane by itself, and a flat block takes no part in a plane that cuts through it.
+/// Clustering", ICRA 2014. The image is divided into blocks of 8x8 pixels. Flat blocks become the nodes of a
+/// graph, pairs of neighbours its edges. Clusters merge as long as their common plane stays flat for the
+/// noise at its depth. Then their rims are eroded and grown again pixel by pixel, and planes that meet and
+/// agree merge. All fits come from moment sums, so merging two planes costs the same as merging two points.
+/// Two tests are added, see `cluster.rs` and `growing.rs`: a small part must fit the common plane by itself,
+/// and a flat block does not join a plane that cuts through it.
 ///
 /// Lengths in pixels scale with the camera's focal length. O(pixels + blocks log blocks). The extractor owns
 /// its buffers: after the first frame nothing is allocated.
@@ -52,14 +53,14 @@ pub(in crate::detector) struct PlaneExtractor {
     /// The camera's [`focal_scale`](PinholeCamera::focal_scale).
     scale: f64,
     rays: Rays,
-    /// Depth in range and not masked; 0 elsewhere.
+    /// Depths in range and not masked; 0 elsewhere.
     depth: Vec<f32>,
     moments: Vec<Moments>,
     fits: Vec<Option<Fit>>,
-    /// Roughness of the blocks, then the unevenness of neighbouring ones; over the sensor's variance.
+    /// Roughness of the blocks, then the unevenness of neighbouring ones; relative to the sensor's variance.
     ratios: Vec<f64>,
     clustering: Clustering,
-    /// Label of each cluster by its number, of each block, and the planes of the labels.
+    /// Label of each cluster, by the cluster's number.
     cluster_labels: Vec<u16>,
     is_judged: Vec<bool>,
     block_labels: Vec<u16>,
@@ -72,7 +73,7 @@ pub(in crate::detector) struct PlaneExtractor {
     meetings: Vec<Meeting>,
     /// Final label of each label.
     relabelled: Vec<u16>,
-    /// How the plane of each label is bent.
+    /// The bend of each label's plane.
     bends: Vec<Option<Bend>>,
     extraction: Extraction,
 }
@@ -107,11 +108,11 @@ impl PlaneExtractor {
         }
     }
 
-    /// Finds the planes of an image. Pixels whose entry in `static_mask` is false take no part.
+    /// Finds the planes of an image. Pixels for which `static_mask` is false are ignored.
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] when the image or the mask is of another size than the camera; the last extraction
+    /// [`Error::Core`] when the image or the mask has another size than the camera; the last extraction
     /// stays.
     pub(in crate::detector) fn extract(
         &mut self,
@@ -152,8 +153,7 @@ impl PlaneExtractor {
         &self.rays
     }
 
-    /// Chooses the readings and sums them up by blocks, a row of blocks at a time: chosen, they are still at
-    /// hand.
+    /// Selects the readings and sums them up, one row of blocks at a time, while they are still in the cache.
     fn read(&mut self, depth: &DepthImage, static_mask: Option<&Mask>) {
         self.depth.clear();
         self.moments.clear();
@@ -169,7 +169,7 @@ impl PlaneExtractor {
         }
     }
 
-    /// Copies depths, with 0 where a reading is out of range.
+    /// Copies depths; readings out of range become 0.
     fn choose_readings(&mut self, depths: &[f32]) {
         let sensor = self.sensor;
         self.depth.extend(depths.iter().map(|&z| if sensor.is_used(z) { z } else { 0.0 }));
@@ -186,8 +186,8 @@ impl PlaneExtractor {
         }));
     }
 
-    /// Takes blocks that are rougher than the sensor's noise from the nodes: they hold a step or an edge. How
-    /// noisy the sensor is, compared with the model, is read off the median block.
+    /// Drops blocks that are rougher than the sensor's noise, because they contain a step or an edge. The
+    /// ratio of the real noise to the sensor model is taken from the median block.
     fn drop_rough_blocks(&mut self, camera: &PinholeCamera) {
         let tolerance = &self.tolerance;
         let model = |fit: &Fit| tolerance.variance(fit.centroid[2]);
@@ -207,8 +207,8 @@ impl PlaneExtractor {
         }
     }
 
-    /// How far neighbouring flat blocks are from a common plane: the median of all pairs, most of which lie
-    /// on one.
+    /// Measures the misfit of neighbouring flat blocks to a common plane: the median of all pairs, most of
+    /// which lie on one plane.
     fn measure_unevenness(&mut self) {
         self.ratios.clear();
         let below = self.grid.columns;
@@ -250,7 +250,7 @@ impl PlaneExtractor {
         }
     }
 
-    /// Makes a cluster a plane that may grow, if it is large enough and not bent.
+    /// Makes a cluster the seed of a plane, if it is large enough and not bent.
     fn add_seed(&mut self, cluster: usize, smallest: f64) {
         let (moments, fit) = (self.clustering.moments(cluster), self.clustering.fit(cluster));
         let noise = self.clustering.noise_mse(cluster);
@@ -261,8 +261,7 @@ impl PlaneExtractor {
         }
     }
 
-    /// Takes the blocks from planes that are nowhere two blocks wide both ways: mostly steps between two
-    /// surfaces.
+    /// Drops planes that nowhere have a square of two by two blocks: mostly steps between two surfaces.
     fn drop_strips(&mut self) {
         self.is_wide.clear();
         self.is_wide.resize(self.seeds.len() + 1, false);
@@ -301,7 +300,7 @@ impl PlaneExtractor {
         self.growing.run(&scene, &mut self.extraction.labels);
     }
 
-    /// Sums the points of each label, and notes which labels meet.
+    /// Sums the points of each label, and finds the labels that meet.
     fn sum_planes(&mut self) {
         self.sums.clear();
         self.sums.resize(self.seeds.len(), Moments::default());
@@ -330,7 +329,8 @@ impl PlaneExtractor {
         keep_close(&mut self.meetings, CONTACT_IN_SIDES * self.grid.side as u32);
     }
 
-    /// Merges planes that meet and agree, the flattest pair first. Labels that have gone point to where.
+    /// Merges planes that meet and agree, the flattest pair first. `relabelled` maps merged labels to the
+    /// remaining ones.
     fn merge_planes(&mut self) {
         self.relabelled.clear();
         self.relabelled.extend(0..=self.seeds.len() as u16);
@@ -362,7 +362,7 @@ impl PlaneExtractor {
         best.map(|(_, a, b)| (a, b))
     }
 
-    /// Sums up how the planes are bent, each reading weighted by 1 / sigma^2.
+    /// Collects the sums for the bend of each plane, each reading weighted by 1 / sigma^2.
     fn measure_bends(&mut self) {
         self.bends.clear();
         self.bends.extend(self.sums.iter().map(|sums| sums.fit().map(Bend::new)));
@@ -375,8 +375,7 @@ impl PlaneExtractor {
         }
     }
 
-    /// Keeps the planes with enough support that have not turned out bent, largest first, and writes the
-    /// final labels.
+    /// Keeps the planes with enough support that are not bent, largest first, and writes the final labels.
     fn write_planes(&mut self) {
         let mut order: Vec<u16> = (1..=self.sums.len() as u16).collect();
         let support = |label: u16| self.sums[usize::from(label) - 1].weight;
@@ -430,7 +429,7 @@ impl PlaneExtractor {
     }
 }
 
-/// Variance in depth that comes from the jitter of the pixels' places, on a slanted plane.
+/// Variance in depth on a slanted plane that comes from the noise of the image positions.
 fn lateral_variance(fit: &Fit, camera: &PinholeCamera) -> f64 {
     let jitter = LATERAL_NOISE * camera.focal_scale();
     let slant = dot(fit.normal, fit.centroid) / fit.centroid[2];

@@ -7,33 +7,33 @@ use super::reached::keep_reached;
 use super::tolerance::Tolerance;
 use crate::moments::{Fit, Moments, RowSums};
 
-/// Planes that compete for one block's pixels, at most.
+/// Most planes that compete for one block's pixels.
 const MOST_CANDIDATES: usize = 6;
 
-/// Pixels join a plane up to this many of its root mean square distances. (Feng 2014: 3.)
+/// Pixels join a plane up to this many root mean square distances of the plane's points. (Feng 2014: 3.)
 const GROWING_DISTANCE: f64 = 2.5;
-/// A plane that grows.
+/// A plane that grows, in the form that the measurement of distances needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seed {
     pub(super) fit: Fit,
-    /// Mean squared distance in depth of its points from the planes of their blocks.
+    /// Mean squared distance in depth of the plane's points from the planes of their blocks.
     pub(super) noise_mse: f64,
     normal: [f32; 3],
     d: f32,
     sensor: SensorModel,
-    /// Pixels nearer than this times the sensor's noise join: at least those that its noise explains, however
-    /// exact the image (`labels_agree_with_a_rendered_room`).
+    /// Pixels join up to this multiple of the sensor's noise. It is at least 1, so that pixels within their
+    /// own noise join however exact the image is (`labels_agree_with_a_rendered_room`).
     limit_per_noise: f32,
 }
 
 impl Seed {
-    /// The part of the distance that all pixels of a row share.
+    /// The term of the distance that is the same for all pixels of a row.
     #[inline]
     fn of_row(&self, ray_y: f64) -> f32 {
         self.normal[1] * ray_y as f32 + self.normal[2]
     }
 
-    /// Distance of a reading from the plane, metres; infinity when it is too far off to join.
+    /// Distance of a reading from the plane, metres; infinity when it is too far to join.
     #[inline]
     fn distance_if_near(&self, z: f32, ray_x: f32, of_row: f32) -> f32 {
         let distance = (z * (self.normal[0] * ray_x + of_row) + self.d).abs();
@@ -55,8 +55,8 @@ impl Seed {
     }
 }
 
-/// The planes that compete for one block: labels, in the order in which they came, and the sides that each
-/// came in by.
+/// The planes that compete for one block: their labels in order of arrival, and the sides of the block
+/// through which each entered.
 #[derive(Debug, Clone, Copy, Default)]
 struct Candidates {
     labels: [u16; MOST_CANDIDATES],
@@ -65,7 +65,7 @@ struct Candidates {
     waiting: bool,
 }
 
-/// A plane has come in by all sides, or has reached all that it can.
+/// The plane has entered through all sides, or has reached all pixels that it can.
 const ALL_SIDES: u8 = 0b1111;
 
 impl Candidates {
@@ -77,12 +77,12 @@ impl Candidates {
         self.labels().iter().position(|&other| other == label)
     }
 
-    /// Whether a plane has come in by these sides.
+    /// Whether a plane has entered through these sides.
     fn has(&self, label: u16, sides: u8) -> bool {
         self.place_of(label).is_some_and(|place| self.sides[place] & sides == sides)
     }
 
-    /// Lets a plane in. Whether that is new here and there is room for it.
+    /// Lets a plane enter through some sides. Returns whether this is new and there is room for the plane.
     fn add(&mut self, label: u16, sides: u8) -> bool {
         if let Some(place) = self.place_of(label) {
             let is_new = self.sides[place] & sides != sides;
@@ -99,40 +99,40 @@ impl Candidates {
     }
 }
 
-/// Region growing pixel by pixel, but only where planes end (Feng 2014, algorithm 4).
+/// Region growing pixel by pixel, only where planes end (Feng 2014, algorithm 4).
 ///
-/// Blocks at the rim of a plane are no longer its own whole (eroded). There it competes with the planes that
-/// grow from the blocks inside, and so it does in blocks of no plane, a block at a time: each pixel goes to
-/// the nearest plane of those that reached the block, if it is near enough for its noise; across a side of
-/// the block a plane goes on when two pixels of that side are its own.
+/// Blocks at the rim of a plane are eroded: they no longer belong to it as a whole. In them, and in blocks of
+/// no plane, the planes that grow from the inner blocks compete, one block at a time. Each pixel goes to the
+/// nearest of the planes that reached the block, if it is near enough for its noise. A plane continues across
+/// a side of the block when two pixels of that side are its own.
 ///
-/// O(pixels of the blocks grown into, times planes that meet in them).
+/// O(pixels of the blocks that planes grow into, times the planes that meet in them).
 #[derive(Debug, Clone, Default)]
 pub(super) struct Growing {
-    /// Whether a block lies inside its plane and is taken whole.
+    /// Whether a block lies inside its plane and belongs to it as a whole.
     core: Vec<bool>,
     candidates: Vec<Candidates>,
     queue: Vec<u32>,
     next_queue: Vec<u32>,
-    /// Blocks and core blocks of each label.
+    /// Number of blocks and of core blocks of each label.
     blocks: Vec<[u32; 2]>,
     buffers: BlockBuffers,
 }
 
-/// What is known of each pixel of the block that is grown into, row by row.
+/// Buffers with one entry per pixel of the present block, row by row.
 #[derive(Debug, Clone, Default)]
 struct BlockBuffers {
-    /// Distance from one plane; infinity where it may not go.
+    /// Distance from one plane; infinity where the plane does not reach.
     distances: Vec<f32>,
-    /// Distance from the nearest plane so far, and which that is.
+    /// Distance from the nearest plane so far, and that plane's label.
     nearest: Vec<f32>,
     labels: Vec<u32>,
 }
 
-/// Pixels that are measured side by side.
+/// Pixels that are measured at once.
 const OCTET: usize = 8;
 
-/// What growing reads.
+/// The input of the growing.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scene<'a> {
     pub(super) depth: &'a [f32],
@@ -143,12 +143,13 @@ pub(super) struct Scene<'a> {
     pub(super) tolerance: &'a Tolerance,
     /// The planes; label k is `seeds[k - 1]`.
     pub(super) seeds: &'a [Seed],
-    /// Label of each block, 0 = none.
+    /// Label of each block, 0 = no plane.
     pub(super) block_labels: &'a [u16],
 }
 
 impl Growing {
-    /// Labels the pixels of all blocks that are not whole; those of whole blocks stay as they are.
+    /// Labels the pixels of all blocks that are not core blocks; the labels of core blocks' pixels are not
+    /// written.
     pub(super) fn run(&mut self, scene: &Scene<'_>, pixel_labels: &mut [u16]) {
         self.erode(scene);
         self.start(scene);
@@ -163,17 +164,18 @@ impl Growing {
         }
     }
 
-    /// Whether a block belongs to its plane whole.
+    /// Whether a block belongs to its plane as a whole.
     pub(super) fn is_core(&self, block: usize) -> bool {
         self.core[block]
     }
 
-    /// Labels whose planes meet in a block.
+    /// Labels of the planes that meet in a block.
     pub(super) fn meeting_in(&self, block: usize) -> &[u16] {
         self.candidates[block].labels()
     }
 
-    /// Blocks beside another plane, or none, are no core; a plane that would hardly keep any keeps all.
+    /// Blocks next to a block of another plane, or of none, are no core blocks. But a plane of which fewer
+    /// than an eighth would stay core keeps all its blocks.
     fn erode(&mut self, scene: &Scene<'_>) {
         let (grid, labels) = (scene.grid, scene.block_labels);
         self.core.clear();
@@ -247,16 +249,16 @@ impl Growing {
     }
 }
 
-/// A block that is flat by itself but does not lie on a plane is another surface, even where the plane cuts
-/// through it.
+/// Whether a plane may grow into a block: a block that is flat by itself but does not lie on the plane is
+/// another surface, even where the plane cuts through it.
 fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
     let Some(fit) = &scene.fits[block] else { return true };
     let plane = &scene.seeds[usize::from(label) - 1].fit;
     scene.tolerance.is_part(&scene.moments[block], fit.depth_mse, plane)
 }
 
-/// Gives each reading of a block to the nearest of some planes, of those that have a way to it. A plane that
-/// reaches all that is near it need not come in by another side.
+/// Assigns each reading of a block to the nearest of the planes that have a connection to it. A plane that
+/// reaches all pixels near it need not enter through another side.
 fn label_pixels(
     scene: &Scene<'_>,
     block: usize,
@@ -289,8 +291,8 @@ fn label_pixels(
     }
 }
 
-/// Measures how far each reading of a block is from a plane, row by row; infinity where it is not near enough
-/// to join.
+/// Measures the distance of each reading of a block from a plane, row by row; infinity where it is too far to
+/// join.
 fn find_near(scene: &Scene<'_>, block: usize, seed: &Seed, distances: &mut Vec<f32>) {
     let columns = scene.grid.pixel_columns(block);
     let (ray_x, last_ray_x) = scene.rays.x_single[columns.clone()].as_chunks::<OCTET>();
@@ -309,7 +311,7 @@ fn find_near(scene: &Scene<'_>, block: usize, seed: &Seed, distances: &mut Vec<f
     }
 }
 
-/// Whether pixels along a side (0 left, 1 right, 2 above, 3 below) of a block have a label.
+/// Whether at least two pixels along a side (0 left, 1 right, 2 above, 3 below) of a block have a label.
 fn crosses(grid: &BlockGrid, block: usize, side: usize, label: u16, pixel_labels: &[u16]) -> bool {
     let (columns, rows) = (grid.pixel_columns(block), grid.pixel_rows(block));
     let (columns, rows) = match side {
@@ -354,7 +356,7 @@ pub(super) fn sum_pixels(
     }
 }
 
-/// Adds the points of some pixels of a row at ray height `b`, which enters once.
+/// Adds the points of adjacent pixels of a row. `b` is the row's ray height, which is multiplied in once.
 fn sum_run(depths: &[f32], ray_x: &[f64], b: f64, sums: &mut Moments) {
     let [mut z, mut az, mut zz, mut azz, mut aazz] = [0.0; 5];
     for (&reading, a) in depths.iter().zip(ray_x) {

@@ -3,9 +3,9 @@ use super::block_grid::BlockGrid;
 /// Two labels whose pixels touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Meeting {
-    /// Smaller first.
+    /// The smaller label first.
     pub(super) labels: [u16; 2],
-    /// How many pairs of neighbouring pixels, along rows and columns, have the one and the other.
+    /// Number of pairs of neighbouring pixels, along rows and columns, with these two labels.
     pub(super) contact: u32,
 }
 
@@ -15,7 +15,7 @@ impl Meeting {
     }
 }
 
-/// Adds the labels that meet at the pixels of a block, once each.
+/// Adds the pairs of labels that meet at the pixels of a block, each pair once.
 pub(super) fn find_meetings(
     grid: &BlockGrid,
     block: usize,
@@ -43,7 +43,7 @@ pub(super) fn find_meetings(
     }
 }
 
-/// Puts the meetings of the same labels together and keeps those with enough contact, by their labels.
+/// Joins the meetings of the same labels and keeps those with enough contact, sorted by labels.
 pub(super) fn keep_close(meetings: &mut Vec<Meeting>, least_contact: u32) {
     meetings.sort_unstable();
     meetings.dedup_by(|next, kept| {

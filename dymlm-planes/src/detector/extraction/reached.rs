@@ -1,19 +1,19 @@
 use super::block_grid::LARGEST_SIDE;
 
-/// Sides of a block by which a plane comes in: bits in the order of `BlockGrid::neighbors`.
+/// Sides of a block through which a plane enters: bits in the order of `BlockGrid::neighbors`.
 const LEFT: u8 = 0b0001;
 const RIGHT: u8 = 0b0010;
 const ABOVE: u8 = 0b0100;
 const BELOW: u8 = 0b1000;
 
-/// Keeps those pixels of a block, `width` to a row, that a growing plane has a way to: from the sides that it
-/// came in by, over pixels that are near it (of finite distance) and touch, be it at a corner. The others'
-/// distances become infinite. Whether there are no others.
+/// Keeps those pixels of a block, `width` per row, that a growing plane can reach from the sides through
+/// which it entered: over pixels near the plane (of finite distance) that touch, also at corners. The
+/// distances of all other pixels become infinite. Returns whether there are no others.
 ///
-/// Planes grow a block at a time. Without this they would leap, within a block, over the gap between two
-/// screens that stand side by side, and far away and aslant a gap of 15 cm is 3 pixels wide.
+/// Planes grow block by block. Without this test they would cross, within a block, the gap between two
+/// screens that stand side by side: far away and at a slant, a gap of 15 cm is 3 pixels wide.
 ///
-/// O(rows of the block) for most shapes: whole rows are spread at once.
+/// O(rows of the block) for most shapes, because whole rows are processed at once.
 pub(super) fn keep_reached(distances: &mut [f32], width: usize, sides: u8) -> bool {
     let mut near = [0; LARGEST_SIDE];
     let height = distances.len() / width;
@@ -41,7 +41,7 @@ fn bits_of(distances: &[f32]) -> u64 {
     })
 }
 
-/// The pixels near a plane that touch each other in a chain from some sides.
+/// The pixels near a plane that are connected to one of the sides.
 fn spread(near: &[u64], width: usize, sides: u8) -> [u64; LARGEST_SIDE] {
     let mut rows = [0; LARGEST_SIDE];
     let height = near.len();
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn it_goes_round_corners_and_through_holes() {
-        // A way that winds: in at the left of the last row, out at the top right.
+        // A winding path: in at the left of the last row, out at the top right.
         let near = [0b1000, 0b0100, 0b0010, 0b1100, 0b0010, 0b0001_u64];
         assert_eq!(reached_from(&near, 4, LEFT), (near.to_vec(), true));
         assert_eq!(reached_from(&near, 4, BELOW), (near.to_vec(), true));

@@ -9,7 +9,7 @@ pub(in crate::detector) struct Segment {
     pub(in crate::detector) support: usize,
 }
 
-/// The planes of one image, and to which of them each pixel belongs.
+/// The planes of one image, and the plane to which each pixel belongs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::detector) struct Extraction {
     pub(super) width: usize,

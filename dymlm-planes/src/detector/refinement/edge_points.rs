@@ -1,8 +1,8 @@
 use super::runs::Run;
 
-/// Calls `visit(u, v, label)` for pixels on the rim of a labelled region: next to another label, or to none,
-/// or to the end of the image; every `stride`-th row, and every `stride`-th column. Row by row; `runs` are
-/// those of the labels.
+/// Calls `visit(u, v, label)` for pixels on the rim of a labelled region, next to another label, to no label,
+/// or to the border of the image; on every `stride`-th row and every `stride`-th column. Row by row; `runs`
+/// are the runs of the labels.
 pub(super) fn visit_rims(
     labels: &[u16],
     width: usize,

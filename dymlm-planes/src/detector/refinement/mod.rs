@@ -1,4 +1,4 @@
-//! The second, robust fit of extracted planes. See [`PlaneRefiner`].
+//! The robust second fit of extracted planes. See [`PlaneRefiner`].
 
 mod edge_points;
 mod refiner;

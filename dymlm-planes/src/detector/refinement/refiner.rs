@@ -12,32 +12,32 @@ use super::reweighting::{Kernel, Trial, WeightedSums};
 use super::runs::{Run, find_runs};
 use crate::moments::Fit;
 
-/// Readings within this many standard deviations are inliers; farther ones weigh nothing while fitting.
+/// Readings within this many standard deviations are inliers; farther ones have no weight in the fit.
 const INLIER_WIDTH: f64 = 3.0;
-/// Neighbouring readings share one error, this many of them: a structured-light camera matches windows of the
-/// image. It scales the covariance and nothing else.
+/// Number of neighbouring readings that share one error, because a structured-light camera matches windows of
+/// the image. It scales only the covariance.
 const CORRELATED_PIXELS: f64 = 9.0;
-/// Every how many pixels of a Kinect the patch and its edge are sampled: 3 cm at 4 m.
+/// Spacing of the samples of a patch and its edge, pixels of a Kinect: 3 cm at 4 m.
 const SAMPLE_STRIDE: f64 = 4.0;
-/// While reweighting every second row is read: neighbouring readings share their errors, and the last fit
-/// reads all.
+/// Every second row is read while reweighting, because neighbouring readings share their errors; the last fit
+/// reads all rows.
 const ROWS_WHILE_REWEIGHTING: u32 = 2;
 
-/// Fits extracted planes again, robustly: inliers, edge points, covariance.
+/// Fits extracted planes again robustly, with inliers, edge points and covariance.
 ///
 /// Iteratively reweighted least squares with Tukey's biweight (Holland, Welsch 1977) on distances in units of
 /// the sensor's axial noise, each reading weighted by 1 / sigma(z)^2 as in the cloud map. The paper's second
 /// fit uses PCL's RANSAC; reweighting needs no random numbers, starts from the extraction's good fit, and
-/// ends on all inliers. The noise's scale is measured for each plane, so other sensors than the model's are
-/// served too.
+/// ends with a fit to all inliers. The scale of the noise is measured for each plane, so sensors that differ
+/// from the model work too.
 ///
-/// O(pixels) a round. The refiner owns its buffers.
+/// O(pixels) per iteration. The refiner owns its buffers.
 #[derive(Debug, Clone)]
 pub(in crate::detector) struct PlaneRefiner {
     sensor: SensorModel,
     /// 1 / (fx fy).
     pixel_solid_angle: f64,
-    /// Every how many pixels along rows and columns patches and edges are sampled.
+    /// Spacing of the samples of patches and edges along rows and columns, pixels.
     stride: usize,
     runs: Vec<Run>,
     fits: Vec<Fit>,
@@ -45,7 +45,7 @@ pub(in crate::detector) struct PlaneRefiner {
     noise_ratios: Vec<f64>,
     trials: Vec<Trial>,
     sums: Vec<WeightedSums>,
-    /// The plane of each segment, if any.
+    /// Index in `planes` of each segment's plane, if it has one.
     places: Vec<Option<usize>>,
     planes: Vec<DetectedPlane>,
 }
@@ -67,8 +67,8 @@ impl PlaneRefiner {
         }
     }
 
-    /// Refines the planes of an extraction of the same image. A segment whose inliers make no plane is left
-    /// out.
+    /// Refines the planes of an extraction of the same image. A segment whose inliers do not define a plane
+    /// is left out.
     pub(in crate::detector) fn refine(
         &mut self,
         camera: &PinholeCamera,
@@ -91,7 +91,7 @@ impl PlaneRefiner {
         &self.planes
     }
 
-    /// The last result, to be thinned out.
+    /// The last result, from which the filter removes planes.
     pub(in crate::detector) fn planes_mut(&mut self) -> &mut Vec<DetectedPlane> {
         &mut self.planes
     }
@@ -109,7 +109,8 @@ impl PlaneRefiner {
         }));
     }
 
-    /// Sums up the readings of every so many rows, weighed by the planes' present fits.
+    /// Sums up the readings of every `rows`-th row, weighted by their distances from the planes' present
+    /// fits.
     fn sum_up(&mut self, depth: &DepthImage, rays: &Rays, kernel: Kernel, width: f64, rows: u32) {
         self.trials.clear();
         self.trials.extend(
@@ -140,7 +141,7 @@ impl PlaneRefiner {
         }
     }
 
-    /// Puts the planes together; the buffers of the last frame's planes are used again.
+    /// Collects the refined planes; the buffers of the last frame's planes are reused.
     fn collect_planes(&mut self, segments: &[Segment], camera: &PinholeCamera) {
         let mut buffers: Vec<_> = self.planes.drain(..).map(|plane| (plane.samples, plane.edge)).collect();
         self.places.clear();
@@ -181,7 +182,7 @@ impl PlaneRefiner {
                 if let Some((place, z)) = self.inlier_at(depth, rays, extraction, u, v) {
                     let plane = &mut self.planes[place];
                     plane.samples.places.push(sample);
-                    // What one pixel covers of the plane, as many times as there are pixels to a sample.
+                    // The area of the plane that one pixel covers, times the number of pixels per sample.
                     let slant = (plane.plane.d() / z).max(1e-3);
                     plane.area += self.pixel_solid_angle * z * z / slant * (stride * stride) as f64;
                 }
@@ -201,7 +202,7 @@ impl PlaneRefiner {
         self.planes = planes;
     }
 
-    /// The plane whose inlier lies at a pixel, and the depth of the plane there, metres.
+    /// The plane of which a pixel is an inlier, and the depth of the plane at that pixel, metres.
     fn inlier_at(
         &self,
         depth: &DepthImage,
@@ -216,8 +217,8 @@ impl PlaneRefiner {
         if z > patch_range(&self.sensor) || !self.trials[index].is_inlier(z, a as f32, b as f32) {
             return None;
         }
-        // Where the ray meets the plane, so that noise does not blur the patch; unless that is far from the
-        // reading, which is the wall's that the plane ends at.
+        // The point where the ray meets the plane is used, so that noise does not blur the patch. If that is
+        // far from the reading, the reading belongs to the wall at which the plane ends.
         let (fit, reading) = (&self.fits[index], z);
         let z = dot(fit.normal, fit.centroid) / dot(fit.normal, [a, b, 1.0]);
         let is_there = (z - f64::from(reading)).abs() <= self.sensor.tolerance(reading, 0.0);

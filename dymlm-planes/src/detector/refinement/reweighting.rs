@@ -3,23 +3,23 @@ use dymlm_core::vector3::dot;
 
 use crate::moments::{Fit, Moments, RowSums};
 
-/// A plane, and how readings near it weigh.
+/// A plane, and the weighting of readings near it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Trial {
     normal: [f32; 3],
     d: f32,
     sensor: SensorModel,
-    /// Distances at which weights end, in units of the sensor's noise.
+    /// Distance at which weights become 0, in units of the sensor's noise.
     reach: f32,
     kernel: Kernel,
 }
 
-/// How the weight falls with the distance, up to the reach.
+/// The weight as a function of the distance r, up to the reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kernel {
     /// (1 - (r / reach)^2)^2.
     Tukey,
-    /// 1.
+    /// Constant 1.
     Inlier,
 }
 
@@ -27,10 +27,10 @@ pub(super) enum Kernel {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct WeightedSums {
     pub(super) moments: Moments,
-    /// Number of readings with a weight.
+    /// Number of readings with a weight above 0.
     pub(super) readings: usize,
-    /// Sum of weights times squared distance over squared noise of the sensor; the weights without 1 /
-    /// sigma^2.
+    /// Sum of kernel weights (without 1 / sigma^2) times squared distance over the sensor's squared noise,
+    /// and sum of kernel weights.
     pub(super) squares: f64,
     pub(super) kernel_weight: f64,
 }
@@ -46,7 +46,7 @@ impl Trial {
         }
     }
 
-    /// Distance from the plane, metres, of the reading z on the ray (a, b, 1).
+    /// Distance of the reading z on the ray (a, b, 1) from the plane, metres, with sign.
     #[inline]
     fn distance(&self, z: f32, a: f32, b: f32) -> f32 {
         let [nx, ny, nz] = self.normal;
@@ -58,7 +58,8 @@ impl Trial {
         z > 0.0 && (self.distance(z, a, b) / self.sensor.sigma(z)).abs() <= self.reach
     }
 
-    /// Adds the readings of one run of pixels of a row at ray height `b`; `ray_x` are those of its columns.
+    /// Adds the readings of adjacent pixels of a row; `b` is the row's ray height, `ray_x` are the rays of
+    /// the columns.
     pub(super) fn add_run(&self, depths: &[f32], ray_x: &[f64], b: f64, sums: &mut WeightedSums) {
         let mut weights = [0.0; STRETCH];
         for (depths, ray_x) in depths.chunks(STRETCH).zip(ray_x.chunks(STRETCH)) {
@@ -68,7 +69,7 @@ impl Trial {
         }
     }
 
-    /// Gives each reading its weight, and sums up all but the moments.
+    /// Computes the weight of each reading, and adds to all sums except the moments.
     fn weigh(&self, depths: &[f32], ray_x: &[f64], b: f32, weights: &mut [f32], sums: &mut WeightedSums) {
         let per_reach = 1.0 / self.reach;
         let (mut readings, mut kernel_weight, mut squares) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
@@ -105,12 +106,12 @@ impl Trial {
     }
 }
 
-/// Readings that are weighed, then summed: their weights stay at hand.
+/// Readings that are weighted and then summed as one group, so that their weights stay in the cache.
 const STRETCH: usize = 64;
-/// Readings that are weighed side by side.
+/// Readings that are weighted at once.
 const LANES: usize = 4;
 
-/// Sums over readings at rays a of one row at ray height b, which enters once.
+/// Sums over readings of one row at rays `ray_x`; the row's ray height `b` is multiplied in once.
 fn sum_row(weights: &[f32], depths: &[f32], ray_x: &[f64], b: f64) -> Moments {
     let [mut w, mut wz, mut waz, mut wzz, mut wazz, mut waazz] = [[0.0; 2]; 6];
     let mut add = |lane: usize, weight: f32, z: f32, a: f64| {

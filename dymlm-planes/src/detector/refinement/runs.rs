@@ -23,7 +23,7 @@ pub(super) fn find_runs(labels: &[u16], width: usize, out: &mut Vec<Run>) {
     }
 }
 
-/// How many labels from the first on are the given one; compared many at a time.
+/// Number of leading labels that equal `label`; compared many at a time.
 fn length_of_run(labels: &[u16], label: u16) -> usize {
     const MANY: usize = 16;
     let (chunks, _) = labels.as_chunks::<MANY>();

@@ -8,16 +8,16 @@ use crate::detector::patch_range;
 use crate::linear_algebra::foot_on;
 use crate::patches::VoxelBox;
 
-/// Cosine of the angle from its optical axis within which a key frame looks at a place: 25 degrees, the inner
-/// half of a Kinect's view.
+/// Cosine of the angle from the optical axis within which a key frame counts as looking at a place: 25
+/// degrees, the inner half of a Kinect's view.
 const COS_VIEW: f64 = 0.906_308;
 
-/// Which planes are believed.
+/// Confirmation of planes.
 impl PlaneMap {
-    /// Judges the planes that reach into some boxes (lowest and highest corner, metres, world): one is gone,
-    /// and not believed until it is judged otherwise, when more than `gone_share` of its inliers stand in
-    /// free space, of those that something is known of. `is_free` tells whether a place is free space;
-    /// `None`: nothing is known. What was judged before and lies elsewhere stays as it was judged.
+    /// Judges the planes that reach into some boxes (lowest and highest corner, metres, world). A plane is
+    /// gone, and not confirmed until judged otherwise, when more than `gone_share` of its inliers stand in
+    /// free space, among those of which something is known. `is_free` tells whether a place is free space;
+    /// `None` = unknown. Earlier judgements outside the boxes stay.
     ///
     /// O(inliers in the boxes and of planes that are gone).
     pub fn judge(
@@ -48,7 +48,7 @@ impl PlaneMap {
         self.confirm(blocks.into_iter().map(|(birth, _)| birth));
     }
 
-    /// The planes that a key frame looks at and has not seen.
+    /// The planes at which a key frame looks without having seen them.
     pub(super) fn missed_by(
         &self,
         insertion: &Insertion,
@@ -70,8 +70,8 @@ impl PlaneMap {
         near
     }
 
-    /// Whether a plane's centroid is before a camera, which is before the plane, and near enough to draw a
-    /// patch there.
+    /// Whether a plane's centroid is in front of a camera and near its optical axis, near enough to draw a
+    /// patch there, and the camera is on the side to which the normal points.
     fn is_before(&self, world_from_camera: &Pose, plane: &MapPlane) -> bool {
         let ray = difference(plane.centroid, world_from_camera.translation());
         let depth = dot(ray, world_from_camera.rotate([0.0, 0.0, 1.0]));
@@ -87,7 +87,7 @@ impl PlaneMap {
         }
     }
 
-    /// Judges some planes by the key frames that saw them.
+    /// Confirms planes, or withdraws that, by the key frames that saw or missed them.
     pub(super) fn confirm(&mut self, planes: impl IntoIterator<Item = Birth>) {
         for birth in planes {
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
@@ -99,7 +99,7 @@ impl PlaneMap {
         }
     }
 
-    /// Which key frames have seen a plane or looked at it, counted anew. O(key frames).
+    /// Counts anew the key frames that have seen a plane or looked at it. O(key frames).
     pub(super) fn sightings(&self, birth: Birth) -> Sightings {
         let mut sightings = Sightings::default();
         for (&number, key_frame) in self.key_frames.iter() {
@@ -107,7 +107,7 @@ impl PlaneMap {
             if saw {
                 sightings.add(number, key_frame.timestamp);
             } else if looked && sightings.count > 0 {
-                // Before it was seen first, it may not have stood there.
+                // Key frames before the first that saw it do not count: it may not have been there yet.
                 sightings.missed += 1;
             }
         }
@@ -129,7 +129,7 @@ impl MapPlane {
         }
     }
 
-    /// Whether more than a share of what is known of its inliers is free space.
+    /// Whether more than a share of its inliers, among those of which something is known, is in free space.
     fn is_free(&self, share: f64) -> bool {
         let [unknown, free] = self.judged.values().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
         free as f64 > share * self.patch.len().saturating_sub(unknown) as f64

@@ -3,13 +3,13 @@ use dymlm_core::Birth;
 use super::super::key_frame::KeyFrame;
 use super::PlaneMap;
 
-/// Forgetting what is far.
+/// Forgetting of what is far away.
 impl PlaneMap {
-    /// Forgets what lies farther than `radius` metres from `center`: the map is as if no key frame had seen
-    /// it. What a key frame has seen of one plane is forgotten as a whole, when no part of it lies within the
-    /// radius; so planes go, and of a large plane all but what was seen from near.
+    /// Forgets what lies farther than `radius` metres from `center` (world), as if no key frame had seen it.
+    /// A key frame's share of a plane is forgotten as a whole, if no part of it lies within the radius. So
+    /// distant planes disappear, and of a large plane all that was not seen from near.
     ///
-    /// Key frames of which nothing is left can be taken out no more. Merges of planes stay. O(all that the
+    /// Key frames of which nothing is left can no longer be removed. Merges of planes stay. O(all that the
     /// key frames have seen).
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let (mut touched, mut key_frames) = (Vec::new(), std::mem::take(&mut self.key_frames));

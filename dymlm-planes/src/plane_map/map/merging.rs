@@ -9,7 +9,7 @@ use super::PlaneMap;
 use crate::association::Agreement;
 use crate::patches::VoxelBox;
 
-/// Two planes of the map that are one.
+/// Two planes of the map that prove to be one.
 #[derive(Debug, Clone, Copy)]
 struct FoundMerge {
     cost: f64,
@@ -17,19 +17,19 @@ struct FoundMerge {
     tie: Tie,
 }
 
-/// Why they are.
+/// Why two planes are one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Tie {
     /// Their patches adjoin.
     Contact,
-    /// Something nearer occludes what joins them.
+    /// Something nearer occludes the gap between them.
     OccludedGap,
 }
 
-/// Planes of the map that prove to be one.
+/// Merging of planes of the map that prove to be one.
 impl PlaneMap {
-    /// Looks at what lies between planes that this key frame has touched and planes of the map that are
-    /// coplanar with them, as far as it is near the region that the key frame has seen.
+    /// Checks the gaps between planes that this key frame has touched and planes of the map that are coplanar
+    /// with them, near the region that the key frame has seen.
     pub(super) fn look_between(
         &self,
         insertion: &Insertion,
@@ -52,7 +52,8 @@ impl PlaneMap {
         pairs.into_iter().filter_map(look).collect()
     }
 
-    /// The region that a key frame has seen with what may be one with it across a gap, and the planes there.
+    /// The region that a key frame has seen, extended by the largest gap over which planes merge, and the
+    /// planes in it.
     fn near_seen(&self, region: &VoxelBox) -> (VoxelBox, Vec<Birth>) {
         let gap = (self.config.association.max_occluded_gap / self.config.voxel_size).ceil() as i32;
         let region = region.grown(self.criterion.reach().max(gap));
@@ -60,7 +61,7 @@ impl PlaneMap {
         (region, near)
     }
 
-    /// What lies between two planes of the map that may be one surface behind something.
+    /// The gap between two planes of the map that may be one surface behind something.
     fn gap_between(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<Gap> {
         let (into, from) = in_order(a, b);
         let (from, into) = (from.finite(), into.finite());
@@ -72,8 +73,7 @@ impl PlaneMap {
         Gap::between(&from, &into, voxel_size, width, region, &self.partitions([&from, &into]))
     }
 
-    /// Merges planes that this key frame has touched with planes that they have become one with, best pair
-    /// first.
+    /// Merges planes that this key frame has touched with planes that are one with them, best pair first.
     pub(super) fn merge(&mut self, insertion: &mut Insertion, region: &VoxelBox) {
         let mut touched: Vec<Birth> = insertion.touched().collect();
         let (region, near) = self.near_seen(region);
@@ -109,7 +109,8 @@ impl PlaneMap {
         best
     }
 
-    /// Whether two planes of the map are one: the plane with fewer observations would go into the other.
+    /// Whether two planes of the map are one. The plane with fewer observations would be merged into the
+    /// other.
     fn test_merge(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<FoundMerge> {
         let (into, from) = in_order(a, b);
         let merge = Union { from: from.birth, into: into.birth };
@@ -125,7 +126,7 @@ impl PlaneMap {
         Some(found(Tie::OccludedGap, &agreement))
     }
 
-    /// The key frames that saw the gap occluded that is between two planes; `None` when they adjoin.
+    /// The key frames that saw the gap between two planes occluded; `None` when the planes adjoin.
     fn witnesses(&self, found: &FoundMerge) -> Option<Vec<FrameId>> {
         let Union { from, into } = found.merge;
         let look = (pair_of(from, into), GapLook::Occluded);
@@ -138,15 +139,15 @@ impl PlaneMap {
         })
     }
 
-    /// The key frames that can know of both planes: since both have been seen.
+    /// The key frames since both planes have been seen, which may know of both.
     fn key_frames_since(&self, a: Birth, b: Birth) -> impl Iterator<Item = (FrameId, &KeyFrame)> {
         let first = [a, b].map(|birth| self.planes.get(&birth).map(|plane| plane.sightings.first));
         let first = first.into_iter().flatten().max().unwrap_or(FrameId::new(0));
         self.key_frames.range(first..).map(|(&number, key_frame)| (number, key_frame))
     }
 
-    /// What all key frames saw between planes, by what the planes are now. O(looks between planes of
-    /// all key frames), when key frames have gone.
+    /// Collects anew what all key frames saw between planes, by the planes that these have become. Used when
+    /// key frames were removed. O(looks between planes of all key frames).
     pub(super) fn collect_gaps(&mut self) {
         let mut gaps = GapRecord::default();
         for key_frame in self.key_frames.values() {
@@ -155,7 +156,7 @@ impl PlaneMap {
         self.gaps = gaps;
     }
 
-    /// Makes two planes one. O(key frames since the younger was seen first, and what they saw).
+    /// Merges a plane into another. O(key frames since the younger was first seen, and what they saw).
     fn absorb(&mut self, merge: Union) {
         let Union { from, into } = merge;
         let mut gaps = std::mem::take(&mut self.gaps);
@@ -189,7 +190,7 @@ impl PlaneMap {
     }
 }
 
-/// The plane of two that the other would go into, and the other: that with more observations, the older of
+/// Of two planes, first the one that would stay in a merge: the one with more observations, or the older of
 /// equals.
 fn in_order<'a>(a: &'a MapPlane, b: &'a MapPlane) -> (&'a MapPlane, &'a MapPlane) {
     let rank = |plane: &MapPlane| (plane.sightings.count, std::cmp::Reverse(plane.birth));

@@ -8,21 +8,21 @@ use crate::error::Error;
 use crate::linear_algebra::foot_on;
 use crate::patches::PatchVoxel;
 
-/// A plane is a body's when this share of its inliers is.
+/// Least share of a plane's inliers that must belong to a body for the plane to be the body's.
 const BODY_SHARE: f64 = 0.6;
 
-/// What stands elsewhere from now on.
+/// Moving of bodies.
 impl PlaneMap {
-    /// Moves the planes of a body that was moved, `is_body` telling which places are the body's: planes most
-    /// of whose inliers (60 %) are its own go where `new_from_old` takes them, from all others its inliers
-    /// are taken out. Gives the ids of the planes that went.
+    /// Moves the planes of a body that was moved; `is_body` tells which places belong to the body. Planes of
+    /// which most inliers (60 %) are the body's move by `new_from_old`; from all other planes the body's
+    /// inliers are removed. Returns the ids of the moved planes.
     ///
-    /// What key frames from before have added moves with them, so [`Self::remove`] stays exact. O(voxels of
+    /// What earlier key frames have added moves with the planes, so [`Self::remove`] stays exact. O(voxels of
     /// the map, and all that was seen of the planes that change).
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfReach`] when a plane would go too far out; nothing has moved.
+    /// [`Error::OutOfReach`] when a plane would move too far out; then nothing is moved.
     pub fn move_body(
         &mut self,
         new_from_old: &Pose,
@@ -49,7 +49,7 @@ impl PlaneMap {
                     plane.is_none_or(|plane| !is_body(foot_on(plane, center)))
                 });
             }
-            // What lay between them and others lies there no more.
+            // What lay between the moved planes and others is no longer there.
             let goes = |plane: &Birth| going.contains(&merged.current(*plane));
             key_frame.gap_looks.retain(|(pair, _)| !pair.iter().any(goes));
         }
@@ -61,7 +61,7 @@ impl PlaneMap {
         Ok(gone_ids)
     }
 
-    /// Moves what the key frames have seen of some planes, all or nothing.
+    /// Moves the key frames' shares of some planes; all or none.
     fn move_shares(&mut self, planes: &[Birth], new_from_old: &Pose) -> Result<(), Error> {
         let mut moved = BTreeMap::new();
         for (&number, key_frame) in self.key_frames.iter() {

@@ -8,9 +8,9 @@ use super::super::map_plane::MapPlane;
 use super::PlaneMap;
 use crate::error::Error;
 
-/// Taking key frames out.
+/// Removal of key frames.
 impl PlaneMap {
-    /// Takes a key frame out again, by the id that its report gave.
+    /// Removes a key frame, given by the id in its report.
     ///
     /// # Errors
     ///
@@ -31,7 +31,7 @@ impl PlaneMap {
         Ok(())
     }
 
-    /// Takes some of what a key frame has seen out of the planes that hold it now.
+    /// Subtracts some shares of a key frame from the planes that contain them now.
     pub(super) fn subtract(&mut self, key_frame: &KeyFrame, shares: &[Share]) {
         let places = key_frame.places();
         for share in shares {
@@ -47,7 +47,7 @@ impl PlaneMap {
         }
     }
 
-    /// Counts anew which key frames have seen some planes, and takes those out that none has.
+    /// Counts anew the key frames that have seen some planes, and removes planes that none has seen.
     pub(super) fn recount(&mut self, births: &[Birth]) {
         for &birth in births {
             let sightings = self.sightings(birth);
@@ -68,7 +68,8 @@ impl PlaneMap {
         }
     }
 
-    /// Takes those merges out of the key frames that have too few witnesses left without a key frame.
+    /// Removes from the key frames the merges that have too few witnesses left without key frame `gone`, and
+    /// returns them.
     fn take_unwitnessed(&mut self, gone: FrameId) -> Vec<Union> {
         let least = self.config.min_observations as usize;
         let mut taken = Vec::new();
@@ -86,8 +87,8 @@ impl PlaneMap {
         taken
     }
 
-    /// Parts planes that a key frame made one, or that it was needed as a witness for, and makes all that it
-    /// touched anew without it. Gives these.
+    /// Undoes merges that a key frame caused or for which it was needed as a witness, and rebuilds all planes
+    /// that it touched without it. Returns these planes.
     fn undo_merges(&mut self, gone: &KeyFrame, undone: &[Union]) -> Vec<Birth> {
         let mut touched: Vec<Birth> = gone.shares.iter().map(|share| self.resolve(share.plane)).collect();
         touched.extend(undone.iter().map(|merge| self.resolve(merge.into)));
@@ -102,7 +103,7 @@ impl PlaneMap {
         touched
     }
 
-    /// Makes planes anew from what the key frames have seen of them. O(all shares).
+    /// Rebuilds planes from what the key frames have seen of them. O(all shares).
     pub(super) fn rebuild(&mut self, births: &[Birth]) {
         let mut planes: BTreeMap<Birth, MapPlane> = BTreeMap::new();
         for key_frame in self.key_frames.values() {

@@ -4,18 +4,18 @@ use dymlm_core::{PlaneId, Succession};
 
 use super::PlaneMap;
 
-/// The ids of a map that was built before, for one that takes its place.
+/// Carries the ids of an earlier map over to a map that replaces it.
 impl PlaneMap {
-    /// How many ids the map has given, from 0 on.
+    /// How many ids the map has given; they are counted from 0.
     pub fn ids_given(&self) -> u64 {
         self.names.given()
     }
 
-    /// Takes the place of a map that was built of the same key frames: planes are called by `ids` from now
-    /// on. Ids that led to other planes there lead there still; those of `merged` (id of a plane there -> id
-    /// that one of `ids` has now) lead to what they became.
+    /// Replaces the map `before`, which was built from the same key frames: from now on planes have the ids
+    /// of `ids`. Ids that led to other planes in `before` still do; the ids in `merged` (id of a plane of
+    /// `before` -> present id of the plane that it has become, which is among `ids`) lead to these planes.
     ///
-    /// Nothing but ids changes, and nothing that the map does depends on them. O(planes, also merged ones).
+    /// Only ids change, and no result of the map depends on them. O(planes, including merged ones).
     pub fn succeed(
         &mut self,
         before: &Self,

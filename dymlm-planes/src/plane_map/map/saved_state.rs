@@ -13,18 +13,18 @@ use crate::plane_map::fixed_moments::{FixedMoments, REACH};
 use crate::plane_map::map_plane::{ShapeSettings, Sightings};
 use crate::shared_map::SharedMap;
 
-/// What a part holds: the lowest bits of its key.
+/// Kinds of parts: the lowest bits of a part's key.
 const HEAD: u64 = 0;
 const KEY_FRAME: u64 = 1;
 const PLANE: u64 = 2;
-/// The voxels in a cube of blocks, of all planes: a frame touches a few of them, also of a large floor.
+/// The voxels of all planes in a cube of blocks: a frame touches a few cubes, even of a large floor.
 const CUBE: u64 = 3;
 
-/// What is small, or changes with each frame. The index in space is made again.
+/// What is small, or changes with each frame. The spatial index is not saved but rebuilt.
 #[derive(Serialize, Deserialize)]
 struct Head {
     planes: Vec<Birth>,
-    /// Ids of the key frames: runs of so many from one on.
+    /// Ids of the key frames as runs: the first id and the number of consecutive ones.
     key_frames: Vec<(u64, u64)>,
     merged: MergedIds<Birth>,
     gaps: GapRecord,
@@ -34,7 +34,7 @@ struct Head {
     bounds: VoxelBox,
 }
 
-/// A plane but for its voxels.
+/// A plane without its voxels.
 #[derive(Serialize, Deserialize)]
 struct SavedPlane {
     normal: [f64; 3],
@@ -58,12 +58,13 @@ fn part_of(kind: u64, number: u64) -> u64 {
 }
 
 impl PlaneMap {
-    /// Gives to `sink` the parts of the map that differ from those of an earlier state, all of them without
-    /// one: what the two share is passed over. Costs a glance at each plane's blocks, plane and key frame.
+    /// Writes to `sink` the parts of the map that differ from those of an `earlier` state, or all parts
+    /// without one. What the two share is skipped, after a comparison of pointers for each plane, block and
+    /// key frame.
     ///
     /// # Errors
     ///
-    /// Those of `sink`.
+    /// Errors of `sink`.
     pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
         let none = (SharedMap::default(), SharedMap::default());
         let (planes, key_frames) =
@@ -92,8 +93,8 @@ impl PlaneMap {
         if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
     }
 
-    /// Gives the parts of some cubes, by their [numbers](BlockKey::cube), with the voxels that all planes
-    /// have in them.
+    /// Writes the parts of some cubes, given by their [numbers](BlockKey::cube), with the voxels that all
+    /// planes have in them.
     fn save_cubes(&self, cubes: BTreeSet<u64>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
         let mut content: BTreeMap<u64, SavedCube> =
             cubes.into_iter().map(|cube| (cube, Vec::new())).collect();
@@ -131,11 +132,11 @@ impl PlaneMap {
         }
     }
 
-    /// The map whose parts these are, in any order, to the bit.
+    /// Restores a map, to the bit, from its parts, which may come in any order.
     ///
     /// # Errors
     ///
-    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, missing or too many.
+    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, missing or surplus.
     pub fn load_state(
         config: PlaneMapConfig,
         sensor: SensorModel,
@@ -206,7 +207,7 @@ impl PlaneMap {
             let plane = self.planes.get_mut(&id).ok_or_else(|| damaged("voxels of no plane"))?;
             let is_there = block.cube() == part >> 2 && plane.patch.restore(block);
             if !is_there {
-                return Err(damaged("voxels that are not there, or twice"));
+                return Err(damaged("voxels that are invalid, outside their cube, or given twice"));
             }
         }
         Ok(())
@@ -214,7 +215,7 @@ impl PlaneMap {
 }
 
 impl Head {
-    /// Whether a map of so many more parts can be like this.
+    /// Whether the numbers are plausible for a map with this many further parts.
     fn is_possible(&self, parts: usize) -> bool {
         let mut end = 0;
         let ascends = |&(first, count): &(u64, u64)| {
@@ -227,7 +228,7 @@ impl Head {
             && self.planes.is_sorted_by(|a, b| a < b)
             && self.planes.iter().all(|&plane| self.names.birth(self.names.id(plane)) == Some(plane))
             && self.planes.last().is_none_or(|last| last.get() < self.names.births())
-            // Keys have two bits less.
+            // Numbers in keys have two bits less.
             && self.names.births().max(self.names.given()).max(self.next_key_frame) < 1 << 61
     }
 }
@@ -248,10 +249,10 @@ impl SavedPlane {
         }
     }
 
-    /// The plane without its voxels; `None` where the numbers are none that a plane can have.
+    /// The plane without its voxels; `None` when its numbers are not plausible.
     fn restored(self, called: (Birth, PlaneId), shape: ShapeSettings) -> Option<MapPlane> {
         let mut plane = MapPlane::new(called, Plane::of_unit_normal(self.normal, self.d)?, shape);
-        // Twice the reach: the normal may point along a diagonal.
+        // Twice the reach, because the normal may point along a diagonal.
         let is_near = self.centroid.iter().chain([&self.d]).all(|c| c.abs() < 2.0 * REACH);
         let is_possible = is_near
             && self.mse.is_finite()
@@ -270,7 +271,7 @@ impl SavedPlane {
 mod tests {
     use super::*;
 
-    /// The cells of a plane were counted from there, farther than numbers count. (Found by `saved_planes`.)
+    /// A plane's cells once were counted from its centroid, which overflowed here. (Found by `saved_planes`.)
     #[test]
     fn a_plane_out_of_reach_is_not_restored() {
         let shape = ShapeSettings { voxel_size: 0.05, max_hole_area: 0.1, boundary_tolerance: 0.05 };
