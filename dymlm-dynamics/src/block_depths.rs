@@ -96,9 +96,9 @@ impl BlockDepths {
         neighbours.into_iter().filter(|&(is_in, _)| is_in).map(|(_, neighbour)| neighbour)
     }
 
-    /// The depth at a pixel, interpolated between the four blocks around it where their depths differ by at
-    /// most `tolerance`, which means one surface; otherwise the one of them that is closest to `expected`. 0
-    /// = no reading.
+    /// The depth at a pixel, interpolated between the four blocks around it if their depths differ by at most
+    /// `tolerance`, that is, if they lie on one surface; otherwise the one of them that is closest to
+    /// `expected`. 0 = no reading.
     pub(crate) fn reading(&self, pixel: [f64; 2], expected: f64, tolerance: f64) -> f64 {
         let side = self.side.max(1) as f64;
         let place: [f64; 2] =

@@ -7,7 +7,9 @@ use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
-use crate::optimization::{Existence, PRIOR_SLACK, Proposal, Reparameterizer, is_one, judge_existence};
+use crate::optimization::{
+    Existence, PRIOR_SLACK, Proposal, Reparameterizer, are_duplicates, judge_existence,
+};
 use crate::parameterization::{Parameterizer, Vertical};
 use crate::{
     Error, MapObject, ObjectAssociation, ObjectConfig, ObjectMap, ObjectMerge, ObjectObservation,
@@ -210,7 +212,7 @@ impl ObjectMapper {
         self.judge_existence(view);
         self.remove_ghosts();
         self.merge_duplicates(planes);
-        self.judge_belief();
+        self.confirm_objects();
         let ObjectReport { created, updated, kept_parameters, confirmed, unconfirmed, removed, .. } =
             &mut self.report;
         for ids in [created, updated, kept_parameters, confirmed, unconfirmed, removed] {
@@ -431,7 +433,7 @@ impl ObjectMapper {
             (observation.relief == Relief::Raised || object.relief() == Relief::Flat)
                 && (object.label == observation.label || looks_like(object, view, observation))
         };
-        self.believed_in_view().filter(comparable).any(|object| {
+        self.confirmed_in_view().filter(comparable).any(|object| {
             let shared = places().filter(|&place| object.cloud.holds(place)).count();
             2 * shared >= count
         })
@@ -441,14 +443,14 @@ impl ObjectMapper {
     /// associated with: the object's projection matches the box, and the depths show its surface. The points
     /// found in the box are then of something before or behind it.
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
-        self.believed_in_view().any(|object| {
+        self.confirmed_in_view().any(|object| {
             !self.matches.contains(&Some(object.birth))
                 && looks_like(object, view, observation)
                 && judge_existence(view, object, &self.sensor) == Existence::Present
         })
     }
 
-    fn believed_in_view(&self) -> impl Iterator<Item = &MapObject> {
+    fn confirmed_in_view(&self) -> impl Iterator<Item = &MapObject> {
         let objects = self.in_view.iter().filter_map(|&birth| self.map.born(birth));
         objects.filter(|object| object.state == ObjectState::Confirmed)
     }
@@ -519,7 +521,7 @@ impl ObjectMapper {
             if let Some(own) = self.map.born(birth) {
                 self.map.index.within(bounds(own.oriented_box.corners()), &mut self.near);
                 let mut others = self.near.iter().filter_map(|&other| self.map.born(other));
-                if let Some(other) = others.find(|other| other.birth != birth && is_one(own, other)) {
+                if let Some(other) = others.find(|other| other.birth != birth && are_duplicates(own, other)) {
                     let (first, last) = if own.birth < other.birth { (own, other) } else { (other, own) };
                     let last_goes = last.observations <= first.observations;
                     let (kept, removed) = if last_goes { (first, last) } else { (last, first) };
@@ -533,7 +535,7 @@ impl ObjectMapper {
 
     /// Confirms an object when it was observed often enough, and often enough while in view, and its size is
     /// plausible for its label; otherwise makes it tentative.
-    fn judge_belief(&mut self) {
+    fn confirm_objects(&mut self) {
         let update = &self.config.update;
         for &birth in &self.in_view {
             let place = self.map.place(birth);
@@ -545,8 +547,8 @@ impl ObjectMapper {
                 prior.is_none_or(|prior| prior.admits(lengths, object.axes.pose(), PRIOR_SLACK));
             let is_seen =
                 object.observations >= update.min_observations && share >= update.min_detected_share;
-            let believed = is_seen && is_plausible;
-            match (object.state, believed) {
+            let is_confirmed = is_seen && is_plausible;
+            match (object.state, is_confirmed) {
                 (ObjectState::Tentative, true) => {
                     Arc::make_mut(object).state = ObjectState::Confirmed;
                     self.report.confirmed.push(object.id);

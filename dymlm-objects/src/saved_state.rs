@@ -91,7 +91,7 @@ impl ObjectMapper {
             let object: MapObject = decode_part(part, &bytes)?;
             let is_it = object.birth == birth && head.names.birth(object.id) == Some(birth);
             if !is_it || !object.is_possible() {
-                return Err(DamagedState::new(part, "another object, or numbers that none has").into());
+                return Err(DamagedState::new(part, "another object, or numbers that no object has").into());
             }
             mapper.map.index.place(&object);
             mapper.map.objects.push(Arc::new(object));

@@ -27,7 +27,7 @@ impl SupportPlane {
 
 /// Drops repeated planes and keeps the order in which they were found: ids are names, and no result may
 /// depend on their order.
-pub(crate) fn keep_each_once(found: &mut Vec<SupportPlane>) {
+pub(crate) fn drop_repeated(found: &mut Vec<SupportPlane>) {
     let mut known = BTreeSet::new();
     found.retain(|plane| known.insert(plane.id));
 }

@@ -10,7 +10,7 @@ const MAX_CUT: f32 = 0.35;
 /// How far the mean depth of another cluster may lie before and behind the mover's depth for the cluster to
 /// be part of the mover, metres: a forearm before the body; a leg behind it when the person leans.
 const PART_REACH: [f32; 2] = [0.35, 0.5];
-/// How far a foot may lie behind the mover's depth, metres: somebody who sits is seen from behind, and the
+/// How far a foot may lie behind the mover's depth, metres, when a sitting person is seen from behind and the
 /// chair is nearer still. With 0.6 those feet stay in the map
 /// (`feet_beyond_a_chair_belong_to_who_sits_on_it`), with 0.9 more of the desk is removed.
 pub(super) const FOOT_REACH: f32 = 0.75;

@@ -188,8 +188,8 @@ impl BoxTracker {
         &self.boxes
     }
 
-    /// Sets the depth of a track's foreground in the present frame, metres. A depth that is no reading and an
-    /// unknown id are ignored.
+    /// Sets the depth of a track's foreground in the present frame, metres. Depths that are no readings, and
+    /// unknown ids, are ignored.
     pub fn observe_depth(&mut self, track_id: TrackId, depth: f32) {
         if depth > 0.0
             && depth.is_finite()

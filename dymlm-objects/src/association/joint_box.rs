@@ -30,8 +30,9 @@ impl JointBox {
     }
 
     /// Whether the object may fill the joint box: it is not too large for the label, and it explains the
-    /// object's earlier views as well as the object's own box does. Cut sides of a detection count as well:
-    /// what was not seen beside the object is not part of it, what was occluded behind it may be.
+    /// object's earlier views as well as the object's own box does. Here a projection may not reach beyond
+    /// cut sides of a detection either: nothing unseen beside the object is taken for a part of it, only what
+    /// may be behind it.
     pub(crate) fn fits(&self, object: &MapObject, priors: &SizePriors) -> bool {
         let (prior, pose) = (priors.of(&object.label), object.axes.pose());
         let views = &object.key_views;

@@ -10,7 +10,7 @@ const SAME_IOU: f64 = 0.2;
 const SAME_IOU_OTHER_LABEL: f64 = 0.4;
 
 /// Whether two objects are duplicates.
-pub(crate) fn is_one(one: &MapObject, other: &MapObject) -> bool {
+pub(crate) fn are_duplicates(one: &MapObject, other: &MapObject) -> bool {
     let (a, b) = (&one.oriented_box, &other.oriented_box);
     let reach = 0.5 * (norm(a.lengths()) + norm(b.lengths()));
     let least = if one.label == other.label { SAME_IOU } else { SAME_IOU_OTHER_LABEL };

@@ -5,7 +5,7 @@ use dymlm_geometry::{IsolationForestConfig, OrientedBox};
 use super::completion::{complete, complete_foot};
 use super::outliers::OutlierFilter;
 use crate::object_map::FULL;
-use crate::support::keep_each_once;
+use crate::support::drop_repeated;
 use crate::{
     BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePrior, SizePriors,
     SupportPlane, SupportingPlanes,
@@ -133,11 +133,11 @@ impl Reparameterizer {
     fn find_walls(&mut self, own: &OrientedBox, prior: &SizePrior, planes: &dyn SupportingPlanes) {
         let reach = 0.5 * norm(own.lengths()) + prior.length.typical;
         self.found.clear();
-        // Searched from points beside the box as well, because the wall right behind it was never seen.
+        // Searched from points beside the box, because the wall right behind it was never seen.
         for corner in own.corners() {
             planes.near(along(corner, 0.5, difference(corner, own.center())), reach, &mut self.found);
         }
-        keep_each_once(&mut self.found);
+        drop_repeated(&mut self.found);
         self.walls.clear();
         self.walls.extend(self.found.iter().map(|found| found.plane));
     }

@@ -4,7 +4,7 @@ use dymlm_geometry::{GridSample as Sample, SampleGrid as Window};
 
 use super::ParameterizationConfig;
 use super::flat_thing::LyingPlane;
-use crate::support::keep_each_once;
+use crate::support::drop_repeated;
 use crate::{SupportPlane, SupportingPlanes};
 
 /// The planes that things in a window may stand on.
@@ -78,7 +78,7 @@ impl Ground {
         vertical: Option<[f64; 3]>,
         world_from_camera: &Pose,
     ) {
-        self.ask(window, planes, vertical, world_from_camera);
+        self.find_candidates(window, planes, vertical, world_from_camera);
         self.count_and_mark(window);
     }
 
@@ -96,7 +96,7 @@ impl Ground {
         self.candidates.len().saturating_sub(known)
     }
 
-    fn ask(
+    fn find_candidates(
         &mut self,
         window: &Window,
         planes: &dyn SupportingPlanes,
@@ -113,7 +113,7 @@ impl Ground {
             let point = world_from_camera.transform_point(probe.point.map(f64::from));
             planes.near(point, self.max_gap, &mut self.found);
         }
-        keep_each_once(&mut self.found);
+        drop_repeated(&mut self.found);
         let camera_from_world = world_from_camera.inverse();
         self.candidates.clear();
         self.candidates.extend(self.found.iter().map(|&support| {

@@ -30,13 +30,13 @@ impl Contact<'_> {
     pub(super) fn holds(&self, a: &Patch, b: &Patch) -> bool {
         let smaller = a.len().min(b.len());
         let contact = MOST_CONTACT.min(smaller.div_ceil(CONTACT_SHARE));
-        let common = a.common_voxels(b, self.region).filter(|voxel| !self.is_parted(*voxel));
+        let common = a.common_voxels(b, self.region).filter(|voxel| !self.is_beside_partition(*voxel));
         if contact > 0 && common.take(contact).count() == contact {
             return true;
         }
         let near = |patch: &Patch, other: &Patch| -> Vec<[i64; 2]> {
             let region = other.bounds().grown(self.reach).intersection(self.region);
-            let voxels = patch.voxels_in(&region).filter(|voxel| !self.is_parted(*voxel));
+            let voxels = patch.voxels_in(&region).filter(|voxel| !self.is_beside_partition(*voxel));
             voxels.map(|voxel| self.cell_of(voxel)).collect()
         };
         let (of_a, mut of_b) = (near(a, b), near(b, a));
@@ -46,9 +46,9 @@ impl Contact<'_> {
     }
 
     /// Whether a voxel is beside a wall that stands between the patches.
-    fn is_parted(&self, voxel: PatchVoxel) -> bool {
+    fn is_beside_partition(&self, voxel: PatchVoxel) -> bool {
         let center = voxel.center(self.voxel_size);
-        self.partitions.iter().any(|partition| partition.parts(center, center))
+        self.partitions.iter().any(|partition| partition.separates(center, center))
     }
 
     /// The square cell of the plane, as large as a voxel, into which a voxel's centre falls.

@@ -71,7 +71,7 @@ impl Criterion {
         others: impl Iterator<Item = FinitePlane<'a>>,
     ) -> Vec<Partition> {
         let region = self.near(a).intersection(&self.near(b));
-        let lengths = [self.apart(), f64::from(self.reach()) * self.voxel_size];
+        let lengths = [self.max_offset(), f64::from(self.reach()) * self.voxel_size];
         let of = |wall: FinitePlane<'a>| Partition::new(&wall, [a, b], &region, self.voxel_size, lengths);
         others.filter_map(of).collect()
     }
@@ -83,11 +83,11 @@ impl Criterion {
 
     /// Largest distance between patches that adjoin, voxels.
     pub(crate) fn reach(&self) -> i32 {
-        ((self.config.max_gap + 2.0 * self.apart()) / self.voxel_size).ceil() as i32
+        ((self.config.max_gap + 2.0 * self.max_offset()) / self.voxel_size).ceil() as i32
     }
 
     /// Largest distance of a patch's voxels from the plane, metres.
-    fn apart(&self) -> f64 {
+    fn max_offset(&self) -> f64 {
         self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size
     }
 

@@ -4,9 +4,8 @@ use dymlm_core::vector3::{cross, dot, unit};
 use super::finite_plane::FinitePlane;
 use crate::patches::{Patch, VoxelBox};
 
-/// Cosine of the angle between two planes above which one stands across the other: 45 degrees. A smaller
-/// angle would let a copy of a wall, tilted by noise, divide the wall; with a larger one only upright walls
-/// divide.
+/// Cosine of the least angle at which one plane stands across another: 45 degrees. A smaller angle would let
+/// a copy of a wall, tilted by noise, divide the wall; with a larger one only upright walls divide.
 const COS_ACROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// A plane that stands between two coplanar ones: a side of the wall that separates the ceilings of two
@@ -62,7 +61,7 @@ impl Partition {
 
     /// Whether the way from one place to another goes through the partition or, when it is too short for
     /// that, runs beside it.
-    pub(crate) fn parts(&self, from: [f64; 3], to: [f64; 3]) -> bool {
+    pub(crate) fn separates(&self, from: [f64; 3], to: [f64; 3]) -> bool {
         let [s, t] = [from, to].map(|place| self.plane.signed_distance(place));
         let share = if s * t < 0.0 { s / (s - t) } else { f64::from(u8::from(s.abs() > t.abs())) };
         let [from, to] = [from, to].map(|place| dot(self.along, place));

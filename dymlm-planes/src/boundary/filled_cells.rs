@@ -97,7 +97,7 @@ impl FilledCells {
 }
 
 /// For the previous tile (0), the tile itself (1) and the next tile (2): the range of the wide array that it
-/// fills, and its first row or column there.
+/// fills, and the first of its own rows or columns that goes there.
 fn part_of(tile: usize) -> (std::ops::Range<usize>, usize) {
     let around = AROUND as usize;
     match tile {

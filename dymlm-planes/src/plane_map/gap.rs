@@ -67,7 +67,7 @@ impl Gap {
         }
         let is_clear = |[from, to]: [[f64; 3]; 2]| {
             let [from, to] = [from, to].map(|place| place.map(|c| c * voxel_size));
-            !partitions.iter().any(|partition| partition.parts(from, to))
+            !partitions.iter().any(|partition| partition.separates(from, to))
         };
         let ways = clear_ways(&of_a, &of_b, max_width / voxel_size, level, is_clear);
         let ways: Vec<Way> = ways

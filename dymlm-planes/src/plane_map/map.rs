@@ -143,14 +143,14 @@ impl PlaneMap {
         if within { Ok(()) } else { Err(Error::OutOfReach { centroid, reach }) }
     }
 
-    /// The confirmed planes, which enough key frames have seen, in the order in which they came into
-    /// the map: see
-    /// [`min_observations`](PlaneMapConfig::min_observations) and the field after it.
+    /// The confirmed planes, in the order in which they came into the map. For the conditions see
+    /// [`min_observations`](PlaneMapConfig::min_observations) and
+    /// [`min_observation_share`](PlaneMapConfig::min_observation_share).
     pub fn iter(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| plane.is_confirmed)
     }
 
-    /// The planes that are not confirmed yet, in the same order.
+    /// The planes that are not confirmed, or no longer, in the same order.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| !plane.is_confirmed)
     }

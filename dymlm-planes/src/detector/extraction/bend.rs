@@ -104,7 +104,7 @@ mod tests {
     fn a_strip_of_a_pillar_is_round_and_one_of_a_wall_is_not() {
         assert!(strip(0.4).is_round(0.2));
         assert!(!strip(f64::INFINITY).is_round(0.2));
-        // A significant bend, but too small to count.
+        // It turns by 0.01 rad over its width: too little to count as bent.
         assert!(!strip(20.0).is_round(0.2));
     }
 
