@@ -41,7 +41,7 @@ impl PastViews {
         })
     }
 
-    /// Changes to the coordinates of a world that was moved.
+    /// Converts the stored poses after the world frame was moved.
     pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
         let old_from_new = new_from_old.inverse();
         for view in &mut self.views {

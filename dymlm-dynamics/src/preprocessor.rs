@@ -307,7 +307,7 @@ impl Preprocessor {
         self.unlabelled.track(frame, world_from_camera, &mut self.tracker, &mut self.movers)
     }
 
-    /// Changes to the coordinates of a world that was moved: poses of later frames are in the new world.
+    /// Converts all stored poses after the world frame was moved; poses of later frames are in the new frame.
     pub fn move_world(&mut self, new_from_old: &Pose) {
         self.tracker.move_world(new_from_old);
         self.unlabelled.move_world(new_from_old);

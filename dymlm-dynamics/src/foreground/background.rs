@@ -242,8 +242,8 @@ fn is_surrounded(grid: &SampleGrid, plane: &CameraPlane, column: i64, row: i64) 
     cells.all(|(right, down)| holds_sample(grid, plane, column + right, row + down))
 }
 
-/// The least-squares plane through points; `None` when the points are less even than a plane that the sensor
-/// reads.
+/// The least-squares plane through points; `None` when they are too few, on a line, or less even than a plane
+/// that the sensor reads.
 fn fitted(points: &[Point], camera: &PinholeCamera, sensor: &SensorModel) -> Option<CameraPlane> {
     let axes = PrincipalAxes::of(points).filter(|axes| axes.rank >= 2 && axes.count >= 9)?;
     let normal: Vector3 = axes.axes[2];

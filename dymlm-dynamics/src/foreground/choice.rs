@@ -37,7 +37,7 @@ const SMALL_SHARE: f32 = 0.05;
 /// - they reach all four sides, because the detector sees the ends of the mover. A desk or a screen before a
 ///   person is nearer and larger than what is seen of the person, but leaves out the head above it and the
 ///   feet below;
-/// - they fill a good part of the box, and its middle counts more than its sides;
+/// - they fill some of the box, and its middle counts more than its sides;
 /// - they are at the depth at which the track is expected; for a new track, nearer is likelier;
 /// - they do not continue outside the margin, as walls and tables do, nor into the boxes of other movers: a
 ///   person who sits before another reaches into the other's box.

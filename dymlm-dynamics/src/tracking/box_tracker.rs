@@ -168,7 +168,7 @@ impl BoxTracker {
         Ok(self.finish(timestamp, view))
     }
 
-    /// Changes to the coordinates of a world that was moved.
+    /// Converts the stored pose after the world frame was moved; poses of later frames are in the new frame.
     pub fn move_world(&mut self, new_from_old: &Pose) {
         if let Some(view) = &mut self.last_view {
             view.world_from_camera = *new_from_old * view.world_from_camera;

@@ -45,7 +45,7 @@ impl UnlabelledFinder {
         })
     }
 
-    /// Changes to the coordinates of a world that was moved.
+    /// Converts the stored pose after the world frame was moved.
     pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
         self.tracker.move_world(new_from_old);
     }
