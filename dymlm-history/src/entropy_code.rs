@@ -71,7 +71,7 @@ pub(crate) struct Decoder<'a> {
 struct PackedPlace(u32);
 
 impl<'a> Decoder<'a> {
-    /// `None` when the bytes hold no symbols in so many contexts.
+    /// `None` when the bytes hold no symbols in `contexts` contexts.
     pub(crate) fn take(bytes: &mut &'a [u8], contexts: usize) -> Option<Self> {
         let mut places = Vec::with_capacity(contexts * SCALE);
         for context in 1..=contexts {

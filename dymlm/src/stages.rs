@@ -57,7 +57,7 @@ impl Stage {
     }
 }
 
-/// How long each step of one insertion took. The only clock of the library: no map depends on it.
+/// How long each step of one insertion took, by the system's clock: no map depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StageTimes {
     times: [Duration; STAGES],

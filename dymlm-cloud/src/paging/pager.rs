@@ -105,7 +105,7 @@ impl CloudPager {
         self.judging = thread.ok().map(|kept| Judging { revision: map.evidence.revision(), kept });
     }
 
-    /// Chooses blocks that free so many bytes, among those that have not changed since they were judged.
+    /// Chooses blocks that free `bytes` bytes, among those that have not changed since they were judged.
     fn choose(&mut self, map: &CloudMap, bytes: usize) {
         let store = map.evidence.blocks();
         let blocks = store.keys().iter().enumerate().map(|(slot, &key)| (store.stamps().of(slot), key));

@@ -27,7 +27,7 @@ const LEAST_SHAPE: f64 = 0.1;
 const REACH: f64 = 2.0;
 /// Greatest distance of a static voxel from its surface, voxels: into the next block.
 const MAX_REACH: f64 = BLOCK_SIDE as f64;
-/// Parts of one to which normals and offsets are rounded, so that a frame without new information moves
+/// Normals and offsets are rounded to multiples of 1 / these, so that a frame without new information moves
 /// nothing.
 const NORMAL_STEPS: f64 = 1024.0;
 const OFFSET_STEPS: f64 = 64.0;
