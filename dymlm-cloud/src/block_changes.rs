@@ -3,26 +3,26 @@ use dymlm_core::{Point, Rgb};
 use crate::CloudMap;
 use crate::block_store::BlockKey;
 
-/// The static points of a cube of 8^3 voxels, all of them.
+/// All static points of a block of 8^3 voxels.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct CloudBlock {
-    /// Which cube: its lowest corner is this times 8 voxels.
+    /// Place of the block: its lowest corner is this times 8 voxels.
     pub place: [i32; 3],
-    /// Metres, world; none when nothing static is left in it.
+    /// Metres, world; empty when nothing static is left in the block.
     pub points: Vec<Point>,
-    /// The colours of the first of these, as many as have one.
+    /// Colours of the first of these points, as many as have one.
     pub colors: Vec<Rgb>,
 }
 
 impl CloudMap {
-    /// The blocks in which the static cloud differs from that of an earlier map, as they are now: who
-    /// replaces these in a copy of the earlier one has this one. In the order of slots that a map gives its
-    /// blocks as they come.
+    /// The blocks in which the static cloud differs from that of an earlier map, as they are now: replacing
+    /// them in a copy of the earlier cloud gives this one. They come in the order of the slots that a map
+    /// gives its blocks when it first meets them.
     ///
-    /// Where the earlier map is a clone of this one, O(blocks / 64), a comparison of pointers each, and what
-    /// has changed; else O(points).
+    /// Where the earlier map is a clone of this one, O(blocks / 64) comparisons of pointers, and what has
+    /// changed; else O(points).
     pub fn changes_since(&self, earlier: &Self) -> Vec<CloudBlock> {
         let (new, old) = (self.kept_cloud(), earlier.kept_cloud());
         let has_same_slots = self.is_clone_of(earlier);

@@ -10,12 +10,12 @@ pub(crate) const BLOCK_SIDE: usize = 8;
 /// Cells of a block.
 pub(crate) const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
 
-/// Blocks of a cube of 4^3 of them.
+/// Blocks in a cube of 4^3 blocks.
 pub(crate) const CUBE_BLOCKS: usize = 64;
-/// Blocks along the side of such a cube.
+/// Blocks along the side of that cube.
 const CUBE_SIDE: i32 = 4;
 
-/// Blocks of a neighbourhood.
+/// Blocks in a neighbourhood.
 pub(crate) const NEIGHBORS: usize = 27;
 
 /// A bit for each cell of a block.
@@ -44,7 +44,7 @@ pub(crate) fn for_each_bit(words: impl IntoIterator<Item = u64>, mut visit: impl
     }
 }
 
-/// The cells that are not among the others.
+/// The cells of the first set that are not in the second.
 #[inline]
 pub(crate) fn without(cells: CellBits, others: CellBits) -> CellBits {
     std::array::from_fn(|word| cells[word] & !others[word])
@@ -90,7 +90,7 @@ impl BlockKey {
         (Self(self.0 & !LOW), z << 4 | y << 2 | x)
     }
 
-    /// A number of 63 bits that stands for the block.
+    /// A number of 63 bits that identifies the block.
     #[cfg(feature = "state")]
     pub(crate) fn number(self) -> u64 {
         self.0
@@ -116,7 +116,7 @@ impl BlockKey {
         std::array::from_fn(|axis| block[axis] * BLOCK_SIDE as i32 + within[axis])
     }
 
-    /// The box around the block, lowest and highest corner, of cells with this side.
+    /// The box around the block (lowest and highest corner), for cells with this side.
     pub(crate) fn bounds(self, cell_size: f64) -> [[f64; 3]; 2] {
         let (block, side) = (self.block().map(f64::from), cell_size * BLOCK_SIDE as f64);
         [block.map(|c| c * side), block.map(|c| (c + 1.0) * side)]
@@ -141,7 +141,7 @@ pub(crate) fn step_to(place: usize) -> [i32; 3] {
 /// A block in the neighbourhood of another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Neighbor {
-    /// -1, 0 or 1 along each axis: where the block lies.
+    /// Where the block lies, seen from the other: -1, 0 or 1 along each axis.
     pub(crate) step: [i32; 3],
     pub(crate) key: BlockKey,
 }
@@ -159,10 +159,10 @@ pub(crate) fn cell_in_block(index: usize) -> [i32; 3] {
     [index & 7, index >> 3 & 7, index >> 6].map(|c| c as i32)
 }
 
-/// Blocks by their place, each at a slot that stays.
+/// Blocks by their place, each at a slot that does not change.
 ///
-/// A clone shares the blocks, and the pages and cubes that list them; each is copied when it is changed while
-/// both have it.
+/// A clone shares the blocks, and the pages and cubes that list them; each is copied when one of the two
+/// changes it.
 #[derive(Debug, Clone)]
 pub(crate) struct BlockStore<B> {
     index: SlotIndex,
@@ -188,8 +188,8 @@ impl<B: Block> BlockStore<B> {
         self.index.slot(key)
     }
 
-    /// The slot of the block at `key`, made when there is none. Who asks for each reading remembers the last:
-    /// apart from their loops, which stay small.
+    /// The slot of the block at `key`, made when there is none. Not inlined, so that the loops over readings
+    /// stay small: they remember the last block and seldom call this.
     #[inline(never)]
     pub(crate) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
         self.slot(key).unwrap_or_else(|| self.insert(key))
@@ -214,13 +214,13 @@ impl<B: Block> BlockStore<B> {
         &self.blocks
     }
 
-    /// The block of a slot, to be changed.
+    /// The block of a slot, to change it.
     #[inline]
     pub(crate) fn block_mut(&mut self, slot: usize) -> Option<&mut B> {
         self.blocks.get_mut(slot).and_then(Paged::to_mut)
     }
 
-    /// By slot, the last change that was noted.
+    /// The last change that was noted, by slot.
     #[inline]
     pub(crate) fn stamps(&self) -> &Stamps {
         &self.stamps
@@ -231,17 +231,17 @@ impl<B: Block> BlockStore<B> {
         &mut self.stamps
     }
 
-    /// The block of a slot, to be paged out.
+    /// The block of a slot, to page it out.
     pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<B>> {
         self.blocks.get_mut(slot)
     }
 
-    /// Gives the memory of blocks free that another state of the store has in the file.
+    /// Frees the memory of blocks that another state of the store has paged out.
     pub(crate) fn page_out_like(&mut self, other: &Self) {
         page_out_like(&mut self.blocks, &other.blocks);
     }
 
-    /// All blocks, to be changed.
+    /// All blocks, to change them.
     pub(crate) fn blocks_mut(&mut self) -> impl Iterator<Item = &mut B> {
         self.blocks.iter_mut().filter_map(Paged::to_mut)
     }
@@ -267,11 +267,11 @@ impl<B: Block> BlockStore<B> {
         Some(self.keys.iter().fold([first.block(); 2], join))
     }
 
-    /// Calls `visit` with the slots of the blocks in a cube of `side` blocks, a power of two, whose lowest
-    /// lies at a multiple of that.
+    /// Calls `visit` with the slots of the blocks in a cube of `side` blocks. `side` is a power of two, and
+    /// the lowest block of the cube lies at a multiple of it.
     pub(crate) fn slots_within(&self, first: [i32; 3], side: i32, mut visit: impl FnMut(usize)) {
         let is_within = |block: [i32; 3]| (0..3).all(|axis| (0..side).contains(&(block[axis] - first[axis])));
-        // Each look-up finds the blocks of a cube.
+        // One look-up finds all blocks of such a cube.
         let cubes = (side / CUBE_SIDE).max(1);
         if i64::from(cubes).pow(3) > self.keys.len() as i64 {
             let within = self.keys.iter().enumerate().filter(|(_, key)| is_within(key.block()));
@@ -296,8 +296,8 @@ impl<B: Block> BlockStore<B> {
         slots
     }
 
-    /// Keeps the blocks whose keys `is_kept` says so of; `None` when all stay. Else those that stay move up
-    /// to lower slots, in their order.
+    /// Keeps the blocks for whose keys `is_kept` is true; `None` when all stay. Otherwise those that stay
+    /// move to lower slots, in their order.
     pub(crate) fn retain(&mut self, is_kept: impl Fn(BlockKey) -> bool) -> Option<Retained> {
         let stays: Vec<bool> = self.keys.iter().map(|&key| is_kept(key)).collect();
         let gone = self.keys.iter().zip(&stays).filter(|(_, stays)| !**stays);
@@ -319,7 +319,7 @@ impl<B: Block> BlockStore<B> {
         Some(Retained { stays, around })
     }
 
-    /// The blocks that a clone has not, or has changed since.
+    /// The blocks that a clone does not have, or that were changed since.
     pub(crate) fn unshared<'a>(&'a self, clone: &'a Self) -> impl Iterator<Item = &'a Paged<B>> {
         let is_shared =
             |slot: &usize| clone.blocks.get(*slot).is_some_and(|theirs| self.blocks[*slot].is_same(theirs));
@@ -327,7 +327,7 @@ impl<B: Block> BlockStore<B> {
         own.map(|slot| &self.blocks[slot])
     }
 
-    /// Keys of the blocks that an earlier state of the store had not, or had otherwise.
+    /// Keys of the blocks that an earlier state of the store did not have, or had with other contents.
     #[cfg(feature = "state")]
     pub(crate) fn changed_since<'a>(&'a self, earlier: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
         let own = self.blocks.unshared(&earlier.blocks).map(|slot| (self.keys[slot], &self.blocks[slot]));
@@ -338,14 +338,14 @@ impl<B: Block> BlockStore<B> {
         own.filter(move |(key, block)| !is_same(*key, block)).map(|(key, _)| key)
     }
 
-    /// Keys of the blocks that a later state of the store has not.
+    /// Keys of the blocks that a later state of the store no longer has.
     #[cfg(feature = "state")]
     pub(crate) fn gone_from<'a>(&'a self, later: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
         let own = self.keys.unshared(&later.keys).map(|slot| self.keys[slot]);
         own.filter(|key| later.slot(*key).is_none())
     }
 
-    /// Puts a block where there was none, or another.
+    /// Puts a block where there is none, or in place of another.
     #[cfg(feature = "state")]
     pub(crate) fn put(&mut self, key: BlockKey, block: B) -> usize {
         let slot = self.slot_or_insert(key);
@@ -353,7 +353,7 @@ impl<B: Block> BlockStore<B> {
         slot
     }
 
-    /// Bytes of memory, with those that a block owns, which `owned` tells.
+    /// Bytes of memory, with those that each block owns, which `owned` gives.
     pub(crate) fn memory_bytes(&self, owned: impl Fn(&B) -> usize) -> usize {
         let blocks: usize = self.blocks.iter().map(|block| block.memory_bytes(&owned)).sum();
         self.index.memory_bytes()
@@ -364,7 +364,7 @@ impl<B: Block> BlockStore<B> {
     }
 }
 
-/// Gives the memory of blocks free that another state of a list has in the file.
+/// Frees the memory of blocks that another state of a list has paged out.
 pub(crate) fn page_out_like<B: Block>(blocks: &mut Pages<Paged<B>>, other: &Pages<Paged<B>>) {
     let is_filed = |slot: &usize| other.get(*slot).is_some_and(|other| other.in_memory().is_none());
     let filed: Vec<usize> = blocks.unshared(other).filter(is_filed).collect();
@@ -377,9 +377,10 @@ pub(crate) fn page_out_like<B: Block>(blocks: &mut Pages<Paged<B>>, other: &Page
 
 /// What [`BlockStore::retain`] has left.
 pub(crate) struct Retained {
-    /// By slot as before, whether its block stayed: for [`Pages::keep`] of what is kept by slot elsewhere.
+    /// By the slots before, whether the block stayed: for [`Pages::keep`] of data that is kept by slot
+    /// elsewhere.
     pub(crate) stays: Vec<bool>,
-    /// Slots, as they are now, of the blocks beside one that went.
+    /// Slots, as they are now, of the blocks beside one that was dropped.
     pub(crate) around: Vec<usize>,
 }
 

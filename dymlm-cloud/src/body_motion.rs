@@ -13,29 +13,29 @@ use dymlm_geometry::OrientedBox;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BodyMotion {
-    /// Where its points were, metres, world.
+    /// Where the body's points were, metres, world.
     pub from: Vec<Point>,
     /// Where they are now, in the same order.
     pub to: Vec<Point>,
 }
 
-/// A voxel on its way.
+/// A voxel that is being moved.
 struct Moved {
-    /// The voxel that it was.
+    /// The voxel where it was.
     cell: [i32; 3],
     to: [f64; 3],
     voxel: Voxel,
-    /// Frames that read its cell of the evidence.
+    /// Number of frames that read its cell of the evidence.
     support: u32,
 }
 
 impl CloudMap {
-    /// Moves all voxels in `region` that `is_body` (asked for the voxel's mean place in the world): takes
-    /// them out, and puts them in where `new_from_old` takes them, with their colours, weights and
-    /// observations. At the new place the evidence of frames from before, which looked through it, is
-    /// forgotten; at the old place nothing is left.
+    /// Moves the voxels in `region` for which `is_body` is true (asked with the voxel's mean position in the
+    /// world) to where `new_from_old` takes them, with their colours, weights and observations. At the new
+    /// place the evidence of earlier frames, which looked through it, is forgotten; at the old place nothing
+    /// is left.
     ///
-    /// What was moved is known by where it is, no longer by the frames that saw it: frames from before that
+    /// The map knows a moved voxel by its place, no longer by the frames that saw it: earlier frames that
     /// read it cannot be [removed](Self::remove) any more ([`NotInserted`](crate::Error::NotInserted)).
     /// Voxels that would leave the lattice are dropped. O(voxels of the region's blocks).
     pub fn move_body(
@@ -54,10 +54,10 @@ impl CloudMap {
         motion
     }
 
-    /// Mean places of the voxels in a box that enough frames read and that their own cell of the evidence
-    /// takes for static: much like the [static](crate::Selection::Static) map there, without the neighbours'
-    /// votes and without thinning, but for the cost of the box alone. In the order of [`Self::voxels`].
-    /// O(voxels of the box's blocks).
+    /// Mean positions of the voxels in a box that enough frames have read and that their own cell of the
+    /// evidence takes for static: much like the [static](crate::Selection::Static) cloud there, but without
+    /// the neighbours' votes and without thinning, and at the cost of the box alone. In the order of
+    /// [`Self::voxels`]. O(voxels of the box's blocks).
     pub fn static_points_in(&self, region: &OrientedBox) -> Vec<Point> {
         let least = self.config.min_observations;
         let mut points = Vec::new();
@@ -114,7 +114,7 @@ impl CloudMap {
         moved
     }
 
-    /// Takes out what speaks for cells of the evidence in which nothing is left.
+    /// Removes the surface readings of cells of the evidence in which no voxel is left.
     fn forget_support(&mut self, region: &OrientedBox, moved: &[Moved]) {
         let around = region.with_rim(2.0 * self.evidence.cell_size());
         let mut left = BTreeSet::new();
@@ -149,7 +149,7 @@ impl CloudMap {
         self.evidence.give_support(cell, support);
     }
 
-    /// Keys of the blocks that a box may share voxels with, in their order.
+    /// Keys of the blocks whose voxels may lie in a box, in their order.
     fn blocks_about(&self, region: &OrientedBox) -> Vec<BlockKey> {
         let side = self.config.voxel_size * BLOCK_SIDE as f64;
         let [low, high] = bounds(region.corners()).map(|corner| corner.map(|c| (c / side).floor()));

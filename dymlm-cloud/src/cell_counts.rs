@@ -4,10 +4,10 @@ use crate::packed_counts::PackedCounts;
 use crate::paging::{record, record_of_cases};
 use crate::support::Support;
 
-/// For each cell of a block, how many frames have found what there: for all cells, or for none as long as no
-/// cell differs from the others. Arithmetic wraps.
+/// For each cell of a block, the number of frames by what they found there. Either all cells have counts, or
+/// none as long as no cell differs from the others. Arithmetic wraps.
 ///
-/// Most counts of seconds fit into a byte. What is counted no more is [packed](Self::pack).
+/// Most counts of seconds fit into a byte. Counts that no longer grow are [packed](Self::pack).
 #[derive(Debug, Clone, Default)]
 pub(crate) enum CellCounts {
     #[default]
@@ -58,7 +58,7 @@ impl CellCounts {
         Support::of(self.get(index))
     }
 
-    /// Calls `visit` at least for those of the cells that have counts.
+    /// Calls `visit` for all of the cells that have counts, and perhaps for some that have none.
     pub(crate) fn for_each(&self, cells: &CellBits, mut visit: impl FnMut(usize, Counts)) {
         match self {
             Self::None => {}
@@ -67,7 +67,7 @@ impl CellCounts {
         }
     }
 
-    /// Keeps them in less memory, until one changes.
+    /// Packs the counts into less memory, until one changes.
     pub(crate) fn pack(&mut self) {
         if matches!(self, Self::Narrow(_) | Self::Wide(_)) {
             *self = Self::Packed(Box::new(PackedCounts::new(&self.all())));
@@ -130,7 +130,7 @@ impl CellCounts {
         read[index / 64] |= u64::from(surface | mover != 0) << (index % 64);
     }
 
-    /// Changes a count of a cell; gives what it was.
+    /// Adds to a count of a cell; returns what it was.
     #[inline]
     pub(crate) fn add(&mut self, index: usize, finding: Finding, number: u32) -> u32 {
         let mut counts = self.get(index);
@@ -152,7 +152,7 @@ impl CellCounts {
         *self = Self::Packed(Box::new(PackedCounts::new(&sums)));
     }
 
-    /// Sets a count of a cell to zero, if cells have counts.
+    /// Sets a count of a cell to zero, if there are counts.
     pub(crate) fn clear(&mut self, index: usize, finding: Finding) {
         if !self.is_empty() {
             let mut counts = self.get(index);
@@ -161,7 +161,7 @@ impl CellCounts {
         }
     }
 
-    /// Bytes owned.
+    /// Bytes that the counts own.
     pub(crate) fn memory_bytes(&self) -> usize {
         match self {
             Self::None => 0,

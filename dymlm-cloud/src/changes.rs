@@ -7,51 +7,52 @@ use crate::slot_index::KeyHasher;
 use crate::static_cloud::Moments;
 use crate::voxel_block::VoxelBlock;
 
-/// What is new in a block of voxels.
+/// What has changed in a block of voxels.
 pub(crate) struct Change {
     pub(crate) slot: usize,
     /// 1 + the slot of its block of the evidence, or 0 as long as there is none.
     pub(crate) evidence: u32,
-    /// The voxels that are no ghosts, by rank what they weigh and how far they look for heavier ones, voxels.
+    /// The voxels that are no ghosts; by their rank the weights, and how far they look for heavier ones,
+    /// voxels.
     pub(crate) firm: Places,
     pub(crate) weights: Vec<f32>,
     pub(crate) radii: Vec<f32>,
-    /// Those of them that enough frames have read.
+    /// Those of these voxels that enough frames have read.
     pub(crate) seen: CellBits,
-    /// Those of them that have other readings or another verdict than before.
+    /// Those of these voxels that have other readings or another verdict than before.
     pub(crate) voxels: CellBits,
     pub(crate) effect: Effect,
-    /// Sums over the voxels that are no ghosts.
+    /// Moments of the voxels that are no ghosts.
     pub(crate) moments: Moments,
 }
 
-/// What changes can mean for voxels around.
+/// How changes can affect the voxels around.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Effect {
-    /// The greatest weight that is new.
+    /// Greatest of the new weights.
     pub(crate) raised: f32,
-    /// The greatest weight that is gone, at most.
+    /// Upper bound of the weights that are gone.
     pub(crate) lowered: f32,
 }
 
-/// A block with changes in it, or around and within reach of its voxels.
+/// A block with changes in it, or within reach of its voxels.
 pub(crate) struct Touched {
     pub(crate) slot: usize,
-    /// What these changes can mean.
+    /// How these changes can affect its voxels.
     pub(crate) effect: Effect,
-    /// 1 + the slots of the blocks around, itself among them, or 0 where there is none: those that have
-    /// changed, and all of them when it has changed itself.
+    /// 1 + the slots of the blocks around, itself among them; 0 where there is none or it is not known. Known
+    /// are the blocks that have changed, and all of them when the block itself has changed.
     around: [u32; NEIGHBORS],
 }
 
-/// All that is new, by blocks.
+/// All changes, by blocks.
 pub(crate) struct Changes {
     changes: Vec<Change>,
     /// By slot, the index of the block's change.
     indices: SlotMap,
 }
 
-/// Numbers of some slots.
+/// A number for some slots.
 type SlotMap = HashMap<u64, u32, BuildHasherDefault<KeyHasher>>;
 
 impl Changes {
@@ -64,12 +65,12 @@ impl Changes {
         self.changes.iter()
     }
 
-    /// What is new in the block at a slot.
+    /// The change of the block at a slot.
     pub(crate) fn of(&self, slot: usize) -> Option<&Change> {
         self.indices.get(&(slot as u64)).and_then(|&index| self.changes.get(index as usize))
     }
 
-    /// The blocks that have changed, and those around with a voxel that looks beyond its own place.
+    /// The blocks that have changed, and the blocks around them with a voxel that looks beyond its own place.
     pub(crate) fn touched(
         &self,
         voxels: &BlockStore<VoxelBlock>,
@@ -103,7 +104,7 @@ impl Changes {
 }
 
 impl Touched {
-    /// Steps to the blocks around that are known, and their slots.
+    /// The blocks around that are known: the steps to them, and their slots.
     pub(crate) fn around(&self) -> impl Iterator<Item = ([i32; 3], usize)> {
         let known = self.around.iter().enumerate().filter(|(_, slot)| **slot > 0);
         known.map(|(place, &slot)| (step_to(place), slot as usize - 1))

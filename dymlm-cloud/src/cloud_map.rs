@@ -18,22 +18,24 @@ use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
 /// The dense coloured cloud of the static world.
 ///
 /// Each voxel holds the weighted mean of position and colour of the readings in it, weight 1 / sigma(z)^2
-/// with the noise of the [`SensorModel`]. Beside the voxels stands the evidence of all frames, which decides
-/// on output which voxels are static: **late ghost removal**. Each cell of some voxels counts the frames that
-/// read a surface in it, those that looked through it, before or after, and those that read a
-/// [mover](MoverMasks) in it; a reading outweighs [a few looks](CloudMapConfig::looks_per_reading), and the
-/// cells around vote together. Newer counts outweigh older ones: what has stood somewhere for some seconds is
-/// believed, whatever was there for hours. So movers that no detector has seen vanish too, people who sit do
-/// not stay where the detector has missed them, and a wrong verdict heals with later frames. Then
-/// **thinning** leaves out the noise around far surfaces and what a single frame has seen
+/// with the noise of the [`SensorModel`]. Besides the voxels, the map holds the evidence of all frames, which
+/// decides on output which voxels are static: **late ghost removal**. Each cell, as large as some voxels,
+/// counts the frames that read a surface in it, those that looked through it, before or after, and those that
+/// read a [mover](MoverMasks) in it; a reading outweighs [a few looks](CloudMapConfig::looks_per_reading),
+/// and a cell votes together with the cells around it. Newer counts outweigh older ones: what has stood
+/// somewhere for some seconds is believed, whatever was there for hours. So movers that no detector has seen
+/// vanish too, people who sit do not stay where the detector has missed them, and later frames correct a
+/// wrong verdict. Then **thinning** leaves out the noise around far surfaces and what a single frame has seen
 /// ([`thinning_radius`](CloudMapConfig::thinning_radius),
 /// [`min_observations`](CloudMapConfig::min_observations)), and **fusing** moves the voxels that are readings
-/// of one surface onto it, one layer of points ([`fuse_surfaces`](CloudMapConfig::fuse_surfaces)).
+/// of one surface onto that surface, as one layer of points
+/// ([`fuse_surfaces`](CloudMapConfig::fuse_surfaces)).
 ///
-/// Everything is summed in integers. So the map does not depend on the order of frames, [`CloudMap::remove`]
-/// takes a frame out exactly, and two maps [`merge`](CloudMap::merge) to what one map of all frames would be.
+/// Everything is summed in integers. Therefore the map does not depend on the order of frames,
+/// [`CloudMap::remove`] takes a frame out exactly, and two maps [`merge`](CloudMap::merge) to what one map of
+/// all frames would be.
 ///
-/// Cost: O(pixels + blocks in view) a frame, independent of the frames before.
+/// Cost: O(pixels + blocks in view) a frame, independent of the number of frames before.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
@@ -70,14 +72,14 @@ pub struct CloudMap {
     touched: TouchedBlocks,
 }
 
-/// The voxel of readings side by side.
+/// The voxel of readings that are side by side in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Target {
-    /// Their first column and the one after the last; pixels without a reading between them weigh nothing.
+    /// Their first column and the one after the last; pixels between them without a reading have weight 0.
     columns: [u32; 2],
-    /// Which of the touched blocks it is in.
+    /// Index of its block among the touched blocks.
     touched: u32,
-    /// In the block.
+    /// Its place in the block.
     place: u16,
 }
 
@@ -88,9 +90,9 @@ struct Target {
 pub struct CloudFrameReport {
     /// Static readings in range.
     pub readings: usize,
-    /// Voxels that they fell into.
+    /// Voxels that the readings fell into.
     pub voxels: usize,
-    /// Of these, voxels that were empty before.
+    /// Those of the voxels that were empty before.
     pub new_voxels: usize,
 }
 
@@ -107,9 +109,9 @@ pub struct CloudVoxel {
     pub weight: f64,
     /// Number of frames that read it.
     pub observations: u32,
-    /// How many frames speak for and against its cell of the evidence, over all time.
+    /// How many frames speak for and against the voxel's cell of the evidence, over all time.
     pub evidence: Support,
-    /// What follows from the evidence there and around.
+    /// The verdict that follows from the evidence there and around.
     pub verdict: Verdict,
 }
 
@@ -118,7 +120,7 @@ pub struct CloudVoxel {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Selection {
-    /// All that were read.
+    /// All voxels that were read.
     All,
     /// Those whose verdict is [`Verdict::Static`].
     Static,
@@ -153,8 +155,8 @@ impl CloudMap {
         })
     }
 
-    /// Whether the map reaches as far as a frame's readings: the one thing about a pose that an insertion
-    /// refuses.
+    /// Checks that the map reaches as far as a frame's readings: an insertion refuses a pose for no other
+    /// reason.
     ///
     /// # Errors
     ///
@@ -163,7 +165,7 @@ impl CloudMap {
         self.lattice_of(frame, None, world_from_camera).map(|_| ())
     }
 
-    /// Adds the static pixels of a frame, all of them without masks, and notes where its movers are.
+    /// Adds the static pixels of a frame (all pixels without masks), and notes where its movers are.
     ///
     /// # Errors
     ///
@@ -179,12 +181,12 @@ impl CloudMap {
         Ok(report)
     }
 
-    /// Takes a frame out again, exactly: pose and masks must be those it was inserted with.
+    /// Takes a frame out again, exactly: pose and masks must be those with which it was inserted.
     ///
     /// # Errors
     ///
     /// As [`CloudMap::insert`]; [`Error::NotInserted`] when a sum would go negative. (A frame that was never
-    /// inserted, but whose every reading other frames cover as well, cannot be told apart.)
+    /// inserted is not noticed if other frames cover each of its readings as well.)
     pub fn remove(
         &mut self,
         frame: &Frame,
@@ -224,13 +226,13 @@ impl CloudMap {
         Ok(())
     }
 
-    /// The static voxels, or all, in a fixed order: by blocks of 8^3, z first, then y, then x, and so within
-    /// each block. They are as they were read: [fusing](CloudMapConfig::fuse_surfaces) moves the points of
-    /// [`CloudMap::point_cloud`] and [`CloudMap::static_points`], of which there are fewer.
+    /// The static voxels, or all, in a fixed order: by blocks of 8^3, z first, then y, then x, and in the
+    /// same order within each block. They are as they were read: [fusing](CloudMapConfig::fuse_surfaces)
+    /// moves the points of [`CloudMap::point_cloud`] and [`CloudMap::static_points`], which are fewer.
     pub fn voxels(&self, selection: Selection) -> impl Iterator<Item = CloudVoxel> + '_ {
         let cloud = self.kept_cloud();
         let slots = self.voxels.sorted_slots().into_iter().map(|slot| (slot, cloud.judgement(slot)));
-        // The lock ends here, so that the map can be asked while somebody iterates.
+        // The lock ends here, so that the map can be queried during the iteration.
         slots.collect::<Vec<_>>().into_iter().flat_map(move |(slot, judgement)| {
             let (key, block) = (self.voxels.keys()[slot], self.voxels.blocks()[slot].look());
             let chosen = match selection {
@@ -251,13 +253,14 @@ impl CloudMap {
         })
     }
 
-    /// The cloud, metres, world. [`Selection::All`] has a point for each voxel; [`Selection::Static`] has one for
-    /// each voxel in which a static voxel's point lies after [fusing](CloudMapConfig::fuse_surfaces), that of
-    /// the heaviest. By blocks in the order of [`CloudMap::voxels`], and so within each block. It has colours when any of its voxels has; what was
-    /// read without is black.
+    /// The cloud, metres, world. [`Selection::All`] has a point for each voxel. [`Selection::Static`] has a
+    /// point for each voxel in which points of static voxels lie after
+    /// [fusing](CloudMapConfig::fuse_surfaces): that of the heaviest of these. By blocks in the order of
+    /// [`CloudMap::voxels`], and so within each block. It has colours when any of its voxels has one; points
+    /// without colour are black.
     ///
     /// The static cloud is kept from call to call, some 23 bytes a point: reading it again costs what has
-    /// changed, and copying it.
+    /// changed, and the copy.
     pub fn point_cloud(&self, selection: Selection) -> PointCloud {
         if selection == Selection::Static {
             return self.kept_cloud().to_point_cloud(&self.voxels);
@@ -277,8 +280,8 @@ impl CloudMap {
         PointCloud::with_colors(points, colors).unwrap_or_default()
     }
 
-    /// What was seen of a place (metres, world) over time: since when something stands there, until when it
-    /// did. Empty for a place that was never seen or that lies beyond the map's reach. O(periods).
+    /// What was seen of a place (metres, world) over time: since when something has stood there, or until
+    /// when it did. Empty for a place that was never seen or that lies beyond the map's reach. O(periods).
     pub fn history(&self, place: [f64; 3]) -> PlaceHistory {
         let voxel = self.voxel_at(place);
         let history = |voxel| self.evidence.history(voxel, self.config.looks_per_reading as f32);
@@ -292,18 +295,18 @@ impl CloudMap {
         is_in_reach.then(|| voxel.map(|c| c as i32))
     }
 
-    /// Number of points of the static cloud ([`Selection::Static`]). As all readings of what is static, it
-    /// costs what has changed since the last.
+    /// Number of points of the static cloud ([`Selection::Static`]). Like every query of the static cloud, it
+    /// costs what has changed since the last query.
     pub fn len(&self) -> usize {
         self.kept_cloud().len()
     }
 
-    /// Whether nothing is static.
+    /// Whether the static cloud is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Number of voxels that are held, static or not: of points in [`Selection::All`]. O(1).
+    /// Number of voxels, static or not: the points of [`Selection::All`]. O(1).
     pub fn held_voxels(&self) -> usize {
         self.voxel_count
     }
@@ -323,15 +326,15 @@ impl CloudMap {
         &self.config
     }
 
-    /// Bytes that the map holds, about.
+    /// Approximate bytes that the map holds.
     pub fn memory_bytes(&self) -> usize {
         self.voxels.memory_bytes(VoxelBlock::memory_bytes)
             + self.evidence.memory_bytes()
             + self.kept.memory_bytes()
     }
 
-    /// Bytes that the map holds beside those that it shares with a clone, about, without what queries keep.
-    /// All of it for a map that is no clone.
+    /// Approximate bytes that the map does not share with a clone, without what queries cache. All bytes for
+    /// a map that is no clone.
     pub fn memory_bytes_beside(&self, clone: &Self) -> usize {
         if !self.is_clone_of(clone) {
             return self.memory_bytes();
@@ -341,7 +344,7 @@ impl CloudMap {
         voxels + self.evidence.memory_bytes_beside(&clone.evidence)
     }
 
-    /// Checks what can be wrong with a frame, before anything changes.
+    /// Checks everything that can be wrong with a frame, before anything changes.
     fn lattice_of(
         &self,
         frame: &Frame,
@@ -354,7 +357,7 @@ impl CloudMap {
         self.lattice_around(ray_length(frame.camera()), world_from_camera)
     }
 
-    /// The lattice for readings that are as far as the sensor's farthest depth times `longest_ray`.
+    /// The lattice for readings up to the sensor's greatest depth times `longest_ray` away.
     pub(crate) fn lattice_around(
         &self,
         longest_ray: f64,
@@ -395,7 +398,7 @@ impl CloudMap {
         self.next_stamp();
     }
 
-    /// The same for a scan.
+    /// Puts a scan in, or takes it out.
     pub(crate) fn apply_scan(
         &mut self,
         scan: Scan<'_>,
@@ -422,18 +425,18 @@ impl CloudMap {
         self.voxels.stamps_mut().note(slot, stamp);
     }
 
-    /// Goes on from where a saved map was. All blocks count as changed: nothing is kept of what is static.
+    /// Goes on from where a saved map was. All blocks count as changed, since the static cloud is not saved.
     #[cfg(feature = "state")]
     pub(crate) fn restore(&mut self, frames: u32, epoch: i32, revision: u32) {
         (self.frames, self.stamp) = (frames, 1);
         self.evidence.restore(epoch, revision);
     }
 
-    /// A stamp for what changes from now on.
+    /// A new stamp, for what changes from now on.
     pub(crate) fn next_stamp(&mut self) -> u32 {
         self.stamp = self.stamp.wrapping_add(1);
         if self.stamp == 0 {
-            // Once in 2^32 frames: no block may carry a stamp that comes again.
+            // The stamps overflow once in 2^32 frames: no block may carry a stamp that comes again.
             self.voxels.blocks_mut().for_each(|block| (block.stamp, block.lowered) = (1, 0));
             self.voxels.stamps_mut().set_all(1);
             self.kept.clear();
@@ -474,8 +477,8 @@ impl CloudMap {
         report
     }
 
-    /// Finds or makes the voxel of each reading of the row. Apart from adding to them, so that the processor
-    /// can fetch many voxels at a time: waiting for them is most of the work.
+    /// Finds or makes the voxel of each reading of the row. This is separate from adding to the voxels, so
+    /// that the processor can fetch many of them at a time: waiting for them is most of the work.
     fn find_voxels_of_row(&mut self, report: &mut CloudFrameReport) {
         self.targets.clear();
         let seen = self.kept.stamp();
@@ -532,7 +535,7 @@ impl CloudMap {
         }
     }
 
-    /// Notes which cells of the evidence were read without being mapped: as a mover, or as something new.
+    /// Notes the cells of the evidence that were read without being mapped: as a mover, or as something new.
     fn note_unmapped(&mut self, masks: &MoverMasks<'_>, v: usize, depths: &[f32]) {
         let sensor = *self.weighting.sensor();
         let is_used = |u: &usize| depths.get(*u).is_some_and(|&z| sensor.is_used(z));

@@ -10,21 +10,21 @@ pub struct CloudMapConfig {
     /// about the spacing of a Kinect's pixels at 4 m.
     #[doc(alias = "resolution")]
     pub voxel_size: f64,
-    /// Late ghost removal: how many frames that look through a place one frame that reads a surface there
-    /// outweighs, 0.1..=100. Default 2.5: at the rim of a thing every other look passes by it. On a kitchen
+    /// Late ghost removal: number of frames looking through a place that one frame reading a surface there
+    /// outweighs, 0.1..=100. Default 2.5: at the rim of a thing every other frame looks past it. In a kitchen
     /// with two people 2 loses 0.3 % more of the room, 3 leaves twice as much of the people.
     pub looks_per_reading: f64,
-    /// Fewest frames that must have read a voxel of the static map, 1..=1000000. Default 2: what one frame
-    /// alone has seen may be a flying pixel.
+    /// Fewest frames that must have read a static voxel, 1..=1000000. Default 2: what a single frame has seen
+    /// may be a flying pixel.
     pub min_observations: u32,
-    /// Thinning: how far a voxel of the static map looks for heavier ones, whose noise it may be, in standard
-    /// deviations of its own readings, 0..=10; at most eight voxels; 0 = no thinning, and no fusing. Default 3, as the
+    /// Thinning: how far a static voxel looks for heavier ones, whose noise it may be, in standard deviations
+    /// of its own readings, 0..=10; at most eight voxels; 0 = no thinning, and no fusing. Default 3, as the
     /// sensor's tolerance: 99.7 % of the readings of a surface are within it. In simulated rooms 2 leaves
     /// 0.93 % stray points instead of 0.26 %, and in a kitchen 0.05 % more of the room.
     pub thinning_radius: f64,
-    /// Whether the static cloud's points lie on the surfaces that their voxels are readings of, one layer of
-    /// them, where the sensor's noise is larger than a voxel. Default true. Without, a far wall is a shell of
-    /// points some 1.4 standard deviations thick.
+    /// Whether the points of the static cloud are moved onto the surfaces that their voxels are readings of,
+    /// as one layer, where the sensor's noise is larger than a voxel. Default true. Without fusing, a far
+    /// wall is a shell of points some 1.4 standard deviations thick.
     pub fuse_surfaces: bool,
 }
 

@@ -3,7 +3,7 @@ use dymlm_core::DepthImage;
 /// Side of a tile, pixels.
 pub(crate) const TILE: usize = 16;
 
-/// Nearest and farthest reading of each tile of 16x16 pixels: one look at a few tiles settles most blocks.
+/// Nearest and farthest reading of each tile of 16x16 pixels: most blocks are settled by a few tiles.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct DepthTiles {
     columns: usize,
@@ -14,7 +14,7 @@ pub(crate) struct DepthTiles {
 /// The readings of a tile or of several.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DepthRange {
-    /// Nearest reading; 0 when a pixel has none.
+    /// Nearest reading; 0 when a pixel has no reading.
     pub(crate) nearest: f32,
     /// Farthest reading; 0 when there is none at all.
     pub(crate) farthest: f32,
@@ -30,7 +30,7 @@ impl DepthRange {
 }
 
 impl DepthTiles {
-    /// Reads one image.
+    /// Computes the tiles of an image.
     pub(crate) fn build(&mut self, depth: &DepthImage) {
         self.columns = depth.width().div_ceil(TILE);
         self.rows = depth.height().div_ceil(TILE);
@@ -45,8 +45,8 @@ impl DepthTiles {
         }
     }
 
-    /// The readings of all tiles that touch the pixels [left, right] x [top, bottom]; `None` when there are
-    /// no such pixels. Outside the image there is no reading.
+    /// The range of the readings in all tiles that touch the pixels [left, right] x [top, bottom]; `None`
+    /// when there are no such pixels. Outside the image there is no reading.
     pub(crate) fn range(&self, [left, right]: [f32; 2], [top, bottom]: [f32; 2]) -> Option<DepthRange> {
         let tile_of = |pixel: f32| ((pixel + 0.5) / TILE as f32).floor();
         let (first_column, last_column) = (tile_of(left), tile_of(right));

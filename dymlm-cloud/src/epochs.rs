@@ -8,14 +8,16 @@ use crate::opinion::{Opinion, OpinionFold};
 use crate::paging::{Record, record};
 use crate::support::Support;
 
-/// Length of an epoch, seconds. What has come to stand in a place that was free for long is believed after
-/// three of them (`a_new_wall_is_believed_within_ten_seconds`), so an epoch must be shorter than a third of
-/// the time that a map may take; a person who stops for less than that is not believed.
+/// Length of an epoch, seconds. A thing that comes to stand in a place that was free for long is believed
+/// after three epochs (`a_new_wall_is_believed_within_ten_seconds`), so an epoch must be shorter than a third
+/// of the time that a map may take to show it. With shorter epochs, a person is believed who stops for a
+/// shorter time.
 pub(crate) const EPOCH: f64 = 2.5;
-/// Periods of more than 2^`MAX_LEVEL` epochs, 85 years, are not made: the next would not fit the numbers.
+/// Periods of more than 2^`MAX_LEVEL` epochs, 85 years, are not made: the next level would overflow the
+/// numbers.
 const MAX_LEVEL: u32 = 30;
 
-/// The epoch that a time lies in, seconds.
+/// The epoch that contains a time, seconds.
 pub(crate) fn epoch_of(timestamp: f64) -> i32 {
     // Casts saturate.
     (timestamp / EPOCH).floor() as i32
@@ -25,11 +27,11 @@ pub(crate) fn epoch_of(timestamp: f64) -> i32 {
 /// they are old.
 ///
 /// Counts within a period are sums, so they do not depend on the order of frames, frames can be taken out
-/// again, and two histories add up. Where periods begin and end depends on nothing but the newest epoch in
-/// which the block was seen: a period of 2^k epochs, which starts at a multiple of 2^k, is one as soon as
-/// 2^k epochs have passed since its end. So there are about 1.5 periods for each doubling of time, and
-/// nothing needs to be forgotten: a wall that was seen once and then hidden for a day is still a wall, and
-/// what is looked through in the morning is known to have been read the evening before.
+/// again, and two histories add up. Where periods begin and end depends only on the newest epoch in which the
+/// block was seen: a period of 2^k epochs, which starts at a multiple of 2^k, is formed as soon as 2^k epochs
+/// have passed since its end. So there are about 1.5 periods for each doubling of time, and nothing needs to
+/// be forgotten: a wall that was seen once and then occluded for a day is still a wall, and a place that is
+/// looked through in the morning is known to have been read the evening before.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Epochs {
     /// By time, the newest last.
@@ -37,12 +39,12 @@ pub(crate) struct Epochs {
     read: OlderReads,
 }
 
-/// The cells that all periods but the newest have read, when somebody has asked since an older one changed:
-/// after hours there are many periods, and each block is asked when its verdicts are made anew.
+/// The cells that all periods but the newest have read, cached until an older period changes: after hours
+/// there are many periods, and each block is asked when its verdicts are made anew.
 #[derive(Debug, Clone, Default)]
 struct OlderReads(OnceLock<CellBits>);
 
-/// It follows from the periods.
+/// The cache follows from the periods, so comparisons ignore it.
 impl PartialEq for OlderReads {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -62,7 +64,7 @@ impl Record for OlderReads {
 pub(crate) struct Period {
     pub(crate) first: i32,
     pub(crate) level: u32,
-    /// Frames that look through all of the block; in addition to what the cells count.
+    /// Frames that look through the whole block, in addition to the counts of its cells.
     pub(crate) looked_through: u32,
     pub(crate) cells: CellCounts,
 }
@@ -71,14 +73,14 @@ record!(Epochs { periods, read });
 record!(Period { first, level, looked_through, cells });
 
 impl Epochs {
-    /// By time, the newest last.
+    /// The periods by time, the newest last.
     #[cfg(feature = "state")]
     pub(crate) fn periods(&self) -> &[Period] {
         &self.periods
     }
 
-    /// The counts of these periods; `None` where they are not one after the other, or have not been joined as
-    /// they are by the time of the newest.
+    /// Counts with these periods; `None` where they do not follow each other, or are not joined as the newest
+    /// of them requires.
     #[cfg(feature = "state")]
     pub(crate) fn restored(mut periods: Vec<Period>) -> Option<Self> {
         let is_aligned = |period: &Period| {
@@ -92,7 +94,7 @@ impl Epochs {
         {
             return None;
         }
-        // As they are kept: what is counted no more in little memory.
+        // All periods but the newest are packed, since they no longer grow.
         let older = periods.len().saturating_sub(1);
         for period in periods.iter_mut().take(older) {
             period.cells.pack();
@@ -123,7 +125,7 @@ impl Epochs {
         self.periods.iter().rev().map(move |period| (period, period.at(index)))
     }
 
-    /// What the counts say of some cells, by index; of the others nothing.
+    /// What the counts say of these cells, by index; nothing of the others.
     pub(crate) fn opinions(&self, cells: &CellBits, looks_per_reading: f32) -> [Opinion; BLOCK_CELLS] {
         let mut folds = [OpinionFold::NEW; BLOCK_CELLS];
         for period in self.periods.iter().rev() {
@@ -132,8 +134,7 @@ impl Epochs {
         folds.map(OpinionFold::opinion)
     }
 
-    /// What was counted in a cell before an epoch, newest period first; all of it when there is nothing
-    /// before.
+    /// The counts of a cell before an epoch, newest period first; all its counts when there are none before.
     pub(crate) fn settled(&self, index: usize, epoch: i32) -> impl Iterator<Item = Support> {
         let is_newer = |period: &&Period| period.end() >= i64::from(epoch);
         let newer = self.periods.iter().rev().take_while(is_newer).count();
@@ -142,7 +143,7 @@ impl Epochs {
         counts.skip(if is_settled { newer } else { 0 })
     }
 
-    /// Whether any cell differs from the others: only then may a surface or a mover have been read.
+    /// Whether any cell differs from the others: if none does, no surface and no mover was read.
     pub(crate) fn has_cells(&self) -> bool {
         self.periods.iter().any(|period| !period.cells.is_empty())
     }
@@ -166,7 +167,7 @@ impl Epochs {
         self.coarsen();
     }
 
-    /// Takes out what speaks for a cell.
+    /// Removes the surface readings of a cell.
     pub(crate) fn clear_support(&mut self, index: usize) {
         self.read = OlderReads::default();
         for period in &mut self.periods {
@@ -174,11 +175,11 @@ impl Epochs {
         }
     }
 
-    /// Makes a cell's history one of nothing but `support` frames in the newest period.
+    /// Replaces a cell's history by `support` surface readings in the newest period.
     pub(crate) fn give_support(&mut self, index: usize, support: u32) {
         self.read = OlderReads::default();
         for period in &mut self.periods {
-            // What all cells have in common becomes each cell's own, so that one can lose it.
+            // The looks that all cells have in common become each cell's own, so that one cell can lose them.
             let common = std::mem::take(&mut period.looked_through);
             for other in 0..BLOCK_CELLS {
                 period.cells.add(other, Finding::LookedThrough, common);
@@ -192,7 +193,7 @@ impl Epochs {
         }
     }
 
-    /// Bytes owned.
+    /// Bytes that the counts own.
     pub(crate) fn memory_bytes(&self) -> usize {
         let cells: usize = self.periods.iter().map(|period| period.cells.memory_bytes()).sum();
         self.periods.capacity() * size_of::<Period>() + cells
@@ -211,7 +212,7 @@ impl Epochs {
         self.periods.last().map_or(0, Period::end)
     }
 
-    /// Joins what has become one period since the newest epoch has begun.
+    /// Joins the periods that have become one since the newest epoch began.
     fn coarsen(&mut self) {
         let newest = self.newest();
         let mut joined: Vec<Period> = Vec::with_capacity(self.periods.len());
@@ -228,7 +229,7 @@ impl Epochs {
     }
 }
 
-/// Level of the period that an epoch belongs to when the newest is `newest`.
+/// Level of the period that an epoch belongs to, when `newest` is the newest epoch.
 fn level_of(epoch: i32, newest: i64) -> u32 {
     let is_whole = |level: u32| {
         let length = 1_i64 << level;
@@ -267,21 +268,21 @@ impl Period {
         self.cells.add_all(&other.cells);
     }
 
-    /// Counts a look through all of the block; tells whether more is taken out than was put in.
+    /// Counts a look through the whole block; returns whether more is taken out than was put in.
     pub(crate) fn count_whole(&mut self, direction: Direction) -> bool {
         let before = self.looked_through;
         self.looked_through = before.wrapping_add(direction.unit());
         direction == Direction::Remove && before == 0
     }
 
-    /// Counts a finding in a cell; tells whether more is taken out than was put in.
+    /// Counts a finding in a cell; returns whether more is taken out than was put in.
     #[inline]
     pub(crate) fn count(&mut self, index: usize, finding: Finding, direction: Direction) -> bool {
         let before = self.cells.add(index, finding, direction.unit());
         direction == Direction::Remove && before == 0
     }
 
-    /// Calls `visit` at least for those of the cells that have counts.
+    /// Calls `visit` for all of the cells that have counts, and perhaps for some that have none.
     fn for_each(&self, cells: &CellBits, mut visit: impl FnMut(usize, Support)) {
         if self.looked_through == 0 {
             self.cells.for_each(cells, |index, counts| visit(index, Support::of(counts)));
@@ -323,8 +324,8 @@ mod tests {
         assert_eq!(counted(frames()), counted(frames().into_iter().rev()));
     }
 
-    /// A reading of the second epoch then came into a period of sixteen, beside the first epoch, which lies in
-    /// it. (Found by `saved_cloud`.)
+    /// Regression, found by `saved_cloud`: a reading of the second epoch came into a period of sixteen
+    /// epochs, beside the first epoch, which is a part of that period.
     #[cfg(feature = "state")]
     #[test]
     fn periods_that_should_have_been_joined_are_not_restored() {
@@ -370,7 +371,7 @@ mod tests {
         }
     }
 
-    /// The cells read in any period, found anew.
+    /// The cells read in any period, found without the cache.
     fn found_read(epochs: &Epochs) -> CellBits {
         epochs.periods.iter().fold(CellBits::default(), |read, period| {
             let cells = period.cells.read();

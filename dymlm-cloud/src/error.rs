@@ -4,7 +4,7 @@ use dymlm_core::ConfigError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A saved map is not what was written.
+    /// A saved map is damaged.
     #[cfg(feature = "state")]
     #[error(transparent)]
     State(#[from] dymlm_core::DamagedState),
@@ -26,7 +26,7 @@ pub enum Error {
         /// Half side of the mappable cube, metres.
         reach: f64,
     },
-    /// A frame to be taken out that was never put in like this.
+    /// A frame to be removed was never inserted with this pose and these masks.
     #[error("the frame at {timestamp} s is not in the map with this pose and mask: it cannot be taken out")]
     NotInserted {
         /// The frame's time, seconds.

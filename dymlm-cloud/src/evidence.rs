@@ -14,31 +14,31 @@ use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
 use crate::support::Support;
 
-/// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells are
+/// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells may be
 /// missed by the one reading at their centre, larger ones hold both a surface and the free space before it.
 const CELL_SIZE: f64 = 0.04;
 
-/// For and against each place being static: how many frames have read a surface there, how many a mover, and
-/// how many have looked through it, by [periods](Epochs) of time.
+/// Counts, by [periods](Epochs) of time, for and against each place being static: the frames that have read a
+/// surface there, those that have read a mover, and those that have looked through it.
 ///
-/// Counts are integers and each frame adds to each cell at most once, a surface winning over a mover and both
-/// over a look through ([`LookThrough`]), so the evidence does not depend on the order of the frames, and a
-/// frame can be taken out again.
+/// Counts are integers, and each frame adds at most one finding to each cell, where a surface wins over a
+/// mover and both win over a look through ([`LookThrough`]). So the evidence does not depend on the order of
+/// the frames, and a frame can be taken out again.
 ///
-/// This is the idea of Dynablox (Schmid 2023) and DUFOMap (Duberg 2024), movers betray themselves by having
-/// been in free space, with counts in place of their clocks; and of Khronos (Schmid 2024): what is known to
-/// be a mover is no surface, however long it stays.
+/// The idea is that of Dynablox (Schmid 2023) and DUFOMap (Duberg 2024): movers are recognized because their
+/// place has been free before. Counts take the place of their clocks. From Khronos (Schmid 2024) comes that
+/// what is known to be a mover is no surface, however long it stays.
 #[derive(Debug, Clone)]
 pub(crate) struct Evidence {
     /// A cell has 2^`cell_shift` voxels along its side.
     cell_shift: u32,
     look_through: LookThrough,
-    /// What the rays of the last scan passed.
+    /// The cells that the rays of the last scan passed.
     rays: ScanRays,
     blocks: BlockStore<EvidenceBlock>,
     /// The epoch of the current frame.
     epoch: i32,
-    /// Counts changes.
+    /// Number of changes so far.
     revision: u32,
     reads: FrameReads,
     /// Whether the current frame has taken out more than was put in.
@@ -72,7 +72,7 @@ impl Evidence {
         self.look_through.cell_size()
     }
 
-    /// Makes the frame of a time the current one.
+    /// Begins the frame of a time.
     pub(crate) fn begin_frame(&mut self, timestamp: f64) {
         self.epoch = epoch_of(timestamp);
         self.revision += 1;
@@ -89,7 +89,7 @@ impl Evidence {
         self.epoch
     }
 
-    /// Goes on from an epoch and a change.
+    /// Goes on from a saved epoch and revision.
     #[cfg(feature = "state")]
     pub(crate) fn restore(&mut self, epoch: i32, revision: u32) {
         (self.epoch, self.revision) = (epoch, revision);
@@ -102,7 +102,7 @@ impl Evidence {
         self.blocks.stamps_mut().note(slot, revision);
     }
 
-    /// Blocks of which an earlier state knew another last change.
+    /// Blocks whose last change is another than the one that an earlier state knew.
     #[cfg(feature = "state")]
     pub(crate) fn noted_since(&self, earlier: &Self) -> Vec<BlockKey> {
         let (stamps, before) = (self.blocks.stamps(), earlier.blocks.stamps());
@@ -147,7 +147,7 @@ impl Evidence {
         self.count_readings(direction);
     }
 
-    /// The same for a scan: its rays are followed.
+    /// The same for a scan, whose rays are followed.
     pub(crate) fn count_scan(&mut self, scan: Scan<'_>, direction: Direction) {
         self.is_overdrawn = false;
         let mut rays = std::mem::take(&mut self.rays);
@@ -176,8 +176,8 @@ impl Evidence {
         voxel.map(|c| c >> self.cell_shift)
     }
 
-    /// What the counts of the epochs before the current one say of a cell, or those of the current one when
-    /// there are no others; `None` when nothing was ever seen of the block around it.
+    /// What the counts of a cell from before the current epoch say, or those of the current one when there
+    /// are no others; `None` when nothing was ever seen of the block around it.
     pub(crate) fn settled_opinion(&self, cell: [i32; 3], looks_per_reading: f32) -> Option<Opinion> {
         let (block, index) = split(cell);
         let epochs = &self.blocks.get(BlockKey::new(block))?.epochs;
@@ -196,10 +196,10 @@ impl Evidence {
         self.blocks.slot(BlockKey::new(self.cell_of(voxel).0))
     }
 
-    /// Those voxels of a block of voxels whose cells are among these of the evidence's block around.
+    /// The voxels of a block of voxels that lie in these cells of the evidence's block around it.
     pub(crate) fn voxels_in(&self, cells: &CellBits, voxels: BlockKey) -> CellBits {
         let (_, first) = self.cell_of(voxels.cell(0));
-        // Cells along the side of the block of voxels, and of voxels in it along the side of a cell.
+        // Cells along the side of the block of voxels, and voxels of the block along the side of a cell.
         let (count, side) = (BLOCK_SIDE >> self.cell_shift.min(3), 1 << self.cell_shift.min(3));
         // The voxels of one cell in a layer, which is a word of eight rows.
         let row = 0xFF >> (BLOCK_SIDE - side);
@@ -219,7 +219,7 @@ impl Evidence {
         (cells.block().map(|c| c << self.cell_shift), 1 << self.cell_shift)
     }
 
-    /// What all frames together say of the cell of a voxel.
+    /// The counts of the cell of a voxel, of all frames together.
     pub(crate) fn of_voxel(&self, voxel: [i32; 3]) -> Support {
         let (block, index) = self.cell_of(voxel);
         self.blocks.get(BlockKey::new(block)).map_or(Support::default(), |block| block.total(index))
@@ -242,14 +242,14 @@ impl Evidence {
         PlaceHistory { periods }
     }
 
-    /// Whether more speaks against the cell of a voxel than for it.
+    /// Whether the counts say that nothing stands in the cell of a voxel.
     pub(crate) fn is_outvoted(&self, voxel: [i32; 3], looks_per_reading: f32) -> bool {
         let (block, index) = self.cell_of(voxel);
         let block = self.blocks.get(BlockKey::new(block));
         block.is_none_or(|block| block.opinion(index, looks_per_reading).presence < 0.0)
     }
 
-    /// Takes out what speaks for the cell of a voxel: what was read there is gone.
+    /// Removes the surface readings of the cell of a voxel: what was read there is gone.
     pub(crate) fn clear_support(&mut self, voxel: [i32; 3]) {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot(BlockKey::new(block));
@@ -262,7 +262,7 @@ impl Evidence {
         }
     }
 
-    /// Forgets what speaks against the cell of a voxel, and gives it `support` frames that speak for it.
+    /// Forgets what speaks against the cell of a voxel, and gives it `support` surface readings.
     pub(crate) fn give_support(&mut self, voxel: [i32; 3], support: u32) {
         let (block, index) = self.cell_of(voxel);
         let slot = self.blocks.slot_or_insert(BlockKey::new(block));
@@ -280,7 +280,7 @@ impl Evidence {
         self.is_overdrawn
     }
 
-    /// Its stamps are the revisions of their last changes.
+    /// The blocks; their stamps are the revisions of their last changes.
     pub(crate) fn blocks(&self) -> &BlockStore<EvidenceBlock> {
         &self.blocks
     }
@@ -297,8 +297,8 @@ impl Evidence {
         }
     }
 
-    /// Forgets the blocks for which `is_forgotten` says so (lowest and highest corner, metres); those around
-    /// them have changed.
+    /// Forgets the blocks for which `is_forgotten` (given the lowest and highest corner, metres) is true; the
+    /// blocks around them count as changed.
     pub(crate) fn forget(&mut self, is_forgotten: impl Fn([[f64; 3]; 2]) -> bool) -> Option<Retained> {
         let cell_size = self.cell_size();
         let retained = self.blocks.retain(|key| !is_forgotten(key.bounds(cell_size)))?;
@@ -314,17 +314,17 @@ impl Evidence {
         self.blocks.memory_bytes(EvidenceBlock::memory_bytes)
     }
 
-    /// The block of a slot, to be paged out.
+    /// The block of a slot, to page it out.
     pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<EvidenceBlock>> {
         self.blocks.paged_mut(slot)
     }
 
-    /// Gives the memory of blocks free that a clone has paged out.
+    /// Frees the memory of blocks that a clone has paged out.
     pub(crate) fn page_out_like(&mut self, other: &Self) {
         self.blocks.page_out_like(&other.blocks);
     }
 
-    /// Bytes that a clone does not share.
+    /// Bytes that are not shared with a clone.
     pub(crate) fn memory_bytes_beside(&self, clone: &Self) -> usize {
         let own = self.blocks.unshared(&clone.blocks);
         own.map(|block| block.memory_bytes(EvidenceBlock::memory_bytes)).sum()
@@ -359,12 +359,13 @@ impl EvidenceBlock {
         &self.epochs
     }
 
-    /// Bytes owned.
+    /// Bytes that the block owns.
     pub(crate) fn memory_bytes(&self) -> usize {
         self.epochs.memory_bytes()
     }
 
-    /// Counts the cells that the current frame has read. Like the next, tells whether a count is overdrawn.
+    /// Counts the cells that the current frame has read. Like the next method, returns whether a count is
+    /// overdrawn.
     fn count_readings(&mut self, reads: &BlockReads, epoch: i32, direction: Direction) -> bool {
         let movers = without(reads.movers, reads.surfaces);
         let period = self.epochs.period_mut(epoch);
@@ -394,17 +395,17 @@ impl EvidenceBlock {
         any_bit(cells, |index| period.count(index, Finding::LookedThrough, direction))
     }
 
-    /// What its counts say of the cell with this index.
+    /// What the counts say of the cell with this index.
     pub(crate) fn opinion(&self, index: usize, looks_per_reading: f32) -> Opinion {
         Opinion::of(self.epochs.of_cell(index).map(|(_, counts)| counts), looks_per_reading)
     }
 
-    /// What its counts say of some cells, by index; of the others nothing.
+    /// What the counts say of these cells, by index; nothing of the others.
     pub(crate) fn opinions(&self, cells: &CellBits, looks_per_reading: f32) -> [Opinion; BLOCK_CELLS] {
         self.epochs.opinions(cells, looks_per_reading)
     }
 
-    /// What all frames together say of the cell with this index.
+    /// The counts of the cell with this index, of all frames together.
     pub(crate) fn total(&self, index: usize) -> Support {
         self.epochs.of_cell(index).fold(Support::default(), |sum, (_, counts)| Support {
             support: sum.support + counts.support,
@@ -418,14 +419,14 @@ impl EvidenceBlock {
         self.epochs.cells_read()
     }
 
-    /// Whether a surface or a mover may have been read in it.
+    /// Whether a surface or a mover may have been read in the block.
     #[inline]
     pub(crate) fn may_be_read(&self) -> bool {
         self.epochs.has_cells()
     }
 }
 
-/// Calls `count` for each bit, all of them; tells whether any call said so.
+/// Calls `count` for each set bit, without stopping early; returns whether any call returned true.
 fn any_bit(cells: CellBits, mut count: impl FnMut(usize) -> bool) -> bool {
     let mut any = false;
     for_each_bit(cells, |index| any |= count(index));

@@ -6,7 +6,7 @@ pub(crate) enum Finding {
     Mover,
 }
 
-/// How many different findings there are.
+/// Number of different findings.
 pub(crate) const FINDINGS: usize = 3;
 
 /// The counts of a cell, by [`Finding`].

@@ -24,7 +24,7 @@ impl PixelRow {
         [self.x[u], self.y[u], self.z[u]].map(|c| c >> SUBVOXEL_BITS)
     }
 
-    /// Its place within the voxel, 1/256 voxel.
+    /// The place within its voxel of the reading in column `u`, 1/256 voxel.
     #[inline]
     pub(crate) fn within_cell(&self, u: usize) -> [u64; 3] {
         [self.x[u], self.y[u], self.z[u]].map(|c| (c & (SUBVOXELS - 1)) as u64)
@@ -42,8 +42,9 @@ pub(crate) struct FixedPointFrame {
 }
 
 impl FixedPointFrame {
-    /// `None` when a mapped reading of a frame whose rays at depth 1 are so long at most, or of a scan with
-    /// 1, could lie `limit` units or more from the world's origin, or [`ROUNDING_LIMIT`] from the camera.
+    /// `longest_ray`: greatest length of the frame's rays at depth 1; 1 for a scan. `None` when a mapped
+    /// reading could lie `limit` units or more from the world's origin, or [`ROUNDING_LIMIT`] from the
+    /// camera.
     pub(crate) fn new(
         longest_ray: f64,
         world_from_camera: &Pose,
@@ -64,7 +65,7 @@ impl FixedPointFrame {
     }
 
     /// Fills `row` with the pixels of row `v`, whose (v - cy) / fy is `ray_y`. `ray_x` holds (u - cx) / fx of
-    /// each column; pixels that are not static, without a reading or out of range get weight 0.
+    /// each column; pixels that are not static, have no reading or are out of range get weight 0.
     pub(crate) fn fill(
         &self,
         row: &mut PixelRow,
@@ -95,8 +96,8 @@ impl FixedPointFrame {
         }
     }
 
-    /// Fills `row` with the points of a scan, sensor frame. Their depth is their distance from the sensor;
-    /// those that are not finite or out of range get weight 0.
+    /// Fills `row` with the points of a scan, sensor frame. A point's distance from the sensor counts as its
+    /// depth; points that are not finite or out of range get weight 0.
     pub(crate) fn fill_points(&self, row: &mut PixelRow, points: &[Point]) {
         let [right, down, forward] = self.columns;
         for (axis, out) in [&mut row.x, &mut row.y, &mut row.z].into_iter().enumerate() {

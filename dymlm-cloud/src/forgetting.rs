@@ -3,12 +3,12 @@ use dymlm_core::vector3::distances_to_box;
 use crate::CloudMap;
 
 impl CloudMap {
-    /// Forgets what lies farther than `radius` metres from a place (world), by whole blocks of the evidence
-    /// (8 cells of some 4 cm a side): their voxels, and all that frames said of them. What is left is as it
-    /// was.
+    /// Forgets everything that is farther than `radius` metres from a place (world), by whole blocks of the
+    /// evidence (8 cells of some 4 cm a side): their voxels, and all that frames said of them. The rest stays
+    /// as it was.
     ///
-    /// Frames that reach farther can be [removed](CloudMap::remove) no more. O(blocks held), without judging
-    /// anew what is far from the border.
+    /// Frames that reach farther can no longer be [removed](CloudMap::remove). O(blocks held); only what is
+    /// near the border is judged anew.
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let Some(cells) = self.evidence.forget(|block| distances_to_box(center, block)[0] > radius) else {
             return;
@@ -20,7 +20,7 @@ impl CloudMap {
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for slot in voxels.into_iter().flat_map(|voxels| voxels.around) {
             if let Some(block) = self.voxels.begin_change(slot, stamp, seen) {
-                // Nothing beside it is heavier any more.
+                // Heavier voxels beside it may be gone.
                 block.lowered = stamp;
             }
         }

@@ -4,7 +4,7 @@ use crate::block_store::{BlockKey, CellBits};
 #[derive(Debug, Default)]
 pub(crate) struct FrameReads {
     blocks: Vec<BlockReads>,
-    /// By the slots of the blocks, 1 + their place among these, or 0.
+    /// By slot of a block: 1 + the block's place in `blocks`, or 0.
     places: Vec<u32>,
     /// The block read last, and its place.
     last: Option<(BlockKey, usize)>,
@@ -18,7 +18,7 @@ pub(crate) struct BlockReads {
     pub(crate) movers: CellBits,
 }
 
-/// A clone begins with none: a map has a clone made between frames.
+/// A clone begins empty: maps are cloned between frames.
 impl Clone for FrameReads {
     fn clone(&self) -> Self {
         Self::default()
@@ -26,7 +26,7 @@ impl Clone for FrameReads {
 }
 
 impl FrameReads {
-    /// What was read in the block at `key`, whose slot `find_slot` gives.
+    /// What was read in the block at `key`; `find_slot` gives its slot.
     #[inline]
     pub(crate) fn of_block(&mut self, key: BlockKey, find_slot: impl FnOnce() -> usize) -> &mut BlockReads {
         // Neighbouring readings mostly share a block.
@@ -59,7 +59,7 @@ impl FrameReads {
         self.blocks.iter()
     }
 
-    /// Begins another frame.
+    /// Forgets everything, before another frame.
     pub(crate) fn clear(&mut self) {
         for block in self.blocks.drain(..) {
             self.places[block.slot] = 0;

@@ -1,22 +1,22 @@
 use crate::CloudMap;
 
-/// How clearly a cell must be free, of [`Opinion::presence`](crate::opinion::Opinion)'s 10.
+/// Greatest [`Opinion::presence`](crate::opinion::Opinion), of -10 to 10, of a cell that is clearly free.
 const CLEARLY_FREE: f32 = -5.0;
 
 impl CloudMap {
-    /// Whether a place (metres, world) was free for long, and nothing static stood within `margin` metres of
-    /// it: a new reading there is of something that moves, or of something that has just come to stay.
-    /// `false` for places that were never looked through. Costs O(periods) for a place that was not free, and
-    /// for others as much for each cell within the margin.
+    /// Whether a place (metres, world) has been free for long, and nothing static stood within `margin`
+    /// metres of it: then a new reading there is of something that moves, or of something that has just come
+    /// to stay. `false` for places that were never looked through. Costs O(periods) for a place that was not
+    /// free, else as much for each cell within the margin.
     ///
-    /// The readings of the last seconds are not asked, where there are older ones: they may be of the very
+    /// The readings of the last seconds do not count where there are older ones: they may be of the very
     /// thing that is in question.
     ///
-    /// This is the free space of Dynablox (Schmid 2023), which tells movers of any kind.
+    /// This is the free space of Dynablox (Schmid 2023), which finds movers of any kind.
     pub fn is_long_free(&self, place: [f64; 3], margin: f64) -> bool {
         let Some(voxel) = self.voxel_at(place) else { return false };
         let cell = self.evidence.cell_at(voxel);
-        // A reading and a look through count alike: what is in question is not the rim of a thing.
+        // A reading and a look through count alike: the place in question is not the rim of a thing.
         let opinion = self.evidence.settled_opinion(cell, 1.0);
         if opinion.is_none_or(|opinion| opinion.presence > CLEARLY_FREE) {
             return false;

@@ -4,26 +4,27 @@ use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, CellBits, cell_in_block};
 use crate::depth_tiles::DepthTiles;
 use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 
-/// Tells which cells a frame looks through.
+/// Finds the cells that a frame looks through.
 ///
 /// A frame looks through a cell when the reading at the cell's centre lies beyond it by more than the
 /// sensor's tolerance ([`Visibility::Absent`](dymlm_core::Visibility::Absent)), whatever it is a reading of:
-/// also somebody who walks behind a place shows that the place is free.
+/// somebody who walks behind a place also shows that the place is free.
 ///
-/// Cost a frame: one look at the image for each block of 8^3 cells between the camera and the readings, and
-/// one for each cell of the blocks that the readings pass; independent of the number of frames before and of
-/// what lies behind.
+/// Cost a frame: one comparison with the image for each block of 8^3 cells between the camera and the
+/// readings, and one for each cell of the blocks that contain readings; independent of the number of frames
+/// before and of what lies behind the readings.
 #[derive(Debug, Clone)]
 pub(crate) struct LookThrough {
     cell_size: f64,
     sensor: SensorModel,
-    /// How well a cell's centre tells where a surface in it is, metres: half the cell's diagonal.
+    /// Uncertainty of a surface's place in a cell when taken for its centre, metres: half the cell's
+    /// diagonal.
     place_sigma: f64,
     view: View,
     tiles: DepthTiles,
     samples: Box<CellSamples>,
-    /// What the frame may look through, and cubes that are still to be judged: lowest block, and the
-    /// logarithm of the side.
+    /// The blocks that the frame may look through; and the cubes that are still to be judged: lowest block,
+    /// and the logarithm to base 2 of the side in blocks.
     found: Vec<FoundBlock>,
     cubes: Vec<([i32; 3], u32)>,
 }
@@ -32,20 +33,20 @@ pub(crate) struct LookThrough {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct FoundBlock {
     place: [i32; 3],
-    /// In the camera's frame.
+    /// Centre of the block in the camera's frame, metres.
     center: [f32; 3],
-    /// Whether it looks through all of it.
+    /// Whether the frame looks through the whole block.
     is_whole: bool,
 }
 
-/// What a frame looks through in a block.
+/// What part of a block a frame looks through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LookedThrough {
     All,
     Cells(CellBits),
 }
 
-/// Where the current frame was seen from.
+/// Camera and pose of the current frame.
 #[derive(Debug, Clone, Copy, Default)]
 struct View {
     fx: f32,
@@ -53,8 +54,8 @@ struct View {
     cx: f32,
     cy: f32,
     camera_from_world: Pose,
-    /// x / z at the left and the right border of the image, y / z at the upper and the lower, a pixel
-    /// outside.
+    /// x / z at the left and the right border of the image, y / z at the upper and the lower border, each a
+    /// pixel outside.
     slopes: [[f32; 2]; 2],
     /// Lowest and highest block coordinates around what is seen.
     low: [i32; 3],
@@ -66,14 +67,14 @@ struct View {
 struct CellSamples {
     /// Cell centres relative to the block's centre, in the camera's frame, metres; one array an axis.
     offsets: [[f32; BLOCK_CELLS]; 3],
-    /// A reading must lie beyond this to look through the cell.
+    /// Depth beyond which a reading must lie to look through the cell.
     far_enough: [f32; BLOCK_CELLS],
     /// The pixel at which the cell's centre appears.
     column: [i32; BLOCK_CELLS],
     row: [i32; BLOCK_CELLS],
 }
 
-/// What one look at a block's whole footprint says.
+/// Result of comparing a block's whole footprint with the readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BlockVerdict {
     Nothing,
@@ -141,8 +142,8 @@ impl LookThrough {
         }
     }
 
-    /// Finds the blocks in which the current frame may look through something: a cube of blocks is divided in
-    /// eight as long as the readings where it appears do not all lie before it.
+    /// Finds the blocks in which the current frame may look through something: a cube of blocks is divided
+    /// into eight, unless all readings in its footprint lie before it.
     fn find_blocks(&mut self) {
         let View { low, high, camera_from_world, .. } = self.view;
         let longest = (0..3).map(|axis| high[axis].saturating_sub(low[axis])).max().unwrap_or(0);
@@ -197,7 +198,7 @@ impl LookThrough {
         self.sensor.tolerance(z, self.place_sigma) as f32
     }
 
-    /// Compares a ball around blocks as a whole with the readings around it.
+    /// Compares a ball around blocks as a whole with the readings in its footprint.
     fn judge_ball(&self, [x, y, z]: [f32; 3], radius: f32) -> BlockVerdict {
         let View { fx, fy, cx, cy, .. } = self.view;
         let (nearest, farthest) = (z - radius, z + radius);
@@ -253,7 +254,7 @@ impl LookThrough {
     fn project_cells(&mut self, center: [f32; 3]) {
         let View { fx, fy, cx, cy, .. } = self.view;
         let SensorModel { min_depth, max_depth, .. } = self.sensor;
-        // The tolerance is convex in the depth, and over a block next to straight.
+        // The tolerance is convex in the depth, and nearly linear over a block.
         let radius = self.block_radius();
         let (before, behind) = (self.tolerance(center[2] - radius), self.tolerance(center[2] + radius));
         let (slope, middle) = (0.5 * (behind - before) / radius, 0.5 * (before + behind));
@@ -262,7 +263,7 @@ impl LookThrough {
         let [offset_x, offset_y, offset_z] = &samples.offsets;
         for index in 0..BLOCK_CELLS {
             let z = center[2] + offset_z[index];
-            // A cell before or behind the mapped range is never looked through.
+            // A cell before or behind the mapped range of depth is never looked through.
             let in_range = z >= min_depth && z <= max_depth;
             let far_enough = z + middle + slope * offset_z[index];
             samples.far_enough[index] = if in_range { far_enough } else { f32::INFINITY };

@@ -2,8 +2,8 @@ use dymlm_core::{Error, Mask, PinholeCamera};
 
 /// What is known of the movers in a frame, pixel by pixel.
 ///
-/// The masks are of the frame's size. A pixel that is in none, such as the rim around a silhouette or what
-/// may be a part of somebody, is left out of the map and says nothing.
+/// The masks have the frame's size. A pixel that is in none of them, such as the rim around a silhouette or a
+/// part that may be somebody's, is left out of the map and says nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct MoverMasks<'a> {
     fixed: &'a Mask,
@@ -17,8 +17,8 @@ impl<'a> MoverMasks<'a> {
         Self { fixed: static_mask, movers: None, unproven: None }
     }
 
-    /// Adds the pixels (`true`) that are surely a mover's: a place that is mostly read as a mover is none of
-    /// the static world, however long the mover stays and however often the detector misses it. Give it
+    /// Adds the pixels (`true`) that are surely a mover's: a place that is mostly read as a mover is no part
+    /// of the static world, however long the mover stays and however often the detector misses it. Give it
     /// silhouettes; a whole box also holds the chair that somebody sits on.
     #[must_use]
     pub fn with_movers(mut self, mover_mask: &'a Mask) -> Self {
@@ -26,8 +26,8 @@ impl<'a> MoverMasks<'a> {
         self
     }
 
-    /// Adds the pixels (`true`) of what is new and may move: it is not mapped, but what is read there speaks
-    /// for the place, so that what stays is proven static in time.
+    /// Adds the pixels (`true`) of things that are new and may move: they are not mapped, but their readings
+    /// speak for their place, so that things that stay are proven static in time.
     #[must_use]
     pub fn with_unproven(mut self, unproven_mask: &'a Mask) -> Self {
         self.unproven = Some(unproven_mask);
@@ -52,7 +52,7 @@ impl<'a> MoverMasks<'a> {
         self.unmapped_columns(self.movers, v)
     }
 
-    /// The columns of row `v` that are of something new.
+    /// The columns of row `v` that show something new.
     pub(crate) fn unproven_columns(&self, v: usize) -> impl Iterator<Item = usize> {
         self.unmapped_columns(self.unproven, v)
     }

@@ -1,24 +1,24 @@
 use crate::support::Support;
 
-/// Most that a cell can say either way. With less, a few frames decide as much as many; without a limit, a
-/// surface watched for minutes outvotes the trace of a mover that touched it
+/// Greatest opinion of a cell, either way. With a lower value, a few frames decide as much as many; without a
+/// limit, a surface watched for minutes outvotes the trace of a mover that touched it
 /// (`a_movers_trace_beside_a_long_seen_surface_is_removed`).
 pub(crate) const MAX_OPINION: f32 = 10.0;
-/// Frames after which a period has said all that it can: a robot that stands still adds no certainty.
+/// Frames after which a period has its full say: a robot that stands still adds no certainty.
 const ENOUGH_FRAMES: f32 = 5.0;
-/// What a period that has said all leaves of what older ones have said. At 0.7 two and a half epochs outweigh
-/// any past (`a_new_wall_is_believed_within_ten_seconds`); with less somebody who stops for two seconds
-/// becomes a part of the map, with more new things wait longer.
+/// Share of the say of older periods that is left by a period with its full say. At 0.7 two and a half epochs
+/// outweigh any past (`a_new_wall_is_believed_within_ten_seconds`); with a lower value somebody who stops for
+/// two seconds becomes a part of the map, with a higher one new things wait longer.
 const PAST: f32 = 0.7;
-/// How soon a majority is a clear one: frames that are divided 3 to 1 say all that they can.
+/// How soon a majority is clear: frames that are divided 3 to 1 have their full say.
 const CLARITY: f32 = 2.0;
-/// Periods that weigh less than this are not asked.
+/// Periods that would weigh less than this are left out.
 const NEGLIGIBLE: f32 = 0.01;
 
 /// What the counts of a cell say, newer periods outweighing older ones; each part from -10 to 10.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Opinion {
-    /// Above 0: something stands there; below: it is free.
+    /// Above 0: something stands there; below 0: the place is free.
     pub(crate) presence: f32,
     /// Below 0: what is read there is mostly a mover.
     pub(crate) staticness: f32,
@@ -53,7 +53,7 @@ impl Opinion {
     }
 }
 
-/// An opinion on the way: what some periods say, the newest first.
+/// An opinion in the making, from the newest period on.
 #[derive(Clone, Copy)]
 pub(crate) struct OpinionFold {
     presence: Fold,
@@ -77,7 +77,7 @@ impl OpinionFold {
         self.staticness.add(surface - movers, surface + movers);
     }
 
-    /// Whether older periods have no say any more.
+    /// Whether older periods have no influence any more.
     #[inline]
     fn is_done(&self) -> bool {
         self.presence.weight.max(self.staticness.weight) < NEGLIGIBLE
@@ -92,7 +92,7 @@ impl OpinionFold {
 impl Fold {
     const NEW: Self = Self { sum: 0.0, weight: 1.0 };
 
-    /// Adds a period of so many frames, which are for or against by this balance.
+    /// Adds a period of `frames` frames; `balance`: those for, less those against.
     fn add(&mut self, balance: f32, frames: f32) {
         if frames > 0.0 {
             let certainty = (frames / ENOUGH_FRAMES).min(1.0);
@@ -130,7 +130,7 @@ mod tests {
         assert!(!opinion(&[(0, 9, Finding::LookedThrough)]).is_read);
         assert_eq!(opinion(&[(0, 5, Finding::Surface)]).presence, 10.0);
         assert_eq!(opinion(&[(0, 5, Finding::LookedThrough)]).presence, -10.0);
-        // One frame alone says a fifth.
+        // One frame alone has a fifth of the full say.
         assert_eq!(opinion(&[(0, 1, Finding::Surface)]).presence, 2.0);
         // A reading outweighs two looks.
         assert_eq!(opinion(&[(0, 3, Finding::Surface), (0, 6, Finding::LookedThrough)]).presence, 0.0);

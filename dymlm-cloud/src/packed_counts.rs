@@ -5,15 +5,16 @@ use crate::places::Places;
 
 /// The counts of a block's cells in little memory, for reading only.
 ///
-/// In a stretch of time most cells are looked through by each frame or by none: these take a bit. The others,
+/// In a period most cells are looked through by every frame or by none: these take two bits. The other cells,
 /// at surfaces and at the rim of what is in view, keep their numbers.
 #[derive(Debug, Clone)]
 pub(crate) struct PackedCounts {
-    /// Frames that look through the cells that most look through, and which these are.
+    /// Greatest number of looks through a cell in which nothing was read, and the cells that have this
+    /// number.
     most: u32,
     looked_through: CellBits,
     others: Places,
-    /// Bits of the numbers of these, by finding, and the numbers, one after the other.
+    /// Bits of each number of the other cells, by finding; and the numbers, one after the other.
     widths: [u8; FINDINGS],
     numbers: Box<[u64]>,
 }
@@ -79,7 +80,7 @@ impl PackedCounts {
         read
     }
 
-    /// Bytes owned.
+    /// Bytes that the counts own.
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.numbers)
     }
@@ -99,7 +100,7 @@ impl PackedCounts {
         let at = rank * bits as usize;
         let word = |index: usize| self.numbers.get(index).copied().unwrap_or(0);
         let shift = at as u32 % 64;
-        // The next word's bits follow; shifted in two steps, since all 64 at once are too many.
+        // The next word's bits follow; shifted in two steps, since a shift by 64 bits would overflow.
         let from = |index: usize| word(index) >> shift | word(index + 1) << 1 << (63 - shift);
         let mut record = u128::from(from(at / 64));
         if bits > 64 {
@@ -139,7 +140,7 @@ mod tests {
                 let mut visited = [[0; FINDINGS]; BLOCK_CELLS];
                 packed.for_each(&[u64::MAX; BLOCK_CELLS / 64], |index, counts| visited[index] = counts);
                 assert!((0..BLOCK_CELLS).all(|index| visited[index] == counts(index)));
-                // In bytes a number they would take three times that a cell.
+                // Unpacked, a cell takes three numbers of `width` bytes.
                 let width = (1..4).find(|width| largest >> (8 * width) == 0).unwrap_or(4);
                 assert!(size_of::<PackedCounts>() + packed.memory_bytes() < BLOCK_CELLS * (width + 2) / 4);
             }

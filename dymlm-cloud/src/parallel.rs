@@ -1,9 +1,9 @@
-/// Applies `work` to each task and gives the results in order, with feature `parallel` on rayon's threads.
+/// Applies `work` to each task and returns the results in order, on rayon's threads (feature `parallel`).
 pub(crate) fn map<T: Send, R: Send>(tasks: Vec<T>, work: impl Fn(T) -> R + Send + Sync) -> Vec<R> {
     map_with(tasks, || (), |(), task| work(task))
 }
 
-/// As [`map`], with a scratch that is made once a thread or more often.
+/// As [`map`], with a scratch that is made for each thread, once or more often.
 #[cfg(feature = "parallel")]
 pub(crate) fn map_with<S, T: Send, R: Send>(
     tasks: Vec<T>,

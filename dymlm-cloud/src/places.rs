@@ -3,11 +3,11 @@ use std::ops::Range;
 use crate::block_store::{BLOCK_CELLS, CellBits, has, put};
 use crate::paging::record;
 
-/// Some cells of a block, each with its rank: how many are before it.
+/// Some cells of a block, each with its rank: the number of these cells before it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Places {
     cells: CellBits,
-    /// For each word the number of cells before it.
+    /// For each word, the number of cells before it.
     before: [u16; BLOCK_CELLS / 64],
 }
 
@@ -43,19 +43,19 @@ impl Places {
         usize::from(self.before[place / 64]) + below.count_ones() as usize
     }
 
-    /// Adds one that is not among them.
+    /// Adds a cell that is not among them.
     pub(crate) fn insert(&mut self, place: usize) {
         put(&mut self.cells, place);
         self.before.iter_mut().skip(place / 64 + 1).for_each(|before| *before += 1);
     }
 
-    /// Calls `visit` for the place and the rank of each of them that is also among these, by place.
+    /// Calls `visit` with the place and the rank of each of these cells that is also chosen, by place.
     #[inline]
     pub(crate) fn for_each(&self, chosen: &CellBits, visit: impl FnMut(usize, usize)) {
         self.for_each_in(0..chosen.len(), |layer| chosen[layer], visit);
     }
 
-    /// The same for cells that are given layer by layer: each is a word.
+    /// The same for chosen cells that are given layer by layer: a layer is a word.
     #[inline]
     pub(crate) fn for_each_in(
         &self,
@@ -88,6 +88,6 @@ fn sums_before(word: u64) -> u64 {
     let pairs = word - (word >> 1 & 0x5555_5555_5555_5555);
     let quads = (pairs & 0x3333_3333_3333_3333) + (pairs >> 2 & 0x3333_3333_3333_3333);
     let bytes = (quads + (quads >> 4)) & 0x0F0F_0F0F_0F0F_0F0F;
-    // The product sums each byte and those below.
+    // The product sums each byte and those below it.
     bytes.wrapping_mul(0x0101_0101_0101_0101) << 8
 }

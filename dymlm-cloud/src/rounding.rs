@@ -1,10 +1,10 @@
-/// Numbers up to this size are rounded rightly.
+/// Numbers up to this magnitude are rounded correctly.
 pub(crate) const ROUNDING_LIMIT: i32 = (1 << 22) - 1;
 
-/// The nearest integer of a number within [`ROUNDING_LIMIT`], ties to even.
+/// The integer nearest to a number within [`ROUNDING_LIMIT`], ties to even.
 ///
 /// Adding 1.5 * 2^23 leaves the integer in the low bits of the mantissa. Unlike a cast, which saturates and
-/// so goes number by number, this runs four at a time on any x86-64.
+/// is therefore done number by number, this runs four at a time on any x86-64.
 #[inline]
 pub(crate) fn round_to_i32(number: f32) -> i32 {
     let shift = (3 << 22) as f32;

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use crate::block_store::{BlockKey, CUBE_BLOCKS};
 
-/// Slots of blocks by their place, by cubes of 4^3 blocks: what is looked up together lies together, and
-/// clones share the cubes that neither has changed since. O(1) expected a look-up.
+/// Slots of blocks by their place, grouped by cubes of 4^3 blocks: blocks that are looked up together lie
+/// together, and clones share the cubes that neither has changed since. O(1) expected a look-up.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SlotIndex {
-    /// In each place of a cube 1 + the slot of its block, or 0.
+    /// For each place of a cube 1 + the slot of its block, or 0.
     cubes: HashMap<BlockKey, Arc<[u32; CUBE_BLOCKS]>, BuildHasherDefault<KeyHasher>>,
 }
 
@@ -19,7 +19,7 @@ impl SlotIndex {
         (self.cubes.get(&cube)?[place] as usize).checked_sub(1)
     }
 
-    /// The slots of the blocks in the cube that a block lies in.
+    /// The slots of the blocks in the cube that contains a block.
     pub(crate) fn slots_around(&self, key: BlockKey) -> impl Iterator<Item = usize> {
         let slots = self.cubes.get(&key.in_cube().0).into_iter().flat_map(|cube| cube.iter());
         slots.filter_map(|&slot| (slot as usize).checked_sub(1))
@@ -39,8 +39,8 @@ impl SlotIndex {
     }
 }
 
-/// Multiplies and folds: keys are distinct words already, an attacker does not choose them, and the standard
-/// hasher would cost more than the rest of the look-up.
+/// Multiplies and folds: keys are distinct words already, no attacker chooses them, and the standard hasher
+/// would cost more than the rest of the look-up.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct KeyHasher(u64);
 

@@ -1,11 +1,11 @@
 use dymlm_core::Pages;
 
-/// By slot, the number of a block's last change. What has changed is found by the newest number of each 64
-/// slots: a look at one in 64, and at those beside something that has changed.
+/// The number of each block's last change, by slot. Changed blocks are found by the newest number of each 64
+/// slots: this reads one number in 64, and the numbers beside one that has changed.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Stamps {
     slots: Pages<u32>,
-    /// Of each page of slots.
+    /// The newest number of each page of slots.
     newest: Pages<u32>,
 }
 
@@ -15,7 +15,7 @@ impl Stamps {
         self.slots.get(slot).copied().unwrap_or(0)
     }
 
-    /// Notes a change of a block; its number is not smaller than that of the one before.
+    /// Notes a change of a block; its number is not smaller than that of the change before.
     #[inline]
     pub(crate) fn note(&mut self, slot: usize, stamp: u32) {
         if self.slots.get(slot) == Some(&stamp) {
@@ -30,7 +30,7 @@ impl Stamps {
         }
     }
 
-    /// Slots whose blocks have changed after a number, in order.
+    /// Slots whose blocks have changed after `stamp`, in order.
     pub(crate) fn after(&self, stamp: u32) -> impl Iterator<Item = usize> {
         let pages = self.newest.iter().enumerate().filter(move |(_, newest)| **newest > stamp);
         let slots = pages.flat_map(|(page, _)| page * Pages::<u32>::PAGE..(page + 1) * Pages::<u32>::PAGE);
@@ -43,14 +43,14 @@ impl Stamps {
         self.slots.unshared(&earlier.slots)
     }
 
-    /// Keeps the slots for which `stays` says so; those that are kept move up.
+    /// Keeps the slots for which `stays` is true; they move to lower slots.
     pub(crate) fn keep(&mut self, stays: &[bool]) {
         self.slots.grow(stays.len(), || 0);
         self.slots.keep(stays);
         self.newest = self.slots.pages().map(|page| page.iter().copied().max().unwrap_or(0)).collect();
     }
 
-    /// Gives all changes one number.
+    /// Gives the last changes of all blocks one number.
     pub(crate) fn set_all(&mut self, stamp: u32) {
         self.slots.iter_mut().chain(self.newest.iter_mut()).for_each(|noted| *noted = stamp);
     }

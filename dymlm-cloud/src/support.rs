@@ -4,7 +4,7 @@
 pub struct Support {
     /// Frames that read a surface there.
     pub support: u32,
-    /// Frames that looked through.
+    /// Frames that looked through it.
     pub looked_through: u32,
     /// Frames that read a mover there.
     pub movers: u32,

@@ -3,41 +3,42 @@ use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block};
 use crate::places::Places;
 use crate::weighting::Weighting;
 
-/// Farthest that a voxel looks for heavier ones, voxels: no farther than the blocks around its own.
+/// Farthest distance at which a voxel looks for heavier ones, voxels: not beyond the blocks around its own.
 const MAX_RADIUS: usize = BLOCK_SIDE;
 
-/// A voxel with less than this share of the weight of one within its radius is noise: what is 1.4 standard
-/// deviations off a surface has that share of readings. Less leaves a thicker shell of noise, more takes true
-/// surfaces away (`a_far_noisy_surface_is_thinned_and_keeps_no_hole_whatever_the_sensor`).
+/// A voxel with less than this share of the weight of another within its radius is noise: at 1.4 standard
+/// deviations from a surface there is this share of the readings. A lower value leaves a thicker shell of
+/// noise, a higher one takes true surfaces away
+/// (`a_far_noisy_surface_is_thinned_and_keeps_no_hole_whatever_the_sensor`).
 const MIN_WEIGHT_SHARE: f32 = 0.4;
 
-/// Tells which voxels hold only the noise of a surface beside them.
+/// Finds the voxels that hold only the noise of a surface beside them.
 ///
 /// Readings of a surface scatter along the line of sight by sigma(z), at 4 m over many voxels: the true
 /// surface is where most weight lies, and a shell of light voxels surrounds it. A voxel is noise when another
 /// static voxel within [`thinning_radius`](CloudMapConfig::thinning_radius) standard deviations has more than
-/// 1 / [`MIN_WEIGHT_SHARE`] times its weight. The deviation is that of the voxel's own readings: what was
-/// seen from near is exact, reaches not even the next voxel, and is left alone, and two surfaces stay two as
-/// long as they are further apart than that.
+/// 1 / [`MIN_WEIGHT_SHARE`] times its weight. The deviation is that of the voxel's own readings: a voxel that
+/// was seen from near is exact, does not even reach the next voxel, and is left alone; and two surfaces stay
+/// two as long as they are further apart than that.
 #[derive(Debug, Clone)]
 pub(crate) struct Thinning {
     min_observations: u32,
-    /// In standard deviations of a voxel's readings.
+    /// Radius in standard deviations of a voxel's readings.
     radius: f64,
     voxel_size: f64,
     weighting: Weighting,
-    /// What a weight is multiplied by for [`Weighting::total`]; a power of two.
+    /// Factor from a weight to [`Weighting::total`]; a power of two.
     inverse_unit: f32,
     /// For each radius of a window, from 1 on, the offsets in it by ascending distance.
     balls: Vec<Vec<Offset>>,
 }
 
-/// A cell around another.
+/// The way from a cell to another around it.
 #[derive(Debug, Clone, Copy)]
 struct Offset {
     /// Square of the distance, voxels.
     squared_distance: f32,
-    /// In the window.
+    /// Step in the weights of the window.
     step: isize,
 }
 
@@ -45,7 +46,7 @@ struct Offset {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Candidate {
     pub(crate) place: usize,
-    /// It is noise when a voxel that weighs more ...
+    /// The candidate is noise when a voxel that weighs more than this ...
     pub(crate) limit: f32,
     /// ... lies within this radius, voxels.
     pub(crate) radius: f32,
@@ -73,7 +74,7 @@ impl Thinning {
         }
     }
 
-    /// What a static voxel weighs against others; more than 0.
+    /// Weight of a static voxel when it is compared with others; more than 0.
     #[inline]
     pub(crate) fn weight(&self, weight: u64) -> f32 {
         weight as i64 as f32 * self.inverse_unit
@@ -84,12 +85,12 @@ impl Thinning {
         observations >= self.min_observations
     }
 
-    /// How far a voxel looks for heavier ones, voxels.
+    /// Distance within which a voxel looks for heavier ones, voxels.
     pub(crate) fn radius(&self, weight: u64, observations: u32) -> f32 {
         ((self.radius * self.deviation(weight, observations)) as f32).min(MAX_RADIUS as f32)
     }
 
-    /// Sum over so many observations of a reading's weight times its variance, square voxels.
+    /// Sum over `observations` readings of their weight times their variance, square voxels.
     pub(crate) fn noise(&self, observations: u64) -> f64 {
         observations as f64 * self.weighting.least_variance() / (self.voxel_size * self.voxel_size)
     }
@@ -99,7 +100,8 @@ impl Thinning {
         self.weighting.standard_deviation(weight, observations) / self.voxel_size
     }
 
-    /// Whether the window holds something that makes the candidate noise; the heaviest in it weighs so much.
+    /// Whether a voxel in the window makes the candidate noise; `heaviest`: the greatest weight in the
+    /// window.
     pub(crate) fn is_noise(&self, window: &Window, candidate: &Candidate, heaviest: f32) -> bool {
         if candidate.limit >= heaviest {
             return false;
@@ -115,18 +117,18 @@ impl Thinning {
     }
 }
 
-/// Whether what looks so far looks beyond its own place.
+/// Whether a voxel with this radius looks beyond its own place.
 pub(crate) fn looks_around(radius: f32) -> bool {
     radius >= 1.0
 }
 
-/// The weight beyond which another voxel makes one of this weight noise.
+/// The weight beyond which another voxel makes a voxel of this weight noise.
 pub(crate) fn limit(weight: f32) -> f32 {
     weight / MIN_WEIGHT_SHARE
 }
 
 impl Window {
-    /// Makes it an empty one, wide enough for all candidates.
+    /// Empties the window, and makes it wide enough for all candidates.
     pub(crate) fn reset(&mut self, candidates: &[Candidate]) {
         let radius = candidates.iter().map(|candidate| candidate.radius).fold(1.0, f32::max);
         self.radius = radius as usize;
@@ -135,12 +137,12 @@ impl Window {
         self.weights.resize(self.side().pow(3), 0.0);
     }
 
-    /// What weighs no more concerns no candidate.
+    /// Weights up to this concern no candidate.
     pub(crate) fn least_limit(&self) -> f32 {
         self.least_limit
     }
 
-    /// Puts in the weights, by rank, of some of a block's voxels; the block is so many steps from the middle
+    /// Puts in the weights, by rank, of some of a block's voxels; `step` leads from the middle block to this
     /// one.
     pub(crate) fn fill(
         &mut self,
@@ -187,7 +189,8 @@ fn ball(radius: usize) -> Vec<Offset> {
         for y in -radius..=radius {
             for x in -radius..=radius {
                 let squared = x * x + y * y + z * z;
-                // Radii are not whole: also the corners of the cube may be within the next.
+                // Radii are no whole numbers: cells beyond `radius`, but within the next whole one, may be
+                // reached.
                 if (1..(radius + 1) * (radius + 1)).contains(&squared) {
                     let step = (z * side + y) * side + x;
                     offsets.push(Offset { squared_distance: squared as f32, step });

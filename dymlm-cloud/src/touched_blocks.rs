@@ -1,8 +1,8 @@
 use crate::block_store::{BlockKey, BlockStore, CellBits};
 use crate::voxel_block::VoxelBlock;
 
-/// The blocks of voxels that a frame touches. While the frame is added they stand here instead of at their
-/// slots, where each access would ask anew whether a clone of the map shares them.
+/// The blocks of voxels that a frame touches. While the frame is added they are kept here instead of at their
+/// slots, where each access would check anew whether a clone of the map shares them.
 #[derive(Debug, Default)]
 pub(crate) struct TouchedBlocks {
     blocks: Vec<TouchedBlock>,
@@ -12,11 +12,11 @@ pub(crate) struct TouchedBlocks {
 pub(crate) struct TouchedBlock {
     pub(crate) slot: usize,
     pub(crate) block: VoxelBlock,
-    /// Which of its voxels the frame has read.
+    /// The voxels that the frame has read.
     pub(crate) read: CellBits,
 }
 
-/// A clone begins without any: what a frame has touched is asked for right after it.
+/// A clone begins empty: what a frame has touched is only needed right after it.
 impl Clone for TouchedBlocks {
     fn clone(&self) -> Self {
         Self::default()
@@ -29,8 +29,8 @@ impl TouchedBlocks {
         self.blocks.clear();
     }
 
-    /// The number here of the block at `key`, made when there is none; the first time it is taken from its
-    /// slot. `stamp` is the frame's, what changed before `seen` is known.
+    /// The number here of the block at `key`, made when there is none; at its first touch the block is taken
+    /// from its slot. `stamp` is the frame's; the static cloud knows what changed before `seen`.
     #[inline]
     pub(crate) fn touch(
         &mut self,

@@ -14,9 +14,9 @@ use dymlm_core::Pages;
 pub enum Verdict {
     /// It belongs to the static world.
     Static,
-    /// Something was there that moved, or nothing ever was: a mover's trace or a flying pixel.
+    /// Something moved there, or nothing ever was there: a mover's trace or a flying pixel.
     Ghost,
-    /// Read by too few frames, or only the noise of a heavier surface beside it.
+    /// It was read by too few frames, or is only the noise of a heavier surface beside it.
     Noise,
 }
 
@@ -29,22 +29,22 @@ const VOTE_UNIT: f32 = 12.0;
 ///
 /// A cell votes with its [`Opinion`](crate::opinion::Opinion) of whether something stands there; cells in
 /// which nothing was ever read have no vote. A single cell errs: its centre may lie just beside the surface
-/// that it holds, or in the one spot of a mover's trace that no later frame looked through. Its neighbours of
-/// the same thing know better, unless it is as sure as a cell can be that it is free: frames that look
-/// through have outweighed whatever was read there, and none has read it since. So what was taken away leaves
-/// no strip beside what stays (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`). Whether it is a
-/// mover that stands there each cell decides for itself: movers touch what does not move.
+/// in it, or in the one spot of a mover's trace that no later frame looked through. Its neighbours on the
+/// same thing outvote it, unless it is as sure as a cell can be that it is free: frames that look through it
+/// have outweighed whatever was read there, and none has read it since. So a thing that was taken away leaves
+/// no strip beside what stays (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`). Whether a mover
+/// stands there each cell decides for itself, since movers touch what does not move.
 ///
 /// Verdicts are kept, and made anew for the blocks whose evidence has changed and those around them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VerdictGrid {
-    /// By the slots of the evidence; none where nothing was ever read.
+    /// By the slots of the evidence; `None` where nothing was ever read.
     blocks: Pages<Option<Paged<BlockVerdict>>>,
     /// The last change of the evidence that has been taken in.
     taken_in: u32,
-    /// Counts the calls that have changed a verdict.
+    /// Number of calls that have changed a verdict.
     revision: u32,
-    /// The last call that has changed which cells of a block are static.
+    /// By slot, the last call that has changed which cells of the block are static.
     stamps: Stamps,
 }
 
@@ -55,9 +55,9 @@ pub(crate) struct BlockVerdict {
     read: CellBits,
     /// Cells that are mostly read as movers.
     movers: CellBits,
-    /// Cells that are free whatever those around say: nothing more could speak against them.
+    /// Cells that are free whatever the cells around say: their opinion is at its limit.
     free: CellBits,
-    /// Cells that the majority around them takes for occupied, by a mover or not.
+    /// Cells that the majority of the cells around them takes for occupied, by a mover or not.
     present: CellBits,
     /// Cells that are part of the static world.
     statics: CellBits,
@@ -65,7 +65,7 @@ pub(crate) struct BlockVerdict {
 
 record!(BlockVerdict { votes, read, movers, free, present, statics });
 
-/// Nothing was ever read.
+/// The verdict on a block in which nothing was ever read.
 impl Default for BlockVerdict {
     fn default() -> Self {
         let none = CellBits::default();
@@ -108,7 +108,7 @@ impl VerdictGrid {
             let Some(block) = &self.blocks[slot] else { continue };
             let present = without(majority, block.free);
             let statics = without(present, block.movers);
-            // What stays is not copied for a map that has a clone.
+            // A block that stays the same is not copied for a map that has a clone.
             if (statics, present) == (block.statics, block.present) {
                 continue;
             }
@@ -124,18 +124,18 @@ impl VerdictGrid {
         }
     }
 
-    /// Forgets blocks of the evidence that are gone; by slot, which stayed.
+    /// Forgets blocks of the evidence that are gone; `stays`: by slot, which stayed.
     pub(crate) fn forget(&mut self, stays: &[bool]) {
         self.blocks.keep(stays);
         self.stamps.keep(stays);
     }
 
-    /// The verdicts on the block at a slot, to be paged out.
+    /// The verdicts on the block at a slot, to page them out.
     pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<BlockVerdict>> {
         self.blocks.get_mut(slot)?.as_mut()
     }
 
-    /// Gives the memory of blocks free that a clone has paged out.
+    /// Frees the memory of blocks that a clone has paged out.
     pub(crate) fn page_out_like(&mut self, other: &Self) {
         let is_filed = |slot: &usize| {
             let other = other.blocks.get(*slot).and_then(Option::as_ref);
@@ -151,7 +151,7 @@ impl VerdictGrid {
         }
     }
 
-    /// The number of the last call that has changed a verdict, at least.
+    /// At least the number of the last call that has changed a verdict.
     pub(crate) fn revision(&self) -> u32 {
         self.revision
     }
@@ -180,7 +180,7 @@ impl VerdictGrid {
         Some(!has(&block.present, index))
     }
 
-    /// Slots of blocks that hold a ghost, of those whose evidence has changed since a revision.
+    /// Slots of blocks that hold a ghost, among those whose evidence has changed since a revision.
     pub(crate) fn ghost_blocks_since(
         &self,
         evidence: &Evidence,
@@ -233,7 +233,7 @@ impl BlockVerdict {
     fn of(block: &EvidenceBlock, looks_per_reading: f32) -> Self {
         let mut verdict = Self::default();
         let read = block.cells_read();
-        // What was only looked through has no opinion that anybody asks for.
+        // Cells that were only looked through need no opinion.
         let opinions = block.opinions(&read, looks_per_reading);
         for_each_bit(read, |index| {
             let opinion = opinions[index];
@@ -254,9 +254,9 @@ impl BlockVerdict {
     }
 }
 
-/// The cells of the block around which the votes add up to zero or more.
+/// The cells of the block for which the votes of the 27 cells around add up to zero or more.
 fn cells_with_majority(mut votes: [i32; PADDED * PADDED * PADDED]) -> CellBits {
-    // Sums of three along x, then y, then z: each entry becomes the sum from itself on.
+    // Sums of three along x, then y, then z: each entry becomes the sum of itself and the two after it.
     for stride in [1, PADDED, PADDED * PADDED] {
         for first in 0..votes.len() - 2 * stride {
             votes[first] += votes[first + stride] + votes[first + 2 * stride];

@@ -6,8 +6,8 @@ use crate::static_cloud::{Source, StaticCloud};
 use crate::verdict::VerdictGrid;
 use crate::{CloudMap, Verdict};
 
-/// What the evidence says of places, as of the newest frame ([`CloudMap::verdicts`]). All maps ask it, so
-/// that none holds what another has found to be a ghost.
+/// The evidence's verdicts on places, as of the newest frame ([`CloudMap::verdicts`]). All maps ask them, so
+/// that no map holds what another has found to be a ghost.
 pub struct Verdicts<'a> {
     map: &'a CloudMap,
     kept: MutexGuard<'a, Kept>,
@@ -26,9 +26,9 @@ impl Verdicts<'_> {
         self.kept.verdicts.is_free(&self.map.evidence, self.map.voxel_at(place)?)
     }
 
-    /// Whether a place is empty: frames look through it and nothing stands there, a mover neither, as
-    /// [`is_free`](Self::is_free) says of places in which something was read, and of all others. `None` when no
-    /// frame has seen it.
+    /// Whether a place is empty: frames look through it, and nothing stands there, not even a mover. Where
+    /// something was read this is the answer of [`is_free`](Self::is_free). `None` when no frame has seen the
+    /// place.
     pub fn is_empty(&self, place: [f64; 3]) -> Option<bool> {
         let voxel = self.map.voxel_at(place)?;
         let read = self.kept.verdicts.is_free(&self.map.evidence, voxel);
@@ -40,7 +40,7 @@ impl Verdicts<'_> {
         self.map.evidence.cell_size()
     }
 
-    /// Boxes (lowest and highest corner, metres, world) that hold a ghost, of those whose evidence has
+    /// Boxes (lowest and highest corner, metres, world) that hold a ghost, among those whose evidence has
     /// changed after a [revision](CloudMap::evidence_revision).
     pub fn ghost_boxes_since(&self, revision: u32) -> impl Iterator<Item = [[f64; 3]; 2]> {
         let (keys, cell_size) = (self.map.evidence.blocks().keys(), self.cell_size());
@@ -50,7 +50,7 @@ impl Verdicts<'_> {
 }
 
 impl CloudMap {
-    /// The verdicts of the evidence as it stands. Costs what has changed since the last call: some
+    /// The verdicts of the evidence as it is now. Costs what has changed since the last call: some
     /// microseconds for each block of 8^3 cells.
     pub fn verdicts(&self) -> Verdicts<'_> {
         let mut kept = self.kept.lock();
@@ -63,7 +63,7 @@ impl CloudMap {
         self.evidence.revision()
     }
 
-    /// What is static, with all changes taken in.
+    /// The static cloud, with all changes taken in.
     pub(crate) fn kept_cloud(&self) -> Arc<StaticCloud> {
         let mut kept = self.verdicts().kept;
         let Kept { verdicts, cloud } = &mut *kept;
@@ -76,8 +76,8 @@ impl CloudMap {
             voxel_size: self.config.voxel_size,
             fuses: self.config.fuse_surfaces,
         };
-        // Who holds it borrows the map, so that nothing can have changed: it is copied only for a map that
-        // has a clone.
+        // Whoever holds the cloud borrows the map, so it cannot have changed meanwhile: the cloud is copied
+        // only for a map that has a clone.
         if !cloud.is_fresh(&source) {
             Arc::make_mut(cloud).refresh(source);
         }
@@ -86,62 +86,63 @@ impl CloudMap {
 }
 
 impl CloudMap {
-    /// Takes over what a clone of an earlier state of this map has found to be static, if that is newer than
-    /// what is known here; what has changed since is found when it is asked for. Does nothing while somebody
-    /// asks the clone.
+    /// Takes over the static cloud that a clone of an earlier state of this map has worked out, if it is
+    /// newer than the one here; later changes are taken in by the next query. Does nothing while the clone is
+    /// being queried.
     pub fn adopt_static(&mut self, earlier: &Self) {
         self.kept.adopt(&earlier.kept);
     }
 }
 
 impl CloudMap {
-    /// Goes another way than the maps that this one is a clone of: what they find from now on is not so here.
-    /// To be called when a clone of an earlier state takes the place of the map.
+    /// Parts the map from the maps that it is a clone of: what those work out from now on does not hold here.
+    /// Must be called when a clone of an earlier state takes the place of the map.
     pub fn part_from_clones(&mut self) {
         self.kept.lineage = Lineage::default();
     }
 
-    /// Whether two maps are clones of each other, so that they have their blocks at the same slots.
+    /// Whether two maps are clones of each other, and so have their blocks at the same slots.
     pub(crate) fn is_clone_of(&self, other: &Self) -> bool {
         self.kept.lineage == other.kept.lineage
     }
 }
 
-/// What follows from the sums, kept from call to call.
+/// Results that follow from the sums, cached from call to call.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Kept {
     verdicts: VerdictGrid,
     cloud: Arc<StaticCloud>,
 }
 
-/// The same behind a lock, so that reading a shared map brings it up to date.
+/// The cache behind a lock, so that querying a shared map brings it up to date.
 #[derive(Debug, Default)]
 pub(crate) struct SharedKept {
     kept: Mutex<Kept>,
-    /// Maps with the same one have their blocks at the same slots, with stamps that go on from each other's.
+    /// Maps with one lineage have their blocks at the same slots, and stamps that continue each other's.
     lineage: Lineage,
 }
 
-/// Tells maps apart that are no clones of each other.
+/// Tells apart maps that are no clones of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Lineage(u64);
 
 impl Default for Lineage {
     fn default() -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
-        // Only compared, so that results do not depend on it.
+        // Lineages are only compared, so that results do not depend on their numbers.
         Self(NEXT.fetch_add(1, Ordering::Relaxed))
     }
 }
 
 impl SharedKept {
-    /// Forgets what is kept.
+    /// Forgets everything that is cached.
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Forgets what is kept of blocks that are gone; tells by their slots which stayed, of the evidence and,
-    /// when any went, of the voxels, whose [bounds](BlockStore::bounds) are these now.
+    /// Forgets what is cached for blocks that are gone. `cells`: by slot, which blocks of the evidence
+    /// stayed; `voxels`: which blocks of voxels stayed, if any went; `bounds`: the
+    /// [bounds](BlockStore::bounds) of those now.
     pub(crate) fn forget(&mut self, cells: &[bool], voxels: Option<&[bool]>, bounds: Option<[[i32; 3]; 2]>) {
         self.lineage = Lineage::default();
         let Kept { verdicts, cloud } = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -154,8 +155,8 @@ impl SharedKept {
         self.kept.get_mut().unwrap_or_else(PoisonError::into_inner).cloud.stamp()
     }
 
-    /// Calls `visit` with the verdicts on a block of the evidence, and the static points of some blocks of
-    /// voxels.
+    /// Calls `visit` with the verdicts on a block of the evidence, and with the static points of some blocks
+    /// of voxels.
     pub(crate) fn for_each_within(
         &mut self,
         evidence: usize,
@@ -174,7 +175,7 @@ impl SharedKept {
         }
     }
 
-    /// Gives the memory of blocks free that a clone has paged out.
+    /// Frees the memory of blocks that a clone has paged out.
     pub(crate) fn page_out_like(&mut self, other: &Self) {
         let own = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
         let other = other.lock();
@@ -184,7 +185,7 @@ impl SharedKept {
         }
     }
 
-    /// Takes over what a clone has found, if that is newer; nothing while somebody asks the clone.
+    /// Takes over what a clone has cached, if it is newer; does nothing while the clone is being queried.
     pub(crate) fn adopt(&mut self, other: &Self) {
         if self.lineage != other.lineage {
             return;
@@ -202,7 +203,7 @@ impl SharedKept {
 
     fn lock(&self) -> MutexGuard<'_, Kept> {
         self.kept.lock().unwrap_or_else(|poisoned| {
-            // A panic may have left it half done.
+            // A panic may have left the cache half updated.
             let mut kept = poisoned.into_inner();
             *kept = Kept::default();
             self.kept.clear_poison();

@@ -7,10 +7,10 @@ pub(crate) const SUBVOXELS: i32 = 1 << SUBVOXEL_BITS;
 /// Number of sums of a voxel.
 pub(crate) const SUMS: usize = 8;
 
-/// What a voxel has seen, as integer sums: sums of integers do not depend on their order, and what was added
-/// can be taken out again without a trace. Arithmetic wraps, so a negated weight takes out.
+/// What was read in a voxel, as sums of integers: these do not depend on their order, and what was added can
+/// be taken out again without a trace. Arithmetic wraps, so adding a negated weight takes a reading out.
 ///
-/// [`VoxelBlock`](crate::voxel_block::VoxelBlock) keeps it in half the bytes.
+/// [`VoxelBlock`](crate::voxel_block::VoxelBlock) stores it in half the bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Voxel {
     pub(crate) sums: Sums,
@@ -22,9 +22,9 @@ pub(crate) struct Voxel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Sums {
     pub(crate) weight: u64,
-    /// Of weight times position within the voxel, 1/256 voxel.
+    /// Sums of weight times position within the voxel, 1/256 voxel.
     pub(crate) position: [u64; 3],
-    /// Of weight times colour.
+    /// Sums of weight times colour.
     pub(crate) color: [u64; 3],
     /// Weight of the readings without colour.
     pub(crate) uncolored: u64,
@@ -48,7 +48,7 @@ impl Sums {
         *self = Self::from_array(std::array::from_fn(|k| ours[k].wrapping_add(theirs[k])));
     }
 
-    /// What takes these out.
+    /// The sums whose addition takes these out.
     pub(crate) fn negated(self) -> Self {
         Self::from_array(self.to_array().map(u64::wrapping_neg))
     }
@@ -66,13 +66,13 @@ impl Sums {
 }
 
 impl Voxel {
-    /// The same readings at one place of a voxel, 1/256 voxel.
+    /// The same readings, all at one place of a voxel, 1/256 voxel.
     pub(crate) fn placed(&self, within: [u64; 3]) -> Self {
         let position = within.map(|c| c.wrapping_mul(self.sums.weight));
         Self { sums: Sums { position, ..self.sums }, ..*self }
     }
 
-    /// Whether nothing is left of it.
+    /// Whether nothing is left of the voxel.
     pub(crate) fn is_empty(&self) -> bool {
         self.sums.weight == 0 && self.observations == 0
     }

@@ -4,20 +4,20 @@ use crate::places::Places;
 use crate::voxel::{Sums, Voxel};
 use crate::voxel_records::VoxelRecords;
 
-/// The voxels of 8^3 places that are not empty, by their places.
+/// The voxels of a block of 8^3 places that are not empty, by their places.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VoxelBlock {
     /// The places that have a voxel.
     places: Places,
-    /// Their sums but for the weights without colour, and their observations.
+    /// Their sums, without the weights of readings without colour, and their observations.
     records: VoxelRecords,
-    /// The weights without colour; none where each reading has one.
+    /// The weights of readings without colour; empty where each reading has one.
     uncolored: Vec<u64>,
-    /// Which of the blocks that the last frame has touched it is.
+    /// Number of the block among those that the last frame has touched.
     pub(crate) touched: u32,
-    /// The voxels that have changed since the static cloud was made last.
+    /// The voxels that have changed since the static cloud took in changes last.
     pub(crate) changed: CellBits,
-    /// Stamp of the last change of the block, and of the last that took something out.
+    /// Stamps of the last change of the block, and of the last change that took something out.
     pub(crate) stamp: u32,
     pub(crate) lowered: u32,
 }
@@ -58,7 +58,7 @@ impl VoxelBlock {
         &self.places
     }
 
-    /// Makes the voxel at a place when there is none; tells whether it did.
+    /// Makes the voxel at a place when there is none; returns whether there was none.
     #[inline]
     pub(crate) fn make(&mut self, place: usize) -> bool {
         let is_new = !self.places.has(place);
@@ -77,12 +77,12 @@ impl VoxelBlock {
         self.places.insert(place);
     }
 
-    /// Adds readings of so many frames to the voxel at a place, which has one. Arithmetic wraps.
+    /// Adds readings of `frames` frames to the voxel at a place, which must be there. Arithmetic wraps.
     #[inline]
     pub(crate) fn add(&mut self, place: usize, readings: Sums, frames: u32) {
         let index = self.places.rank(place);
         let [weight, x, y, z, r, g, b, uncolored] = readings.to_array();
-        // What is taken out of 32 bits is taken out of 64.
+        // The sign is extended, so that a number that is negative in 32 bits is negative in 64.
         let frames = i64::from(frames as i32) as u64;
         self.records.add(index, &[weight, x, y, z, r, g, b, frames]);
         if uncolored != 0 {
@@ -122,7 +122,7 @@ impl VoxelBlock {
         self.uncolored.is_empty()
     }
 
-    /// Those of the voxels that are at these places, by place.
+    /// The voxels at these places, by place.
     pub(crate) fn voxels(&self, places: &CellBits) -> Vec<(usize, Voxel)> {
         let mut voxels = Vec::with_capacity(self.len());
         self.places.for_each(places, |place, index| voxels.push((place, self.voxel(index))));
@@ -141,14 +141,14 @@ impl VoxelBlock {
         put(&mut self.changed, place);
     }
 
-    /// Takes the readings out of the voxel at a place.
+    /// Takes all readings out of the voxel at a place, and returns them.
     pub(crate) fn take(&mut self, place: usize) -> Voxel {
         let voxel = self.get(place).unwrap_or_default();
         self.add(place, voxel.sums.negated(), voxel.observations.wrapping_neg());
         voxel
     }
 
-    /// Begins a change with this stamp; what changed before `seen` is known.
+    /// Begins a change with this stamp; the static cloud knows what changed before `seen`.
     fn begin(&mut self, stamp: u32, seen: u32) {
         if self.stamp != stamp {
             if self.stamp <= seen {
@@ -158,7 +158,7 @@ impl VoxelBlock {
         }
     }
 
-    /// Whether more was taken out than was put in of any of the voxels at these places.
+    /// Whether more was taken out than put in, for any of the voxels at these places.
     pub(crate) fn is_overdrawn(&self, places: &CellBits) -> bool {
         self.voxels(places).iter().any(|(_, voxel)| voxel.is_overdrawn())
     }
@@ -168,7 +168,7 @@ impl VoxelBlock {
         self.records.memory_bytes() + self.uncolored.capacity() * size_of::<u64>()
     }
 
-    /// Drops the empty voxels; gives how many there were.
+    /// Drops the empty voxels; returns how many there were.
     pub(crate) fn drop_empty(&mut self) -> usize {
         let before = self.len();
         let mut kept =

@@ -1,16 +1,16 @@
 use crate::paging::record_of_cases;
 use crate::voxel::SUMS;
 
-/// Numbers of a record: the sums of a voxel but for the last, and its observations.
+/// Numbers of a record: the sums of a voxel without the last one, and its observations.
 pub(crate) const FIELDS: usize = SUMS;
 
-/// The sums and observations of a block's voxels, in as few bits as the largest of them needs.
+/// The sums and observations of a block's voxels, in as few bits as the largest of these numbers needs.
 ///
-/// A kitchen's voxel is read by three frames, a robot's at rest by a hundred thousand. A record is in one
-/// place: a voxel that a frame reads is one fetch from memory.
+/// In a kitchen a voxel is read by three frames, before a robot at rest by a hundred thousand. A record lies
+/// in one place, so that reading a voxel is one fetch from memory.
 #[derive(Debug, Clone)]
 pub(crate) enum VoxelRecords {
-    /// Of 24 bits a number, one after the other: 24 bytes a voxel.
+    /// 24 bits a number, one after the other: 24 bytes a voxel.
     Narrow(Vec<[u64; 3]>),
     Medium(Vec<[u32; FIELDS]>),
     Wide(Vec<[u64; FIELDS]>),
@@ -33,7 +33,7 @@ impl VoxelRecords {
         }
     }
 
-    /// Makes room for a record of zeros.
+    /// Inserts a record of zeros.
     pub(crate) fn insert(&mut self, index: usize) {
         match self {
             Self::Narrow(records) => insert(records, index, [0; 3]),
@@ -72,12 +72,13 @@ impl VoxelRecords {
         }
     }
 
-    /// Adds to the numbers of a record, which wrap at 64 bits. Records become wider when one does not fit.
+    /// Adds to the numbers of a record, which wrap at 64 bits. Records become wider when a number does not
+    /// fit.
     #[inline]
     pub(crate) fn add(&mut self, index: usize, numbers: &[u64; FIELDS]) {
         let before = self.get(index);
         let sums = std::array::from_fn(|field| before[field].wrapping_add(numbers[field]));
-        // The widest hold any number.
+        // The widest records hold any number.
         while !self.set(index, &sums) {
             self.widen();
         }
@@ -92,7 +93,7 @@ impl VoxelRecords {
         }
     }
 
-    /// Tells whether the numbers fit.
+    /// Sets the numbers of a record; returns whether they fit.
     #[inline]
     fn set(&mut self, index: usize, numbers: &[u64; FIELDS]) -> bool {
         let all = numbers.iter().fold(0, |all, number| all | number);
@@ -122,7 +123,7 @@ impl VoxelRecords {
 /// The largest number of a narrow record.
 const NARROW: u64 = (1 << 24) - 1;
 
-/// Eight numbers of 24 bits.
+/// Packs eight numbers of 24 bits.
 #[inline]
 fn packed(&[a, b, c, d, e, f, g, h]: &[u64; FIELDS]) -> [u64; 3] {
     [a | b << 24 | c << 48, c >> 16 | d << 8 | e << 32 | f << 56, f >> 8 | g << 16 | h << 40]
@@ -145,7 +146,7 @@ fn unpacked([low, middle, high]: [u64; 3]) -> [u64; FIELDS] {
 
 fn insert<T>(records: &mut Vec<T>, index: usize, record: T) {
     if records.len() == records.capacity() {
-        // Small steps: doubling would waste a quarter of the map.
+        // Small steps: doubling would waste a quarter of the map's memory.
         records.reserve_exact(4 + records.len() / 16);
     }
     records.insert(index, record);

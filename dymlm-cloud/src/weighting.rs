@@ -2,16 +2,16 @@ use dymlm_core::SensorModel;
 
 use crate::rounding::round_to_i32;
 
-/// The weight of the best reading, unless farther ones would lose their digits.
+/// Weight of the best reading; doubled as long as the farthest readings would lose their digits ...
 const LEAST_UNIT: i32 = 1 << 12;
-/// ... and at most this: the sums of 2^34 readings still fit into their 64 bits.
+/// ... but not beyond this: the sums of 2^34 readings still fit into their 64 bits.
 const GREATEST_UNIT: i32 = 1 << 21;
-/// The weight of the farthest reading, at least: rounding changes it by an eighth at most. With less, far
-/// readings lose their digits (`far_readings_of_a_stereo_pair_keep_their_digits`); with more, a Kinect's sums
-/// would not be what they were.
+/// Least weight of the farthest reading: rounding changes it by an eighth at most. With a lower value, far
+/// readings lose their digits (`far_readings_of_a_stereo_pair_keep_their_digits`); with a higher one, a
+/// Kinect's sums would not be what they were.
 const LEAST_WEIGHT: f32 = 4.0;
 
-/// What a sensor's readings weigh: 1 / sigma(z)^2, as an integer.
+/// Weights of a sensor's readings: 1 / sigma(z)^2, as an integer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Weighting {
     sensor: SensorModel,
@@ -44,19 +44,19 @@ impl Weighting {
     /// A sum of weights in units of one reading with the sensor's least noise.
     #[inline]
     pub(crate) fn total(&self, weight: u64) -> f64 {
-        // A cast of signed numbers is one instruction.
+        // A cast of a signed number is one instruction.
         weight as i64 as f64 / f64::from(self.unit)
     }
 
-    /// Variance of the best reading, which weighs 1 in [all](Self::total), square metres: what a reading weighs
-    /// times its own variance.
+    /// Variance of the best reading, which weighs 1 in [`total`](Self::total), square metres. For every
+    /// reading it is the product of weight and variance.
     pub(crate) fn least_variance(&self) -> f64 {
         f64::from(self.sensor.noise.floor).powi(2)
     }
 
     /// Standard deviation of one of a voxel's readings along the line of sight, metres, from their mean
-    /// weight. Where several readings of a frame fall into the voxel, that is near the camera, it comes out
-    /// too small.
+    /// weight. Near the camera, where several readings of a frame fall into the voxel, the result is too
+    /// small.
     pub(crate) fn standard_deviation(&self, weight: u64, observations: u32) -> f64 {
         let weight_per_frame = self.total(weight) / f64::from(observations.max(1));
         f64::from(self.sensor.noise.floor) / weight_per_frame.max(1e-9).sqrt()

@@ -2,21 +2,22 @@ use dymlm_core::{ColorImage, Rgb};
 
 use crate::number_plane::NumberPlane;
 
-/// Side of the square of pixels that share one brightness, and of the one that shares one hue: a pixel at 2 m
-/// is 4 mm wide, a voxel of the cloud 10.
+/// Side of the square of pixels that share one brightness, and of the square that shares one hue: at 2 m a
+/// pixel is 4 mm wide, and a voxel of the cloud 10 mm.
 const LUMA_SIDE: usize = 2;
 const CHROMA_SIDE: usize = 4;
-/// Steps of brightness and hue, of 256: about what a camera errs from frame to frame, so that the mean over
-/// many frames has none. Lower takes bytes (1: 25 kB more a frame), higher shows bands where few frames look.
+/// Steps of brightness and hue, of 256: about a camera's error from frame to frame, so that the mean over
+/// many frames shows none. A lower value takes more bytes (1: 25 kB more a frame), a higher one shows bands
+/// where few frames look.
 const STEP: i32 = 4;
 /// Values of brightness and of hue: 0..=64 and 0..=128.
 const LEVELS: u32 = 129;
 
-/// A colour image as it is kept: brightness for each square of 2x2 pixels, hue for each of 4x4, in steps of 4
-/// of 256.
+/// A colour image as it is stored: brightness for each square of 2x2 pixels, hue for each of 4x4, in steps of
+/// 4 of 256.
 ///
-/// What is mapped is the image that comes [out](Self::to_image) of it, so that a map which is built again has
-/// the same colours.
+/// Mapped is the image that is restored [from it](Self::to_image), so that a map that is built again has the
+/// same colours.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReducedColors {
     size: [usize; 2],
@@ -33,17 +34,17 @@ impl ReducedColors {
         let luma = squares.iter().map(|&[r, g, b]| quantized(r + 2 * g + b, 4) as u8).collect();
         let large = means(&squares, size[0].div_ceil(LUMA_SIDE), CHROMA_SIDE / LUMA_SIDE);
         let hue = |difference: fn([i32; 3]) -> i32| {
-            // -64..=64 as 0..=128.
+            // -64..=64 becomes 0..=128.
             large.iter().map(|&mean| (quantized(difference(mean), 2) + 64) as u8).collect()
         };
         Self { size, luma, chroma: [hue(|[r, _, b]| 2 * (r - b)), hue(|[r, g, b]| 2 * g - r - b)] }
     }
 
-    /// The image that is mapped.
+    /// The restored image, which is the one that is mapped.
     ///
     /// # Errors
     ///
-    /// None for what [`Self::of`] has made.
+    /// None for colours that [`Self::of`] has made.
     pub fn to_image(&self) -> Result<ColorImage, dymlm_core::Error> {
         let [width, height] = self.size;
         let columns = [LUMA_SIDE, CHROMA_SIDE].map(|side| width.div_ceil(side));
@@ -62,7 +63,7 @@ impl ReducedColors {
         ColorImage::new(width, height, pixels)
     }
 
-    /// Appends the colours.
+    /// Appends the colours to `out`.
     pub(crate) fn put(&self, out: &mut Vec<u8>) {
         put_plane(&self.luma, self.size[0].div_ceil(LUMA_SIDE), out);
         for plane in &self.chroma {
@@ -70,7 +71,7 @@ impl ReducedColors {
         }
     }
 
-    /// The colours that were put; `None` when the bytes are no such.
+    /// Reads the colours that were put; `None` when the bytes hold none.
     pub(crate) fn take(bytes: &mut &[u8], size: [usize; 2]) -> Option<Self> {
         let mut plane = |side: usize| take_plane(bytes, size.map(|length| length.div_ceil(side)));
         Some(Self { size, luma: plane(LUMA_SIDE)?, chroma: [plane(CHROMA_SIDE)?, plane(CHROMA_SIDE)?] })
@@ -91,7 +92,7 @@ fn take_plane(bytes: &mut &[u8], [columns, rows]: [usize; 2]) -> Option<Vec<u8>>
     Some(values.into_iter().map(|value| value as u8).collect())
 }
 
-/// Mean colours of squares, rounded; those at the rim are smaller.
+/// Mean colours of squares, rounded; squares at the rim are smaller.
 fn means<T: Copy + Into<i32>>(colors: &[[T; 3]], width: usize, side: usize) -> Vec<[i32; 3]> {
     let mut all = Vec::with_capacity(colors.len().div_ceil(side * side) + width + side);
     let mut sums = vec![[0_i32; 3]; width.div_ceil(side)];
@@ -107,7 +108,7 @@ fn means<T: Copy + Into<i32>>(colors: &[[T; 3]], width: usize, side: usize) -> V
         let height = rows.len() / width;
         let counts = (0..width).step_by(side).map(|first| height * side.min(width - first));
         all.extend(sums.iter().zip(counts).map(|(sum, count)| match count as i32 {
-            // Most of them: without a division.
+            // Most squares have four pixels: no division.
             4 => sum.map(|sum| (sum + 2) >> 2),
             count => sum.map(|sum| (sum + count / 2) / count),
         }));
@@ -115,7 +116,7 @@ fn means<T: Copy + Into<i32>>(colors: &[[T; 3]], width: usize, side: usize) -> V
     all
 }
 
-/// value / parts in steps, rounded to the nearest.
+/// value / parts in steps, rounded to the nearest step.
 fn quantized(value: i32, parts: i32) -> i32 {
     let step = parts * STEP;
     (value + step / 2).div_euclid(step)

@@ -3,14 +3,14 @@ use dymlm_core::DepthImage;
 
 use crate::number_plane::NumberPlane;
 
-/// Appends a depth image without loss: its values to `head`, which of them each pixel has to `body`.
+/// Appends a depth image without loss: the values in it to `head`, which of them each pixel has to `body`.
 ///
-/// A sensor's readings take few values (a Kinect's disparities: some hundred in a frame). Each is replaced by
-/// its rank among those of the frame, which its neighbours foretell.
+/// A sensor's readings take few values (a Kinect's disparities: some hundred in a frame). Each reading is
+/// replaced by the rank of its value among those of the frame, which its neighbours predict.
 pub(crate) fn put_depth(depth: &DepthImage, head: &mut Vec<u8>, body: &mut Vec<u8>) {
-    // Depths are not negative: their bits have their order.
+    // Depths are not negative, so their bits sort as they do.
     let bits = || depth.data().iter().map(|z| z.to_bits());
-    // Most pixels repeat the one before: that leaves less to sort.
+    // Most pixels repeat the one before; leaving them out leaves less to sort.
     let mut values: Vec<u32> = Vec::new();
     for value in bits() {
         if values.last() != Some(&value) {
@@ -35,7 +35,7 @@ pub(crate) fn put_depth(depth: &DepthImage, head: &mut Vec<u8>, body: &mut Vec<u
     plane_of(&values, depth.width()).put(&ranks, body);
 }
 
-/// The image that was put; `None` when the bytes are no such.
+/// Reads the image that was put; `None` when the bytes hold none.
 pub(crate) fn take_depth(
     head: &mut &[u8],
     body: &mut &[u8],
@@ -43,7 +43,7 @@ pub(crate) fn take_depth(
 ) -> Option<DepthImage> {
     let count = head.try_get_u32_le().ok()? as usize;
     let pixels = width.checked_mul(height)?;
-    // Before anything is allocated.
+    // Checked before anything is allocated.
     if count == 0 || count > pixels || count > head.len() / 4 {
         return None;
     }

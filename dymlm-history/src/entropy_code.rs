@@ -1,12 +1,12 @@
-//! Symbols as bits, by how often each occurs where it stands: asymmetric numeral systems (Duda: "Asymmetric
-//! numeral systems", arXiv:1311.2540, 2013), the range variant with a state of 32 bits.
+//! Codes symbols as bits, by how often each occurs in its context: asymmetric numeral systems (Duda:
+//! "Asymmetric numeral systems", arXiv:1311.2540, 2013), the range variant with a state of 32 bits.
 
 use bytes::{Buf, BufMut};
 
-/// Symbols are below.
+/// Symbols are smaller than this.
 pub(crate) const SYMBOLS: usize = 64;
 
-/// Frequencies are of so many bits: a finer scale gains nothing, a coarser one makes rare symbols dear.
+/// Bits of a frequency: a finer scale gains nothing, a coarser one makes rare symbols expensive.
 const SCALE_BITS: u32 = 10;
 const SCALE: usize = 1 << SCALE_BITS;
 /// Smallest state between two symbols.
@@ -19,7 +19,7 @@ pub(crate) struct Placed {
     pub(crate) symbol: u8,
 }
 
-/// How often each symbol occurs in a context, of [`SCALE`], and the sum of those before it.
+/// How often each symbol occurs in a context, out of [`SCALE`], and the sum of the frequencies before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Frequencies {
     of: [u16; SYMBOLS],
@@ -38,7 +38,7 @@ pub(crate) fn put_symbols(symbols: &[Placed], contexts: usize, out: &mut Vec<u8>
     }
     let mut words = Vec::with_capacity(symbols.len() / 8);
     let mut state = LEAST_STATE;
-    // The decoder takes back what was put last.
+    // Backwards, since the decoder takes back first what was put last.
     for placed in symbols.iter().rev() {
         let table = &tables[usize::from(placed.context)];
         let [frequency, before] =
@@ -56,11 +56,11 @@ pub(crate) fn put_symbols(symbols: &[Placed], contexts: usize, out: &mut Vec<u8>
     }
 }
 
-/// Takes symbols that were put, one by one.
+/// Reads symbols that were put, one by one.
 #[derive(Debug)]
 pub(crate) struct Decoder<'a> {
-    /// [`SCALE`] of each context: what the state's place on the scale says, in one number, since each symbol
-    /// waits for it.
+    /// [`SCALE`] entries for each context: what the state's place on the scale means, in one number, since
+    /// each symbol waits for it.
     places: Vec<PackedPlace>,
     words: std::slice::ChunksExact<'a, u8>,
     state: u32,
@@ -71,7 +71,7 @@ pub(crate) struct Decoder<'a> {
 struct PackedPlace(u32);
 
 impl<'a> Decoder<'a> {
-    /// `None` when the bytes are no symbols in so many contexts.
+    /// `None` when the bytes hold no symbols in `contexts` contexts.
     pub(crate) fn take(bytes: &mut &'a [u8], contexts: usize) -> Option<Self> {
         let mut places = Vec::with_capacity(contexts * SCALE);
         for context in 1..=contexts {
@@ -79,7 +79,7 @@ impl<'a> Decoder<'a> {
             for (symbol, &frequency) in frequencies.of.iter().enumerate() {
                 places.extend((0..frequency).map(|offset| PackedPlace::new(symbol, frequency, offset)));
             }
-            // Of a context that does not occur.
+            // A context that does not occur has no places of its own.
             places.resize(context * SCALE, PackedPlace(0));
         }
         let state = bytes.try_get_u32_le().ok()?;
@@ -89,7 +89,7 @@ impl<'a> Decoder<'a> {
         (state >= LEAST_STATE).then_some(Self { places, words: words.chunks_exact(2), state })
     }
 
-    /// The next symbol, which stands in this context; any symbol when the bytes are damaged.
+    /// The next symbol, given its context; any symbol when the bytes are damaged.
     #[inline]
     pub(crate) fn next(&mut self, context: u8) -> u8 {
         let place = self.places[usize::from(context) * SCALE + self.state as usize % SCALE];
@@ -101,7 +101,7 @@ impl<'a> Decoder<'a> {
         place.symbol()
     }
 
-    /// Whether all symbols, and no others, have been taken.
+    /// Whether all symbols have been taken, and no others.
     pub(crate) fn is_done(&self) -> bool {
         self.state == LEAST_STATE && self.words.len() == 0
     }
@@ -129,14 +129,14 @@ impl PackedPlace {
 }
 
 impl Frequencies {
-    /// Of a context that does not occur, all are 0.
+    /// All frequencies are 0 in a context that does not occur.
     fn of_counts(counts: &[u32; SYMBOLS]) -> Self {
         let total: u64 = counts.iter().map(|&count| u64::from(count)).sum();
         let mut of = [0; SYMBOLS];
         if total > 0 {
             let share = |count: u32| (u64::from(count) * SCALE as u64 / total).max(u64::from(count > 0));
             of = counts.map(|count| share(count) as u16);
-            // What rounding has added or left over is the most frequent symbol's, for which it matters least.
+            // The most frequent symbol takes what rounding has added or left over: there it matters least.
             loop {
                 let sum: usize = of.iter().copied().map(usize::from).sum();
                 let Some(most) = of.iter_mut().max() else { break };
@@ -159,8 +159,8 @@ impl Frequencies {
         Self { of, before }
     }
 
-    /// Appends how many symbols there are, up to the last that occurs, and their frequencies: those below 128
-    /// in a byte.
+    /// Appends the number of symbols up to the last that occurs, and their frequencies: those below 128 in
+    /// one byte.
     fn put(&self, out: &mut Vec<u8>) {
         let used = self.of.iter().rposition(|&frequency| frequency > 0).map_or(0, |last| last + 1);
         out.put_u8(used as u8);
@@ -223,7 +223,7 @@ mod tests {
         fn symbols_come_back(
             symbols in prop::collection::vec((0_u8..5, 0..SYMBOLS as u8, 0_u8..4), 0..3000),
         ) {
-            // Contexts of different habits; the fourth does not occur.
+            // Contexts with different frequencies; the fourth does not occur.
             let placed = |&(context, symbol, rarely): &(u8, u8, u8)| {
                 let context = if context == 3 { 0 } else { context };
                 Placed { context, symbol: if rarely > 0 { context } else { symbol } }

@@ -9,30 +9,30 @@ pub enum Error {
     Create {
         /// Where it should be.
         folder: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
     /// An observation cannot be read from the file.
     #[error("observation {index} cannot be read: {source}")]
     Read {
-        /// Which one.
+        /// Its number.
         index: usize,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// An observation is not what was written.
+    /// The bytes of an observation are damaged.
     #[error("observation {index} is damaged")]
     Damaged {
-        /// Which one.
+        /// Its number.
         index: usize,
     },
-    /// No such observation is kept under this number.
+    /// Nothing is kept under this number.
     #[error("observation {index} is not kept")]
     Unknown {
-        /// Which one.
+        /// The number.
         index: usize,
     },
-    /// A saved history is not what was written.
+    /// A saved history is damaged.
     #[cfg(feature = "state")]
     #[error(transparent)]
     State(#[from] dymlm_core::DamagedState),

@@ -18,18 +18,18 @@ pub enum HistoryConfig {
     None,
     /// In memory: some 65 kB a key frame of 640x480, 8 bytes a point of a scan.
     Memory,
-    /// In a file without a name in this folder, which must exist; it goes with the history.
+    /// In a file without a name in this folder, which must exist; the file is deleted with the history.
     Folder(PathBuf),
 }
 
 /// Key-frame observations and scans by number, packed.
 ///
-/// They are packed on a thread of their own, so that whoever adds one does not wait. A clone shares what is
-/// kept, also the file.
+/// They are packed on a thread of their own, so that adding one does not wait. A clone shares what is kept,
+/// and the file.
 #[derive(Debug, Clone)]
 pub struct History {
     pub(crate) slots: Pages<Slot>,
-    /// Of this history alone: what a clone was given whole stays so in it.
+    /// Each clone has its own: what was not yet packed when a history was cloned stays unpacked in the clone.
     packer: Packer,
     pub(crate) file: Option<Arc<ScratchFile>>,
 }
@@ -39,7 +39,7 @@ pub(crate) enum Slot {
     /// It is being packed.
     Whole(Kept),
     Packed(Arc<[u8]>),
-    /// Where it is in the file.
+    /// Its place in the file.
     Filed {
         offset: u64,
         length: usize,
@@ -65,13 +65,13 @@ impl History {
         Ok(Some(Self { slots: Pages::default(), packer: Packer::default(), file }))
     }
 
-    /// Keeps an observation; gives its number. Numbers ascend from 0 and are not used again.
+    /// Keeps an observation; returns its number. Numbers ascend from 0 and are not used again.
     pub fn push(&mut self, observation: Arc<Observation>) -> usize {
         self.keep(Kept::Observation(observation))
     }
 
-    /// Keeps a scan's points, in the sensor's frame, metres, to the bit whatever they are; gives its number,
-    /// of those of the observations. Packed, a lidar's point takes some 8 bytes.
+    /// Keeps a scan's points, in the sensor's frame, metres, to the bit whatever they are; returns their
+    /// number, from the same sequence as those of observations. Packed, a lidar's point takes some 8 bytes.
     pub fn push_scan(&mut self, points: Arc<[Point]>) -> usize {
         self.keep(Kept::Scan(points))
     }
@@ -108,14 +108,14 @@ impl History {
         }
     }
 
-    /// An empty history that keeps in the same place, in memory or in the same file.
+    /// An empty history that keeps things in the same place, in memory or in the same file.
     #[must_use]
     pub fn emptied(&self) -> Self {
         Self { slots: Pages::default(), packer: Packer::default(), file: self.file.clone() }
     }
 
-    /// Keeps what another history keeps under a number; gives its number here. What lies in memory or in the
-    /// same file is shared.
+    /// Keeps what another history keeps under a number; returns its number here. Bytes that are in memory or
+    /// in the same file are shared.
     ///
     /// # Errors
     ///
@@ -136,7 +136,8 @@ impl History {
         Ok(self.slots.len() - 1)
     }
 
-    /// The bytes of what is kept under a number: equal where the same is kept, whichever history keeps it.
+    /// The bytes of what is kept under a number: equal where the same thing is kept, whichever history keeps
+    /// it.
     ///
     /// # Errors
     ///
@@ -178,14 +179,14 @@ impl History {
         kept.ok_or(Error::Damaged { index })
     }
 
-    /// Forgets an observation or a scan. Its bytes in a file stay until the history goes.
+    /// Forgets an observation or a scan. Its bytes in a file stay until the history is dropped.
     pub fn remove(&mut self, index: usize) {
         if let Some(slot) = self.slots.get_mut(index) {
             *slot = Slot::Removed;
         }
     }
 
-    /// Bytes in memory, without what is just being packed.
+    /// Bytes in memory, without what is still being packed.
     pub fn memory_bytes(&self) -> usize {
         let packed = self.slots.iter().map(|slot| match slot {
             Slot::Packed(packed) => packed.len(),
@@ -194,13 +195,13 @@ impl History {
         packed.sum::<usize>() + self.slots.memory_bytes()
     }
 
-    /// Waits until all is packed.
+    /// Waits until everything is packed.
     pub fn settle(&mut self) {
         self.packer.finish();
         self.take_packed();
     }
 
-    /// Puts what has been packed in its place. What the file does not take stays in memory.
+    /// Puts what has been packed into its slot. What cannot be written to the file stays in memory.
     fn take_packed(&mut self) {
         while let Some((index, packed)) = self.packer.next() {
             let is_awaited = matches!(self.slots.get(index), Some(Slot::Whole(_)));
@@ -211,7 +212,7 @@ impl History {
         }
     }
 
-    /// Puts what has been packed into the file, if there is one that takes it.
+    /// Puts packed bytes into the file; without a file, or if it cannot be written, they stay in memory.
     pub(crate) fn put_away(&self, packed: Box<[u8]>) -> Slot {
         match self.file.as_ref().and_then(|file| file.append(&packed).ok()) {
             Some(offset) => Slot::Filed { offset, length: packed.len() },

@@ -10,11 +10,11 @@ use crate::scan_code::{pack_scan, unpack_scan};
 #[derive(Debug, Clone)]
 pub(crate) enum Kept {
     Observation(Arc<Observation>),
-    /// In the sensor's frame.
+    /// Points in the sensor's frame, metres.
     Scan(Arc<[Point]>),
 }
 
-/// The last byte of what is packed.
+/// The last byte of what is packed tells its kind.
 const OBSERVATION: u8 = 0;
 const SCAN: u8 = 1;
 
@@ -28,7 +28,7 @@ impl Kept {
         packed.into_boxed_slice()
     }
 
-    /// What was packed; `None` when it is damaged.
+    /// Reads what was packed; `None` when it is damaged.
     pub(crate) fn unpack(packed: &[u8]) -> Option<Self> {
         match packed.split_last()? {
             (&OBSERVATION, packed) => Some(Self::Observation(Arc::new(unpack(packed)?))),

@@ -1,39 +1,39 @@
-//! Planes of numbers, packed by what their neighbours foretell.
+//! Planes of numbers, packed by their differences from what their neighbours predict.
 
 use crate::entropy_code::{Decoder, Placed, put_symbols};
 use dymlm_core::{BitReader, BitWriter};
 
-/// Errors below are symbols of their own. Of larger ones the symbol tells the highest two bits, and the
-/// others follow as they are.
+/// Errors below this are symbols of their own. For a larger error the symbol gives the highest two bits, and
+/// the other bits follow as they are.
 const DIRECT: u32 = 16;
 const DIRECT_BITS: u32 = DIRECT.ilog2();
-/// Which of two neighbours are holes, and seven classes of how far the neighbours differ.
+/// Which of two neighbours are holes, times seven classes of how far the neighbours differ.
 const CONTEXTS: usize = 4 * 7;
-/// The class of each sum of differences; what is larger is of the last.
+/// The class of each sum of differences; larger sums are of the last class.
 const CLASSES: [u8; 18] = [0, 1, 2, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 6];
 
 /// A plane of numbers, row by row.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NumberPlane {
-    /// Numbers a row.
+    /// Numbers in a row.
     pub(crate) width: usize,
-    /// All are smaller. At most 2^28.
+    /// All numbers are smaller. At most 2^28.
     pub(crate) count: u32,
-    /// Whether a 0 says that there is none: then it foretells nothing, and what is foretold there stands for
-    /// it.
+    /// Whether a 0 means that there is no number, a hole: it predicts nothing, and the number predicted for
+    /// its place stands for it.
     pub(crate) has_holes: bool,
 }
 
-/// What the neighbours before a number foretell.
+/// What the neighbours before a number predict.
 #[derive(Debug, Clone, Copy)]
-struct Foretold {
-    /// By the median edge detector of JPEG-LS (Weinberger, Seroussi, Sapiro 2000).
+struct Prediction {
+    /// Prediction by the median edge detector of JPEG-LS (Weinberger, Seroussi, Sapiro 2000).
     number: u32,
-    /// How sure that is: where neighbours differ, errors are larger.
+    /// How sure the prediction is: where neighbours differ, errors are larger.
     context: u8,
 }
 
-/// A number that has been visited: what stands there, or would if it were no hole.
+/// A number that has been visited: its value, or the predicted one if it is a hole.
 #[derive(Debug, Clone, Copy, Default)]
 struct Visited {
     known: u32,
@@ -47,40 +47,41 @@ impl NumberPlane {
         let mut symbols = Vec::with_capacity(numbers.len());
         let mut bits = BitWriter::default();
         let mut rest = numbers.iter();
-        // There is a number for each visit.
-        let _ = self.walk(numbers.len(), |foretold| {
+        // `numbers` has one for each visit.
+        let _ = self.walk(numbers.len(), |prediction| {
             let number = *rest.next()?;
             let (visited, error) = if number < holes {
-                (Visited { known: foretold.number, is_hole: true }, number)
+                (Visited { known: prediction.number, is_hole: true }, number)
             } else {
                 let known = number - holes;
-                let error = if known < foretold.number { known + levels } else { known } - foretold.number;
+                let error =
+                    if known < prediction.number { known + levels } else { known } - prediction.number;
                 (Visited { known, is_hole: false }, holes + folded(error, levels))
             };
-            symbols.push(Placed { context: foretold.context, symbol: put_error(error, &mut bits) });
+            symbols.push(Placed { context: prediction.context, symbol: put_error(error, &mut bits) });
             Some(visited)
         });
         put_symbols(&symbols, CONTEXTS, out);
         bits.finish(out);
     }
 
-    /// So many numbers that were put; `None` when the bytes are no such.
+    /// Reads `length` numbers that were put; `None` when the bytes hold none.
     pub(crate) fn take(self, length: usize, bytes: &mut &[u8]) -> Option<Vec<u32>> {
         let (holes, levels) = self.holes_and_levels();
         let mut decoder = Decoder::take(bytes, CONTEXTS)?;
         let mut bits = BitReader::take(bytes)?;
         let mut numbers = Vec::with_capacity(length);
-        self.walk(length, |foretold| {
-            let error = take_error(decoder.next(foretold.context), &mut bits)?;
+        self.walk(length, |prediction| {
+            let error = take_error(decoder.next(prediction.context), &mut bits)?;
             if error < holes {
                 numbers.push(error);
-                return Some(Visited { known: foretold.number, is_hole: true });
+                return Some(Visited { known: prediction.number, is_hole: true });
             }
             let error = error - holes;
             if error >= levels {
                 return None;
             }
-            let sum = foretold.number + unfolded(error, levels);
+            let sum = prediction.number + unfolded(error, levels);
             let known = if sum >= levels { sum - levels } else { sum };
             numbers.push(holes + known);
             Some(Visited { known, is_hole: false })
@@ -88,24 +89,24 @@ impl NumberPlane {
         (decoder.is_done() && bits.is_done()).then_some(numbers)
     }
 
-    /// Smallest number that is none of a hole, and how many there are.
+    /// Smallest number that is no hole, and how many such numbers there are.
     fn holes_and_levels(self) -> (u32, u32) {
         let holes = u32::from(self.has_holes);
         (holes, self.count - holes)
     }
 
-    /// Goes through so many numbers; `visit` is given what is foretold, and answers what stands there, or
+    /// Goes through `length` numbers; `visit` is given the prediction and returns what stands there, or
     /// `None` to end.
     #[inline]
-    fn walk(self, length: usize, mut visit: impl FnMut(Foretold) -> Option<Visited>) -> Option<()> {
-        // With the last of a row once more behind it.
+    fn walk(self, length: usize, mut visit: impl FnMut(Prediction) -> Option<Visited>) -> Option<()> {
+        // One longer than a row: the row's last number stands once more behind it.
         let mut above = vec![Visited::default(); self.width + 1];
         for first in (0..length).step_by(self.width) {
             let [mut second_west, mut west, mut north_west] = [above[0]; 3];
             for u in 0..self.width.min(length - first) {
                 let north = if first == 0 { west } else { above[u] };
                 let north_east = if first == 0 { west } else { above[u + 1] };
-                let visited = visit(Foretold::by(second_west, west, north_west, north, north_east))?;
+                let visited = visit(Prediction::by(second_west, west, north_west, north, north_east))?;
                 (above[u], second_west, west, north_west) = (visited, west, visited, north);
             }
             above[self.width] = west;
@@ -114,9 +115,9 @@ impl NumberPlane {
     }
 }
 
-impl Foretold {
-    /// The neighbour beyond an edge, else the plane through the three. How far neighbours differ is asked of
-    /// those that are known before `west`, so that a decoder need not wait for it.
+impl Prediction {
+    /// Predicts the neighbour beyond an edge, else the plane through the three neighbours. The context is
+    /// made of neighbours that are known before `west`, so that a decoder need not wait for that.
     #[inline]
     fn by(
         second_west: Visited,
@@ -134,16 +135,16 @@ impl Foretold {
     }
 }
 
-/// The symbol of an error, and the bits that it does not tell.
+/// Returns the symbol of an error, and writes the bits that the symbol does not give.
 #[inline]
 fn put_error(error: u32, bits: &mut BitWriter) -> u8 {
     if error < DIRECT {
         return error as u8;
     }
-    let untold = error.ilog2() - 1;
-    bits.put(error & ((1 << untold) - 1), untold);
-    // The highest bit is 1: the symbol tells its place and the bit behind it.
-    (DIRECT + 2 * (untold + 1 - DIRECT_BITS) + (error >> untold & 1)) as u8
+    let low_bits = error.ilog2() - 1;
+    bits.put(error & ((1 << low_bits) - 1), low_bits);
+    // The highest bit is 1: the symbol gives its place and the bit behind it.
+    (DIRECT + 2 * (low_bits + 1 - DIRECT_BITS) + (error >> low_bits & 1)) as u8
 }
 
 #[inline]
@@ -152,12 +153,12 @@ fn take_error(symbol: u8, bits: &mut BitReader<'_>) -> Option<u32> {
     if symbol < DIRECT {
         return Some(symbol);
     }
-    let told = symbol - DIRECT;
-    let untold = told / 2 + DIRECT_BITS - 1;
-    Some((2 | (told % 2)) << untold | bits.next(untold)?)
+    let index = symbol - DIRECT;
+    let low_bits = index / 2 + DIRECT_BITS - 1;
+    Some((2 | (index % 2)) << low_bits | bits.next(low_bits)?)
 }
 
-/// Errors modulo `count` in the order 0, -1, 1, -2, 2 ...
+/// Numbers the errors modulo `count` in the order 0, -1, 1, -2, 2 ...
 #[inline]
 fn folded(error: u32, count: u32) -> u32 {
     let back = count - error;

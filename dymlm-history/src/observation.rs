@@ -4,13 +4,13 @@ use dymlm_planes::DetectedPlane;
 
 use crate::ReducedColors;
 
-/// All that a key frame brings into the maps, in its camera's coordinates; its pose is no part of it.
+/// Everything that a key frame brings into the maps, in its camera's coordinates, without its pose.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Observation {
     /// The images as they are mapped: depth as it was read, colours [reduced](ReducedColors).
     pub frame: Frame,
-    /// What the frame's colours are made of.
+    /// The stored colours, from which those of the frame are made.
     pub(crate) colors: Option<ReducedColors>,
     /// The pixels that are mapped; all at first.
     pub static_mask: Mask,
@@ -27,11 +27,11 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// The observation of a frame of which nothing but the images is known. O(pixels).
+    /// The observation of a frame of which only the images are known. O(pixels).
     ///
     /// # Errors
     ///
-    /// None for a frame.
+    /// None is expected: a frame's images fit its camera.
     pub fn of_frame(frame: &Frame) -> Result<Self, Error> {
         let colors = frame.color().map(ReducedColors::of);
         Self::of_images(frame.timestamp(), *frame.camera(), frame.depth().clone(), colors)

@@ -4,34 +4,34 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::kept::Kept;
 
-/// Observations and scans that wait to be packed, at most: a second of key frames. Whoever adds more waits.
+/// Most observations and scans that wait to be packed: a second of key frames. A caller that adds more waits.
 const MOST_WAITING: usize = 8;
 
-/// What is kept under a number, as bytes.
+/// A number, and the bytes of what is kept under it.
 type Packed = (usize, Box<[u8]>);
 
-/// Packs observations and scans on a thread of its own, in their order; on the caller's where there are no
-/// threads.
+/// Packs observations and scans on a thread of its own, in their order; on the caller's thread where the
+/// system gives none.
 #[derive(Debug, Default)]
 pub(crate) struct Packer {
-    /// None before something is to be packed.
+    /// None before the first thing to pack.
     thread: Option<PackingThread>,
     /// What the caller has packed.
     ready: VecDeque<Packed>,
     waiting: usize,
 }
 
-/// It ends when there is no packer any more.
+/// The thread ends when the packer is dropped.
 #[derive(Debug)]
 struct PackingThread {
     /// `None` where the system gives no thread.
     work: Option<SyncSender<(usize, Kept)>>,
-    /// Locked by nobody: so that whoever holds a packer can be shared between threads.
+    /// Nobody locks it: the lock lets types that hold a packer be shared between threads.
     done: Mutex<Receiver<Packed>>,
 }
 
 impl Clone for Packer {
-    /// One with a thread of its own, and nothing to be packed.
+    /// A packer with a thread of its own and nothing to pack.
     fn clone(&self) -> Self {
         Self::default()
     }
@@ -59,7 +59,7 @@ impl PackingThread {
 }
 
 impl Packer {
-    /// Has something packed.
+    /// Gives something to the thread, to be packed.
     pub(crate) fn pack(&mut self, index: usize, kept: Kept) {
         let task = (index, kept);
         let undone = match &self.thread.get_or_insert_with(PackingThread::new).work {
@@ -72,7 +72,7 @@ impl Packer {
         }
     }
 
-    /// One that has been packed; `None` when none has been yet.
+    /// One thing that has been packed; `None` when none is ready.
     pub(crate) fn next(&mut self) -> Option<Packed> {
         self.ready.pop_front().or_else(|| {
             let packed = self.thread.as_mut()?.done().try_recv().ok()?;
@@ -81,7 +81,7 @@ impl Packer {
         })
     }
 
-    /// Waits until all that was given has been packed.
+    /// Waits until everything that was given has been packed.
     pub(crate) fn finish(&mut self) {
         let Some(thread) = &mut self.thread else { return };
         while self.waiting > 0 {

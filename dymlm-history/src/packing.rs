@@ -7,10 +7,10 @@ use crate::Observation;
 use crate::color_code::ReducedColors;
 use crate::depth_code::{put_depth, take_depth};
 
-/// Deflate's level for all but the images: mostly masks, of which any level makes next to nothing.
+/// Deflate's level for everything but the images: mostly masks, which any level makes tiny.
 const LEVEL: u8 = 4;
-/// Bytes that a pixel unpacks to beside its depth and colour, at most: its value in a depth image that
-/// repeats none, a bit in three masks and in a detection's; and what takes none.
+/// Most bytes that a pixel unpacks to besides its coded depth and colour (its value in a depth image that
+/// repeats none, a bit in three masks and in a detection's mask), and that everything else unpacks to.
 const MOST_BYTES_A_PIXEL: usize = 64;
 const MOST_BYTES_BESIDE: usize = 1 << 26;
 
@@ -53,7 +53,7 @@ pub(crate) fn pack(observation: &Observation) -> Vec<u8> {
     sealed(&miniz_oxide::deflate::compress_to_vec(&out, LEVEL), &images)
 }
 
-/// A checksum, the length of the first part, and both parts.
+/// Puts together a checksum, the length of the first part, and both parts.
 fn sealed(deflated: &[u8], images: &[u8]) -> Vec<u8> {
     let mut packed = Vec::with_capacity(8 + deflated.len() + images.len());
     packed.put_u32_le(0);
@@ -65,7 +65,7 @@ fn sealed(deflated: &[u8], images: &[u8]) -> Vec<u8> {
     packed
 }
 
-/// The two parts; `None` when a byte is not as it was.
+/// Splits the two parts; `None` when a byte has changed.
 fn unsealed(mut packed: &[u8]) -> Option<(&[u8], &[u8])> {
     let checksum = packed.try_get_u32_le().ok()?;
     if crc32fast::hash(packed) != checksum {
@@ -75,7 +75,7 @@ fn unsealed(mut packed: &[u8]) -> Option<(&[u8], &[u8])> {
     packed.split_at_checked(length)
 }
 
-/// The observation that was packed; `None` when it is damaged.
+/// Reads the observation that was packed; `None` when it is damaged.
 pub(crate) fn unpack(packed: &[u8]) -> Option<Observation> {
     let limit =
         PinholeCamera::MAX_PIXELS.saturating_mul(MOST_BYTES_A_PIXEL).saturating_add(MOST_BYTES_BESIDE);

@@ -6,21 +6,21 @@ use dymlm_core::{DamagedState, StateSink, decode_part, encode_part};
 use crate::history::Slot;
 use crate::{Error, History, HistoryConfig};
 
-/// The part that says which numbers are in use; what is kept under a number is the part behind it.
+/// The part that says which numbers are in use; the part of what is kept under number n is n + 1.
 const HEAD: u64 = 0;
 
 /// Which numbers are in use.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Head {
-    /// So many were given.
+    /// How many numbers have been given.
     len: usize,
-    /// What these stood for is kept no more.
+    /// Numbers under which nothing is kept any more.
     removed: Vec<usize>,
 }
 
 impl History {
-    /// Gives to `sink` the parts of the history that differ from an earlier one, all of them without one.
-    /// What is kept under a number never changes, so a key frame is written once.
+    /// Gives to `sink` the parts of the history that differ from an earlier one, or all parts without an
+    /// earlier one. What is kept under a number never changes, so a key frame is written once.
     ///
     /// # Errors
     ///
@@ -48,8 +48,8 @@ impl History {
         if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
     }
 
-    /// The history whose parts these are, in any order; `None` when the config wants none. What is kept under
-    /// a number is looked at no sooner than it is asked for.
+    /// Restores the history from its parts, in any order; `None` when the config wants none. What is kept
+    /// under a number is not read before it is asked for.
     ///
     /// # Errors
     ///
@@ -60,7 +60,7 @@ impl History {
         parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
     ) -> Result<Option<Self>, Error> {
         let Some(mut history) = Self::new(config)? else { return Ok(None) };
-        // Put away one by one: all together are more than the maps.
+        // Stored one by one: all parts together are larger than the maps.
         let (mut kept, mut head) = (BTreeMap::new(), None);
         for (part, bytes) in parts {
             let before = if part == HEAD {
@@ -74,7 +74,7 @@ impl History {
         }
         let head = head.ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
         let Head { len, removed } = decode_part(HEAD, &head)?;
-        // So long a list is made of the parts that are there, whatever the head says.
+        // Checked first: the list is as long as the parts that are there, whatever a damaged head says.
         if len != kept.len() + removed.len() {
             let what = format!("{len} numbers, but {} parts and {} removed", kept.len(), removed.len());
             return Err(DamagedState::new(HEAD, what).into());
@@ -96,7 +96,7 @@ impl History {
         Head { len: self.slots.len(), removed: removed.collect() }
     }
 
-    /// Whether what is kept is known to be the same without being looked at.
+    /// Whether two slots are known to hold the same without reading them.
     fn is_same(&self, slot: &Slot, before: &Slot, earlier: Option<&Self>) -> bool {
         match (slot, before) {
             (Slot::Packed(slot), Slot::Packed(before)) => Arc::ptr_eq(slot, before),

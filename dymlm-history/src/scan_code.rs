@@ -1,14 +1,14 @@
 use bytes::{Buf, BufMut};
 use dymlm_core::Point;
 
-/// Deflate's level: 6 saves 2 % and takes half as long again, of a lidar's ten or twenty scans a second.
+/// Deflate's level: 6 saves 2 % and takes half as long again, for a lidar's ten or twenty scans a second.
 const LEVEL: u8 = 1;
 const BYTES_A_POINT: usize = size_of::<Point>();
 
 /// Packs points without loss.
 ///
 /// A scanner's points come ring by ring: each coordinate is near the one before, and so are its bits. Their
-/// differences are deflated byte by byte; the lowest bytes are noise and stay as long as they are.
+/// differences are deflated byte by byte; the lowest bytes are noise and do not become shorter.
 pub(crate) fn pack_scan(points: &[Point]) -> Vec<u8> {
     let mut planes = Vec::with_capacity(BYTES_A_POINT * points.len());
     for axis in 0..3 {
@@ -18,7 +18,7 @@ pub(crate) fn pack_scan(points: &[Point]) -> Vec<u8> {
             folded(bits.wrapping_sub(std::mem::replace(&mut before, bits)))
         };
         let differences: Vec<u32> = points.iter().map(difference).collect();
-        // All lowest bytes first: the others are alike.
+        // All lowest bytes first, then the next ones: bytes of one rank are alike.
         for byte in 0..size_of::<u32>() {
             planes.extend(differences.iter().map(|difference| difference.to_le_bytes()[byte]));
         }
@@ -29,7 +29,7 @@ pub(crate) fn pack_scan(points: &[Point]) -> Vec<u8> {
     out
 }
 
-/// The points that were packed; `None` when they are damaged.
+/// Reads the points that were packed; `None` when they are damaged.
 pub(crate) fn unpack_scan(mut packed: &[u8]) -> Option<Vec<Point>> {
     let count = usize::try_from(packed.try_get_u64_le().ok()?).ok()?;
     let length = count.checked_mul(BYTES_A_POINT)?;
@@ -56,7 +56,7 @@ pub(crate) fn unpack_scan(mut packed: &[u8]) -> Option<Vec<Point>> {
     Some(points)
 }
 
-/// Small differences of either sign as small numbers.
+/// Maps small differences of either sign to small numbers.
 fn folded(difference: u32) -> u32 {
     (difference << 1) ^ (difference.cast_signed() >> 31).cast_unsigned()
 }
@@ -69,7 +69,7 @@ fn unfolded(number: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// A wall 3 m before the scanner, ring by ring, in millimetres.
+    /// A wall 3 m before the scanner, ring by ring.
     fn wall() -> Vec<Point> {
         let direction = |i: usize| [((i % 100) as f32 - 50.0) * 0.01, (i / 100) as f32 * 0.02];
         (0..2000).map(direction).map(|[y, z]| [3.0, 3.0 * y, 3.0 * z]).collect()
@@ -96,7 +96,7 @@ mod tests {
             assert!(unpack_scan(&packed[..place]).is_none());
             let mut damaged = packed.clone();
             damaged[place] ^= 0x10;
-            // A copy of bytes like those that it should be of is no damage.
+            // A damaged reference that copies equal bytes does no harm.
             let points = unpack_scan(&damaged);
             assert!(points.is_none_or(|points| points == wall()), "byte {place} of {}", packed.len());
         }

@@ -1,19 +1,19 @@
 use crate::elimination::Elimination;
 use crate::front::Front;
 
-/// The Cholesky factor of symmetric equations, by fronts. Its memory stays for the next.
+/// The Cholesky factor of symmetric equations, by dense fronts. Its memory is used again for the next factor.
 #[derive(Debug, Default)]
 pub(crate) struct Cholesky {
     /// The columns of each supernode, one after the other.
     factor: Vec<f64>,
-    /// What supernodes leave to those that they are children of: the last on top.
+    /// Updates that supernodes leave to their parents: the last on top.
     waiting: Vec<f64>,
     front: Front,
 }
 
 impl Cholesky {
-    /// `assemble` adds what belongs into the columns of a supernode, by its index, to its front. `false` when
-    /// the equations are not positive definite.
+    /// Factorizes the equations. `assemble` adds the numbers in the columns of a supernode, given its index,
+    /// to its front. `false` when the equations are not positive definite.
     pub(crate) fn factorize(
         &mut self,
         elimination: &Elimination,
@@ -42,7 +42,7 @@ impl Cholesky {
         true
     }
 
-    /// The solution takes the place of the right-hand side; both in the order of elimination.
+    /// Solves in place: the right-hand side becomes the solution, both in the order of elimination.
     pub(crate) fn solve(&self, elimination: &Elimination, right: &mut [f64]) {
         let mut begin = 0;
         for node in &elimination.supernodes {
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     /// Patterns of blocks: a chain, a chain with loops, a star whose middle comes first, one dense block of
-    /// everything, and two parts that have nothing to do with each other.
+    /// everything, and two parts that are not coupled.
     fn patterns() -> Vec<Vec<Vec<usize>>> {
         let blocks = 40;
         let chain = |block: usize| if block + 1 < blocks { vec![block + 1] } else { Vec::new() };
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn solves_what_dense_code_solves() {
         let sizes: Vec<usize> = (0..40).map(|block| [6, 3, 6, 1][block % 4]).collect();
-        // Memory of one is used for the next.
+        // The memory of one factor is used for the next.
         let mut cholesky = Cholesky::default();
         for below in patterns() {
             let elimination = Elimination::new(&sizes, &below).unwrap();

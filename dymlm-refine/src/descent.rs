@@ -9,10 +9,10 @@ use crate::{Error, PoseGraph, SolverConfig};
 const FIRST_DAMPING: f64 = 1e-5;
 const LESS_DAMPING: f64 = 0.1;
 const MORE_DAMPING: f64 = 10.0;
-/// With more, steps are too small to change anything.
+/// With more damping, steps are too small to change anything.
 const MOST_DAMPING: f64 = 1e12;
 
-/// Levenberg-Marquardt on the poses of a graph, with weights of its factors that may change on the way.
+/// Levenberg-Marquardt on the poses of a graph; the weights of its factors may change between runs.
 pub(crate) struct Descent<'a> {
     graph: &'a PoseGraph,
     config: &'a SolverConfig,
@@ -23,7 +23,7 @@ pub(crate) struct Descent<'a> {
     has_converged: bool,
 }
 
-/// What factors weigh beside what they are known to: 1 until something is found to be wrong.
+/// Weights of factors, in addition to their information: 1 until a factor is found to be wrong.
 #[derive(Debug, Clone)]
 pub(crate) struct Weights {
     pub(crate) relatives: Vec<f64>,
@@ -31,7 +31,7 @@ pub(crate) struct Weights {
     pub(crate) views: Vec<Vec<f64>>,
 }
 
-/// Poses, with the planes that are best at them.
+/// Poses, and the planes that are best at these poses.
 struct Estimate {
     poses: Vec<Isometry3<f64>>,
     planes: Vec<WorldPlane>,
@@ -39,7 +39,7 @@ struct Estimate {
 }
 
 impl<'a> Descent<'a> {
-    /// At the graph's own poses, with all weights 1.
+    /// Begins at the graph's own poses, with all weights 1.
     pub(crate) fn begin(graph: &'a PoseGraph, config: &'a SolverConfig) -> Result<Self, Error> {
         let (poses, weights) = (graph.poses.clone(), graph.full_weights());
         let planes = graph.best_planes(&poses, &weights)?;
@@ -68,7 +68,7 @@ impl<'a> Descent<'a> {
         self.has_converged
     }
 
-    /// Gives factors other weights.
+    /// Gives the factors other weights.
     pub(crate) fn weigh(&mut self, weights: Weights) -> Result<(), Error> {
         let Estimate { poses, planes, cost } = &mut self.estimate;
         *planes = self.graph.best_planes(poses, &weights)?;
@@ -77,7 +77,7 @@ impl<'a> Descent<'a> {
         Ok(())
     }
 
-    /// Steps until the cost hardly sinks any more, or no more steps are allowed.
+    /// Steps until the cost hardly decreases any more, or no more steps are allowed.
     pub(crate) fn run(&mut self) {
         let end = self.iterations + self.config.max_iterations;
         let mut damping = FIRST_DAMPING;
@@ -86,7 +86,7 @@ impl<'a> Descent<'a> {
             let Estimate { poses, planes, .. } = &self.estimate;
             self.graph.linearize(poses, planes, &self.weights, &mut self.equations);
             let before = self.estimate.cost;
-            // Tried again with more damping until it lowers the cost.
+            // A step is tried again with more damping until it lowers the cost.
             while !self.has_converged && self.iterations < end {
                 self.iterations += 1;
                 if let Some((next, promised)) = self.stepped(damping) {
@@ -102,8 +102,8 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// What a step leads to, and how much the linearized cost sinks by it; `None` where the cost itself does
-    /// not.
+    /// The estimate after a step, and how much the step lowers the linearized cost; `None` where the cost
+    /// itself rises.
     fn stepped(&mut self, damping: f64) -> Option<(Estimate, f64)> {
         let (step, promised) = self.equations.solve(damping)?;
         let poses = stepped(&self.estimate.poses, &self.equations, &step);
@@ -113,7 +113,7 @@ impl<'a> Descent<'a> {
     }
 }
 
-/// The poses after a step of the equations' unknowns. The first has none.
+/// The poses after a step of the equations' unknowns; the first pose has no unknowns.
 fn stepped(poses: &[Isometry3<f64>], equations: &NormalEquations, step: &[f64]) -> Vec<Isometry3<f64>> {
     let moved = |(index, pose): (usize, &Isometry3<f64>)| {
         let Some(block) = pose_block(index) else { return *pose };
@@ -124,7 +124,7 @@ fn stepped(poses: &[Isometry3<f64>], equations: &NormalEquations, step: &[f64]) 
     poses.iter().enumerate().map(moved).collect()
 }
 
-/// The block of a pose in the equations: the first has none.
+/// The block of a pose in the equations; the first pose has none.
 pub(crate) fn pose_block(pose: usize) -> Option<usize> {
     pose.checked_sub(1)
 }

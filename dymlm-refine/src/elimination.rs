@@ -6,44 +6,45 @@ use faer::sparse::linalg::amd;
 
 use crate::Error;
 
-/// Columns are put together to wider supernodes where zeros that are then computed with are at most this share
-/// of all numbers: up to so many columns, and with more. Narrow ones cost more to handle than to compute.
+/// Greatest share of zeros among the numbers of merged columns, for supernodes of up to so many columns.
+/// Columns are merged because narrow supernodes cost more to handle than to compute.
 const SHARES_OF_ZEROS: [(usize, f64); 3] = [(12, 0.3), (48, 0.1), (usize::MAX, 0.02)];
 
-/// In which order blocks of unknowns are eliminated, and what that fills in; it depends on the pattern alone.
+/// In which order blocks of unknowns are eliminated, and the fill-in; both depend on the pattern alone.
 ///
-/// The order is that of least degree (AMD) among blocks. Columns with the same pattern below them are one
-/// supernode, a dense front (Duff and Reid 1983; Davis, "Direct Methods for Sparse Linear Systems", 4).
+/// The order is that of approximate minimum degree (AMD) among blocks. Columns with the same pattern below
+/// them form a supernode, a dense front (Duff and Reid 1983; Davis, "Direct Methods for Sparse Linear
+/// Systems", 4).
 #[derive(Debug)]
 pub(crate) struct Elimination {
-    /// For each block its position in the order.
+    /// For each block, its position in the order.
     pub(crate) positions: Vec<usize>,
-    /// For each position where its unknowns begin, and the end of the last.
+    /// For each position, where its unknowns begin; and the end of the last.
     pub(crate) starts: Vec<usize>,
-    /// Each after all that it depends on.
+    /// Each comes after all those that it depends on.
     pub(crate) supernodes: Vec<Supernode>,
 }
 
 /// Columns that are eliminated together, and the rows below them that they change.
 #[derive(Debug)]
 pub(crate) struct Supernode {
-    /// Of the blocks.
+    /// Positions of its blocks.
     pub(crate) positions: Range<usize>,
     /// Unknowns that are eliminated here.
     pub(crate) columns: usize,
-    /// And with those of the rows below.
+    /// The same with the unknowns of the rows below.
     pub(crate) size: usize,
     /// The rows below, as unknowns.
     pub(crate) below: Vec<Range<usize>>,
     /// Supernodes whose rows below begin in this one's columns, ascending.
     pub(crate) children: Vec<usize>,
-    /// Where its rows below are among those of the one that it is a child of.
+    /// Where its rows below are among the rows of its parent.
     pub(crate) into_parent: Vec<Run>,
-    /// Positions of the blocks of the rows below, each with where it begins in the front.
+    /// Positions of the blocks of the rows below, and where each begins in the front.
     places: Vec<(usize, usize)>,
 }
 
-/// Rows that follow one another in two places.
+/// Rows that are consecutive in two places.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Run {
     pub(crate) from: usize,
@@ -52,7 +53,7 @@ pub(crate) struct Run {
 }
 
 impl Elimination {
-    /// `below`: for each block those after it that it is coupled with, ascending.
+    /// `below`: for each block, the later blocks that it is coupled with, ascending.
     pub(crate) fn new(sizes: &[usize], below: &[Vec<usize>]) -> Result<Self, Error> {
         let order = least_degree(below)?;
         let order = postorder(&order, &parents(&neighbours(&order, below)));
@@ -83,7 +84,7 @@ impl Supernode {
     }
 }
 
-/// Blocks in the order in which they are to be eliminated.
+/// The blocks in the order of approximate minimum degree.
 fn least_degree(below: &[Vec<usize>]) -> Result<Vec<usize>, Error> {
     let blocks = below.len();
     let ends = below.iter().scan(0, |end, rows| {
@@ -101,7 +102,7 @@ fn least_degree(below: &[Vec<usize>]) -> Result<Vec<usize>, Error> {
     Ok(order)
 }
 
-/// For each position those that it is coupled with.
+/// For each position, the positions that it is coupled with.
 fn neighbours(order: &[usize], below: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut positions = vec![0; order.len()];
     for (position, &block) in order.iter().enumerate() {
@@ -118,7 +119,7 @@ fn neighbours(order: &[usize], below: &[Vec<usize>]) -> Vec<Vec<usize>> {
     neighbours
 }
 
-/// The elimination tree: for each position the first after it that its elimination changes (Liu 1990).
+/// The elimination tree: for each position, the first later one that its elimination changes (Liu 1990).
 fn parents(neighbours: &[Vec<usize>]) -> Vec<Option<usize>> {
     let mut parents: Vec<Option<usize>> = vec![None; neighbours.len()];
     // Short cuts towards the root.
@@ -140,7 +141,7 @@ fn parents(neighbours: &[Vec<usize>]) -> Vec<Option<usize>> {
     parents
 }
 
-/// The same order of elimination, with each subtree in one piece.
+/// An equivalent order of elimination in which each subtree is in one piece.
 fn postorder(order: &[usize], parents: &[Option<usize>]) -> Vec<usize> {
     let mut children = vec![Vec::new(); order.len()];
     let mut waiting = Vec::new();
@@ -159,7 +160,7 @@ fn postorder(order: &[usize], parents: &[Option<usize>]) -> Vec<usize> {
     reversed
 }
 
-/// For each position those below the diagonal that are not zero in the factor, ascending.
+/// For each position, those below the diagonal that are not zero in the factor, ascending.
 fn patterns(neighbours: &[Vec<usize>], parents: &[Option<usize>]) -> Vec<Vec<usize>> {
     let mut patterns: Vec<Vec<usize>> = neighbours
         .iter()
@@ -184,7 +185,7 @@ struct Group {
     numbers: usize,
 }
 
-/// Which positions are eliminated together.
+/// The groups of positions that are eliminated together.
 fn groups(starts: &[usize], patterns: &[Vec<usize>], parents: &[Option<usize>]) -> Vec<Group> {
     let unknowns = |positions: &Range<usize>| starts[positions.end] - starts[positions.start];
     let all_numbers = |positions: &Range<usize>| {
@@ -197,7 +198,7 @@ fn groups(starts: &[usize], patterns: &[Vec<usize>], parents: &[Option<usize>]) 
     for position in 0..patterns.len() {
         let own = position..position + 1;
         let mut group = Group { numbers: all_numbers(&own), positions: own };
-        // What comes before is a child of this, or of nothing here.
+        // The group before this one can be merged when its parent is in this one.
         while let Some(last) = groups.last()
             && parents[last.positions.end - 1].is_some_and(|parent| parent < group.positions.end)
         {
@@ -270,7 +271,7 @@ mod tests {
         assert_eq!(positions, (0..100).collect::<Vec<_>>());
         let columns: usize = elimination.supernodes.iter().map(|node| node.columns).sum();
         assert_eq!(columns, 600);
-        // What is left of a chain on either side.
+        // Besides its columns, a supernode has only what is left of the chain on either side.
         assert!(elimination.supernodes.iter().all(|node| node.size <= node.columns + 2 * 6));
     }
 

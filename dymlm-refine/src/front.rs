@@ -1,14 +1,14 @@
 use crate::elimination::Run;
 
-/// Columns that are taken away from the rest at once: their part of a tile's rows stays in the nearest cache.
+/// Columns that are subtracted from the rest at once: their part of a tile's rows stays in the nearest cache.
 const PANEL: usize = 24;
 /// Rows and columns of a tile, as many as fit into registers.
 const TILE: usize = 4;
 
-/// A dense symmetric matrix of which the first columns are eliminated; of it only the lower triangle is looked
-/// at. Column by column.
+/// A dense symmetric matrix whose first columns are eliminated. Only its lower triangle is used. Stored
+/// column by column.
 ///
-/// In plain loops: the same operations in the same order on every processor.
+/// Plain loops: the same operations in the same order on every processor.
 #[derive(Debug, Default)]
 pub(crate) struct Front {
     size: usize,
@@ -18,7 +18,7 @@ pub(crate) struct Front {
 }
 
 impl Front {
-    /// Zeros.
+    /// Sets the size, and all numbers to zero.
     pub(crate) fn clear(&mut self, size: usize) {
         self.size = size;
         self.values.clear();
@@ -35,20 +35,20 @@ impl Front {
         &self.values[..columns * self.size]
     }
 
-    /// What is left to the rows after so many columns, column by column.
+    /// The matrix that remains behind so many columns, column by column.
     pub(crate) fn rest(&self, columns: usize) -> impl Iterator<Item = &[f64]> {
         let columns = columns.min(self.size);
         self.values.chunks_exact(self.size.max(1)).skip(columns).map(move |column| &column[columns..])
     }
 
-    /// Adds a matrix of `size` rows, given column by column, whose rows go to other places here.
+    /// Adds a matrix of `size` rows, given column by column; `runs` says where its rows go.
     pub(crate) fn add(&mut self, matrix: &[f64], size: usize, runs: &[Run]) {
         for (first, columns) in runs.iter().enumerate() {
             for k in 0..columns.length {
                 let from = &matrix[(columns.from + k) * size..][..size];
                 let to = self.column_mut(columns.to + k, 0);
                 for (number, rows) in runs[first..].iter().enumerate() {
-                    // Of the run itself what is below the diagonal.
+                    // Within the run itself, only what is below the diagonal.
                     let above = if number == 0 { k } else { 0 };
                     let (from, to) = (&from[rows.from..][above..rows.length], &mut to[rows.to + above..]);
                     for (sum, number) in to.iter_mut().zip(from) {
@@ -59,8 +59,8 @@ impl Front {
         }
     }
 
-    /// Eliminates the first columns: they become those of the Cholesky factor, the rest what is left to the
-    /// rest. `false` when the matrix is not positive definite.
+    /// Eliminates the first columns: they become columns of the Cholesky factor, and the rest becomes its
+    /// Schur complement. `false` when the matrix is not positive definite.
     pub(crate) fn eliminate(&mut self, columns: usize) -> bool {
         for begin in (0..columns).step_by(PANEL) {
             let end = columns.min(begin + PANEL);
@@ -96,7 +96,7 @@ impl Front {
         true
     }
 
-    /// Takes the product of the panel with itself from what is right of it.
+    /// Subtracts the product of the panel with itself from the columns to the right of it.
     fn subtract_panel(&mut self, begin: usize, end: usize) {
         let (size, width) = (self.size, end - begin);
         let (panel, rest) = self.values.split_at_mut(end * size);
@@ -114,7 +114,7 @@ impl Front {
                 let product = product(left, right);
                 let row = end + tile * TILE;
                 for (column, product) in columns.chunks_exact_mut(size).zip(&product) {
-                    // Fewer rows at the lower end.
+                    // The last tile may have fewer rows.
                     for (number, product) in column[row..].iter_mut().zip(product) {
                         *number -= product;
                     }
@@ -124,7 +124,7 @@ impl Front {
     }
 }
 
-/// Of a tile's rows with another's, transposed; by columns.
+/// Product of a tile's rows with another tile's, transposed; by columns.
 fn product(left: &[[f64; TILE]], right: &[[f64; TILE]]) -> [[f64; TILE]; TILE] {
     let mut product = [[0.0; TILE]; TILE];
     for (left, right) in left.iter().zip(right) {

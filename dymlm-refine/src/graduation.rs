@@ -1,29 +1,29 @@
-/// Between two rounds the cost comes nearer to one that errors above the limit do not add to by this factor.
+/// Factor by which, from round to round, the cost comes nearer to one that large errors do not add to.
 const RATE: f64 = 1.4;
-/// After so many rounds the cost is the truncated one: one whose weight still changes has an error at the limit.
+/// Most rounds. By then the cost is the truncated one: a weight that still changes has an error at the limit.
 const MOST_ROUNDS: usize = 100;
 
-/// Weights of factors of which some may be wrong, round by round: first by a cost that has one minimum, in the
-/// end each is 0 or 1. Graduated non-convexity with truncated least squares (Yang et al., RA-L 2020, equations
-/// 12 to 14). Errors are squared, and divided by the largest that a right factor has.
+/// Weights of factors some of which may be wrong, round by round: the first cost has a single minimum, in the
+/// end each weight is 0 or 1. Graduated non-convexity with truncated least squares (Yang et al., RA-L 2020,
+/// equations 12 to 14). Errors are squared, and divided by the largest squared error of a right factor.
 #[derive(Debug)]
 pub(crate) struct Graduation {
     errors: Vec<f64>,
     weights: Vec<f64>,
-    /// How near the cost is to the truncated one: mu of the paper.
+    /// How near the cost is to the truncated one: mu in the paper.
     nearness: f64,
     rounds: usize,
 }
 
 impl Graduation {
-    /// `errors`: when all weights are 1.
+    /// `errors`: those with all weights 1.
     pub(crate) fn begin(errors: Vec<f64>) -> Self {
         let largest = errors.iter().copied().fold(0.0, f64::max);
         let nearness = 1.0 / (2.0 * largest - 1.0).max(1.0);
         Self { weights: vec![1.0; errors.len()], errors, nearness, rounds: 0 }
     }
 
-    /// The weights of the next round; `None` when the last ones are to stay.
+    /// The weights of the next round; `None` when the last ones are final.
     pub(crate) fn next(&mut self) -> Option<&[f64]> {
         let weights: Vec<f64> = self.errors.iter().map(|&error| self.weight(error)).collect();
         let is_decided = |weights: &[f64]| weights.iter().all(|weight| [0.0, 1.0].contains(weight));

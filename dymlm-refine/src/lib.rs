@@ -1,8 +1,8 @@
 //! Camera poses refined by what the maps know: planes that many key frames have seen, relative poses of
 //! odometry and of loop closures. Sparse least squares on SE(3).
 //!
-//! The paper names it as future work. Planes enter by the moments of their inliers alone, so that the cost of
-//! a solve does not depend on the number of points (Eigen-Factors, BALM 2).
+//! The paper names this as future work. Planes enter only by the moments of their inliers, so that the cost
+//! of a solve does not depend on the number of points (Eigen-Factors, BALM 2).
 
 mod cholesky;
 mod descent;

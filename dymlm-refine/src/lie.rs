@@ -6,7 +6,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 
-/// Below this angle, radians, series take the place of quotients of vanishing numbers.
+/// Below this angle, radians, series replace quotients of vanishing numbers.
 const SMALL: f64 = 1e-3;
 
 pub(crate) fn skew(v: Vector3<f64>) -> Matrix3<f64> {
@@ -29,13 +29,14 @@ pub(crate) fn log(pose: &Isometry3<f64>) -> Vector6<f64> {
     Vector6::new(rotation.x, rotation.y, rotation.z, velocity.x, velocity.y, velocity.z)
 }
 
-/// Takes tangents at one end of a motion to those at its other end.
+/// Maps tangents at one end of a motion to those at its other end.
 pub(crate) fn adjoint(pose: &Isometry3<f64>) -> Matrix6<f64> {
     let rotation = *pose.rotation.to_rotation_matrix().matrix();
     blocks(rotation, skew(pose.translation.vector) * rotation)
 }
 
-/// A matrix that is the same for rotation and translation, with what rotation adds to translation.
+/// A matrix with one block for both rotation and translation, and a block by which rotation adds to
+/// translation.
 fn blocks(diagonal: Matrix3<f64>, lower: Matrix3<f64>) -> Matrix6<f64> {
     let mut matrix = Matrix6::zeros();
     matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&diagonal);
@@ -44,7 +45,7 @@ fn blocks(diagonal: Matrix3<f64>, lower: Matrix3<f64>) -> Matrix6<f64> {
     matrix
 }
 
-/// Of SO(3).
+/// The left Jacobian of SO(3).
 fn left_jacobian(rotation: Vector3<f64>) -> Matrix3<f64> {
     let (angle, cross) = (rotation.norm(), skew(rotation));
     let square = angle * angle;
@@ -68,10 +69,10 @@ fn left_jacobian_inverse(rotation: Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() - cross * 0.5 + cross * cross * a
 }
 
-/// What a small step in the tangent space at `tangent` is in that at the identity: the change of [`log`] when
-/// a pose is moved from the right.
+/// The inverse of the right Jacobian: how [`log`], which is `tangent`, changes when the pose is moved by a
+/// small step from the right.
 pub(crate) fn right_jacobian_inverse(tangent: &Vector6<f64>) -> Matrix6<f64> {
-    // That of the left, of the inverse motion.
+    // It is the inverse of the left Jacobian of the inverse motion.
     let (rotation, velocity) = parts(&-tangent);
     let inverse = left_jacobian_inverse(rotation);
     blocks(inverse, -inverse * coupling(rotation, velocity) * inverse)

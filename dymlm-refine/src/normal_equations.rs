@@ -4,22 +4,22 @@ use crate::Error;
 use crate::cholesky::Cholesky;
 use crate::elimination::Elimination;
 
-/// Symmetric equations in blocks, of which only those that some factor couples are stored. What depends on
-/// the pattern alone is made once: the order of elimination and the places of the numbers.
+/// Symmetric equations in blocks; only blocks that some factor couples are stored. What depends on the
+/// pattern alone is computed once: the order of elimination and the places of the numbers.
 #[derive(Debug)]
 pub(crate) struct NormalEquations {
     /// Where the unknowns of each block begin, and the end of the last.
     starts: Vec<usize>,
     elimination: Elimination,
-    /// For each position in the order of elimination the blocks on and below its diagonal, ascending.
+    /// For each position in the order of elimination, the blocks on and below its diagonal, ascending.
     columns: Vec<Vec<Entry>>,
-    /// Each block column by column.
+    /// The numbers of the blocks, each block column by column.
     values: Vec<f64>,
     right: Vec<f64>,
     cholesky: Cholesky,
 }
 
-/// A block.
+/// A block that is stored.
 #[derive(Debug)]
 struct Entry {
     /// Position of its rows.
@@ -31,7 +31,7 @@ struct Entry {
 }
 
 impl NormalEquations {
-    /// Of blocks of these sizes, with the pairs that are coupled.
+    /// Equations for blocks of these sizes, with the pairs that are coupled.
     pub(crate) fn new(
         sizes: impl IntoIterator<Item = usize>,
         coupled: impl IntoIterator<Item = (usize, usize)>,
@@ -80,8 +80,8 @@ impl NormalEquations {
         self.right.fill(0.0);
     }
 
-    /// Adds the products of a factor's Jacobian for two blocks: `a` times `b` transposed belongs there where
-    /// the rows of `a` and the columns of `b` meet.
+    /// Adds a product of a factor's Jacobians for two blocks: to the rows of the first block and the columns
+    /// of the second.
     pub(crate) fn add<const R: usize, const C: usize>(
         &mut self,
         blocks: [usize; 2],
@@ -95,7 +95,7 @@ impl NormalEquations {
         }
     }
 
-    /// By positions, on or below the diagonal.
+    /// The same by positions, on or below the diagonal.
     fn add_below<const R: usize, const C: usize>(
         &mut self,
         [row, column]: [usize; 2],
@@ -108,20 +108,21 @@ impl NormalEquations {
         }
     }
 
-    /// Subtracts from the right-hand side.
+    /// Subtracts a gradient from the right-hand side.
     pub(crate) fn subtract<const R: usize>(&mut self, block: usize, gradient: &SMatrix<f64, R, 1>) {
         for (right, g) in self.right[self.starts[block]..].iter_mut().zip(gradient.iter()) {
             *right -= g;
         }
     }
 
-    /// Greatest element of the gradient.
+    /// Greatest magnitude in the gradient.
     pub(crate) fn steepness(&self) -> f64 {
         self.right.iter().fold(0.0, |most, g| g.abs().max(most))
     }
 
-    /// The solution with each diagonal element made greater by a share of itself (Marquardt), and how much
-    /// the quadratic model promises to lower the cost. `None` when it is not positive definite.
+    /// The solution with each diagonal element enlarged by the share `damping` of itself (Marquardt), and how
+    /// much the quadratic model promises to lower the cost. `None` when the equations are not positive
+    /// definite.
     pub(crate) fn solve(&mut self, damping: f64) -> Option<(Vec<f64>, f64)> {
         self.factorize(damping)?;
         let step = self.solve_factorized(&self.right);
@@ -139,7 +140,8 @@ impl NormalEquations {
         step.iter().all(|x| x.is_finite()).then_some((step, 0.5 * (own + damped)))
     }
 
-    /// The part of the inverse that belongs to a block, column by column. `None` when the equations have none.
+    /// The blocks on the diagonal of the inverse, column by column. `None` when the equations have no
+    /// inverse.
     pub(crate) fn inverses(&mut self, blocks: &[usize]) -> Option<Vec<Vec<f64>>> {
         self.factorize(0.0)?;
         let inverse = |&block: &usize| {
@@ -155,7 +157,8 @@ impl NormalEquations {
         blocks.iter().map(inverse).collect()
     }
 
-    /// Each diagonal element made greater by a share of itself. `None` when that is not positive definite.
+    /// Factorizes with each diagonal element enlarged by a share of itself. `None` when not positive
+    /// definite.
     fn factorize(&mut self, damping: f64) -> Option<()> {
         let Self { elimination, columns, values, cholesky, .. } = self;
         let size = |position: usize| elimination.starts[position + 1] - elimination.starts[position];
@@ -172,7 +175,7 @@ impl NormalEquations {
                 }
                 for unknown in first..first + size(position) {
                     let diagonal = &mut front.column_mut(unknown, unknown)[0];
-                    // What no factor holds stays where it is.
+                    // Unknowns that no factor holds stay where they are.
                     *diagonal += damping * *diagonal + f64::MIN_POSITIVE.sqrt();
                 }
             }
@@ -180,7 +183,7 @@ impl NormalEquations {
         is_definite.then_some(())
     }
 
-    /// The solution for a right-hand side, of what was factorized last.
+    /// The solution for a right-hand side, by the last factorization.
     fn solve_factorized(&self, right: &[f64]) -> Vec<f64> {
         let Self { starts, elimination, cholesky, .. } = self;
         let mut ordered = vec![0.0; right.len()];

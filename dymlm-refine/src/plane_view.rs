@@ -9,8 +9,8 @@ use crate::lie::skew;
 pub struct PlaneView {
     /// Index of the pose from which it was seen.
     pub pose: usize,
-    /// What the inliers weigh together: the inverse of the variance of their mean distance from the plane,
-    /// 1 / m^2.
+    /// Weight of the inliers together: the inverse of the variance of their mean distance from the plane, 1 /
+    /// m^2.
     pub information: f64,
     /// Mean of the inliers, metres.
     pub centroid: [f64; 3],
@@ -21,19 +21,20 @@ pub struct PlaneView {
 /// The views of one plane.
 #[derive(Debug, Clone)]
 pub(crate) struct PlaneTrack {
-    /// Of the plane, among those that were added.
+    /// Number of the plane among those that were added.
     pub(crate) number: usize,
     pub(crate) views: Vec<PlaneFactor>,
 }
 
-/// A view, prepared.
+/// A view, prepared for the solver.
 #[derive(Debug, Clone)]
 pub(crate) struct PlaneFactor {
     pub(crate) pose: usize,
     information: f64,
     centroid: Vector3<f64>,
     covariance: Matrix3<f64>,
-    /// Transposed root of the covariance: its rows are the axes of the inliers, as long as they are spread.
+    /// Transposed root of the covariance: its rows are the axes of the inliers, as long as their standard
+    /// deviations.
     spread: Matrix3<f64>,
 }
 
@@ -42,7 +43,7 @@ pub(crate) struct PlaneFactor {
 pub(crate) struct WorldPlane {
     normal: Vector3<f64>,
     offset: f64,
-    /// Two directions within it.
+    /// Two unit vectors within it.
     across: Matrix3x2<f64>,
 }
 
@@ -60,8 +61,7 @@ impl PlaneFactor {
         if !is_right || least < -1e-9 * largest {
             return Err(no_information);
         }
-        // How thick the inliers are is nothing that poses could change: what is left is how they are spread
-        // within their own plane.
+        // No pose can change how thick the inliers are: what remains is their spread within their own plane.
         let spread = eigen.values.map(|value| (value - least).max(0.0));
         let axis = |k: usize| Vector3::from(eigen.vectors[k]) * spread[k].sqrt();
         let thin = |k: usize, l: usize| if k == l { rows[k][l] - least } else { rows[k][l] };
@@ -74,8 +74,8 @@ impl PlaneFactor {
         })
     }
 
-    /// Distance of the centroid from the plane, and spreads of the inliers along its normal, in standard
-    /// deviations of the mean distance.
+    /// Distance of the centroid from the plane, and spreads of the inliers along the plane's normal, in
+    /// standard deviations of the mean distance.
     pub(crate) fn error(&self, pose: &Isometry3<f64>, plane: &WorldPlane) -> Vector4<f64> {
         let centroid = pose.rotation * self.centroid + pose.translation.vector;
         let normal = pose.rotation.inverse() * plane.normal;
@@ -84,7 +84,7 @@ impl PlaneFactor {
         Vector4::new(distance, spread.x, spread.y, spread.z) * self.information.sqrt()
     }
 
-    /// And how it changes with the pose, and with the plane: two turns of its normal, its offset.
+    /// The error, and its derivatives by the pose and by the plane: two turns of its normal, its offset.
     pub(crate) fn linearized(
         &self,
         pose: &Isometry3<f64>,
@@ -108,12 +108,13 @@ impl PlaneFactor {
 
 impl PlaneTrack {
     /// The plane of least cost at these poses: the eigenvector of the least eigenvalue of all moments
-    /// (Ferrer, "Eigen-Factors", 2019; Liu and Zhang, "BALM 2", 2022). So poses alone decide the cost. With
-    /// weights of the views; when all are 0 the plane adds nothing to the cost, and any will do.
+    /// (Ferrer, "Eigen-Factors", 2019; Liu and Zhang, "BALM 2", 2022). So the poses alone decide the cost.
+    /// Views count by their weights; when all weights are 0 the plane adds nothing to the cost, and any will
+    /// do.
     pub(crate) fn best(&self, poses: &[Isometry3<f64>], weights: &[f64]) -> Option<WorldPlane> {
         let counts_all = weights.iter().all(|weight| *weight == 0.0);
         let mut moments = Matrix4::zeros();
-        // About the first centroid, so that far from the origin no digits are lost.
+        // Relative to the first centroid, so that no digits are lost far from the origin.
         let origin = self.views.first().map(|view| {
             let pose = &poses[view.pose];
             pose.rotation * view.centroid + pose.translation.vector

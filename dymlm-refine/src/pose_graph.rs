@@ -9,12 +9,12 @@ use crate::pose_conversion::{isometry, pose};
 use crate::relative_pose::RelativeFactor;
 use crate::{Error, PlaneView, RelativePose, SolverConfig};
 
-/// Poses, and what is known of them: relative poses, and planes that were seen from them.
+/// Poses, and what is known about them: relative poses, and planes that were seen from them.
 ///
-/// The first pose stays where it is; of all others those are sought that make the cost least: half the sum of
-/// squares of all errors, each in standard deviations. A plane adds the least eigenvalue of the moments of
-/// its views, so that it needs no unknowns of its own in the cost; in the equations it has three, which keeps
-/// them sparse when hundreds of poses see one wall.
+/// The first pose stays where it is. The solver finds the other poses for which the cost is least: half the
+/// sum of squares of all errors, each in standard deviations. A plane adds the least eigenvalue of the
+/// moments of its views, so that it needs no unknowns of its own in the cost; in the equations it has three,
+/// which keeps them sparse when hundreds of poses see one wall.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -36,11 +36,11 @@ use crate::{Error, PlaneView, RelativePose, SolverConfig};
 pub struct PoseGraph {
     pub(crate) poses: Vec<Isometry3<f64>>,
     pub(crate) relatives: Vec<RelativeFactor>,
-    /// Those that more than one pose has seen.
+    /// The planes that more than one pose has seen.
     planes: Vec<PlaneTrack>,
-    /// How many were added.
+    /// Number of planes that were added.
     plane_count: usize,
-    /// Which of the relative poses may be wrong.
+    /// Indices of the relative poses that may be wrong.
     closures: Vec<usize>,
 }
 
@@ -52,11 +52,11 @@ pub struct Solution {
     pub poses: Vec<Pose>,
     /// Cost before the first step.
     pub initial_cost: f64,
-    /// Cost of these poses, without what was left out.
+    /// Cost of these poses, without the factors that were left out.
     pub final_cost: f64,
     /// Steps that were tried.
     pub iterations: usize,
-    /// Whether the last step hardly lowered the cost, instead of being the last allowed.
+    /// Whether it ended because the last step hardly lowered the cost, not because no more were allowed.
     pub has_converged: bool,
     /// Loop closures that were left out as wrong, by their numbers, ascending.
     pub left_out: Vec<usize>,
@@ -65,12 +65,14 @@ pub struct Solution {
 }
 
 impl PoseGraph {
-    /// Without any factor. Each pose takes its body's points to the world.
+    /// A graph without factors. Each pose takes its body's points to the world.
     pub fn new(poses: impl IntoIterator<Item = Pose>) -> Self {
         let poses = poses.into_iter().map(|pose| isometry(&pose)).collect();
         Self { poses, relatives: Vec::new(), planes: Vec::new(), plane_count: 0, closures: Vec::new() }
     }
 
+    /// Adds a relative pose that is known to be right.
+    ///
     /// # Errors
     ///
     /// [`Error::UnknownPose`], [`Error::OwnNeighbour`], [`Error::NoInformation`].
@@ -79,13 +81,13 @@ impl PoseGraph {
         Ok(())
     }
 
-    /// Adds a plane by what was seen of it. One that a single pose has seen says nothing. Views that contradict
-    /// all else, since they are of another plane, are left out, and [named](Solution::views_left_out) by the
-    /// plane's number among those added and their own, from 0.
+    /// Adds a plane by its views. A plane that a single pose has seen says nothing. Views that contradict
+    /// everything else, since they are of another plane, are left out and [named](Solution::views_left_out)
+    /// by two numbers from 0: the plane's among those added, and the view's own.
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownPose`], [`Error::NoInformation`]: then no view of it is added.
+    /// [`Error::UnknownPose`], [`Error::NoInformation`]: then no view of the plane is added.
     pub fn add_plane(&mut self, views: &[PlaneView]) -> Result<(), Error> {
         let views: Result<Vec<_>, _> =
             views.iter().map(|view| PlaneFactor::new(view, self.poses.len())).collect();
@@ -98,8 +100,8 @@ impl PoseGraph {
         Ok(())
     }
 
-    /// Adds a loop closure: a relative pose that may be wrong. One that contradicts all else is left out, and
-    /// [named](Solution::left_out) by its number among those added, from 0.
+    /// Adds a loop closure: a relative pose that may be wrong. A closure that contradicts everything else is
+    /// left out and [named](Solution::left_out) by its number among those added, from 0.
     ///
     /// # Errors
     ///
@@ -110,9 +112,8 @@ impl PoseGraph {
         Ok(())
     }
 
-    /// The poses of least cost, by Levenberg-Marquardt. What may be wrong, loop closures and views of planes,
-    /// is left out where it is by graduated non-convexity (Yang, Antonante, Tzoumas, Carlone, RA-L 2020,
-    /// truncated least squares).
+    /// The poses of least cost, by Levenberg-Marquardt. Wrong loop closures and views of planes are left out
+    /// by graduated non-convexity (Yang, Antonante, Tzoumas, Carlone, RA-L 2020, truncated least squares).
     ///
     /// # Errors
     ///
@@ -142,13 +143,14 @@ impl PoseGraph {
         })
     }
 
-    /// How well poses of a solution are known beside the first, which is taken as it is: the covariance of a small
-    /// motion of the body in its own axes, three rotations (radians) before three translations (metres), by
-    /// all factors but those that were left out. Linearized, and as good as the factors' own.
+    /// Covariances of poses of a solution, relative to the first pose, which counts as exact: of a small
+    /// motion of the body in its own axes, three rotations (radians) before three translations (metres). All
+    /// factors count but those that were left out. Linearized, and only as good as the covariances of the
+    /// factors.
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownPose`]; [`Error::Singular`] where something is held by no factor at all.
+    /// [`Error::UnknownPose`]; [`Error::Singular`] where no factor at all holds some motion.
     #[doc(alias = "marginals")]
     pub fn covariances(&self, solution: &Solution, of: &[usize]) -> Result<Vec<[[f64; 6]; 6]>, Error> {
         let count = self.poses.len();
@@ -166,7 +168,7 @@ impl PoseGraph {
         let mut inverses = equations.inverses(&blocks).ok_or(Error::Singular)?.into_iter();
         let covariance = |pose: &usize| {
             let inverse = pose_block(*pose).and_then(|_| inverses.next());
-            // It is symmetric: columns are rows.
+            // The inverse is symmetric: columns are rows.
             inverse.map_or([[0.0; 6]; 6], |inverse| {
                 std::array::from_fn(|row| std::array::from_fn(|column| inverse[6 * row + column]))
             })
@@ -174,7 +176,7 @@ impl PoseGraph {
         Ok(of.iter().map(covariance).collect())
     }
 
-    /// Weights 0 of what a solution has left out, 1 of all else.
+    /// Weights 0 for what a solution has left out, 1 for everything else.
     fn without(&self, solution: &Solution) -> Weights {
         let mut weights = self.full_weights();
         for &closure in &solution.left_out {
@@ -192,8 +194,8 @@ impl PoseGraph {
         weights
     }
 
-    /// Squared errors of what may be wrong, loop closures and then views of planes, in the largest of right
-    /// ones.
+    /// Squared errors of factors that may be wrong, loop closures and then views of planes, divided by the
+    /// largest squared error of a right factor.
     fn doubtful_errors(&self, descent: &Descent<'_>, config: &SolverConfig) -> Vec<f64> {
         let poses = descent.poses();
         let closures = self.closures.iter().map(|&index| {
@@ -214,7 +216,8 @@ impl PoseGraph {
         }
     }
 
-    /// `doubtful`: weights of what may be wrong, as [`Self::doubtful_errors`] has it.
+    /// All weights; `doubtful`: those of factors that may be wrong, in the order of
+    /// [`Self::doubtful_errors`].
     fn weights(&self, doubtful: &[f64]) -> Weights {
         let (mut weights, mut doubtful) = (self.full_weights(), doubtful.iter());
         let closures = self.closures.iter().copied();

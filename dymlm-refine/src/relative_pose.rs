@@ -22,7 +22,8 @@ pub struct RelativePose {
 }
 
 impl RelativePose {
-    /// With independent errors of these standard deviations: radians about each axis, metres along each.
+    /// A relative pose with independent errors of these standard deviations: radians about each axis, metres
+    /// along each.
     pub fn with_deviations(from: usize, to: usize, measured: Pose, rotation: f64, translation: f64) -> Self {
         let weights = [rotation, rotation, rotation, translation, translation, translation];
         let row =
@@ -31,12 +32,12 @@ impl RelativePose {
     }
 }
 
-/// The same, prepared.
+/// A relative pose, prepared for the solver.
 #[derive(Debug, Clone)]
 pub(crate) struct RelativeFactor {
     pub(crate) poses: [usize; 2],
     inverse: Isometry3<f64>,
-    /// Of which the square is the information.
+    /// A root R of the information: R^T R is the information.
     root: Matrix6<f64>,
 }
 
@@ -65,12 +66,12 @@ impl RelativeFactor {
         Ok(Self { poses: [from, to], inverse: isometry(&measured).inverse(), root })
     }
 
-    /// Its error in standard deviations.
+    /// The error in standard deviations.
     pub(crate) fn error(&self, [from, to]: [&Isometry3<f64>; 2]) -> Vector6<f64> {
         self.root * log(&(self.inverse * from.inverse() * to))
     }
 
-    /// And how it changes with each of the two poses.
+    /// The error, and its derivatives by each of the two poses.
     pub(crate) fn linearized(&self, [from, to]: [&Isometry3<f64>; 2]) -> (Vector6<f64>, [Matrix6<f64>; 2]) {
         let between = from.inverse() * to;
         let error = log(&(self.inverse * between));

@@ -4,17 +4,17 @@ use dymlm_core::{ConfigError, check_range};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SolverConfig {
-    /// Most steps of Levenberg-Marquardt, those that were taken back included: 1 to 10,000, in each round that
-    /// decides on what may be wrong.
+    /// Most steps of Levenberg-Marquardt, those that were taken back included, in each round that decides
+    /// which factors are wrong: 1 to 10,000.
     pub max_iterations: usize,
-    /// A step that lowers the cost by a smaller share of itself is the last: 0 to 1.
+    /// A step that lowers the cost by a smaller share of the cost is the last: 0 to 1.
     pub relative_decrease: f64,
-    /// Largest squared error of a loop closure that is right, in standard deviations, 1 to 1e9. Default 22.46:
-    /// 99.9 % of the right ones, by the chi-squared distribution of six degrees of freedom.
+    /// Largest squared error of a loop closure that is right, in standard deviations, 1 to 1e9. Default
+    /// 22.46: 99.9 % of the right ones, by the chi-squared distribution of six degrees of freedom.
     pub max_closure_error: f64,
     /// Largest squared error of a view of a plane that is right, in standard deviations, 1 to 1e9. Default
-    /// 16.27: 99.9 % of the right ones, by the chi-squared distribution of three degrees of freedom, a distance
-    /// and two tilts.
+    /// 16.27: 99.9 % of the right ones, by the chi-squared distribution of three degrees of freedom, a
+    /// distance and two tilts.
     pub max_view_error: f64,
 }
 

@@ -7,11 +7,11 @@ use crate::session_log::{BodyMotion, Event};
 use crate::witnesses::Witnesses;
 use crate::{Error, MapBuilder, MultiLevelMap};
 
-/// Rim around an object in which readings may be its own, metres: noise and mixed pixels. When it stands and
-/// the maps are changed, and while it moves and readings are only left out.
+/// Rim around an object within which readings may belong to it (noise, mixed pixels), metres: narrow when it
+/// rests and the maps change, wider while it moves and readings are only left out.
 const RIM_AT_REST: f64 = 0.02;
 const RIM_WHILE_MOVING: f64 = 0.04;
-/// What lies lower than this above the plane that the object stood on belongs to the plane, metres.
+/// Points lower than this above the plane that the object stood on belong to the plane, metres.
 const CLEARANCE: f64 = 0.007;
 
 /// An object was put down at another place, and all maps followed.
@@ -20,23 +20,24 @@ const CLEARANCE: f64 = 0.007;
 pub struct ObjectMove {
     /// The object.
     pub object: ObjectId,
-    /// Its box where it stood, and where it stands.
+    /// Its box where it stood before.
     pub from: OrientedBox,
     /// Its box where it stands now.
     pub to: OrientedBox,
-    /// Voxels of the cloud that went with it.
+    /// Voxels of the cloud that moved with it.
     pub cloud_voxels: usize,
     /// Cells of the octree that are free now.
     pub emptied_cells: usize,
-    /// Cells of the octree that it has come to.
+    /// Cells of the octree that became occupied at its new place.
     pub occupied_cells: usize,
-    /// Planes that are faces of it.
+    /// Planes that are its faces.
     pub planes: Vec<PlaneId>,
 }
 
 /// Objects of the map that somebody carries about (the paper's section V-D).
 impl MapBuilder {
-    /// Chooses an object of the map to be followed from a frame on in which it stands where the map has it.
+    /// Makes a tracker for an object of the map, from a frame in which the object stands where the map has
+    /// it.
     ///
     /// The tracker's object frame is the object's box: origin in its middle, axes along its sides. Cuboids
     /// are followed by their box, other things by their points.
@@ -87,8 +88,8 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownObject`]; [`Error::Planes`] when it went out of what the maps can reach. Nothing has
-    /// changed.
+    /// [`Error::UnknownObject`]; [`Error::Planes`] when the object was put down outside what the maps can
+    /// reach. Nothing has changed then.
     pub fn follow_object(
         &mut self,
         object: ObjectId,
@@ -116,7 +117,7 @@ impl MapBuilder {
         Ok(moved)
     }
 
-    /// Takes note of whether somebody carries an object.
+    /// Notes whether somebody carries an object.
     pub(crate) fn set_held(&mut self, object: ObjectId, is_held: bool) {
         let objects = &mut self.map.objects;
         let is_new = if is_held { objects.hold(object) } else { objects.release(object) };
@@ -126,7 +127,7 @@ impl MapBuilder {
         }
     }
 
-    /// Brings an object to where it was put down, and notes it.
+    /// Moves an object to where it was put down, and logs the event.
     pub(crate) fn put_down(&mut self, object: ObjectId, mut motion: BodyMotion) -> Result<ObjectMove, Error> {
         let mut event = None;
         if let Some(((newest, world_from_camera), object)) =
@@ -142,14 +143,14 @@ impl MapBuilder {
         Ok(moved)
     }
 
-    /// What tells in a history which object it is.
+    /// The detections by which the log identifies an object.
     fn witnesses_of(&self, object: ObjectId) -> Option<Witnesses> {
         self.map.past.log.as_ref().map(|log| Witnesses::of(object, &log.events, self.map.objects()))
     }
 }
 
 impl MultiLevelMap {
-    /// Brings an object that was put down to its new place in all maps.
+    /// Moves an object that was put down to its new place in all maps.
     pub(crate) fn move_body(&mut self, object: ObjectId, motion: &BodyMotion) -> Result<ObjectMove, Error> {
         let new_from_old = &motion.new_from_old;
         let mapped = self.objects().object(object).ok_or(Error::UnknownObject { object })?;
@@ -161,7 +162,7 @@ impl MultiLevelMap {
                 && support.is_none_or(|support| support.plane.signed_distance(place) > CLEARANCE)
         };
 
-        // First, because it alone may refuse.
+        // First, because only the plane map may refuse.
         let planes = self.planes.move_body(new_from_old, is_body)?;
         let around =
             OrientedBox::around(&places).and_then(|around| around.with_rim(self.octree.resolution()).ok());
@@ -194,7 +195,7 @@ fn model_of(object: &MapObject) -> Result<ObjectModel, Error> {
     Ok(ObjectModel::from_points(&points)?)
 }
 
-/// The box about a tracked object at a pose, a rim wider on each side.
+/// The box of a tracked object at a pose, wider by a rim on each side.
 fn body_at(tracker: &ObjectTracker, world_from_object: &Pose, rim: f64) -> Option<OrientedBox> {
     let [low, high] = tracker.model().bounds();
     let body = OrientedBox::between(low, high).and_then(|body| body.with_rim(rim)).ok()?;
@@ -228,7 +229,7 @@ mod tests {
         for frame in shown {
             builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
         }
-        // Nobody looks for objects in the last frame.
+        // The detector does not run on the last frame.
         builder.insert(&last.frame, Detections::NotRun, &last.world_from_camera).unwrap();
         builder.forget_outside(last.world_from_camera.translation(), 8.0);
         let object = builder.map().objects().objects().next().unwrap().id();
@@ -236,7 +237,7 @@ mod tests {
         builder.put_down(object, BodyMotion { new_from_old, tracked: None }).unwrap();
         let (right, stands) = (poses(&builder), place(&builder, object).unwrap());
 
-        // What the first frames show lies where all was forgotten, wherever the world is moved then.
+        // The first frames now show a region that was forgotten, however the world is moved afterwards.
         let far = Pose::new([30.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
         let wrong: Vec<_> = right[..shown.len()].iter().map(|&(id, pose)| (id, far * pose)).collect();
         let last = right[shown.len()];

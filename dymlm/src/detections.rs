@@ -20,8 +20,8 @@ pub enum Detections<'a> {
     Found(&'a [Detection]),
     /// The detector did not run on this frame, and will not.
     NotRun,
-    /// The detector runs still; [`MapBuilder::detections_for`](crate::MapBuilder::detections_for) brings its
-    /// result.
+    /// The detector is still running; [`MapBuilder::detections_for`](crate::MapBuilder::detections_for)
+    /// brings its result.
     Pending,
 }
 

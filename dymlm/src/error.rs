@@ -4,11 +4,11 @@ use dymlm_core::{ConfigError, FrameId, ObjectId};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A field of the key frames' config outside its range. The other parts' fields are refused by their own
-    /// crates, through the variants below.
+    /// A field of the config is outside its range, in the facade's own part or the sensor's. The other parts'
+    /// fields are refused by their own crates, through the variants below.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// A frame that the sensor's stride leaves without a camera.
+    /// Nothing of the frame is left by the sensor's stride.
     #[error(transparent)]
     Core(#[from] dymlm_core::Error),
     /// Refused by the preprocessing: a time that runs backwards, an instance mask of the wrong size.
@@ -17,7 +17,7 @@ pub enum Error {
     /// Refused by the cloud: a camera out of its reach.
     #[error(transparent)]
     Cloud(#[from] dymlm_cloud::Error),
-    /// Refused by the octree: a camera outside its cells.
+    /// Refused by the octree: a frame or scan whose rays would pass too many cells.
     #[error(transparent)]
     Octree(#[from] dymlm_octree::Error),
     /// Refused by the plane map: a camera out of its reach.
@@ -33,7 +33,7 @@ pub enum Error {
         object: ObjectId,
     },
     /// No detections of this frame are awaited: it was never inserted as pending, has them already, or was
-    /// processed without because they came too late.
+    /// processed without them because they came too late.
     #[error("frame {frame} awaits no detections")]
     NotPending {
         /// The frame named.
@@ -42,14 +42,15 @@ pub enum Error {
     /// Refused by the object map: a camera out of its reach.
     #[error(transparent)]
     Objects(#[from] dymlm_objects::Error),
-    /// Parts of the cloud cannot be written to the file of [`MemoryConfig`](crate::MemoryConfig): the maps are
-    /// whole. Or they cannot be read back: then they are lost, and each further frame is refused.
+    /// Parts of the cloud cannot be written to the file of [`MemoryConfig`](crate::MemoryConfig): then the
+    /// maps are still complete. Or parts cannot be read back: then they are lost, and each further frame is
+    /// refused.
     #[error("the file for parts of the cloud that do not fit into memory: {0}")]
     Paging(#[source] std::io::Error),
     /// Key-frame observations could not be kept or read.
     #[error(transparent)]
     History(#[from] dymlm_history::Error),
-    /// No observations of key frames are kept, so that none can be mapped again.
+    /// No observations of key frames are kept, so none can be mapped again.
     #[error("no key-frame observations are kept: set the config's history to memory or to a folder")]
     NoHistory,
     /// No frame of this id was inserted.
@@ -62,25 +63,25 @@ pub enum Error {
     #[cfg(feature = "io")]
     #[error(transparent)]
     Files(#[from] dymlm_io::Error),
-    /// What was saved of a session is not what was written.
+    /// The saved state of a session is damaged.
     #[cfg(feature = "io")]
     #[error(transparent)]
     State(#[from] dymlm_core::DamagedState),
-    /// The config that a map was saved with cannot be read, or not be written so that it is read back.
+    /// The config that a map was saved with cannot be read.
     #[cfg(feature = "io")]
     #[error("the config of the saved map: {0}")]
     SavedConfig(String),
     /// Maps that were made with different configs do not merge.
     #[error("the maps were made with different configs: {what}{}", both(*.values))]
     ConfigsDiffer {
-        /// The field, or the part of the config.
+        /// The field, or the part of the config, that differs.
         what: &'static str,
-        /// What it is in the map that was to be merged into, and in the other, where it is a number.
+        /// Its value in the map that was to be merged into, and in the other map, where it is a number.
         values: Option<[f64; 2]>,
     },
-    /// Both maps know a session, but not the same of it.
+    /// Both maps hold a session, but with different contents.
     #[error(
-        "the session that begins with frame {own}, in the other map with {other}, is not the same in both"
+        "the session that begins with frame {own} ({other} in the other map) is not the same in both maps"
     )]
     SessionsDiffer {
         /// Its first frame in the map that was to be merged into.
@@ -92,7 +93,7 @@ pub enum Error {
     #[cfg(feature = "refine")]
     #[error("the poses cannot be refined: {0}")]
     Refinement(#[from] dymlm_refine::Error),
-    /// Whoever watched said that it should not go on.
+    /// The caller's `watch` has cancelled the correction.
     #[error("the correction was cancelled")]
     Cancelled,
 }

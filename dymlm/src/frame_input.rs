@@ -3,8 +3,8 @@ use dymlm_objects::SightedPoint;
 
 use crate::Detections;
 
-/// One frame as [`MapBuilder::insert_frame`](crate::MapBuilder::insert_frame) takes it in, with all that a
-/// caller may know of it.
+/// One frame as [`MapBuilder::insert_frame`](crate::MapBuilder::insert_frame) takes it in, with everything
+/// that a caller may know of it.
 ///
 /// ```
 /// use dymlm::core::{Detection, Frame, Pose};
@@ -31,7 +31,7 @@ impl<'a> FrameInput<'a> {
     }
 
     /// Adds the SLAM's map points that the frame shows, by their ids: two observations of one object mostly
-    /// share them. Without any, the voxels of the objects' clouds take their part.
+    /// share such points. Without them, the voxels of the objects' clouds play their part.
     #[must_use]
     pub fn with_sighted_points(mut self, sighted_points: &'a [SightedPoint]) -> Self {
         self.sighted_points = sighted_points;

@@ -11,13 +11,13 @@ use crate::{CorrectionReport, StageTimes};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct FrameReport {
-    /// The frame, by which it is named from now on.
+    /// The frame's id, which names it from now on.
     pub id: FrameId,
     /// The frame's time, seconds.
     pub timestamp: f64,
     /// What became of the frame.
     pub outcome: FrameOutcome,
-    /// Potential movers in the frame, detected or predicted, by ascending track id. None while the frame
+    /// Potential movers in the frame, detected or predicted, by ascending track id. Empty while the frame
     /// waits.
     pub movers: Vec<Mover>,
     /// Pixels that were masked as moving.
@@ -51,7 +51,7 @@ impl FrameReport {
         }
     }
 
-    /// What a [scan](crate::MapBuilder::insert_scan) has brought into the maps; `None` of a frame.
+    /// What a [scan](crate::MapBuilder::insert_scan) has brought into the maps; `None` for a frame.
     pub fn scan(&self) -> Option<&ScanUpdate> {
         match &self.outcome {
             FrameOutcome::Scanned(update) => Some(update),
@@ -64,7 +64,7 @@ impl FrameReport {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum FrameOutcome {
-    /// It waits for its detections, or stands behind a frame that does.
+    /// It waits for its detections, or behind a frame that does.
     Waiting,
     /// Movers were tracked in it; it is no key frame.
     Tracked,
@@ -84,7 +84,7 @@ pub struct ScanUpdate {
     pub cloud: CloudFrameReport,
     /// Into the octree.
     pub octree: InsertReport,
-    /// Objects that are no more where they were.
+    /// Objects that were removed, since they are no longer where they were.
     pub removed: Vec<ObjectId>,
 }
 

@@ -4,17 +4,17 @@ use dymlm_core::vector3::bounds;
 
 use crate::MultiLevelMap;
 
-/// How often the maps are held against the evidence, seconds of the frames' clock: often enough for maps that
-/// change within seconds, seldom enough to cost a frame next to nothing.
+/// How often the maps are compared with the evidence, seconds of the frames' clock: often enough for maps
+/// that change within seconds, seldom enough to cost a frame next to nothing.
 const INTERVAL: f64 = 1.0;
-/// A plane or an object is gone when more than this share of what was read of it is free space.
+/// A plane or an object is removed when more than this share of its places that were read is free space.
 const FREE_SHARE: f64 = 0.5;
 
-/// When the maps were held against the evidence last.
+/// When the maps were last compared with the evidence.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct GhostRemoval {
-    /// The evidence that the maps were held against last.
+    /// Revision of the evidence that the maps were last compared with.
     revision: u32,
     last: f64,
 }
@@ -26,15 +26,15 @@ impl Default for GhostRemoval {
 }
 
 impl GhostRemoval {
-    /// Whether it is time again.
+    /// Whether the interval has passed.
     pub(crate) fn is_due(&self, timestamp: f64) -> bool {
         timestamp - self.last >= INTERVAL
     }
 }
 
 impl MultiLevelMap {
-    /// Takes out of octree, planes and objects what the cloud's evidence has found to be no part of the
-    /// static world, when it is time again; gives the objects that are gone.
+    /// Removes from octree, planes and objects what the cloud's evidence has found to be no part of the
+    /// static world, when the interval has passed; returns the objects that are gone.
     pub(crate) fn remove_ghosts_when_due(&mut self, timestamp: f64) -> Vec<ObjectId> {
         if !self.ghost_removal.is_due(timestamp) {
             return Vec::new();
@@ -43,7 +43,7 @@ impl MultiLevelMap {
         self.remove_ghosts()
     }
 
-    /// The same now, where the evidence has changed since the last time.
+    /// The same at once, where the evidence has changed since the last time.
     pub(crate) fn remove_ghosts(&mut self) -> Vec<ObjectId> {
         let Self { cloud, octree, planes, objects, ghost_removal, .. } = self;
         let verdicts = cloud.verdicts();
@@ -61,7 +61,7 @@ impl MultiLevelMap {
     }
 }
 
-/// Whether a cube holds a ghost and nothing static.
+/// Whether a cube holds a ghost cell and no static one.
 fn is_ghost_cell(verdicts: &Verdicts<'_>, center: [f64; 3], half: f64) -> bool {
     let side = verdicts.cell_size();
     let [x, y, z] = center.map(|c| {
@@ -83,8 +83,8 @@ fn is_ghost_cell(verdicts: &Verdicts<'_>, center: [f64; 3], half: f64) -> bool {
     holds_ghost
 }
 
-/// Whether most of what was read of a thing's points is free space now. What is only occluded by a person, or
-/// masked with somebody who sits on it, is still there.
+/// Whether most of a thing's points that were read are free space now. A thing that is only occluded by a
+/// person, or masked with somebody who sits on it, is still there.
 fn is_gone(verdicts: &Verdicts<'_>, points: &mut dyn Iterator<Item = [f64; 3]>) -> bool {
     let (mut read, mut free) = (0_usize, 0_usize);
     for is_free in points.filter_map(|point| verdicts.is_free(point)) {

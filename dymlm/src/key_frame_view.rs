@@ -21,21 +21,21 @@ pub(crate) struct KeyFrameView<'a> {
     pub(crate) planes: &'a [DetectedPlane],
 }
 
-/// What mapping needs to know besides: parts of the config.
+/// Parts of the config that mapping needs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MappingContext<'a> {
     pub(crate) sensor: &'a SensorModel,
     pub(crate) mover_labels: &'a [String],
 }
 
-/// The maps that are built without the cloud, which is why they can be built beside it.
+/// The maps that do not depend on the cloud, so that they can be built in parallel with it.
 pub(crate) struct OtherMaps<'a> {
     pub(crate) octree: &'a mut Octree,
     pub(crate) planes: &'a mut PlaneMap,
     pub(crate) objects: &'a mut ObjectMapper,
 }
 
-/// What a key frame has brought into them.
+/// What a key frame has brought into these maps.
 pub(crate) struct OtherUpdates {
     octree: InsertReport,
     planes: PlaneReport,
@@ -50,7 +50,7 @@ impl OtherUpdates {
 }
 
 impl<'a> KeyFrameView<'a> {
-    /// What was kept of a key frame.
+    /// The view of an observation that was kept.
     pub(crate) fn of(observation: &'a Observation) -> Self {
         Self {
             frame: &observation.frame,
@@ -63,7 +63,7 @@ impl<'a> KeyFrameView<'a> {
         }
     }
 
-    /// What is to be kept of it.
+    /// The observation that is to be kept.
     pub(crate) fn to_observation(self) -> Result<Observation, Error> {
         let mut observation = Observation::of_frame(self.frame)?;
         observation.static_mask.clone_from(self.static_mask);
@@ -103,7 +103,7 @@ impl<'a> KeyFrameView<'a> {
         Ok(cloud.insert(self.frame, Some(masks), world_from_camera)?)
     }
 
-    /// Brings the key frame into the other maps, a step a line; none of them asks the cloud.
+    /// Brings the key frame into the other maps, one step a line; none of them reads the cloud.
     pub(crate) fn map_others(
         &self,
         maps: &mut OtherMaps<'_>,
@@ -121,7 +121,8 @@ impl<'a> KeyFrameView<'a> {
         })
     }
 
-    /// The frame as the object map takes it in: its static pixels, and the detections of what is no mover.
+    /// The frame as the object map takes it in: its static pixels, and the detections of things that are no
+    /// movers.
     fn object_view(&self, pose: &Pose, context: &MappingContext<'a>) -> Result<ObjectView<'a>, Error> {
         let view = match self.detections {
             Some(found) => ObjectView::new(self.frame, found, pose),

@@ -2,12 +2,12 @@ use dymlm_core::{ConfigError, Pose, check_range};
 
 /// Which frames are mapped. The others are only tracked, so that movers are followed without gaps.
 ///
-/// A frame is a key frame when the camera has moved by either amount since the last one, or when so much time
+/// A frame is a key frame when the camera has moved by either amount since the last one, or when the interval
 /// has passed: a robot at rest goes on to see what changes, at a fraction of the cost. An amount of 0 maps
-/// every frame ([`every_frame`](Self::every_frame)), one of infinity does not count.
+/// every frame ([`every_frame`](Self::every_frame)), an infinite one is never reached.
 ///
-/// Where the detector does not run on every frame, those on which it ran are chosen in the same way among
-/// themselves, besides: no object goes unseen because the other frames were key frames.
+/// Where the detector does not run on every frame, those on which it ran are in addition chosen by the same
+/// rule among themselves: no object goes unseen because other frames were the key frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -18,8 +18,8 @@ pub struct KeyFrameConfig {
     pub min_translation: f64,
     /// Rotation since the last key frame, radians, at least 0. Default 1 degree: 3 cm at 2 m.
     pub min_rotation: f64,
-    /// Time since the last key frame, seconds, at least 0. Default 0.2: what moves before a camera at rest is
-    /// told from what stands by seconds.
+    /// Time since the last key frame, seconds, at least 0. Default 0.2: it takes seconds anyway to tell what
+    /// moves in front of a camera at rest from what stands.
     pub max_interval: f64,
 }
 
@@ -37,8 +37,8 @@ impl KeyFrameConfig {
         Self { max_interval: 0.0, ..Self::default() }
     }
 
-    /// Whether a frame is far enough from the last key frame, in space or time. Of frames with a `period` the
-    /// one nearest to the end of the interval is chosen, whatever the jitter of their times.
+    /// Whether a frame is far enough from the last key frame, in space or time. `period`: the time between
+    /// frames; the frame nearest to the end of the interval is chosen, whatever the jitter of their times.
     fn is_due(&self, last: &Viewed, new: &Viewed, period: f64) -> bool {
         new.world_from_camera.distance(&last.world_from_camera) >= self.min_translation
             || new.world_from_camera.angle(&last.world_from_camera) >= self.min_rotation
@@ -57,7 +57,7 @@ pub(crate) struct KeyFrames {
     last_detected: Option<Viewed>,
 }
 
-/// From where and when a frame was taken.
+/// Time and pose of a frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Viewed {
     pub(crate) timestamp: f64,
@@ -77,14 +77,14 @@ impl KeyFrames {
         Ok(Self { config, newest: f64::NEG_INFINITY, last: None, last_detected: None })
     }
 
-    /// Follows a world that was moved.
+    /// Moves the noted poses with the world.
     pub(crate) fn move_world(&mut self, new_from_old: &Pose) {
         for viewed in self.last.iter_mut().chain(&mut self.last_detected) {
             viewed.world_from_camera = *new_from_old * viewed.world_from_camera;
         }
     }
 
-    /// Whether a frame is to be mapped; if so it is the last key frame from now on.
+    /// Whether a frame is to be mapped; if so it becomes the last key frame.
     pub(crate) fn choose(&mut self, frame: Viewed, is_detected: bool) -> bool {
         let period = frame.timestamp - std::mem::replace(&mut self.newest, frame.timestamp);
         let is_due = |last: Option<Viewed>| last.is_none_or(|last| self.config.is_due(&last, &frame, period));

@@ -9,11 +9,11 @@ use crate::session_log::{Event, KeyFrameEntry, SeenThings};
 use crate::subsampler::in_all_pixels;
 use crate::{CorrectionReport, Error, FrameOutcome, FrameReport, MapBuilder};
 
-/// Detections of a key frame that was mapped without any, since they came too late for it.
+/// Detections of a key frame that was mapped without any, because they came too late.
 impl MapBuilder {
-    /// Takes the movers among them out of the maps, and brings the things in.
+    /// Takes the movers among the detections out of the maps, and brings the things in.
     ///
-    /// Movers are looked for in this frame alone: what was tracked through it, and masked, stays masked.
+    /// Movers are looked for in this frame alone: what tracking had masked in it stays masked.
     pub(crate) fn mend(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
         let log = self.map.past.log.as_ref().ok_or(Error::NotPending { frame })?;
         let (place, entry) = log.key_frame(frame).ok_or(Error::NotPending { frame })?;
@@ -40,7 +40,8 @@ impl MapBuilder {
         Ok(report)
     }
 
-    /// The observation without what moves in it, and with planes that were found without it.
+    /// The observation without the movers that were found now, and with planes that were detected without
+    /// them.
     fn mended(
         &self,
         before: &Observation,
@@ -58,7 +59,7 @@ impl MapBuilder {
         Ok(mended)
     }
 
-    /// Maps another observation in the place of a key frame's.
+    /// Replaces the observation of a key frame, and maps it again.
     fn replace(
         &mut self,
         place: usize,
@@ -68,7 +69,7 @@ impl MapBuilder {
     ) -> Result<CorrectionReport, Error> {
         let log = self.map.past.log.as_mut().ok_or(Error::NoHistory)?;
         let observation = log.history.push(Arc::new(mended));
-        // Its planes are others: they tell of no plane which one it was.
+        // Its planes are new detections, so none of them identifies a plane of the maps before.
         let (frame, seen) = (before.frame, SeenThings::default());
         log.events.set(place, Event::KeyFrame(KeyFrameEntry { frame, observation, seen }));
         let report = self.correct_from(Some(place), poses, &mut |_| true);

@@ -39,7 +39,7 @@
 #[doc = include_str!("../README.md")]
 struct ReadmeDoctests;
 
-// Unit tests share what the integration tests do.
+// Unit tests share fixtures with the integration tests.
 #[cfg(test)]
 extern crate self as dymlm;
 #[cfg(test)]

@@ -13,10 +13,10 @@ use crate::session_log::{Event, InsertedFrame, SessionLog};
 pub struct MapSession {
     /// Its first frame or scan.
     pub first: FrameId,
-    /// How many there are; their ids follow.
+    /// Its number of frames and scans, whose ids are consecutive.
     pub frames: usize,
-    /// Times of the first and the last on the maps' clock, seconds: where a session's own clock begins before
-    /// the end of the one before, it follows that.
+    /// Times of the first and the last one on the maps' clock, seconds. Where a session's own clock begins
+    /// before the end of the session before, its times are shifted to follow that.
     pub times: [f64; 2],
 }
 
@@ -43,8 +43,8 @@ impl MultiLevelMap {
 pub(crate) struct Session {
     /// Its first frame.
     pub(crate) first: FrameId,
-    /// When that came, on the clock of the maps that it was recorded with, seconds. What is merged later may
-    /// come before it, but its place among the sessions is given by this.
+    /// Time of that frame on the clock of the maps that recorded it, seconds. It gives the session its place
+    /// among others, even if sessions that are merged later come before it.
     pub(crate) start: f64,
 }
 
@@ -54,18 +54,18 @@ pub(crate) struct LoggedSession {
     pub(crate) start: f64,
     /// Ids of its frames.
     pub(crate) frames: Range<usize>,
-    /// Places of its events, without the one that says that it began.
+    /// Places of its events, without the event that says that it began.
     pub(crate) events: Range<usize>,
 }
 
 impl SessionLog {
-    /// The sessions in their order. What happened before any frame came belongs to the first, and what
-    /// happened in a session without frames to the one before.
+    /// The sessions in their order. What happened before any frame came belongs to the first session, and
+    /// what happened in a session without frames to the session before.
     pub(crate) fn logged_sessions(&self) -> Vec<LoggedSession> {
         let mut begins: BTreeMap<FrameId, usize> = BTreeMap::new();
         for (place, event) in self.events.iter().enumerate() {
             if let Event::SessionBegan { first: Some(first) } = event {
-                // The last: before it, sessions may have begun in which no frame came.
+                // The last such event: before it, sessions may have begun in which no frame came.
                 begins.insert(*first, place);
             }
         }

@@ -27,9 +27,8 @@ use crate::{
 /// Builds the maps from frames, detections and poses, one frame at a time (the paper's figure 2).
 ///
 /// Frames come in the order of their time. Each is a [`FrameInput`]: images, what the detector says
-/// ([`Detections`]), and the pose. The cost of a frame follows what it sees, and does not grow with the
-/// frames before, but where two map planes prove to be one: then the key frames since the younger was seen
-/// are asked.
+/// ([`Detections`]), and the pose. The cost of a frame depends on what it sees, not on the number of frames
+/// before; but where two map planes prove to be one, the key frames since the younger one appeared are asked.
 #[derive(Debug)]
 pub struct MapBuilder {
     pub(crate) config: Arc<MapConfig>,
@@ -40,7 +39,7 @@ pub struct MapBuilder {
     pub(crate) waiting: WaitingFrames,
     pub(crate) snapshots: Snapshots,
     pub(crate) clock: SessionClock,
-    /// Where carried objects are in the next frame, with a rim, in the world.
+    /// Boxes of the carried objects in the next frame, with a rim, in the world.
     pub(crate) carried: BTreeMap<ObjectId, OrientedBox>,
     pub(crate) map: MultiLevelMap,
     pub(crate) publisher: Publisher,
@@ -53,8 +52,8 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// Names the field of the config that is outside its range; [`Error::History`] and [`Error::Paging`] for
-    /// a folder in which no file can be made.
+    /// An error that names the field of the config that is outside its range; [`Error::History`] and
+    /// [`Error::Paging`] for a folder in which no file can be made.
     pub fn new(config: MapConfig) -> Result<Self, Error> {
         config.validate()?;
         let config = Arc::new(config);
@@ -63,7 +62,7 @@ impl MapBuilder {
         Self::of_map(map)
     }
 
-    /// A builder that goes on with maps, and knows nothing of what moves.
+    /// A builder that goes on with maps; it knows of no movers yet.
     pub(crate) fn of_map(map: MultiLevelMap) -> Result<Self, Error> {
         let config = Arc::clone(&map.config);
         Ok(Self {
@@ -83,17 +82,18 @@ impl MapBuilder {
         })
     }
 
-    /// Takes in one frame: what the detector says of it (all labels; which of them may move is configuration)
+    /// Takes in one frame: what the detector says of it (all labels; the config says which of them may move)
     /// and the pose that takes its camera coordinates to the world.
     ///
-    /// A frame with [`Detections::Pending`] waits for [`detections_for`](Self::detections_for), and all that
-    /// follow wait behind it, for at most [`MapConfig::max_detection_delay`].
+    /// A frame with [`Detections::Pending`] waits for [`detections_for`](Self::detections_for), and all
+    /// frames after it wait behind it, for at most [`MapConfig::max_detection_delay`].
     ///
     /// # Errors
     ///
     /// [`Error::Dynamics`] when time runs backwards or is not in seconds, or an instance mask is of another
-    /// size than the frame; [`Error::Cloud`], [`Error::Octree`] and [`Error::Planes`] when the pose lies
-    /// outside what the maps can reach; [`Error::Paging`]. The builder stays as it was.
+    /// size than the frame; [`Error::Cloud`] and [`Error::Planes`] when the pose lies outside what the maps
+    /// can reach; [`Error::Octree`] when the frame's rays would pass too many cells; [`Error::Paging`]. The
+    /// builder stays as it was.
     #[doc(alias = "integrate")]
     pub fn insert<'a>(
         &mut self,
@@ -101,12 +101,12 @@ impl MapBuilder {
         found: impl Into<Detections<'a>>,
         world_from_camera: &Pose,
     ) -> Result<FrameReport, Error> {
-        // Converted first: the two borrows may have lifetimes of their own.
+        // Converted first: frame and detections may have different lifetimes.
         let found: Detections<'_> = found.into();
         self.insert_frame(&FrameInput::new(frame, found, world_from_camera))
     }
 
-    /// [`insert`](Self::insert) with all that a caller may know of a frame.
+    /// [`insert`](Self::insert) with everything that a caller may know of a frame.
     ///
     /// # Errors
     ///
@@ -127,8 +127,8 @@ impl MapBuilder {
         Ok(report)
     }
 
-    /// Names what has come in at a time that was [checked](Self::check_time), and processes the frames that
-    /// have waited long enough.
+    /// Gives an id to a frame or scan whose time was [checked](Self::check_time), and processes the frames
+    /// that have waited long enough.
     pub(crate) fn begin_input(
         &mut self,
         timestamp: f64,
@@ -150,18 +150,18 @@ impl MapBuilder {
     }
 
     /// Brings the detections of a frame that was inserted with [`Detections::Pending`], and processes it and
-    /// those behind it that need wait no longer. Its report is that of the frame, which waits still where an
-    /// older one does.
+    /// the frames behind it that need not wait any longer. Returns the report of that frame; it still waits
+    /// where an older frame does.
     ///
-    /// With a [history](MapConfig::history), detections also come in time for a key frame that was mapped
-    /// without: what moved in it is taken out of the maps, which costs what
+    /// With a [history](MapConfig::history), detections may also come for a key frame that was already mapped
+    /// without them: its movers are then taken out of the maps, which costs what
     /// [`correct_poses`](Self::correct_poses) does from that frame on.
     ///
     /// # Errors
     ///
-    /// [`Error::NotPending`] when the frame awaits no detections, nor was mapped without; [`Error::Dynamics`]
-    /// when an instance mask is of another size than the frame; [`Error::History`] when what the frame showed
-    /// cannot be read. The builder stays as it was.
+    /// [`Error::NotPending`] when the frame awaits no detections, nor was mapped without them;
+    /// [`Error::Dynamics`] when an instance mask is of another size than the frame; [`Error::History`] when
+    /// what the frame showed cannot be read. The builder stays as it was.
     pub fn detections_for(&mut self, frame: FrameId, found: &[Detection]) -> Result<FrameReport, Error> {
         let Ok(waiting) = self.waiting.pending(frame) else { return self.mend(frame, found) };
         Preprocessor::check(&waiting.frame, found)?;
@@ -178,7 +178,7 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// None that a frame's insertion has not excluded.
+    /// None is expected: what can be refused was refused when the frame was inserted.
     pub fn process_waiting(&mut self) -> Result<Vec<FrameReport>, Error> {
         self.waiting.give_up_before(f64::INFINITY);
         self.process_ready()
@@ -201,7 +201,7 @@ impl MapBuilder {
         Ok(self.map.octree.check_depth(input.frame, &self.config.sensor, &input.world_from_camera)?)
     }
 
-    /// Time goes on, in seconds, on the session's clock and on that of the maps.
+    /// Checks that time goes on, in seconds, on the session's clock and on that of the maps.
     pub(crate) fn check_time(&self, timestamp: f64) -> Result<(), Error> {
         let previous = self.clock.newest();
         if timestamp < previous {
@@ -211,7 +211,7 @@ impl MapBuilder {
         Ok(check_timestamp(timestamp + self.clock.offset_at(timestamp, self.map.past.newest))?)
     }
 
-    /// The paper's figure 2, a step a line. `carried`: where carried objects are, with a rim, in the world.
+    /// The paper's figure 2, one step a line. `carried`: boxes of carried objects, with a rim, in the world.
     fn process(
         &mut self,
         id: FrameId,
@@ -257,7 +257,8 @@ impl MapBuilder {
             let context =
                 MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
             let mut update = if map.past.log.is_some() {
-                // What is kept is what is mapped, so that it is mapped again to the same bits.
+                // The observation that is kept is also what is mapped, so that mapping it again gives the
+                // same bits.
                 let kept = Arc::new(clock.time(Stage::History, || view.to_observation())?);
                 let update = KeyFrameView::of(&kept).map(map, pose, &context, &mut clock)?;
                 note_key_frame(id, kept, &update, map, snapshots);
@@ -285,7 +286,7 @@ impl MapBuilder {
         })
     }
 
-    /// Takes out of octree, planes and objects what the evidence of the newest frames has found to be no part
+    /// Removes from octree, planes and objects what the evidence of the newest frames has found to be no part
     /// of the static world. The builder does so by itself once a second of the frames' clock; the cloud is
     /// always up to date.
     pub fn settle(&mut self) {
@@ -294,21 +295,21 @@ impl MapBuilder {
         self.publish_change();
     }
 
-    /// Notes what has happened, when a history is kept.
+    /// Logs an event, when a history is kept.
     pub(crate) fn note(&mut self, event: Option<Event>) {
         if let Some((log, event)) = self.map.past.log.as_mut().zip(event) {
             log.events.push(event);
         }
     }
 
-    /// The newest frame or scan of a history, and where it was taken from.
+    /// The newest frame or scan in the log, and its pose.
     pub(crate) fn newest_mapped(&self) -> Option<(FrameId, Pose)> {
         self.map.past.log.as_ref()?.newest()
     }
 
-    /// Forgets what lies farther than `radius` metres from a place (world), in all maps: for robots that need
-    /// their surroundings only. What is near stays as it is. Goes through all blocks held, and through what
-    /// every key frame has seen of planes: once every few metres is enough.
+    /// Forgets everything that is farther than `radius` metres from a place (world), in all maps: for robots
+    /// that need only their surroundings. What is nearer stays as it is. Goes through all blocks held, and
+    /// through what every key frame has seen of planes: calling it once every few metres is enough.
     pub fn forget_outside(&mut self, mut center: [f64; 3], radius: f64) {
         if let Some((newest, world_from_camera)) = self.newest_mapped() {
             let in_camera = world_from_camera.inverse().transform_point(center);
@@ -319,18 +320,18 @@ impl MapBuilder {
         self.publish_change();
     }
 
-    /// A reader of the maps for other threads. It sees the maps as they stand now, then as they are
+    /// A reader of the maps for other threads. It sees the maps as they are now, and then as they are
     /// published: every [`publish_interval`](MapConfig::publish_interval), and at once after
-    /// [`settle`](Self::settle),
-    /// [`forget_outside`](Self::forget_outside), a moved object or a correction of poses.
+    /// [`settle`](Self::settle), [`forget_outside`](Self::forget_outside), a moved object or a correction of
+    /// poses.
     ///
-    /// Publishing costs some nanoseconds for each block of the cloud, a copy of the other maps, and once a
-    /// copy of each block that later frames change; nothing while nobody has a reader.
+    /// Publishing costs some nanoseconds for each block of the cloud, a copy of the other maps, and later one
+    /// copy of each block that a frame changes. It costs nothing while nobody has a reader.
     pub fn reader(&mut self) -> MapReader {
         self.publisher.reader(&mut self.map)
     }
 
-    /// Publishes a change that is made on request.
+    /// Publishes a change that was made on request.
     pub(crate) fn publish_change(&mut self) {
         self.map.change();
         self.publisher.publish(&mut self.map);
@@ -356,7 +357,7 @@ impl MapBuilder {
         &self.config
     }
 
-    /// Gives the maps away. Frames that wait for detections are not in them: see
+    /// Ends the builder and returns the maps. Frames that wait for detections are not in them: see
     /// [`process_waiting`](Self::process_waiting).
     pub fn into_map(mut self) -> MultiLevelMap {
         self.settle();
@@ -364,7 +365,7 @@ impl MapBuilder {
     }
 }
 
-/// Notes a key frame that has been mapped, in maps of which a history is kept.
+/// Logs a key frame that has been mapped, in maps with a history.
 fn note_key_frame(
     id: FrameId,
     kept: Arc<Observation>,

@@ -13,9 +13,9 @@ use crate::{MultiLevelMap, Revision};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct MapChanges {
-    /// From which state.
+    /// The earlier state.
     pub from: Revision,
-    /// To which.
+    /// The later state.
     pub to: Revision,
     /// Blocks of the static cloud, as they are now.
     pub cloud: Vec<CloudBlock>,
@@ -34,22 +34,22 @@ pub struct MapChanges {
 pub struct ChangedThings<Id> {
     /// Those that are confirmed now and were not.
     pub confirmed: Vec<Id>,
-    /// Those that were and are, and of which more was seen, or that stand elsewhere.
+    /// Those that were confirmed and still are, and that were seen more often or stand elsewhere.
     pub changed: Vec<Id>,
-    /// Those that are one with another now, and that other.
+    /// Those that were merged into another, with that other.
     pub merged: Vec<(Id, Id)>,
-    /// Those that are there no more, or not confirmed any more.
+    /// Those that are no longer there, or no longer confirmed.
     pub removed: Vec<Id>,
 }
 
 impl MultiLevelMap {
-    /// What has changed since an earlier state, such as the one that a [reader](crate::MapReader) gave
-    /// before: any number of consumers, each with the state that it knows. Who replaces these in a copy has
-    /// this state.
+    /// What has changed since an earlier state, such as one that a [reader](crate::MapReader) gave before.
+    /// Any number of consumers may ask, each with the state that it knows. A consumer that applies the
+    /// changes to its copy of the earlier state has this one.
     ///
     /// O(blocks of the cloud / 64, planes and objects), a comparison of pointers each, and what has changed.
-    /// That is while they are the same maps: after poses were corrected, or what is far was forgotten, it is
-    /// O(all that they hold).
+    /// This holds while both are states of the same maps: after poses were corrected, or distant parts were
+    /// forgotten, it is O(all that they hold).
     pub fn changes_since(&self, earlier: &Self) -> MapChanges {
         MapChanges {
             from: earlier.revision,
@@ -90,7 +90,7 @@ fn changed_things<Id: Copy + Ord, T>(
     differ: impl Fn(&T, &T) -> bool,
     current_id: impl Fn(Id) -> Option<Id>,
 ) -> ChangedThings<Id> {
-    // Maps share what neither has changed.
+    // Both states share what has not changed.
     let has_changed = |old: &T, new: &T| !std::ptr::eq(old, new) && differ(old, new);
     let merged =
         |id: Id| current_id(id).filter(|into| *into != id && now.contains_key(into)).map(|into| (id, into));

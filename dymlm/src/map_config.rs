@@ -28,9 +28,9 @@ use crate::{KeyFrameConfig, MemoryConfig};
 pub struct MapConfig {
     /// The depth camera: noise and range of what all maps read.
     pub sensor: SensorModel,
-    /// How long a frame waits for its detections at the most, seconds between it and the newest frame,
-    /// 0..=60. Default 0.5: detectors that take longer are better told that they did not run. Memory holds
-    /// the frames of that time.
+    /// How long a frame waits for its detections at most, seconds between it and the newest frame, 0..=60.
+    /// Default 0.5: a detector that takes longer is better reported as not run. Memory holds the frames of
+    /// that time.
     pub max_detection_delay: f64,
     /// Which frames are mapped.
     pub key_frames: KeyFrameConfig,
@@ -38,7 +38,7 @@ pub struct MapConfig {
     /// Default 0.5: more often costs more copies of what each frame changes, less often gives readers older
     /// maps.
     pub publish_interval: f64,
-    /// Where what key frames have shown is kept, so that the maps can
+    /// Where the observations of key frames are kept, so that the maps can
     /// [follow](crate::MapBuilder::correct_poses) when poses are corrected. Default none: it takes some 65 kB
     /// a key frame of 640x480.
     pub history: HistoryConfig,
@@ -95,7 +95,7 @@ impl MapConfig {
         config
     }
 
-    /// Checks the fields that belong to no part.
+    /// Checks the sensor, and the fields that belong to no part.
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         self.sensor.validate()?;
         check_range("max_detection_delay", self.max_detection_delay, 0.0..=60.0)?;

@@ -1,6 +1,6 @@
 use crate::{MapBuilder, MultiLevelMap};
 
-/// Bytes of memory that each map takes, and the history, about: with what queries and output keep of it,
+/// Approximate bytes of memory that each map and the history take: with what queries and output cache,
 /// without the builder's buffers and what is [paged out](crate::MemoryConfig).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -16,13 +16,12 @@ pub struct MapMemory {
     pub objects: usize,
     /// What is kept of key frames and scans.
     pub history: usize,
-    /// What is kept of earlier states of the maps, from which a correction begins: a builder has them, a map
-    /// has not.
+    /// Earlier states of the maps, from which a correction begins: a builder has them, a map has none.
     pub snapshots: usize,
 }
 
 impl MapMemory {
-    /// Bytes of all that.
+    /// Bytes of all these together.
     pub fn total(&self) -> usize {
         self.cloud + self.octree + self.planes + self.objects + self.history + self.snapshots
     }

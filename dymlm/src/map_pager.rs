@@ -3,10 +3,10 @@ use dymlm_cloud::CloudPager;
 use crate::snapshots::Snapshots;
 use crate::{Error, MemoryConfig, MultiLevelMap};
 
-/// Keeps maps within their budget of memory, if they have one.
+/// Keeps maps within their memory budget, if they have one.
 #[derive(Debug)]
 pub(crate) struct MapPager {
-    /// And the budget, bytes.
+    /// The pager and the budget, bytes.
     pager: Option<(CloudPager, usize)>,
 }
 
@@ -18,7 +18,7 @@ impl MapPager {
         Ok(Self { pager: Some((pager, budget)) })
     }
 
-    /// To be called once a frame. What is paged out of the maps is paged out of their earlier states as well.
+    /// Must be called once a frame. What is paged out of the maps is paged out of their snapshots as well.
     pub(crate) fn page_out(
         &mut self,
         map: &mut MultiLevelMap,

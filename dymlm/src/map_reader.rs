@@ -3,7 +3,7 @@ use std::time::{Duration, Instant};
 
 use crate::MultiLevelMap;
 
-/// The state of maps that a builder has published: later ones are greater.
+/// Number of a state of a builder's maps: later states have greater ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
 pub struct Revision(pub(crate) u64);
@@ -17,8 +17,8 @@ impl Revision {
 
 /// Reads the maps of a builder on any thread: see [`MapBuilder::reader`](crate::MapBuilder::reader).
 ///
-/// What it gives is whole and stays as it is, while the builder goes on; neither waits for the other. A map
-/// that is held shares with the builder's all that has not changed since.
+/// The maps that it gives are complete and do not change while the builder goes on; neither waits for the
+/// other. A map that is held shares with the builder's maps whatever has not changed since.
 ///
 /// ```
 /// use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -44,7 +44,7 @@ pub struct MapReader {
 
 #[derive(Debug)]
 struct Published {
-    /// Locked no longer than it takes to count a reference.
+    /// Locked only for the time that it takes to count a reference.
     latest: Mutex<Arc<MultiLevelMap>>,
     newer: Condvar,
 }
@@ -59,10 +59,10 @@ impl MapReader {
         Arc::clone(&self.locked())
     }
 
-    /// Waits for maps that are newer than a revision, and gives the last published; `None` when none came in
-    /// time.
+    /// Waits for maps that are newer than a revision, and returns those published last; `None` when none came
+    /// in time.
     pub fn wait_newer(&self, than: Revision, timeout: Duration) -> Option<Arc<MultiLevelMap>> {
-        // A time that no clock reaches is waited for without end.
+        // `None`: the clock cannot express the end, so the wait has none.
         let end = Instant::now().checked_add(timeout);
         let mut latest = self.locked();
         while latest.revision() <= than {
@@ -76,16 +76,16 @@ impl MapReader {
         Some(Arc::clone(&latest))
     }
 
-    /// Makes maps the latest.
+    /// Publishes maps as the latest ones.
     pub(crate) fn publish(&self, map: MultiLevelMap) {
         let map = Arc::new(map);
         let before = std::mem::replace(&mut *self.locked(), map);
         self.published.newer.notify_all();
-        // What nobody holds any more is given back after the lock.
+        // Maps that nobody holds any more are freed after the lock.
         drop(before);
     }
 
-    /// Whether somebody else can read them.
+    /// Whether there is any other reader of these maps.
     pub(crate) fn is_shared(&self) -> bool {
         Arc::strong_count(&self.published) > 1
     }

@@ -13,7 +13,7 @@ use crate::{Error, MapConfig, Revision};
 
 /// The maps of the static world, in one world frame.
 ///
-/// A clone shares with it what neither has changed since.
+/// A clone shares with the original what neither has changed since.
 #[derive(Debug, Clone)]
 pub struct MultiLevelMap {
     pub(crate) config: Arc<MapConfig>,
@@ -41,7 +41,7 @@ impl MultiLevelMap {
         })
     }
 
-    /// The same maps as they are, and nothing of how they came about.
+    /// The same maps, without their past.
     pub(crate) fn without_past(&self) -> Self {
         Self {
             config: Arc::clone(&self.config),
@@ -55,7 +55,7 @@ impl MultiLevelMap {
         }
     }
 
-    /// The config that they were made with.
+    /// The config that the maps were made with.
     pub fn config(&self) -> &MapConfig {
         &self.config
     }
@@ -80,7 +80,7 @@ impl MultiLevelMap {
         self.objects.map()
     }
 
-    /// Which state of the maps it is: it grows whenever they change.
+    /// The number of this state of the maps: it grows whenever they change.
     pub fn revision(&self) -> Revision {
         self.revision
     }
@@ -90,14 +90,14 @@ impl MultiLevelMap {
         self.revision.0 += 1;
     }
 
-    /// The cloud, and the maps that are built beside it.
+    /// The cloud, and the maps that can be built in parallel with it.
     pub(crate) fn split(&mut self) -> (&mut CloudMap, OtherMaps<'_>) {
         let Self { cloud, octree, planes, objects, .. } = self;
         (cloud, OtherMaps { octree, planes, objects })
     }
 
-    /// Asks the maps whether they would take a frame from this pose, before any of them changes. The octree
-    /// takes any, and leaves out what is beyond its cells.
+    /// Checks that the maps would take a frame from this pose, before any of them changes. The octree takes a
+    /// frame from anywhere, and leaves out what is beyond its cells.
     pub(crate) fn check_reach(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), Error> {
         self.cloud.check_reach(frame, world_from_camera)?;
         self.planes.check_reach(world_from_camera)?;

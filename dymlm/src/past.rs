@@ -2,17 +2,17 @@ use dymlm_core::FrameId;
 
 use crate::session_log::SessionLog;
 
-/// How maps came about, in all sessions.
+/// How the maps were made, over all sessions.
 #[derive(Debug, Clone)]
 pub(crate) struct Past {
-    /// Frames and scans that were given.
+    /// Number of frames and scans that were inserted.
     pub(crate) frames: u64,
     /// Time of the newest of them on the maps' clock, seconds.
     pub(crate) newest: f64,
-    /// Whether planes and objects have ids of before a correction, and so others than the log would give
-    /// them.
+    /// Whether planes and objects have kept ids from before a correction, which differ from those that a
+    /// replay of the log would give them.
     pub(crate) keeps_older_ids: bool,
-    /// What has happened, when a history is kept.
+    /// The log, when a history is kept.
     pub(crate) log: Option<SessionLog>,
 }
 
@@ -23,7 +23,7 @@ impl Default for Past {
 }
 
 impl Past {
-    /// Names the next frame.
+    /// Gives the next frame its id.
     pub(crate) fn next_frame(&mut self) -> FrameId {
         let id = FrameId::new(self.frames);
         self.frames += 1;

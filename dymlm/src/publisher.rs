@@ -1,16 +1,16 @@
 use crate::{MapReader, MultiLevelMap};
 
-/// Publishes maps to readers every so often.
+/// Publishes maps to readers at regular intervals.
 #[derive(Debug, Default)]
 pub(crate) struct Publisher {
-    /// What readers are clones of; none before the first.
+    /// The reader that the others are clones of; none before the first.
     reader: Option<MapReader>,
     /// Time of the last publication, seconds of the frames' clock.
     last: Option<f64>,
 }
 
 impl Publisher {
-    /// A reader of the maps as they stand, and of those that will be published.
+    /// A reader of the maps as they are now, and of those that will be published.
     pub(crate) fn reader(&mut self, map: &mut MultiLevelMap) -> MapReader {
         if let Some(reader) = &self.reader {
             let reader = reader.clone();
@@ -20,18 +20,18 @@ impl Publisher {
         self.reader.insert(MapReader::new(map.clone())).clone()
     }
 
-    /// Publishes when so many seconds have passed since the last time, and anybody reads.
+    /// Publishes when `interval` seconds have passed since the last time, and anybody reads.
     pub(crate) fn publish_when_due(&mut self, timestamp: f64, interval: f64, map: &mut MultiLevelMap) {
         if self.last.is_none_or(|last| timestamp - last >= interval) && self.publish(map) {
             self.last = Some(timestamp);
         }
     }
 
-    /// Publishes the maps if anybody reads; tells whether it did. Costs a pointer for
-    /// each plane, key frame and object, and for each 64 blocks of the cloud.
+    /// Publishes the maps if anybody reads; returns whether it did. Costs a pointer for each plane, key frame
+    /// and object, and for each 64 blocks of the cloud.
     pub(crate) fn publish(&self, map: &mut MultiLevelMap) -> bool {
         let Some(reader) = self.reader.as_ref().filter(|reader| reader.is_shared()) else { return false };
-        // What a reader has found to be static need not be found again.
+        // The static cloud that a reader has worked out need not be worked out again.
         map.cloud.adopt_static(&reader.latest().cloud);
         reader.publish(map.clone());
         true

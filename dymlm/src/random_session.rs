@@ -1,4 +1,4 @@
-//! Sessions in which anything happens, for tests.
+//! Random sessions for tests, in which anything happens.
 
 use std::sync::LazyLock;
 
@@ -40,7 +40,7 @@ pub(crate) enum Step {
     BeginSession,
 }
 
-/// Some frames are found to be elsewhere.
+/// A correction that moves some frames.
 #[derive(Debug, Clone)]
 pub(crate) struct Correction {
     pub(crate) chosen: Vec<usize>,
@@ -48,7 +48,7 @@ pub(crate) struct Correction {
     pub(crate) radians: f64,
 }
 
-/// Cells are large, so that hundreds of sessions take minutes.
+/// Cells are large, so that hundreds of sessions take only minutes.
 pub(crate) fn builder() -> MapBuilder {
     let mut config = MapConfig { history: HistoryConfig::Memory, ..MapConfig::default() };
     config.cloud.voxel_size = 0.05;
@@ -81,23 +81,24 @@ pub(crate) fn session() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step(), 4..24)
 }
 
-/// So many cases, or as many as `PROPTEST_CASES` says (`.ci/nightly`: hundreds).
+/// `count` cases, or as many as `PROPTEST_CASES` says (`.ci/nightly`: hundreds).
 pub(crate) fn cases(count: u32) -> ProptestConfig {
     let told = std::env::var_os("PROPTEST_CASES").is_some();
     let config = if told { ProptestConfig::default() } else { ProptestConfig::with_cases(count) };
-    // A case takes half a second.
+    // A case takes half a second, so few are spent on shrinking.
     ProptestConfig { max_shrink_iters: 100, ..config }
 }
 
-/// A session under way, with somebody who is told its changes alone.
+/// A session under way, with a copy of its maps that follows by their changes alone.
 pub(crate) struct Session {
     pub(crate) builder: MapBuilder,
     next: usize,
-    /// When the clock of the current session began, on that of the walk.
+    /// When the clock of the current session began, on the clock of the walk.
     clock_start: f64,
     known: MultiLevelMap,
     copy: MapCopy,
-    /// Saves the maps after each step, if there is one: then a further session begins with those of the file.
+    /// Saves the maps after each step, if there is one: then a further session begins with the maps of the
+    /// file.
     #[cfg(feature = "io")]
     saver: Option<MapSaver>,
 }
@@ -107,7 +108,7 @@ impl Session {
         Self::starting(0, 0.0)
     }
 
-    /// One whose first frame is another of the walk, on a clock that says this then.
+    /// A session that begins with frame `next` of the walk, when its clock shows `time`.
     pub(crate) fn starting(next: usize, time: f64) -> Self {
         let builder = builder();
         let mut session = Self {
@@ -123,7 +124,7 @@ impl Session {
         session
     }
 
-    /// The next frame comes at this time of the session's clock.
+    /// Sets the session's clock so that the next frame comes at `time`.
     pub(crate) fn set_clock(&mut self, time: f64) {
         self.clock_start = WALK.get(self.next).map_or(0.0, |frame| frame.frame.timestamp()) - time;
     }
@@ -137,7 +138,7 @@ impl Session {
         session
     }
 
-    /// The same with maps that are saved after each step, and loaded for each further session.
+    /// Runs the steps, saves the maps after each, and loads them for each further session.
     #[cfg(feature = "io")]
     pub(crate) fn run_saved(steps: &[Step], folder: &std::path::Path) -> Self {
         let mut session = Self::new();
@@ -212,7 +213,7 @@ impl Session {
         }
     }
 
-    /// Frames come in the order of their time, each once.
+    /// The next frame of the walk: they come in the order of their time, each once.
     fn next_frame(&mut self) -> Option<&'static SimulatedFrame> {
         self.next += 1;
         WALK.get(self.next - 1)
@@ -223,7 +224,7 @@ impl Session {
         frame.frame.timestamp() - self.clock_start
     }
 
-    /// One of those in the map, believed or not.
+    /// One of the objects in the map, confirmed or not.
     fn object(&self, which: usize) -> Option<ObjectId> {
         let (_, objects) = ids(self.builder.map());
         objects.get(which % objects.len().max(1)).copied()
@@ -248,7 +249,7 @@ impl Session {
     }
 }
 
-/// What a frame's pixels read, as another sensor would give it.
+/// What a frame's pixels have read, as the points of another sensor.
 fn points(frame: &SimulatedFrame) -> Vec<Point> {
     let (camera, depth) = (frame.frame.camera(), frame.frame.depth());
     let pixels = (0..camera.height()).flat_map(|v| (0..camera.width()).map(move |u| (u, v)));

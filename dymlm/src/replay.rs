@@ -11,18 +11,19 @@ use crate::snapshots::Snapshots;
 use crate::stages::StageClock;
 use crate::{CorrectionProgress, Error, MultiLevelMap};
 
-/// Key frames that are unpacked at a time, at most: more wait less for each other, and take more memory.
+/// Most key frames that are unpacked at a time: with more, threads wait less for each other and take more
+/// memory.
 const MOST_AT_A_TIME: usize = 16;
 
-/// Builds maps again from what key frames have shown, at other poses or in another order, from a state on
-/// that is right still.
+/// Builds maps again from what key frames have shown, at other poses or in another order, starting from a
+/// state that is still right.
 pub(crate) struct Replay<'a> {
     log: &'a SessionLog,
     /// The pose of each frame, by its id.
     poses: &'a [Pose],
-    /// Without their past.
+    /// The maps so far, without their past.
     map: MultiLevelMap,
-    /// What has happened, with what the key frames see in the new maps.
+    /// What has happened, with what the key frames have seen in the new maps.
     events: Pages<Event>,
     snapshots: &'a mut Snapshots,
     scan_mapper: ScanMapper,
@@ -30,7 +31,7 @@ pub(crate) struct Replay<'a> {
 }
 
 impl<'a> Replay<'a> {
-    /// Begins with maps in which these events have happened.
+    /// Begins with maps in which `events` have happened.
     pub(crate) fn new(
         log: &'a SessionLog,
         poses: &'a [Pose],
@@ -43,13 +44,13 @@ impl<'a> Replay<'a> {
         Ok(Self { log, poses, map, events, snapshots, scan_mapper: ScanMapper::default(), pager })
     }
 
-    /// The maps as they are so far, without their past.
+    /// The maps so far, without their past.
     pub(crate) fn map(&self) -> &MultiLevelMap {
         &self.map
     }
 
-    /// Lets everything from there on happen again. `watch` is told before each few key frames how many will
-    /// have been mapped then, and says whether to go on.
+    /// Replays all events that follow. `watch` is told before each batch of key frames how many will have
+    /// been mapped after it, and returns whether to go on.
     pub(crate) fn run(
         mut self,
         context: &MappingContext<'_>,
@@ -59,7 +60,7 @@ impl<'a> Replay<'a> {
         Ok((self.map, self.events))
     }
 
-    /// The same up to an event.
+    /// Replays the events that follow up to event `end`.
     pub(crate) fn run_to(
         &mut self,
         end: usize,
@@ -74,7 +75,7 @@ impl<'a> Replay<'a> {
                 self.pager.page_out(&mut self.map, self.snapshots)?;
             }
             if batch.is_empty() {
-                self.happen_again(event, context)?;
+                self.replay_event(event, context)?;
                 continue;
             }
             progress.done += batch.len();
@@ -86,8 +87,8 @@ impl<'a> Replay<'a> {
         Ok(())
     }
 
-    /// The key frames that come next, up to one after which ghosts are removed: until then no map asks
-    /// another thread's.
+    /// The key frames that come next, up to one after which ghosts are removed: until then no map reads a map
+    /// that another thread builds.
     fn next_batch(&self, end: usize) -> Vec<&'a KeyFrameEntry> {
         let mut batch = Vec::new();
         let most = end.saturating_sub(self.events.len()).min(MOST_AT_A_TIME);
@@ -101,8 +102,8 @@ impl<'a> Replay<'a> {
         batch
     }
 
-    /// What a key frame has shown, at its time on the maps' clock: other sessions may have come before its
-    /// own since it was recorded.
+    /// The observation of a key frame, at its time on the maps' clock: that may have changed since it was
+    /// recorded, if other sessions were put before its own.
     fn observation(&self, entry: &KeyFrameEntry) -> Result<Arc<Observation>, Error> {
         let mut observation = self.log.history.get(entry.observation)?;
         let frame = self.log.frame(entry.frame).ok_or(Error::UnknownFrame { frame: entry.frame })?;
@@ -112,7 +113,7 @@ impl<'a> Replay<'a> {
         Ok(observation)
     }
 
-    /// Maps key frames again: the cloud beside the other maps.
+    /// Maps key frames again, the cloud in parallel with the other maps.
     fn map_batch(&mut self, batch: &[&KeyFrameEntry], context: &MappingContext<'_>) -> Result<(), Error> {
         let observations = crate::parallel::map(batch.to_vec(), |entry| self.observation(entry));
         let observations = observations.into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -140,10 +141,10 @@ impl<'a> Replay<'a> {
         Ok(())
     }
 
-    /// Lets something else than a key frame happen again.
-    fn happen_again(&mut self, event: &Event, context: &MappingContext<'_>) -> Result<(), Error> {
+    /// Replays an event that is no key frame.
+    fn replay_event(&mut self, event: &Event, context: &MappingContext<'_>) -> Result<(), Error> {
         let event = match event {
-            // A batch of them is mapped at a time.
+            // Key frames are mapped in batches.
             Event::KeyFrame(_) => event.clone(),
             Event::Scan(entry) => {
                 let place = entry.frame.get() as usize;

@@ -7,21 +7,22 @@ use crate::{Error, FrameOutcome, FrameReport, MapBuilder, MultiLevelMap, ScanUpd
 
 impl MapBuilder {
     /// Takes in a scan of a lidar or of any other sensor that is no camera: `points` in the sensor's frame,
-    /// metres, and the pose that takes them to the world. Each scan is mapped, into cloud and octree with
-    /// their evidence; planes and objects come from images alone. Nobody masks movers in it: they vanish when
-    /// later scans or frames look through where they were.
+    /// metres, and the pose that takes them to the world. Each scan is mapped, into the cloud with its
+    /// evidence and the octree; planes and objects come from images alone. Movers are not masked in scans:
+    /// they vanish when later scans or frames look through where they were.
     ///
     /// Noise and range are those of [`MapConfig::sensor`](crate::MapConfig::sensor), with a point's distance
-    /// for its depth; the octree's range is its own ([`max_range`](dymlm_octree::OctreeConfig::max_range)).
-    /// Points that are not finite or too near are no readings. Scans and frames come in the order of their
-    /// time; a scan does not wait for frames that wait for detections. With a
-    /// [history](dymlm_history::HistoryConfig) its points are kept there, some 8 bytes each, and follow
-    /// corrected poses.
+    /// in place of its depth; the octree's range is its own
+    /// ([`max_range`](dymlm_octree::OctreeConfig::max_range)). Points that are not finite or too near are no
+    /// readings. Scans and frames come in the order of their time; a scan does not wait for frames that wait
+    /// for detections. A [history](dymlm_history::HistoryConfig) keeps the points, some 8 bytes each, and
+    /// they follow corrected poses.
     ///
     /// # Errors
     ///
-    /// [`Error::Dynamics`] when time runs backwards or is not in seconds, [`Error::Cloud`] when it is not
-    /// finite or the pose lies outside what the cloud can reach. The builder stays as it was.
+    /// [`Error::Dynamics`] when time runs backwards or is not in seconds; [`Error::Cloud`] when the time is
+    /// not finite or the pose lies outside what the cloud can reach; [`Error::Octree`] when its rays would
+    /// pass too many cells; [`Error::Paging`]. The builder stays as it was.
     ///
     /// ```
     /// use dymlm::{MapBuilder, MapConfig, Selection};
@@ -70,15 +71,15 @@ impl MapBuilder {
     }
 }
 
-/// Points as a sensor has read them.
+/// Points that a sensor has read at one time.
 pub(crate) struct Scan<'a> {
     pub(crate) timestamp: f64,
-    /// In the sensor's frame.
+    /// Points in the sensor's frame, metres.
     pub(crate) points: &'a [Point],
     pub(crate) world_from_sensor: &'a Pose,
 }
 
-/// Maps scans, now or again.
+/// Maps scans, when they come and in replays.
 #[derive(Debug, Default)]
 pub(crate) struct ScanMapper {
     /// The readings of a scan, in the world.
@@ -102,7 +103,7 @@ impl ScanMapper {
         Ok(ScanUpdate { cloud, octree, removed })
     }
 
-    /// Asks whether the octree would take a scan.
+    /// Checks that the octree would take a scan.
     pub(crate) fn check(
         &mut self,
         points: &[Point],
@@ -114,7 +115,7 @@ impl ScanMapper {
         Ok(octree.check_scan(world_from_sensor.translation(), &self.readings)?)
     }
 
-    /// Takes a scan's readings into the world.
+    /// Transforms a scan's readings to the world.
     fn read(&mut self, points: &[Point], world_from_sensor: &Pose, sensor: &SensorModel) {
         let points = points.iter().map(|point| point.map(f64::from));
         let readings = points.filter(|&point| norm(point) >= sensor.min_depth.into());
@@ -125,14 +126,14 @@ impl ScanMapper {
 
     fn insert_into(&self, octree: &mut Octree, world_from_sensor: &Pose) -> Result<InsertReport, Error> {
         match octree.insert_scan(world_from_sensor.translation(), &self.readings) {
-            // As with frames: where the octree ends, it alone leaves them out.
+            // As with frames: beyond its cells the octree leaves readings out, and the cloud takes them.
             Err(OctreeError::Origin { .. }) => Ok(outside(self.readings.len())),
             inserted => Ok(inserted?),
         }
     }
 }
 
-/// What became of a scan of which nothing is in the octree.
+/// The report of a scan of which nothing is in the octree.
 fn outside(readings: usize) -> InsertReport {
     let mut report = InsertReport::default();
     (report.readings, report.outside) = (readings, readings);

@@ -6,22 +6,22 @@ use crate::replay::Replay;
 use crate::snapshots::Snapshots;
 use crate::{Error, MapSession, MultiLevelMap, WorldChanges};
 
-/// What a session has found to be otherwise than the sessions before had it.
+/// What a session has found to differ from what the sessions before had found.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SessionChanges {
     /// The session.
     pub session: MapSession,
-    /// What it has found; ids are those that one builder gives that is told of all sessions.
+    /// What it has found; ids are those of one builder that takes in all sessions.
     pub changes: WorldChanges,
 }
 
 impl MultiLevelMap {
     /// What each session but the first has found to have moved, appeared or vanished since the sessions
     /// before ([`world_changes_since`](Self::world_changes_since)), in their order. Costs the mapping of all
-    /// key frames, without the search for movers and planes: who has the maps of before at hand compares them
-    /// at once.
+    /// key frames, without the search for movers and planes. Callers who still have the earlier maps compare
+    /// them directly.
     ///
     /// # Errors
     ///

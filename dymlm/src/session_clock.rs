@@ -1,15 +1,15 @@
-/// Seconds between two sessions where the clock of the later one does not say: longer than what the evidence
-/// takes for one look.
+/// Seconds between two sessions where the clock of the later one does not tell: longer than the time that the
+/// evidence counts as one look.
 const PAUSE: f64 = 10.0;
 
 /// The clock of the maps goes on over all sessions, since what was seen later outweighs what was seen before.
-/// The clock of a session may begin anew, at 0 or at the start of its recording: then the session follows the
-/// last.
+/// The clock of a session may begin anew, at 0 or at the start of its recording: then the session is put
+/// behind the last one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SessionClock {
     /// Time of the newest frame or scan of this session on its own clock, seconds.
     newest: f64,
-    /// What makes its times the maps'; none before the first frame.
+    /// Seconds from the session's clock to the maps'; none before the first frame.
     offset: Option<f64>,
 }
 
@@ -29,21 +29,21 @@ impl SessionClock {
         self.newest
     }
 
-    /// Takes note of a time of the session; `last`: the newest on the maps' clock. Gives what makes it one of
-    /// these.
+    /// Notes a time of the session, and returns the offset to the maps' clock. `last`: the newest time on
+    /// that clock.
     pub(crate) fn advance(&mut self, timestamp: f64, last: f64) -> f64 {
         let offset = self.offset_at(timestamp, last);
         (self.newest, self.offset) = (timestamp, Some(offset));
         offset
     }
 
-    /// What [`advance`](Self::advance) would give.
+    /// The offset that [`advance`](Self::advance) would return.
     pub(crate) fn offset_at(&self, timestamp: f64, last: f64) -> f64 {
         let follows = timestamp > last;
         self.offset.unwrap_or(if follows { 0.0 } else { last + PAUSE - timestamp })
     }
 
-    /// What makes the session's times the maps'.
+    /// Seconds from the session's clock to the maps'.
     pub(crate) fn offset(&self) -> f64 {
         self.offset.unwrap_or(0.0)
     }

@@ -9,13 +9,13 @@ use crate::logged_sessions::Session;
 use crate::witnesses::Witnesses;
 use crate::{Error, MapUpdate};
 
-/// What has happened in all sessions, in its order: all that is needed to build the maps again at other
-/// poses.
+/// Everything that has happened in all sessions, in its order: what is needed to build the maps again at
+/// other poses.
 #[derive(Debug, Clone)]
 pub(crate) struct SessionLog {
     /// What the key frames have shown.
     pub(crate) history: History,
-    /// Those that frames have come in.
+    /// The sessions in which frames have come.
     pub(crate) sessions: Vec<Session>,
     /// Time and pose of each frame that was inserted, by its id.
     pub(crate) frames: Pages<InsertedFrame>,
@@ -25,33 +25,34 @@ pub(crate) struct SessionLog {
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct InsertedFrame {
-    /// On the clock of its session, seconds.
+    /// Time on the clock of its session, seconds.
     pub(crate) timestamp: f64,
-    /// What makes it a time of the maps' clock.
+    /// Seconds from that clock to the maps'.
     pub(crate) clock_offset: f64,
     pub(crate) world_from_camera: Pose,
 }
 
-/// Something that changed the maps. What has a place in the world has it in the camera coordinates of the
-/// frame that was the newest of those mapped, and happens at once as it will happen again: where the frame is
-/// taken to be the same, to the same bits, whatever has been corrected meanwhile.
+/// Something that changed the maps. Places are stored in the camera coordinates of the newest frame that was
+/// mapped, and an event is applied from these coordinates even the first time: so a replay with the same pose
+/// of that frame gives the same bits, whatever has been corrected meanwhile.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Event {
-    /// A further session began, with this frame if any came; none: maps were merged since, and none had come.
+    /// A further session began, with frame `first` if any comes; none if none had come when the maps were
+    /// merged.
     SessionBegan {
         first: Option<FrameId>,
     },
     KeyFrame(KeyFrameEntry),
     Scan(ScanEntry),
-    /// Ghosts were removed because somebody asked for it.
+    /// Ghosts were removed on request.
     Settled,
     Forgot {
         newest: FrameId,
         center: [f64; 3],
         radius: f64,
     },
-    /// Somebody carries an object, or does so no more.
+    /// Somebody began to carry an object, or stopped.
     Held {
         object: Witnesses,
         is_held: bool,
@@ -69,7 +70,7 @@ pub(crate) enum Event {
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct KeyFrameEntry {
     pub(crate) frame: FrameId,
-    /// Its number in the history.
+    /// Number under which the history keeps its observation.
     pub(crate) observation: usize,
     pub(crate) seen: SeenThings,
 }
@@ -79,26 +80,26 @@ pub(crate) struct KeyFrameEntry {
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ScanEntry {
     pub(crate) frame: FrameId,
-    /// The number of its points in the history.
+    /// Number under which the history keeps its points.
     pub(crate) points: usize,
 }
 
-/// Which things of the maps a key frame has observed.
+/// The planes and objects of the maps that a key frame has observed.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct SeenThings {
-    /// For each detected plane.
+    /// The plane of the map, for each detected plane.
     pub(crate) planes: Vec<PlaneId>,
-    /// By detection; not all are of an object.
+    /// Detection and object, by detection; not every detection is of an object.
     pub(crate) objects: Vec<(usize, ObjectId)>,
 }
 
-/// How an object has moved that was put down elsewhere.
+/// How an object moved when it was put down elsewhere.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BodyMotion {
     pub(crate) new_from_old: Pose,
-    /// Where it stood, as its tracker knows.
+    /// Its box where it stood, as its tracker knows it.
     pub(crate) tracked: Option<OrientedBox>,
 }
 
@@ -126,7 +127,7 @@ impl Event {
         }
     }
 
-    /// The frame that it needs to happen again, if it needs one.
+    /// The frame that a replay of the event needs, if it needs one.
     #[cfg(feature = "io")]
     pub(crate) fn frame(&self) -> Option<FrameId> {
         match self {
@@ -135,7 +136,7 @@ impl Event {
         }
     }
 
-    /// The number in the history of what it has shown, if it has shown anything.
+    /// Number under which the history keeps what it has shown, if it has shown anything.
     pub(crate) fn observation(&self) -> Option<usize> {
         match self {
             Self::KeyFrame(entry) => Some(entry.observation),
@@ -152,7 +153,7 @@ impl Event {
         }
     }
 
-    /// Calls the frames by other ids, which ascend as they did.
+    /// Renames the frames; the new ids ascend as the old ones do.
     pub(crate) fn rename_frames(
         &mut self,
         name: &impl Fn(FrameId) -> Result<FrameId, Error>,
@@ -161,7 +162,7 @@ impl Event {
             Self::KeyFrame(KeyFrameEntry { frame, .. })
             | Self::Scan(ScanEntry { frame, .. })
             | Self::Forgot { newest: frame, .. } => *frame = name(*frame)?,
-            // What has no frames is none of its own.
+            // A session without frames is no session of its own in the merged log.
             Self::SessionBegan { first } => *first = None,
             Self::Settled => {}
             Self::Held { object, .. } => object.rename_frames(name)?,
@@ -173,7 +174,7 @@ impl Event {
         Ok(())
     }
 
-    /// Whether the same has happened, whatever it has shown and in whichever map.
+    /// Whether the same has happened, whatever was observed and in whichever map.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::KeyFrame(one), Self::KeyFrame(other)) => one.frame == other.frame,
@@ -191,7 +192,7 @@ impl Event {
 }
 
 impl BodyMotion {
-    /// The same in other coordinates.
+    /// The same motion in other coordinates.
     pub(crate) fn seen_from(&self, new_from_old: &Pose) -> Self {
         Self {
             new_from_old: *new_from_old * self.new_from_old * new_from_old.inverse(),
@@ -205,12 +206,12 @@ impl SeenThings {
         Self { planes: update.planes.associations.clone(), objects: update.objects.observed.clone() }
     }
 
-    /// For each plane of an observation, what two maps call it.
+    /// For each plane of an observation, its ids in two maps.
     pub(crate) fn shared_planes(old: &Self, new: &Self) -> impl Iterator<Item = (PlaneId, PlaneId)> {
         old.planes.iter().copied().zip(new.planes.iter().copied())
     }
 
-    /// For each detection of an observation that is of an object in two maps, what they call it.
+    /// For each detection that is of an object in two maps, the object's ids in both.
     pub(crate) fn shared_objects(old: &Self, new: &Self) -> impl Iterator<Item = (ObjectId, ObjectId)> {
         old.objects.iter().filter_map(|&(detection, id)| {
             let place = new.objects.binary_search_by_key(&detection, |&(detection, _)| detection).ok()?;
@@ -218,7 +219,7 @@ impl SeenThings {
         })
     }
 
-    /// Calls planes and objects by other ids.
+    /// Renames planes and objects.
     pub(crate) fn rename(&mut self, planes: &mut Succession<PlaneId>, objects: &mut Succession<ObjectId>) {
         for id in &mut self.planes {
             *id = planes.of(*id);
@@ -228,8 +229,8 @@ impl SeenThings {
         }
     }
 
-    /// Keeps the old ids of what detections were of that are of no object of the map now: a later
-    /// correction may find it again.
+    /// Keeps the old object ids of detections that are of no object of the map now: a later correction may
+    /// bring the object back.
     pub(crate) fn remember(&mut self, before: &Self, is_in_map: impl Fn(ObjectId) -> bool) {
         let known: BTreeSet<usize> =
             self.objects.iter().filter(|(_, id)| is_in_map(*id)).map(|(detection, _)| *detection).collect();
@@ -246,7 +247,7 @@ impl SessionLog {
         Self { history, sessions: Vec::new(), frames: Pages::default(), events: Pages::default() }
     }
 
-    /// Notes a key frame that has been mapped.
+    /// Logs a key frame that has been mapped.
     pub(crate) fn add_key_frame(
         &mut self,
         frame: FrameId,
@@ -257,13 +258,13 @@ impl SessionLog {
         self.events.push(Event::KeyFrame(KeyFrameEntry { frame, observation, seen: SeenThings::of(update) }));
     }
 
-    /// Notes a scan that has been mapped.
+    /// Logs a scan that has been mapped.
     pub(crate) fn add_scan(&mut self, frame: FrameId, points: &[Point]) {
         let points = self.history.push_scan(points.into());
         self.events.push(Event::Scan(ScanEntry { frame, points }));
     }
 
-    /// The newest frame or scan that has been mapped, and where it was taken from.
+    /// The newest frame or scan that has been mapped, and its pose.
     pub(crate) fn newest(&self) -> Option<(FrameId, Pose)> {
         let newest = self.events.iter().rev().find_map(Event::mapped)?;
         Some((newest, self.frame(newest)?.world_from_camera))
@@ -274,7 +275,7 @@ impl SessionLog {
         self.frames.iter().map(|frame| frame.world_from_camera)
     }
 
-    /// A key frame, and the place of its event.
+    /// The entry of a key frame, and the place of its event.
     pub(crate) fn key_frame(&self, frame: FrameId) -> Option<(usize, KeyFrameEntry)> {
         let mut events = self.events.iter().map(Event::key_frame).enumerate();
         events.find_map(|(place, entry)| Some(place).zip(entry.filter(|it| it.frame == frame).cloned()))
@@ -285,7 +286,7 @@ impl SessionLog {
         self.events.iter().filter_map(Event::key_frame)
     }
 
-    /// Where a frame was taken from, as it is mapped now.
+    /// Time and pose of a frame, as it is mapped now.
     pub(crate) fn frame(&self, id: FrameId) -> Option<&InsertedFrame> {
         self.frames.get(id.get() as usize)
     }

@@ -7,14 +7,15 @@ use crate::session_log::Event;
 use crate::snapshots::Snapshots;
 use crate::{Error, FrameReport, MapBuilder, MultiLevelMap};
 
-/// Maps outlive a session: another day's goes on with them.
+/// Maps outlive a session: the session of another day goes on with them.
 impl MapBuilder {
-    /// Goes on with maps of an earlier session. Their ids go on, and so does their clock: where the new
-    /// session's clock begins anew, its times follow the old ones. Movers are tracked anew, and nobody
-    /// carries an object any more. Poses are in the maps' world, as a relocalization gives them.
+    /// Goes on with maps of an earlier session. Ids go on, and so does the maps' clock: where the new
+    /// session's clock begins anew, its times are shifted to follow the old ones. Movers are tracked anew,
+    /// and no object counts as carried any more. Poses are in the maps' world, as a relocalization gives
+    /// them.
     ///
-    /// The maps are those that one builder would have made of both sessions, told of the second by
-    /// [`begin_session`](Self::begin_session), to the bit.
+    /// The maps will be, to the bit, those of one builder that takes in both sessions with
+    /// [`begin_session`](Self::begin_session) between them.
     ///
     /// ```
     /// # use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -33,15 +34,16 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// None that the builder that made the maps has not excluded.
+    /// [`Error::Paging`] for a folder in which no file can be made; the config was checked when the maps were
+    /// made.
     pub fn resume(map: MultiLevelMap) -> Result<Self, Error> {
         let mut builder = Self::of_map(map)?;
         builder.begin_session_of_maps();
         Ok(builder)
     }
 
-    /// Begins a further session without giving the builder up: [`resume`](Self::resume) of its maps. Readers
-    /// stay. Frames that wait for detections are processed before; their reports are given.
+    /// Begins a further session with the same builder, as [`resume`](Self::resume) does with its maps.
+    /// Readers stay. Frames that wait for detections are processed first; their reports are returned.
     ///
     /// # Errors
     ///
@@ -68,7 +70,7 @@ impl MapBuilder {
 }
 
 impl MultiLevelMap {
-    /// Nobody carries an object any more.
+    /// Releases all objects that somebody carries.
     pub(crate) fn release_held(&mut self) {
         let held: Vec<ObjectId> = self.objects.held().collect();
         for object in held {

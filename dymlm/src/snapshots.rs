@@ -3,52 +3,52 @@ use dymlm_core::Pages;
 use crate::session_log::Event;
 use crate::{MapMemory, MultiLevelMap};
 
-/// Key frames from one snapshot to the next.
+/// Number of key frames from one snapshot to the next.
 const INTERVAL: usize = 5;
-/// How many intervals each second snapshot is kept, and the others. A local optimization moves the last ten
-/// key frames or so; older snapshots would share less and less with the maps, and take their memory once
-/// more.
+/// Number of intervals for which every second snapshot is kept, and for which the others are. A local
+/// optimization moves the last ten key frames or so; older snapshots would share less and less with the maps,
+/// and take their memory once more.
 const LIVES: [u64; 2] = [6, 3];
-/// Key frames after which nobody seems to correct late ones any more.
+/// Number of key frames without a late correction after which no more snapshots are taken.
 const PATIENCE: usize = 300;
 
-/// The maps as they were in the middle of a session: a state from which it can happen again.
+/// The maps as they were in the middle of a session: a state from which the session can be replayed.
 #[derive(Debug)]
 pub(crate) struct Snapshot {
-    /// Without their past.
+    /// The maps, without their past.
     pub(crate) map: MultiLevelMap,
-    /// What had happened, with the ids that its things have in these maps.
+    /// What had happened, with the ids that things have in these maps.
     pub(crate) events: Pages<Event>,
     number: u64,
 }
 
-/// Some late states of the session, the closer together the younger they are: so that a correction of the
-/// last key frames maps not many more than those again. They share with the maps what has not changed since.
+/// Some recent states of the session, the closer together the younger they are, so that a correction of the
+/// last key frames replays not many more than those. They share with the maps what has not changed since.
 ///
-/// They are taken from the first such correction on, since what they share is copied when it changes: who
-/// closes loops only shall not pay for it, and whose SLAM optimizes its last frames does so from its first
-/// seconds on. A session that goes on with maps begins with one: to map all that was before again would take
-/// the longer the more there was.
+/// They are taken from the first such correction on, since what they share is copied when it changes: callers
+/// who only close loops should not pay for that, and a SLAM that optimizes its last frames does so from its
+/// first seconds on. A session that goes on with maps begins with a snapshot: otherwise an early correction
+/// would map all sessions before again.
 #[derive(Debug, Default)]
 pub(crate) struct Snapshots {
     /// The oldest first.
     taken: Vec<Snapshot>,
-    /// Key frames since the last was taken.
+    /// Key frames since the last snapshot.
     key_frames: usize,
-    /// Key frames for which they are still taken when none is of use.
+    /// Number of key frames for which snapshots are still taken if no correction uses them.
     patience: usize,
 }
 
 impl Snapshots {
-    /// With the maps that a session begins with, of which these events are known: what is corrected soon need
-    /// not happen again from the first session on.
+    /// Begins with a snapshot of the maps that a session starts from, in which `events` have happened: an
+    /// early correction then need not replay the sessions before.
     pub(crate) fn at_the_beginning_of(map: &MultiLevelMap, events: &Pages<Event>) -> Self {
         let beginning = Snapshot { map: map.without_past(), events: events.clone(), number: 1 };
         Self { taken: vec![beginning], key_frames: 0, patience: PATIENCE }
     }
 
-    /// Takes a snapshot, of the maps after these events, when enough key frames have been mapped since the
-    /// last, and drops those that are old.
+    /// Takes a snapshot of the maps, in which `events` have happened, when enough key frames have been mapped
+    /// since the last one, and drops old ones.
     pub(crate) fn take_when_due(
         &mut self,
         new_key_frames: usize,
@@ -70,14 +70,14 @@ impl Snapshots {
         self.taken.retain(|snapshot| number - snapshot.number < LIVES[(snapshot.number % 2) as usize]);
     }
 
-    /// Takes note of a correction that so many key frames are younger than what it changes.
+    /// Notes a correction that maps the last `key_frames` key frames again.
     pub(crate) fn note_correction(&mut self, key_frames: usize) {
         if key_frames <= INTERVAL * LIVES[0] as usize {
             self.patience = PATIENCE;
         }
     }
 
-    /// Gives memory free of what the maps have paged out.
+    /// Frees the memory of what the maps have paged out.
     pub(crate) fn page_out_like(&mut self, map: &MultiLevelMap) {
         for snapshot in &mut self.taken {
             snapshot.map.cloud.page_out_like(&map.cloud);
@@ -88,13 +88,13 @@ impl Snapshots {
         self.taken.last()
     }
 
-    /// Drops those that were taken after an event: it has changed.
+    /// Drops the snapshots that were taken after an event, because the event has changed.
     pub(crate) fn forget_behind(&mut self, event: usize) {
         self.taken.retain(|snapshot| snapshot.events.len() <= event);
         self.key_frames = 0;
     }
 
-    /// Bytes that snapshots hold beside those that they share with the maps, about.
+    /// Approximate bytes that snapshots hold besides what they share with the maps.
     pub(crate) fn memory_bytes(&self, map: &MultiLevelMap) -> usize {
         let newer = self.taken.iter().skip(1).map(|snapshot| &snapshot.map).chain([map]);
         let bytes = |(Snapshot { map, .. }, newer): (&Snapshot, &MultiLevelMap)| {

@@ -12,19 +12,19 @@ pub enum Stage {
     Octree,
     /// Planes found in the depth image, fitted robustly and filtered.
     PlaneDetection,
-    /// What the key frame has shown is copied, to be kept.
+    /// The key frame's observation is copied for the history.
     History,
     /// Planes associated, fused and merged in their map.
     PlaneMap,
     /// Objects fitted, associated, updated, merged and removed.
     Objects,
-    /// What the evidence has found to be no part of the static world leaves octree, planes and objects.
+    /// Octree, planes and objects leave out what the evidence has found to be no part of the static world.
     GhostRemoval,
-    /// The maps are shared with readers, when it is time again.
+    /// The maps are shared with readers, when the interval has passed.
     Publishing,
 }
 
-/// Number of steps; private, so that more steps break nobody.
+/// Number of steps; private, so that a further step breaks no caller.
 const STAGES: usize = 9;
 
 impl Stage {
@@ -57,7 +57,7 @@ impl Stage {
     }
 }
 
-/// How long each step of one insertion took. The only clock of the library: no map depends on it.
+/// How long each step of one insertion took, by the system's clock: no map depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StageTimes {
     times: [Duration; STAGES],

@@ -4,8 +4,8 @@ use dymlm_objects::SightedPoint;
 
 use crate::{Error, FrameInput};
 
-/// Takes every `stride`-th pixel of every `stride`-th row of a frame, and its time on the maps' clock, once,
-/// before any step: no step knows of a stride, or of sessions.
+/// Takes every `stride`-th pixel of every `stride`-th row of a frame, and moves its time to the maps' clock:
+/// once, before any step, so that no step knows of a stride or of sessions.
 #[derive(Debug, Clone)]
 pub(crate) struct Subsampler {
     stride: usize,
@@ -19,8 +19,8 @@ impl Subsampler {
         Self { stride, frame: None, detections: Vec::new(), sighted_points: Vec::new() }
     }
 
-    /// The frame, its detections and map points in the pixels that are used, later by so many seconds; the
-    /// input itself when nothing changes.
+    /// The frame, its detections and its map points in the pixels that are used, with `clock_offset` seconds
+    /// added to its time; the input itself when nothing changes.
     pub(crate) fn bring_in<'a>(
         &'a mut self,
         input: &FrameInput<'a>,

@@ -2,7 +2,7 @@ use dymlm_core::PlaneId;
 use dymlm_objects::{SupportPlane, SupportingPlanes};
 use dymlm_planes::PlaneMap;
 
-/// The planes of the map as those that objects stand on.
+/// The planes of the map, as planes that objects may stand on.
 pub(crate) struct MappedPlanes<'a>(pub(crate) &'a PlaneMap);
 
 impl SupportingPlanes for MappedPlanes<'_> {

@@ -6,25 +6,26 @@ use dymlm_objects::SightedPoint;
 
 use crate::{Detections, Error, FrameInput};
 
-/// Frames whose detector still runs, and all frames behind them: movers are tracked in the order of time.
+/// Frames whose detector is still running, and all frames behind them, since movers are tracked in the order
+/// of time.
 ///
-/// They wait instead of being mapped and mended later (which is for those that come too late: see
+/// They wait instead of being mapped and mended later (that is for detections that come too late: see
 /// `late_detections.rs`). Waiting is exact: the maps are those that the detections would have made at once.
-/// It costs the detector's latency, which is short beside the time in which a map is used, and memory for the
-/// frames of that time.
+/// It costs the detector's latency, which is short compared with the time for which a map is used, and memory
+/// for the frames of that time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WaitingFrames {
     queue: VecDeque<WaitingFrame>,
 }
 
-/// A frame that waits, with its own copy of all that was given with it.
+/// A frame that waits, with its own copy of everything that was given with it.
 #[derive(Debug, Clone)]
 pub(crate) struct WaitingFrame {
     pub(crate) id: FrameId,
     pub(crate) frame: Frame,
     world_from_camera: Pose,
     sighted_points: Vec<SightedPoint>,
-    /// Where carried objects are in it, with a rim, in the world.
+    /// Boxes of the carried objects in it, with a rim, in the world.
     pub(crate) carried: Vec<OrientedBox>,
     found: Awaited,
 }
@@ -79,13 +80,13 @@ impl WaitingFrames {
         }
     }
 
-    /// Forgets a frame. Those behind it that wait for nothing else are ready then.
+    /// Drops a frame. Frames behind it that wait for nothing else are then ready.
     pub(crate) fn remove(&mut self, id: FrameId) {
         self.queue.retain(|waiting| waiting.id != id);
     }
 
-    /// Follows a world that was moved: `poses` are those of all frames by id, and carried objects move by
-    /// `new_from_old`.
+    /// Moves the waiting frames with the world: `poses` are those of all frames by id, and carried objects
+    /// move by `new_from_old`.
     pub(crate) fn correct(&mut self, poses: &[Pose], new_from_old: &Pose) {
         for waiting in &mut self.queue {
             if let Some(pose) = poses.get(waiting.id.get() as usize) {
@@ -97,7 +98,7 @@ impl WaitingFrames {
         }
     }
 
-    /// Awaits no longer the detections of frames before `time`, seconds: their detector counts as not run.
+    /// Stops waiting for the detections of frames before `time`, seconds: their detector counts as not run.
     pub(crate) fn give_up_before(&mut self, time: f64) {
         for waiting in self.queue.iter_mut().take_while(|waiting| waiting.frame.timestamp() < time) {
             if matches!(waiting.found, Awaited::Pending) {
@@ -106,7 +107,7 @@ impl WaitingFrames {
         }
     }
 
-    /// The next frame that waits for nothing any more.
+    /// Takes out the next frame if it waits for nothing any more.
     pub(crate) fn pop_ready(&mut self) -> Option<WaitingFrame> {
         let is_ready = self.queue.front().is_some_and(|waiting| !matches!(waiting.found, Awaited::Pending));
         if is_ready { self.queue.pop_front() } else { None }

@@ -6,21 +6,22 @@ use dymlm_objects::MapObject;
 
 use crate::MultiLevelMap;
 
-/// A thing is in a place no more, or was not yet, when more than this share of it is empty space there.
+/// An object is no longer, or was not yet, in a place where more than this share of its seen points is empty
+/// space.
 const EMPTY_SHARE: f64 = 0.5;
-/// At least this share of it must have been seen, to say so.
+/// At least this share of its points must have been seen to say so.
 const SEEN_SHARE: f64 = 0.5;
 
-/// What has become of the world between two states of its maps.
+/// How the world differs between two states of its maps.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct WorldChanges {
     /// Objects that stand elsewhere.
     pub moved: Vec<MovedObject>,
-    /// Objects in what was empty space.
+    /// Objects that stand in what was empty space.
     pub appeared: Vec<FoundObject>,
-    /// Objects where there is empty space now.
+    /// Objects in whose place there is empty space now.
     pub vanished: Vec<FoundObject>,
 }
 
@@ -31,9 +32,9 @@ pub struct WorldChanges {
 pub struct FoundObject {
     /// Its id in those maps.
     pub id: ObjectId,
-    /// What it is.
+    /// Its label.
     pub label: String,
-    /// Where it stands, world.
+    /// Its box, world.
     pub oriented_box: OrientedBox,
     /// When it was seen first and last, seconds on the maps' clock.
     pub seen: [f64; 2],
@@ -44,14 +45,14 @@ pub struct FoundObject {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct MovedObject {
-    /// Where it stood, in the maps of before.
+    /// The object in the earlier maps.
     pub from: FoundObject,
-    /// Where it stands, in those of now.
+    /// The object in the later maps.
     pub to: FoundObject,
 }
 
 impl MovedObject {
-    /// From the centre of the one box to that of the other, metres.
+    /// Distance between the centres of both boxes, metres.
     pub fn distance(&self) -> f64 {
         norm(difference(self.to.oriented_box.center(), self.from.oriented_box.center()))
     }
@@ -67,7 +68,7 @@ impl FoundObject {
         }
     }
 
-    /// Whether another may be the same thing: of one label and about one size.
+    /// Whether another may be the same thing: it has the same label and about the same size.
     fn may_be(&self, other: &Self) -> bool {
         self.label == other.label && size_overlap(&self.oriented_box, &other.oriented_box) > 0.5
     }
@@ -75,12 +76,13 @@ impl FoundObject {
 
 impl MultiLevelMap {
     /// What has moved, appeared and vanished since an earlier state of the maps, or since another map of the
-    /// same world was made: yesterday's and today's, both loaded, say.
+    /// same world was made (yesterday's and today's, both loaded, for example).
     ///
-    /// The evidence decides, so that only what was seen both times is compared: an object has vanished when
-    /// most of what it was is empty space now, and has appeared when most of what it is was empty space
-    /// before; what was hidden, or never seen, is no news. One of each with one label and about one size is a
-    /// thing that has moved: of several, those that are the nearest. O(points of the objects).
+    /// The evidence decides, so that only places that were seen both times are compared: an object has
+    /// vanished when most of what it was is empty space now, and has appeared when most of what it is was
+    /// empty space before. Objects that were occluded, or never seen, do not count. A vanished and an
+    /// appeared object with the same label and about the same size are one that has moved; of several such
+    /// pairs the nearest are chosen first. O(points of the objects).
     pub fn world_changes_since(&self, earlier: &Self) -> WorldChanges {
         let vanished = misplaced(earlier, self.cloud());
         let appeared = misplaced(self, earlier.cloud());
@@ -107,7 +109,7 @@ impl MultiLevelMap {
     }
 }
 
-/// The objects of a map in the place of which another cloud has empty space.
+/// The objects of a map in whose place another cloud has empty space.
 fn misplaced(map: &MultiLevelMap, cloud: &CloudMap) -> Vec<FoundObject> {
     let verdicts = cloud.verdicts();
     let is_misplaced = |object: &&MapObject| {
@@ -123,7 +125,7 @@ fn misplaced(map: &MultiLevelMap, cloud: &CloudMap) -> Vec<FoundObject> {
     map.objects().objects().filter(is_misplaced).map(FoundObject::of).collect()
 }
 
-/// The common volume of two boxes that are laid into each other, over that of both together.
+/// Intersection over union of the volumes of two boxes that are laid into each other.
 fn size_overlap(one: &OrientedBox, other: &OrientedBox) -> f64 {
     let sorted = |body: &OrientedBox| {
         let mut lengths = body.lengths();

@@ -1,5 +1,5 @@
-//! Blocks that are far from the camera go to a file, so that a map of many rooms needs the memory of those
-//! around the camera.
+//! Blocks that no frame has seen for longest go to a file, so that a map of many rooms needs the memory of
+//! only those around the camera.
 
 mod page_file;
 mod paged;

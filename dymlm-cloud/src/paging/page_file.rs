@@ -7,20 +7,21 @@ use dymlm_core::ScratchFile;
 
 use super::Record;
 
-/// Lengths in the file are multiples of this, so that what becomes free fits what comes.
+/// Lengths in the file are multiples of this, so that what is written later fits into places that became
+/// free.
 const UNIT: usize = 4096;
 
-/// The file to which blocks are paged out. What nobody holds any more is written over.
+/// The file to which blocks are paged out. Places that nobody refers to any more are written over.
 #[derive(Debug)]
 pub(crate) struct PageFile {
     file: ScratchFile,
-    /// Where as many bytes as the key says are free.
+    /// Free places, by their length in bytes.
     free: Mutex<BTreeMap<usize, Vec<u64>>>,
-    /// Why a block could not be read back: it is lost.
+    /// Why a block could not be read back, if one is lost.
     failure: OnceLock<ErrorKind>,
 }
 
-/// Some blocks in the file. Their place is free again when it is dropped.
+/// Some blocks in the file. Their place is free again when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Extent {
     file: Arc<PageFile>,
@@ -34,7 +35,7 @@ impl PageFile {
         Ok(Arc::new(Self { file, free: Mutex::default(), failure: OnceLock::new() }))
     }
 
-    /// Writes some blocks, and zeros up to a whole unit.
+    /// Writes some blocks, followed by zeros up to a whole unit.
     pub(crate) fn write(self: &Arc<Self>, blocks: &mut Vec<u8>) -> Result<Extent> {
         let length = blocks.len().next_multiple_of(UNIT);
         blocks.resize(length, 0);
@@ -46,21 +47,22 @@ impl PageFile {
         Ok(Extent { file: Arc::clone(self), offset, length })
     }
 
-    /// Why blocks are lost, if any is.
+    /// Why blocks are lost, if any are.
     pub(crate) fn failure(&self) -> Option<Error> {
         self.failure.get().map(|&kind| Error::from(kind))
     }
 }
 
 impl Extent {
-    /// One of the blocks. One that cannot be read is empty, and the file [says so](PageFile::failure) from then on.
+    /// Reads one of the blocks. A block that cannot be read is empty, and [`PageFile::failure`] gives the
+    /// reason from then on.
     pub(crate) fn read<B: Record + Default>(&self, from: u32, length: u32) -> B {
         let bytes = self.file.file.read(self.offset + u64::from(from), length as usize);
         let block = bytes.and_then(|bytes| {
             B::read(&mut bytes.as_slice()).ok_or_else(|| Error::from(ErrorKind::InvalidData))
         });
         block.unwrap_or_else(|error| {
-            // The first reason stays.
+            // Only the first reason is kept.
             let _ = self.file.failure.set(error.kind());
             B::default()
         })

@@ -9,18 +9,18 @@ use super::record::Record;
 pub(crate) trait Block: Record + Default + Clone {}
 impl<B: Record + Default + Clone> Block for B {}
 
-/// A block that clones share until one changes it, in memory or in a page file. Who reads one that is in the
-/// file brings it back to memory.
+/// A block that clones share until one of them changes it, in memory or in a page file. Reading a block that
+/// is in the file brings it back to memory.
 #[derive(Debug)]
 pub(crate) struct Paged<B> {
-    /// Blocks of one version are the same.
+    /// Blocks with one version are the same.
     version: u64,
     memory: OnceLock<Arc<B>>,
     /// Where it is in the file; a block that is neither there nor in memory is empty.
     filed: Option<Filed>,
 }
 
-/// A part of what was written at a time.
+/// The part of an extent that holds a block.
 #[derive(Debug, Clone)]
 struct Filed {
     extent: Arc<Extent>,
@@ -28,17 +28,18 @@ struct Filed {
     length: u32,
 }
 
-/// What can be paged out, whatever it holds: together with other blocks, so that they take one place in the
+/// What can be paged out, whatever its type: several blocks at a time, so that they take one place in the
 /// file.
 pub(crate) trait PageOut {
-    /// Appends the block, if it is in memory alone; gives its part.
+    /// Appends the block to `out`, if it is in memory alone; returns its part of `out`.
     fn write(&self, out: &mut Vec<u8>) -> Option<Range<u32>>;
 
-    /// Gives the memory of the block free, of which this part of the extent was written. Clones keep theirs.
+    /// Frees the memory of the block; `written`: its part of the extent, if it was written. Clones keep
+    /// theirs.
     fn leave_memory(&mut self, extent: &Arc<Extent>, written: Option<Range<u32>>);
 }
 
-/// A block that somebody looks at: it stays where it is.
+/// A block that is read without being moved.
 pub(crate) enum Look<'a, B> {
     Memory(&'a B),
     File(B),
@@ -49,7 +50,7 @@ impl<B: Block> Paged<B> {
         Self { version: next_version(), memory: OnceLock::from(Arc::new(block)), filed: None }
     }
 
-    /// The block, to be changed; it is copied while a clone has it. There is always one.
+    /// The block, to change it; it is copied while a clone shares it. Never `None`.
     #[inline]
     pub(crate) fn to_mut(&mut self) -> Option<&mut B> {
         if self.filed.is_some() || self.memory.get_mut().and_then(Arc::get_mut).is_none() {
@@ -58,7 +59,7 @@ impl<B: Block> Paged<B> {
         self.memory.get_mut().map(Arc::make_mut)
     }
 
-    /// Becomes a block that no clone has.
+    /// Becomes a block that no clone shares.
     #[cold]
     fn become_own(&mut self) {
         let block = self.memory.take().unwrap_or_else(|| Arc::new(self.load()));
@@ -85,14 +86,14 @@ impl<B: Block> Paged<B> {
         self.in_memory().map_or_else(|| Look::File(self.load()), Look::Memory)
     }
 
-    /// Gives the memory of the block free when another has the same in the file.
+    /// Frees the memory of the block when another has the same block only in the file.
     pub(crate) fn page_out_like(&mut self, other: &Self) {
         if self.is_same(other) && other.filed.is_some() && other.in_memory().is_none() {
             *self = other.clone();
         }
     }
 
-    /// Bytes of memory beside this, with those that the block owns, which `owned` tells.
+    /// Bytes of memory besides this struct, with those that the block owns, which `owned` gives.
     pub(crate) fn memory_bytes(&self, owned: impl Fn(&B) -> usize) -> usize {
         let counts = 2 * size_of::<usize>();
         self.in_memory().map_or(0, |block| counts + size_of::<B>() + owned(block))
@@ -117,7 +118,7 @@ impl<B: Block> PageOut for Paged<B> {
 
 fn next_version() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(0);
-    // Only compared, so that results do not depend on it.
+    // Versions are only compared, so that results do not depend on their numbers.
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 

@@ -9,37 +9,38 @@ use crate::CloudMap;
 use crate::block_store::BlockKey;
 use crate::verdicts::SharedKept;
 
-/// Frames from one count of the memory to the next: counting takes a glance at each block. What one of so many
-/// last frames has seen stays in memory.
+/// Frames between two counts of the memory, each of which visits all blocks. What any of the last 16 frames
+/// has seen stays in memory.
 const INTERVAL: u32 = 16;
 
-/// Keeps a cloud map within a budget of memory: what no frame has seen for longest goes to a file, block by
-/// block, and comes back when a frame or a query reaches it. The map is the same, to the bit.
+/// Keeps a cloud map within a memory budget: blocks that no frame has seen for longest go to a file, and come
+/// back when a frame or a query reaches them. The map is the same, to the bit.
 #[derive(Debug)]
 pub struct CloudPager {
     file: Arc<PageFile>,
     buffer: Vec<u8>,
     /// Frames since the memory was counted last.
     frames: u32,
-    /// What is static in the map as it was then, if it was too large. What is judged before it goes need not
-    /// come back for that; it is judged on a thread of its own, so that no frame waits.
+    /// The static cloud of the map at the last count, if the map was too large then: a block that is judged
+    /// before it goes need not come back for that. It is judged on a thread of its own, so that no frame
+    /// waits.
     judging: Option<Judging>,
-    /// Blocks of the evidence that are to go, with all voxels in them; the first first.
+    /// Blocks of the evidence that are to go, with all voxels in them, in this order.
     due: VecDeque<BlockKey>,
-    /// The revision of the evidence up to which these were judged.
+    /// The revision of the evidence up to which these blocks were judged.
     judged: u32,
 }
 
 #[derive(Debug)]
 struct Judging {
-    /// The revision of the evidence.
+    /// The revision of the evidence that is judged.
     revision: u32,
     kept: JoinHandle<SharedKept>,
 }
 
 impl CloudPager {
     /// A pager whose file is in a folder that exists. The file has no name where the system allows that, and
-    /// goes when neither the pager nor a map needs it any more.
+    /// is deleted when neither the pager nor a map needs it any more.
     ///
     /// # Errors
     ///
@@ -49,14 +50,14 @@ impl CloudPager {
         Ok(Self { file, buffer: Vec::new(), frames: 0, judging: None, due: VecDeque::new(), judged: 0 })
     }
 
-    /// To be called once a frame, of one map: pages out some blocks when the map takes more memory than
-    /// `budget` says, bytes. What the last 16 frames have seen stays, whatever the budget. Each 16th call
-    /// takes a glance at all blocks.
+    /// Pages out some blocks when the map takes more than `budget` bytes of memory. Call it once a frame,
+    /// with one map. What the last 16 frames have seen stays in memory, whatever the budget. Each 16th call
+    /// visits all blocks.
     ///
     /// # Errors
     ///
-    /// Those of writing, a full disk, say: then the map stays whole, in memory. Those of reading: then blocks
-    /// are lost, and each further call fails.
+    /// Those of writing, on a full disk, for example: then the map stays whole, in memory. Those of reading:
+    /// then blocks are lost, and each further call fails.
     pub fn page_out(&mut self, map: &mut CloudMap, budget: impl FnOnce() -> usize) -> Result<()> {
         if let Some(failure) = self.file.failure() {
             return Err(failure);
@@ -66,7 +67,7 @@ impl CloudPager {
             self.frames = 0;
             self.count(map, budget());
         }
-        // So many a frame that none is left at the next count.
+        // As many a frame that none is left at the next count.
         for _ in 0..self.due.len().div_ceil((INTERVAL - self.frames) as usize) {
             let Some(&key) = self.due.front() else { break };
             map.page_out(key, self.judged, &self.file, &mut self.buffer)?;
@@ -75,8 +76,8 @@ impl CloudPager {
         Ok(())
     }
 
-    /// Chooses what is to go of what was judged since the last count, and has the rest judged, as long as the
-    /// map is too large.
+    /// As long as the map is too large: chooses the blocks to go among those judged since the last count, and
+    /// has the rest judged.
     fn count(&mut self, map: &mut CloudMap, budget: usize) {
         let judged = self.judging.take();
         let judged = judged.and_then(|judging| Some((judging.revision, judging.kept.join().ok()?)));
@@ -89,22 +90,22 @@ impl CloudPager {
             self.judged = revision;
             kept.page_out_like(&map.kept);
             map.kept.adopt(&kept);
-            // An eighth more than is too much, so that the next count is not the next choice.
+            // An eighth more than necessary, so that the next count need not choose again.
             self.choose(map, bytes - (budget - budget / 8));
         }
         let clone = map.clone();
         let judge = move || {
             clone.kept_cloud();
-            // The blocks themselves need not wait for the next count.
+            // The clone's blocks are dropped now, not at the next count.
             let CloudMap { kept, .. } = clone;
             kept
         };
         let thread = std::thread::Builder::new().name("dymlm-pager".to_owned()).spawn(judge);
-        // Without a thread nothing can go.
+        // Without a thread nothing is paged out.
         self.judging = thread.ok().map(|kept| Judging { revision: map.evidence.revision(), kept });
     }
 
-    /// Chooses blocks that give so many bytes free, of those that have not changed since they were judged.
+    /// Chooses blocks that free `bytes` bytes, among those that have not changed since they were judged.
     fn choose(&mut self, map: &CloudMap, bytes: usize) {
         let store = map.evidence.blocks();
         let blocks = store.keys().iter().enumerate().map(|(slot, &key)| (store.stamps().of(slot), key));
@@ -125,7 +126,7 @@ impl CloudPager {
 }
 
 impl CloudMap {
-    /// Gives memory free that a later state of this map has paged out: of what the two share.
+    /// Frees the memory of blocks that a later state of this map has paged out, as far as the two share them.
     pub fn page_out_like(&mut self, later: &Self) {
         if self.is_clone_of(later) {
             self.voxels.page_out_like(&later.voxels);
@@ -134,8 +135,8 @@ impl CloudMap {
         }
     }
 
-    /// Pages out a block of the evidence, with the voxels in it and what is known of them, unless it has
-    /// changed after a revision.
+    /// Pages out a block of the evidence, with the voxels in it and what is known of them, unless the block
+    /// has changed after `revision`.
     fn page_out(
         &mut self,
         key: BlockKey,
@@ -172,7 +173,7 @@ impl CloudMap {
         self.kept.for_each_within(slot, voxels, visit);
     }
 
-    /// Bytes of what [`page_out`](Self::page_out) would give free.
+    /// Bytes that [`page_out`](Self::page_out) would free.
     fn bytes_within(&self, key: BlockKey) -> usize {
         let evidence =
             self.evidence.blocks().slot(key).and_then(|slot| self.evidence.blocks().blocks().get(slot));
@@ -182,7 +183,7 @@ impl CloudMap {
         let voxels =
             self.voxel_slots_within(key).into_iter().filter_map(|slot| self.voxels.blocks().get(slot));
         let voxels = voxels.filter_map(|block| block.in_memory());
-        // The points of what is static, and the verdicts, are about as much again for each voxel.
+        // The static points and the verdicts take about as much again for each voxel.
         let voxels: usize = voxels.map(|block| size_of_val(block) + 2 * block.memory_bytes()).sum();
         evidence + voxels
     }

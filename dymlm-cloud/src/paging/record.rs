@@ -1,11 +1,11 @@
-//! How blocks are written to the page file: number by number, in their own widths. Nobody else reads it, so
-//! that it needs no version.
+//! How blocks are written to the page file: number by number, in their own widths. Only the process that
+//! writes the file reads it, so it needs no version.
 
 /// What can be written to the page file and read back to the bit.
 pub(crate) trait Record: Sized {
     fn write(&self, out: &mut Vec<u8>);
 
-    /// Takes itself from the beginning of the bytes; `None` where they do not begin with one.
+    /// Reads one from the beginning of the bytes; `None` where they do not begin with one.
     fn read(from: &mut &[u8]) -> Option<Self>;
 }
 
@@ -94,7 +94,7 @@ impl<T: Record> Record for Box<T> {
     }
 }
 
-/// Makes records of structs, field by field.
+/// Implements [`Record`] for structs, field by field.
 macro_rules! record {
     ($type:ty { $($field:ident),* $(,)? }) => {
         impl $crate::paging::Record for $type {
@@ -108,7 +108,7 @@ macro_rules! record {
         }
     };
 }
-/// Makes records of enums of which each case holds one value or none, by the number of the case.
+/// Implements [`Record`] for enums of which each case holds one value or none, by the number of the case.
 macro_rules! record_of_cases {
     ($type:ty { $($number:literal => $case:ident $(($value:ident))?),* $(,)? }) => {
         impl $crate::paging::Record for $type {

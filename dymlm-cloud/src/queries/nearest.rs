@@ -5,14 +5,14 @@ use crate::block_store::BlockKey;
 #[derive(Clone, Copy)]
 struct Nearest {
     squared: f64,
-    /// Where it stands in the cloud: of points equally near the first is meant.
+    /// Its place in the cloud: of equally near points the first counts.
     place: (BlockKey, usize),
     point: StaticPoint,
 }
 
 impl StaticPoints<'_> {
     /// The static point nearest to a place, if one is within `radius` metres (infinite for no limit); of
-    /// points equally near the first of the cloud. Blocks are asked by their distance: O(blocks that are
+    /// equally near points the first of the cloud. Blocks are visited by their distance: O(blocks that are
     /// nearer than the answer, at most those of the map).
     pub fn nearest(&self, place: [f64; 3], radius: f64) -> Option<StaticPoint> {
         if !place.iter().all(|c| c.is_finite()) || radius.is_nan() || radius < 0.0 {
@@ -22,7 +22,7 @@ impl StaticPoints<'_> {
         let mut best: Option<Nearest> = None;
         for shell in 0.. {
             let limit = best.map_or(radius, |best| best.squared.sqrt());
-            // Between the blocks of the shell and the one at the centre are `shell` - 1 others.
+            // Between the blocks of the shell and the block at the centre are `shell` - 1 other blocks.
             if f64::from(shell - 1) * self.block_side() - self.slack() > limit {
                 break;
             }
@@ -66,13 +66,13 @@ fn squared_distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
 }
 
-/// The block coordinates at `shell` blocks from others, along the axis where that is most.
+/// The block coordinates that differ from those of `center` by `shell` along the axis where they differ most.
 fn shell_around(center: [i32; 3], shell: i32) -> impl Iterator<Item = [i32; 3]> {
     let steps = -shell..=shell;
     steps.clone().flat_map(move |z| {
         steps.clone().flat_map(move |y| {
             let is_side = z.abs() == shell || y.abs() == shell;
-            // Two ends, or all between them as well.
+            // Only the two ends, or all between them as well.
             let stride = if is_side || shell == 0 { 1 } else { 2 * shell as usize };
             let xs = (-shell..=shell).step_by(stride);
             xs.map(move |x| [0, 1, 2].map(|axis| center[axis] + [x, y, z][axis]))

@@ -3,13 +3,14 @@ use dymlm_core::{Point, symmetric_eigen3};
 
 use super::StaticPoints;
 
-/// Least variance across a neighbourhood's longest extent, as a share of the variance along it. Less lets a
-/// cable have a normal, which noise decides (`a_line_and_a_few_points_have_no_normal`); more denies it to
-/// surfaces of few points (`normals_are_those_of_the_surfaces_and_face_the_camera`).
+/// Least variance across a neighbourhood's longest extent, as a share of the variance along it. With a lower
+/// value a cable has a normal, which noise decides (`a_line_and_a_few_points_have_no_normal`); a higher one
+/// denies a normal to surfaces of few points (`normals_are_those_of_the_surfaces_and_face_the_camera`).
 const LEAST_SPREAD: f64 = 0.01;
-/// How far from the surface frames are asked for that looked through, in cells of the evidence. With less,
-/// none has before a surface that was read from afar, where the noise is large, or at an angle
-/// (`normals_are_those_of_the_surfaces_and_face_the_camera`); with more, other rooms may have a say.
+/// Greatest distance from a surface at which looks of frames are compared, in cells of the evidence. With a
+/// lower value there are none before a surface that was read from afar, where the noise is large, or at an
+/// angle (`normals_are_those_of_the_surfaces_and_face_the_camera`); with a higher one, looks in other rooms
+/// may decide.
 const LOOK_REACH: u32 = 6;
 
 /// Which way a surface faces.
@@ -19,8 +20,8 @@ const LOOK_REACH: u32 = 6;
 pub struct SurfaceNormal {
     /// Unit vector across the surface, world.
     pub direction: [f64; 3],
-    /// Whether it is known to point to where the surface was seen from: more frames have looked through the
-    /// space before it than behind it. Else its component of greatest magnitude is positive.
+    /// Whether it is known to point to the side from which the surface was seen: more frames have looked
+    /// through the space before it than behind it. Otherwise its component of greatest magnitude is positive.
     pub is_oriented: bool,
     /// Surface variation (Pauly 2002): the share of the neighbourhood's variance along the normal, 0 for a
     /// plane to 1/3 for points all around. High at edges, corners and small things.
@@ -30,11 +31,11 @@ pub struct SurfaceNormal {
 impl StaticPoints<'_> {
     /// The normal of the static surface around a place: the direction in which the points within `radius`
     /// metres of it spread least, towards the side that frames looked through. `None` where there are fewer
-    /// than three, or they lie on a line. O(points in the blocks around).
+    /// than three points, or they lie on a line. O(points in the blocks around).
     ///
-    /// A larger radius evens out the noise, a smaller one keeps the edges of small things. Of a Kinect's
-    /// floor, wall and box at 1 to 3 m half of the normals are within 9 degrees at 4 voxels (4 cm), and
-    /// within 1.5 at 8.
+    /// A larger radius averages the noise, a smaller one keeps the edges of small things. For a Kinect's
+    /// floor, wall and box at 1 to 3 m, half of the normals are within 9 degrees at 4 voxels (4 cm), and
+    /// within 1.5 degrees at 8 voxels.
     pub fn normal_at(&self, place: Point, radius: f64) -> Option<SurfaceNormal> {
         let center = place.map(f64::from);
         if !center.iter().all(|c| c.is_finite()) || !radius.is_finite() {
@@ -81,9 +82,9 @@ impl StaticPoints<'_> {
         (count >= 3.0).then(covariance)
     }
 
-    /// To which side of a surface more frames have looked through the space: 1.0 along the normal, -1.0
-    /// against it. The nearest cells that differ decide, since behind a thin wall another room is looked
-    /// through.
+    /// The side of a surface on which more frames have looked through the space: 1.0 along the normal, -1.0
+    /// against it. The nearest pair of cells that differs decides, since behind a thin wall frames look
+    /// through another room.
     fn seen_side(&self, center: [f64; 3], normal: [f64; 3]) -> Option<f64> {
         let evidence = &self.map.evidence;
         let looks = |side: f64, step: u32| {

@@ -15,13 +15,13 @@ pub struct PointHit {
 }
 
 impl StaticPoints<'_> {
-    /// The first static point within `max_range` metres along a ray that is no farther than `radius` metres
-    /// beside it; of points equally far the first of the cloud. `direction` may have any length. `None` also
-    /// for a direction without length and for what is not finite, but for `max_range`.
+    /// The first static point along a ray, within `max_range` metres and at most `radius` metres beside the
+    /// ray; of points equally far the first of the cloud. `direction` may have any length. `None` also for a
+    /// direction without length and for arguments that are not finite (`max_range` may be infinite).
     ///
-    /// With less than a voxel and a half a ray may slip between the points of a surface. On a surface met at
-    /// an angle the point comes up to radius / tan(angle) early. O(blocks along the ray, at most those of the
-    /// map).
+    /// With a radius of less than a voxel and a half a ray may slip between the points of a surface. On a
+    /// surface met at an angle the point comes up to radius / tan(angle) early. O(blocks along the ray, at
+    /// most those of the map).
     pub fn cast_ray(
         &self,
         origin: [f64; 3],
@@ -34,7 +34,7 @@ impl StaticPoints<'_> {
         if !are_numbers || radius < 0.0 {
             return None;
         }
-        // What lies beyond the map's box need not be walked through.
+        // The ray need not be followed beyond the map's box.
         let bounds_of_map = self.cloud.bounds()?.map(|block| BlockKey::new(block).bounds(self.voxel_size()));
         let [nearest, farthest] = distances_to_box(origin, [bounds_of_map[0][0], bounds_of_map[1][1]]);
         let end = max_range.min(farthest + self.slack());
@@ -43,7 +43,7 @@ impl StaticPoints<'_> {
         while from <= end {
             let to = from + self.block_side();
             if to <= from {
-                // So far out that a block is nothing.
+                // So far out that adding the side of a block changes nothing.
                 return None;
             }
             let ends = bounds([from, to].map(|distance| along(origin, distance, direction)));

@@ -8,12 +8,12 @@ use crate::block_store::{BLOCK_SIDE, BlockKey};
 pub(super) type Corners = [[f64; 3]; 2];
 
 impl StaticPoints<'_> {
-    /// The points in a box, in place of what `found` holds, in the order of the
-    /// [cloud](crate::CloudMap::point_cloud). [`OrientedBox::between`] makes a box along the axes. O(blocks
-    /// of the box around it, at most those of the map, + points in the blocks that it touches).
+    /// The points in a box, in the order of the [cloud](crate::CloudMap::point_cloud); they replace what
+    /// `found` holds. [`OrientedBox::between`] makes a box along the axes. O(blocks of the box around it, at
+    /// most those of the map, + points in the blocks that it touches).
     pub fn in_box(&self, region: &OrientedBox, found: &mut Vec<StaticPoint>) {
         found.clear();
-        // The rotation as a matrix, which is faster for many points.
+        // As a matrix the rotation is faster for many points.
         let (axes, center) = (region.world_from_box().inverse().rotation_matrix(), region.center());
         let half = region.lengths().map(|c| 0.5 * c);
         let beyond = |place: [f64; 3], rim: f64| {
@@ -85,24 +85,24 @@ impl StaticPoints<'_> {
     }
 
     /// How far a point may lie outside its block, metres, since coordinates of [`Point`](dymlm_core::Point)
-    /// are rounded: where the map ends, by not quite a voxel.
+    /// are rounded: by not quite a voxel at the map's border.
     pub(super) fn slack(&self) -> f64 {
         self.voxel_size()
     }
 
-    /// A box and the slack around it.
+    /// A box, larger by the slack on each side.
     #[inline]
     pub(super) fn grown(&self, [low, high]: Corners) -> Corners {
         [low.map(|c| c - self.slack()), high.map(|c| c + self.slack())]
     }
 
-    /// Block coordinates of a place, moved outward by the slack, or of the block nearest to it at the map's
-    /// border.
+    /// Block coordinates of a place that is moved outward by the slack; beyond the map's border, those of the
+    /// nearest block.
     pub(super) fn block_at(&self, place: [f64; 3], outward: f64) -> [i32; 3] {
         let limit = f64::from(BlockKey::LIMIT) / BLOCK_SIDE as f64;
         place.map(|c| {
             let block = ((c + outward * self.slack()) / self.block_side()).floor();
-            // NaN becomes 0.
+            // The cast turns NaN into 0.
             block.clamp(-limit, limit - 1.0) as i32
         })
     }

@@ -5,11 +5,12 @@ use dymlm_core::{Point, Rgb};
 use crate::CloudMap;
 use crate::static_cloud::StaticCloud;
 
-/// The static cloud, to be asked about places ([`CloudMap::static_points`]).
+/// The static cloud, for queries about places ([`CloudMap::static_points`]).
 ///
 /// Its points are those of [`Selection::Static`](crate::Selection::Static): no ghosts, no noise. They are
-/// found by the map's blocks of 8^3 voxels, 8 cm at the default voxel size; a question costs what is near,
-/// not the map. Lengths in metres, places in the world. Nothing is near a place that is not finite.
+/// found by the map's blocks of 8^3 voxels, 8 cm at the default voxel size, so that a query costs what is
+/// near, whatever the size of the map. Lengths in metres, places in the world. Nothing is near a place that
+/// is not finite.
 #[derive(Debug, Clone)]
 pub struct StaticPoints<'a> {
     pub(super) map: &'a CloudMap,
@@ -29,9 +30,8 @@ pub struct StaticPoint {
 }
 
 impl CloudMap {
-    /// The static cloud as it stands, for many questions. Making it costs what has changed since the last
-    /// reading, and a glance at each block.
-    /// Threads may each have their own.
+    /// The static cloud as it is now, for many queries. Making it costs what has changed since the last
+    /// query, and a short look at each block. Threads may each have their own.
     ///
     /// ```
     /// use dymlm_cloud::{CloudMap, CloudMapConfig};

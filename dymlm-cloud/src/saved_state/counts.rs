@@ -4,8 +4,8 @@ use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, put};
 use crate::cell_counts::CellCounts;
 use crate::finding::{Counts, FINDINGS};
 
-/// More frames than a cell can have counted in a period of three hours: what damaged counts are refused by,
-/// before their sums overflow.
+/// More frames than a cell can have counted in a period of three hours. Damaged counts are refused by this
+/// limit, before their sums overflow.
 const MOST_FRAMES: u32 = 1 << 26;
 
 /// A bit for each cell of a block, in bytes.
@@ -26,19 +26,20 @@ impl SavedCells {
     }
 }
 
-/// The counts of a block's cells: most that have any were looked through by the same frames, or by none.
+/// The counts of a block's cells: most cells that have any were looked through by the same number of frames.
 #[derive(Serialize, Deserialize)]
 pub(super) struct SavedCounts {
-    /// How many frames have looked through the cells that nothing else is known of, and which these are.
+    /// Greatest number of looks through a cell in which nothing was read, and the cells that have this
+    /// number.
     most: u32,
     looked_through: SavedCells,
     others: SavedCells,
-    /// Of the others, by finding.
+    /// Counts of the other cells, by finding.
     numbers: [Vec<u32>; FINDINGS],
 }
 
 impl SavedCounts {
-    /// `None` of counts that no cell has of its own.
+    /// `None` when no cell has counts of its own.
     pub(super) fn of(counts: &CellCounts) -> Option<Self> {
         if counts.is_empty() {
             return None;
@@ -64,7 +65,7 @@ impl SavedCounts {
         Some(Self { most, looked_through, others, numbers })
     }
 
-    /// `None` where they are none that a map can hold.
+    /// `None` for counts that no map can hold.
     pub(super) fn restored(self) -> Option<CellCounts> {
         let all = self.numbers.iter().flatten().chain([&self.most]);
         let is_right = self.numbers.iter().all(|numbers| numbers.len() == self.others.len())

@@ -9,7 +9,7 @@ use crate::evidence::Evidence;
 
 /// More periods than a block's evidence keeps.
 const MOST_PERIODS: usize = 256;
-/// As of a cell: see [`SavedCounts`].
+/// The same limit as for a cell: see [`SavedCounts`].
 const MOST_FRAMES: u32 = 1 << 26;
 
 /// The evidence of a cube of blocks.
@@ -17,7 +17,7 @@ const MOST_FRAMES: u32 = 1 << 26;
 pub(super) struct SavedEvidence {
     /// A bit for each block of the cube that is there.
     blocks: u64,
-    /// The last change of each of them.
+    /// The last change of each of these blocks.
     revisions: Vec<u32>,
     periods: Vec<Vec<SavedPeriod>>,
 }
@@ -31,7 +31,7 @@ struct SavedPeriod {
 }
 
 impl SavedEvidence {
-    /// `None` of a cube without blocks.
+    /// `None` for a cube without blocks.
     pub(super) fn of(cube: BlockKey, evidence: &Evidence) -> Option<Self> {
         let mut saved = Self { blocks: 0, revisions: Vec::new(), periods: Vec::new() };
         for (place, slot) in blocks_of(cube, evidence.blocks()) {
@@ -43,7 +43,7 @@ impl SavedEvidence {
         (saved.blocks != 0).then_some(saved)
     }
 
-    /// Puts the blocks where there are none; `None` where they are none that a map can hold.
+    /// Puts the blocks where there are none; `None` for blocks that no map can hold.
     pub(super) fn put_into(self, cube: BlockKey, evidence: &mut Evidence) -> Option<()> {
         let count = self.blocks.count_ones() as usize;
         if count == 0 || self.revisions.len() != count || self.periods.len() != count {

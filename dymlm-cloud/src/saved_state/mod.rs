@@ -1,8 +1,7 @@
-//! The state of a map in parts, of cubes of 4 x 4 x 4 blocks: two of the voxels in a cube, one of the
+//! The state of a map in parts, by cubes of 4 x 4 x 4 blocks: two parts for the voxels in a cube, one for the
 //! evidence.
 //!
-//! What is kept to save time is not saved: verdicts and the static cloud are made again when they are asked
-//! for.
+//! What is only cached is not saved: verdicts and the static cloud are made again when they are asked for.
 
 mod counts;
 mod evidence;
@@ -22,10 +21,10 @@ use voxels::SavedVoxels;
 
 /// What a part holds, in two bits of its key.
 const VOXELS: u64 = 0;
-/// Of voxels too, what no deflating makes smaller.
+/// The rests of the voxels' sums, which no compression makes smaller.
 const RESTS: u64 = 1;
 const EVIDENCE: u64 = 2;
-/// What has no place.
+/// What belongs to no place.
 const HEAD: u64 = 3;
 
 /// More frames than come in two years.
@@ -36,13 +35,13 @@ struct Head {
     frames: u32,
     epoch: i32,
     revision: u32,
-    /// Number of parts of each kind: none may be missing.
+    /// Number of cubes with voxels, and with evidence: none may be missing.
     cubes: [usize; 2],
 }
 
 impl CloudMap {
-    /// Gives to `sink` the parts of the map that differ from those of an earlier state, all of them without
-    /// one: what the two share is passed over.
+    /// Gives to `sink` the parts of the map that differ from those of an earlier state, or all parts without
+    /// an earlier state. What the two states share is skipped.
     ///
     /// # Errors
     ///
@@ -78,7 +77,7 @@ impl CloudMap {
         }
     }
 
-    /// The map whose parts these are, in any order, to the bit.
+    /// Restores the map from its parts, in any order, to the bit.
     ///
     /// # Errors
     ///
@@ -103,7 +102,7 @@ impl CloudMap {
             let is_right = match part & 3 {
                 VOXELS => {
                     let rests = by_key.remove(&part_of(cube, RESTS));
-                    let rests = rests.ok_or_else(|| damaged("what it is to be read with is missing"))?;
+                    let rests = rests.ok_or_else(|| damaged("the rests of its sums are missing"))?;
                     decode_part::<SavedVoxels>(part, &bytes)?.put_into(cube, &rests, &mut map)
                 }
                 EVIDENCE => decode_part::<SavedEvidence>(part, &bytes)?.put_into(cube, &mut map.evidence),
@@ -112,7 +111,7 @@ impl CloudMap {
             is_right.ok_or_else(|| damaged("numbers that no map holds"))?;
         }
         if frames.max(revision) >= MOST_FRAMES {
-            return Err(DamagedState::new(HEAD, "more frames than there can have been").into());
+            return Err(DamagedState::new(HEAD, "more frames than a map can have taken in").into());
         }
         map.restore(frames, epoch, revision);
         let found = map.head().cubes;
@@ -124,7 +123,7 @@ impl CloudMap {
     }
 }
 
-/// The lowest two bits of a cube's coordinates are zero.
+/// The key of a part. The lowest two bits of a cube's coordinates are zero, which leaves room for the kind.
 fn part_of(cube: BlockKey, kind: u64) -> u64 {
     cube.number() << 1 | kind
 }
@@ -143,7 +142,7 @@ fn cubes_of<B: Block>(store: &BlockStore<B>) -> BTreeSet<BlockKey> {
     store.keys().iter().map(|key| key.in_cube().0).collect()
 }
 
-/// The cubes in which a store differs from an earlier one, with those of some more of its blocks.
+/// The cubes in which a store differs from an earlier one, and the cubes of some more of its blocks.
 fn changed_cubes<B: Block>(
     store: &BlockStore<B>,
     earlier: Option<&BlockStore<B>>,

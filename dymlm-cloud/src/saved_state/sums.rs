@@ -1,30 +1,30 @@
 use dymlm_core::{BitReader, BitWriter};
 use serde::{Deserialize, Serialize};
 
-/// Weighted sums of voxels, one after the other, by their means and what is left over: nothing where a voxel
-/// has a single reading.
+/// Weighted sums of voxels, one after the other, as means and rests; a rest is 0 where a voxel has a single
+/// reading.
 #[derive(Serialize, Deserialize)]
 pub(super) struct SavedSums {
     means: Means,
 }
 
-/// Whole parts of means.
+/// The means, as whole numbers.
 #[derive(Serialize, Deserialize)]
 enum Means {
-    /// Each less the one before it: neighbours are alike.
+    /// Each less the one before it, since neighbours are alike.
     Near(Vec<u8>),
-    /// When one does not fit into a byte, since more was taken out than put in.
+    /// Used when a mean does not fit into a byte, since more was taken out than put in.
     Far(Vec<u64>),
 }
 
-/// What a sum is divided by.
+/// The number by which a sum is divided.
 fn divisor(weight: u64) -> u64 {
     weight.max(1)
 }
 
 impl SavedSums {
-    /// Of sums with their weights. What is left over goes to `rests`, each in as many bits as the [divisor]
-    /// needs: any is as likely as any other.
+    /// Takes sums with their weights. The rests go to `rests`, each in as many bits as the [divisor] needs,
+    /// since all their values are equally likely.
     pub(super) fn of(sums: impl Iterator<Item = (u64, u64)>, rests: &mut BitWriter) -> Self {
         let mut means = Vec::new();
         for (sum, weight) in sums {
@@ -44,7 +44,7 @@ impl SavedSums {
         Self { means }
     }
 
-    /// The sums of voxels of these weights; `None` when they are of other voxels.
+    /// The sums of voxels with these weights; `None` when the means or the rests are of other voxels.
     pub(super) fn restored(
         &self,
         weights: impl ExactSizeIterator<Item = u64>,
@@ -72,27 +72,28 @@ impl SavedSums {
     }
 }
 
-/// How many bits the smaller ones of the numbers below `end` take, and how many these are ("truncated
-/// binary": the others take one more).
+/// How many bits the smaller ones of the numbers below `end` take, and how many such numbers there are
+/// ("truncated binary": the other numbers take one bit more).
 fn short_codes(end: u64) -> (u32, u64) {
     let bits = end.ilog2();
     // 2^(bits + 1) - end.
     (bits, (1_u64 << bits).wrapping_mul(2).wrapping_sub(end))
 }
 
-/// Writes a number below another in the fewest bits.
+/// Writes a number below `end` in the fewest bits.
 fn write_below(bits: &mut BitWriter, number: u64, end: u64) {
     let (count, short) = short_codes(end);
     if number < short {
         write(bits, number, count);
     } else {
-        // These codes go on where no shorter one is the beginning of one; what tells them apart comes last.
+        // These codes begin with bits that are no short code; the bit that tells two of them apart comes
+        // last.
         let code = number.wrapping_add(short);
         write(bits, code >> 1 | (code & 1) << count, count + 1);
     }
 }
 
-/// The number below another; `None` when there are no more bits.
+/// Reads a number below `end`; `None` when there are no more bits.
 fn read_below(bits: &mut BitReader<'_>, end: u64) -> Option<u64> {
     let (count, short) = short_codes(end);
     let number = read(bits, count)?;
@@ -102,7 +103,7 @@ fn read_below(bits: &mut BitReader<'_>, end: u64) -> Option<u64> {
     Some((number << 1 | read(bits, 1)?).wrapping_sub(short))
 }
 
-/// Halves of 32 bits. The number has no bits above the `count` lowest.
+/// Writes in halves of 32 bits. The number has no bits above the `count` lowest.
 #[inline]
 fn write(bits: &mut BitWriter, number: u64, count: u32) {
     if count <= 32 {

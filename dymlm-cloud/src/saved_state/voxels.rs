@@ -9,23 +9,23 @@ use crate::block_store::{BlockKey, BlockStore, CUBE_BLOCKS};
 use crate::voxel::{Sums, Voxel};
 use crate::voxel_block::VoxelBlock;
 
-/// The voxels of a cube of blocks, number by number: numbers of a kind are alike.
+/// The voxels of a cube of blocks, field by field: numbers of one kind are alike.
 #[derive(Serialize, Deserialize)]
 pub(super) struct SavedVoxels {
     /// A bit for each block of the cube that is there.
     blocks: u64,
-    /// Which voxels each of them has.
+    /// The voxels of each of these blocks.
     voxels: Vec<SavedCells>,
     weights: Vec<u64>,
     observations: Vec<u32>,
     positions: [SavedSums; 3],
     colors: [SavedSums; 3],
-    /// None where each reading has a colour.
+    /// Empty where each reading has a colour.
     uncolored: Vec<u64>,
 }
 
 impl SavedVoxels {
-    /// And what is left over of their sums; `None` of a cube without blocks.
+    /// The voxels, and the rests of their sums; `None` for a cube without blocks.
     pub(super) fn of(cube: BlockKey, store: &BlockStore<VoxelBlock>) -> Option<(Self, Vec<u8>)> {
         let blocks: Vec<_> =
             blocks_of(cube, store).map(|(place, slot)| (place, store.blocks()[slot].look())).collect();
@@ -53,7 +53,7 @@ impl SavedVoxels {
         Some((saved, bytes))
     }
 
-    /// Puts the voxels into a map that has none in the cube; `None` where they are none that a map can hold.
+    /// Puts the voxels into a map that has none in the cube; `None` for voxels that no map can hold.
     pub(super) fn put_into(self, cube: BlockKey, rests: &[u8], map: &mut CloudMap) -> Option<()> {
         let voxels = self.restored(rests)?;
         let count: usize = self.voxels.iter().map(SavedCells::len).sum();

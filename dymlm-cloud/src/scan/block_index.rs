@@ -4,7 +4,7 @@ use std::hash::BuildHasherDefault;
 use crate::block_store::BlockKey;
 use crate::slot_index::KeyHasher;
 
-/// Slots of blocks by their place, counted up from 0; each stays. O(1) expected a look-up.
+/// Slots of blocks by their place, numbered from 0; a slot does not change. O(1) expected a look-up.
 #[derive(Debug, Clone, Default)]
 pub(super) struct BlockIndex {
     slots: HashMap<BlockKey, u32, BuildHasherDefault<KeyHasher>>,
@@ -12,7 +12,7 @@ pub(super) struct BlockIndex {
 }
 
 impl BlockIndex {
-    /// The slot of the block at `key`; the next when it has none yet.
+    /// The slot of the block at `key`; the next free one when it has none yet.
     #[inline]
     pub(super) fn slot_or_insert(&mut self, key: BlockKey) -> usize {
         let next = self.keys.len();
@@ -29,7 +29,7 @@ impl BlockIndex {
         &self.keys
     }
 
-    /// Forgets all, and keeps the memory.
+    /// Forgets all blocks, and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.slots.clear();
         self.keys.clear();

@@ -1,7 +1,7 @@
 use super::block_index::BlockIndex;
 use crate::block_store::{BlockKey, CellBits, put};
 
-/// A set of cells of the evidence, block by block. Emptied, it keeps its memory.
+/// A set of cells of the evidence, block by block. Clearing it keeps its memory.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CellSet {
     index: BlockIndex,

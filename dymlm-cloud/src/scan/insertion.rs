@@ -4,17 +4,17 @@ use super::Scan;
 use crate::direction::Direction;
 use crate::{CloudFrameReport, CloudMap, Error};
 
-/// Scans.
+/// Putting scans in, and taking them out.
 impl CloudMap {
-    /// Adds the points of a scan, given in the sensor's frame, metres: what [`insert`](Self::insert) is for
-    /// images. A point's depth is its distance from the sensor; its weight and the tolerances follow from the
-    /// [`SensorModel`](dymlm_core::SensorModel) in the same way. Points that are not finite or out of the
-    /// sensor's range are no readings.
+    /// Adds the points of a scan, given in the sensor's frame, metres, as [`insert`](Self::insert) adds an
+    /// image. A point's distance from the sensor counts as its depth; its weight and the tolerances follow
+    /// from the [`SensorModel`](dymlm_core::SensorModel) in the same way. Points that are not finite or out
+    /// of the sensor's range are no readings.
     ///
-    /// Evidence of what is free comes from the rays, one to the centre of each cell of the evidence (4 cm)
-    /// that was read: it looks through a cell when it passes no farther from the cell's centre than half a
-    /// side, and ends beyond by more than the tolerance. A scan counts for a cell once. O(points + cells that
-    /// the rays pass).
+    /// The evidence of free space comes from the rays, one to the centre of each cell of the evidence (4 cm)
+    /// in which a point lies. A ray looks through a cell when it passes within half a side of the cell's
+    /// centre, and ends beyond it by more than the tolerance. A scan counts for a cell once. O(points + cells
+    /// that the rays pass).
     ///
     /// # Errors
     ///
@@ -44,7 +44,7 @@ impl CloudMap {
         Ok(self.apply_scan(Scan { timestamp, points, world_from_sensor }, &lattice, Direction::Insert))
     }
 
-    /// Takes a scan out again, exactly: time, points and pose must be those it was inserted with.
+    /// Takes a scan out again, exactly: time, points and pose must be those with which it was inserted.
     ///
     /// # Errors
     ///
@@ -67,7 +67,8 @@ impl CloudMap {
         if is_overdrawn { Err(Error::NotInserted { timestamp }) } else { Ok(()) }
     }
 
-    /// Whether a scan of this time and from this place can be taken in: all that an insertion refuses.
+    /// Checks that a scan of this time and from this place can be inserted: an insertion refuses nothing
+    /// else.
     ///
     /// # Errors
     ///

@@ -9,7 +9,7 @@ use dymlm_core::{Point, Pose};
 
 pub(crate) use scan_rays::ScanRays;
 
-/// Points as a sensor has read them.
+/// Points that a sensor has read at one time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scan<'a> {
     /// Seconds.

@@ -8,15 +8,15 @@ use crate::look_through::LookThrough;
 
 /// The cells that the rays of a scan look through, each once.
 ///
-/// Readings in one cell share a ray, to its centre: a lidar has many of them near by, and half a cell is
-/// within the tolerance.
+/// All readings in one cell share a ray, to its centre: a lidar has many readings in a near cell, and half a
+/// cell is within the tolerance.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScanRays {
     ends: CellSet,
     passed: CellSet,
 }
 
-/// A ray and the part of it that tells what is free, metres.
+/// A ray, and the part of it that shows free space, metres.
 struct Ray {
     origin: [f64; 3],
     direction: [f64; 3],
@@ -37,7 +37,7 @@ impl ScanRays {
                 let way = difference(key.cell(index).map(|c| (f64::from(c) + 0.5) * side), origin);
                 let Some(direction) = unit(way) else { return };
                 let reading = norm(way);
-                // The tolerance where the ray ends, which is the greatest on it.
+                // The tolerance at the ray's end, which is the greatest on it.
                 let tolerance = look.tolerance((reading as f32).min(sensor.max_depth));
                 let to = (reading - f64::from(tolerance)).min(sensor.max_depth.into());
                 let ray = Ray { origin, direction, from: sensor.min_depth.into(), to };
@@ -46,7 +46,8 @@ impl ScanRays {
         }
     }
 
-    /// Finds the cells in which readings lie; those of readings beyond the range, where they pass its end.
+    /// Finds the cells in which readings lie; for readings beyond the range, cells on their rays just behind
+    /// it.
     fn find_ends(&mut self, Scan { points, world_from_sensor, .. }: Scan<'_>, look: &LookThrough) {
         self.ends.clear();
         let sensor = look.sensor();
@@ -69,8 +70,7 @@ impl ScanRays {
     }
 }
 
-/// Notes the cells whose centres lie no farther than half a side beside a ray. Every such cell is passed by
-/// it.
+/// Notes the cells whose centres lie within half a side of a ray. The ray passes every such cell.
 fn follow_ray(passed: &mut CellSet, ray: &Ray, side: f64) {
     let Ray { origin, direction, from, to } = *ray;
     let infinite = [f64::INFINITY; 3];
@@ -101,7 +101,7 @@ fn follow_ray(passed: &mut CellSet, ray: &Ray, side: f64) {
         }
         let axis =
             if next[0] <= next[1] && next[0] <= next[2] { 0 } else { 1 + usize::from(next[2] < next[1]) };
-        // The centre of a cell is less than a cell from where the ray enters it.
+        // The centre of a cell is less than a cell's side from where the ray enters it.
         if next[axis] >= to + side {
             return;
         }

@@ -8,24 +8,24 @@ use crate::changes::{Change, Effect};
 use crate::paging::record;
 use crate::places::Places;
 
-/// What is static in a block of voxels.
+/// The static part of a block of voxels.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StaticBlock {
     /// Voxels that are no ghosts.
     pub(super) firm: CellBits,
-    /// The greatest weight of these.
+    /// Greatest weight of these voxels.
     pub(super) heaviest: f32,
-    /// Whether one of these looks for heavier ones around.
+    /// Whether one of these voxels looks for heavier ones around.
     pub(super) looks_around: bool,
-    /// Those of them that are no noise either.
+    /// Those of these voxels that are no noise either.
     pub(super) statics: CellBits,
-    /// Sums over the voxels that are no ghosts.
+    /// Moments of the voxels that are no ghosts.
     pub(super) moments: Moments,
-    /// The surface that these and those of the blocks around are readings of.
+    /// The surface that these voxels and those of the blocks around are readings of.
     pub(super) surface: Surface,
-    /// The points that static voxels leave in blocks around.
+    /// Points of the block's static voxels that lie in blocks around.
     pub(super) leaving: Vec<Leaving>,
-    /// Whether points are not the means of the static voxels, in their order.
+    /// Whether the points are not the means of the static voxels, in their order.
     pub(super) is_moved: bool,
     /// The static points by their voxels, and the colours of the first of them, as many as have one.
     pub(super) points: Vec<Point>,
@@ -38,7 +38,7 @@ pub(super) struct Asked {
     pub(super) settled: CellBits,
     /// Those that have changed themselves.
     pub(super) changed: CellBits,
-    /// Those that were static, and those that were noise, with changes around that may concern them.
+    /// Those that were static, and those that were noise, which changes around may affect.
     pub(super) kept: CellBits,
     pub(super) noise: CellBits,
 }
@@ -56,7 +56,7 @@ record!(StaticBlock {
     colors
 });
 impl StaticBlock {
-    /// The firm voxels that changes in the block and around may concern.
+    /// The firm voxels that changes in the block and around may affect.
     pub(super) fn asked(&self, change: Option<&Change>, effect: Effect) -> Asked {
         let changed = change.map_or(CellBits::default(), |change| change.voxels);
         let [raised, lowered] =
@@ -83,7 +83,8 @@ impl StaticBlock {
         Self { is_moved: true, points, colors, ..self.without_points() }
     }
 
-    /// The block with the means of its static voxels as its points; others were static before.
+    /// The block with the means of its static voxels as its points; `before`: the voxels that were static
+    /// before.
     pub(super) fn with_means(
         &self,
         source: Source<'_>,
@@ -96,7 +97,8 @@ impl StaticBlock {
         let count: u32 = statics.iter().map(|bits| bits.count_ones()).sum();
         let mut points = Vec::with_capacity(count as usize);
         let mut colors = Vec::new();
-        // What has not changed is where it was; whether it has a colour its voxel tells.
+        // A voxel that has not changed keeps its point; its colour too, if all readings of the block have
+        // one.
         let changed = change.map_or(CellBits::default(), |change| change.voxels);
         let old = Places::new(before);
         let is_kept = |place| !self.is_moved && old.has(place) && !has(&changed, place);
@@ -124,7 +126,7 @@ impl StaticBlock {
         Self { leaving: self.leaving.clone(), points: Vec::new(), colors: Vec::new(), ..*self }
     }
 
-    /// Bytes owned.
+    /// Bytes that the block owns.
     pub(crate) fn memory_bytes(&self) -> usize {
         self.points.capacity() * size_of::<Point>()
             + self.colors.capacity() * size_of::<Rgb>()

@@ -1,10 +1,10 @@
-//! Voxels that are readings of one surface become one layer of points on it.
+//! Fuses voxels that are readings of one surface into one layer of points on that surface.
 //!
 //! The readings of a wall scatter along the line of sight, far away over many voxels, and thinning leaves a
-//! shell of those that are read most. Around each block the surface is fitted that its voxels are readings of
-//! ([`Surface`]), where it is one. A static voxel whose noise reaches other voxels goes to the surface that it
-//! is most likely a reading of, to the nearest place; of those that come to lie in one voxel the heaviest
-//! stays, with its colour. What was seen from near is exact and stays where it is.
+//! shell of those that are read most. Around each block, a surface ([`Surface`]) is fitted where the voxels
+//! are readings of a single one. A static voxel whose noise reaches other voxels moves to the surface that it
+//! is most likely a reading of, to the nearest place; of the points that then lie in one voxel the heaviest
+//! stays, with its colour. A voxel that was seen from near is exact and stays where it is.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -28,7 +28,7 @@ use crate::voxel_block::VoxelBlock;
 pub(crate) struct SurfacePoint {
     /// The voxel in which it lies.
     place: u16,
-    /// What the voxel weighs that it comes from.
+    /// Weight of the voxel that it comes from.
     weight: f32,
     /// Metres, world.
     position: Point,
@@ -38,7 +38,7 @@ pub(crate) struct SurfacePoint {
 
 record!(SurfacePoint { place, weight, position, color, is_colored });
 
-/// A point that a static voxel leaves in a block around its own.
+/// The point of a static voxel that lies in a block around its own.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Leaving {
     /// The place of that block in the neighbourhood.
@@ -48,26 +48,26 @@ pub(crate) struct Leaving {
 
 record!(Leaving { toward, point });
 
-/// Where the static voxels of a block come to lie.
+/// Where the points of a block's static voxels lie after fusing.
 #[derive(Debug, Default)]
 pub(super) struct Moved {
-    /// Points in the block itself; none when each voxel stays where it is.
+    /// Points in the block itself; `None` when each voxel stays where it is.
     pub(super) own: Option<Vec<SurfacePoint>>,
     /// Points in blocks around, by block and voxel, one a voxel.
     leaving: Vec<Leaving>,
 }
 
-/// A block whose points are to be made anew.
+/// A block whose points must be made anew.
 #[derive(Debug)]
 pub(super) struct Renewal {
     pub(super) slot: usize,
     /// The voxels that were static before.
     pub(super) before: CellBits,
-    /// Where its voxels lie, as far as that is known.
+    /// Where the points of its voxels lie, if that is known.
     pub(super) moved: Option<Moved>,
 }
 
-/// The blocks whose points are to be made anew, each once.
+/// The blocks whose points must be made anew, each once.
 #[derive(Debug, Default)]
 pub(super) struct Renewals {
     tasks: Vec<Renewal>,
@@ -83,8 +83,8 @@ pub(super) struct Layer {
 }
 
 impl StaticCloud {
-    /// Fits surfaces anew where voxels have changed, and brings the voxels around to them; notes the blocks
-    /// whose points that concerns. Blocks that are `filled` have come to have voxels that are no ghosts, or
+    /// Fits surfaces anew where voxels have changed, moves the voxels around onto them, and notes the blocks
+    /// whose points this changes. `filled`: blocks that now have their first voxels that are no ghosts, or
     /// have none any more.
     pub(super) fn fuse(
         &mut self,
@@ -112,7 +112,8 @@ impl StaticCloud {
         }
     }
 
-    /// Fits the surfaces of the blocks that have changed and of those around; gives those that are new.
+    /// Fits the surfaces of the blocks that have changed and of those around; returns the blocks whose
+    /// surface is new.
     fn refit(&mut self, source: Source<'_>, changes: &Changes) -> Vec<usize> {
         let slots = around(source.voxels, changes.iter().map(|change| change.slot));
         let fitted = crate::parallel::map(slots, |slot| (slot, self.fitted(source, slot)));
@@ -129,7 +130,7 @@ impl StaticCloud {
         refitted
     }
 
-    /// The surface of a block; none as well where nothing around goes to it.
+    /// The surface of a block; none, too, where no voxel around would move to it.
     fn fitted(&self, source: Source<'_>, slot: usize) -> Surface {
         let around: Vec<_> = neighborhood(source.voxels, slot).collect();
         if !around.iter().any(|&(_, slot)| self.blocks[slot].looks_around) {
@@ -139,7 +140,7 @@ impl StaticCloud {
         Surface::fit(&self.blocks[slot].moments, moments)
     }
 
-    /// Notes the blocks in which voxels of a block leave points.
+    /// Notes the blocks in which points of a block's voxels lie.
     fn note_targets<'a>(
         &self,
         source: Source<'_>,
@@ -154,7 +155,7 @@ impl StaticCloud {
         }
     }
 
-    /// Where the static voxels of a block come to lie.
+    /// Where the points of a block's static voxels lie after fusing.
     pub(super) fn moved(&self, source: Source<'_>, slot: usize) -> Moved {
         let block = &self.blocks[slot];
         if !block.looks_around {
@@ -194,7 +195,7 @@ impl StaticCloud {
         Moved { own: moves.then_some(own), leaving: heaviest(leaving) }
     }
 
-    /// The points that voxels around leave in a block.
+    /// The points of voxels of the blocks around that lie in a block.
     pub(super) fn arriving(&self, source: Source<'_>, slot: usize) -> Vec<SurfacePoint> {
         let mut arriving = Vec::new();
         for (place, neighbor) in neighborhood(source.voxels, slot) {
@@ -208,7 +209,7 @@ impl StaticCloud {
 }
 
 impl Renewals {
-    /// The task of a block, made when there is none; these of its voxels were static before.
+    /// The task of a block, made when there is none; `before`: the voxels that were static before.
     pub(super) fn note(&mut self, slot: usize, before: CellBits) -> &mut Renewal {
         let index = *self.indices.entry(slot as u64).or_insert_with(|| {
             self.tasks.push(Renewal { slot, before, moved: None });
@@ -233,8 +234,8 @@ impl Default for Layer {
 }
 
 impl Layer {
-    /// Of the points that lie in one voxel the heaviest, of those the first: by voxels, with the colours of
-    /// the first of them, as many as have one.
+    /// Keeps, of the points that lie in one voxel, the heaviest, and of equals the first. Returns them by
+    /// voxels, with the colours of the first of them, as many as have one.
     pub(super) fn fill(&mut self, points: impl Iterator<Item = SurfacePoint>) -> (Vec<Point>, Vec<Rgb>) {
         self.taken = CellBits::default();
         for point in points {
@@ -264,7 +265,7 @@ impl Layer {
     }
 }
 
-/// The static voxels of a block where they are.
+/// The static voxels of a block, as points at their means.
 pub(super) fn means(source: Source<'_>, slot: usize, statics: &CellBits) -> Vec<SurfacePoint> {
     let block = &source.voxels.blocks()[slot];
     let mut points = Vec::with_capacity(block.len());
@@ -274,7 +275,7 @@ pub(super) fn means(source: Source<'_>, slot: usize, statics: &CellBits) -> Vec<
     points
 }
 
-/// The mean place of a voxel's readings, voxels, from the middle of its block.
+/// The mean position of a voxel's readings, voxels, from the middle of its block.
 fn from_middle(voxel: &Voxel, place: usize) -> [f64; 3] {
     let (weight, cell) = (voxel.sums.weight.max(1) as f64, cell_in_block(place));
     std::array::from_fn(|axis| {
@@ -283,7 +284,7 @@ fn from_middle(voxel: &Voxel, place: usize) -> [f64; 3] {
     })
 }
 
-/// A voxel as a point where its readings are.
+/// A voxel, as a point at its mean.
 fn mean(source: Source<'_>, slot: usize, place: usize, voxel: &Voxel) -> SurfacePoint {
     let cell = source.voxels.keys()[slot].cell(place);
     let color = voxel.mean_color();
@@ -296,13 +297,13 @@ fn mean(source: Source<'_>, slot: usize, place: usize, voxel: &Voxel) -> Surface
     }
 }
 
-/// A place in the world, metres, from its place in voxels from the middle of a block.
+/// World coordinates, metres, of a place that is given in voxels from the middle of a block.
 fn world(source: Source<'_>, slot: usize, place: [f64; 3]) -> Point {
     let first = source.voxels.keys()[slot].cell(0);
     [0, 1, 2].map(|axis| ((f64::from(first[axis]) + HALF_BLOCK + place[axis]) * source.voxel_size) as f32)
 }
 
-/// Of the points that come to lie in one voxel the heaviest, and of those the first.
+/// Keeps, of the points that lie in one voxel, the heaviest, and of equals the first.
 fn heaviest(mut leaving: Vec<Leaving>) -> Vec<Leaving> {
     let voxel = |leaving: &Leaving| (leaving.toward, leaving.point.place);
     leaving.sort_by(|a, b| voxel(a).cmp(&voxel(b)).then(b.point.weight.total_cmp(&a.point.weight)));
@@ -317,7 +318,7 @@ fn neighbor_at(step: [i32; 3]) -> Option<usize> {
     is_around.then(|| (9 * (step[2] + 1) + 3 * (step[1] + 1) + step[0] + 1) as usize)
 }
 
-/// The blocks in the neighbourhood of one, itself among them, by their places in it.
+/// The blocks in the neighbourhood of a block, itself among them, with their places in it.
 fn neighborhood(voxels: &BlockStore<VoxelBlock>, slot: usize) -> impl Iterator<Item = (usize, usize)> {
     let around = voxels.keys()[slot].neighborhood().enumerate();
     around.filter_map(|(place, neighbor)| Some((place, voxels.slot(neighbor.key)?)))

@@ -19,21 +19,21 @@ use block::{Asked, StaticBlock};
 use fusion::{Layer, Renewal, Renewals};
 pub(crate) use surface::Moments;
 
-/// What is static in the map, block by block, as of the last reading: ghosts left out, then what is
+/// The static part of the map, block by block, as of the last query: without ghosts, and without
 /// [noise](Thinning).
 ///
-/// Taking in a change costs what has changed: a voxel is judged anew when it has changed itself, or when it
-/// was static and a voxel around has become heavier than it bears, or when it was not and a voxel around has
+/// Taking in changes costs what has changed. A voxel is judged anew when it has changed itself; when it was
+/// static and a voxel around has become heavier than its limit; or when it was noise and a voxel around has
 /// become lighter or a ghost.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StaticCloud {
     /// By the slots of the voxels.
     blocks: Pages<Paged<StaticBlock>>,
-    /// By slot of the voxels, 1 + that of their block of the evidence, or 0 as long as that is not known.
+    /// By slot of the voxels, 1 + the slot of their block of the evidence, or 0 as long as that is not known.
     evidence: Pages<u32>,
-    /// Slots in the order of their keys, when somebody has asked since there are so many.
+    /// Slots in the order of their keys, cached until a block is added.
     order: OnceLock<Arc<[usize]>>,
-    /// The box of blocks around them all, lowest and highest.
+    /// Lowest and highest block coordinates of all blocks.
     bounds: Option<[[i32; 3]; 2]>,
     /// The newest stamp of a voxel that has been taken in.
     stamp: u32,
@@ -46,19 +46,19 @@ pub(crate) struct StaticCloud {
 /// The verdicts on the voxels of a block.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Judgement {
-    /// Those that are no ghosts.
+    /// Voxels that are no ghosts.
     firm: CellBits,
     pub(crate) statics: CellBits,
 }
 
-/// What judging a block needs in between.
+/// Buffers for judging a block.
 #[derive(Debug, Default)]
 struct Scratch {
     candidates: Vec<Candidate>,
     window: Window,
 }
 
-/// What the static cloud is made of.
+/// What the static cloud is made from.
 #[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
     pub(crate) voxels: &'a BlockStore<VoxelBlock>,
@@ -98,8 +98,8 @@ impl StaticCloud {
         self.renew_points(source, &changes, renewals);
     }
 
-    /// Takes in which voxels are no ghosts; gives the slots of the blocks that have the first of these now,
-    /// or none any more.
+    /// Takes in which voxels are no ghosts; returns the slots of the blocks that have got the first of these,
+    /// or lost the last.
     fn take_in(&mut self, source: Source<'_>, changes: &Changes) -> Vec<usize> {
         let mut filled = Vec::new();
         for change in changes.iter() {
@@ -121,14 +121,14 @@ impl StaticCloud {
         filled
     }
 
-    /// The static voxels of the blocks that changes may concern: of those that have changed, and of those
-    /// where they come out otherwise.
+    /// The static voxels of the blocks that have changed, and of the blocks whose static voxels have become
+    /// others through changes around them.
     fn judge_all(&self, source: Source<'_>, changes: &Changes) -> Vec<(usize, CellBits)> {
         let touched = changes.touched(source.voxels, |slot| self.blocks[slot].looks_around);
         let judged = crate::parallel::map_with(touched, Scratch::default, |scratch, mut touched| {
             let (slot, before) = (touched.slot, &self.blocks[touched.slot]);
             let statics = self.judge(source, changes, &mut touched, scratch);
-            // A voxel that has changed has moved.
+            // A voxel that has changed has moved, so the block's points are made anew.
             (changes.of(slot).is_some() || statics != before.statics).then_some((slot, statics))
         });
         judged.into_iter().flatten().collect()
@@ -170,7 +170,7 @@ impl StaticCloud {
         block.with_points(layer.fill(own.into_iter().chain(arriving)))
     }
 
-    /// Makes room for blocks that have come since the last call.
+    /// Makes room for blocks that were added since the last call.
     fn take_in_new(&mut self, voxels: &BlockStore<VoxelBlock>) {
         let known = self.blocks.len();
         if voxels.keys().len() == known {
@@ -189,8 +189,8 @@ impl StaticCloud {
         self.order = OnceLock::new();
     }
 
-    /// Forgets blocks of voxels that are gone: by slot, which stayed, and the box around these. Slots of the
-    /// evidence have changed as well.
+    /// Forgets blocks of voxels that are gone. `stays`: by slot, which stayed; `bounds`: the box around
+    /// those. Slots of the evidence have changed as well.
     pub(crate) fn forget(&mut self, stays: Option<&[bool]>, bounds: Option<[[i32; 3]; 2]>) {
         if let Some(stays) = stays {
             let gone = self.blocks.iter().zip(stays).filter(|(_, stays)| !**stays);
@@ -286,7 +286,7 @@ impl StaticCloud {
         if candidates.is_empty() {
             return statics;
         }
-        // What stood the test before is asked only about what is new.
+        // Voxels that were static before are compared only with what is new.
         let only_new = change.is_none() && asked.noise == CellBits::default();
         if change.is_none() && !only_new {
             touched.find_around(source.voxels);
@@ -313,8 +313,8 @@ impl StaticCloud {
         statics
     }
 
-    /// Puts the blocks around that have changed into the window, or what has changed in them; gives the
-    /// greatest weight in these blocks.
+    /// Puts the changed blocks around into the window, or only what has changed in them; returns the greatest
+    /// weight in these.
     fn fill_with_changes(
         &self,
         changes: &Changes,
@@ -333,7 +333,7 @@ impl StaticCloud {
         })
     }
 
-    /// Puts the blocks around that have not changed into the window; gives the greatest weight in them.
+    /// Puts the blocks around that have not changed into the window; returns the greatest weight in them.
     fn fill_with_others(
         &self,
         source: Source<'_>,
@@ -375,7 +375,7 @@ impl StaticCloud {
         self.blocks.get(slot).map_or(&[], |block| &block.points)
     }
 
-    /// The colours of the first of these, as many as have one.
+    /// The colours of the first of these points, as many as have one.
     #[inline]
     pub(crate) fn colors(&self, slot: usize) -> &[Rgb] {
         self.blocks.get(slot).map_or(&[], |block| &block.colors)
@@ -386,7 +386,7 @@ impl StaticCloud {
         self.blocks.unshared(&other.blocks)
     }
 
-    /// Whether a block has the points that one of another cloud has.
+    /// Whether a block has the same points as a block of another cloud.
     pub(crate) fn has_same_points(&self, slot: usize, other: &Self, other_slot: usize) -> bool {
         match (self.blocks.get(slot), other.blocks.get(other_slot)) {
             (Some(own), Some(other)) => {
@@ -401,7 +401,8 @@ impl StaticCloud {
         self.len
     }
 
-    /// All static points, by the order of blocks; with colours when any has one, black where there is none.
+    /// All static points, in the order of blocks; with colours when any point has one, black for points
+    /// without.
     pub(crate) fn to_point_cloud(&self, voxels: &BlockStore<VoxelBlock>) -> PointCloud {
         let mut points = Vec::with_capacity(self.len);
         let mut colors = Vec::new();
@@ -421,12 +422,12 @@ impl StaticCloud {
         PointCloud::with_colors(points, colors).unwrap_or_default()
     }
 
-    /// Gives the memory of blocks free that a clone has paged out.
+    /// Frees the memory of blocks that a clone has paged out.
     pub(crate) fn page_out_like(&mut self, other: &Self) {
         page_out_like(&mut self.blocks, &other.blocks);
     }
 
-    /// The points of a block, to be paged out.
+    /// The points of a block, to page them out.
     pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<StaticBlock>> {
         self.blocks.get_mut(slot)
     }
@@ -460,7 +461,7 @@ impl Judgement {
     }
 }
 
-/// Finds those of the asked voxels whose own readings do not tell what they are: they may be noise.
+/// Finds those of the asked voxels that may be noise, since their own readings do not decide.
 fn find_candidates(
     source: Source<'_>,
     touched: &Touched,

@@ -10,67 +10,69 @@ use crate::voxel_block::VoxelBlock;
 /// From the lowest corner of a block to its middle, voxels.
 pub(super) const HALF_BLOCK: f64 = BLOCK_SIDE as f64 / 2.0;
 
-/// The variance across a surface is at most so many times that of its readings: their noise is the sensor's,
-/// steps of its depth come on top. With more, the voxels of an edge or of a thing before a wall are taken for
-/// the noise of one surface between them; with less, few surfaces of a Kinect are found at all.
+/// Greatest variance across a surface, in multiples of the variance of its readings: besides the sensor's
+/// noise there are the steps of its depth. With a higher value, the voxels of an edge or of a thing before a
+/// wall are taken for the noise of one surface between them; with a lower one, few surfaces of a Kinect are
+/// found at all.
 const MOST_VARIANCE: f64 = 2.0;
-/// Variance of what is spread evenly over the side of a voxel, square voxels.
+/// Variance of a uniform distribution over the side of a voxel, square voxels.
 const VOXEL_VARIANCE: f64 = 1.0 / 12.0;
-/// A surface is so many times wider than it is thick, by variance: else its normal is left to chance.
+/// Least ratio of a surface's width to its thickness, by variance: below it, chance decides the normal.
 const LEAST_WIDTH: f64 = 2.0;
-/// A surface is at least this wide for its length, by variance: an edge or a cable has no normal.
+/// Least ratio of a surface's width to its length, by variance: an edge or a cable has no normal.
 const LEAST_SHAPE: f64 = 0.1;
-/// How far from its surface a static voxel is at most, in standard deviations of its readings: thinning leaves
-/// those within 1.4. With more, what stands close before a surface goes to it, and cloud is missing there; with
-/// less, the shell around a far wall keeps its outer points.
+/// Greatest distance of a static voxel from its surface, in standard deviations of its readings: thinning
+/// leaves voxels within 1.4. With a higher value, things close before a surface move onto it, and are missing
+/// in the cloud; with a lower one, the shell around a far wall keeps its outer points.
 const REACH: f64 = 2.0;
-/// ... and at most so far, voxels: into the next block.
+/// Greatest distance of a static voxel from its surface, voxels: into the next block.
 const MAX_REACH: f64 = BLOCK_SIDE as f64;
-/// Normals and offsets are rounded to such parts, so that a frame that tells nothing new moves nothing.
+/// Normals and offsets are rounded to multiples of 1 / these, so that a frame without new information moves
+/// nothing.
 const NORMAL_STEPS: f64 = 1024.0;
 const OFFSET_STEPS: f64 = 64.0;
-/// Bits of a weight that are left out: three after the first stay.
+/// Bits of a weight that are left out: three after the leading one stay.
 const WEIGHT_BITS: u32 = 20;
-/// What a step of these makes to the logarithm of the weight.
+/// Change of the logarithm of a weight by one step of these rounded weights.
 const LOG_STEP: f64 = std::f64::consts::LN_2 / 8.0;
 
 /// Sums over the voxels of a block that are no ghosts. Lengths in voxels, from the middle of the block.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Moments {
     weight: f32,
-    /// Of weight times place.
+    /// Sum of weight times place.
     places: [f32; 3],
-    /// Of weight times the products xx, xy, xz, yy, yz, zz.
+    /// Sums of weight times the products xx, xy, xz, yy, yz, zz.
     products: [f32; 6],
-    /// Of weight times the variance of a reading.
+    /// Sum of weight times the variance of a reading.
     noise: f32,
 }
 
 record!(Moments { weight, places, products, noise });
 
-/// The one surface that the voxels in and around a block are readings of: normal . place = offset, lengths in
-/// voxels, from the middle of the block.
+/// The single surface that the voxels in and around a block are readings of: normal . place = offset, lengths
+/// in voxels, from the middle of the block.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Surface {
     /// Nearly of length one.
     normal: [f32; 3],
     offset: f32,
-    /// Logarithm of the weight of the block's own voxels, in steps; 0 for no surface.
+    /// Logarithm of the weight of the block's own voxels, in steps of `LOG_STEP`; 0 for no surface.
     log_weight: u16,
 }
 
 record!(Surface { normal, offset, log_weight });
 
-/// The surfaces of a block and of those around.
+/// The surfaces of a block and of the blocks around it.
 #[derive(Debug)]
 pub(super) struct SurfacesAround {
     surfaces: Vec<NearSurface>,
-    /// What is less likely than this belongs to the block's own voxels, which are readings of several
-    /// surfaces.
+    /// Logarithm of the likelihood below which a voxel stays with the block's own voxels, which are readings
+    /// of several surfaces.
     least: f64,
 }
 
-/// A surface as a block beside its own sees it.
+/// A surface, in the coordinates of a block beside its own.
 #[derive(Debug, Clone, Copy)]
 struct NearSurface {
     normal: [f64; 3],
@@ -80,7 +82,7 @@ struct NearSurface {
 }
 
 impl Moments {
-    /// The sums over the static voxels and the noise among these voxels of a block.
+    /// Moments of the voxels of a block that are no ghosts: static ones and noise.
     pub(super) fn of(block: &VoxelBlock, firm: &CellBits, thinning: &Thinning) -> Self {
         let (mut total, mut observations, mut places, mut products) = (0.0, 0_u64, [0.0; 3], [0.0; 6]);
         block.places().for_each(firm, |place, index| {
@@ -114,15 +116,15 @@ impl Moments {
         (self.weight.to_bits() >> WEIGHT_BITS) as u16
     }
 
-    /// Logarithm of the weight, but for a constant.
+    /// Logarithm of the weight, up to a constant.
     fn log_weight(&self) -> f64 {
         LOG_STEP * f64::from(self.rounded_log_weight())
     }
 }
 
 impl Surface {
-    /// The surface of a block with these moments and of the blocks around it, by the steps to them, itself
-    /// among them; none where they are readings of more than one.
+    /// The surface of a block with the moments `own`; `around`: the moments of the blocks around, itself
+    /// among them, with the steps to them. No surface where the voxels are readings of more than one.
     pub(crate) fn fit<'a>(own: &Moments, around: impl Iterator<Item = ([i32; 3], &'a Moments)>) -> Self {
         Self::least_squares(own, around).unwrap_or_default()
     }
@@ -163,12 +165,12 @@ impl Surface {
         })
     }
 
-    /// Whether there is one.
+    /// Whether there is a surface.
     fn is_some(&self) -> bool {
         self.log_weight > 0
     }
 
-    /// The surface as the block sees it from which `step` leads to its own.
+    /// The surface in the coordinates of the block from which `step` leads to its own block.
     fn seen_from(&self, step: [i32; 3]) -> Option<NearSurface> {
         let normal = self.normal.map(f64::from);
         let center = step.map(|c| f64::from(c) * BLOCK_SIDE as f64);
@@ -182,7 +184,7 @@ impl Surface {
 }
 
 impl SurfacesAround {
-    /// Those of blocks by the steps to them; `own` is the block that sees them.
+    /// `around`: the surfaces of blocks, with the steps to them; `own`: the block that sees them.
     pub(super) fn new<'a>(
         own: (&Moments, &Surface),
         around: impl Iterator<Item = ([i32; 3], &'a Surface)>,
@@ -198,10 +200,10 @@ impl SurfacesAround {
         self.surfaces.is_empty()
     }
 
-    /// The nearest place of the surface that a reading at a place is most likely one of: that surface has most
-    /// of the weight of its block times the probability of the distance. `None` where none is within reach,
-    /// or where the block has more than one surface, and more weight than would make one of those around
-    /// likely. Place from the middle of the block, standard deviation of the reading, voxels.
+    /// The nearest place on the surface that a reading most likely belongs to: the surface with the greatest
+    /// product of the weight of its block and the probability of the distance. `None` where no surface is
+    /// within reach, or where the block has readings of several surfaces, with more weight than would make a
+    /// surface around likely. Place from the middle of the block, standard deviation of the reading, voxels.
     pub(super) fn foot(&self, place: [f64; 3], deviation: f64) -> Option<[f64; 3]> {
         let reach = (REACH * deviation).min(MAX_REACH);
         let mut best = (self.least, None);

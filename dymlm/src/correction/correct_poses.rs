@@ -10,20 +10,19 @@ use crate::replay::Replay;
 use crate::session_log::{Event, KeyFrameEntry};
 use crate::{Error, MapBuilder, MultiLevelMap};
 
-/// Maps that follow a SLAM's corrections, when a [history](dymlm_history::HistoryConfig) is kept.
+/// Maps that follow a SLAM's pose corrections, when a [history](dymlm_history::HistoryConfig) is kept.
 impl MapBuilder {
-    /// Moves frames to where a loop closure or an optimization has found them: all four maps are those that
-    /// the same observations at the new poses would have made, to the bit. Ids of planes and objects stay,
-    /// and the report says what has become of them.
+    /// Moves frames to the poses that a loop closure or an optimization has found. Afterwards all four maps
+    /// are, to the bit, those that the same observations would have made at the new poses. Planes and objects
+    /// keep their ids, and the report says what has become of them.
     ///
-    /// Any frames may be given, in any order; a frame that is not moves with its neighbours: between two of
-    /// them with both, the nearer in time the more. What comes after the last one given is carried along with
-    /// it, and the next frame's pose is one in the corrected world. What was before the first one given
-    /// stays.
+    /// Any frames may be given, in any order. A frame between two given ones moves with both, more with the
+    /// one nearer in time. Frames after the last given one move with it, and the next frame's pose must be
+    /// one in the corrected world. Frames before the first given one stay.
     ///
-    /// The maps of before stay until the new ones are whole. Costs the mapping of the key frames since the
-    /// first that has moved, without the search for movers and planes: when that was one of the last
-    /// twenty, of at most twice as many (but for the first correction of that kind), else of all.
+    /// The old maps stay until the new ones are complete. Key frames are mapped again without the search for
+    /// movers and planes: when the first one that moved is among the last twenty, at most twice as many as
+    /// have come since (but for the first correction of that kind), else all.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{FrameId, Pose}};
@@ -46,7 +45,7 @@ impl MapBuilder {
         self.correct_poses_watched(poses, &mut |_| true)
     }
 
-    /// [`Self::correct_poses`], telling `watch` how far it has come; it says whether to go on.
+    /// [`Self::correct_poses`] that reports its progress to `watch`, which returns whether to go on.
     ///
     /// # Errors
     ///
@@ -57,7 +56,7 @@ impl MapBuilder {
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<CorrectionReport, Error> {
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
-        // The last of several for one frame.
+        // Of several poses for one frame the last counts.
         let given: BTreeMap<FrameId, Pose> = poses.iter().copied().collect();
         if let Some(&frame) = given.keys().find(|frame| log.frame(**frame).is_none()) {
             return Err(Error::UnknownFrame { frame });
@@ -68,8 +67,8 @@ impl MapBuilder {
     }
 
     /// Takes a frame or a scan out of all maps, as if it had never been inserted. Costs what
-    /// [`Self::correct_poses`] does; nothing for a frame that is no key frame, since it is in no map. A frame
-    /// that waits for its detections waits no more.
+    /// [`Self::correct_poses`] does, and nothing for a frame that is no key frame, since no map holds it. A
+    /// frame that waits for its detections is dropped.
     ///
     /// # Errors
     ///
@@ -101,8 +100,8 @@ impl MapBuilder {
         report
     }
 
-    /// Moves the whole world: each place of it, and so each frame's pose, is `new_from_old` times what it
-    /// was. Costs what [`Self::correct_poses`] does.
+    /// Moves the whole world: each point, and so each frame's pose, becomes `new_from_old` times what it was.
+    /// Costs what [`Self::correct_poses`] does.
     ///
     /// # Errors
     ///
@@ -113,15 +112,15 @@ impl MapBuilder {
         self.correct_from(None, &poses, &mut |_| true)
     }
 
-    /// The frames that were inserted, with their times and where they were taken from as they are mapped now,
-    /// in the order of their ids; none without a history.
+    /// The frames that were inserted, in the order of their ids, with their times and their poses as they are
+    /// mapped now; none without a history.
     pub fn trajectory(&self) -> impl Iterator<Item = (FrameId, f64, Pose)> {
         let frames = self.map.past.log.iter().flat_map(|log| log.frames.iter()).zip(0..);
         frames.map(|(frame, id)| (FrameId::new(id), frame.timestamp, frame.world_from_camera))
     }
 
-    /// Lets the session happen again with each frame at its new pose, from the first event on that is another
-    /// than before: `changed`, or that of a frame that moved.
+    /// Replays the session with each frame at its new pose, from the first event that differs: `changed`, or
+    /// the first event of a frame that moved.
     pub(crate) fn correct_from(
         &mut self,
         changed: Option<usize>,
@@ -151,7 +150,7 @@ impl MapBuilder {
         let rebuilt = self.mapped_again(first_changed, poses, watch);
         let Self { map, snapshots, config, .. } = self;
         if rebuilt.is_err() {
-            // Those that it has taken are of maps that are none.
+            // It may have taken snapshots of maps that were never completed.
             snapshots.forget_behind(first_changed);
         }
         let rebuilt = rebuilt?;
@@ -179,8 +178,8 @@ impl MapBuilder {
         Ok(report)
     }
 
-    /// The maps with each frame at its new pose, from the newest snapshot on before the first event that has
-    /// changed, else from nothing. The snapshots behind it are dropped, and others taken.
+    /// The maps with each frame at its new pose: replayed from the newest snapshot before the first event
+    /// that has changed, else from empty maps. Later snapshots are dropped, and new ones taken.
     fn mapped_again(
         &mut self,
         first_changed: usize,
@@ -200,7 +199,7 @@ impl MapBuilder {
         Ok(Renaming { log, before, map, events }.finish())
     }
 
-    /// Takes the new poses for those of the frames.
+    /// Stores the new poses of the frames.
     fn take_over(&mut self, poses: &[Pose]) {
         let Some(log) = &mut self.map.past.log else { return };
         let newest = log.frames.last().zip(poses.last()).map(|(old, new)| (old.world_from_camera, *new));
@@ -212,7 +211,7 @@ impl MapBuilder {
         }
     }
 
-    /// Brings what is known of the last frames, and the frames that wait, to the corrected world.
+    /// Moves what is known of the last frames, and the frames that wait, to the corrected world.
     fn follow_world(&mut self, new_from_old: &Pose, poses: &[Pose]) {
         self.preprocessor.move_world(new_from_old);
         self.key_frames.move_world(new_from_old);

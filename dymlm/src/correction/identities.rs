@@ -1,25 +1,24 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Which things of a map that was built again are those of the one before, by the observations that they
-/// share.
+/// Matches the things of a map that was built again with those of the map before, by the observations that
+/// they share.
 ///
-/// Each thing of the new map takes the id of the old one with which it shares most, and that shares most with
-/// it among those that are left; the others get new ids.
+/// Pairs that share most observations are matched first. A thing of the new map takes the id of its partner;
+/// things without a partner get new ids.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Identities<Id: Ord> {
-    /// Id in the new map -> id of before.
+    /// Id in the new map -> id in the old map.
     pub(super) names: BTreeMap<Id, Id>,
-    /// Ids of before that no thing has any more, and the thing (by its name) that has most of its
-    /// observations.
+    /// Old id that no thing has any more -> id (an old one) of the thing that has most of its observations.
     pub(super) merged: BTreeMap<Id, Id>,
-    /// Things (by their ids in the new map) that have a part of the observations of one of before, which is
-    /// another.
+    /// New thing without an old id (its id in the new map) -> old thing with which it shares most
+    /// observations, and whose id another has.
     pub(super) split: BTreeMap<Id, Id>,
 }
 
 impl<Id: Copy + Ord> Identities<Id> {
-    /// `shared` is an observation each: of what it was, and of what it is, of the things that are in the
-    /// maps.
+    /// `shared` has a pair for each observation: the thing that it belonged to, and the thing that it belongs
+    /// to now. Both are in the maps.
     pub(super) fn of(shared: impl Iterator<Item = (Id, Id)>) -> Self {
         let pairs = most_frequent_first(shared);
         let (mut names, mut taken) = (BTreeMap::new(), BTreeSet::new());
@@ -36,9 +35,9 @@ impl<Id: Copy + Ord> Identities<Id> {
         Self { names, merged, split }
     }
 
-    /// The names for the ids of things that are in the new map no more as well: so that an id whose thing
-    /// comes and goes with corrections stays the same, and ids are not used up. `shared` as observations were
-    /// noted.
+    /// `names` with, in addition, the ids of things that are no longer in the new map: so that an id whose
+    /// thing comes and goes with corrections stays the same, and ids are not used up. `shared` has the ids
+    /// under which the observations were noted.
     pub(super) fn names_of_all(&self, shared: impl Iterator<Item = (Id, Id)>) -> BTreeMap<Id, Id> {
         let mut names = self.names.clone();
         let mut taken = names.values().copied().collect();
@@ -47,7 +46,7 @@ impl<Id: Copy + Ord> Identities<Id> {
     }
 }
 
-/// What each thing of before has most of its observations in.
+/// For each old thing, the new thing that has most of its observations.
 pub(crate) fn leading_ids<Id: Copy + Ord>(shared: impl Iterator<Item = (Id, Id)>) -> BTreeMap<Id, Id> {
     let mut leading = BTreeMap::new();
     for (old, new) in most_frequent_first(shared) {
@@ -56,19 +55,19 @@ pub(crate) fn leading_ids<Id: Copy + Ord>(shared: impl Iterator<Item = (Id, Id)>
     leading
 }
 
-/// Each pair once; of equally frequent ones the older ids first.
+/// Each pair once, the most frequent first; of equally frequent ones the older ids first.
 fn most_frequent_first<Id: Copy + Ord>(shared: impl Iterator<Item = (Id, Id)>) -> Vec<(Id, Id)> {
     let mut counts: BTreeMap<(Id, Id), usize> = BTreeMap::new();
     for pair in shared {
         *counts.entry(pair).or_default() += 1;
     }
     let mut pairs: Vec<((Id, Id), usize)> = counts.into_iter().collect();
-    // The sort is stable.
+    // A stable sort: equally frequent pairs stay in the order of their ids.
     pairs.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
     pairs.into_iter().map(|(pair, _)| pair).collect()
 }
 
-/// Gives the new of each pair the old one's id where both are free.
+/// Gives the new thing of each pair the old one's id, where both are free.
 fn name<Id: Copy + Ord>(pairs: &[(Id, Id)], names: &mut BTreeMap<Id, Id>, taken: &mut BTreeSet<Id>) {
     for &(old, new) in pairs {
         if !taken.contains(&old) && !names.contains_key(&new) {
@@ -93,7 +92,7 @@ mod tests {
 
     #[test]
     fn what_is_gone_keeps_its_id_too() {
-        // The new map's 1 was taken into its 0, as 8 into 7.
+        // In the new map 1 was merged into 0, as 8 was into 7.
         let identities = Identities::of([(7, 0), (7, 0), (7, 0)].into_iter());
         let names = identities.names_of_all([(7, 0), (8, 1), (7, 0)].into_iter());
         assert_eq!(names, BTreeMap::from([(0, 7), (1, 8)]));

@@ -2,11 +2,11 @@ use dymlm_core::{FrameId, Pages, Pose};
 
 use crate::session_log::InsertedFrame;
 
-/// The poses of all frames after some of them were corrected: a frame between two of these moves with both,
-/// the nearer in time the more; one behind the last with that one, since its pose was found from there on;
-/// one before the first stays.
+/// The poses of all frames after some of them were corrected. A frame between two corrected ones moves with
+/// both, more with the one nearer in time. A frame after the last moves with that one, since its pose was
+/// found from there on; a frame before the first stays.
 ///
-/// `given` ascend by frame, each once, and are within `frames`.
+/// `given` ascends by frame, names each frame once, and only frames within `frames`.
 pub(super) fn new_poses(frames: &Pages<InsertedFrame>, given: &[(FrameId, Pose)]) -> Vec<Pose> {
     let mut poses = Vec::with_capacity(frames.len());
     let mut behind = given.iter().peekable();
@@ -30,11 +30,11 @@ pub(super) fn new_poses(frames: &Pages<InsertedFrame>, given: &[(FrameId, Pose)]
     poses
 }
 
-/// The pose of a frame that stays where it is, seen from a corrected one.
+/// The pose of a frame that keeps its pose relative to a corrected frame.
 fn moved_with(frames: &Pages<InsertedFrame>, (id, pose): &(FrameId, Pose), frame: &InsertedFrame) -> Pose {
     let before = frames[id.get() as usize].world_from_camera;
     if before == *pose {
-        // Not a bit of rounding for what has not moved.
+        // No rounding for a frame that has not moved.
         return frame.world_from_camera;
     }
     *pose * (before.inverse() * frame.world_from_camera)

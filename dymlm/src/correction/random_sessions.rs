@@ -1,5 +1,5 @@
-//! Whatever happens in a session, and whichever poses are corrected in whatever order: the maps are those of
-//! their frames at their poses.
+//! Property tests: whatever happens in a session, and whichever poses are corrected in whatever order, the
+//! maps are those of their frames at their poses.
 
 use dymlm_core::FrameId;
 use proptest::prelude::*;
@@ -10,8 +10,8 @@ use crate::common::fingerprint;
 use crate::common::{fingerprint_without_ids, ids, poses};
 use crate::random_session::{Correction, FRAMES, Session, Step, cases, correction, moved, session};
 
-/// A session in whose middle poses are corrected: what comes afterwards meets things that are called as in
-/// maps of before.
+/// A session with corrections of poses in its middle: what comes afterwards meets things that kept the ids of
+/// earlier maps.
 fn corrected_session() -> impl Strategy<Value = Vec<Step>> {
     (session(), prop::collection::vec((0..24_usize, correction()), 1..4)).prop_map(
         |(mut steps, corrections)| {
@@ -23,12 +23,12 @@ fn corrected_session() -> impl Strategy<Value = Vec<Step>> {
     )
 }
 
-/// The maps after a session are corrected and corrected back, and the ids of their things.
+/// Corrects a session and corrects it back: the maps are the first again, and ids still lead to things.
 fn check_corrected_back(steps: &[Step], corrections: &[Correction]) {
     let mut session = Session::run(steps);
     let (planes, objects) = ids(session.builder.map());
     check_maps_corrected_back(&mut session, corrections);
-    // Each id leads to something still: what was one with another on the way keeps the other's.
+    // The id of a thing that was merged on the way leads to the thing that it was merged into.
     let map = session.builder.map();
     assert!(planes.into_iter().all(|id| map.planes().current_id(id).is_some()));
     assert!(objects.into_iter().all(|id| map.objects().object(id).is_some()));
@@ -41,7 +41,7 @@ fn check_maps_corrected_back(session: &mut Session, corrections: &[Correction]) 
         session.correct(correction);
         session.check_copy();
     }
-    // All are built from the beginning.
+    // This builds all maps from the beginning.
     session.builder.transform(&moved(7.0, 0.5)).unwrap();
     session.builder.correct_poses(&right).unwrap();
     session.check_copy();
@@ -49,7 +49,8 @@ fn check_maps_corrected_back(session: &mut Session, corrections: &[Correction]) 
     assert!(fingerprint_without_ids(session.builder.map()) == first);
 }
 
-/// Sessions, each from a frame of the walk on and with the maps of the one before.
+/// Runs sessions one after the other, each from a given frame of the walk on, with the maps of the one
+/// before.
 fn run_one_after_the_other(sessions: &[(usize, Vec<Step>)]) -> Session {
     let mut current = Session::new();
     for (place, (next, steps)) in sessions.iter().enumerate() {
@@ -66,7 +67,7 @@ fn run_one_after_the_other(sessions: &[(usize, Vec<Step>)]) -> Session {
     current
 }
 
-/// The maps after all frames of a session are taken out, in an order.
+/// Takes all frames of a session out of the maps, in a given order: the maps are empty then.
 fn check_nothing_left(steps: &[Step], order: impl IntoIterator<Item = u64>) {
     let mut session = Session::run(steps);
     let frames = poses(&session.builder).len() as u64;
@@ -82,7 +83,7 @@ fn check_nothing_left(steps: &[Step], order: impl IntoIterator<Item = u64>) {
 proptest! {
     #![proptest_config(cases(8))]
 
-    /// Also what was forgotten, carried and put down on the way.
+    /// This holds for what was forgotten, carried and put down on the way, too.
     #[test]
     fn corrected_back_the_maps_are_the_first_to_the_bit(
         steps in session(),
@@ -100,7 +101,8 @@ proptest! {
         check_maps_corrected_back(&mut run_one_after_the_other(&sessions), &corrections);
     }
 
-    /// Of the same frames with corrections afterwards, in whatever order and however many at a time.
+    /// The maps do not depend on how many corrections come after the frames, in which order, and how many
+    /// poses each has.
     #[test]
     fn only_the_last_poses_count(
         steps in session(),
@@ -145,7 +147,7 @@ proptest! {
     }
 }
 
-/// The maps after a session, when they are those of files in its middle.
+/// Saves and loads the maps in the middle of a session: they stay the same as without.
 #[cfg(feature = "io")]
 fn check_saved_and_loaded(steps: &[Step], last: &Correction) {
     let folder = tempfile::tempdir().unwrap();
@@ -172,8 +174,8 @@ fn frames(detected: &[bool]) -> Vec<Step> {
     detected.iter().map(|&is_detector_run| Step::Frame { is_detector_run }).collect()
 }
 
-/// What one map had merged, the next had the other way round, and both things went: their ids led to each
-/// other, and looking one up never ended.
+/// Regression: one map merged two ids, the next merged them the other way round, and both things went. Their
+/// ids led to each other, and looking one up never ended.
 #[test]
 fn merged_ids_of_two_maps_do_not_lead_round_in_a_circle() {
     let mut steps = frames(&[false, true, false, false, true, false, false, true]);
@@ -201,8 +203,8 @@ fn the_same_object_is_put_down_again_after_it_was_one_with_another() {
     check_corrected_back(&steps, &[away(2, 0.118_289_911_335_110_98, 0.0)]);
 }
 
-/// A correction had objects called as before, so that their ids were not in the order in which they came into
-/// the map any more; and what came afterwards was fused in the order of the ids.
+/// Regression: a correction gave objects their earlier ids, which were no longer in the order in which the
+/// objects came into the map; and what came afterwards was fused in the order of the ids.
 #[test]
 fn what_comes_after_a_correction_is_fused_in_the_same_order() {
     let mut first = frames(&[false, false, true, false, false, true, true]);
@@ -216,7 +218,8 @@ fn what_comes_after_a_correction_is_fused_in_the_same_order() {
     check_maps_corrected_back(&mut run_one_after_the_other(&[(6, first), (3, further)]), &[]);
 }
 
-/// How often the detector runs says how far the motion of boxes may be predicted: that was not saved.
+/// Regression: how often the detector runs decides how far the motion of boxes may be predicted, and that was
+/// not saved.
 #[cfg(feature = "io")]
 #[test]
 fn what_was_loaded_knows_when_the_detector_ran_last() {

@@ -6,20 +6,20 @@ use super::thing_changes::{objects_changed, planes_changed};
 use crate::MultiLevelMap;
 use crate::session_log::{Event, SeenThings, SessionLog};
 
-/// Maps that were built again, whose things are called anew, beside those of before.
+/// Maps that were built again, whose things have new ids, beside the maps before.
 pub(super) struct Renaming<'a> {
-    /// What has happened, with the names of before.
+    /// What has happened, with the old ids.
     pub(super) log: &'a SessionLog,
     pub(super) before: &'a MultiLevelMap,
-    /// Without their past.
+    /// The new maps, without their past.
     pub(super) map: MultiLevelMap,
-    /// The same events with the names of now.
+    /// The same events with the new ids.
     pub(super) events: Pages<Event>,
 }
 
-/// Maps that were built again, and what has become of what was in them.
+/// Maps that were built again, and what has become of the things in them.
 pub(super) struct Rebuilt {
-    /// Without their past.
+    /// The new maps, without their past.
     pub(super) map: MultiLevelMap,
     pub(super) events: Pages<Event>,
     pub(super) planes: ThingChanges<PlaneId>,
@@ -27,7 +27,7 @@ pub(super) struct Rebuilt {
 }
 
 impl<'a> Renaming<'a> {
-    /// For each observation of a key frame of both maps, what it was called and what it is called.
+    /// For each key frame, the things that its observations belonged to, and those that they belong to now.
     fn pairs(&self) -> impl Iterator<Item = (&'a SeenThings, &SeenThings)> {
         let entries = self.events.iter().filter_map(Event::key_frame);
         self.log.key_frames().map(|entry| &entry.seen).zip(entries.map(|entry| &entry.seen))

@@ -9,8 +9,8 @@ pub struct CorrectionReport {
     pub key_frames: usize,
     /// Key frames whose pose has changed.
     pub moved_key_frames: usize,
-    /// The farthest that a reading can have moved by the change of its key frame's pose, metres: the
-    /// translation, and the rotation times the sensor's range.
+    /// Bound of how far a reading has moved by the change of its key frame's pose, metres: the largest sum of
+    /// the translation, and the rotation times the sensor's range.
     pub largest_motion: f64,
     /// The planes.
     pub planes: ThingChanges<PlaneId>,
@@ -31,21 +31,21 @@ impl CorrectionReport {
     }
 }
 
-/// What has become of planes or objects. A thing keeps its id when most of the observations that it shares
-/// with one of before are of that one.
+/// What has become of planes or objects. A thing keeps the id of the earlier thing with which it shares most
+/// observations.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ThingChanges<Id> {
     /// Those that were there before and stand elsewhere now, ascending.
     pub moved: Vec<ThingMotion<Id>>,
-    /// Those that are one with another now, and that other; their ids lead there.
+    /// Those that were merged into another, with that other; their ids lead to it.
     pub merged: Vec<(Id, Id)>,
-    /// Those of which a part has become another, and that other.
+    /// Those that were split, with the new thing that a part of them has become.
     pub split: Vec<(Id, Id)>,
-    /// Those that are there no more, ascending.
+    /// Those that are no longer there, ascending.
     pub vanished: Vec<Id>,
-    /// Those that were not there before, nor a part of another, ascending.
+    /// Those that were not there before, and are no part of an earlier thing, ascending.
     pub appeared: Vec<Id>,
 }
 
@@ -78,6 +78,6 @@ pub struct ThingMotion<Id> {
 pub struct CorrectionProgress {
     /// Key frames that have been mapped again.
     pub done: usize,
-    /// Key frames that are to be.
+    /// Key frames that are to be mapped again, in all.
     pub total: usize,
 }

@@ -32,7 +32,7 @@ pub(super) fn objects_changed(
     changes(identities, names, &places(before), &places(now))
 }
 
-/// By the places of the things that are believed, before and now.
+/// Compares the places of the confirmed things before and now.
 fn changes<Id: Copy + Ord>(
     identities: &Identities<Id>,
     names: &Succession<Id>,

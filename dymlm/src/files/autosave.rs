@@ -7,7 +7,8 @@ use dymlm_io::Error;
 use super::MapSaver;
 use crate::{MapReader, Revision};
 
-/// Saves the maps that a builder publishes every so often, on a thread of its own: the builder does not wait.
+/// Saves the maps that a builder publishes at regular intervals, on a thread of its own: the builder does not
+/// wait.
 ///
 /// ```
 /// # let parent = tempfile::tempdir()?;
@@ -33,8 +34,8 @@ pub struct Autosave {
 }
 
 impl Autosave {
-    /// Begins to save every `interval`, whenever there are newer maps than at the beginning or saved last. A
-    /// save that fails is tried again after the next.
+    /// Starts saving. Every `interval` it saves the maps published last, if they are newer than those at the
+    /// beginning or saved last. A save that fails is tried again after the next interval.
     ///
     /// # Errors
     ///
@@ -58,7 +59,8 @@ impl Autosave {
         Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Saves the maps that were published last, and ends; gives the saver, which still has the folder.
+    /// Saves the maps that were published last, ends the thread, and gives back the saver, which still has
+    /// the folder.
     ///
     /// # Errors
     ///
@@ -67,7 +69,7 @@ impl Autosave {
         self.stop = None;
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
-            // The thread has panicked, which it does not.
+            // Only if the thread had panicked, which its code does not.
             _ => Err(Error::Io { path: "autosave".into(), source: std::io::ErrorKind::Other.into() }),
         }
     }
@@ -78,7 +80,7 @@ impl Drop for Autosave {
     fn drop(&mut self) {
         self.stop = None;
         if let Some(thread) = self.thread.take() {
-            // Nobody can be told.
+            // `drop` cannot report an error.
             thread.join().ok();
         }
     }
@@ -87,7 +89,7 @@ impl Drop for Autosave {
 struct Autosaver {
     saver: MapSaver,
     reader: MapReader,
-    /// What was saved last, or was there at the beginning.
+    /// Revision of the maps that were saved last, or that were there at the beginning.
     saved: Revision,
 }
 

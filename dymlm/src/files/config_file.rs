@@ -9,7 +9,7 @@ pub enum ConfigFileError {
     /// Not TOML, an unknown field, or a value of another type.
     #[error(transparent)]
     Toml(#[from] toml::de::Error),
-    /// A preset that there is none of.
+    /// There is no preset of this name.
     #[error("preset = {0}: there are \"default\", \"offline\" and \"robot\"")]
     Preset(String),
     /// The preset cannot be written as TOML.
@@ -18,9 +18,10 @@ pub enum ConfigFileError {
 }
 
 impl MapConfig {
-    /// Reads a config file. It names what differs from a preset: at its top `preset = "default"`, `"offline"`
-    /// or `"robot"`, in `[sensor]` `preset = "kinect"`, `"realsense_d4xx"` or `"time_of_flight"`; whatever it
-    /// leaves out is as there. Ranges are checked by [`MapBuilder::new`](crate::MapBuilder::new).
+    /// Reads a config file, which names what differs from a preset: at its top `preset = "default"`,
+    /// `"offline"` or `"robot"`, in `[sensor]` `preset = "kinect"`, `"realsense_d4xx"` or `"time_of_flight"`.
+    /// What the file leaves out is as in the preset. Ranges are checked by
+    /// [`MapBuilder::new`](crate::MapBuilder::new).
     ///
     /// # Errors
     ///
@@ -49,7 +50,7 @@ impl MapConfig {
     pub fn from_toml(text: &str) -> Result<Self, ConfigFileError> {
         let mut file: Table = toml::from_str(text)?;
         let preset = match file.remove("preset") {
-            // Errors then have the file's lines.
+            // Parsed from the text, so that errors name the file's lines.
             None => return Ok(toml::from_str(text)?),
             Some(Value::String(name)) => match name.as_str() {
                 "default" => Self::default(),
@@ -60,7 +61,7 @@ impl MapConfig {
             Some(other) => return Err(ConfigFileError::Preset(other.to_string())),
         };
         let mut table = Table::try_from(preset)?;
-        // A sensor's preset takes the place of the whole sensor, not of the fields that the file leaves out.
+        // A sensor's preset replaces the whole sensor, not only the fields that the file leaves out.
         if file.get("sensor").is_some_and(|sensor| sensor.get("preset").is_some()) {
             table.remove("sensor");
         }

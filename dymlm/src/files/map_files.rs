@@ -23,13 +23,14 @@ impl MultiLevelMap {
         folder.file("planes.ply", |out| encode_ply(out, &plane_cloud(self.planes())))
     }
 
-    /// Saves the maps: [`write_files`](Self::write_files), and the state that these cannot hold, with which
-    /// they [go on](crate::MapBuilder::resume) to the same bits. A crash leaves the older map or the new one,
-    /// never half of it. Who saves again and again has a [`MapSaver`], which writes what has changed.
+    /// Saves the maps: the standard files (see [`write_files`](Self::write_files)), and the state that these
+    /// cannot hold, from which a builder [goes on](crate::MapBuilder::resume) to the same bits. A crash
+    /// leaves the older map or the new one, never half of one. To save repeatedly use a [`MapSaver`], which
+    /// writes only what has changed.
     ///
     /// # Errors
     ///
-    /// [`dymlm_io::Error`] when the folder is something else than a map, when somebody else writes it, or
+    /// [`dymlm_io::Error`] when the folder holds something else than a map, when somebody else writes it, or
     /// when a file cannot be written.
     ///
     /// ```
@@ -48,18 +49,18 @@ impl MultiLevelMap {
         MapSaver::create(folder)?.save(self)
     }
 
-    /// The maps that were [saved](Self::save) in a folder, to the bit. What is kept of key frames is kept
-    /// where it was, in memory or in a folder, which must be there.
+    /// Loads the maps that were [saved](Self::save) in a folder, to the bit. Observations of key frames stay
+    /// where they were kept: in memory, or in a folder, which must still be there.
     ///
     /// # Errors
     ///
-    /// [`Error::Files`] when the folder holds no map, only its standard files, or one of another format
-    /// version; else an error that names what is damaged.
+    /// [`Error::Files`] when the folder holds no map, only the standard files of one, or a map of another
+    /// format version; else an error that names what is damaged.
     pub fn load(folder: impl AsRef<Path>) -> Result<Self, Error> {
         Self::read_whole(&MapFolder::open(folder)?, None)
     }
 
-    /// [`load`](Self::load), with what is kept of key frames in another place.
+    /// [`load`](Self::load), with the observations of key frames kept in another place.
     ///
     /// # Errors
     ///
@@ -68,7 +69,7 @@ impl MultiLevelMap {
         Self::read_whole(&MapFolder::open(folder)?, Some(history))
     }
 
-    /// What is whole of a damaged folder, and which maps are not: these are empty.
+    /// Loads what is undamaged of a folder, and names the maps that are damaged: these are empty.
     ///
     /// # Errors
     ///

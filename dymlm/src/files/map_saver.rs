@@ -5,10 +5,11 @@ use dymlm_io::{Error, MapFolderSaver, MapFolderWriter};
 
 use crate::MultiLevelMap;
 
-/// Saves maps into one folder again and again: of the state only what has changed since the last time.
+/// Saves maps into one folder again and again; of the state it writes only what has changed since the last
+/// time.
 ///
-/// It holds a clone of the maps that it has saved last, which shares with them what has not changed since. As
-/// long as it lives nobody else writes the folder.
+/// It holds a clone of the maps that it saved last, which shares with them what has not changed since. As
+/// long as the saver lives, nobody else can write the folder.
 ///
 /// ```
 /// # let parent = tempfile::tempdir()?;
@@ -42,8 +43,8 @@ impl MapSaver {
     }
 
     /// Loads maps as [`MultiLevelMap::load`] does, and goes on saving them in that folder: the first save
-    /// writes what has changed since they were saved. `history`: where observations are to be kept from now
-    /// on, else where they were.
+    /// writes what has changed since they were saved. `history`: where observations are kept from now on;
+    /// `None` for where they were.
     ///
     /// # Errors
     ///
@@ -76,8 +77,8 @@ impl MapSaver {
         self.folder.folder()
     }
 
-    /// Saves maps: the standard files (see [`MultiLevelMap::write_files`]), and what of the state has
-    /// changed. A crash leaves the maps that were saved before or these, never half of them.
+    /// Saves maps: the standard files (see [`MultiLevelMap::write_files`]), and the parts of the state that
+    /// have changed. A crash leaves either the maps that were saved before or these, never half of them.
     ///
     /// # Errors
     ///
@@ -87,18 +88,18 @@ impl MapSaver {
         self.save_with(map, |_| Ok(()))
     }
 
-    /// [`save`](Self::save) with files of the caller's beside those of the maps.
+    /// [`save`](Self::save) that writes files of the caller's beside those of the maps.
     ///
     /// # Errors
     ///
-    /// Those of `write` too.
+    /// Those of [`save`](Self::save) and of `write`.
     pub fn save_with(
         &mut self,
         map: &MultiLevelMap,
         write: impl FnOnce(&mut MapFolderWriter) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let Self { folder, saved } = self;
-        // Maps that were made otherwise share nothing with these.
+        // Maps of another config share nothing with those that were saved last.
         if saved.as_ref().is_some_and(|saved| saved.config() != map.config()) {
             *saved = None;
         }

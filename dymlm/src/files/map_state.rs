@@ -25,10 +25,10 @@ const HISTORY: &str = "history";
 const FRAMES: &str = "frames";
 const EVENTS: &str = "events";
 
-/// What is small, and changes with each frame.
+/// The small parts of the state, which change with each frame.
 #[derive(Serialize, Deserialize)]
 struct Head {
-    /// As a config file: what it leaves out in later versions has a default.
+    /// As a config file: a field that later versions add has its default.
     config: String,
     ghost_removal: GhostRemoval,
     revision: Revision,
@@ -38,7 +38,7 @@ struct Head {
     log: Option<LogHead>,
 }
 
-/// What is small of the log.
+/// The small parts of the log.
 #[derive(Serialize, Deserialize)]
 struct LogHead {
     frames: usize,
@@ -48,7 +48,7 @@ struct LogHead {
 
 type Parts = Vec<(u64, Vec<u8>)>;
 
-/// A map of a folder that could not be read: it is empty in its place.
+/// A map of a folder that could not be read: an empty one is in its place.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct MissingMap {
@@ -59,7 +59,8 @@ pub struct MissingMap {
 }
 
 impl MultiLevelMap {
-    /// Writes what of the state has changed since an earlier one, all of it without one.
+    /// Writes the parts of the state that have changed since an earlier one; all parts without an earlier
+    /// one.
     pub(super) fn write_state(
         &self,
         earlier: Option<&Self>,
@@ -94,8 +95,8 @@ impl MultiLevelMap {
         })
     }
 
-    /// The maps of a folder, and which of them could not be read. `history`: where observations are to be
-    /// kept, else where they were.
+    /// Reads the maps of a folder, and names those that could not be read. `history`: where observations are
+    /// kept from now on; `None` for where they were.
     pub(super) fn read_state(
         folder: &MapFolder,
         history: Option<HistoryConfig>,
@@ -156,14 +157,14 @@ impl MultiLevelMap {
     }
 }
 
-/// Puts what is read in the place of what is there.
+/// Replaces a value by what is read; on an error the value stays.
 fn replace<T>(place: &mut T, read: impl FnOnce() -> Result<T, Error>) -> Result<(), Error> {
     *place = read()?;
     Ok(())
 }
 
-/// Gives the parts of a section to somebody, one by one: no more of them than he keeps is in memory. What is
-/// damaged is an error, whatever has been made of the parts before it.
+/// Passes the parts of a section to `read` one by one, so that only those are in memory which it keeps. A
+/// damaged part is an error, whatever `read` has made of the parts before it.
 fn with_parts<T>(
     folder: &MapFolder,
     section: &str,
@@ -178,7 +179,7 @@ fn with_parts<T>(
     }
 }
 
-/// The parts of a section, all of them.
+/// All parts of a section.
 fn parts(folder: &MapFolder, section: &str) -> Result<Parts, Error> {
     let parts: Result<Parts, DamagedPart> = folder.state(section)?.collect();
     Ok(parts.map_err(dymlm_io::Error::from)?)
@@ -191,10 +192,10 @@ fn read_log(folder: &MapFolder, history: &HistoryConfig, head: LogHead) -> Resul
     let events: Pages<Event> = read_pages(parts(folder, EVENTS)?, head.events)?;
     let is_known = |frame: FrameId| frame.get() < frames.len() as u64;
     if let Some(place) = events.iter().position(|event| event.frame().is_some_and(|frame| !is_known(frame))) {
-        return Err(DamagedState::new(page_of(place), "an event of a frame that there is not").into());
+        return Err(DamagedState::new(page_of(place), "an event of an unknown frame").into());
     }
     if let Some(place) = frames.iter().position(|frame| !frame.map_time().is_finite()) {
-        return Err(DamagedState::new(page_of(place), "a frame without a time").into());
+        return Err(DamagedState::new(page_of(place), "a frame whose time is not finite").into());
     }
     let follow = head.sessions.is_sorted_by(|one, next| one.first < next.first && one.start <= next.start);
     let first = head.sessions.first().map(|session| session.first.get());
@@ -204,7 +205,7 @@ fn read_log(folder: &MapFolder, history: &HistoryConfig, head: LogHead) -> Resul
     Ok(Some(SessionLog { history, sessions: head.sessions, frames, events }))
 }
 
-/// Gives to `sink` the pages that differ from those of an earlier list.
+/// Passes to `sink` the pages that differ from those of an earlier list.
 fn save_pages<T: Serialize>(
     pages: &Pages<T>,
     earlier: Option<&Pages<T>>,
@@ -221,7 +222,7 @@ fn save_pages<T: Serialize>(
     Ok(())
 }
 
-/// The list of these pages, which has so many items.
+/// The list that these pages make up, which must have `len` items.
 fn read_pages<T: DeserializeOwned>(parts: Parts, len: usize) -> Result<Pages<T>, DamagedState> {
     let mut pages = Pages::default();
     for ((part, bytes), page) in parts.into_iter().zip(0..) {
@@ -240,7 +241,7 @@ fn read_pages<T: DeserializeOwned>(parts: Parts, len: usize) -> Result<Pages<T>,
     }
 }
 
-/// The page of an item.
+/// The page that holds an item.
 fn page_of(place: usize) -> u64 {
     (place / Pages::<()>::PAGE) as u64
 }

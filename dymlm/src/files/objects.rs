@@ -1,7 +1,7 @@
 use dymlm_io::{ObjectRecord, ShapeRecord};
 use dymlm_objects::{MapObject, ObjectMap, ShapeKind};
 
-/// The objects of a map that are believed in, as `objects.json` holds them.
+/// The confirmed objects of a map, as `objects.json` holds them.
 pub fn object_records(objects: &ObjectMap) -> Vec<ObjectRecord> {
     objects.objects().map(object_record).collect()
 }

@@ -33,7 +33,7 @@ pub fn plane_cloud(planes: &PlaneMap) -> PointCloud {
     PointCloud::with_colors(points, colors).unwrap_or_default()
 }
 
-/// A colour for an id of a plane or object that neighbouring ids do not share: hues a golden ratio of the
+/// A colour for the id of a plane or object, unlike those of neighbouring ids: hues a golden ratio of the
 /// circle apart.
 pub fn id_color(id: u64) -> Rgb {
     let hue = (id as f64 * 0.618_033_988_75).fract() * 6.0;

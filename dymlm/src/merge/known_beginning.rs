@@ -6,12 +6,12 @@ use super::merged_log::MergedLog;
 use crate::session_log::Event;
 use crate::{Error, MapConfig, MultiLevelMap};
 
-/// Maps in which the first events of a merged log have happened.
+/// Maps, and the first events of a merged log, which have already happened in them.
 pub(super) type Beginning = (MultiLevelMap, Pages<Event>);
 
 impl MergedLog {
-    /// The one of two maps whose sessions come first and that knows most of them, else empty maps: what has
-    /// happened in it need not happen again.
+    /// The map whose sessions come first in the log (of two such maps the one with most events), else empty
+    /// maps: what has happened in it need not happen again.
     pub(super) fn known_beginning(
         &self,
         maps: [Option<&MultiLevelMap>; 2],
@@ -25,7 +25,7 @@ impl MergedLog {
         }
     }
 
-    /// The first events of the log, when they are all that has happened in a map, and have made it as it is.
+    /// The first events of the log, when they are exactly those that have made a map as it is.
     fn known_events(&self, side: usize, map: &MultiLevelMap) -> Option<Pages<Event>> {
         let log = map.past.log.as_ref().filter(|_| !map.past.keeps_older_ids)?;
         let own = log.logged_sessions();
@@ -45,7 +45,7 @@ impl MergedLog {
         let length = own.len().checked_sub(1).and_then(|last| merged.get(last)).map_or(0, |it| it.events.end);
         let mut events = self.log.events.first(length);
         for place in &self.event_places[side] {
-            // By the names that things have in that map.
+            // With the ids that things have in that map.
             let seen = log.events.get(place.before).and_then(Event::key_frame).map(|entry| &entry.seen);
             let entry = events.get_mut(place.merged).and_then(Event::key_frame_mut);
             if let Some((entry, seen)) = entry.zip(seen) {

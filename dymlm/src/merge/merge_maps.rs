@@ -12,20 +12,20 @@ use crate::{Error, MergeReport, MultiLevelMap, NewIds};
 
 /// Maps of several sessions or robots become one.
 impl MultiLevelMap {
-    /// Takes in the sessions of other maps, whose world is brought to this one's: all four maps are those
+    /// Takes in the sessions of another map, moved to this one's world: afterwards all four maps are those
     /// that one builder would have made of all key frames, session after session, to the bit. The sessions
-    /// come in the order of the times at which they were recorded, whichever map is merged into which: where
-    /// all are in one world (`world_from_other` is the identity), merging is commutative and associative. A
-    /// session that both maps know is there once. So that the order is the true one, give timestamps since
-    /// the epoch, as cameras and recordings have them.
+    /// are ordered by the times at which they were recorded, whichever map is merged into which: where all
+    /// are in one world (`world_from_other` is the identity), merging is commutative and associative. A
+    /// session that both maps hold counts once. Give timestamps since the epoch, as cameras and recordings
+    /// have them, so that the order is the true one.
     ///
-    /// Things that both have seen are one. Ids are those that one builder would have given: where the
-    /// sessions of this map come first, they stay, but after poses were corrected; the report says what is
-    /// called what.
+    /// Things that both have seen become one. Ids are those that one builder would have given: where the
+    /// sessions of this map come first, its ids stay, unless poses were corrected; the report maps old ids to
+    /// new ones.
     ///
-    /// Needs a [history](crate::MapConfig::history) in both. Costs the mapping of the key frames behind those
-    /// that come first in both, without the search for movers and planes: maps that are merged in the order
-    /// of their times cost no key frame twice.
+    /// Needs a [history](crate::MapConfig::history) in both. Key frames are mapped again, without the search
+    /// for movers and planes, except those of a map whose sessions come first: a series of merges in the
+    /// order of time maps each key frame again only once.
     ///
     /// ```
     /// # use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -47,11 +47,10 @@ impl MultiLevelMap {
     ///
     /// # Errors
     ///
-    /// [`Error::ConfigsDiffer`] names what the maps were made with that is not the same;
-    /// [`Error::SessionsDiffer`] when both know a session, but not the same of it (its poses were corrected
-    /// in one of them alone, for example); [`Error::NoHistory`]; [`Error::History`] when an observation
-    /// cannot be read; [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can
-    /// reach. Nothing has changed.
+    /// [`Error::ConfigsDiffer`] names the setting that differs; [`Error::SessionsDiffer`] when both hold a
+    /// session, but with different contents (its poses were corrected in one of them alone, for example);
+    /// [`Error::NoHistory`]; [`Error::History`] when an observation cannot be read; [`Error::Cloud`] and
+    /// [`Error::Planes`] when a pose lies outside what the maps can reach. Nothing has changed then.
     pub fn merge(&mut self, other: &Self, world_from_other: &Pose) -> Result<MergeReport, Error> {
         self.check_configs(other)?;
         let [own_log, other_log] = [&*self, other].map(|map| map.past.log.as_ref().ok_or(Error::NoHistory));
@@ -96,7 +95,7 @@ impl MultiLevelMap {
         Ok(report)
     }
 
-    /// Refuses maps that were made otherwise: in the first place at another resolution.
+    /// Refuses maps that were made with other configs; a different resolution is named first.
     fn check_configs(&self, other: &Self) -> Result<(), Error> {
         let (own, other) = (&*self.config, &*other.config);
         for (field, own, other) in [

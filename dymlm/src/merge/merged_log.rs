@@ -6,17 +6,17 @@ use crate::session_clock::SessionClock;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
 use crate::{Error, MergedSession};
 
-/// The log of one builder that was told of the sessions of two others' logs, one after the other.
+/// The log of one builder that had taken in the sessions of two logs, one after the other.
 pub(super) struct MergedLog {
-    /// Its key frames have seen what they have seen in the maps that they come from.
+    /// What its key frames have seen has the ids of the maps that the key frames come from.
     pub(super) log: SessionLog,
     pub(super) sessions: Vec<UnitedSession>,
-    /// The places in it of the events of each of the two.
+    /// Where the events of each of the two logs are in this one.
     pub(super) event_places: [Vec<EventPlace>; 2],
     pub(super) newest: f64,
 }
 
-/// Where an event is.
+/// Place of an event in its own log, and in the merged one.
 pub(super) struct EventPlace {
     pub(super) before: usize,
     pub(super) merged: usize,
@@ -54,7 +54,7 @@ impl MergedLog {
         report.collect()
     }
 
-    /// All frames, on the clock that goes on from session to session.
+    /// Adds all frames, on a clock that goes on from session to session.
     fn add_frames(&mut self, sources: [Source<'_>; 2]) {
         for session in &self.sessions {
             let (source, Some(logged)) = (&sources[session.side], session.logged()) else { continue };
@@ -71,7 +71,7 @@ impl MergedLog {
         }
     }
 
-    /// What a frame of one of the logs is called.
+    /// The merged log's id for a frame of one of the logs.
     fn frame(&self, side: usize, frame: FrameId) -> Result<FrameId, Error> {
         let before = frame.get() as usize;
         let sessions = self.sessions.iter().zip(&self.log.sessions);
@@ -83,7 +83,7 @@ impl MergedLog {
         places.next().ok_or(Error::UnknownFrame { frame })
     }
 
-    /// The events of a session; gives where they begin.
+    /// Adds the events of a session; returns the place of the first.
     fn add_events(&mut self, index: usize, sources: [Source<'_>; 2]) -> Result<usize, Error> {
         let side = self.sessions[index].side;
         if index > 0 {
@@ -105,14 +105,14 @@ impl MergedLog {
         Ok(begin)
     }
 
-    /// An event of one of the logs, by the names of the frames here.
+    /// An event of one of the logs, with the merged log's frame ids.
     fn renamed(&self, side: usize, event: &Event) -> Result<Event, Error> {
         let mut event = event.clone();
         event.rename_frames(&|frame| self.frame(side, frame))?;
         Ok(event)
     }
 
-    /// Refuses a session of which the two logs know different things: but that one may have gone on longer.
+    /// Refuses a session whose contents differ in the two logs; but one of them may have gone on longer.
     fn check_same(&self, index: usize, begin: usize, sources: [Source<'_>; 2]) -> Result<(), Error> {
         let session = &self.sessions[index];
         let [Some(own), Some(other)] = &session.places else { return Ok(()) };
@@ -137,7 +137,7 @@ impl MergedLog {
         Ok(())
     }
 
-    /// Whether two events have shown the same.
+    /// Whether two events have the same observation.
     fn is_same_observation(&self, source: &Source<'_>, event: &Event, known: &Event) -> Result<bool, Error> {
         Ok(match (event.observation(), known.observation()) {
             (Some(one), Some(other)) => source.log.history.bytes(one)? == self.log.history.bytes(other)?,

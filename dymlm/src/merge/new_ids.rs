@@ -6,7 +6,7 @@ use crate::session_log::{Event, SeenThings, SessionLog};
 use dymlm_core::Pages;
 
 impl NewIds {
-    /// What the things of a map are called in the map that it was merged into, by what both have observed.
+    /// For each thing of a map, its id in the merged map, by the observations that both share.
     pub(super) fn of(
         before: &MultiLevelMap,
         log: &SessionLog,

@@ -1,5 +1,5 @@
-//! Whatever has happened in sessions, and in whatever order their maps are merged: the maps are those of one
-//! builder.
+//! Property tests: whatever has happened in sessions, and in whatever order their maps are merged, the maps
+//! are those of one builder.
 
 use dymlm_core::{FrameId, Pose};
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ use crate::common::{fingerprint, fingerprint_without_ids, poses};
 use crate::random_session::{Correction, FRAMES, Session, Step, cases, moved, session};
 use crate::{Error, MapBuilder, MultiLevelMap};
 
-/// Where in the walk a session begins, when on its clock, and what happens in it.
+/// Where in the walk a session begins, what its clock shows then, and what happens in it.
 type Recording = (usize, f64, Vec<Step>);
 
 fn recording() -> impl Strategy<Value = Recording> {
@@ -25,7 +25,7 @@ fn map((next, time, steps): &Recording) -> MultiLevelMap {
     session.builder.map().clone()
 }
 
-/// Merges the maps in an order and by a tree that `choices` says.
+/// Merges the maps in the order and by the tree that `choices` gives.
 fn merged(mut maps: Vec<MultiLevelMap>, choices: &[usize]) -> MultiLevelMap {
     let mut choices = choices.iter().cycle();
     while maps.len() > 1 {
@@ -58,7 +58,7 @@ proptest! {
         recordings in prop::collection::vec(recording(), 2..5),
         choices in [prop::collection::vec(0..100_usize, 8), prop::collection::vec(0..100_usize, 8)],
     ) {
-        // Two that begin with the same frame at the same time are one recording, and differ.
+        // Two sessions that begin with the same frame at the same time would be one recording that differs.
         let begun = |(k, (next, start, steps)): (usize, Recording)| (next, start + 0.125 * k as f64, steps);
         let maps: Vec<MultiLevelMap> = recordings.into_iter().enumerate().map(begun).map(|it| map(&it)).collect();
         let [one, other] = choices.map(|choices| merged(maps.clone(), &choices));
@@ -66,7 +66,7 @@ proptest! {
         let [one, other] = [one, other].map(|map| MapBuilder::resume(map).unwrap());
         prop_assert_eq!(poses(&one), poses(&other));
 
-        // Built from nothing by another way, they are the same.
+        // Built from nothing, in another way, they are the same.
         let mut again = one;
         let right = poses(&again);
         again.transform(&moved(7.0, 0.5)).unwrap();
@@ -74,14 +74,14 @@ proptest! {
         prop_assert!(fingerprint_without_ids(again.map()) == fingerprint_without_ids(other.map()));
     }
 
-    /// What has its origin in the same session has that session once.
+    /// Maps that go on from the same session have that session once.
     #[test]
     fn what_both_know_is_there_once(
         first in recording(),
         branches in [session(), session()],
     ) {
         let trunk = map(&first);
-        // What corrects the trunk in one branch alone makes another of it.
+        // A correction of the trunk in one branch alone would make it another session.
         let only_adds = |step: &&Step| !matches!(step, Step::Correct(_) | Step::Remove { .. });
         let [one, other] = [3, 5].map(|next| {
             let steps: Vec<Step> = branches[usize::from(next == 5)].iter().filter(only_adds).cloned().collect();
@@ -96,7 +96,7 @@ proptest! {
     }
 }
 
-/// The masks of the second session do not depend on the first here.
+/// Here the masks of the second session do not depend on the first.
 #[test]
 fn merged_maps_are_those_of_one_builder_that_was_told_of_both_sessions() {
     let mut one = Session::starting(0, 0.0);
@@ -126,7 +126,7 @@ fn what_comes_later_is_mapped_alone() {
     let firsts: Vec<_> = report.sessions.iter().map(|it| (it.first.get(), it.own, it.other)).collect();
     let zero = Some(FrameId::new(0));
     assert_eq!(firsts, [(0, zero, None), (6, None, zero)]);
-    // The older map's ids stay, and those of the other lead to the same things where they saw the same.
+    // The older map's ids stay, and the other's ids lead to the same things where both saw the same.
     assert!(report.own.planes.len() >= 3 && report.own.planes.iter().all(|(old, new)| old == new));
     assert!(report.own.objects.iter().all(|(old, new)| old == new));
     assert!(report.other.planes.values().any(|plane| report.own.planes.contains_key(plane)));
@@ -149,7 +149,7 @@ fn the_other_world_is_brought_to_this_one() {
     merged.merge(there.map(), &there_from_here.inverse()).unwrap();
     let [counts, expected] = [&merged, &straight].map(MultiLevelMap::counts);
     let differ = counts.cloud_voxels.abs_diff(expected.cloud_voxels);
-    // A reading beside the border of a voxel may fall into the other, by the rounding of a pose.
+    // By the rounding of a pose, a reading at the border of a voxel may fall into the voxel beside.
     assert!(differ * 1000 < expected.cloud_voxels, "{counts:?} {expected:?}");
     assert_eq!((counts.planes, counts.objects), (expected.planes, expected.objects));
 }
@@ -174,7 +174,7 @@ fn maps_that_do_not_fit_are_refused_by_name_and_nothing_changes() {
     assert!(with(|config| config.sensor.max_depth = 3.0).ends_with(": sensor"));
     assert!(with(|config| config.history = crate::HistoryConfig::None).starts_with("no key-frame"));
 
-    // The same recording, of which one map knows other poses.
+    // The same recording, with other poses in one map.
     let mut corrected = Session::new();
     for step in frames(3) {
         corrected.take(&step);
@@ -184,7 +184,8 @@ fn maps_that_do_not_fit_are_refused_by_name_and_nothing_changes() {
     assert!(matches!(error, Error::SessionsDiffer { .. }), "{error}");
 }
 
-/// By a tree, each key frame is mapped again once a level at the most; in the order of time, once in all.
+/// Merged by a tree, each key frame is mapped again at most once a level; merged in the order of time, once
+/// in all.
 #[test]
 fn forty_sessions_by_a_tree_and_in_sequence() {
     const SESSIONS: usize = 40;
@@ -221,8 +222,8 @@ fn key_frames(map: &MultiLevelMap) -> usize {
     map.past.log.as_ref().map_or(0, |log| log.key_frames().count())
 }
 
-/// What happened in the trunk in a session without frames was once taken for the branches' sessions', and
-/// happened again in each.
+/// Regression: what happened in the trunk, in a session without frames, was taken for a part of the branches'
+/// sessions, and happened again in each.
 #[test]
 fn what_happened_before_the_branches_began_happens_once() {
     let put_down =

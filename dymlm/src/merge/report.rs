@@ -7,15 +7,15 @@ use dymlm_core::{FrameId, ObjectId, PlaneId};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct MergeReport {
-    /// The sessions of both, in the order in which they are mapped.
+    /// The sessions of both maps, in the order in which they are mapped.
     pub sessions: Vec<MergedSession>,
     /// Key frames in the maps.
     pub key_frames: usize,
-    /// Those of them that were mapped again.
+    /// Key frames that were mapped again.
     pub mapped_again: usize,
-    /// What the things of the map that was merged into are called now.
+    /// The new ids of the things of the map that was merged into.
     pub own: NewIds,
-    /// What the other's are.
+    /// The new ids of the other map's things.
     pub other: NewIds,
 }
 
@@ -26,22 +26,22 @@ pub struct MergeReport {
 pub struct MergedSession {
     /// Its first frame.
     pub first: FrameId,
-    /// How many there are; their ids follow.
+    /// Its number of frames and scans, whose ids are consecutive.
     pub frames: usize,
-    /// What the first was in the map that was merged into; none where it was not.
+    /// Its first frame in the map that was merged into; none if the session was not there.
     pub own: Option<FrameId>,
-    /// What it was in the other; a session that both knew is there once.
+    /// Its first frame in the other map; a session that both maps hold is there once.
     pub other: Option<FrameId>,
 }
 
-/// What the planes and objects of a map are called after it was merged with another: things of both with the
-/// same name are one. What is in the maps no more is not named.
+/// The new ids of the planes and objects of a map after it was merged with another: things of both maps with
+/// the same new id are one. Things that are no longer in the maps are left out.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct NewIds {
-    /// Planes: what they were, and what they are.
+    /// Planes: old id -> new id.
     pub planes: BTreeMap<PlaneId, PlaneId>,
-    /// Objects.
+    /// Objects: old id -> new id.
     pub objects: BTreeMap<ObjectId, ObjectId>,
 }

@@ -11,15 +11,15 @@ use crate::session_log::{Event, InsertedFrame, SessionLog};
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub(super) log: &'a SessionLog,
-    /// What brings its world to that of both; none where it is the same: not a bit of rounding then.
+    /// Takes its world to the merged one; none where both are the same, so that nothing is rounded.
     pub(super) world_from_log: Option<&'a Pose>,
 }
 
-/// A session of both logs.
+/// A session of one log or of both.
 pub(super) struct UnitedSession {
     /// The log that it is taken from.
     pub(super) side: usize,
-    /// Where it is in each of them.
+    /// Its place in each log.
     pub(super) places: [Option<LoggedSession>; 2],
 }
 
@@ -27,13 +27,13 @@ pub(super) struct UnitedSession {
 struct Candidate {
     side: usize,
     logged: LoggedSession,
-    /// The bytes of the first key frame or scan: where two recordings began at the same time, they tell which
-    /// comes first, and whether they are one.
+    /// The bytes of the first key frame or scan. Of two recordings that began at the same time, they tell
+    /// which comes first, and whether both are one.
     first_bytes: Arc<[u8]>,
 }
 
 impl Source<'_> {
-    /// Where a frame was taken from, in the world of both.
+    /// The pose of a frame in the merged world.
     pub(super) fn pose(&self, frame: &InsertedFrame) -> Pose {
         let pose = frame.world_from_camera;
         self.world_from_log.map_or(pose, |world_from_log| *world_from_log * pose)
@@ -51,19 +51,20 @@ impl Source<'_> {
 }
 
 impl UnitedSession {
-    /// Where it is in the log that it is taken from.
+    /// Its place in the log that it is taken from.
     pub(super) fn logged(&self) -> Option<&LoggedSession> {
         self.places[self.side].as_ref()
     }
 
-    /// Its first frame in one of the logs, the first frame of all where it is in none.
+    /// Its first frame in one of the logs; frame 0 if it is not in that log.
     pub(super) fn first_frame(&self, side: usize) -> FrameId {
         FrameId::new(self.places[side].as_ref().map_or(0, |logged| logged.frames.start as u64))
     }
 }
 
-/// The sessions of both logs in the order of their start, each once: that order is the same whichever log is
-/// the first, and whatever was merged before. What is in both is taken from where it went on longer.
+/// The sessions of both logs in the order of their start, each once. The order is the same whichever log is
+/// the first, and whatever was merged before. A session that is in both logs is taken from the one in which
+/// it went on longer.
 pub(super) fn unite(sources: [Source<'_>; 2]) -> Result<Vec<UnitedSession>, Error> {
     let mut candidates = Vec::new();
     for (side, source) in sources.iter().enumerate() {
@@ -83,13 +84,13 @@ fn in_order(one: &Candidate, other: &Candidate) -> Ordering {
     by_start.then_with(|| one.first_bytes.cmp(&other.first_bytes))
 }
 
-/// None when the session has shown nothing.
+/// Empty when the session has no observation.
 fn first_bytes(source: &Source<'_>, session: &LoggedSession) -> Result<Arc<[u8]>, Error> {
     let first = source.events(session).find_map(Event::observation);
     Ok(first.map(|number| source.log.history.bytes(number)).transpose()?.unwrap_or_default())
 }
 
-/// The same session of one log or of both.
+/// One session, of one log or of both.
 fn united(candidates: &[Candidate]) -> UnitedSession {
     let length = |candidate: &Candidate| (candidate.logged.frames.len(), candidate.logged.events.len());
     let longest = candidates.iter().max_by_key(|candidate| length(candidate));

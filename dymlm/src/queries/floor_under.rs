@@ -5,9 +5,9 @@ use dymlm_planes::LevelUnder;
 
 use crate::MultiLevelMap;
 
-/// How many cells of the octree a surface is thick, and how far noise of the readings reaches around it. Less
-/// takes the readings of a floor for what lies before it or for holes in it
-/// (`the_floor_goes_on_to_the_feet_of_the_camera`); more overlooks steps and posts that low
+/// Thickness of a surface with the noise of its readings, in cells of the octree. A lower value takes the
+/// readings of a floor for obstacles before it or for holes in it
+/// (`the_floor_goes_on_to_the_feet_of_the_camera`); a higher one overlooks steps and posts of that height
 /// (`a_landing_does_not_go_on_where_one_looks_past_its_edge`).
 const SURFACE_CELLS: f64 = 2.0;
 
@@ -18,12 +18,12 @@ const SURFACE_CELLS: f64 = 2.0;
 pub struct FloorUnder {
     /// The plane of the map.
     pub plane: PlaneId,
-    /// Where it is straight under the point, metres, world.
+    /// Point of the plane straight under the point asked for, metres, world.
     pub point: [f64; 3],
-    /// Distance to there, metres.
+    /// Distance from the point asked for to `point`, metres.
     pub distance: f64,
-    /// How far from there the plane was read, metres: 0 where it was read there itself, else it is extended
-    /// by so much, and the point is as uncertain as the plane's tilt times that.
+    /// Distance from `point` to where the plane was read, metres: 0 where it was read at `point` itself. Else
+    /// the plane is extended by this length, and `point` is as uncertain as the plane's tilt times it.
     pub extended_by: f64,
 }
 
@@ -34,18 +34,19 @@ impl MultiLevelMap {
         self.objects.vertical()
     }
 
-    /// The first level surface under a point, going at most `max_distance` metres against `up`: a floor, or a
-    /// table.
+    /// The first level surface under a point, a floor or a table, at most `max_distance` metres away against
+    /// `up`.
     ///
-    /// A plane that was read there is the answer. A forward camera does not see its own feet, though: else a
-    /// plane that was read within `reach` metres of there is extended, by no more than its own size (the root
-    /// of its area), unless something is known against it: that something lies between (the octree is
-    /// occupied on the way straight down, or to where the plane was read), or that it ends (the octree is
-    /// free below it on the way from there). Of several the first met.
+    /// A plane that was read straight under the point is the answer. A camera that looks ahead does not see
+    /// the floor at its feet, though: without such a plane, one that was read within `reach` metres of there
+    /// is extended, by no more than its own size (the root of its area), unless the octree speaks against it:
+    /// something lies between (cells are occupied on the way straight down, or on the way to where the plane
+    /// was read), or the plane ends (cells below it are free on the way from there). Of several planes the
+    /// first met counts.
     ///
-    /// `None` where no plane is known, for an `up` without length and for what is not finite. O(planes near,
-    /// and their voxels within reach, + cells on the ways): some 10 us, and 100 us where much of a floor is
-    /// within reach but not near.
+    /// `None` where no plane is known, for an `up` without length and for values that are not finite.
+    /// O(planes near, their voxels within reach, and cells on the ways): some 10 us, and 100 us where much of
+    /// a floor is within reach but not near.
     ///
     /// ```
     /// use dymlm::{MapBuilder, MapConfig};
@@ -85,8 +86,8 @@ impl MultiLevelMap {
         Some(FloorUnder { plane, point, distance, extended_by })
     }
 
-    /// Whether nothing is known to lie between a point and a plane: straight down, and on the way to where it
-    /// was read.
+    /// Whether nothing is known to lie between a point and a plane: straight down, and on the way to where
+    /// the plane was read.
     fn is_clear_to(&self, point: [f64; 3], level: &LevelUnder) -> bool {
         let mut accessor = self.octree.accessor();
         let thickness = SURFACE_CELLS * self.octree.resolution();
@@ -97,8 +98,8 @@ impl MultiLevelMap {
         })
     }
 
-    /// Whether nothing is known to be free below a plane between where it was read and the point under which
-    /// it is asked for.
+    /// Whether no space is known to be free below a plane, from where it was read to the place straight under
+    /// the point asked for.
     fn does_not_end(&self, level: &LevelUnder, up: [f64; 3]) -> bool {
         let mut accessor = self.octree.accessor();
         let resolution = self.octree.resolution();

@@ -4,8 +4,8 @@ use dymlm_objects::MapObject;
 use crate::MultiLevelMap;
 
 impl MultiLevelMap {
-    /// The objects that were seen to stand on a plane, the oldest first; of a plane that was merged away, on
-    /// what it became. O(objects).
+    /// The objects that were seen to stand on a plane, the oldest first. For a plane that was merged away:
+    /// those on the plane that it became. O(objects).
     pub fn objects_on(&self, plane: PlaneId) -> impl Iterator<Item = &MapObject> {
         self.objects().on_plane(self.planes.current_id(plane).unwrap_or(plane))
     }

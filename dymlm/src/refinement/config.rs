@@ -1,10 +1,10 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// How far the caller's poses are trusted beside the planes.
+/// How far the caller's poses are trusted, compared with the planes.
 ///
-/// Each key frame's pose is taken to follow from the one before by a motion with these errors. The defaults
-/// are those of RGB-D SLAM among walking people: the relative pose error over a second that Yu et al.
-/// ("DS-SLAM", IROS 2018, tables II and III) report on TUM's `fr3_walking_static`.
+/// Each key frame's pose follows from the one before by a motion with these errors. The defaults are those of
+/// RGB-D SLAM among walking people: the relative pose error over a second that Yu et al. ("DS-SLAM", IROS
+/// 2018, tables II and III) report on TUM's `fr3_walking_static`.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -18,17 +18,17 @@ pub struct RefineConfig {
     pub translation_jitter: f64,
     /// Error of the rotation of each frame alone, radians, 1e-6..=1. Default 0.03 degrees.
     pub rotation_jitter: f64,
-    /// Error with which the first pose of a further session is known in the world of the maps: position, metres,
-    /// 1e-6..=100. Default 0.05: what a place recognition errs by.
+    /// Error of the first pose of a further session in the world of the maps: position, metres, 1e-6..=100.
+    /// Default 0.05: the error of a place recognition.
     pub session_translation: f64,
-    /// The same of the rotation, radians, 1e-6..=3. Default 2 degrees.
+    /// The same error of the rotation, radians, 1e-6..=3. Default 2 degrees.
     pub session_rotation: f64,
-    /// Share of the sensor's noise that all readings of a plane in one frame have in common, 0.01..=1:
-    /// it does not average out. Default 0.3, of what a camera's calibration and its steps of depth leave.
+    /// Share of the sensor's noise that all readings of a plane in one frame have in common, so that it does
+    /// not average out, 0.01..=1. Default 0.3: what is left by a camera's calibration and its steps of depth.
     pub common_noise: f64,
-    /// How often at most the poses are solved for and the maps built again, so that planes are associated at
-    /// the better poses: 1..=10. Default 4. Poses that would move less than each frame
-    /// errs by stay.
+    /// Greatest number of rounds, each of which solves for the poses and builds the maps again, so that
+    /// planes are associated at better poses: 1..=10. Default 4. Poses stay when they would move by less than
+    /// the errors of each frame alone.
     pub rounds: usize,
 }
 
@@ -62,8 +62,8 @@ impl RefineConfig {
         check_range("refine.rounds", self.rounds as f64, 1.0..=10.0)
     }
 
-    /// Standard deviations of the rotation and of the translation (of one axis) from a key frame to one some
-    /// seconds later.
+    /// Standard deviations of the rotation and of the translation (of one axis) between two key frames that
+    /// are `seconds` apart.
     pub(super) fn deviations(&self, seconds: f64) -> [f64; 2] {
         let deviation = |per_second: f64, jitter: f64| {
             ((per_second * per_second * seconds + 2.0 * jitter * jitter) / 3.0).sqrt()

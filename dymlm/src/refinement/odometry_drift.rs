@@ -3,15 +3,15 @@ use std::ops::Range;
 use dymlm_core::Pose;
 use dymlm_core::vector3::{Vector3, dot};
 
-/// How far odometry may have drifted between two key frames: sums over the steps before each, so that a
-/// question costs the same whatever is between.
+/// How far odometry may have drifted between two key frames. Holds prefix sums over the steps, so that a
+/// query costs the same however many steps are between.
 pub(super) struct OdometryDrift {
     before: Vec<Sums>,
 }
 
-/// By how much a place may be off that one key frame sees from another.
+/// Uncertainty of a place that one key frame sees, relative to another key frame.
 pub(super) struct Drift {
-    /// Covariance of the place, square metres: each turn of the camera moves what is far from it.
+    /// Covariance of the place, square metres: a turn of the camera moves places that are far from it.
     pub(super) translation: [[f64; 3]; 3],
     /// Variance of the rotation about one axis, square radians.
     pub(super) rotation: f64,
@@ -24,15 +24,15 @@ struct Sums {
     translation: f64,
     /// Variance of the rotation about one axis.
     rotation: f64,
-    /// The same times the place at which the camera turned, metres, world.
+    /// Variance of the rotation, times the place at which the camera turned, metres, world.
     places: Vector3,
-    /// The same times the products of its coordinates.
+    /// Variance of the rotation, times the products of that place's coordinates.
     products: [[f64; 3]; 3],
 }
 
 impl OdometryDrift {
-    /// Of key frames at these poses, and of the standard deviations of the rotation and the translation, of
-    /// one axis, from each to the next.
+    /// `poses`: those of the key frames; `steps`: the standard deviations of the rotation and the
+    /// translation, of one axis, from each key frame to the next.
     pub(super) fn new(poses: &[Pose], steps: impl Iterator<Item = [f64; 2]>) -> Self {
         let mut before = vec![Sums::default()];
         for (pose, [rotation, translation]) in poses.iter().zip(steps) {
@@ -51,25 +51,26 @@ impl OdometryDrift {
         Self { before }
     }
 
-    /// Of a place (metres, world) that a key frame sees, from the first one on.
+    /// Drift of a place (metres, world) that a key frame sees, since the first key frame.
     pub(super) fn before(&self, key_frame: usize, place: Vector3) -> Drift {
         self.between(0..key_frame, place)
     }
 
-    /// Of a place that the last key frame of the range sees, from the first of it on.
+    /// Drift of a place that the key frame at the range's end sees, since the one at its start.
     pub(super) fn between(&self, key_frames: Range<usize>, place: Vector3) -> Drift {
         let none = Sums::default();
         let [first, last] =
             [key_frames.start, key_frames.end].map(|index| self.before.get(index).unwrap_or(&none));
         let rotation = last.rotation - first.rotation;
         let places: Vector3 = std::array::from_fn(|axis| last.places[axis] - first.places[axis]);
-        // Sums of variance times the products of the arms: from where the camera turned to the place.
+        // Sums of variance times the products of the arms, which lead from where the camera turned to the
+        // place.
         let arms = |row: usize, column: usize| {
             let products = last.products[row][column] - first.products[row][column];
             let mixed = places[row] * place[column] + place[row] * places[column];
             products - mixed + rotation * place[row] * place[column]
         };
-        // A turn moves the place across its arm: variance times (|arm|^2 I - arm arm^T).
+        // A turn moves the place at right angles to its arm: variance times (|arm|^2 I - arm arm^T).
         let squared = arms(0, 0) + arms(1, 1) + arms(2, 2);
         let own = last.translation - first.translation + squared;
         let entry = |row: usize, column: usize| if row == column { own } else { 0.0 } - arms(row, column);
@@ -77,7 +78,7 @@ impl OdometryDrift {
     }
 }
 
-/// The variance along a direction of length one.
+/// The variance along a unit vector.
 pub(super) fn quadratic(covariance: &[[f64; 3]; 3], direction: Vector3) -> f64 {
     dot(direction, covariance.map(|row| dot(row, direction)))
 }

@@ -6,22 +6,22 @@ use dymlm_refine::PlaneView;
 
 use super::odometry_drift::{OdometryDrift, quadratic};
 
-/// Views of a plane that are compared with those of others, evenly chosen.
+/// Most views of a plane that are compared with those of others, evenly chosen.
 const COMPARED_VIEWS: usize = 12;
-/// How far apart two views of one plane are at most, in standard deviations of the odometry between them.
+/// Greatest distance between two views of one plane, in standard deviations of the odometry between them.
 const REACH: f64 = 3.0;
-/// By how much the normals of the views of one plane differ at most, radians: planes are associated below 10
+/// Greatest angle between the normals of two views of one plane, radians: planes are associated below 10
 /// degrees.
 const MOST_TILT: f64 = 0.2;
-/// By what factor the size of a plane differs that is seen twice, once from another side or in part: one
-/// standard deviation.
+/// Factor between the sizes of a plane that is seen twice, once from another side or in part: one standard
+/// deviation.
 const SIZE_FACTOR: f64 = 2.0;
 
-/// Planes of the map that may be one, which was met again when the poses had drifted too far for the map to
-/// see it: each plane with the likeliest that lies over it within what the odometry may be wrong by, unless
-/// one key frame has seen both. The likeliest is near, and of its size: where heights have drifted, a floor
-/// comes to lie under a seat. A view of each, those that are nearest to each other. Many are wrong: they are
-/// for a solver that finds out which.
+/// Pairs of planes of the map that may be one plane, met again when the poses had drifted too far for the map
+/// to join them. Each plane is paired with the likeliest plane that lies over it within the drift of the
+/// odometry, unless one key frame has seen both. The likeliest is near, and of about the same size: where
+/// heights have drifted, a floor comes to lie under a seat. A pair is given as one view of each plane, those
+/// nearest to each other. Many pairs are wrong: they are for a solver that finds out which.
 pub(super) fn planes_met_again(
     views: &BTreeMap<PlaneId, Vec<PlaneView>>,
     poses: &[Pose],
@@ -44,15 +44,15 @@ pub(super) fn planes_met_again(
     pairs.into_iter().map(|(_, views)| views).collect()
 }
 
-/// A plane as it is compared.
+/// A plane, prepared for comparison.
 struct Face {
     /// The key frames that have seen it, ascending.
     key_frames: Vec<usize>,
     views: Vec<Patch>,
     middle: Vector3,
-    /// How far what was seen of it lies from its middle, root mean square, metres.
+    /// Distance of what was seen of it from its middle, root mean square, metres.
     radius: f64,
-    /// How far its views reach from there, each by its radius.
+    /// Greatest distance from its middle that a view with its radius reaches, metres.
     extent: f64,
 }
 
@@ -62,7 +62,7 @@ struct Patch {
     centroid: Vector3,
     /// Toward the camera.
     normal: Vector3,
-    /// How far the inliers lie from their centroid within the plane, root mean square, metres.
+    /// Distance of the inliers from their centroid within the plane, root mean square, metres.
     radius: f64,
 }
 
@@ -79,7 +79,8 @@ impl Face {
         Self { key_frames, views, middle, radius, extent }
     }
 
-    /// Whether any of their views can lie over each other: a glance, since most planes of a building cannot.
+    /// Whether any of their views can lie over each other: a quick test, since most planes of a building
+    /// cannot.
     fn may_lie_over(&self, other: &Self) -> bool {
         let Some(Patch { normal, .. }) = self.views.first() else { return false };
         let apart = difference(other.middle, self.middle);
@@ -87,14 +88,14 @@ impl Face {
         norm(within) <= self.extent + other.extent + MOST_TILT * norm(apart)
     }
 
-    /// Whether a key frame has seen both: then they are two.
+    /// Whether a key frame has seen both: then they are two planes.
     fn was_seen_with(&self, other: &Self) -> bool {
         self.key_frames.iter().any(|key_frame| other.key_frames.binary_search(key_frame).is_ok())
     }
 
-    /// How unlikely two planes are one, by their distance along their normal and by their sizes, in squared
-    /// standard deviations, and a view of each, where they lie over each other most; `None` when these are
-    /// further apart than poses can have drifted.
+    /// How unlikely it is that two planes are one, by their distance along their normal and by their sizes,
+    /// in squared standard deviations; and the view of each where they overlap most. `None` when these views
+    /// are further apart than poses can have drifted.
     fn nearest_views(&self, other: &Self, drift: &OdometryDrift) -> Option<(f64, [PlaneView; 2])> {
         let pairs = self.views.iter().flat_map(|a| other.views.iter().map(move |b| (a, b)));
         let overlapping = pairs.filter_map(|(a, b)| Some((a.gap(b)?, a, b)));
@@ -130,8 +131,8 @@ impl Patch {
         })
     }
 
-    /// How far apart two patches are within their planes, in their radii; `None` when they face other ways or
-    /// do not lie over each other.
+    /// Distance between two patches within their planes, in units of their radii; `None` when they face
+    /// different ways or do not lie over each other.
     fn gap(&self, other: &Self) -> Option<f64> {
         let apart = difference(other.centroid, self.centroid);
         let within = along(apart, -dot(self.normal, apart), self.normal);
@@ -146,10 +147,11 @@ mod tests {
 
     use super::*;
 
-    /// Steps of 1 s that err by 2 cm and .5 degrees: after 100 of them 20 cm and 5 degrees.
+    /// Steps of 1 s with errors of 2 cm and .5 degrees: after 100 of them 20 cm and 5 degrees.
     const STEP: [f64; 2] = [0.0087, 0.02];
 
-    /// What a key frame at the origin sees of a wall, 2 x 2 m and so far ahead, around a place to the right.
+    /// What a key frame at the origin sees of a wall of 2 x 2 m: its distance, and how far to the right its
+    /// centre is.
     fn view(pose: usize, ahead: f64, right: f64) -> PlaneView {
         let covariance = [1.0 / 3.0, 0.0, 0.0, 1.0 / 3.0, 0.0, 0.0];
         PlaneView { pose, information: 1e5, centroid: [right, 0.0, ahead], covariance }
@@ -170,17 +172,18 @@ mod tests {
     #[test]
     fn a_wall_that_is_met_again_is_paired_within_what_odometry_drifts_by() {
         let wall = [view(0, 3.0, 0.0), view(1, 3.0, 0.0)];
-        // Of the views those that lie over each other most.
+        // The views are paired that overlap most.
         assert_eq!(pairs(&wall, &[view(101, 3.4, 0.5), view(102, 3.4, 0.1)]), [[0, 102]]);
-        // After 10 s that is too far: 3 times 6.3 cm, and what 1.6 degrees do to 3 m along the line of sight.
+        // After 10 s, 40 cm is too far: 3 times 6.3 cm, and what 1.6 degrees do to 3 m along the line of
+        // sight.
         assert!(pairs(&wall, &[view(11, 3.4, 0.1)]).is_empty());
         assert_eq!(pairs(&wall, &[view(11, 3.15, 0.1)]), [[0, 11]]);
-        // Beside it, and in whatever order they come.
+        // Walls beside each other are not paired; the order of the planes does not matter.
         assert!(pairs(&wall, &[view(102, 3.4, 2.0)]).is_empty());
         assert_eq!(pairs(&[view(102, 3.4, 0.1)], &wall), [[102, 0]]);
     }
 
-    /// A floor that was met again 40 cm higher, where a seat was before: floors are wide.
+    /// A floor that is met again 40 cm higher, where a seat was before, is no seat: floors are wide.
     #[test]
     fn what_is_met_again_is_of_its_size() {
         let narrow = |view: PlaneView| PlaneView { covariance: view.covariance.map(|c| 0.02 * c), ..view };

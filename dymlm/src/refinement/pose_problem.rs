@@ -11,36 +11,36 @@ use super::{LoopClosure, RefineConfig, RefinedPoses, UnheldMotion};
 use crate::session_log::{InsertedFrame, SessionLog};
 use crate::{Error, MultiLevelMap};
 
-/// How often planes that were met again are looked for before the maps are made again: each time solves once.
+/// Most searches for planes that were met again before the maps are built again; each is followed by a solve.
 const MOST_SEARCHES: usize = 10;
 
-/// At how many key frames it is looked what holds them, evenly chosen.
+/// Most key frames at which the covariance of the pose is examined, evenly chosen.
 const CERTAINTIES: usize = 32;
 
 /// A key frame of the log.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KeyFramePose {
     frame: FrameId,
-    /// On the maps' clock, seconds.
+    /// Time on the maps' clock, seconds.
     time: f64,
     world_from_camera: Pose,
-    /// How many sessions had begun.
+    /// Number of sessions that had begun.
     session: usize,
 }
 
 /// What the maps and the caller know of the key frames' poses.
 pub(super) struct PoseProblem<'a> {
-    /// As the caller had them.
+    /// The key frames with the caller's poses.
     given: &'a [KeyFramePose],
-    /// As the maps have them.
+    /// The poses that the key frames have in the maps.
     poses: Vec<Pose>,
     closures: Vec<RelativePose>,
-    /// Of each plane, by key frame.
+    /// The views of each plane, by key frame.
     views: BTreeMap<PlaneId, Vec<PlaneView>>,
     config: &'a RefineConfig,
 }
 
-/// What that says.
+/// A solution for one set of planes that were met again.
 struct Found {
     graph: PoseGraph,
     solution: Solution,
@@ -49,7 +49,7 @@ struct Found {
 }
 
 impl<'a> PoseProblem<'a> {
-    /// Of maps with a log; `given`: its key frames as the caller had them.
+    /// Takes maps with a log; `given`: the log's key frames with the caller's poses.
     pub(super) fn new(
         map: &MultiLevelMap,
         log: &SessionLog,
@@ -67,8 +67,8 @@ impl<'a> PoseProblem<'a> {
         })
     }
 
-    /// The poses that fit best. At better poses other planes are found to have been met again: so until these
-    /// have been tried.
+    /// The poses that fit best. At better poses, other planes turn out to have been met again: so search and
+    /// solve alternate until the pairs found were tried before.
     pub(super) fn solve(&self) -> Result<RefinedPoses, Error> {
         let drift = self.drift();
         let mut tried = vec![planes_met_again(&self.views, &self.poses, &drift)];
@@ -100,7 +100,7 @@ impl<'a> PoseProblem<'a> {
         })
     }
 
-    /// From some poses on, with pairs of planes that may be one.
+    /// Solves, starting from `poses`, with pairs of planes that may be one.
     fn solve_with(&self, poses: &[Pose], pairs: &[[PlaneView; 2]]) -> Result<Found, Error> {
         let mut graph = PoseGraph::new(poses.iter().copied());
         for (from, pair) in self.given.windows(2).enumerate() {
@@ -127,7 +127,7 @@ impl<'a> PoseProblem<'a> {
         OdometryDrift::new(&poses, steps)
     }
 
-    /// What odometry alone holds, at some of the key frames.
+    /// Motions that odometry alone determines, at some of the key frames.
     fn unheld(&self, found: &Found, drift: &OdometryDrift) -> Result<Vec<UnheldMotion>, Error> {
         let step = self.given.len().div_ceil(CERTAINTIES).max(1);
         let mut chosen: Vec<usize> = (1..self.given.len()).rev().step_by(step).collect();
@@ -141,7 +141,7 @@ impl<'a> PoseProblem<'a> {
     }
 }
 
-/// The key frames, as they are mapped.
+/// The key frames, with the poses at which they are mapped.
 pub(super) fn key_frame_poses(log: &SessionLog) -> Vec<KeyFramePose> {
     let key_frames = log.key_frames().filter_map(|entry| Some((entry.frame, log.frame(entry.frame)?)));
     let of = |(frame, inserted): (FrameId, &InsertedFrame)| KeyFramePose {
@@ -153,8 +153,8 @@ pub(super) fn key_frame_poses(log: &SessionLog) -> Vec<KeyFramePose> {
     key_frames.map(of).collect()
 }
 
-/// Standard deviations of the rotation and of the translation (of one axis) between two key frames that follow
-/// each other.
+/// Standard deviations of the rotation and of the translation (of one axis) between two consecutive key
+/// frames.
 fn deviations(pair: &[KeyFramePose], config: &RefineConfig) -> [f64; 2] {
     let [one, next] = [pair[0], pair[1]];
     if one.session == next.session {
@@ -164,14 +164,14 @@ fn deviations(pair: &[KeyFramePose], config: &RefineConfig) -> [f64; 2] {
     }
 }
 
-/// What the caller's poses say of two key frames that follow each other.
+/// The relative pose of two consecutive key frames, by the caller's poses.
 fn odometry(from: usize, pair: &[KeyFramePose], config: &RefineConfig) -> RelativePose {
     let ([one, next], [rotation, translation]) = ([pair[0], pair[1]], deviations(pair, config));
     let measured = one.world_from_camera.inverse() * next.world_from_camera;
     RelativePose::with_deviations(from, from + 1, measured, rotation, translation)
 }
 
-/// Loop closures as they are between the key frames at or before their frames.
+/// Loop closures, moved from their frames to the key frames at or before these.
 fn between_key_frames(
     closures: &[LoopClosure],
     log: &SessionLog,
@@ -179,7 +179,7 @@ fn between_key_frames(
 ) -> Result<Vec<RelativePose>, Error> {
     let places: BTreeMap<FrameId, usize> =
         key_frames.iter().enumerate().map(|(index, key_frame)| (key_frame.frame, index)).collect();
-    // A frame's key frame, and where the frame is in its camera's coordinates.
+    // The index of a frame's key frame, and the frame's pose in the coordinates of that key frame's camera.
     let on_key_frame = |frame: FrameId| {
         let inserted = log.frame(frame).ok_or(Error::UnknownFrame { frame })?;
         let before = places.range(..=frame).next_back().or_else(|| places.iter().next());
@@ -204,7 +204,7 @@ fn views_by_plane(
 ) -> BTreeMap<PlaneId, Vec<PlaneView>> {
     let mut views: BTreeMap<PlaneId, Vec<PlaneView>> = BTreeMap::new();
     for sighting in planes.key_frame_sightings() {
-        // The plane map counts the key frames as the log has them, at the same poses.
+        // The plane map numbers the key frames as the log does, and has them at the same poses.
         let index = sighting.key_frame.get() as usize;
         let Some(key_frame) = key_frames.get(index) else { continue };
         if key_frame.world_from_camera != sighting.world_from_camera {
@@ -217,7 +217,7 @@ fn views_by_plane(
 
 fn view(pose: usize, sighting: &PlaneSighting, sensor: &SensorModel, config: &RefineConfig) -> PlaneView {
     let common = config.common_noise * f64::from(sensor.sigma(sighting.centroid[2] as f32));
-    // A reading of weight 1 errs as one at 0.4 m does.
+    // A reading of weight 1 has the noise of a reading at 0.4 m.
     let least = f64::from(sensor.sigma(0.4));
     let variance = common * common + least * least / sighting.weight.max(1e-9);
     let &PlaneSighting { centroid, covariance, .. } = sighting;

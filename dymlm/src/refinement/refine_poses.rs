@@ -3,30 +3,30 @@ use super::{LoopClosure, RefineConfig, RefineReport, RefinedPoses};
 use crate::{Error, MapBuilder};
 
 impl MapBuilder {
-    /// Finds better poses of the key frames by the planes that they have seen, and [corrects](
-    /// Self::correct_poses) all maps by them: a wall that was seen again after a while is one wall. The
-    /// caller's poses count as odometry, see [`RefineConfig`]; what no plane holds stays as they have it. The
-    /// first key frame stays where it is.
+    /// Finds better poses of the key frames by the planes that they have seen, and
+    /// [corrects](Self::correct_poses) all maps by them: a wall that was seen again after a while becomes one
+    /// wall. The caller's poses count as odometry, see [`RefineConfig`]; motions that no plane determines
+    /// stay as the caller's poses have them. The first key frame stays where it is.
     ///
-    /// Rounds of a sparse solve and a correction follow each other until the poses stay where they are, at most
-    /// [so many](RefineConfig::rounds).
+    /// Rounds of a sparse solve and a correction follow each other until the poses stay where they are, or up
+    /// to the [greatest number](RefineConfig::rounds).
     ///
     /// # Errors
     ///
-    /// [`Error::Config`], [`Error::Refinement`] and those of [`Self::correct_poses`]. What rounds before have
-    /// found stays.
+    /// [`Error::Config`], [`Error::Refinement`] and those of [`Self::correct_poses`]. What earlier rounds
+    /// have found stays in the maps.
     #[doc(alias = "bundle adjustment")]
     pub fn refine_poses(&mut self, config: &RefineConfig) -> Result<RefineReport, Error> {
         self.refine_poses_with(config, &[])
     }
 
-    /// [`Self::refine_poses`], with loop closures that a place recognition has found. Wrong ones, which
+    /// [`Self::refine_poses`], with loop closures that a place recognition has found. Wrong closures, which
     /// contradict the planes, the odometry and each other, are left out and named in the report.
     ///
     /// # Errors
     ///
-    /// As [`Self::refine_poses`]; [`Error::UnknownFrame`] of a closure; [`Error::Refinement`] when its
-    /// deviations are not positive.
+    /// As [`Self::refine_poses`]; [`Error::UnknownFrame`] when a closure names a frame that was never
+    /// inserted; [`Error::Refinement`] when its deviations are not positive.
     #[doc(alias = "pose graph")]
     pub fn refine_poses_with(
         &mut self,
@@ -35,7 +35,7 @@ impl MapBuilder {
     ) -> Result<RefineReport, Error> {
         config.validate()?;
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
-        // Odometry stays what the caller gave, in all rounds.
+        // The caller's poses remain the odometry in all rounds.
         let given = key_frame_poses(log);
         let mut found = self.solve_for_poses(&given, config, closures)?;
         let mut costs = Vec::new();
@@ -64,7 +64,7 @@ impl MapBuilder {
     }
 }
 
-/// Whether poses have moved less, in the root mean square, than each frame's errs by itself.
+/// Whether the poses have moved, in the root mean square, by less than the errors of each frame alone.
 fn are_settled(before: &RefinedPoses, after: &RefinedPoses, config: &RefineConfig) -> bool {
     let pairs = || before.poses.iter().zip(&after.poses).map(|((_, before), (_, after))| (before, after));
     let moved: f64 = pairs().map(|(before, after)| before.distance(after).powi(2)).sum();

@@ -8,30 +8,30 @@ use crate::{Error, MultiLevelMap};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct RefinedPoses {
-    /// Each key frame's, for [`MapBuilder::correct_poses`](crate::MapBuilder::correct_poses).
+    /// Each key frame's pose, for [`MapBuilder::correct_poses`](crate::MapBuilder::correct_poses).
     pub poses: Vec<(FrameId, Pose)>,
     /// Planes that more than one key frame has seen.
     pub planes: usize,
-    /// Views of planes.
+    /// Views of planes, in all.
     pub views: usize,
-    /// Of these, those that were left out: they are of another plane than the map has them.
+    /// Views that were left out, since they are of another plane than the map has them.
     pub views_left_out: usize,
-    /// Pairs of planes of the map that turned out to be one, which was met again after a while.
+    /// Pairs of planes of the map that turned out to be one plane, met again after a while.
     pub met_again: usize,
-    /// Motions that nothing but odometry holds, at up to 32 key frames, evenly chosen, in their order: along a
-    /// corridor, or within the one plane that is seen. The poses there are as good as the caller's.
+    /// Motions that only odometry determines, at up to 32 key frames, evenly chosen, in their order: along a
+    /// corridor, or within the only plane that is seen. In these the poses are as good as the caller's.
     pub unheld: Vec<UnheldMotion>,
-    /// Half the sum of squared errors, in standard deviations: before and after.
+    /// Half the sum of squared errors, in standard deviations: before and after the solve.
     pub cost: [f64; 2],
     /// Loop closures that were left out as wrong, by their places in the list.
     pub left_out: Vec<usize>,
 }
 
 impl MultiLevelMap {
-    /// One round of [`MapBuilder::refine_poses_with`](crate::MapBuilder::refine_poses_with), which changes
-    /// nothing: the poses of these maps count as odometry. So a thread of its own can find them with maps of a
-    /// [`MapReader`](crate::MapReader), while mapping goes on; frames that came later move with the last key
-    /// frame when the builder is [corrected](crate::MapBuilder::correct_poses).
+    /// One round of [`MapBuilder::refine_poses_with`](crate::MapBuilder::refine_poses_with) that changes
+    /// nothing; the poses of these maps count as odometry. So a separate thread can find better poses with
+    /// maps of a [`MapReader`](crate::MapReader), while mapping goes on. Frames that came later move with the
+    /// last key frame when the builder is [corrected](crate::MapBuilder::correct_poses).
     ///
     /// ```
     /// # use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -56,7 +56,8 @@ impl MultiLevelMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Config`], [`Error::NoHistory`]; [`Error::UnknownFrame`] of a closure; [`Error::Refinement`].
+    /// [`Error::Config`]; [`Error::NoHistory`]; [`Error::UnknownFrame`] when a closure names a frame that was
+    /// never inserted; [`Error::Refinement`].
     pub fn refined_poses(
         &self,
         config: &RefineConfig,

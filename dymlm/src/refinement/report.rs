@@ -5,10 +5,10 @@ use crate::CorrectionReport;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct RefineReport {
-    /// What the last round has found whose poses the maps have followed.
+    /// The result of the last round whose poses were applied to the maps.
     pub found: RefinedPoses,
-    /// Half the sum of squared errors, in standard deviations, of each such round: before and after.
+    /// Half the sum of squared errors, in standard deviations, before and after each applied round.
     pub costs: Vec<[f64; 2]>,
-    /// What has become of the maps: of the last round.
+    /// What the correction of the last applied round has changed.
     pub correction: CorrectionReport,
 }

@@ -6,18 +6,19 @@ use super::odometry_drift::Drift;
 /// Where more than this share of odometry's variance is left, the planes say less than odometry does.
 const MOST_LEFT: f64 = 0.5;
 
-/// A motion of a key frame that planes and loop closures say less of than odometry: it is about as well known
-/// as the caller's poses are.
+/// A motion of a key frame of which planes and loop closures say less than odometry: it is about as well
+/// known as the caller's poses are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct UnheldMotion {
     /// The key frame.
     pub frame: FrameId,
-    /// Whether it moves along the axis or turns about it.
+    /// Whether the key frame moves along the axis or turns about it.
     pub kind: MotionKind,
-    /// In the world, of length one.
+    /// Unit vector, world.
     pub axis: [f64; 3],
-    /// Standard deviation beside the first key frame, metres or radians, if the config tells the truth.
+    /// Standard deviation relative to the first key frame, metres or radians, if the errors in the config are
+    /// right.
     pub deviation: f64,
 }
 
@@ -31,7 +32,7 @@ pub enum MotionKind {
 }
 
 /// The motions of a key frame that are unheld. `covariance`: of three rotations and three translations in the
-/// camera's axes; `drift`: what it would be by odometry alone.
+/// camera's axes; `drift`: the covariance by odometry alone.
 pub(super) fn unheld_motions(
     frame: FrameId,
     pose: &Pose,
@@ -52,12 +53,13 @@ pub(super) fn unheld_motions(
     unheld.collect()
 }
 
-/// The axes along which more is left of a covariance than may be, with the standard deviations that are left.
+/// The axes along which more than the allowed share of the variance is left, with the standard deviations
+/// left.
 fn left_of(refined: &[[f64; 3]; 3], by_odometry: &[[f64; 3]; 3]) -> Option<Vec<(Vector3, f64)>> {
     // Eigenvectors u of L^-1 R L^-T with O = L L^T: R L^-T u = share * L u.
     let root = lower_root(by_odometry)?;
     let columns = [0, 1, 2].map(|column| forward(&root, [0, 1, 2].map(|row| refined[row][column])));
-    // The rows of what is in between are solved in the same way: it is symmetric.
+    // Then the rows of L^-1 R in the same way; the result is symmetric, so its rows are its columns.
     let whitened = [0, 1, 2].map(|row| forward(&root, [0, 1, 2].map(|column| columns[column][row])));
     let eigen = symmetric_eigen3(whitened)?;
     let axes = eigen.values.into_iter().zip(eigen.vectors).filter(|(share, _)| *share > MOST_LEFT);
@@ -85,7 +87,7 @@ fn lower_root(matrix: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
     Some(root)
 }
 
-/// x of L x = right.
+/// Solves L x = right.
 fn forward(root: &[[f64; 3]; 3], right: Vector3) -> Vector3 {
     let mut x = [0.0; 3];
     for row in 0..3 {
@@ -95,7 +97,7 @@ fn forward(root: &[[f64; 3]; 3], right: Vector3) -> Vector3 {
     x
 }
 
-/// A covariance in the camera's axes, in those of the world.
+/// Turns a covariance from the camera's axes to those of the world.
 fn turned(covariance: &[[f64; 3]; 3], pose: &Pose) -> [[f64; 3]; 3] {
     // R C R^T: each column turned, then each row.
     let columns = [0, 1, 2].map(|column| pose.rotate([0, 1, 2].map(|row| covariance[row][column])));
@@ -106,10 +108,10 @@ fn turned(covariance: &[[f64; 3]; 3], pose: &Pose) -> [[f64; 3]; 3] {
 mod tests {
     use super::*;
 
-    /// What planes hold across a corridor is known better than odometry knows it; what is along it is not.
+    /// Planes determine the position across a corridor better than odometry does, but not along it.
     #[test]
     fn what_is_along_a_corridor_is_unheld() {
-        // The camera looks along the corridor, z; the world's x.
+        // The camera's axis z looks along the corridor, which is the world's axis x.
         let pose = Pose::new([0.0; 3], [0.5, 0.5, 0.5, 0.5]).unwrap();
         let mut covariance = [[0.0; 6]; 6];
         for (k, variance) in [1e-8, 1e-8, 1e-8, 1e-6, 1e-6, 0.0081].into_iter().enumerate() {
@@ -129,7 +131,7 @@ mod tests {
         assert!(motion.frame == FrameId::new(7) && motion.kind == MotionKind::Translation);
         let along: f64 = motion.axis.iter().zip(ahead).map(|(a, b)| a * b).sum();
         assert!(along.abs() > 1.0 - 1e-12 && (motion.deviation - 0.09).abs() < 1e-12, "{motion:?}");
-        // All is unheld where the covariances are equal, and nothing where there is no drift to speak of.
+        // Nothing is unheld where planes determine everything, nor where there is no drift.
         covariance[5][5] = 1e-6;
         assert!(unheld_motions(FrameId::new(7), &pose, &covariance, &drift).is_empty());
         let none = Drift { translation: [[0.0; 3]; 3], rotation: 0.0 };
