@@ -1,5 +1,6 @@
 //! What the examples share: where frames come from, pictures of the maps, reports of a run.
 
+mod build_map;
 mod frame_source;
 mod named_sequences;
 mod object_pictures;
@@ -11,6 +12,7 @@ mod progress;
 mod run_report;
 mod statistics;
 
+pub use build_map::build_map;
 pub use frame_source::{FrameSource, SourceFrame, every};
 pub use named_sequences::{NamedSequence, SequenceSet, named_sequence, named_sequences};
 pub use object_pictures::{draw_object, objects_from_above, objects_from_camera};

@@ -1,9 +1,3 @@
-//! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a
-//! report.
-//!
-//! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]
-//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
-
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
 use std::path::{Path, PathBuf};
@@ -17,13 +11,14 @@ use dymlm::files::{Autosave, MapSaver};
 use dymlm::{
     FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
 };
-use dymlm_examples::{
+use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions};
+use dymlm_sim::SequenceConfig;
+
+use crate::{
     AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
     objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
     progress_bar, read_pose, timed, up_of_planes,
 };
-use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions};
-use dymlm_sim::SequenceConfig;
 
 /// Longest time between two poses of the corrections that is interpolated, seconds.
 const LONGEST_GAP: f64 = 2.0;
@@ -86,7 +81,12 @@ struct Arguments {
     out: PathBuf,
 }
 
-fn main() -> Result<(), AnyError> {
+/// The program `build_map`: maps what the command line names, and writes the maps.
+///
+/// # Errors
+///
+/// What keeps the maps from being built or written, for the terminal.
+pub fn build_map() -> Result<(), AnyError> {
     let arguments = Arguments::parse();
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
     // Claimed first: an output folder that cannot be written shall not cost a run.
