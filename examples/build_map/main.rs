@@ -7,5 +7,5 @@
 use dymlm_examples::{AnyError, build_map};
 
 fn main() -> Result<(), AnyError> {
-    build_map()
+    build_map(None)
 }
