@@ -1,11 +1,8 @@
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
-use tract_onnx::prelude::{
-    DatumExt, Framework, InferenceFact, InferenceModel, InferenceModelExt, IntoRunnable, IntoTValue, Tensor,
-    TractError, TractResult, TypedRunnableModel, tvec,
-};
+use tract_onnx::prelude::*;
+use tract_onnx::tract_hir::internal::{DimLike, Factoid};
 
 use crate::Error;
 use crate::output_grid::OutputGrid;
@@ -61,7 +58,7 @@ impl Network {
             let input = Tensor::from_shape(&[1, 3, height, width], planes)?;
             let outputs = self.plan.run(tvec![input.into_tvalue()])?;
             let output = outputs.first().ok_or_else(|| TractError::msg("no output"))?;
-            Ok(output.try_as_plain_ram()?.as_slice()?.to_vec())
+            Ok(output.try_as_plain_ram()?.as_slice::<f32>()?.to_vec())
         };
         output().map_err(|error| Error::Run { reason: reason(&error) })
     }
