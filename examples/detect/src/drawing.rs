@@ -4,6 +4,8 @@ use dymlm_examples::Picture;
 
 /// Pixels that the sides of boxes are drawn with.
 const THICKNESS: i64 = 2;
+/// Beyond all images, pixels.
+const FAR: f32 = 1e9;
 
 /// An image with the boxes of what was found in it; each label has a colour of its own, those of weak detections
 /// are darker.
@@ -26,9 +28,9 @@ fn brightness(detection: &Detection) -> f32 {
 
 fn draw_box(picture: &mut Picture, detection: &Detection, color: Rgb) {
     let [left, upper, right, lower] =
-        <[f32; 4]>::from(detection.bounding_box()).map(|side| side.round() as i64);
-    for v in upper..lower {
-        for u in left..right {
+        <[f32; 4]>::from(detection.bounding_box()).map(|side| side.clamp(-FAR, FAR).round() as i64);
+    for v in upper.max(0)..lower.min(picture.height as i64) {
+        for u in left.max(0)..right.min(picture.width as i64) {
             let from_border = [u - left, right - 1 - u, v - upper, lower - 1 - v].into_iter().min();
             if from_border.is_some_and(|distance| distance < THICKNESS) {
                 picture.set(u, v, color);
@@ -61,6 +63,9 @@ mod tests {
         assert!(!drawn(3, 3) && !drawn(6, 5) && !drawn(19, 10) && !drawn(4, 13));
         // Two rows above and below, two columns at the left; the right side lies outside.
         assert_eq!(picture.pixels.iter().filter(|&&pixel| pixel != [7; 3]).count(), 4 * 16 + 2 * 6);
+        let all =
+            Detection::new("cup", 1.0, BoundingBox::new(f32::MIN, f32::MIN, f32::MAX, f32::MAX).unwrap());
+        assert_eq!(draw_boxes(&image, &[all.unwrap()]).pixels, image.data());
     }
 
     #[test]

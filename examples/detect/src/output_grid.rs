@@ -70,7 +70,9 @@ impl OutputGrid {
                 continue;
             }
             match BoundingBox::try_from(sides) {
-                Ok(bounding_box) if score <= 1.0 => found.push(Candidate { class, score, bounding_box }),
+                Ok(bounding_box) if (0.0..=1.0).contains(&score) => {
+                    found.push(Candidate { class, score, bounding_box })
+                }
                 _ => return Err(Error::Output { row, score, sides }),
             }
         }

@@ -98,7 +98,8 @@ fn other_networks_are_refused_with_what_differs() {
 
     // That its scores are no probabilities shows in the first image.
     let raw = ColorNetwork { has_sigmoid: false, ..ColorNetwork::new([64, 64], 8) };
-    let error = open(&raw).unwrap().detect(&image_of([64, 64], &[])).unwrap_err().to_string();
+    let image = image_of([64, 64], &[(RED, [0, 0], 8)]);
+    let error = open(&raw).unwrap().detect(&image).unwrap_err().to_string();
     assert!(error.contains("row 0 of the network's output is no detection"), "{error}");
 }
 
