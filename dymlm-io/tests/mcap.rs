@@ -139,6 +139,17 @@ fn depth_without_colour_near_in_time_is_left_out() {
 }
 
 #[test]
+fn detections_that_nobody_asks_for_are_left_alone() {
+    let mut options = McapOptions::default();
+    options.without_detections = true;
+    for name in ["plain", "apart"] {
+        let mut recording = McapRecording::open(bag(name), &options).unwrap();
+        assert!(!warned(&recording, "detection"), "{:?}", recording.warnings());
+        assert!(load_all(&mut recording).iter().all(|frame| frame.detections.is_none()));
+    }
+}
+
+#[test]
 fn odometry_moves_the_robot_where_tf_does_not() {
     for frame in load_all(&mut open("odometry")).iter().enumerate() {
         check_pose(frame.1, frame.0);

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, Frame, PinholeCamera, Pose};
-use dymlm_io::{DetectionFile, Error, TumDataset, TumOptions, TumWriter};
+use dymlm_io::{DetectionFile, Error, FrameBuffers, TumDataset, TumOptions, TumRecording, TumWriter};
 
 fn camera() -> PinholeCamera {
     PinholeCamera::new(6, 4, 5.25, 5.5, 2.5, 1.75).unwrap()
@@ -76,4 +76,28 @@ fn refuses_what_is_in_the_way_and_what_does_not_belong() {
     assert!(writer.write(&foreign, &[], &pose(4)).unwrap_err().to_string().contains("another camera"));
     writer.finish().unwrap();
     assert_eq!(TumDataset::open(&folder, &TumOptions::default()).unwrap().frames().len(), 1);
+}
+
+#[test]
+fn detections_that_nobody_asks_for_are_left_alone() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("sequence");
+    let mut writer = TumWriter::create(&folder, &camera()).unwrap();
+    for index in 0..3 {
+        writer.write(&frame(index), &detections(index), &pose(index)).unwrap();
+    }
+    writer.finish().unwrap();
+    // A file that spoils its frames.
+    std::fs::write(folder.join("detections.jsonl"), "broken\n").unwrap();
+    let options = TumOptions::default();
+    let mut buffers = FrameBuffers::default();
+    let own = TumRecording::open(&folder, None, &options).unwrap();
+    assert!(own.load(1, &mut buffers).is_err() && own.warnings().len() == 1);
+
+    let alone = TumRecording::without_detections(&folder, &options).unwrap();
+    assert!(alone.warnings().is_empty());
+    for index in 0..3 {
+        let loaded = alone.load(index, &mut buffers).unwrap();
+        assert_eq!((loaded.frame.color(), loaded.detections), (frame(index).color(), None));
+    }
 }

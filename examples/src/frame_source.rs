@@ -1,10 +1,12 @@
 use std::path::{Path, PathBuf};
 
-use dymlm::core::{Detection, Frame, Pose};
-use dymlm_io::{FrameBuffers, McapOptions, McapRecording, RecordedFrame, TumOptions, TumRecording};
+use dymlm::core::{Detection, Frame, Pose, Rectifier};
+use dymlm_io::{
+    FrameBuffers, McapOptions, McapRecording, RecordedFrame, TumOptions, TumRecording, read_color_image,
+};
 use dymlm_sim::{Sequence, SequenceConfig};
 
-use crate::{AnyError, PeopleMasks};
+use crate::{AnyError, FrameDetector, PeopleMasks};
 
 /// Where frames come from: a recorded dataset, a bag, or the built-in synthetic sequence.
 #[derive(Debug)]
@@ -73,6 +75,17 @@ impl FrameSource {
         options: &TumOptions,
     ) -> Result<Self, AnyError> {
         let source = TumRecording::open(folder, detections, options)?;
+        let buffers = FrameBuffers::default();
+        Ok(Self::Recorded(Box::new(Recording { folder: folder.to_path_buf(), source, buffers })))
+    }
+
+    /// A recorded dataset whose frames somebody else detects in: its own detections are left alone.
+    ///
+    /// # Errors
+    ///
+    /// When the dataset cannot be opened.
+    pub fn without_detections(folder: &Path, options: &TumOptions) -> Result<Self, AnyError> {
+        let source = TumRecording::without_detections(folder, options)?;
         let buffers = FrameBuffers::default();
         Ok(Self::Recorded(Box::new(Recording { folder: folder.to_path_buf(), source, buffers })))
     }
@@ -149,6 +162,35 @@ impl FrameSource {
                 })
             }
         }
+    }
+
+    /// What a detector finds in a loaded frame, in its pixels; `None` when the frame has no colour image.
+    ///
+    /// Where the lens of a folder's camera distorts, it looks at the image as it is stored, as do detectors that
+    /// write files: a file made by the same detector gives the same.
+    ///
+    /// # Errors
+    ///
+    /// When the stored image cannot be read, or the detector fails on it.
+    pub fn detect(
+        &self,
+        index: usize,
+        frame: &Frame,
+        detector: &mut dyn FrameDetector,
+    ) -> Result<Option<Vec<Detection>>, AnyError> {
+        let Some(color) = frame.color() else { return Ok(None) };
+        let Some((stored, rectifier)) = self.stored_color(index) else {
+            return detector.detect(color).map(Some);
+        };
+        let found = detector.detect(&read_color_image(stored)?)?;
+        Ok(Some(found.iter().filter_map(|one| rectifier.rectify_detection(one)).collect()))
+    }
+
+    /// The file of a frame's colour image that is not the frame's, and what takes it there.
+    fn stored_color(&self, index: usize) -> Option<(&Path, &Rectifier)> {
+        let Self::Recorded(recording) = self else { return None };
+        let dataset = recording.source.dataset();
+        Some((dataset.frames().get(index)?.color.as_deref()?, dataset.rectifier()?))
     }
 
     /// Takes a frame back whose buffers the next one may use.

@@ -1,6 +1,9 @@
 //! What the examples share: where frames come from, pictures of the maps, reports of a run.
 
+mod build_map;
+mod frame_detector;
 mod frame_source;
+mod interruption;
 mod named_sequences;
 mod object_pictures;
 mod orthographic;
@@ -11,7 +14,10 @@ mod progress;
 mod run_report;
 mod statistics;
 
+pub use build_map::build_map;
+pub use frame_detector::{FrameDetector, OpenDetector};
 pub use frame_source::{FrameSource, SourceFrame, every};
+pub use interruption::{interruption, print_warning};
 pub use named_sequences::{NamedSequence, SequenceSet, named_sequence, named_sequences};
 pub use object_pictures::{draw_object, objects_from_above, objects_from_camera};
 pub use orthographic::Orthographic;

@@ -175,6 +175,21 @@ fn a_bag_gives_the_maps_of_its_frames() {
     }
 }
 
+/// What detectors need stays out of the workspace; `examples/detect` has the program that has one.
+#[test]
+fn without_a_detector_it_says_which_program_has_one() {
+    let (_parent, dataset, out) = paths();
+    let [dataset, out_name] = [&dataset, &out].map(|path| path.to_str().unwrap());
+    let arguments = ["--dataset", dataset, "--out", out_name, "--detector", "yolox_nano.onnx"];
+    let Some(output) = build_map(&arguments) else { return };
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        !output.status.success() && error.contains("examples/detect/Cargo.toml --bin build_map"),
+        "{error}"
+    );
+    assert!(!out.exists());
+}
+
 #[test]
 fn a_second_run_goes_on_with_the_maps_of_the_first() {
     let (parent, dataset, out) = paths();

@@ -20,6 +20,8 @@ pub struct McapOptions {
     pub color_info: Option<String>,
     /// Topic of the `Detection2DArray`s. Default: none, that is the only one there is.
     pub detections: Option<String>,
+    /// Leaves the bag's detections alone: somebody else detects in its frames. Default: false.
+    pub without_detections: bool,
     /// Topic of an `Odometry` that moves its child frame instead of what tf says of it. Default: none, that is
     /// tf, and odometry for frames that tf does not move.
     pub odometry: Option<String>,
@@ -48,6 +50,7 @@ impl Default for McapOptions {
             depth_info: None,
             color_info: None,
             detections: None,
+            without_detections: false,
             odometry: None,
             world_frame: None,
             class_names: Vec::new(),

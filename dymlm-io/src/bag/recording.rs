@@ -111,7 +111,11 @@ impl McapRecording {
             Ok((depth, color, cameras))
         };
         let (depth, color, cameras) = opened().map_err(malformed)?;
-        let detections = detections_topic(&catalogue, options.detections.as_deref()).map_err(malformed)?;
+        let detections = if options.without_detections {
+            None
+        } else {
+            detections_topic(&catalogue, options.detections.as_deref()).map_err(malformed)?
+        };
 
         let listed = |topic: &str| catalogue.images.get(topic).map_or(&[][..], |images| &images.images);
         let (depth_images, color_images) =
@@ -136,7 +140,7 @@ impl McapRecording {
         if lost > 0 {
             warnings.push(format!("{lost} detection arrays have no image near in time and are left out"));
         }
-        if detections.is_none() {
+        if detections.is_none() && !options.without_detections {
             warnings.push("no detections: only late removal keeps movers out of the map".to_owned());
         }
 

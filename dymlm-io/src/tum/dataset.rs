@@ -138,6 +138,19 @@ impl TumDataset {
         self.unpaired_depth_images
     }
 
+    /// What is wrong with the lists and the trajectory but keeps no frame from being loaded, worth a warning each.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings: Vec<String> = self.faults.iter().map(ToString::to_string).collect();
+        if self.unpaired_depth_images > 0 {
+            let unpaired = self.unpaired_depth_images;
+            warnings
+                .push(format!("{unpaired} depth images have no colour image near in time and are left out"));
+        }
+        let gap = |gap: TrajectoryGap| format!("no poses between {:.3} and {:.3} s", gap.from, gap.to);
+        warnings.extend(self.gaps().into_iter().map(gap));
+        warnings
+    }
+
     /// Loads a frame: decodes its images and checks them against the camera.
     ///
     /// # Errors

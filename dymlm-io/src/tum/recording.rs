@@ -15,6 +15,8 @@ pub struct TumRecording {
 #[derive(Debug)]
 enum RecordedDetections {
     None,
+    /// Nobody asks for them.
+    LeftAlone,
     File(DetectionFile),
     Yolo(YoloFolder),
 }
@@ -52,6 +54,17 @@ impl TumRecording {
         Ok(Self { dataset, detections })
     }
 
+    /// Opens a dataset and leaves its detections alone, if it has any: for somebody who detects in its frames
+    /// himself.
+    ///
+    /// # Errors
+    ///
+    /// As [`TumDataset::open`].
+    pub fn without_detections(folder: impl AsRef<Path>, options: &TumOptions) -> Result<Self, Error> {
+        let dataset = TumDataset::open(folder, options)?;
+        Ok(Self { dataset, detections: RecordedDetections::LeftAlone })
+    }
+
     /// The dataset.
     pub fn dataset(&self) -> &TumDataset {
         &self.dataset
@@ -60,21 +73,13 @@ impl TumRecording {
     /// What is wrong with lists and detections but keeps no frame from being loaded, or that there are no detections:
     /// worth a warning each.
     pub fn warnings(&self) -> Vec<String> {
-        let dataset = &self.dataset;
-        let mut warnings: Vec<String> = dataset.faults().iter().map(ToString::to_string).collect();
-        let unpaired = dataset.unpaired_depth_images();
-        if unpaired > 0 {
-            warnings
-                .push(format!("{unpaired} depth images have no colour image near in time and are left out"));
-        }
-        let gap = |gap: crate::TrajectoryGap| format!("no poses between {:.3} and {:.3} s", gap.from, gap.to);
-        warnings.extend(dataset.gaps().into_iter().map(gap));
+        let mut warnings = self.dataset.warnings();
         match &self.detections {
             RecordedDetections::None => {
                 warnings.push("no detections: only late removal keeps movers out of the map".into());
             }
             RecordedDetections::File(file) => warnings.extend(file.faults().iter().map(ToString::to_string)),
-            RecordedDetections::Yolo(_) => {}
+            RecordedDetections::LeftAlone | RecordedDetections::Yolo(_) => {}
         }
         warnings
     }
@@ -101,7 +106,7 @@ impl TumRecording {
     fn detections_of(&self, index: usize) -> Result<Option<Vec<Detection>>, Error> {
         let Some(listed) = self.dataset.frames().get(index) else { return Ok(None) };
         Ok(match &self.detections {
-            RecordedDetections::None => None,
+            RecordedDetections::None | RecordedDetections::LeftAlone => None,
             RecordedDetections::File(file) => {
                 file.at(listed.color_timestamp.unwrap_or(listed.timestamp))?.map(<[_]>::to_vec)
             }

@@ -1,14 +1,7 @@
-//! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a
-//! report.
-//!
-//! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]
-//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
-
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Parser;
@@ -17,13 +10,15 @@ use dymlm::files::{Autosave, MapSaver};
 use dymlm::{
     FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
 };
-use dymlm_examples::{
-    AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
-    objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
-    progress_bar, read_pose, timed, up_of_planes,
-};
 use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions};
 use dymlm_sim::SequenceConfig;
+
+use crate::{
+    AnyError, CorrectionCost, FrameDetector, FrameSource, Milliseconds, OpenDetector, RunReport, SourceFrame,
+    cloud_pictures, every, interruption, mean_up, named_sequence, objects_from_above, objects_from_camera,
+    octree_pictures, plane_pictures, planes_from_camera, print_warning, progress_bar, read_pose, timed,
+    up_of_planes,
+};
 
 /// Longest time between two poses of the corrections that is interpolated, seconds.
 const LONGEST_GAP: f64 = 2.0;
@@ -52,6 +47,12 @@ struct Arguments {
     /// JSON-lines file or YOLO folder (with names.txt); default: the dataset's detections.jsonl
     #[arg(long, requires = "dataset")]
     detections: Option<PathBuf>,
+    /// A YOLOX network: what is in the images is detected while they are mapped
+    #[arg(long, requires = "dataset", conflicts_with = "detections", value_name = "FILE.onnx")]
+    detector: Option<PathBuf>,
+    /// Names of the network's classes, one a line; default: COCO's
+    #[arg(long, requires = "detector", value_name = "FILE")]
+    detector_names: Option<PathBuf>,
     /// Poses, camera to world; default: the dataset's groundtruth.txt
     #[arg(long, requires = "dataset")]
     trajectory: Option<PathBuf>,
@@ -86,8 +87,15 @@ struct Arguments {
     out: PathBuf,
 }
 
-fn main() -> Result<(), AnyError> {
+/// The program `build_map`: maps what the command line names, and writes the maps. `open_detector` opens what
+/// `--detector` names, where the program has been built with a detector.
+///
+/// # Errors
+///
+/// What keeps the maps from being built or written, for the terminal.
+pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     let arguments = Arguments::parse();
+    let mut detector = detector_of(&arguments, open_detector)?;
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
     // Claimed first: an output folder that cannot be written shall not cost a run.
     let (mut builder, saver) = make_builder(&arguments, corrections.is_some() || arguments.refine)?;
@@ -96,7 +104,8 @@ fn main() -> Result<(), AnyError> {
     let autosave = Autosave::start(builder.reader(), saver, interval)?;
 
     let world_from_session = arguments.world_from_session.unwrap_or_default();
-    let reports = insert_all(&mut builder, &mut source, &world_from_session);
+    let detector = detector.as_deref_mut();
+    let (reports, detection) = insert_all(&mut builder, &mut source, detector, &world_from_session);
     if reports.is_empty() {
         return Err("no frame could be mapped".into());
     }
@@ -109,6 +118,7 @@ fn main() -> Result<(), AnyError> {
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
     let mut report = RunReport::new(source.len(), &reports, &builder);
     (report.corrections, report.refinement) = (corrected, refined);
+    report.stages.extend(detection.map(|time| ("detector", time)));
     let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
     let up = up_of_planes(builder.map().planes(), up);
     let voxel_size = builder.config().cloud.voxel_size;
@@ -137,6 +147,19 @@ fn main() -> Result<(), AnyError> {
 
     print_summary(&report, &arguments);
     Ok(())
+}
+
+fn detector_of(
+    arguments: &Arguments,
+    open_detector: Option<&OpenDetector>,
+) -> Result<Option<Box<dyn FrameDetector>>, AnyError> {
+    match (&arguments.detector, open_detector) {
+        (None, _) => Ok(None),
+        (Some(network), Some(open)) => open(network, arguments.detector_names.as_deref()).map(Some),
+        (Some(_), None) => Err("this build_map has been built without a detector; one that has --detector, and takes \
+            all other arguments, is run by cargo run --release --manifest-path examples/detect/Cargo.toml --bin build_map -- ..."
+            .into()),
+    }
 }
 
 /// A builder of new maps, or of those that are resumed, and who saves them.
@@ -184,6 +207,9 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
     if !arguments.topics.is_empty() {
         return Err("--topics is for bags: the dataset is no file".into());
     }
+    if let Some(folder) = arguments.dataset.as_ref().filter(|_| arguments.detector.is_some()) {
+        return FrameSource::without_detections(folder, &options);
+    }
     if let Some(folder) = &arguments.dataset {
         return FrameSource::recorded(folder, arguments.detections.as_deref(), &options);
     }
@@ -198,6 +224,7 @@ fn bag_options(arguments: &Arguments) -> Result<McapOptions, AnyError> {
     let mut options = McapOptions::default();
     options.trajectory.clone_from(&arguments.trajectory);
     options.every = arguments.every;
+    options.without_detections = arguments.detector.is_some();
     for (what, name) in &arguments.topics {
         let option = match what.as_str() {
             "depth" => &mut options.depth,
@@ -220,23 +247,24 @@ fn read_topic(text: &str) -> Result<(String, String), String> {
 }
 
 /// Feeds every frame to the builder, until somebody interrupts. A frame that cannot be loaded or is refused
-/// costs a warning, no more.
+/// costs a warning, no more. Gives also how long the detector took, if there is one.
 fn insert_all(
     builder: &mut MapBuilder,
     source: &mut FrameSource,
+    mut detector: Option<&mut (dyn FrameDetector + 'static)>,
     world_from_session: &Pose,
-) -> Vec<FrameReport> {
-    let interrupted = interruption();
+) -> (Vec<FrameReport>, Option<Milliseconds>) {
+    let interrupted = interruption("maps");
     let bar = progress_bar(source.len(), "mapping");
-    let warn = |text: String| bar.suspend(|| eprintln_warning(&text));
+    let warn = |text: String| bar.suspend(|| print_warning(&text));
     source.faults().into_iter().for_each(&warn);
-    let mut reports = Vec::new();
+    let (mut reports, mut detection_ms) = (Vec::new(), Vec::new());
     for index in 0..source.len() {
         if interrupted.load(Ordering::Relaxed) {
             warn(format!("interrupted after {index} of {} frames", source.len()));
             break;
         }
-        match source.load(index) {
+        match load(source, detector.as_deref_mut(), index, &mut detection_ms) {
             Ok(next) => {
                 let pose = *world_from_session * next.world_from_camera;
                 match builder.insert(&next.frame, next.detections.as_deref(), &pose) {
@@ -250,22 +278,23 @@ fn insert_all(
         bar.inc(1);
     }
     bar.finish();
-    reports
+    (reports, detector.map(|_| Milliseconds::of(detection_ms)))
 }
 
-/// Becomes true when somebody interrupts the program (Ctrl-C). The second time ends it at once.
-fn interruption() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    let handler = move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    };
-    if let Err(error) = ctrlc::set_handler(handler) {
-        eprintln_warning(&format!("an interruption will lose the maps: {error}"));
+/// A frame; what a detector finds in it takes the place of the recording's own detections.
+fn load(
+    source: &mut FrameSource,
+    detector: Option<&mut (dyn FrameDetector + 'static)>,
+    index: usize,
+    detection_ms: &mut Vec<f64>,
+) -> Result<SourceFrame, AnyError> {
+    let mut next = source.load(index)?;
+    if let Some(detector) = detector {
+        let (found, cost) = timed(|| source.detect(index, &next.frame, detector));
+        next.detections = found?;
+        detection_ms.push(cost.wall_ms);
     }
-    interrupted
+    Ok(next)
 }
 
 /// Lets the maps follow the poses of a back end; frames that it says nothing of move with their neighbours.
@@ -323,11 +352,6 @@ fn mapped_trajectory(
     }
     let stamped = |(timestamp, world_from_camera)| StampedPose { timestamp, world_from_camera };
     Ok(Trajectory::new(poses.into_iter().map(stamped).collect())?)
-}
-
-#[allow(clippy::print_stderr, reason = "warnings of a program for the terminal")]
-fn eprintln_warning(text: &str) {
-    eprintln!("warning: {text}");
 }
 
 fn print_summary(report: &RunReport, arguments: &Arguments) {

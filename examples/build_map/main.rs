@@ -1,0 +1,11 @@
+//! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a
+//! report.
+//!
+//! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]
+//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
+
+use dymlm_examples::{AnyError, build_map};
+
+fn main() -> Result<(), AnyError> {
+    build_map(None)
+}

@@ -1,0 +1,23 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Becomes true when somebody interrupts the program (Ctrl-C). The second time ends it at once. `what` is lost then.
+pub fn interruption(what: &str) -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    };
+    if let Err(error) = ctrlc::set_handler(handler) {
+        print_warning(&format!("an interruption will lose the {what}: {error}"));
+    }
+    interrupted
+}
+
+/// Prints a warning on standard error.
+#[allow(clippy::print_stderr, reason = "warnings of a program for the terminal")]
+pub fn print_warning(text: &str) {
+    eprintln!("warning: {text}");
+}
