@@ -2,7 +2,7 @@
 //! report.
 //!
 //! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]
-//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
+//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--report] [--out DIR]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -18,7 +18,7 @@ use dymlm::{
     FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
 };
 use dymlm_examples::{
-    AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
+    AnyError, CorrectionCost, FrameSource, ReportPage, Run, RunRecorder, RunReport, cloud_pictures, every, mean_up, named_sequence,
     objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
     progress_bar, read_pose, timed, up_of_planes,
 };
@@ -81,6 +81,9 @@ struct Arguments {
     /// Take every N-th frame
     #[arg(long, default_value_t = 1)]
     every: usize,
+    /// Writes report.html too: the maps in 3D and the run's times and memory, on one page
+    #[arg(long)]
+    report: bool,
     /// Folder for the results
     #[arg(long, default_value = "out/map")]
     out: PathBuf,
@@ -96,7 +99,8 @@ fn main() -> Result<(), AnyError> {
     let autosave = Autosave::start(builder.reader(), saver, interval)?;
 
     let world_from_session = arguments.world_from_session.unwrap_or_default();
-    let reports = insert_all(&mut builder, &mut source, &world_from_session);
+    let mut recorder = arguments.report.then(|| RunRecorder::start(&mut builder, source.len()));
+    let reports = insert_all(&mut builder, &mut source, &world_from_session, recorder.as_mut());
     if reports.is_empty() {
         return Err("no frame could be mapped".into());
     }
@@ -124,7 +128,22 @@ fn main() -> Result<(), AnyError> {
     }
 
     let trajectory = mapped_trajectory(&builder, &source, first, &world_from_session)?;
+    let page = recorder.map(|recorder| {
+        ReportPage::of(&Run {
+            title: &title(&arguments),
+            map: builder.map(),
+            recorder: &recorder,
+            frames: &reports,
+            report: &report,
+            trajectory: &trajectory,
+            up,
+        })
+    });
+    let page = page.transpose()?;
     autosave.finish()?.save_with(builder.map(), |folder| {
+        if let Some(page) = &page {
+            folder.file("report.html", |out| page.write(out))?;
+        }
         for picture in &pictures {
             folder.file(picture.name, |out| picture.encode_png(out))?;
         }
@@ -137,6 +156,13 @@ fn main() -> Result<(), AnyError> {
 
     print_summary(&report, &arguments);
     Ok(())
+}
+
+/// What the run maps, in a word.
+fn title(arguments: &Arguments) -> String {
+    let name = arguments.dataset.as_ref().and_then(|dataset| dataset.file_stem());
+    let name = name.map(|name| name.to_string_lossy().into_owned());
+    name.or_else(|| arguments.sequence.clone()).unwrap_or_else(|| "synthetic sequence".to_owned())
 }
 
 /// A builder of new maps, or of those that are resumed, and who saves them.
@@ -225,6 +251,7 @@ fn insert_all(
     builder: &mut MapBuilder,
     source: &mut FrameSource,
     world_from_session: &Pose,
+    mut recorder: Option<&mut RunRecorder>,
 ) -> Vec<FrameReport> {
     let interrupted = interruption();
     let bar = progress_bar(source.len(), "mapping");
@@ -240,7 +267,12 @@ fn insert_all(
             Ok(next) => {
                 let pose = *world_from_session * next.world_from_camera;
                 match builder.insert(&next.frame, next.detections.as_deref(), &pose) {
-                    Ok(report) => reports.push(report),
+                    Ok(report) => {
+                        if let Some(recorder) = &mut recorder {
+                            recorder.record(&report, next.frame.camera(), &pose, builder);
+                        }
+                        reports.push(report);
+                    }
                     Err(error) => warn(format!("frame {index} skipped: {error}")),
                 }
                 source.recycle(next);

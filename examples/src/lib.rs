@@ -8,6 +8,7 @@ mod people_masks;
 mod pictures;
 mod pose_argument;
 mod progress;
+mod report_page;
 mod run_report;
 mod statistics;
 
@@ -22,6 +23,7 @@ pub use pictures::{
 };
 pub use pose_argument::read_pose;
 pub use progress::progress_bar;
+pub use report_page::{ReportPage, Run, RunRecorder};
 pub use run_report::{CorrectionCost, RunReport, insertion_time, peak_memory_bytes, step_time, timed};
 pub use statistics::{Milliseconds, mean_up, up_of_planes};
 

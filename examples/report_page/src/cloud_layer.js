@@ -1,0 +1,32 @@
+// The dense cloud, and in the same way the traces that were removed from it: points.
+
+import * as THREE from "three";
+import { readPlaces } from "./sections.js";
+
+const REMOVED_COLOR = 0xd11a2a;
+
+/** The static cloud in its colours; grey where it has none. */
+export async function cloudLayer(layer) {
+    const { positions, channels } = await readPlaces(layer);
+    const geometry = pointsGeometry(positions);
+    const material = new THREE.PointsMaterial({ size: layer.point_size, color: 0x777777 });
+    if (layer.channels === 3) {
+        geometry.setAttribute("color", new THREE.BufferAttribute(channels, 3, true));
+        material.vertexColors = true;
+        material.color.set(0xffffff);
+    }
+    return new THREE.Points(geometry, material);
+}
+
+/** What movers have left in the cloud, and the evidence has taken out. */
+export async function removedLayer(layer) {
+    const { positions } = await readPlaces(layer);
+    const material = new THREE.PointsMaterial({ size: layer.point_size, color: REMOVED_COLOR });
+    return new THREE.Points(pointsGeometry(positions), material);
+}
+
+function pointsGeometry(positions) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+    return geometry;
+}
