@@ -11,7 +11,7 @@ export function addHeightCut({ slider, output }, viewer, { lowest, highest, star
     const apply = () => {
         const isWhole = Number(slider.value) >= Number(slider.max) - 0.005;
         viewer.cutAbove(isWhole ? Infinity : Number(slider.value));
-        output.textContent = isWhole ? "nothing is hidden" : `${metres(Number(slider.value) - floor)} above the floor`;
+        output.textContent = isWhole ? "nothing" : metres(Number(slider.value) - floor);
     };
     slider.addEventListener("input", apply);
     apply();

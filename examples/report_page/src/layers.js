@@ -14,11 +14,11 @@ function layersOf(data) {
     return [
         {
             name: "cloud", title: "Cloud", shown: true, count: cloud.count,
-            note: thinned(cloud), make: () => cloudLayer(cloud),
+            note: thinned(cloud), make: () => cloudLayer(cloud, planes, data.up),
         },
         {
             name: "octree", title: "Octree", shown: false, count: octree.count,
-            note: "occupied cells that are not inside others, coloured by height", make: () => octreeLayer(octree, data.up),
+            note: "occupied cells that can be seen, coloured by height", make: () => octreeLayer(octree, planes, data.up),
         },
         {
             name: "planes", title: "Planes", shown: true, count: planes.length,
@@ -26,7 +26,7 @@ function layersOf(data) {
         },
         {
             name: "objects", title: "Objects", shown: true, count: objects.length,
-            note: "boxes and ellipsoids", make: () => objectLayer(objects, data.up),
+            make: () => objectLayer(objects, data.up),
         },
         {
             name: "gone", title: "Objects that are gone", shown: false, count: gone.length,
@@ -34,7 +34,7 @@ function layersOf(data) {
         },
         {
             name: "trajectory", title: "Camera", shown: true, count: trajectory.positions.length,
-            note: "the way of the camera", make: () => trajectoryLayer(trajectory),
+            make: () => trajectoryLayer(trajectory),
         },
         {
             name: "movers", title: "Movers", shown: false, count: movers.length,
@@ -49,12 +49,12 @@ function layersOf(data) {
 }
 
 function thinned({ of, count: shown }) {
-    return of > shown ? `points: the page holds some of ${count(of)}` : "points of what stands still";
+    return of > shown ? `some of ${count(of)} points` : undefined;
 }
 
 function removedNote({ of, count: shown }) {
-    const note = "voxels that the evidence has found to be left by movers, or flying pixels";
-    return of > shown ? `${note}: some of ${count(of)}` : note;
+    const note = "what movers and flying pixels have left in the cloud";
+    return of > shown ? `${note}, some of ${count(of)} voxels` : note;
 }
 
 /** The checkboxes. A layer is unpacked when it is first shown. Gives {name: {show(isShown), object}}. */
@@ -69,7 +69,7 @@ export function addLayers(list, viewer, data) {
             box,
             element("span", { class: "toggle-title", text: layer.title }),
             element("span", { class: "toggle-count", text: count(layer.count) }),
-            element("span", { class: "toggle-note", text: layer.note }),
+            ...(layer.note ? [element("span", { class: "toggle-note", text: layer.note })] : []),
         ]);
         control.show = async (isShown) => {
             box.checked = isShown;

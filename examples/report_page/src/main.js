@@ -4,6 +4,7 @@ import { showDetails } from "./details_panel.js";
 import { extentOf } from "./extent.js";
 import { addHeightCut } from "./height_cut.js";
 import { addLayers } from "./layers.js";
+import { hideOuterSides } from "./outer_sides.js";
 import { pickOnClick, toWindow } from "./picking.js";
 import { addPlots } from "./run_plots.js";
 import { readData } from "./sections.js";
@@ -39,6 +40,10 @@ async function showMaps(data) {
     });
     viewer.resize();
     viewer.show("oblique");
+    part("see-inside").addEventListener("change", (event) => {
+        hideOuterSides(event.target.checked);
+        viewer.draw();
+    });
     for (const button of document.querySelectorAll("[data-view]")) {
         button.addEventListener("click", () => viewer.show(button.dataset.view));
     }
@@ -51,13 +56,12 @@ function boundsOf(viewer, layers, data) {
 }
 
 /** What a test of the page asks: when it is drawn, and where things are in the window. */
-function offerToTests({ viewer, things }) {
+function offerToTests({ viewer, things }, data) {
     const hook = {
+        data,
         drawn: 0,
-        whereIs: async (thing) => {
-            await things.layers[{ plane: "planes", object: "objects", gone: "gone" }[thing.kind]].show(true);
-            return toWindow(viewer, things.anchorOf(thing));
-        },
+        positionsOf: (layer) => things.layers[layer].object.geometry.getAttribute("position").array,
+        whereIs: (thing) => toWindow(viewer, things.anchorOf(thing)),
     };
     viewer.afterDraw.push(() => { hook.drawn += 1; });
     window.dymlmReport = hook;
@@ -69,7 +73,7 @@ async function run() {
     addPlots({ stages: part("stage-plot"), memory: part("memory-plot") }, data);
     addSummary({ counts: part("counts"), times: part("times"), settings: part("settings") }, data);
     try {
-        offerToTests(await showMaps(data));
+        offerToTests(await showMaps(data), data);
     } catch (error) {
         // Without WebGL plots and tables are still of use.
         part("fault").hidden = false;

@@ -2,13 +2,14 @@
 
 import * as THREE from "three";
 import { rainbow } from "./colors.js";
+import { hideOuterSide, inwardDirections } from "./outer_sides.js";
 import { readPlaces } from "./sections.js";
 
 /** Cubes are drawn a little smaller than they are, so that their edges can be made out. */
 const SHARE_OF_SIDE = 0.94;
 
 /** `up` is the world's; `layer.channels` is one: how often the side of the smallest cell is doubled. */
-export async function octreeLayer(layer, up) {
+export async function octreeLayer(layer, planes, up) {
     const { positions: corners, channels: levels } = await readPlaces(layer);
     const material = new THREE.MeshLambertMaterial();
     const mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(), material, layer.count);
@@ -25,6 +26,9 @@ export async function octreeLayer(layer, up) {
         mesh.setMatrixAt(index, matrix);
     }
     colorByHeight(mesh, heights);
+    const inward = inwardDirections(centers, planes, up);
+    mesh.geometry.setAttribute("inward", new THREE.InstancedBufferAttribute(inward, 4, true));
+    hideOuterSide(material);
     // Never culled as a whole: what it is culled by would have to be found from all cubes.
     mesh.frustumCulled = false;
     return mesh;

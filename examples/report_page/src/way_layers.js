@@ -5,7 +5,7 @@ import { SERIES } from "./colors.js";
 import { segments, wayPairs } from "./lines.js";
 
 const COLOR = 0x1f4e79;
-const PYRAMIDS = 24;
+const PYRAMIDS = 12;
 /** Corners of what the camera sees at this distance, metres: x right, y down, z forward. */
 const CORNERS = [[-0.06, -0.045, 0.09], [0.06, -0.045, 0.09], [0.06, 0.045, 0.09], [-0.06, 0.045, 0.09]];
 
