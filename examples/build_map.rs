@@ -18,9 +18,9 @@ use dymlm::{
     FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
 };
 use dymlm_examples::{
-    AnyError, CorrectionCost, FrameSource, ReportPage, Run, RunRecorder, RunReport, cloud_pictures, every, mean_up, named_sequence,
-    objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
-    progress_bar, read_pose, timed, up_of_planes,
+    AnyError, CorrectionCost, FrameSource, ReportPage, Run, RunRecorder, RunReport, cloud_pictures, every,
+    mean_up, named_sequence, objects_from_above, objects_from_camera, octree_pictures, plane_pictures,
+    planes_from_camera, progress_bar, read_pose, timed, up_of_planes,
 };
 use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions};
 use dymlm_sim::SequenceConfig;

@@ -104,7 +104,10 @@ fn a_chair_that_was_pushed_away_is_told_of() {
         .flat_map(|object| object["events"].as_array().unwrap())
         .find(|event| event["kind"] == "moved")
         .unwrap_or_else(|| panic!("{objects:?}"));
-    assert!(distance(place(&moved["from"]), before) < 0.4 && distance(place(&moved["to"]), after) < 0.4, "{moved}");
+    assert!(
+        distance(place(&moved["from"]), before) < 0.4 && distance(place(&moved["to"]), after) < 0.4,
+        "{moved}"
+    );
 }
 
 #[test]

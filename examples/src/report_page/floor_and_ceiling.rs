@@ -26,11 +26,16 @@ pub(super) struct FloorAndCeiling {
 impl FloorAndCeiling {
     /// By the planes of a map, and by the cloud where no plane is the floor.
     pub(super) fn find(planes: &PlaneMap, cloud: &PointCloud, up: [f64; 3]) -> Self {
-        let large: Vec<(&MapPlane, f64)> =
-            planes.iter().map(|plane| (plane, plane.area())).filter(|(_, area)| *area >= LEAST_AREA).collect();
+        let large: Vec<(&MapPlane, f64)> = planes
+            .iter()
+            .map(|plane| (plane, plane.area()))
+            .filter(|(_, area)| *area >= LEAST_AREA)
+            .collect();
         let rise = |plane: &MapPlane| dot(plane.plane().normal(), up);
         let heights = |sign: f64| {
-            let facing = large.iter().filter(move |(plane, _)| sign * rise(plane) > 1.0 - LEVEL_SINE * LEVEL_SINE / 2.0);
+            let facing = large
+                .iter()
+                .filter(move |(plane, _)| sign * rise(plane) > 1.0 - LEVEL_SINE * LEVEL_SINE / 2.0);
             facing.map(|(plane, _)| dot(plane.centroid(), up))
         };
         let floor = heights(1.0).min_by(f64::total_cmp).unwrap_or_else(|| lowest(cloud, up));
@@ -49,7 +54,8 @@ impl FloorAndCeiling {
 /// The height that one point in a hundred lies below.
 fn lowest(cloud: &PointCloud, up: [f64; 3]) -> f64 {
     let height = |point: &[f32; 3]| dot(point.map(f64::from), up);
-    let mut heights: Vec<f64> = cloud.points().iter().map(height).filter(|height| height.is_finite()).collect();
+    let mut heights: Vec<f64> =
+        cloud.points().iter().map(height).filter(|height| height.is_finite()).collect();
     heights.sort_unstable_by(f64::total_cmp);
     heights.get(heights.len() / 100).copied().unwrap_or(0.0)
 }

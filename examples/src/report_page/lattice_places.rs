@@ -37,7 +37,9 @@ impl LatticePlaces {
         }
         let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
         let step = (extent / MOST_STEPS).max(FINEST_STEP);
-        let key = |point: &Point| [0, 1, 2].map(|axis| ((f64::from(point[axis]) - low[axis]) / step).round() as u16);
+        let key = |point: &Point| {
+            [0, 1, 2].map(|axis| ((f64::from(point[axis]) - low[axis]) / step).round() as u16)
+        };
         let keys = points.iter().filter(|point| finite(point)).map(key).collect();
         let channels = colors.map_or_else(Vec::new, |colors| {
             let kept = || points.iter().zip(colors).filter(|(point, _)| finite(point));
@@ -63,7 +65,11 @@ mod tests {
         for (point, &key) in points.iter().zip(&places.keys) {
             for (read, written) in point.iter().zip(place(&places, key)) {
                 let error = (f64::from(*read) - written).abs();
-                assert!(error <= 0.5 * places.step * (1.0 + 1e-9), "{read} became {written}, step {}", places.step);
+                assert!(
+                    error <= 0.5 * places.step * (1.0 + 1e-9),
+                    "{read} became {written}, step {}",
+                    places.step
+                );
             }
         }
     }

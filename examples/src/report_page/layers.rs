@@ -165,7 +165,8 @@ mod tests {
     /// The lowest corner of the cells and their sides, as the page places them.
     fn cubes(layer: &Layer) -> Vec<([f64; 3], f64)> {
         let (keys, channels) = unpacked(&layer.packed, layer.count, 1);
-        let corner = |key: &[u16; 3]| [0, 1, 2].map(|axis| layer.origin[axis] + f64::from(key[axis]) * layer.step);
+        let corner =
+            |key: &[u16; 3]| [0, 1, 2].map(|axis| layer.origin[axis] + f64::from(key[axis]) * layer.step);
         keys.iter()
             .zip(&channels[0])
             .map(|(key, &level)| (corner(key), layer.step * f64::from(1_u32 << level)))

@@ -28,7 +28,10 @@ impl ReportPage {
     pub fn of(run: &Run<'_>) -> Result<Self, AnyError> {
         let data = PageData::of(run);
         let sections = [&data.cloud, &data.octree, &data.removed].map(|layer| {
-            format!("<script type=\"text/plain\" id=\"section-{}\">{}</script>\n", layer.section, layer.packed)
+            format!(
+                "<script type=\"text/plain\" id=\"section-{}\">{}</script>\n",
+                layer.section, layer.packed
+            )
         });
         Ok(Self {
             title: escaped(run.title),
@@ -61,5 +64,9 @@ fn subtitle(run: &Run<'_>) -> String {
         [first, .., last] => last.timestamp - first.timestamp,
         _ => 0.0,
     };
-    format!("maps of the static world from {} frames in {seconds:.1} s, {} of them key frames", run.frames.len(), run.report.key_frames)
+    format!(
+        "maps of the static world from {} frames in {seconds:.1} s, {} of them key frames",
+        run.frames.len(),
+        run.report.key_frames
+    )
 }

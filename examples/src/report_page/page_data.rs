@@ -3,13 +3,13 @@ use dymlm::{FrameReport, MultiLevelMap, Selection};
 use dymlm_io::Trajectory;
 use serde::Serialize;
 
+use super::RunRecorder;
 use super::floor_and_ceiling::FloorAndCeiling;
 use super::layers::{Layer, cloud_layer, octree_layer, removed_layer};
 use super::run_recorder::MoverWay;
 use super::run_series::{MemorySeries, StageSeries};
 use super::thing_history::ThingHistory;
 use super::things::{PageObject, PagePlane, millimetres, page_object, page_planes};
-use super::RunRecorder;
 use crate::RunReport;
 
 /// Poses of the camera on the page, at most.
@@ -113,12 +113,12 @@ fn history_of(run: &Run<'_>) -> ThingHistory {
 
 fn objects_with_history(map: &MultiLevelMap, history: &ThingHistory) -> Vec<PageObject> {
     let objects = map.objects().objects();
-    objects.map(|object| PageObject { events: history.of_object(object.id()), ..page_object(object) }).collect()
+    objects.map(|object| page_object(object).with_events(history.of_object(object.id()))).collect()
 }
 
 fn gone(recorder: &RunRecorder, history: &ThingHistory) -> Vec<PageObject> {
     let gone = recorder.gone();
-    gone.map(|(id, object)| PageObject { events: history.of_object(id), ..object.clone() }).collect()
+    gone.map(|(id, object)| object.clone().with_events(history.of_object(id))).collect()
 }
 
 impl Way {

@@ -62,7 +62,10 @@ pub(super) mod tests {
         let channels = (0..channels).map(|channel| {
             let mut sum = 0_u8;
             let values = &bytes[(6 + channel) * count..][..count];
-            values.iter().map(|&value| std::mem::replace(&mut sum, sum.wrapping_add(value)).wrapping_add(value)).collect()
+            values
+                .iter()
+                .map(|&value| std::mem::replace(&mut sum, sum.wrapping_add(value)).wrapping_add(value))
+                .collect()
         });
         (keys, channels.collect())
     }

@@ -108,7 +108,8 @@ impl ThingHistory {
     /// Several states of before may tell of one change.
     fn add_once(&mut self, id: ObjectId, time: f64, what: What) {
         let events = self.objects.entry(id).or_default();
-        let is_known = events.iter().any(|event| std::mem::discriminant(&event.what) == std::mem::discriminant(&what));
+        let is_known =
+            events.iter().any(|event| std::mem::discriminant(&event.what) == std::mem::discriminant(&what));
         if !is_known {
             events.push(Event { time, what });
             events.sort_by(|a, b| a.time.total_cmp(&b.time));

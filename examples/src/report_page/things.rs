@@ -40,7 +40,7 @@ struct PagePolygon {
 /// An object as the page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct PageObject {
-    pub(super) id: u64,
+    id: u64,
     color: Rgb,
     label: String,
     /// What it was taken for, and the share of the evidence, the greatest first.
@@ -59,7 +59,7 @@ pub(super) struct PageObject {
     last_seen: f64,
     /// The plane that it stands on.
     support: Option<u64>,
-    pub(super) events: Vec<Event>,
+    events: Vec<Event>,
 }
 
 /// The confirmed planes, the largest first.
@@ -127,6 +127,13 @@ pub(super) fn page_object(object: &MapObject) -> PageObject {
         last_seen: object.last_seen(),
         support: object.support().and_then(|support| support.id).map(|id| id.get()),
         events: Vec::new(),
+    }
+}
+
+impl PageObject {
+    /// The same with what has happened to it.
+    pub(super) fn with_events(self, events: Vec<Event>) -> Self {
+        Self { events, ..self }
     }
 }
 
