@@ -4,10 +4,19 @@ import { css } from "./colors.js";
 import { element } from "./elements.js";
 import { count, metres, percent, seconds, size, vector, words } from "./format.js";
 
+/** Labels that less of the evidence speaks for, or that come after so many others, are left out. */
+const LEAST_SHARE = 0.02;
+const MOST_LABELS = 4;
+
 /** Fills the panel with a thing {kind, id}, or with how to choose one. `choose` chooses another. */
 export function showDetails(panel, data, thing, choose) {
     const content = thing ? detailsOf(data, thing, choose) : [hint()];
     panel.replaceChildren(...content);
+    if (thing) {
+        // Where the column beside the maps is longer than they are.
+        const column = panel.closest("aside");
+        column.scrollTop = Math.max(column.scrollTop, panel.offsetTop + panel.offsetHeight - column.clientHeight + 8);
+    }
 }
 
 /** The record of a thing. */
@@ -76,9 +85,11 @@ function objectRows(data, object, choose) {
     return rows;
 }
 
+/** The label, and what else it was taken for, where that is worth a word. */
 function labels(object) {
-    const others = object.labels.map(([label, share]) => `${label} ${percent(share)}`);
-    return others.length > 1 ? `${object.label} (${others.join(", ")})` : object.label;
+    const likely = object.labels.filter(([, share]) => share >= LEAST_SHARE).slice(0, MOST_LABELS);
+    const shares = likely.map(([label, share]) => `${label} ${percent(share)}`);
+    return shares.length > 1 ? `${object.label} (${shares.join(", ")})` : object.label;
 }
 
 /** What a plane may be, by its normal. */

@@ -3,7 +3,7 @@
 import * as THREE from "three";
 
 /** Height of a label as a share of the view's height. */
-const HEIGHT = 0.028;
+const HEIGHT = 0.026;
 const FONT_SIZE = 44;
 
 export function labelSprite(text, cssColor) {

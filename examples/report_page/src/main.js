@@ -1,8 +1,9 @@
 // The page of a run: four maps to look at, what is in them, and what building them took.
 
 import { showDetails } from "./details_panel.js";
-import { extentOf } from "./extent.js";
+import { boundsOf, lookedAlong, somePlaces } from "./extent.js";
 import { addHeightCut } from "./height_cut.js";
+import { keepLabelsApart } from "./label_places.js";
 import { addLayers } from "./layers.js";
 import { hideOuterSides } from "./outer_sides.js";
 import { pickOnClick, toWindow } from "./picking.js";
@@ -30,8 +31,10 @@ async function showMaps(data) {
     pickOnClick(viewer, layers, things);
 
     await Promise.all(Object.values(layers).filter((layer) => layer.isShown()).map((layer) => layer.show(true)));
-    const bounds = boundsOf(viewer, layers, data);
-    viewer.setBounds(bounds);
+    const places = somePlaces(shownPositions(layers, data), viewer.world);
+    const bounds = boundsOf(places);
+    viewer.setScene(places, bounds, lookedAlong(data.trajectory.rotations, viewer.world));
+    keepLabelsApart(viewer, layers, things);
     addHeightCut({ slider: part("cut"), output: part("cut-height") }, viewer, {
         lowest: bounds.min.y,
         highest: bounds.max.y,
@@ -50,9 +53,9 @@ async function showMaps(data) {
     return { viewer, things };
 }
 
-function boundsOf(viewer, layers, data) {
-    const positions = layers.cloud.object?.geometry.getAttribute("position").array ?? data.trajectory.positions.flat();
-    return extentOf(positions, viewer.world);
+/** The cloud, or where it is empty the way of the camera. */
+function shownPositions(layers, data) {
+    return layers.cloud.object?.geometry.getAttribute("position").array ?? data.trajectory.positions.flat();
 }
 
 /** What a test of the page asks: when it is drawn, and where things are in the window. */

@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { ringPairs, segments } from "./lines.js";
 
-const OPACITY = 0.4;
+const OPACITY = 0.32;
 const SELECTED_OPACITY = 0.75;
 
 export function planeLayer(planes) {

@@ -7,9 +7,12 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 THREE.ColorManagement.enabled = false;
 
 const BACKGROUND = 0xf4f6f8;
-/** From where a room is seen at first: from above a corner. */
-const OBLIQUE = new THREE.Vector3(0.55, 0.75, 0.8).normalize();
-const DIRECTIONS = { oblique: OBLIQUE, above: new THREE.Vector3(0, 1, 1e-4), side: new THREE.Vector3(0, 0.12, 1) };
+/** How far the eye is above the horizon in each view, radians. */
+const ELEVATION = { oblique: 0.7, above: Math.PI / 2 - 1e-3, side: 0.1 };
+/** Seen from a little beside the way that the camera looked, edges of walls do not lie on each other. */
+const BESIDE = 0.4;
+/** Share of the places that may be off the picture: strays. */
+const OFF_PICTURE = 0.006;
 
 export class Viewer {
     /** Throws when the browser has no WebGL. */
@@ -27,6 +30,7 @@ export class Viewer {
         this.controls.listenToKeyEvents(canvas);
         this.controls.addEventListener("change", () => this.draw());
         this.isDue = false;
+        this.beforeDraw = [];
         this.afterDraw = [];
         new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     }
@@ -41,9 +45,10 @@ export class Viewer {
         this.world.updateMatrixWorld(true);
     }
 
-    /** What the views fit in: a box of the turned world. */
-    setBounds(bounds) {
-        this.bounds = bounds;
+    /** What is to be seen: places of the turned world, and the level direction in which the camera mostly looked. */
+    setScene(places, bounds, lookedAlong) {
+        Object.assign(this, { places, bounds });
+        this.azimuth = lookedAlong.lengthSq() > 0 ? Math.atan2(-lookedAlong.x, -lookedAlong.z) + BESIDE : BESIDE;
         const far = bounds.getSize(new THREE.Vector3()).length();
         this.camera.near = Math.max(0.01, far / 2000);
         this.camera.far = 20 * far;
@@ -51,33 +56,41 @@ export class Viewer {
         this.controls.minDistance = 0.05;
     }
 
-    /** Shows all of it from one of the DIRECTIONS. */
+    /** Shows all of it: "oblique", from "above" or from the "side". */
     show(direction) {
-        const center = this.bounds.getCenter(new THREE.Vector3());
-        const toEye = DIRECTIONS[direction].clone().normalize();
-        this.camera.position.copy(center).addScaledVector(toEye, this.fittingDistance(center, toEye));
-        this.controls.target.copy(center);
+        const azimuth = direction === "oblique" ? this.azimuth : this.azimuth - BESIDE;
+        const toEye = new THREE.Vector3().setFromSphericalCoords(1, Math.PI / 2 - ELEVATION[direction], azimuth);
+        this.controls.target.copy(this.bounds.getCenter(new THREE.Vector3()));
+        // The nearer a part, the larger: the second time it is known what is in the middle of the picture.
+        for (let round = 0; round < 3; round += 1) {
+            this.fit(toEye);
+        }
         this.camera.updateProjectionMatrix();
         this.controls.update();
         this.draw();
     }
 
-    /** The least distance from which no corner of the bounds is off the picture. */
-    fittingDistance(center, toEye) {
-        this.camera.position.copy(center).add(toEye);
-        this.camera.lookAt(center);
-        const toCamera = this.camera.quaternion.clone().invert();
-        const tangent = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
-        const { min, max } = this.bounds;
-        let distance = 0;
-        for (let corner = 0; corner < 8; corner += 1) {
-            const place = new THREE.Vector3(
-                corner & 1 ? max.x : min.x, corner & 2 ? max.y : min.y, corner & 4 ? max.z : min.z,
-            ).sub(center).applyQuaternion(toCamera);
-            const across = Math.max(Math.abs(place.x) / this.camera.aspect, Math.abs(place.y)) / tangent;
-            distance = Math.max(distance, across + place.z);
-        }
-        return 1.04 * Math.max(distance, 0.5);
+    /** Goes as near as nearly all places allow, and brings them into the middle of the picture. */
+    fit(toEye) {
+        const { camera, controls: { target } } = this;
+        camera.position.copy(target).add(toEye);
+        camera.lookAt(target);
+        camera.updateMatrixWorld();
+        const [right, up] = [new THREE.Vector3(), new THREE.Vector3()];
+        camera.matrixWorld.extractBasis(right, up, new THREE.Vector3());
+        const tangent = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2));
+        const seen = this.places.map((place) => {
+            const off = place.clone().sub(target);
+            return [off.dot(right), off.dot(up), off.dot(toEye)];
+        });
+        const needed = seen.map(([x, y, z]) => Math.max(Math.abs(x) / camera.aspect, Math.abs(y)) / tangent + z);
+        const distance = 1.1 * Math.max(0.5, quantile(needed, 1 - OFF_PICTURE));
+        const middle = (axis) => {
+            const shares = seen.map((place) => place[axis] / Math.max(distance - place[2], 0.01));
+            return (distance * (quantile(shares, OFF_PICTURE / 2) + quantile(shares, 1 - OFF_PICTURE / 2))) / 2;
+        };
+        target.addScaledVector(right, middle(0)).addScaledVector(up, middle(1));
+        camera.position.copy(target).addScaledVector(toEye, distance);
     }
 
     /** Turns to look at a place of the turned world, from where the camera is. */
@@ -106,6 +119,7 @@ export class Viewer {
             this.isDue = true;
             requestAnimationFrame(() => {
                 this.isDue = false;
+                this.beforeDraw.forEach((listener) => listener());
                 this.renderer.render(this.scene, this.camera);
                 this.afterDraw.forEach((listener) => listener());
             });
@@ -122,6 +136,11 @@ export class Viewer {
             this.draw();
         }
     }
+}
+
+function quantile(values, share) {
+    const sorted = values.toSorted((one, other) => one - other);
+    return sorted[Math.min(sorted.length - 1, Math.max(0, Math.round(share * (sorted.length - 1))))] ?? 0;
 }
 
 function lights() {
