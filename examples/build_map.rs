@@ -99,7 +99,7 @@ fn main() -> Result<(), AnyError> {
     let autosave = Autosave::start(builder.reader(), saver, interval)?;
 
     let world_from_session = arguments.world_from_session.unwrap_or_default();
-    let mut recorder = arguments.report.then(|| RunRecorder::start(&mut builder, source.len()));
+    let mut recorder = arguments.report.then(|| RunRecorder::start(&builder, source.len()));
     let reports = insert_all(&mut builder, &mut source, &world_from_session, recorder.as_mut());
     if reports.is_empty() {
         return Err("no frame could be mapped".into());

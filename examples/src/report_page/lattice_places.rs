@@ -90,7 +90,7 @@ mod tests {
     fn degenerate_clouds() {
         let empty = LatticePlaces::of_points(&[], Some(&[]));
         assert_eq!(empty.keys, Vec::<[u16; 3]>::new());
-        assert!(empty.step > 0.0 && empty.origin == [0.0; 3] && empty.channels == vec![Vec::new(); 3]);
+        assert!(empty.step > 0.0 && empty.origin == [0.0; 3] && empty.channels == vec![Vec::<u8>::new(); 3]);
         check(&[[1.5, -2.0, 1e6]]);
         check(&[[7.0, 7.0, 7.0]; 5]);
         check(&[[f32::MIN, 0.0, 0.0], [f32::MAX, 0.0, 0.0]]);

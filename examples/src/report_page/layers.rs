@@ -152,12 +152,13 @@ mod tests {
     use crate::report_page::section::tests::unpacked;
     use dymlm::octree::OctreeConfig;
 
-    fn block(side: usize) -> Octree {
+    /// Occupied cells from one index on along each axis.
+    fn block(first: usize, side: usize) -> Octree {
         let mut octree = Octree::new(OctreeConfig::default()).unwrap();
         let resolution = octree.resolution();
         for cell in 0..side * side * side {
             let place = [cell % side, cell / side % side, cell / side / side];
-            octree.set_log_odds(place.map(|c| (c as f64 + 0.5) * resolution), Some(2.0));
+            octree.set_log_odds(place.map(|c| ((first + c) as f64 + 0.5) * resolution), Some(2.0));
         }
         octree
     }
@@ -175,7 +176,7 @@ mod tests {
 
     #[test]
     fn cells_stand_where_the_octree_has_them() {
-        let octree = block(3);
+        let octree = block(0, 3);
         let layer = octree_layer(&octree);
         let mut shown: Vec<_> = cubes(&layer);
         let mut leaves: Vec<_> = octree
@@ -197,9 +198,15 @@ mod tests {
 
     #[test]
     fn what_is_walled_in_is_left_out() {
-        // Of a block of 6^3 cells the middle cubes of 2^3 are pruned to leaves; one of 27 is inside.
-        let layer = octree_layer(&block(6));
-        assert_eq!((layer.of, layer.count), (27, 26));
+        // From 3 to 8: a leaf of 4^3 cells, with single ones around it.
+        let layer = octree_layer(&block(3, 6));
+        assert_eq!((layer.of, layer.count), (153, 152));
+        // One cell less, and it can be seen.
+        let mut opened = block(3, 6);
+        let resolution = opened.resolution();
+        opened.set_log_odds([5.5, 6.5, 3.5].map(|c| c * resolution), Some(-1.0));
+        let layer = octree_layer(&opened);
+        assert_eq!((layer.of, layer.count), (152, 152));
         assert_eq!(octree_layer(&Octree::new(OctreeConfig::default()).unwrap()).count, 0);
     }
 

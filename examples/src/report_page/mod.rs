@@ -4,6 +4,7 @@
 mod floor_and_ceiling;
 mod lattice_places;
 mod layers;
+mod moved_objects;
 mod page;
 mod page_data;
 mod point_thinning;

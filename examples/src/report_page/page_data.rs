@@ -1,3 +1,4 @@
+use dymlm::core::ObjectId;
 use dymlm::core::vector3::norm;
 use dymlm::{FrameReport, MultiLevelMap, Selection};
 use dymlm_io::Trajectory;
@@ -6,9 +7,10 @@ use serde::Serialize;
 use super::RunRecorder;
 use super::floor_and_ceiling::FloorAndCeiling;
 use super::layers::{Layer, cloud_layer, octree_layer, removed_layer};
+use super::moved_objects::moved_objects;
 use super::run_recorder::MoverWay;
 use super::run_series::{MemorySeries, StageSeries};
-use super::thing_history::ThingHistory;
+use super::thing_history::{Stand, ThingHistory};
 use super::things::{PageObject, PagePlane, millimetres, page_object, page_planes};
 use crate::RunReport;
 
@@ -73,7 +75,7 @@ impl<'a> PageData<'a> {
         let offset = recorder.clock_offset();
         let cloud = map.cloud().point_cloud(Selection::Static);
         let room = FloorAndCeiling::find(map.planes(), &cloud, up);
-        let history = history_of(run);
+        let (objects, gone, history) = objects_and_history(run);
         Self {
             up,
             level: room.level,
@@ -84,8 +86,8 @@ impl<'a> PageData<'a> {
             octree: octree_layer(map.octree()),
             removed: removed_layer(map.cloud()),
             planes: page_planes(map.planes(), &history),
-            objects: objects_with_history(map, &history),
-            gone: if is_corrected(run.report) { Vec::new() } else { gone(recorder, &history) },
+            objects,
+            gone,
             movers: recorder.mover_ways(),
             trajectory: Way::of(run.trajectory),
             frames: StageSeries::of(run.frames),
@@ -95,30 +97,28 @@ impl<'a> PageData<'a> {
     }
 }
 
-/// Whether the maps stand elsewhere than while they were recorded: then what was seen before cannot be laid
-/// beside them.
-fn is_corrected(report: &RunReport) -> bool {
-    report.corrections.is_some() || report.refinement.is_some()
-}
-
-fn history_of(run: &Run<'_>) -> ThingHistory {
-    let mut history = ThingHistory::of_reports(run.frames, run.recorder.clock_offset());
-    if !is_corrected(run.report) {
-        for earlier in run.recorder.states() {
-            history.take_in_changes(&run.map.world_changes_since(earlier));
+/// The objects that are in the maps and those that were, and what has happened to all things.
+fn objects_and_history(run: &Run<'_>) -> (Vec<PageObject>, Vec<PageObject>, ThingHistory) {
+    let Run { map, recorder, .. } = *run;
+    let mut history = ThingHistory::of_reports(run.frames, recorder.clock_offset());
+    let mut objects: Vec<PageObject> =
+        map.objects().objects().map(|object| page_object(object, Vec::new())).collect();
+    let mut gone = Vec::new();
+    // Corrected maps stand elsewhere than while they were recorded: what was seen before cannot be laid beside
+    // them.
+    if run.report.corrections.is_none() && run.report.refinement.is_none() {
+        gone.extend(recorder.gone().cloned());
+        for (from, to) in moved_objects(&gone, &objects) {
+            history.take_in_move(&Stand::from(&gone[from]), &Stand::from(&objects[to]));
+        }
+        if let Some(before) = recorder.before() {
+            history.take_in_changes(&map.world_changes_since(before));
         }
     }
-    history
-}
-
-fn objects_with_history(map: &MultiLevelMap, history: &ThingHistory) -> Vec<PageObject> {
-    let objects = map.objects().objects();
-    objects.map(|object| page_object(object).with_events(history.of_object(object.id()))).collect()
-}
-
-fn gone(recorder: &RunRecorder, history: &ThingHistory) -> Vec<PageObject> {
-    let gone = recorder.gone();
-    gone.map(|(id, object)| object.clone().with_events(history.of_object(id))).collect()
+    for object in objects.iter_mut().chain(&mut gone) {
+        object.events = history.of_object(ObjectId::new(object.id));
+    }
+    (objects, gone, history)
 }
 
 impl Way {

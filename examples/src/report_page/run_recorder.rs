@@ -1,16 +1,13 @@
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 use dymlm::core::{ObjectId, PinholeCamera, Pose};
 use dymlm::dynamics::BoxSource;
-use dymlm::{FrameReport, MapBuilder, MapMemory, MapReader, MapUpdate, MultiLevelMap};
+use dymlm::{FrameReport, MapBuilder, MapMemory, MapUpdate, MultiLevelMap};
 
 use super::things::{PageObject, millimetres, page_object};
 
 /// Samples of the memory in a run, about.
 const SAMPLES: usize = 200;
-/// States of the maps that are kept to be compared with the last one. Each holds what has changed since.
-const MOST_STATES: usize = 4;
 
 /// Watches a run for what its end does not tell any more: the memory over time, objects that were in the maps
 /// and are gone, and where movers went.
@@ -25,11 +22,8 @@ pub struct RunRecorder {
     known: BTreeMap<ObjectId, PageObject>,
     gone: BTreeSet<ObjectId>,
     movers: BTreeMap<u64, MoverWay>,
-    reader: MapReader,
-    /// The maps as they were published last, before the frame that comes.
-    latest: Arc<MultiLevelMap>,
-    /// The maps before this run, and before objects were found to be gone.
-    states: Vec<Arc<MultiLevelMap>>,
+    /// The maps before this run, when it has resumed some.
+    before: Option<MultiLevelMap>,
 }
 
 /// Where a mover was seen: the middle of its box at the depth of its foreground.
@@ -43,9 +37,7 @@ pub(super) struct MoverWay {
 
 impl RunRecorder {
     /// Begins before the first of about this many frames.
-    pub fn start(builder: &mut MapBuilder, frames: usize) -> Self {
-        let reader = builder.reader();
-        let latest = reader.latest();
+    pub fn start(builder: &MapBuilder, frames: usize) -> Self {
         // Maps that are resumed: what has changed since is what this run has found.
         let is_resumed = builder.map().cloud().frames() > 0;
         Self {
@@ -57,9 +49,7 @@ impl RunRecorder {
             known: BTreeMap::new(),
             gone: BTreeSet::new(),
             movers: BTreeMap::new(),
-            reader,
-            states: if is_resumed { vec![Arc::new(builder.map().clone())] } else { Vec::new() },
-            latest,
+            before: is_resumed.then(|| builder.map().clone()),
         }
     }
 
@@ -81,7 +71,6 @@ impl RunRecorder {
             self.learn_clock(report.timestamp, update, builder.map());
             self.watch_objects(update, builder.map());
         }
-        self.latest = self.reader.latest();
     }
 
     /// What makes the times of reports those of the maps: 0 but for maps that were resumed.
@@ -94,8 +83,8 @@ impl RunRecorder {
     }
 
     /// Objects that were in the maps and are not there any more, by ascending ids.
-    pub(super) fn gone(&self) -> impl Iterator<Item = (ObjectId, &PageObject)> {
-        self.gone.iter().filter_map(|id| Some((*id, self.known.get(id)?)))
+    pub(super) fn gone(&self) -> impl Iterator<Item = &PageObject> {
+        self.gone.iter().filter_map(|id| self.known.get(id))
     }
 
     /// Ways of at least two places, by ascending tracks.
@@ -103,9 +92,9 @@ impl RunRecorder {
         self.movers.values().filter(|way| way.positions.len() > 1).collect()
     }
 
-    /// States of the maps from before objects were found to be gone.
-    pub(super) fn states(&self) -> &[Arc<MultiLevelMap>] {
-        &self.states
+    /// The maps before this run, when it has resumed some.
+    pub(super) fn before(&self) -> Option<&MultiLevelMap> {
+        self.before.as_ref()
     }
 
     /// A plane that this frame has seen was seen last at its time.
@@ -118,14 +107,9 @@ impl RunRecorder {
     }
 
     fn watch_objects(&mut self, update: &MapUpdate, map: &MultiLevelMap) {
-        let removed = update.objects.removed.iter().filter(|id| self.known.contains_key(id));
-        let found_gone = self.gone.len();
-        self.gone.extend(removed);
-        if self.gone.len() > found_gone && self.states.len() < MOST_STATES {
-            self.states.push(Arc::clone(&self.latest));
-        }
+        self.gone.extend(update.objects.removed.iter().filter(|id| self.known.contains_key(id)));
         for object in map.objects().objects() {
-            self.known.insert(object.id(), page_object(object));
+            self.known.insert(object.id(), page_object(object, Vec::new()));
         }
     }
 

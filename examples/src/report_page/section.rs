@@ -60,11 +60,12 @@ pub(super) mod tests {
             }
         }
         let channels = (0..channels).map(|channel| {
-            let mut sum = 0_u8;
-            let values = &bytes[(6 + channel) * count..][..count];
+            let values = bytes[(6 + channel) * count..][..count].iter();
             values
-                .iter()
-                .map(|&value| std::mem::replace(&mut sum, sum.wrapping_add(value)).wrapping_add(value))
+                .scan(0_u8, |sum, &value| {
+                    *sum = sum.wrapping_add(value);
+                    Some(*sum)
+                })
                 .collect()
         });
         (keys, channels.collect())

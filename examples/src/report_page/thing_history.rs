@@ -1,10 +1,11 @@
 use std::collections::BTreeMap;
 
+use dymlm::core::vector3::{difference, norm};
 use dymlm::core::{ObjectId, PlaneId};
-use dymlm::{FrameReport, MovedObject, WorldChanges};
+use dymlm::{FoundObject, FrameReport, WorldChanges};
 use serde::Serialize;
 
-use super::things::millimetres;
+use super::things::{PageObject, millimetres};
 
 /// Something that has happened to a plane or an object.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -85,35 +86,37 @@ impl ThingHistory {
         }
     }
 
-    /// Takes in what two states of the maps say of one another.
-    pub(super) fn take_in_changes(&mut self, changes: &WorldChanges) {
-        for moved in &changes.moved {
-            let MovedObject { from, to, .. } = moved;
-            let [start, end] = [from, to].map(|found| millimetres(found.oriented_box.center()));
-            let distance = moved.distance();
-            let name = |id: ObjectId, label: &str| format!("{label} {}", id.get());
-            let other = name(from.id, &from.label);
-            self.add_once(to.id, to.seen[0], What::Moved { other, from: start, to: end, distance });
-            let other = name(to.id, &to.label);
-            self.add_once(from.id, to.seen[0], What::MovedTo { other, to: end, distance });
-        }
-        for found in &changes.appeared {
-            self.add_once(found.id, found.seen[0], What::Appeared);
-        }
-        for found in &changes.vanished {
-            self.add_once(found.id, found.seen[1], What::Vanished);
+    /// Takes in that an object stands elsewhere, as another or the same.
+    pub(super) fn take_in_move(&mut self, from: &Stand<'_>, to: &Stand<'_>) {
+        let [start, end] = [from, to].map(|stand| millimetres(stand.center));
+        let distance = norm(difference(end, start));
+        let time = to.seen[0];
+        let other = from.name();
+        self.add(to.id, Event { time, what: What::Moved { other, from: start, to: end, distance } });
+        if from.id != to.id {
+            let other = to.name();
+            self.add(from.id, Event { time, what: What::MovedTo { other, to: end, distance } });
         }
     }
 
-    /// Several states of before may tell of one change.
-    fn add_once(&mut self, id: ObjectId, time: f64, what: What) {
-        let events = self.objects.entry(id).or_default();
-        let is_known =
-            events.iter().any(|event| std::mem::discriminant(&event.what) == std::mem::discriminant(&what));
-        if !is_known {
-            events.push(Event { time, what });
-            events.sort_by(|a, b| a.time.total_cmp(&b.time));
+    /// Takes in what these maps have found to be otherwise than those that were resumed had it.
+    pub(super) fn take_in_changes(&mut self, changes: &WorldChanges) {
+        for moved in &changes.moved {
+            self.take_in_move(&Stand::of(&moved.from), &Stand::of(&moved.to));
         }
+        for found in &changes.appeared {
+            self.add(found.id, Event { time: found.seen[0], what: What::Appeared });
+        }
+        for found in &changes.vanished {
+            self.add(found.id, Event { time: found.seen[1], what: What::Vanished });
+        }
+    }
+
+    /// Something that belongs before what may be known of later times already.
+    fn add(&mut self, id: ObjectId, event: Event) {
+        let events = self.objects.entry(id).or_default();
+        events.push(event);
+        events.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
 
     pub(super) fn of_plane(&self, id: PlaneId) -> Vec<Event> {
@@ -122,5 +125,31 @@ impl ThingHistory {
 
     pub(super) fn of_object(&self, id: ObjectId) -> Vec<Event> {
         self.objects.get(&id).cloned().unwrap_or_default()
+    }
+}
+
+/// An object at a place.
+pub(super) struct Stand<'a> {
+    id: ObjectId,
+    label: &'a str,
+    center: [f64; 3],
+    /// When it was seen first and last there, seconds.
+    seen: [f64; 2],
+}
+
+impl<'a> Stand<'a> {
+    fn of(found: &'a FoundObject) -> Self {
+        Self { id: found.id, label: &found.label, center: found.oriented_box.center(), seen: found.seen }
+    }
+
+    fn name(&self) -> String {
+        format!("{} {}", self.label, self.id.get())
+    }
+}
+
+impl<'a> From<&'a PageObject> for Stand<'a> {
+    fn from(object: &'a PageObject) -> Self {
+        let seen = [object.first_seen, object.last_seen];
+        Self { id: ObjectId::new(object.id), label: &object.label, center: object.translation, seen }
     }
 }

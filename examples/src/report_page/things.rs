@@ -39,27 +39,28 @@ struct PagePolygon {
 
 /// An object as the page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(Default))]
 pub(super) struct PageObject {
-    id: u64,
-    color: Rgb,
-    label: String,
+    pub(super) id: u64,
+    pub(super) color: Rgb,
+    pub(super) label: String,
     /// What it was taken for, and the share of the evidence, the greatest first.
-    labels: Vec<(String, f64)>,
-    shape: ShapeKind,
+    pub(super) labels: Vec<(String, f64)>,
+    pub(super) shape: &'static str,
     /// World from box: quaternion x y z w.
-    rotation: [f64; 4],
-    translation: [f64; 3],
+    pub(super) rotation: [f64; 4],
+    pub(super) translation: [f64; 3],
     /// Full lengths along its axes, metres.
-    dimensions: [f64; 3],
-    observations: u32,
-    frames_in_view: u32,
-    points: usize,
+    pub(super) dimensions: [f64; 3],
+    pub(super) observations: u32,
+    pub(super) frames_in_view: u32,
+    pub(super) points: usize,
     /// Seconds, the maps' clock.
-    first_seen: f64,
-    last_seen: f64,
+    pub(super) first_seen: f64,
+    pub(super) last_seen: f64,
     /// The plane that it stands on.
-    support: Option<u64>,
-    events: Vec<Event>,
+    pub(super) support: Option<u64>,
+    pub(super) events: Vec<Event>,
 }
 
 /// The confirmed planes, the largest first.
@@ -102,8 +103,8 @@ fn size_of(boundary: &[BoundaryPolygon], normal: [f64; 3]) -> [f64; 2] {
     minimum_area_rectangle(&flat).map_or([0.0; 2], |rectangle| rectangle.lengths)
 }
 
-/// An object with nothing of its history.
-pub(super) fn page_object(object: &MapObject) -> PageObject {
+/// An object with what has happened to it.
+pub(super) fn page_object(object: &MapObject, events: Vec<Event>) -> PageObject {
     let oriented_box = object.oriented_box();
     let mut labels: Vec<(String, f64)> = object
         .evidence()
@@ -116,7 +117,10 @@ pub(super) fn page_object(object: &MapObject) -> PageObject {
         color: id_color(object.id().get()),
         label: object.label().to_owned(),
         labels,
-        shape: object.shape().kind(),
+        shape: match object.shape().kind() {
+            ShapeKind::Cuboid => "cuboid",
+            ShapeKind::Ellipsoid => "ellipsoid",
+        },
         rotation: oriented_box.world_from_box().quaternion(),
         translation: oriented_box.center(),
         dimensions: oriented_box.lengths(),
@@ -126,14 +130,7 @@ pub(super) fn page_object(object: &MapObject) -> PageObject {
         first_seen: object.first_seen(),
         last_seen: object.last_seen(),
         support: object.support().and_then(|support| support.id).map(|id| id.get()),
-        events: Vec::new(),
-    }
-}
-
-impl PageObject {
-    /// The same with what has happened to it.
-    pub(super) fn with_events(self, events: Vec<Event>) -> Self {
-        Self { events, ..self }
+        events,
     }
 }
 
