@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 
@@ -70,7 +71,7 @@ fn a_chair_that_was_pushed_away_is_told_of() {
     (config.room, config.world_from_scene) = (Room::Office, Pose::identity());
     (config.activity, config.people) = (Activity::Walking, 1);
     config.events = vec![SceneEvent::PushedChair];
-    (config.frames, config.frame_rate) = (140, 10.0);
+    (config.frames, config.frame_rate) = (60, 5.0);
     let (page, data) = page_of(&config, "a chair & more");
     check_needs_no_network(&page);
     assert!(page.contains("<title>a chair &amp; more: maps by dymlm</title>"));
@@ -112,7 +113,7 @@ fn a_chair_that_was_pushed_away_is_told_of() {
 
 #[test]
 fn an_empty_map_has_a_page() {
-    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    let builder = MapBuilder::new(MapConfig::default()).unwrap();
     let recorder = RunRecorder::start(&builder, 0);
     let report = RunReport::new(0, &[], &builder);
     let pose = StampedPose { timestamp: 0.0, world_from_camera: Pose::identity() };
@@ -150,7 +151,7 @@ fn the_bundle_is_of_these_sources() {
     let mut names: Vec<String> = fs::read_dir(folder.join("src"))
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .filter(|name| name.ends_with(".js"))
+        .filter(|name| Path::new(name).extension() == Some(OsStr::new("js")))
         .map(|name| format!("src/{name}"))
         .collect();
     names.sort();

@@ -67,22 +67,22 @@ struct MapBytes {
 impl MemorySeries {
     /// Of samples (seconds since the first frame, bytes).
     pub(super) fn of(samples: &[(f64, MapMemory)]) -> Self {
-        let parts: [(&'static str, fn(&MapMemory) -> usize); 6] = [
-            ("cloud", |memory| memory.cloud),
-            ("octree", |memory| memory.octree),
-            ("planes", |memory| memory.planes),
-            ("objects", |memory| memory.objects),
-            ("history", |memory| memory.history),
-            ("snapshots", |memory| memory.snapshots),
-        ];
-        let bytes = |(name, part): (_, fn(&MapMemory) -> usize)| MapBytes {
+        let part = |name, part: fn(&MapMemory) -> usize| MapBytes {
             name,
             bytes: samples.iter().map(|(_, memory)| part(memory)).collect(),
         };
+        let maps = [
+            part("cloud", |memory| memory.cloud),
+            part("octree", |memory| memory.octree),
+            part("planes", |memory| memory.planes),
+            part("objects", |memory| memory.objects),
+            part("history", |memory| memory.history),
+            part("snapshots", |memory| memory.snapshots),
+        ];
         let is_used = |map: &MapBytes| map.bytes.iter().any(|&bytes| bytes > 0);
         Self {
             times: samples.iter().map(|(time, _)| (time * 1e3).round() / 1e3).collect(),
-            maps: parts.into_iter().map(bytes).filter(is_used).collect(),
+            maps: maps.into_iter().filter(is_used).collect(),
         }
     }
 }

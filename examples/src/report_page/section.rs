@@ -21,7 +21,7 @@ fn bytes(places: &LatticePlaces) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(count * (6 + places.channels.len()));
     for axis in 0..3 {
         let codes = differences(places.keys.iter().map(|key| key[axis]));
-        let codes: Vec<[u8; 2]> = codes.map(|code| code.to_le_bytes()).collect();
+        let codes: Vec<[u8; 2]> = codes.map(u16::to_le_bytes).collect();
         bytes.extend(codes.iter().map(|[low, _]| low));
         bytes.extend(codes.iter().map(|[_, high]| high));
     }

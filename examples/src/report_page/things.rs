@@ -1,6 +1,6 @@
 use dymlm::PlaneMap;
-use dymlm::core::Rgb;
 use dymlm::core::vector3::{any_across, cross, dot};
+use dymlm::core::{PlaneId, Rgb};
 use dymlm::files::id_color;
 use dymlm::geometry::minimum_area_rectangle;
 use dymlm::objects::{MapObject, ShapeKind};
@@ -129,7 +129,7 @@ pub(super) fn page_object(object: &MapObject, events: Vec<Event>) -> PageObject 
         points: object.point_count(),
         first_seen: object.first_seen(),
         last_seen: object.last_seen(),
-        support: object.support().and_then(|support| support.id).map(|id| id.get()),
+        support: object.support().and_then(|support| support.id).map(PlaneId::get),
         events,
     }
 }
