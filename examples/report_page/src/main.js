@@ -33,7 +33,8 @@ async function showMaps(data) {
     await Promise.all(Object.values(layers).filter((layer) => layer.isShown()).map((layer) => layer.show(true)));
     const places = somePlaces(shownPositions(layers, data), viewer.world);
     const bounds = boundsOf(places);
-    viewer.setScene(places, bounds, lookedAlong(data.trajectory.rotations, viewer.world));
+    const way = somePlaces(data.trajectory.positions.flat(), viewer.world);
+    viewer.setScene(places, way, bounds, lookedAlong(data.trajectory.rotations, viewer.world));
     keepLabelsApart(viewer, layers, things);
     addHeightCut({ slider: part("cut"), output: part("cut-height") }, viewer, {
         lowest: bounds.min.y,

@@ -45,9 +45,12 @@ export class Viewer {
         this.world.updateMatrixWorld(true);
     }
 
-    /** What is to be seen: places of the turned world, and the level direction in which the camera mostly looked. */
-    setScene(places, bounds, lookedAlong) {
-        Object.assign(this, { places, bounds });
+    /**
+     * What is to be seen: places of the turned world, nearly all of the first and all of the second list, the bounds of
+     * the first, and the level direction in which the camera mostly looked.
+     */
+    setScene(places, wholePlaces, bounds, lookedAlong) {
+        Object.assign(this, { places, wholePlaces, bounds });
         this.azimuth = lookedAlong.lengthSq() > 0 ? Math.atan2(-lookedAlong.x, -lookedAlong.z) + BESIDE : BESIDE;
         const far = bounds.getSize(new THREE.Vector3()).length();
         this.camera.near = Math.max(0.01, far / 2000);
@@ -61,36 +64,42 @@ export class Viewer {
         const azimuth = direction === "oblique" ? this.azimuth : this.azimuth - BESIDE;
         const toEye = new THREE.Vector3().setFromSphericalCoords(1, Math.PI / 2 - ELEVATION[direction], azimuth);
         this.controls.target.copy(this.bounds.getCenter(new THREE.Vector3()));
-        // The nearer a part, the larger: the second time it is known what is in the middle of the picture.
-        for (let round = 0; round < 3; round += 1) {
-            this.fit(toEye);
+        // The nearer a part, the larger: what is in the middle of the picture depends on the distance.
+        let distance = 10 * this.camera.far;
+        for (let round = 0; round < 4; round += 1) {
+            distance = this.fit(toEye, distance);
         }
         this.camera.updateProjectionMatrix();
         this.controls.update();
         this.draw();
     }
 
-    /** Goes as near as nearly all places allow, and brings them into the middle of the picture. */
-    fit(toEye) {
+    /** Brings the places into the middle of the picture as it is at a distance, and goes as near as they allow. */
+    fit(toEye, distance) {
         const { camera, controls: { target } } = this;
         camera.position.copy(target).add(toEye);
         camera.lookAt(target);
         camera.updateMatrixWorld();
         const [right, up] = [new THREE.Vector3(), new THREE.Vector3()];
         camera.matrixWorld.extractBasis(right, up, new THREE.Vector3());
-        const tangent = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2));
-        const seen = this.places.map((place) => {
+        const seen = (places) => places.map((place) => {
             const off = place.clone().sub(target);
             return [off.dot(right), off.dot(up), off.dot(toEye)];
         });
-        const needed = seen.map(([x, y, z]) => Math.max(Math.abs(x) / camera.aspect, Math.abs(y)) / tangent + z);
-        const distance = 1.1 * Math.max(0.5, quantile(needed, 1 - OFF_PICTURE));
+        const most = seen(this.places);
         const middle = (axis) => {
-            const shares = seen.map((place) => place[axis] / Math.max(distance - place[2], 0.01));
+            const shares = most.map((place) => place[axis] / Math.max(distance - place[2], 0.01));
             return (distance * (quantile(shares, OFF_PICTURE / 2) + quantile(shares, 1 - OFF_PICTURE / 2))) / 2;
         };
         target.addScaledVector(right, middle(0)).addScaledVector(up, middle(1));
-        camera.position.copy(target).addScaledVector(toEye, distance);
+
+        const tangent = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2));
+        const needed = ([x, y, z]) => Math.max(Math.abs(x) / camera.aspect, Math.abs(y)) / tangent + z;
+        const found = Math.max(
+            0.5, quantile(seen(this.places).map(needed), 1 - OFF_PICTURE), ...seen(this.wholePlaces).map(needed),
+        );
+        camera.position.copy(target).addScaledVector(toEye, 1.08 * found);
+        return 1.08 * found;
     }
 
     /** Turns to look at a place of the turned world, from where the camera is. */
