@@ -14,10 +14,10 @@ use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions};
 use dymlm_sim::SequenceConfig;
 
 use crate::{
-    AnyError, CorrectionCost, FrameDetector, FrameSource, Milliseconds, OpenDetector, RunReport, SourceFrame,
-    cloud_pictures, every, interruption, mean_up, named_sequence, objects_from_above, objects_from_camera,
-    octree_pictures, plane_pictures, planes_from_camera, print_warning, progress_bar, read_pose, timed,
-    up_of_planes,
+    AnyError, CorrectionCost, FrameDetector, FrameSource, Milliseconds, OpenDetector, ReportPage, Run,
+    RunObservers, RunRecorder, RunReport, SourceFrame, cloud_pictures, every, interruption, mean_up,
+    named_sequence, objects_from_above, objects_from_camera, octree_pictures, plane_pictures,
+    planes_from_camera, print_warning, progress_bar, read_pose, timed, up_of_planes,
 };
 
 /// Longest time between two poses of the corrections that is interpolated, seconds.
@@ -82,6 +82,9 @@ struct Arguments {
     /// Take every N-th frame
     #[arg(long, default_value_t = 1)]
     every: usize,
+    /// Writes report.html too: the maps in 3D and the run's times and memory, on one page
+    #[arg(long)]
+    report: bool,
     /// Folder for the results
     #[arg(long, default_value = "out/map")]
     out: PathBuf,
@@ -104,8 +107,11 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     let autosave = Autosave::start(builder.reader(), saver, interval)?;
 
     let world_from_session = arguments.world_from_session.unwrap_or_default();
+    let mut observers =
+        RunObservers { report: arguments.report.then(|| RunRecorder::start(&builder, source.len())) };
     let detector = detector.as_deref_mut();
-    let (reports, detection) = insert_all(&mut builder, &mut source, detector, &world_from_session);
+    let (reports, detection) =
+        insert_all(&mut builder, &mut source, detector, &world_from_session, &mut observers);
     if reports.is_empty() {
         return Err("no frame could be mapped".into());
     }
@@ -134,7 +140,22 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     }
 
     let trajectory = mapped_trajectory(&builder, &source, first, &world_from_session)?;
+    let page = observers.report.map(|recorder| {
+        ReportPage::of(&Run {
+            title: &title(&arguments),
+            map: builder.map(),
+            recorder: &recorder,
+            frames: &reports,
+            report: &report,
+            trajectory: &trajectory,
+            up,
+        })
+    });
+    let page = page.transpose()?;
     autosave.finish()?.save_with(builder.map(), |folder| {
+        if let Some(page) = &page {
+            folder.file("report.html", |out| page.write(out))?;
+        }
         for picture in &pictures {
             folder.file(picture.name, |out| picture.encode_png(out))?;
         }
@@ -160,6 +181,13 @@ fn detector_of(
             all other arguments, is run by cargo run --release --manifest-path examples/detect/Cargo.toml --bin build_map -- ..."
             .into()),
     }
+}
+
+/// What the run maps, in a word.
+fn title(arguments: &Arguments) -> String {
+    let name = arguments.dataset.as_ref().and_then(|dataset| dataset.file_stem());
+    let name = name.map(|name| name.to_string_lossy().into_owned());
+    name.or_else(|| arguments.sequence.clone()).unwrap_or_else(|| "synthetic sequence".to_owned())
 }
 
 /// A builder of new maps, or of those that are resumed, and who saves them.
@@ -253,6 +281,7 @@ fn insert_all(
     source: &mut FrameSource,
     mut detector: Option<&mut (dyn FrameDetector + 'static)>,
     world_from_session: &Pose,
+    observers: &mut RunObservers,
 ) -> (Vec<FrameReport>, Option<Milliseconds>) {
     let interrupted = interruption("maps");
     let bar = progress_bar(source.len(), "mapping");
@@ -268,7 +297,10 @@ fn insert_all(
             Ok(next) => {
                 let pose = *world_from_session * next.world_from_camera;
                 match builder.insert(&next.frame, next.detections.as_deref(), &pose) {
-                    Ok(report) => reports.push(report),
+                    Ok(report) => {
+                        observers.record(&next, &report, &pose, builder);
+                        reports.push(report);
+                    }
                     Err(error) => warn(format!("frame {index} skipped: {error}")),
                 }
                 source.recycle(next);

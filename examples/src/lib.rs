@@ -11,6 +11,8 @@ mod people_masks;
 mod pictures;
 mod pose_argument;
 mod progress;
+mod report_page;
+mod run_observers;
 mod run_report;
 mod statistics;
 
@@ -28,6 +30,8 @@ pub use pictures::{
 };
 pub use pose_argument::read_pose;
 pub use progress::progress_bar;
+pub use report_page::{ReportPage, Run, RunRecorder};
+pub use run_observers::RunObservers;
 pub use run_report::{CorrectionCost, RunReport, insertion_time, peak_memory_bytes, step_time, timed};
 pub use statistics::{Milliseconds, mean_up, up_of_planes};
 

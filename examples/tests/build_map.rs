@@ -198,7 +198,7 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     let Some(first_run) = build_map(&["--dataset", dataset, "--out", out]) else { return };
     assert!(first_run.status.success());
     // The same recording, whose clock begins anew, from a place a metre beside it.
-    let beside = ["--resume", out, "--world-from-session", "1 0 0 0 0 0 1"];
+    let beside = ["--resume", out, "--world-from-session", "1 0 0 0 0 0 1", "--report"];
     let run = build_map(&[&["--dataset", dataset, "--out", second][..], &beside].concat()).unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let [before, after] = [out, second].map(|folder| MultiLevelMap::load(folder).unwrap());
@@ -207,6 +207,14 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     let trajectory = Trajectory::read(Path::new(second).join("trajectory.txt")).unwrap();
     assert_eq!(trajectory.poses().len(), FRAMES);
     assert!(trajectory.poses().iter().all(|pose| pose.world_from_camera.translation() == [1.0, 0.0, 0.0]));
+    // Its page tells times on the clock of the maps, which has gone on.
+    let page = fs::read_to_string(Path::new(second).join("report.html")).unwrap();
+    let (_, data) = page.split_once("id=\"page-data\">").unwrap();
+    let data: serde_json::Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();
+    let wall = &data["planes"][0];
+    assert_eq!((data["start"].as_f64(), wall["first_seen"].as_f64()), (Some(10.5), Some(0.0)), "{wall}");
+    assert_eq!(data["cloud"]["count"], after.cloud().len());
+    assert!(MapFolder::open(second).unwrap().files().any(|name| name == "report.html"));
     // Into the folder that it goes on from, too.
     let run = build_map(&["--dataset", dataset, "--out", out, "--resume", out]).unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));

@@ -1,0 +1,42 @@
+// How far the maps reach, strays left out, and how the camera looked at them.
+
+import * as THREE from "three";
+
+/** Share of the places that may lie outside at each side. */
+const STRAYS = 0.004;
+const MOST_PLACES = 5000;
+
+/** Some of the places of an array of positions, evenly, turned as `world` is. */
+export function somePlaces(positions, world) {
+    const stride = 3 * Math.max(1, Math.ceil(positions.length / 3 / MOST_PLACES));
+    const places = [];
+    for (let index = 0; index + 2 < positions.length; index += stride) {
+        places.push(world.localToWorld(new THREE.Vector3().fromArray(positions, index)));
+    }
+    return places;
+}
+
+/** The box around nearly all places. */
+export function boundsOf(places) {
+    if (places.length === 0) {
+        return new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
+    }
+    const [low, high] = [new THREE.Vector3(), new THREE.Vector3()];
+    for (let axis = 0; axis < 3; axis += 1) {
+        const values = places.map((place) => place.getComponent(axis)).sort((one, other) => one - other);
+        const strays = Math.floor(STRAYS * values.length);
+        low.setComponent(axis, values[strays] - 0.05);
+        high.setComponent(axis, values[values.length - 1 - strays] + 0.05);
+    }
+    return new THREE.Box3(low, high);
+}
+
+/** The level direction in which the camera mostly looked, turned as `world` is; zero when it looked all around. */
+export function lookedAlong(rotations, world) {
+    const sum = new THREE.Vector3();
+    for (const rotation of rotations) {
+        sum.add(new THREE.Vector3(0, 0, 1).applyQuaternion(new THREE.Quaternion(...rotation)));
+    }
+    sum.applyQuaternion(world.quaternion).divideScalar(Math.max(1, rotations.length)).setY(0);
+    return sum.length() > 0.3 ? sum.normalize() : sum.set(0, 0, 0);
+}

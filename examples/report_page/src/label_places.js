@@ -1,0 +1,42 @@
+// Labels that would lie over nearer ones are left out; the chosen thing's never is.
+
+import * as THREE from "three";
+
+export function keepLabelsApart(viewer, layers, things) {
+    viewer.beforeDraw.push(() => {
+        viewer.camera.updateMatrixWorld();
+        const labels = [layers.objects, layers.gone]
+            .filter((layer) => layer.object?.visible)
+            .flatMap((layer) => layer.object.children)
+            .map((child) => place(viewer, child, things.selected))
+            .sort((one, other) => other.isChosen - one.isChosen || one.distance - other.distance);
+        const taken = [];
+        for (const label of labels) {
+            label.sprite.visible = taken.every((other) => !overlap(label, other));
+            if (label.sprite.visible) {
+                taken.push(label);
+            }
+        }
+    });
+}
+
+/** Where a thing's label is on the picture, from -1 to 1, and how far away. */
+function place(viewer, child, selected) {
+    const sprite = child.children.find((part) => part.isSprite);
+    const center = viewer.world.localToWorld(sprite.position.clone());
+    const { thing } = child.userData;
+    const distance = center.distanceTo(viewer.camera.position);
+    center.project(viewer.camera);
+    // Sprites of one size are scaled by the view's height at distance 1.
+    const scale = viewer.camera.projectionMatrix.elements;
+    return {
+        sprite, distance, center,
+        half: [(sprite.scale.x * scale[0]) / 2, (sprite.scale.y * scale[5]) / 2],
+        isChosen: selected !== null && selected.kind === thing.kind && selected.id === thing.id ? 1 : 0,
+    };
+}
+
+function overlap(one, other) {
+    const off = new THREE.Vector3().subVectors(one.center, other.center);
+    return Math.abs(off.x) < one.half[0] + other.half[0] && Math.abs(off.y) < one.half[1] + other.half[1];
+}

@@ -1,0 +1,130 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use dymlm::core::{ObjectId, PinholeCamera, Pose};
+use dymlm::dynamics::BoxSource;
+use dymlm::{FrameReport, MapBuilder, MapMemory, MapUpdate, MultiLevelMap};
+
+use super::things::{PageObject, millimetres, page_object};
+
+/// Samples of the memory in a run, about.
+const SAMPLES: usize = 200;
+
+/// Watches a run for what its end does not tell any more: the memory over time, objects that were in the maps
+/// and are gone, and where movers went.
+#[derive(Debug)]
+pub struct RunRecorder {
+    frames_a_sample: usize,
+    frames: usize,
+    start: Option<f64>,
+    clock_offset: Option<f64>,
+    memory: Vec<(f64, MapMemory)>,
+    /// The objects that were ever confirmed, as they were last.
+    known: BTreeMap<ObjectId, PageObject>,
+    gone: BTreeSet<ObjectId>,
+    movers: BTreeMap<u64, MoverWay>,
+    /// The maps before this run, when it has resumed some.
+    before: Option<MultiLevelMap>,
+}
+
+/// Where a mover was seen: the middle of its box at the depth of its foreground.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub(super) struct MoverWay {
+    track: u64,
+    label: Option<String>,
+    /// World, metres.
+    positions: Vec<[f64; 3]>,
+}
+
+impl RunRecorder {
+    /// Begins before the first of about this many frames.
+    pub fn start(builder: &MapBuilder, frames: usize) -> Self {
+        // Maps that are resumed: what has changed since is what this run has found.
+        let is_resumed = builder.map().cloud().frames() > 0;
+        Self {
+            frames_a_sample: (frames / SAMPLES).max(1),
+            frames: 0,
+            start: None,
+            clock_offset: (!is_resumed).then_some(0.0),
+            memory: Vec::new(),
+            known: BTreeMap::new(),
+            gone: BTreeSet::new(),
+            movers: BTreeMap::new(),
+            before: is_resumed.then(|| builder.map().clone()),
+        }
+    }
+
+    /// Takes note of a frame that has just been inserted.
+    pub fn record(
+        &mut self,
+        report: &FrameReport,
+        camera: &PinholeCamera,
+        world_from_camera: &Pose,
+        builder: &MapBuilder,
+    ) {
+        let start = *self.start.get_or_insert(report.timestamp);
+        if self.frames.is_multiple_of(self.frames_a_sample) {
+            self.memory.push((report.timestamp - start, builder.memory()));
+        }
+        self.frames += 1;
+        self.follow_movers(report, camera, world_from_camera);
+        if let Some(update) = report.update() {
+            self.learn_clock(report.timestamp, update, builder.map());
+            self.watch_objects(update, builder.map());
+        }
+    }
+
+    /// What makes the times of reports those of the maps: 0 but for maps that were resumed.
+    pub(super) fn clock_offset(&self) -> f64 {
+        self.clock_offset.unwrap_or(0.0)
+    }
+
+    pub(super) fn memory(&self) -> &[(f64, MapMemory)] {
+        &self.memory
+    }
+
+    /// Objects that were in the maps and are not there any more, by ascending ids.
+    pub(super) fn gone(&self) -> impl Iterator<Item = &PageObject> {
+        self.gone.iter().filter_map(|id| self.known.get(id))
+    }
+
+    /// Ways of at least two places, by ascending tracks.
+    pub(super) fn mover_ways(&self) -> Vec<&MoverWay> {
+        self.movers.values().filter(|way| way.positions.len() > 1).collect()
+    }
+
+    /// The maps before this run, when it has resumed some.
+    pub(super) fn before(&self) -> Option<&MultiLevelMap> {
+        self.before.as_ref()
+    }
+
+    /// A plane that this frame has seen was seen last at its time.
+    fn learn_clock(&mut self, timestamp: f64, update: &MapUpdate, map: &MultiLevelMap) {
+        if self.clock_offset.is_none() {
+            let seen = update.planes.updated.first().or(update.planes.created.first());
+            let seen = seen.and_then(|&id| map.planes().plane(id));
+            self.clock_offset = seen.map(|plane| plane.last_seen() - timestamp);
+        }
+    }
+
+    fn watch_objects(&mut self, update: &MapUpdate, map: &MultiLevelMap) {
+        self.gone.extend(update.objects.removed.iter().filter(|id| self.known.contains_key(id)));
+        for object in map.objects().objects() {
+            self.known.insert(object.id(), page_object(object, Vec::new()));
+        }
+    }
+
+    fn follow_movers(&mut self, report: &FrameReport, camera: &PinholeCamera, world_from_camera: &Pose) {
+        for mover in report.movers.iter().filter(|mover| matches!(mover.source, BoxSource::Detected { .. })) {
+            let Some(depth) = mover.depth else { continue };
+            let center = mover.corrected_box.center().map(f64::from);
+            let place = world_from_camera.transform_point(camera.back_project(center, f64::from(depth)));
+            let track = mover.track_id.get();
+            let way = self.movers.entry(track).or_insert_with(|| MoverWay {
+                track,
+                label: mover.label.as_deref().map(str::to_owned),
+                positions: Vec::new(),
+            });
+            way.positions.push(millimetres(place));
+        }
+    }
+}

@@ -1,0 +1,155 @@
+use std::collections::BTreeMap;
+
+use dymlm::core::vector3::{difference, norm};
+use dymlm::core::{ObjectId, PlaneId};
+use dymlm::{FoundObject, FrameReport, WorldChanges};
+use serde::Serialize;
+
+use super::things::{PageObject, millimetres};
+
+/// Something that has happened to a plane or an object.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Event {
+    /// Seconds, the maps' clock.
+    pub(super) time: f64,
+    #[serde(flatten)]
+    pub(super) what: What,
+}
+
+/// What has happened.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub(super) enum What {
+    /// It was seen for the first time.
+    Created,
+    /// It has become a part of the map.
+    Confirmed,
+    /// It is a candidate again.
+    Unconfirmed,
+    /// Another was found to be the same, and went into it.
+    Merged { other: String },
+    /// The evidence has found nothing there.
+    Removed,
+    /// It stood elsewhere.
+    Moved { other: String, from: [f64; 3], to: [f64; 3], distance: f64 },
+    /// It stands elsewhere, as another object.
+    MovedTo { other: String, to: [f64; 3], distance: f64 },
+    /// It came into what was empty space.
+    Appeared,
+    /// Its place is empty space now.
+    Vanished,
+}
+
+/// What has happened to planes and objects, in the order in which it did.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ThingHistory {
+    planes: BTreeMap<PlaneId, Vec<Event>>,
+    objects: BTreeMap<ObjectId, Vec<Event>>,
+}
+
+impl ThingHistory {
+    /// Collects what the reports of a run say; `clock_offset` makes their times the maps'.
+    pub(super) fn of_reports(reports: &[FrameReport], clock_offset: f64) -> Self {
+        let mut history = Self::default();
+        for report in reports {
+            history.take_in(report, clock_offset);
+        }
+        history
+    }
+
+    fn take_in(&mut self, report: &FrameReport, clock_offset: f64) {
+        let Some(update) = report.update() else { return };
+        let time = report.timestamp + clock_offset;
+        let event = |what| Event { time, what };
+        for &id in &update.planes.created {
+            self.planes.entry(id).or_default().push(event(What::Created));
+        }
+        for merge in &update.planes.merged {
+            let other = format!("plane {}", merge.from.get());
+            self.planes.entry(merge.into).or_default().push(event(What::Merged { other }));
+        }
+        let objects = &update.objects;
+        let simple = [
+            (&objects.created, What::Created),
+            (&objects.confirmed, What::Confirmed),
+            (&objects.unconfirmed, What::Unconfirmed),
+            (&objects.removed, What::Removed),
+        ];
+        for (ids, what) in simple {
+            for &id in ids {
+                self.objects.entry(id).or_default().push(event(what.clone()));
+            }
+        }
+        for merge in &objects.merged {
+            let other = format!("object {}", merge.removed.get());
+            self.objects.entry(merge.kept).or_default().push(event(What::Merged { other }));
+        }
+    }
+
+    /// Takes in that an object stands elsewhere, as another or the same.
+    pub(super) fn take_in_move(&mut self, from: &Stand<'_>, to: &Stand<'_>) {
+        let [start, end] = [from, to].map(|stand| millimetres(stand.center));
+        let distance = norm(difference(end, start));
+        let time = to.seen[0];
+        let other = from.name();
+        self.add(to.id, Event { time, what: What::Moved { other, from: start, to: end, distance } });
+        if from.id != to.id {
+            let other = to.name();
+            self.add(from.id, Event { time, what: What::MovedTo { other, to: end, distance } });
+        }
+    }
+
+    /// Takes in what these maps have found to be otherwise than those that were resumed had it.
+    pub(super) fn take_in_changes(&mut self, changes: &WorldChanges) {
+        for moved in &changes.moved {
+            self.take_in_move(&Stand::of(&moved.from), &Stand::of(&moved.to));
+        }
+        for found in &changes.appeared {
+            self.add(found.id, Event { time: found.seen[0], what: What::Appeared });
+        }
+        for found in &changes.vanished {
+            self.add(found.id, Event { time: found.seen[1], what: What::Vanished });
+        }
+    }
+
+    /// Something that belongs before what may be known of later times already.
+    fn add(&mut self, id: ObjectId, event: Event) {
+        let events = self.objects.entry(id).or_default();
+        events.push(event);
+        events.sort_by(|a, b| a.time.total_cmp(&b.time));
+    }
+
+    pub(super) fn of_plane(&self, id: PlaneId) -> Vec<Event> {
+        self.planes.get(&id).cloned().unwrap_or_default()
+    }
+
+    pub(super) fn of_object(&self, id: ObjectId) -> Vec<Event> {
+        self.objects.get(&id).cloned().unwrap_or_default()
+    }
+}
+
+/// An object at a place.
+pub(super) struct Stand<'a> {
+    id: ObjectId,
+    label: &'a str,
+    center: [f64; 3],
+    /// When it was seen first and last there, seconds.
+    seen: [f64; 2],
+}
+
+impl<'a> Stand<'a> {
+    fn of(found: &'a FoundObject) -> Self {
+        Self { id: found.id, label: &found.label, center: found.oriented_box.center(), seen: found.seen }
+    }
+
+    fn name(&self) -> String {
+        format!("{} {}", self.label, self.id.get())
+    }
+}
+
+impl<'a> From<&'a PageObject> for Stand<'a> {
+    fn from(object: &'a PageObject) -> Self {
+        let seen = [object.first_seen, object.last_seen];
+        Self { id: ObjectId::new(object.id), label: &object.label, center: object.translation, seen }
+    }
+}
