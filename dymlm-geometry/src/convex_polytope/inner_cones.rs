@@ -50,13 +50,13 @@ impl InnerCones {
         }
     }
 
-    /// Whether four points are all surely inside; false when one is not finite.
+    /// Whether four points are all surely inside; points that are not finite may be anywhere.
     #[inline]
     pub(crate) fn contain_all(&self, points: &[Vector3; 4]) -> bool {
         points.iter().fold(true, |all, point| all & self.contain(*point))
     }
 
-    /// Whether a point is surely inside; false for NaN.
+    /// Whether a point is surely inside; one that is not finite may be anywhere.
     #[inline]
     pub(crate) fn contain(&self, point: Vector3) -> bool {
         let own = difference(point, self.center);
@@ -64,19 +64,17 @@ impl InnerCones {
     }
 
     fn take_facets(&mut self, hull: &QuickHull) {
-        let mut count = 0;
         self.facets.iter_mut().for_each(Vec::clear);
-        for (normal, offset) in hull.planes() {
+        for (index, (normal, offset)) in hull.planes().enumerate() {
             let distance = offset - dot(normal, self.center);
             for (facets, x) in self.facets.iter_mut().zip(normal) {
-                if count % LANES == 0 {
+                if index % LANES == 0 {
                     facets.push([0.0; LANES]);
                 }
                 if let Some(last) = facets.last_mut() {
-                    last[count % LANES] = x / distance;
+                    last[index % LANES] = x / distance;
                 }
             }
-            count += 1;
         }
     }
 
@@ -109,14 +107,18 @@ impl InnerCones {
     }
 }
 
-/// The cell that a direction is in; beyond all cells when it is not finite or has no length.
+/// The cell that a direction is in; any one when it is not finite or has no length.
 #[inline]
 fn cell_of([x, y, z]: Vector3) -> usize {
     let rounder = ROUNDER as f64;
     let per_length = 0.5 * CELLS as f64 / (x.abs() + y.abs() + z.abs());
-    let half_cell = 0.5 * (CELLS - 1) as f64;
     // Half a cell less, so that the nearest integer is the cell.
-    let cell = |x: f64| (x * per_length + (half_cell + rounder)).to_bits().wrapping_sub(rounder.to_bits());
+    let half_cell = 0.5 * (CELLS - 1) as f64;
+    let cell = |x: f64| {
+        let rounded = x * per_length + half_cell + rounder;
+        // One of the corners of the square belongs to the cell before it.
+        rounded.to_bits().wrapping_sub(rounder.to_bits()).min(CELLS as u64 - 1)
+    };
     let below = z.to_bits() >> 63;
     ((below * CELLS as u64 + cell(y)) * CELLS as u64 + cell(x)) as usize
 }
@@ -143,4 +145,53 @@ fn plane_below(corners: [Option<Vector3>; 4]) -> Vector3 {
         () => f64::NAN,
     };
     normal.map(|x| x * (1.0 + MARGIN) / offset)
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::SplitMix64;
+
+    use super::*;
+
+    #[test]
+    fn nothing_outside_is_taken_for_inside_and_most_of_what_is_inside_is_known() {
+        let mut random = SplitMix64::new(1);
+        let (mut hull, mut graph, mut inner) =
+            (QuickHull::default(), VertexGraph::default(), InnerCones::default());
+        for count in [4, 8, 30, 200, 1000] {
+            let mut point = || -> Vector3 { [0; 3].map(|_| 2.0 * random.fraction() - 1.0) };
+            let points: Vec<Vector3> = (0..count).map(|_| point()).collect();
+            assert!(hull.build(&points, 0.0));
+            graph.fill(&hull, &points);
+            inner.fill(&hull, &graph);
+            let (mut inside, mut known) = (0, 0);
+            for own in (0..20_000).map(|_| point()) {
+                let is_inside = hull.planes().all(|(normal, offset)| dot(normal, own) < offset);
+                assert!(is_inside || !inner.contain(own), "{own:?}");
+                inside += usize::from(is_inside);
+                known += usize::from(inner.contain(own));
+            }
+            assert!(known * 10 >= inside * 8, "{known} of {inside} with {count}");
+        }
+    }
+
+    /// The corners of the squares of directions are at their cells' rims.
+    #[test]
+    fn what_is_straight_along_an_axis_is_told_from_its_opposite() {
+        let (mut hull, mut graph, mut inner) =
+            (QuickHull::default(), VertexGraph::default(), InnerCones::default());
+        let signs = [1.0, -1.0];
+        let points: Vec<Vector3> = (0..3)
+            .flat_map(|axis| signs.map(|sign| [0, 1, 2].map(|k| if k == axis { sign } else { 0.0 })))
+            .collect();
+        assert!(hull.build(&points, 0.0));
+        graph.fill(&hull, &points);
+        inner.fill(&hull, &graph);
+        for point in points {
+            assert!(
+                inner.contain(point.map(|x| 0.999 * x)) && !inner.contain(point.map(|x| 1.001 * x)),
+                "{point:?}"
+            );
+        }
+    }
 }

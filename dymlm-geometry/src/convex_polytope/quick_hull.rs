@@ -215,3 +215,75 @@ fn farthest(points: &[Vector3], measure: impl Fn(Vector3) -> f64) -> u32 {
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use dymlm_core::SplitMix64;
+
+    use super::*;
+
+    const TOLERANCE: f64 = 1e-9;
+
+    /// A closed surface, each edge once in each direction, without a hole, and convex: no point is above it.
+    fn check(points: &[Vector3]) {
+        let mut hull = QuickHull::default();
+        assert!(hull.build(points, TOLERANCE));
+        let triangles: Vec<[u32; 3]> = hull.triangles().collect();
+        let edges: BTreeSet<(u32, u32)> =
+            triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+        assert_eq!(edges.len(), 3 * triangles.len());
+        assert!(edges.iter().all(|&(from, to)| edges.contains(&(to, from))));
+        let vertices: BTreeSet<u32> = triangles.iter().flatten().copied().collect();
+        assert_eq!(vertices.len() + triangles.len(), edges.len() / 2 + 2);
+        for triangle in &triangles {
+            let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+            assert!(vertices.iter().all(|&vertex| side_of(a, b, c, points[vertex as usize]) <= 0.0));
+        }
+        for (normal, offset) in hull.planes() {
+            assert!(points.iter().all(|point| dot(normal, *point) <= offset + 10.0 * TOLERANCE));
+        }
+    }
+
+    fn scattered(count: usize, seed: u64) -> Vec<Vector3> {
+        let mut random = SplitMix64::new(seed);
+        (0..count).map(|_| [0; 3].map(|_| 2.0 * random.fraction() - 1.0)).collect()
+    }
+
+    #[test]
+    fn hulls_are_closed_and_convex() {
+        for seed in 0..40 {
+            let points = scattered(4 + 5 * seed as usize, seed);
+            check(&points);
+            // On a sphere all are vertices; on a lattice most are on planes, lines or upon one another.
+            check(&points.iter().map(|p| p.map(|x| x / dot(*p, *p).sqrt())).collect::<Vec<_>>());
+            let lattice: Vec<Vector3> = points.iter().map(|p| p.map(|x| (1.5 * x).round())).collect();
+            if lattice.len() > 20 {
+                check(&lattice);
+                let turned = lattice.iter().map(|&[x, y, z]| [0.6 * x - 0.8 * y, 0.8 * x + 0.6 * y, z + 1e3]);
+                check(&turned.collect::<Vec<_>>());
+            }
+        }
+    }
+
+    #[test]
+    fn a_cube_has_twelve_triangles() {
+        let points: Vec<Vector3> =
+            (0..27).map(|i| [i % 3, i / 3 % 3, i / 9].map(|x| f64::from(x) - 1.0)).collect();
+        let mut hull = QuickHull::default();
+        assert!(hull.build(&points, TOLERANCE));
+        let vertices: BTreeSet<u32> = hull.triangles().flatten().collect();
+        assert_eq!((hull.triangles().count(), vertices.len()), (12, 8));
+    }
+
+    #[test]
+    fn what_is_in_one_plane_has_no_hull() {
+        let mut hull = QuickHull::default();
+        let plane: Vec<Vector3> = scattered(50, 1).iter().map(|&[x, y, _]| [x, y, 2.0]).collect();
+        for points in [&[][..], &[[1.0; 3]; 9], &[[0.0; 3], [1.0; 3], [2.0; 3]], &plane] {
+            assert!(!hull.build(points, TOLERANCE));
+            assert_eq!(hull.triangles().count(), 0);
+        }
+    }
+}

@@ -87,3 +87,31 @@ impl VertexGraph {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::SplitMix64;
+
+    use super::*;
+
+    #[test]
+    fn the_farthest_vertex_is_found_from_any() {
+        let mut random = SplitMix64::new(2);
+        let (mut hull, mut graph) = (QuickHull::default(), VertexGraph::default());
+        for count in [4, 20, 300] {
+            let mut vector = || -> Vector3 { [0; 3].map(|_| 2.0 * random.fraction() - 1.0) };
+            let mut points: Vec<Vector3> = (0..count).map(|_| vector()).collect();
+            // Corners of a cube: faces of many triangles.
+            points.extend((0..8).map(|k| [0, 1, 2].map(|axis| f64::from(k >> axis & 1))));
+            assert!(hull.build(&points, 0.0));
+            graph.fill(&hull, &points);
+            let directions: Vec<Vector3> = (0..50).map(|_| vector()).collect();
+            for direction in directions.into_iter().chain([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]) {
+                let expected = points.iter().map(|p| dot(direction, *p)).fold(f64::NEG_INFINITY, f64::max);
+                for from in 0..graph.vertices().len() as u32 {
+                    assert_eq!(graph.farthest(direction, from).1, expected);
+                }
+            }
+        }
+    }
+}

@@ -16,13 +16,15 @@ const SAMPLE: usize = 4;
 /// computed anew.
 const BLOCK: usize = 4096;
 
-/// The hull is computed anew when there are more candidates than `MANY` and `MANY_FOR_VERTEX` for each that
-/// was left the last time.
+/// The hull is computed anew when there are more candidates than `MANY`, twice that the next time and so on,
+/// and `MANY_FOR_VERTEX` for each of its vertices. So all computations together cost little more than the
+/// last, also where the surface is full of points that no cone can tell from vertices.
 const MANY: usize = 2048;
 const MANY_FOR_VERTEX: usize = 4;
 
-/// Points less than this outside the hull, in standard deviations of the cloud, are left out: a millionth of
-/// the box, against the thousandths that the search is good to.
+/// Points less than this outside the hull, in standard deviations of the cloud, are left out: a hundred
+/// thousandth of the box at most, against the thousandths that the search is good to. Without it, each point
+/// of a plane face that was turned and rounded were a vertex.
 const TOLERANCE: f64 = 1e-5;
 
 /// Where a cloud has its centroid in the origin, and variance 1 along each of its principal axes.
@@ -81,11 +83,13 @@ impl HullScratch {
     fn gather_outer(&mut self, points: &[Point], whitening: &Whitening) {
         let sample = points.chunks(SPAN).flat_map(|span| finite(span).take(SAMPLE));
         self.candidates.extend(sample.map(|point| whitening.apply(point)));
-        let (mut has_inner, mut most) = self.drop_inner();
+        let mut has_inner = self.drop_inner();
+        let mut spare = MANY;
         for block in points.chunks(BLOCK) {
             self.add_outer(block, whitening, has_inner);
-            if self.candidates.len() > most {
-                (has_inner, most) = self.drop_inner();
+            if self.candidates.len() > spare + MANY_FOR_VERTEX * self.graph.vertices().len() {
+                has_inner = self.drop_inner();
+                spare *= 2;
             }
         }
     }
@@ -110,23 +114,20 @@ impl HullScratch {
     }
 
     /// Leaves the vertices of the candidates' hull alone, and takes the region inside from them; false when
-    /// they are in one plane. Then, with how many candidates it shall happen again: all times together cost
-    /// little more than the last.
-    fn drop_inner(&mut self) -> (bool, usize) {
+    /// they are in one plane.
+    fn drop_inner(&mut self) -> bool {
         let is_solid = self.take_hull();
         if is_solid {
             self.inner.fill(&self.quick_hull, &self.graph);
             self.candidates.clear();
             self.candidates.extend_from_slice(self.graph.vertices());
         }
-        (is_solid, MANY + MANY_FOR_VERTEX * self.candidates.len())
+        is_solid
     }
 
     fn take_hull(&mut self) -> bool {
         let is_solid = self.quick_hull.build(&self.candidates, TOLERANCE);
-        if is_solid {
-            self.graph.fill(&self.quick_hull, &self.candidates);
-        }
+        self.graph.fill(&self.quick_hull, &self.candidates);
         is_solid
     }
 }
