@@ -116,10 +116,10 @@ impl<T: Length> ShortestPaths<T> {
         let columns = costs.iter().zip(&self.open_potentials).zip(&mut self.distances);
         let mut least = T::ENDLESS;
         for (((costs, potentials), distances), nearest) in columns.zip(&mut self.nearest) {
-            for lane in 0..BLOCK {
-                let through = T::through(start, costs[lane], potentials[lane]);
-                distances[lane] = lesser(through, distances[lane]);
-            }
+            let before = *distances;
+            let through: [T; BLOCK] =
+                std::array::from_fn(|lane| T::through(start, costs[lane], potentials[lane]));
+            *distances = std::array::from_fn(|lane| lesser(through[lane], before[lane]));
             *nearest = least_of(distances);
             least = lesser(*nearest, least);
         }
@@ -129,11 +129,24 @@ impl<T: Length> ShortestPaths<T> {
     /// Of the open columns at a distance the first, and the first free one rather than any other: that ends
     /// the search.
     fn first_at(&self, distance: T) -> usize {
-        let near = self.nearest.iter().zip(&self.distances).enumerate();
-        let near = near.filter(|(_, (nearest, _))| **nearest == distance).flat_map(|(block, (_, own))| {
-            (block * BLOCK..).zip(own).filter(|(_, own)| **own == distance).map(|(column, _)| column)
-        });
-        near.min_by_key(|&column| (self.row_of[column].is_some(), self.place[column])).unwrap_or(0)
+        let mut first = None;
+        for (block, &nearest) in self.nearest.iter().enumerate() {
+            if nearest != distance {
+                continue;
+            }
+            for (lane, &own) in self.distances[block].iter().enumerate() {
+                let column = BLOCK * block + lane;
+                if own == distance && first.is_none_or(|first| self.comes_before(column, first)) {
+                    first = Some(column);
+                }
+            }
+        }
+        first.unwrap_or(0)
+    }
+
+    fn comes_before(&self, column: usize, other: usize) -> bool {
+        let rank = |column: usize| (self.row_of[column].is_some(), self.place[column]);
+        rank(column) < rank(other)
     }
 
     /// Pairs each row on the path to a column with the column that the path goes on to.
