@@ -6,7 +6,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use dymlm_benches::{SEED, SIZES, blobs, kinect, room_depth};
 use dymlm_core::{OrganizedCloud, Point, PointCloud, Pose};
 use dymlm_geometry::{
-    Clusters, Dbscan, DbscanConfig, DbscanScratch, OrientedBox, StatisticalOutlierConfig,
+    Assignment, Clusters, Dbscan, DbscanConfig, DbscanScratch, OrientedBox, StatisticalOutlierConfig,
     StatisticalOutlierRemoval, VoxelGrid, VoxelGridConfig, VoxelGridScratch,
 };
 use rand::{RngExt, SeedableRng};
@@ -103,5 +103,17 @@ fn oriented_box_overlap(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, dbscan, voxel_grid, statistical_outlier_removal, oriented_box_overlap);
+fn assignment(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("dymlm-geometry/assignment");
+    for n in [10, 100, 300, 1000] {
+        let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+        let weights: Vec<i64> = (0..n * n).map(|_| rng.random_range(0..1_000_000)).collect();
+        let mut assignment = Assignment::default();
+        group.bench_with_input(BenchmarkId::from_parameter(n), &weights, |bencher, weights| {
+            bencher.iter(|| assignment.solve(n, n, |row, column| black_box(weights)[n * row + column]).len());
+        });
+    }
+}
+
+criterion_group!(benches, dbscan, voxel_grid, statistical_outlier_removal, oriented_box_overlap, assignment);
 criterion_main!(benches);

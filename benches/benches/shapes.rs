@@ -50,7 +50,7 @@ fn convex_hull(criterion: &mut Criterion) {
 
 fn minimum_area_rectangle(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-geometry/minimum_area_rectangle");
-    for n in SIZES {
+    for n in [1000].into_iter().chain(SIZES) {
         let points = footprint(n);
         let mut scratch = MinimumAreaRectangleScratch::default();
         group.throughput(Throughput::Elements(n as u64));
@@ -65,10 +65,11 @@ fn fit_oriented_box(criterion: &mut Criterion) {
     let fits = [
         ("principal_axes", BoxFit::PrincipalAxes),
         ("minimum_rectangle", BoxFit::MinimumRectangle),
+        ("minimum_volume", BoxFit::MinimumVolume),
         ("upright", BoxFit::Upright { up: [0.0, 0.0, 1.0] }),
     ];
     for (fit_name, fit) in fits {
-        for n in SIZES {
+        for n in [1000].into_iter().chain(SIZES) {
             let points = thing(n);
             let mut scratch = OrientedBoxScratch::default();
             group.throughput(Throughput::Elements(n as u64));

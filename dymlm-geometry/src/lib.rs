@@ -5,6 +5,7 @@
 mod assignment;
 mod box_tree;
 mod convex_hull;
+mod convex_polytope;
 mod dbscan;
 mod finite;
 mod isolation_forest;

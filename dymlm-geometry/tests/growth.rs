@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_core::{Point, SplitMix64};
-use dymlm_geometry::{Dbscan, DbscanConfig, StatisticalOutlierConfig, StatisticalOutlierRemoval};
+use dymlm_geometry::{
+    BoxFit, Dbscan, DbscanConfig, StatisticalOutlierConfig, StatisticalOutlierRemoval, fit_oriented_box,
+};
 use dymlm_test_support::growth;
 
 const SMALL: usize = 2_000;
@@ -120,6 +122,45 @@ fn dbscan_does_not_compare_all_pairs_of_a_crowd() {
             Dbscan::new(config).unwrap().cluster(points)
         });
         if times > most {
+            slow.push(format!("{name}: {times:.0} times"));
+        }
+    }
+    assert!(slow.is_empty(), "{slow:?}");
+}
+
+#[test]
+fn the_box_of_least_volume_takes_n_log_n() {
+    let normalized = |p: Point| {
+        let norm = p.iter().map(|x| x * x).sum::<f32>().sqrt();
+        p.map(|x| x / norm)
+    };
+    let sphere = |n: usize| scattered(n, 1.0, -0.5).into_iter().map(normalized).collect();
+    let faces = |n: usize| {
+        let on_face = |(i, mut p): (usize, Point)| {
+            p[i % 3] = (p[i % 3] - 0.2).signum() + 0.01 * p[i % 3];
+            p
+        };
+        scattered(n, 1.0, -0.5).into_iter().enumerate().map(on_face).collect()
+    };
+    // What is looked at first is in one plane, so nothing is known to be inside.
+    let flat_first = |n: usize| {
+        let mut points = scattered(n, 1.0, -0.5);
+        points.iter_mut().enumerate().filter(|(i, _)| i % 512 < 100).for_each(|(_, p)| p[2] = 0.0);
+        points
+    };
+    let clouds: [(&str, [Vec<Point>; 2]); 4] = [
+        ("a sphere", large_pair(sphere)),
+        ("faces of a box", large_pair(faces)),
+        ("the first of each span in a plane", large_pair(flat_first)),
+        (
+            "half of all at one place",
+            large_pair(|n| [scattered(n / 2, 1.0, 0.0), vec![[0.5; 3]; n / 2]].concat()),
+        ),
+    ];
+    let mut slow = Vec::new();
+    for (name, [small, large]) in clouds {
+        let times = growth(MOST, &small, &large, |points| fit_oriented_box(points, BoxFit::MinimumVolume));
+        if times > MOST {
             slow.push(format!("{name}: {times:.0} times"));
         }
     }

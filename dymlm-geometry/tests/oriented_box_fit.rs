@@ -34,6 +34,7 @@ fn fits() -> impl Strategy<Value = BoxFit> {
     prop_oneof![
         Just(BoxFit::PrincipalAxes),
         Just(BoxFit::MinimumRectangle),
+        Just(BoxFit::MinimumVolume),
         prop::array::uniform3(-2.0..2.0_f64).prop_filter_map("no direction", |up| {
             (up.iter().any(|x| x.abs() > 0.01)).then_some(BoxFit::Upright { up })
         }),
@@ -158,7 +159,9 @@ fn a_turned_box_is_found() {
         .collect();
     let pose = Pose::new([0.5, -1.0, 2.0], [0.1, -0.7, 0.1, 0.7]).unwrap();
     let up = pose.rotate([0.0, 0.0, 1.0]);
-    for fit in [BoxFit::PrincipalAxes, BoxFit::MinimumRectangle, BoxFit::Upright { up }] {
+    for fit in
+        [BoxFit::PrincipalAxes, BoxFit::MinimumRectangle, BoxFit::MinimumVolume, BoxFit::Upright { up }]
+    {
         let own = fit_oriented_box(&moved(&points, &pose), fit).unwrap();
         for (length, expected) in own.lengths().into_iter().zip([1.0, 0.6, 0.3]) {
             assert!((length - expected).abs() < 1e-6, "{own:?}");
@@ -185,7 +188,12 @@ fn the_rectangle_corrects_the_yaw_of_a_square() {
 
 #[test]
 fn degenerate_clouds_have_flat_boxes_or_none() {
-    for fit in [BoxFit::PrincipalAxes, BoxFit::MinimumRectangle, BoxFit::Upright { up: [0.0, -1.0, 0.0] }] {
+    for fit in [
+        BoxFit::PrincipalAxes,
+        BoxFit::MinimumRectangle,
+        BoxFit::MinimumVolume,
+        BoxFit::Upright { up: [0.0, -1.0, 0.0] },
+    ] {
         assert_eq!(fit_oriented_box(&[], fit), None);
         assert_eq!(fit_oriented_box(&[[f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.0]], fit), None);
         assert_eq!(fit_oriented_box(&[[f32::MAX; 3], [-f32::MAX; 3]], fit), None);

@@ -136,15 +136,19 @@ def shape_rows(inputs: Inputs, quick: bool) -> list[Row]:
         )
         for cloud, file in [*clouds, *footprints]
     ]
-    ours = [Entrant(entrant.name, "dymlm", entrant.parameters | {"fit": "minimum_rectangle"})
-            for entrant in [OURS_KEPT, OURS_FRESH]]  # fmt: skip
+    minimal = [Entrant(entrant.name, "dymlm", entrant.parameters | {"fit": "minimum_volume"})
+               for entrant in [OURS_KEPT, OURS_FRESH]]  # fmt: skip
+    about_an_axis = Entrant(
+        "dymlm, about the third principal axis", "dymlm", OURS_KEPT.parameters | {"fit": "minimum_rectangle"}
+    )
     boxes = [
         Row(
             name=f"oriented box, {cloud}",
             operation="oriented_box",
             parameters={"input": inputs.path(f"{file}.points")},
             entrants=[
-                *ours,
+                *minimal,
+                about_an_axis,
                 Entrant("Open3D, minimal", "Open3D", {"fit": "minimal"}),
                 Entrant("Open3D, principal axes", "Open3D", {"fit": "principal_axes"}),
             ],

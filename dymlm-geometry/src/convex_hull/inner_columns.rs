@@ -1,4 +1,5 @@
-const COLUMNS: usize = 128;
+/// Most columns.
+pub(super) const COLUMNS: usize = 128;
 
 /// Adding this to a number between -2^51 and 2^51 leaves its nearest integer in the lowest bits.
 const ROUNDER: u64 = 3 << 51;
@@ -19,7 +20,8 @@ pub(super) struct InnerColumns {
     /// The middle of the first column, and the polygon's lowest y.
     origin: [f64; 2],
     per_x: f64,
-    /// And an empty one, for what is beyond.
+    /// Columns in use; behind them an empty one, for what is beyond.
+    count: usize,
     columns: Box<[Column; COLUMNS + 1]>,
 }
 
@@ -54,20 +56,21 @@ impl Line {
 
 impl Default for InnerColumns {
     fn default() -> Self {
-        Self { origin: [0.0; 2], per_x: 0.0, columns: Box::new([Column::default(); COLUMNS + 1]) }
+        Self { origin: [0.0; 2], per_x: 0.0, count: 0, columns: Box::new([Column::default(); COLUMNS + 1]) }
     }
 }
 
 impl InnerColumns {
-    /// Takes the columns from a hull, counter-clockwise from its leftmost point. Nothing is in those of a
-    /// hull that is too narrow.
-    pub(super) fn fill(&mut self, hull: &[[f64; 2]]) {
-        let Some(extent) = Extent::of(hull).filter(Extent::is_resolved) else {
-            self.columns.fill(Column::default());
-            return;
-        };
+    /// Takes a number of columns, at most [`COLUMNS`], from a hull, counter-clockwise from its leftmost
+    /// point. Nothing is in those of a hull that is too narrow.
+    pub(super) fn fill(&mut self, hull: &[[f64; 2]], count: usize) {
+        self.count = 0;
+        self.columns[0] = Column::default();
+        let Some(extent) = Extent::of(hull).filter(Extent::is_resolved) else { return };
+        self.count = count.min(COLUMNS);
+        self.columns[self.count] = Column::default();
         let [width, height] = extent.size();
-        let column = (1.0 - 2.0 * MARGIN_X) * width / COLUMNS as f64;
+        let column = (1.0 - 2.0 * MARGIN_X) * width / self.count as f64;
         let origin = [extent.min[0] + MARGIN_X * width + 0.5 * column, extent.min[1]];
         (self.origin, self.per_x) = (origin, 1.0 / column);
         let relative = |corner: &[f64; 2]| [corner[0] - origin[0], corner[1] - origin[1]];
@@ -79,7 +82,7 @@ impl InnerColumns {
             [[x, below.y_at(x)], [x, above.y_at(x)]]
         };
         let mut left = ends(0);
-        for (index, own) in self.columns[..COLUMNS].iter_mut().enumerate() {
+        for (index, own) in self.columns[..self.count].iter_mut().enumerate() {
             let right = ends(index + 1);
             // A chord of a convex polygon is within it.
             own.low = Line::through(left[0], right[0]).raised(MARGIN_Y * height);
@@ -95,7 +98,7 @@ impl InnerColumns {
         let rounder = ROUNDER as f64;
         let [x, y] = [point[0] - self.origin[0], point[1] - self.origin[1]];
         let column = (x * self.per_x + rounder).to_bits().wrapping_sub(rounder.to_bits());
-        let own = &self.columns[(column as usize).min(COLUMNS)];
+        let own = &self.columns[(column as usize).min(self.count)];
         (y > own.low.y_at(x)) & (y < own.high.y_at(x))
     }
 }

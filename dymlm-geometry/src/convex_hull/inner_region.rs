@@ -15,10 +15,10 @@ pub(super) struct InnerRegion {
 const MISSED_OF: usize = 4;
 
 impl InnerRegion {
-    /// Takes the region from a hull, counter-clockwise from its leftmost point.
-    pub(super) fn fill(&mut self, hull: &[[f64; 2]]) {
+    /// Takes the region from a hull, counter-clockwise from its leftmost point; with a number of columns.
+    pub(super) fn fill(&mut self, hull: &[[f64; 2]], columns: usize) {
         self.ellipse = InnerEllipse::of(hull);
-        self.columns.fill(hull);
+        self.columns.fill(hull, columns);
     }
 
     /// Adds those of a block's points that may be outside, but for the ones that are to be passed over.

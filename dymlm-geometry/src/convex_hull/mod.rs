@@ -9,6 +9,7 @@ mod outline;
 mod usable;
 
 use graham_scan::graham_scan;
+use inner_columns::COLUMNS;
 use inner_region::InnerRegion;
 use left_to_right::LeftToRight;
 use outline::Outline;
@@ -17,9 +18,15 @@ use usable::usable;
 /// With this many points or more, dropping inner points first is faster than sorting them all.
 const FEW: usize = 512;
 
-/// The outline is taken from the first `SAMPLE` of every `SPAN` points: neighbours share a line of the cache.
+/// With this many points or more the outline is that of a sample, the first `SAMPLE` of every `SPAN` points:
+/// neighbours share a line of the cache.
+const MANY_POINTS: usize = 8192;
 const SPAN: usize = 256;
 const SAMPLE: usize = 4;
+
+/// So many points, in the mean, are in a column of few points' outline; at least so many columns.
+const IN_COLUMN: usize = 32;
+const FEWEST_COLUMNS: usize = 16;
 
 /// Points are compared with the hull of those before in blocks of this many, after each of which it may be
 /// computed anew.
@@ -42,7 +49,7 @@ const MANY_FOR_CORNER: usize = 3;
 ///
 /// Graham's scan as Andrew orders it: points by x, then y; the lower chain on the way out, the upper chain on
 /// the way back, each popping the corners that do not turn left. Of many points most lie well within the hull
-/// of a few, at first of the outline of a sample; one pass drops what is surely inside, and takes the hull
+/// of a few, at first of their outline, or that of a sample; one pass drops what is surely inside, and takes the hull
 /// anew when many have turned out not to be. O(n log n) at worst, O(n) when few points lie near the hull, as
 /// in scans of things.
 ///
@@ -76,16 +83,21 @@ pub fn convex_hull_into(points: &[[f64; 2]], scratch: &mut ConvexHullScratch, hu
         candidates.extend(points.iter().filter_map(usable));
         return scan(candidates, hull);
     }
-    let sample = points.chunks(SPAN).flat_map(|span| span.iter().take(SAMPLE).filter_map(usable));
-    outline.trace(sample, candidates);
+    let columns = (points.len() / IN_COLUMN).clamp(FEWEST_COLUMNS, COLUMNS);
+    if points.len() < MANY_POINTS {
+        outline.trace(points.iter(), columns, candidates);
+    } else {
+        let sample = points.chunks(SPAN).flat_map(|span| span.iter().take(SAMPLE));
+        outline.trace(sample, columns, candidates);
+    }
     scan(candidates, hull);
-    inner.fill(hull);
+    inner.fill(hull, columns);
     for block in points.chunks(BLOCK) {
         inner.add_outer(block, candidates);
         if candidates.len() > MANY + MANY_FOR_CORNER * hull.len() {
             scan(candidates, hull);
             candidates.clone_from(hull);
-            inner.fill(hull);
+            inner.fill(hull, columns);
         }
     }
     scan(candidates, hull);

@@ -1,42 +1,49 @@
-const COLUMNS: usize = 128;
+use super::usable::usable;
 
 /// Some points near the hull of many: in each of a number of columns of x the lowest and the highest.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outline {
-    /// Lowest and highest point of each column that has any.
-    columns: Vec<Option<[[f64; 2]; 2]>>,
+    /// The points that are not to be passed over.
+    points: Vec<[f64; 2]>,
+    /// Lowest and highest point of each column; at infinity where it has none.
+    columns: Vec<[[f64; 2]; 2]>,
 }
 
 impl Outline {
-    /// Writes the outline of some finite points, which may be gone through more than once.
-    pub(super) fn trace(
+    /// Writes the outline of some points by a number of columns.
+    pub(super) fn trace<'a>(
         &mut self,
-        points: impl Iterator<Item = [f64; 2]> + Clone,
+        points: impl Iterator<Item = &'a [f64; 2]>,
+        columns: usize,
         outline: &mut Vec<[f64; 2]>,
     ) {
         outline.clear();
-        let mut ends = points.clone();
-        let Some(first) = ends.next() else {
-            return;
-        };
-        let [left, right] = ends.fold([first; 2], |[left, right], point| {
-            [if point[0] < left[0] { point } else { left }, if point[0] > right[0] { point } else { right }]
-        });
-        outline.extend([left, right]);
+        self.points.clear();
+        self.points.extend(points.filter_map(usable));
+        let [left, right] = self.ends();
+        outline
+            .extend([left, right].into_iter().filter_map(|x| self.points.iter().find(|point| point[0] == x)));
         self.columns.clear();
-        self.columns.resize(COLUMNS, None);
-        let per_x = COLUMNS as f64 / (right[0] - left[0]);
-        for point in points {
+        self.columns.resize(columns, [[0.0, f64::INFINITY], [0.0, f64::NEG_INFINITY]]);
+        let per_x = columns as f64 / (right - left);
+        for point in &self.points {
             // Points that are all at one x make it 0 times infinity: column 0.
-            let column = ((point[0] - left[0]) * per_x) as usize;
-            let [low, high] = self.columns[column.min(COLUMNS - 1)].get_or_insert([point; 2]);
+            let column = ((point[0] - left) * per_x) as usize;
+            let [low, high] = &mut self.columns[column.min(columns - 1)];
             if point[1] < low[1] {
-                *low = point;
+                *low = *point;
             }
             if point[1] > high[1] {
-                *high = point;
+                *high = *point;
             }
         }
-        outline.extend(self.columns.iter().flatten().flatten());
+        outline.extend(self.columns.iter().flatten().filter(|point| point[1].is_finite()));
+    }
+
+    /// The least and the greatest x.
+    fn ends(&self) -> [f64; 2] {
+        self.points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[left, right], &[x, _]| {
+            [if x < left { x } else { left }, if x > right { x } else { right }]
+        })
     }
 }

@@ -83,6 +83,7 @@ impl CellNumbers {
     fn sort_by_key(&mut self, max_key: u64) {
         let keys = self.table.keys();
         let cells = (0_u64..).zip(keys).skip(1).filter(|&(_, &key)| key != CellKeys::NOT_FINITE);
+        self.order.reserve(keys.len());
         self.order.extend(cells.map(|(number, key)| key << 32 | number));
         self.radix.sort(&mut self.order, max_key.min(u64::from(u32::MAX)) as u32);
         if let upper @ 1.. = (max_key >> 32) as u32 {

@@ -21,11 +21,14 @@ const MULTIPLIER: u64 = 0x9E37_79B9_7F4A_7C15;
 const MIN_PLACES: usize = 1024;
 
 impl CellTable {
-    /// Forgets all keys. Places are kept unless far too many for `at_most` keys.
+    /// Forgets all keys. Places are kept unless far too many for `at_most` keys; at first they are enough for
+    /// one key in four.
     pub(super) fn clear(&mut self, at_most: usize) {
         let enough = at_most.saturating_mul(2).next_power_of_two();
-        let places = self.places.len().min(enough).max(MIN_PLACES);
+        let known = if self.places.is_empty() { enough / 4 } else { self.places.len() };
+        let places = known.min(enough).max(MIN_PLACES);
         self.keys.clear();
+        self.keys.reserve(places / 2 + 1);
         self.keys.push(FREE);
         self.make_places(places);
     }

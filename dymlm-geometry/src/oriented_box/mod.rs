@@ -1,4 +1,5 @@
 mod fit;
+mod minimal;
 mod overlap;
 mod polyhedron;
 

@@ -1,5 +1,6 @@
 //! Kernelized correlation filter: where a target's window has moved in the image.
 
+mod alignment;
 mod channels;
 mod config;
 mod correlation;

@@ -1,6 +1,7 @@
 use dymlm_core::BoundingBox;
 use rustfft::num_complex::Complex;
 
+use super::alignment::Alignment;
 use super::channels::{COUNT, Channels, PLANES};
 use super::config::{KcfConfig, PUBLISHED};
 use super::correlation::KernelCorrelation;
@@ -15,6 +16,9 @@ const LEAST_SIDE: f32 = 6.0;
 const REGULARIZATION: f32 = 1e-4;
 /// Ratio between the scales that are tried (its published multi-scale variant).
 const SCALE_STEP: f32 = 1.05;
+/// How far from the response's peak the target's own pixels may move it, cells: the peak is never off by more
+/// on what it has found.
+const FARTHEST_ALIGNED: f32 = 0.5;
 /// Factor on the response at another scale than the last one: the size changes only when that clearly fits
 /// better.
 const SCALE_WEIGHT: f32 = 0.98;
@@ -27,7 +31,8 @@ const LEAST_LEARNING_RATIO: f32 = 5.0;
 /// Henriques, Caseiro, Martins, Batista: "High-Speed Tracking with Kernelized Correlation Filters", TPAMI
 /// 2015: kernel ridge regression over all cyclic shifts of a padded window, learned and evaluated in the
 /// frequency domain. The window is resampled to a template of fixed size; its size follows by trying
-/// neighbouring scales.
+/// neighbouring scales. The last fraction of a pixel comes from the target's own pixels, aligned with those
+/// learned.
 ///
 /// An update costs O(s n log n) for s scales and n cells, and O(pixels of the window); it allocates nothing.
 /// The tracker follows what it saw first and slowly adapts to what it sees; it cannot find a target that left
@@ -73,6 +78,8 @@ pub struct KcfTracker {
     /// What is learned: the packed spectra of the target's channels and of the dual coefficients.
     appearance: Vec<Complex<f32>>,
     coefficients: Vec<Complex<f32>>,
+    /// The same at full resolution, for the last fraction of a cell.
+    alignment: Alignment,
     scratch: Scratch,
 }
 
@@ -137,6 +144,7 @@ impl KcfTracker {
             channels,
             appearance: zeros(spectra),
             coefficients: zeros(count),
+            alignment: Alignment::new(size),
             scratch: Scratch {
                 sampler: WindowSampler::default(),
                 template: vec![0.0; count * cell * cell],
@@ -168,24 +176,36 @@ impl KcfTracker {
             self.shift_by(&found, self.scale, image);
             found = self.detect(image, self.scale);
         }
-        let (mut peak, mut scale) = (found, self.scale);
-        for other in [self.scale / SCALE_STEP, self.scale * SCALE_STEP] {
-            let other = self.allowed_scale(other, image);
-            let other_peak = self.detect(image, other);
-            let weight = if scale == self.scale { SCALE_WEIGHT } else { 1.0 };
-            if weight * other_peak.value > peak.value {
-                (peak, scale) = (other_peak, other);
-            }
+        self.shift_by(&found, self.scale, image);
+        self.align(image);
+        if let Some((peak, scale)) = self.better_scale(image, &found) {
+            self.shift_by(&peak, scale, image);
+            self.scale = scale;
+            self.align(image);
+            found = peak;
         }
-        self.shift_by(&peak, scale, image);
-        self.scale = scale;
         KcfUpdate {
             bounding_box: self.bounding_box(),
-            scale,
-            peak: peak.value,
-            peak_to_sidelobe: peak.sidelobe_ratio,
+            scale: self.scale,
+            peak: found.value,
+            peak_to_sidelobe: found.sidelobe_ratio,
             is_learned: false,
         }
+    }
+
+    /// The peak at a neighbouring scale that fits clearly better, and that scale.
+    fn better_scale(&mut self, image: &GrayImage, found: &Peak) -> Option<(Peak, f32)> {
+        let mut best = None;
+        let mut least = found.value / SCALE_WEIGHT;
+        for other in [self.scale / SCALE_STEP, self.scale * SCALE_STEP] {
+            let other = self.allowed_scale(other, image);
+            let peak = self.detect(image, other);
+            if peak.value > least {
+                (best, least) = (Some((peak, other)), peak.value);
+            }
+        }
+        // What was found was not quite in the middle of its window: in doubt, the same conditions for both.
+        best.filter(|(peak, _)| peak.value * SCALE_WEIGHT > self.detect(image, self.scale).value)
     }
 
     /// Learns how the target looks in an image, where it is now.
@@ -217,14 +237,34 @@ impl KcfTracker {
         BoundingBox::try_from(sides).unwrap_or(self.first_box)
     }
 
-    /// Moves by a peak's shift, at most to the image's border.
+    /// Moves by a peak's shift.
     fn shift_by(&mut self, peak: &Peak, scale: f32, image: &GrayImage) {
         let extent = self.window_extent(scale);
+        let shift = [0, 1].map(|axis| peak.shift[axis] * extent[axis] / self.cells[axis] as f32);
+        self.move_by(shift, image);
+    }
+
+    /// Moves to where the target's own pixels say it is, if that is not another cell.
+    fn align(&mut self, image: &GrayImage) {
+        let extent = self.window_extent(self.scale);
+        let cell = (extent[0] / self.cells[0] as f32).max(extent[1] / self.cells[1] as f32);
+        let (center, size) = (self.pixel_center(), self.size.map(|side| side * self.scale));
+        if let Some(shift) = self.alignment.align(image, center, size, FARTHEST_ALIGNED * cell) {
+            self.move_by(shift, image);
+        }
+    }
+
+    /// Moves by some pixels, at most to the image's border.
+    fn move_by(&mut self, shift: [f32; 2], image: &GrayImage) {
         let limits = [image.width() as f32, image.height() as f32];
         for axis in 0..2 {
-            let moved = self.center[axis] + peak.shift[axis] * extent[axis] / self.cells[axis] as f32;
-            self.center[axis] = moved.clamp(0.0, limits[axis]);
+            self.center[axis] = (self.center[axis] + shift[axis]).clamp(0.0, limits[axis]);
         }
+    }
+
+    /// From coordinates of boxes to those of pixels' centres.
+    fn pixel_center(&self) -> [f32; 2] {
+        self.center.map(|c| c - 0.5)
     }
 
     /// The response to a window of the given scale at the target's place.
@@ -251,14 +291,15 @@ impl KcfTracker {
         }
         blend(&mut self.coefficients, kernel, rate);
         blend(&mut self.appearance, view, rate);
+        let (center, size) = (self.pixel_center(), self.size.map(|side| side * self.scale));
+        self.alignment.learn(image, center, size, rate);
     }
 
     /// Spectra of the window of the given scale, into `scratch.view`.
     fn observe(&mut self, image: &GrayImage, scale: f32) {
         let extent = self.window_extent(scale);
         let size = self.cells.map(|count| count * PUBLISHED.cell);
-        // From coordinates of boxes to those of pixels' centres.
-        let center = self.center.map(|c| c - 0.5);
+        let center = self.pixel_center();
         let Scratch { sampler, template, view, .. } = &mut self.scratch;
         sampler.sample(image, center, extent, size, template);
         self.channels.compute(template, view);

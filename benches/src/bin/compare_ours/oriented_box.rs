@@ -6,7 +6,7 @@ use crate::request::Request;
 use crate::results::write_numbers;
 use crate::timing::{Timing, timed};
 
-/// `oriented_box input= fit=principal_axes|minimum_rectangle buffers=kept|fresh`
+/// `oriented_box input= fit=principal_axes|minimum_rectangle|minimum_volume buffers=kept|fresh`
 pub(crate) fn run(
     request: &Request,
     inputs: &mut Inputs,
@@ -15,6 +15,7 @@ pub(crate) fn run(
     let fit = match request.text("fit")? {
         "principal_axes" => BoxFit::PrincipalAxes,
         "minimum_rectangle" => BoxFit::MinimumRectangle,
+        "minimum_volume" => BoxFit::MinimumVolume,
         other => return Err(format!("fit={other} is unknown").into()),
     };
     let points = inputs.points(request.text("input")?)?;
