@@ -21,6 +21,7 @@ mod detection;
 mod distance_field;
 mod error;
 mod exclusive;
+mod floor_grid;
 mod frame;
 mod map;
 mod merge;
@@ -51,6 +52,7 @@ mod extension {
         detection::PyDetection,
         distance_field::PyDistanceField,
         error::Error,
+        floor_grid::PyFloorGrid,
         frame::PyFrame,
         map::{PyFloorUnder, PyMap, load},
         merge::{PyMergeReport, PyNewIds},
@@ -59,7 +61,7 @@ mod extension {
             PyReferenceCloud, score_cloud, score_objects, score_planes, score_walls, trajectory_error,
         },
         objects::PyMapObject,
-        occupancy_grid::PyOccupancyGrid,
+        occupancy_grid::{PyGridUpdate, PyOccupancyGrid},
         octree::PyOctree,
         planes::{PyBoundary, PyPlane},
         pose::PyPose,

@@ -17,7 +17,15 @@ pub enum Error {
     /// Refused by the cloud: a camera out of its reach.
     #[error(transparent)]
     Cloud(#[from] dymlm_cloud::Error),
-    /// Refused by the octree: a camera outside its cells.
+    /// No floor is known under a position.
+    #[error("no floor is known under {at:?}, seen along up = {up:?}")]
+    NoFloor {
+        /// The position, metres, world.
+        at: [f64; 3],
+        /// The given direction.
+        up: [f64; 3],
+    },
+    /// Refused by the octree: a camera outside its cells, a grid that is none or too large.
     #[error(transparent)]
     Octree(#[from] dymlm_octree::Error),
     /// Refused by the plane map: a camera out of its reach.

@@ -127,7 +127,7 @@ impl OccupancyGrid {
     }
 }
 
-fn cell_count(place: GridCells) -> Result<usize, Error> {
+pub(super) fn cell_count(place: GridCells) -> Result<usize, Error> {
     let [width, height] = place.size();
     let count = width.checked_mul(height).filter(|&count| count <= OccupancyGrid::MAX_CELLS);
     count.map(|count| count as usize).ok_or(Error::GridSize { width, height })

@@ -1,12 +1,14 @@
 use std::cmp::Ordering;
 
+use dymlm_core::Pose;
+
 use super::OccupancyGrid;
 use super::column::column_state;
-use super::grid::{HeightRange, Heights, NO_HEIGHTS};
+use super::grid::{HeightRange, Heights, NO_HEIGHTS, cell_count};
 use super::grid_axes::{grid_axes, world_from_grid};
 use super::region::{GridCells, GridRegion, Shadow};
 use crate::accessor::Accessor;
-use crate::{CellState, Error, Octree};
+use crate::{CellState, Error, Extent, Leaf, Octree};
 
 impl Octree {
     /// Projects the cells between two heights onto a 2D grid. Heights are measured along `up` (any length,
@@ -119,7 +121,7 @@ impl Octree {
     }
 
     /// The region, in the axes of a grid, in which something was observed between two heights; `None` where
-    /// nothing was. Parts of the map that lie outside of all of the `cubes` do not count. O(leaves in them).
+    /// nothing was. What lies outside of all of the `boxes` does not count. O(leaves in them).
     ///
     /// # Errors
     ///
@@ -129,24 +131,24 @@ impl Octree {
         up: [f64; 3],
         min_height: f64,
         max_height: f64,
-        cubes: &[crate::Extent],
+        boxes: &[Extent],
     ) -> Result<Option<GridRegion>, Error> {
         let range = [min_height, max_height];
         let axes = checked_axes(up, range)?;
-        Ok(self.region_of(axes, range, cubes))
+        Ok(self.region_of(axes, range, boxes))
     }
 
     pub(super) fn region_of(
         &self,
         axes: [[f64; 3]; 3],
         range: HeightRange,
-        cubes: &[crate::Extent],
+        boxes: &[Extent],
     ) -> Option<GridRegion> {
-        // Within the cubes by a quarter of a cell: what touches them does not belong to them.
+        // Within the boxes by a quarter of a cell: what touches them does not belong to them.
         let inset = 0.25 * self.resolution();
-        let near = cubes.iter().filter(|cube| Shadow::of_cube(cube, axes).is_between(range));
-        let leaves = near
-            .flat_map(|cube| self.leaves_in_box(cube.min.map(|c| c + inset), cube.max.map(|c| c - inset)));
+        let near = boxes.iter().filter(|own| Shadow::of_box(own, axes).is_between(range));
+        let leaves =
+            near.flat_map(|own| self.leaves_in_box(own.min.map(|c| c + inset), own.max.map(|c| c - inset)));
         region_of_leaves(leaves, axes, range)
     }
 
@@ -170,7 +172,7 @@ impl Octree {
 }
 
 fn region_of_leaves(
-    leaves: impl Iterator<Item = crate::Leaf>,
+    leaves: impl Iterator<Item = Leaf>,
     axes: [[f64; 3]; 3],
     range: HeightRange,
 ) -> Option<GridRegion> {
@@ -185,6 +187,25 @@ fn checked_axes(up: [f64; 3], [min_height, max_height]: HeightRange) -> Result<[
 }
 
 impl OccupancyGrid {
+    /// Where the axes of grids across a direction are in the world, see [`Octree::project`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Projection`] when `up` is zero or not finite.
+    pub fn frame(up: [f64; 3]) -> Result<Pose, Error> {
+        world_from_grid(checked_axes(up, [f64::NEG_INFINITY, f64::INFINITY])?)
+    }
+
+    /// Whether a grid may have as many cells as a region needs.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::GridRegion`]; [`Error::GridSize`].
+    pub fn check_size(region: &GridRegion, resolution: f64) -> Result<(), Error> {
+        region.check()?;
+        cell_count(GridCells::of(region, resolution)).map(|_| ())
+    }
+
     fn fill(&mut self, accessor: &mut Accessor<'_>) {
         for index in 0..self.cells.len() {
             self.cells[index] = self.projected(accessor, index);

@@ -1,4 +1,4 @@
-use dymlm_core::vector3::dot;
+use dymlm_core::vector3::{difference, dot};
 
 use crate::{Error, Extent, Leaf};
 
@@ -63,7 +63,7 @@ impl GridCells {
     }
 }
 
-/// A cube of the world as the grid's axes see it: the middle and half the extent along x, y and up.
+/// A box of the world as the grid's axes see it: the middle and half the extent along x, y and up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shadow {
     center: [f64; 3],
@@ -71,20 +71,21 @@ pub(super) struct Shadow {
 }
 
 impl Shadow {
-    pub(super) fn of(center: [f64; 3], size: f64, axes: [[f64; 3]; 3]) -> Self {
+    fn of(center: [f64; 3], sides: [f64; 3], axes: [[f64; 3]; 3]) -> Self {
         Self {
             center: axes.map(|axis| dot(axis, center)),
-            half: axes.map(|axis| 0.5 * size * axis.iter().map(|value| value.abs()).sum::<f64>()),
+            half: axes.map(|axis| 0.5 * dot(axis.map(f64::abs), sides)),
         }
     }
 
     pub(super) fn of_leaf(leaf: &Leaf, axes: [[f64; 3]; 3]) -> Self {
-        Self::of(leaf.center, leaf.size, axes)
+        Self::of(leaf.center, [leaf.size; 3], axes)
     }
 
-    pub(super) fn of_cube(cube: &Extent, axes: [[f64; 3]; 3]) -> Self {
-        let center = std::array::from_fn(|axis| 0.5 * (cube.min[axis] + cube.max[axis]));
-        Self::of(center, cube.max[0] - cube.min[0], axes)
+    pub(super) fn of_box(region: &Extent, axes: [[f64; 3]; 3]) -> Self {
+        let Extent { min, max } = region;
+        let center = std::array::from_fn(|axis| 0.5 * (min[axis] + max[axis]));
+        Self::of(center, difference(*max, *min), axes)
     }
 
     pub(super) fn is_between(&self, [lowest, highest]: [f64; 2]) -> bool {

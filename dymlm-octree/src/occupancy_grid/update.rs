@@ -115,7 +115,7 @@ impl OccupancyGrid {
             return;
         }
         let between = self.heights.all();
-        let shadows = cubes.iter().map(|cube| Shadow::of_cube(cube, self.axes));
+        let shadows = cubes.iter().map(|cube| Shadow::of_box(cube, self.axes));
         let near = shadows.filter(|shadow| shadow.is_between(between));
         // Cubes above each other are over the same cells.
         let mut rectangles: Vec<[[usize; 2]; 2]> =
