@@ -74,6 +74,8 @@ T = {
         "detections_for": "frame: int, detections: Iterable[Detection] -> FrameReport",
         "process_waiting": "-> list[FrameReport]",
         "settle": "-> None",
+        "track_object": "object: int, frame: Frame -> ObjectTracker",
+        "follow_object": "tracker: ObjectTracker -> ObjectMove | None",
         "map": "-> Map",
         "reader": "-> MapReader",
         "finish": "-> Map",
@@ -90,6 +92,29 @@ T = {
         "camera": "Camera",
     },
     "MapReader": {"latest": "-> Map", "wait_newer": "than: Map, timeout: float -> Map | None"},
+    "MapSaver": {
+        "__init__": "folder: str | os.PathLike[str]",
+        "load": "@static folder: str | os.PathLike[str] -> tuple[MapSaver, Map]",
+        "save": "map: Map -> None",
+        "folder": "Path",
+    },
+    "ObjectTracker": {"object": "int", "track": "frame: Frame -> ObjectUpdate"},
+    "ObjectUpdate": {
+        "state": "str",
+        "world_from_object": "Pose",
+        "inliers": "int",
+        "confidence": "float",
+        "came_to_rest": "bool",
+    },
+    "ObjectMove": {
+        "object": "int",
+        "old_world_from_object": "Pose",
+        "world_from_object": "Pose",
+        "cloud_voxels": "int",
+        "emptied_cells": "int",
+        "occupied_cells": "int",
+        "planes": "list[int]",
+    },
     "FrameReport": {
         "id": "int",
         "timestamp": "float",
@@ -305,7 +330,7 @@ T = {
     },
 }
 TF = {
-    "builtin_sequence": "name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None -> Sequence",
+    "builtin_sequence": "name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None, carried: str | None = None -> Sequence",
     "load": "folder: str | os.PathLike[str] -> Map",
 }
 O = "float | None"
@@ -421,6 +446,7 @@ def make(mod, classes, functions, head):
 
 head = '''import os
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np

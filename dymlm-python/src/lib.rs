@@ -24,8 +24,10 @@ mod exclusive;
 mod floor_grid;
 mod frame;
 mod map;
+mod map_saver;
 mod merge;
 mod metrics;
+mod object_tracker;
 mod objects;
 mod occupancy_grid;
 mod octree;
@@ -55,11 +57,13 @@ mod extension {
         floor_grid::PyFloorGrid,
         frame::PyFrame,
         map::{PyFloorUnder, PyMap, load},
+        map_saver::PyMapSaver,
         merge::{PyMergeReport, PyNewIds},
         metrics::{
             PyCloudScore, PyDynamicMapScore, PyDynamicMapScorer, PyObjectScore, PyPlaneScore,
             PyReferenceCloud, score_cloud, score_objects, score_planes, score_walls, trajectory_error,
         },
+        object_tracker::{PyObjectMove, PyObjectTracker, PyObjectUpdate},
         objects::PyMapObject,
         occupancy_grid::{PyGridUpdate, PyOccupancyGrid},
         octree::PyOctree,

@@ -9,6 +9,9 @@ const CELL: f64 = 0.25;
 const CONTACT_CELLS: usize = 2;
 
 /// A plane that may be a part of a floor, in the axes of a grid.
+///
+/// Its heights are those at which it was read: a ramp of few degrees is associated with the floor that it
+/// begins on, and the plane that is fitted to both is centimetres off either.
 #[derive(Debug, Clone)]
 pub(super) struct FloorPlane {
     pub(super) id: PlaneId,
@@ -16,41 +19,50 @@ pub(super) struct FloorPlane {
     pub(super) area: f64,
     slope: [f64; 2],
     offset: f64,
+    voxel_size: f64,
     cells: Raster,
 }
 
-/// Which cells of a rectangle hold inliers.
+/// The mean height at which a plane was read in the cells of a rectangle; NaN where it was not.
 #[derive(Debug, Clone)]
 struct Raster {
     first: [i64; 2],
     size: [usize; 2],
-    filled: Vec<bool>,
+    heights: Vec<f64>,
 }
 
 impl FloorPlane {
     /// `None` for a plane without inliers, or that is not level enough to have heights.
     pub(super) fn of(plane: &MapPlane, voxel_size: f64, grid_from_world: &Pose) -> Option<Self> {
         let [x, y, up] = grid_from_world.rotate(plane.plane().normal());
-        let places: Vec<[f64; 2]> =
-            plane.inlier_points().map(|point| place(grid_from_world, point)).collect();
-        let cells = Raster::of(&places)?;
+        let read: Vec<[f64; 3]> =
+            plane.voxel_centers().map(|center| grid_from_world.transform_point(center)).collect();
+        let cells = Raster::of(&read)?;
         (up > 0.1).then(|| Self {
             id: plane.id(),
             area: plane.inlier_voxels() as f64 * voxel_size * voxel_size,
             slope: [-x / up, -y / up],
             offset: -plane.plane().d() / up,
+            voxel_size,
             cells,
         })
     }
 
-    /// Its height at a place in the grid's axes, metres.
+    /// The plane's height at a place in the grid's axes, metres.
     pub(super) fn height(&self, [x, y]: [f64; 2]) -> f64 {
         self.slope[0] * x + self.slope[1] * y + self.offset
     }
 
-    /// Its lowest and highest, metres.
+    /// Its height at a place where it was read at a mean height: that of the plane, unless the readings
+    /// contradict it by more than a voxel.
+    pub(super) fn height_read(&self, place: [f64; 2], read: f64) -> f64 {
+        let fitted = self.height(place);
+        if (fitted - read).abs() <= self.voxel_size { fitted } else { read }
+    }
+
+    /// Lowest and highest at which it was read, metres.
     pub(super) fn heights(&self) -> [f64; 2] {
-        let heights = self.cells.centers().map(|center| self.height(center));
+        let heights = self.cells.filled().map(|(_, height)| height);
         heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], own| [low.min(own), high.max(own)])
     }
 
@@ -61,54 +73,55 @@ impl FloorPlane {
     }
 
     pub(super) fn cell_count(&self) -> usize {
-        self.cells.centers().count()
+        self.cells.filled().count()
     }
 
     /// Whether one goes on to the other: they come near each other, and there by no more than a step.
     pub(super) fn joins(&self, other: &Self, max_step: f64) -> bool {
         let (small, large) =
-            if self.cells.filled.len() <= other.cells.filled.len() { (self, other) } else { (other, self) };
-        let is_contact = |center: &[f64; 2]| {
-            (self.height(*center) - other.height(*center)).abs() <= max_step
-                && large.cells.is_near(*center, 1)
+            if self.cells.heights.len() <= other.cells.heights.len() { (self, other) } else { (other, self) };
+        let is_contact = |&(cell, height): &([i64; 2], f64)| {
+            large.cells.near(cell, 1).any(|(beside, other)| {
+                // From the one cell to the other as the plane slopes.
+                let way = [0, 1].map(|axis| (cell[axis] - beside[axis]) as f64 * CELL);
+                let goes_on = other + large.slope[0] * way[0] + large.slope[1] * way[1];
+                (height - goes_on).abs() <= max_step
+            })
         };
-        small.cells.centers().filter(is_contact).take(CONTACT_CELLS).count() == CONTACT_CELLS
+        small.cells.filled().filter(is_contact).take(CONTACT_CELLS).count() == CONTACT_CELLS
     }
 
     /// In how many of its cells it is above another plane, no farther than that many metres up, or beside by no
     /// more than `beside` cells.
     pub(super) fn cells_over(&self, lower: &Self, most: f64, beside: i64) -> usize {
-        let is_over = |center: &[f64; 2]| {
-            (0.0..most).contains(&(self.height(*center) - lower.height(*center)))
-                && lower.cells.is_near(*center, beside)
+        let is_over = |&(cell, height): &([i64; 2], f64)| {
+            lower.cells.near(cell, beside).any(|(_, other)| (0.0..most).contains(&(height - other)))
         };
-        self.cells.centers().filter(is_over).count()
+        self.cells.filled().filter(is_over).count()
     }
 }
 
-/// Where a point is in the grid's axes, its height left out.
-pub(super) fn place(grid_from_world: &Pose, point: [f32; 3]) -> [f64; 2] {
-    let [x, y, _] = grid_from_world.transform_point(point.map(f64::from));
-    [x, y]
-}
-
 impl Raster {
-    fn of(places: &[[f64; 2]]) -> Option<Self> {
-        let cell = |place: &[f64; 2]| place.map(|c| (c / CELL).floor() as i64);
-        let mut first = cell(places.first()?);
+    fn of(read: &[[f64; 3]]) -> Option<Self> {
+        let cell = |[x, y, _]: &[f64; 3]| [x, y].map(|c| (c / CELL).floor() as i64);
+        let mut first = cell(read.first()?);
         let mut last = first;
-        for own in places.iter().map(cell) {
+        for own in read.iter().map(cell) {
             for axis in 0..2 {
                 (first[axis], last[axis]) = (first[axis].min(own[axis]), last[axis].max(own[axis]));
             }
         }
         let size = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as usize);
-        let mut raster = Self { first, size, filled: vec![false; size[0].checked_mul(size[1])?] };
-        for own in places.iter().map(cell) {
-            if let Some(filled) = raster.index(own).and_then(|index| raster.filled.get_mut(index)) {
-                *filled = true;
+        let mut raster = Self { first, size, heights: Vec::new() };
+        let mut sums = vec![(0.0, 0_u32); size[0].checked_mul(size[1])?];
+        for point in read {
+            if let Some((sum, count)) = raster.index(cell(point)).and_then(|index| sums.get_mut(index)) {
+                *sum += point[2];
+                *count += 1;
             }
         }
+        // 0 / 0 where nothing was read.
+        raster.heights = sums.into_iter().map(|(sum, count)| sum / f64::from(count)).collect();
         Some(raster)
     }
 
@@ -118,18 +131,21 @@ impl Raster {
         Some(y * self.size[0] + x)
     }
 
-    fn centers(&self) -> impl Iterator<Item = [f64; 2]> {
-        let filled = self.filled.iter().enumerate().filter(|(_, filled)| **filled);
-        filled.map(|(index, _)| {
+    /// The cells in which the plane was read, and how high.
+    fn filled(&self) -> impl Iterator<Item = ([i64; 2], f64)> {
+        let filled = self.heights.iter().enumerate().filter(|(_, height)| !height.is_nan());
+        filled.map(|(index, &height)| {
             let cell = [index % self.size[0], index / self.size[0]];
-            [0, 1].map(|axis| (self.first[axis] as f64 + cell[axis] as f64 + 0.5) * CELL)
+            ([0, 1].map(|axis| self.first[axis] + cell[axis] as i64), height)
         })
     }
 
-    /// Whether a cell within so many of the one at a place is filled.
-    fn is_near(&self, place: [f64; 2], cells: i64) -> bool {
-        let [x, y] = place.map(|c| (c / CELL).floor() as i64);
-        let filled = |cell| self.index(cell).and_then(|index| self.filled.get(index)).is_some_and(|&is| is);
-        (y - cells..=y + cells).any(|y| (x - cells..=x + cells).any(|x| filled([x, y])))
+    /// Those within so many cells of one.
+    fn near(&self, [x, y]: [i64; 2], cells: i64) -> impl Iterator<Item = ([i64; 2], f64)> {
+        let around = (y - cells..=y + cells).flat_map(move |y| (x - cells..=x + cells).map(move |x| [x, y]));
+        around.filter_map(|cell| {
+            let height = *self.heights.get(self.index(cell)?)?;
+            (!height.is_nan()).then_some((cell, height))
+        })
     }
 }

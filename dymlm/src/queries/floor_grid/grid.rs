@@ -124,7 +124,8 @@ impl MultiLevelMap {
         let region = config.region.or(all).unwrap_or(nothing);
         let resolution = self.octree.resolution();
         OccupancyGrid::check_size(&region, resolution)?;
-        let heights = FloorHeights::of(&floor, &self.planes, grid_from_world, &region, resolution);
+        let heights =
+            FloorHeights::of(&floor, &self.planes, grid_from_world, &region, resolution, config.max_step);
         Ok(Laid { floor, region, heights })
     }
 }
@@ -215,5 +216,6 @@ impl FloorGrid {
 
 /// What counts above a place of the floor.
 fn counted(heights: &FloorHeights, place: [f64; 2], config: &FloorGridConfig) -> Option<[f64; 2]> {
-    heights.at(place).map(|floor| [floor + config.min_height, floor + config.max_height])
+    let (floor, on_step) = (heights.at(place)?, heights.on_step(place)?);
+    Some([on_step + config.min_height, floor + config.max_height])
 }
