@@ -69,7 +69,7 @@ def opened(source):
 
 def map_recording(source, folder, watch=lambda share: None):
     """Maps a recording and saves the map; `watch` is told the share that is done. What it took."""
-    start = time.perf_counter()
+    start = clocks()
     frames = opened(source)
     builder = dymlm.MapBuilder(frames.camera, dymlm.Config(history="memory"))
     for number, frame in enumerate(frames):
@@ -81,16 +81,21 @@ def map_recording(source, folder, watch=lambda share: None):
 
 def join(first, second, folder):
     """Joins two saved maps and saves the map of both. What it took."""
-    start = time.perf_counter()
+    start = clocks()
     map = dymlm.load(first)
     report = map.merge(dymlm.load(second))
     map.save(folder)
     return spent(start) | {"mapped_again": report.mapped_again}
 
 
+def clocks():
+    return time.perf_counter(), time.process_time()
+
+
 def spent(start):
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    return {"seconds": time.perf_counter() - start, "peak_mb": peak}
+    """Since then: seconds, seconds of processor time (which a busy machine does not stretch), and the peak so far."""
+    seconds, busy = (now - then for now, then in zip(clocks(), start, strict=True))
+    return {"seconds": seconds, "busy": busy, "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}
 
 
 def checksum(folder):
@@ -243,6 +248,9 @@ def main():
         "seconds": round(total, 2),
         "seconds_of_maps": [round(one["seconds"], 2) for one in mapped],
         "seconds_of_joins": [round(one["seconds"], 2) for one in joins],
+        "processor_seconds_of_maps": [round(one["busy"], 2) for one in mapped],
+        "processor_seconds_of_joins": [round(one["busy"], 2) for one in joins],
+        "peak_mb_of_joins": [round(one["peak_mb"]) for one in joins],
         "seconds_after_the_maps": round(joining, 2),
         "frames_mapped_again": sum(one["mapped_again"] for one in joins),
         "peak_mb": round(max(one["peak_mb"] for one in mapped + joins), 1),
