@@ -74,6 +74,8 @@ T = {
         "detections_for": "frame: int, detections: Iterable[Detection] -> FrameReport",
         "process_waiting": "-> list[FrameReport]",
         "settle": "-> None",
+        "track_object": "object: int, frame: Frame -> ObjectTracker",
+        "follow_object": "tracker: ObjectTracker -> ObjectMove | None",
         "map": "-> Map",
         "reader": "-> MapReader",
         "finish": "-> Map",
@@ -90,6 +92,29 @@ T = {
         "camera": "Camera",
     },
     "MapReader": {"latest": "-> Map", "wait_newer": "than: Map, timeout: float -> Map | None"},
+    "MapSaver": {
+        "__init__": "folder: str | os.PathLike[str]",
+        "load": "@static folder: str | os.PathLike[str] -> tuple[MapSaver, Map]",
+        "save": "map: Map -> None",
+        "folder": "Path",
+    },
+    "ObjectTracker": {"object": "int", "track": "frame: Frame -> ObjectUpdate"},
+    "ObjectUpdate": {
+        "state": "str",
+        "world_from_object": "Pose",
+        "inliers": "int",
+        "confidence": "float",
+        "came_to_rest": "bool",
+    },
+    "ObjectMove": {
+        "object": "int",
+        "old_world_from_object": "Pose",
+        "world_from_object": "Pose",
+        "cloud_voxels": "int",
+        "emptied_cells": "int",
+        "occupied_cells": "int",
+        "planes": "list[int]",
+    },
     "FrameReport": {
         "id": "int",
         "timestamp": "float",
@@ -165,6 +190,8 @@ T = {
         "objects_on": "plane: int -> list[MapObject]",
         "surfaces": f"up: {A} -> list[tuple[Plane, str, float]]",
         "floor_under": f"point: {A}, up: {A}, max_distance: float, reach: float = 0.0 -> FloorUnder | None",
+        "floor_grid": f"at: {A}, up: {A}, region: {A} | None = None, **fields: Any -> FloorGrid",
+        "floor_grids": f"up: {A}, region: {A} | None = None, **fields: Any -> list[FloorGrid]",
         "up": f"{F} | None",
         "counts": "-> dict[str, int]",
         "memory": "-> dict[str, int]",
@@ -192,7 +219,7 @@ T = {
         "leaves": f"low: {A} | None = None, high: {A} | None = None -> tuple[{F}, {F32}, {I8}]",
         "cast_rays": f'origins: {A}, directions: {A}, max_range: float = ..., unknown: str = "stop" -> tuple[{F}, {F}, list[str | None]]',
         "nearest_obstacles": f"points: {A}, max_distance: float = ... -> tuple[{F}, {F}]",
-        "project": f"up: {A}, min_height: float, max_height: float -> OccupancyGrid",
+        "project": f"up: {A}, min_height: float, max_height: float, region: {A} | None = None -> OccupancyGrid",
         "distance_field": f'low: {A}, high: {A}, max_distance: float, unknown: str = "pass" -> DistanceField',
     },
     "OccupancyGrid": {
@@ -200,7 +227,21 @@ T = {
         "resolution": "float",
         "origin": F,
         "world_from_grid": "Pose",
+        "inflated": "radius: float -> OccupancyGrid",
+        "update": "earlier: Octree, octree: Octree -> GridUpdate",
         "save": "folder: str | os.PathLike[str], name: str -> None",
+    },
+    "GridUpdate": {
+        "projected": "int",
+        "changed": "int",
+        "bounds": "tuple[int, int, int, int] | None",
+        "has_grown": "bool",
+    },
+    "FloorGrid": {
+        "grid": "OccupancyGrid",
+        "planes": "list[int]",
+        "floor_heights": f"places: {A} -> {F}",
+        "update": "earlier: Map, map: Map -> GridUpdate",
     },
     "DistanceField": {"at": f"points: {A} -> tuple[{F}, {F}]", "max_distance": "float"},
     "Plane": {
@@ -289,7 +330,7 @@ T = {
     },
 }
 TF = {
-    "builtin_sequence": "name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None -> Sequence",
+    "builtin_sequence": "name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None, carried: str | None = None -> Sequence",
     "load": "folder: str | os.PathLike[str] -> Map",
 }
 O = "float | None"
@@ -405,6 +446,7 @@ def make(mod, classes, functions, head):
 
 head = '''import os
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np

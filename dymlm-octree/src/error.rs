@@ -57,6 +57,28 @@ pub enum Error {
         /// Cells along y.
         height: u64,
     },
+    /// A region of a grid that is none.
+    #[error("no grid from {min:?} to {max:?} m: not finite, or it ends before it begins")]
+    GridRegion {
+        /// Given lower corner, metres.
+        min: [f64; 2],
+        /// Given upper corner, metres.
+        max: [f64; 2],
+    },
+    /// A grid that is to be brought up to date by an octree with other cells.
+    #[error("a grid of {resolution} m cells cannot be updated by an octree of {other} m cells")]
+    GridResolution {
+        /// Cell size of the grid, metres.
+        resolution: f64,
+        /// Cell size of the octree, metres.
+        other: f64,
+    },
+    /// A margin around obstacles that is none.
+    #[error("obstacles cannot be inflated by {radius} m")]
+    Inflation {
+        /// Given radius, metres.
+        radius: f64,
+    },
     /// A region that is none, or too large for a [`DistanceField`](crate::DistanceField).
     #[error(
         "no distance field from {min:?} to {max:?} m and {max_distance} m around: not finite, empty or too large"

@@ -102,11 +102,11 @@ impl Accessor<'_> {
 
 /// The cells along a ray, with the arithmetic of OctoMap's `castRay`. (It differs from `computeRayKeys`,
 /// which insertion uses, in where it rounds to single precision.)
-pub(crate) struct Walk {
+struct Walk {
     origin: [f32; 3],
-    pub(crate) key: Key,
+    key: Key,
     /// Distance along the ray at which it entered the cell.
-    pub(crate) entered: f64,
+    entered: f64,
     /// Distance along the ray to the next border, for each axis.
     next: [f64; 3],
     between: [f64; 3],
@@ -114,7 +114,7 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    pub(crate) fn new(accessor: &Accessor<'_>, origin: [f64; 3], direction: [f64; 3]) -> Option<Self> {
+    fn new(accessor: &Accessor<'_>, origin: [f64; 3], direction: [f64; 3]) -> Option<Self> {
         let lattice = &accessor.lattice;
         let origin = origin.map(|coordinate| coordinate as f32);
         let key = lattice.key_f32(origin)?;
@@ -135,7 +135,7 @@ impl Walk {
 
     /// Enters the next cell; `false` at the border of the map.
     #[inline]
-    pub(crate) fn step(&mut self) -> bool {
+    fn step(&mut self) -> bool {
         let [x, y, z] = self.next;
         // OctoMap's order of comparisons decides ties.
         let axis = if x < y {
@@ -146,46 +146,6 @@ impl Walk {
             2
         };
         match axis {
-            0 => self.advance::<0>(),
-            1 => self.advance::<1>(),
-            _ => self.advance::<2>(),
-        }
-    }
-
-    /// Enters the first cell outside the cube around the present one, whose side has 2^`side_bits` cells;
-    /// `false` at the border of the map. O(1), where [`Self::step`] would take as many steps as the cube has
-    /// cells.
-    pub(crate) fn leave(&mut self, side_bits: u32) -> bool {
-        let last = (1_u32 << side_bits) - 1;
-        // Cells that are left in the cube along each axis, and where the ray would leave it.
-        let left: [u32; 3] = std::array::from_fn(|axis| {
-            let within = u32::from(self.key[axis]) & last;
-            if self.up[axis] { last - within } else { within }
-        });
-        let ends: [f64; 3] =
-            std::array::from_fn(|axis| self.next[axis] + f64::from(left[axis]) * self.between[axis]);
-        let [x, y, z] = ends;
-        // As in `step`.
-        let out = if x < y {
-            if x < z { 0 } else { 2 }
-        } else if y < z {
-            1
-        } else {
-            2
-        };
-        for (axis, &left) in left.iter().enumerate() {
-            // Borders that come first; of those at the same place the later axis does.
-            let borders = (ends[out] - self.next[axis]) / self.between[axis];
-            let passed = if axis > out { borders.floor() + 1.0 } else { borders.ceil() };
-            // A cast takes what is negative for 0.
-            let passed = if axis == out { left } else { (passed as u32).min(left) };
-            let index = u32::from(self.key[axis]);
-            self.key[axis] = if self.up[axis] { index + passed } else { index - passed } as u16;
-            if passed > 0 {
-                self.next[axis] += f64::from(passed) * self.between[axis];
-            }
-        }
-        match out {
             0 => self.advance::<0>(),
             1 => self.advance::<1>(),
             _ => self.advance::<2>(),

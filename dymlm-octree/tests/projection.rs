@@ -151,7 +151,7 @@ fn files_are_what_map_server_reads() {
     let yaml = std::fs::read_to_string(folder.path().join("kitchen.yaml")).unwrap();
     assert_eq!(
         yaml,
-        "image: \"kitchen.pgm\"\nresolution: 0.5\norigin: [-1, 0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+        "image: \"kitchen.pgm\"\nmode: trinary\nresolution: 0.5\norigin: [-1, 0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
     );
     let error = grid.save(folder.path().join("nowhere"), "kitchen").unwrap_err();
     assert!(error.to_string().contains("kitchen.pgm"), "{error}");

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use dymlm::core::{FrameId, PinholeCamera, Pose};
+use dymlm::core::{FrameId, ObjectId, PinholeCamera, Pose};
+use dymlm::tracking::ObjectTrackerConfig;
 use dymlm::{FrameInput, MapBuilder, MapConfig, RefineConfig};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,6 +19,7 @@ use crate::error::{OrRaise, refused};
 use crate::exclusive::Exclusive;
 use crate::frame::{GivenImages, ImageBuffers, PyFrame};
 use crate::map::{PyMap, memory_of};
+use crate::object_tracker::{PyObjectMove, PyObjectTracker};
 use crate::pose::{PoseArgument, PyPose};
 use crate::reader::PyMapReader;
 use crate::report::PyFrameReport;
@@ -134,6 +136,38 @@ impl PyMapBuilder {
             builder.settle();
             Ok(())
         })
+    }
+
+    /// Chooses an object of the map to be followed while somebody carries it, from a Frame on in which it stands where the
+    /// map has it: an ObjectTracker.
+    fn track_object(
+        &self,
+        py: Python<'_>,
+        object: u64,
+        frame: &Bound<'_, PyFrame>,
+    ) -> PyResult<PyObjectTracker> {
+        let (object, frame) = (ObjectId::new(object), frame.get());
+        let config = ObjectTrackerConfig::default();
+        let tracker = self.with(py, |builder| {
+            builder.track_object(object, &frame.frame, &frame.world_from_camera, &config).or_raise()
+        })?;
+        Ok(PyObjectTracker::of(object, tracker))
+    }
+
+    /// Tells the maps what a tracker has found in its last frame; before that frame is inserted. While the object moves its
+    /// pixels are kept out of the maps. Once it has come to rest, it stands at its new place in all of them, and its old
+    /// place is empty: an ObjectMove, else None.
+    fn follow_object(
+        &self,
+        py: Python<'_>,
+        tracker: &Bound<'_, PyObjectTracker>,
+    ) -> PyResult<Option<PyObjectMove>> {
+        let tracker = tracker.get();
+        let (own, update) = tracker.last_found(py)?;
+        let follow =
+            |builder: &mut MapBuilder| builder.follow_object(tracker.object, &own, &update).or_raise();
+        let moved = self.with(py, follow)?;
+        Ok(moved.as_ref().map(PyObjectMove::of))
     }
 
     /// The maps as they stand: a Map that stays as it is while the builder goes on. It shares what does not change.

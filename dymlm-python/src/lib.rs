@@ -21,10 +21,13 @@ mod detection;
 mod distance_field;
 mod error;
 mod exclusive;
+mod floor_grid;
 mod frame;
 mod map;
+mod map_saver;
 mod merge;
 mod metrics;
+mod object_tracker;
 mod objects;
 mod occupancy_grid;
 mod octree;
@@ -51,15 +54,18 @@ mod extension {
         detection::PyDetection,
         distance_field::PyDistanceField,
         error::Error,
+        floor_grid::PyFloorGrid,
         frame::PyFrame,
         map::{PyFloorUnder, PyMap, load},
+        map_saver::PyMapSaver,
         merge::{PyMergeReport, PyNewIds},
         metrics::{
             PyCloudScore, PyDynamicMapScore, PyDynamicMapScorer, PyObjectScore, PyPlaneScore,
             PyReferenceCloud, score_cloud, score_objects, score_planes, score_walls, trajectory_error,
         },
+        object_tracker::{PyObjectMove, PyObjectTracker, PyObjectUpdate},
         objects::PyMapObject,
-        occupancy_grid::PyOccupancyGrid,
+        occupancy_grid::{PyGridUpdate, PyOccupancyGrid},
         octree::PyOctree,
         planes::{PyBoundary, PyPlane},
         pose::PyPose,

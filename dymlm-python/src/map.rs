@@ -10,12 +10,14 @@ use dymlm::{MapMemory, MultiLevelMap, Selection};
 use numpy::PyArray1;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::arrays::{Array1, to_vector, vector};
 use crate::changes::{PyMapChanges, PyWorldChanges};
 use crate::cloud::PyCloud;
 use crate::config::PyConfig;
 use crate::error::{OrRaise, refused};
+use crate::floor_grid::{PyFloorGrid, floor_grid_config};
 use crate::merge::PyMergeReport;
 use crate::objects::PyMapObject;
 use crate::octree::PyOctree;
@@ -130,6 +132,39 @@ impl PyMap {
             distance: floor.distance,
             extended_by: floor.extended_by,
         }))
+    }
+
+    /// The 2D grid of the floor under a position (3,), seen along `up` (3,): the plane under it and all planes that it goes
+    /// on to, level or sloping, by low steps. region: x and y of the lower and of the upper corner (4,) of what it shows, in
+    /// the grid's axes. Further fields are those of Rust's `FloorGridConfig`, such as `max_height=1.2` or `max_step=0.1`.
+    #[pyo3(signature = (at, up, region = None, **fields))]
+    fn floor_grid(
+        &self,
+        py: Python<'_>,
+        at: &Bound<'_, PyAny>,
+        up: &Bound<'_, PyAny>,
+        region: Option<&Bound<'_, PyAny>>,
+        fields: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyFloorGrid> {
+        let (map, at, up) = (self.maps(), vector(at, "at")?, vector(up, "up")?);
+        let config = floor_grid_config(region, fields)?;
+        py.detach(|| map.floor_grid(at, up, &config)).or_raise().map(PyFloorGrid::of)
+    }
+
+    /// The 2D grids of all floors, the lowest first: storeys, and what is parted by steps that are too high. As
+    /// `floor_grid`.
+    #[pyo3(signature = (up, region = None, **fields))]
+    fn floor_grids(
+        &self,
+        py: Python<'_>,
+        up: &Bound<'_, PyAny>,
+        region: Option<&Bound<'_, PyAny>>,
+        fields: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Vec<PyFloorGrid>> {
+        let (map, up) = (self.maps(), vector(up, "up")?);
+        let config = floor_grid_config(region, fields)?;
+        let floors = py.detach(|| map.floor_grids(up, &config)).or_raise()?;
+        Ok(floors.into_iter().map(PyFloorGrid::of).collect())
     }
 
     /// A unit vector (3,) that points up in the world, once it is known, else None.

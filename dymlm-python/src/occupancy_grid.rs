@@ -1,49 +1,114 @@
 //! The 2D grid.
 
 use std::path::PathBuf;
+use std::sync::{PoisonError, RwLock, RwLockReadGuard};
 
-use dymlm::octree::OccupancyGrid;
+use dymlm::octree::{GridRegion, GridUpdate, OccupancyGrid};
 use pyo3::prelude::*;
 
-use crate::arrays::{Array1, Array2, image_to_array, to_vector};
+use crate::arrays::{Array1, Array2, image_to_array, to_vector, vector};
 use crate::error::OrRaise;
-use crate::octree::code;
+use crate::octree::{PyOctree, code};
 use crate::pose::PyPose;
 
 /// A 2D map seen from above, in the plane of its own x and y axes; z is up.
 #[pyclass(frozen, name = "OccupancyGrid", module = "dymlm")]
 #[derive(Debug)]
-pub(crate) struct PyOccupancyGrid(pub(crate) OccupancyGrid);
+pub(crate) struct PyOccupancyGrid(RwLock<OccupancyGrid>);
 
 #[pymethods]
 impl PyOccupancyGrid {
-    /// (height, width) int8: 1 occupied, 0 free, -1 unknown; row 0 has the lowest y.
+    /// (height, width) int8: 1 occupied, 0 free, -1 unknown; row 0 has the lowest y. A copy.
     #[getter]
     fn cells<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py, i8>> {
-        let codes = self.0.cells().iter().copied().map(code).collect();
-        image_to_array(py, [self.0.width(), self.0.height()], codes)
+        let (size, codes) = py.detach(|| {
+            let grid = self.grid();
+            ([grid.width(), grid.height()], grid.cells().iter().copied().map(code).collect())
+        });
+        image_to_array(py, size, codes)
     }
 
     /// Side of a cell, metres.
     #[getter]
     fn resolution(&self) -> f64 {
-        self.0.resolution()
+        self.grid().resolution()
     }
 
     /// The lower left corner of cell [0, 0] in the grid's axes (2,), metres.
     #[getter]
     fn origin<'py>(&self, py: Python<'py>) -> Array1<'py, f64> {
-        to_vector(py, self.0.origin())
+        let origin = self.grid().origin();
+        to_vector(py, origin)
     }
 
     /// Where the grid's axes are in the world.
     #[getter]
     fn world_from_grid(&self) -> PyPose {
-        PyPose(self.0.world_from_grid())
+        PyPose(self.grid().world_from_grid())
+    }
+
+    /// The same grid with an occupied margin: cells whose centre is no farther than `radius` metres from that of an
+    /// occupied one.
+    fn inflated(&self, py: Python<'_>, radius: f64) -> PyResult<Self> {
+        py.detach(|| self.grid().inflated(radius)).or_raise().map(Self::of)
+    }
+
+    /// Brings the grid up to date in place, from the octree that it was made of (`earlier`) to a newer one: to the cell
+    /// what projecting it anew gives, at the cost of what has changed. A GridUpdate.
+    fn update(
+        &self,
+        py: Python<'_>,
+        earlier: &Bound<'_, PyOctree>,
+        octree: &Bound<'_, PyOctree>,
+    ) -> PyResult<PyGridUpdate> {
+        let (earlier, octree) = (earlier.get(), octree.get());
+        let update = py.detach(|| {
+            let changes = octree.0.octree().changes_since(earlier.0.octree());
+            self.0.write().unwrap_or_else(PoisonError::into_inner).update(octree.0.octree(), &changes)
+        });
+        update.or_raise().map(PyGridUpdate::of)
     }
 
     /// Writes `name.pgm` and `name.yaml` into a folder, as ROS' map_server reads them.
-    fn save(&self, folder: PathBuf, name: &str) -> PyResult<()> {
-        self.0.save(folder, name).or_raise()
+    fn save(&self, py: Python<'_>, folder: PathBuf, name: &str) -> PyResult<()> {
+        py.detach(|| self.grid().save(folder, name)).or_raise()
     }
+}
+
+impl PyOccupancyGrid {
+    pub(crate) fn of(grid: OccupancyGrid) -> Self {
+        Self(RwLock::new(grid))
+    }
+
+    fn grid(&self) -> RwLockReadGuard<'_, OccupancyGrid> {
+        self.0.read().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What bringing a grid up to date has done.
+#[pyclass(frozen, get_all, name = "GridUpdate", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyGridUpdate {
+    /// Number of cells that were projected again.
+    projected: usize,
+    /// Number of cells that are other than before.
+    changed: usize,
+    /// First and last column, first and last row of a rectangle around these; None when none is.
+    bounds: Option<(usize, usize, usize, usize)>,
+    /// Whether the grid has grown, so that indices are other ones than before.
+    has_grown: bool,
+}
+
+impl PyGridUpdate {
+    pub(crate) fn of(update: GridUpdate) -> Self {
+        let bounds = update.bounds.map(|[[left, right], [low, high]]| (left, right, low, high));
+        let GridUpdate { projected, changed, has_grown, .. } = update;
+        Self { projected, changed, bounds, has_grown }
+    }
+}
+
+/// x and y of the lower corner and of the upper one.
+pub(crate) fn grid_region(given: &Bound<'_, PyAny>) -> PyResult<GridRegion> {
+    let [x, y, max_x, max_y] = vector(given, "region")?;
+    Ok(GridRegion { min: [x, y], max: [max_x, max_y] })
 }

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use crate::arrays::{Array1, Array2, rows, rows_to_array, to_vector, vector};
 use crate::distance_field::PyDistanceField;
 use crate::error::{OrRaise, refused};
-use crate::occupancy_grid::PyOccupancyGrid;
+use crate::occupancy_grid::{PyOccupancyGrid, grid_region};
 use crate::static_points::rays;
 
 /// The occupancy octree, with OctoMap's model. States in arrays of int8: 1 occupied, 0 free, -1 unknown (never observed).
@@ -136,17 +136,23 @@ impl PyOctree {
         Ok((PyArray1::from_vec(py, distances), rows_to_array(py, places)?))
     }
 
-    /// A 2D grid seen from above: what lies between two heights along `up` (3,) from the world's origin.
-    #[pyo3(signature = (up, min_height, max_height))]
+    /// A 2D grid seen from above: what lies between two heights along `up` (3,) from the world's origin. region: x and y of
+    /// the lower and of the upper corner (4,) of what it shows, in its own axes; None: all that was observed.
+    #[pyo3(signature = (up, min_height, max_height, region = None))]
     fn project(
         &self,
         py: Python<'_>,
         up: &Bound<'_, PyAny>,
         min_height: f64,
         max_height: f64,
+        region: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyOccupancyGrid> {
-        let up = vector(up, "up")?;
-        py.detach(|| self.0.octree().project(up, min_height, max_height)).or_raise().map(PyOccupancyGrid)
+        let (up, region, octree) = (vector(up, "up")?, region.map(grid_region).transpose()?, self.0.octree());
+        let grid = py.detach(|| match region {
+            Some(region) => octree.project_region(up, min_height, max_height, &region),
+            None => octree.project(up, min_height, max_height),
+        });
+        grid.or_raise().map(PyOccupancyGrid::of)
     }
 
     /// Distances to the nearest obstacle, up to `max_distance`, and their gradients at all places of a box; unknown cells

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use dymlm_sim::{Sequence, SequenceConfig, SequenceType, SimulatedFrame, Truth, TruthConfig};
+use dymlm_sim::{
+    CarriedKind, CarriedMotion, CarriedObject, Sequence, SequenceConfig, SequenceType, SimulatedFrame, Truth,
+    TruthConfig,
+};
 use pyo3::prelude::*;
 
 use crate::camera::PyCamera;
@@ -20,9 +23,11 @@ pub(crate) struct PySequence(Arc<Sequence>);
 
 /// The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
 /// "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None for that of build_map. `frames`
-/// at 10 a second, by default 150; `every`: every n-th of the same walk; `people` 0 to 2; `camera`: another one.
+/// at 10 a second, by default 150; `every`: every n-th of the same walk; `people` 0 to 2; `camera`: another one; `carried`:
+/// a "book", "keyboard", "bottle", "cup" or "box" on the table, which a hand puts elsewhere between the seconds 1 and 7.
 #[pyfunction]
-#[pyo3(signature = (name = None, *, frames = None, every = 1, people = None, seed = None, camera = None))]
+#[pyo3(signature = (name = None, *, frames = None, every = 1, people = None, seed = None, camera = None, carried = None))]
+#[expect(clippy::too_many_arguments, reason = "named in Python")]
 pub(crate) fn builtin_sequence(
     py: Python<'_>,
     name: Option<&str>,
@@ -31,6 +36,7 @@ pub(crate) fn builtin_sequence(
     people: Option<usize>,
     seed: Option<u64>,
     camera: Option<&Bound<'_, PyCamera>>,
+    carried: Option<&str>,
 ) -> PyResult<PySequence> {
     let mut config = match name {
         None => SequenceConfig::default(),
@@ -47,7 +53,22 @@ pub(crate) fn builtin_sequence(
     config.people = people.unwrap_or(config.people);
     config.seed = seed.unwrap_or(config.seed);
     config.camera = camera.map(|camera| camera.get().0).or(config.camera);
+    config.carried = carried.map(carried_object).transpose()?;
     Ok(PySequence(Arc::new(py.detach(|| Sequence::new(&config)).or_raise()?)))
+}
+
+fn carried_object(name: &str) -> PyResult<CarriedObject> {
+    let kind = match name {
+        "book" => CarriedKind::Book,
+        "keyboard" => CarriedKind::Keyboard,
+        "bottle" => CarriedKind::Bottle,
+        "cup" => CarriedKind::Cup,
+        "box" => CarriedKind::Box,
+        other => {
+            return Err(refused(format!("carried {other:?}: book, keyboard, bottle, cup or box is needed")));
+        }
+    };
+    Ok(CarriedObject::new(kind, CarriedMotion::Translation))
 }
 
 #[pymethods]

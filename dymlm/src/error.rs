@@ -17,7 +17,16 @@ pub enum Error {
     /// Refused by the cloud: a camera out of its reach.
     #[error(transparent)]
     Cloud(#[from] dymlm_cloud::Error),
-    /// Refused by the octree: a frame or scan whose rays would pass too many cells.
+    /// No floor is known under a position.
+    #[error("no floor is known under {at:?}, seen along up = {up:?}")]
+    NoFloor {
+        /// The position, metres, world.
+        at: [f64; 3],
+        /// The given direction.
+        up: [f64; 3],
+    },
+    /// Refused by the octree: a frame or scan whose rays would pass too many cells, or a grid that is empty or
+    /// too large.
     #[error(transparent)]
     Octree(#[from] dymlm_octree::Error),
     /// Refused by the plane map: a camera out of its reach.

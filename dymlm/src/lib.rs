@@ -124,7 +124,7 @@ pub use map_reader::{MapReader, Revision};
 pub use memory_config::MemoryConfig;
 pub use merge::{MergeReport, MergedSession, NewIds};
 pub use multi_level_map::MultiLevelMap;
-pub use queries::FloorUnder;
+pub use queries::{FloorGrid, FloorGridConfig, FloorUnder};
 #[cfg(feature = "refine")]
 pub use refinement::{LoopClosure, MotionKind, RefineConfig, RefineReport, RefinedPoses, UnheldMotion};
 pub use session_changes::SessionChanges;

@@ -3,17 +3,20 @@
 //! `cargo run --release --example map -- info DIR`
 //! `cargo run --release --example map -- changes DIR`
 //! `cargo run --release --example map -- merge A B ... --out DIR [--poses FILE]`
-//! `cargo run --release --example map -- grid DIR --out map.yaml [--min-height M] [--max-height M]`
+//! `cargo run --release --example map -- grid DIR --out map.yaml [--at X Y Z] [--floors] [--inflate R] [--region X Y X Y]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
+
+mod floor_grids;
 
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
-use dymlm::planes::MapPlane;
-use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, PlaneMap, SessionChanges};
-use dymlm_examples::{AnyError, read_pose, up_of_planes};
+use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
+use dymlm_examples::{AnyError, read_pose};
+
+use crate::floor_grids::GridArguments;
 
 #[derive(Parser)]
 #[command(about = "Looks into saved maps and makes other files of them")]
@@ -48,23 +51,8 @@ enum Command {
         #[arg(long)]
         poses: Option<PathBuf>,
     },
-    /// Projects the octree to a 2D occupancy grid (map.yaml and map.pgm, as ROS's map server reads them)
-    Grid {
-        /// The map's folder
-        map: PathBuf,
-        /// The grid's .yaml file; the image is written beside it
-        #[arg(long, default_value = "map.yaml")]
-        out: PathBuf,
-        /// About upwards, in the map's world: x y z
-        #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
-        up: Vec<f64>,
-        /// Lowest height above the floor that counts, metres
-        #[arg(long, default_value_t = 0.1)]
-        min_height: f64,
-        /// Greatest height above the floor that counts, metres
-        #[arg(long, default_value_t = 1.5)]
-        max_height: f64,
-    },
+    /// Makes 2D occupancy grids of floors (map.yaml and map.pgm, as ROS's map server reads them)
+    Grid(GridArguments),
 }
 
 fn main() -> Result<(), AnyError> {
@@ -72,9 +60,7 @@ fn main() -> Result<(), AnyError> {
         Command::Info { map } => info(&map),
         Command::Changes { map } => changes(&map),
         Command::Merge { maps, out, poses } => merge(&maps, &out, poses.as_deref()),
-        Command::Grid { map, out, up, min_height, max_height } => {
-            grid(&map, &out, [up[0], up[1], up[2]], [min_height, max_height])
-        }
+        Command::Grid(arguments) => floor_grids::write(&arguments),
     }
 }
 
@@ -181,27 +167,4 @@ fn read_poses(file: &Path) -> Result<Vec<Pose>, AnyError> {
         read_pose(line).map_err(|error| format!("{}:{}: {error}", file.display(), number + 1).into())
     });
     poses.collect()
-}
-
-fn grid(folder: &Path, out: &Path, up: [f64; 3], heights: [f64; 2]) -> Result<(), AnyError> {
-    let map = MultiLevelMap::load(folder)?;
-    let up = up_of_planes(map.planes(), up);
-    let floor = floor_height(map.planes(), up);
-    let [min_height, max_height] = heights.map(|height| floor + height);
-    let grid = map.octree().project(up, min_height, max_height)?;
-    let name = out.file_stem().and_then(|name| name.to_str()).ok_or("the .yaml file needs a name")?;
-    grid.save(out.parent().unwrap_or(Path::new("")), name)?;
-    println!("{}x{} cells of {} m: {}", grid.width(), grid.height(), grid.resolution(), out.display());
-    Ok(())
-}
-
-/// Height of the floor, metres from the world's origin: of the lowest large level plane; 0 where there is
-/// none.
-fn floor_height(planes: &PlaneMap, up: [f64; 3]) -> f64 {
-    let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| a[axis] * b[axis]).sum::<f64>();
-    let level = || planes.iter().filter(|plane| dot(plane.plane().normal(), up) > 0.95);
-    let largest = level().map(MapPlane::area).fold(0.0, f64::max);
-    let large = level().filter(|plane| plane.area() > 0.25 * largest);
-    let heights = large.map(|plane| -plane.plane().d());
-    heights.min_by(f64::total_cmp).unwrap_or(0.0)
 }

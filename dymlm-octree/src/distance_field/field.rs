@@ -107,7 +107,7 @@ impl DistanceField {
         let around =
             cells.grown(reach).filter(|around| around.len() <= Self::MAX_CELLS).ok_or_else(refused)?;
         self.transform.find_obstacles(map, &around, unknown);
-        self.transform.measure(&around, reach, &mut self.distances);
+        self.transform.measure(&around, [reach; 3], &mut self.distances);
         for distance in &mut self.distances {
             // Squares of infinity stay infinite.
             *distance = (f64::from(*distance).sqrt() * resolution).min(max_distance) as f32;

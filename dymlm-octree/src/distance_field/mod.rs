@@ -6,3 +6,4 @@ mod obstacles;
 mod transform;
 
 pub use field::{Clearance, DistanceField};
+pub(crate) use transform::Transform;

@@ -1,3 +1,5 @@
+use std::array::from_fn;
+
 use super::cell_box::CellBox;
 
 /// Exact squared Euclidean distances, in cells, by one pass along each axis: in the first the cells are
@@ -5,7 +7,7 @@ use super::cell_box::CellBox;
 /// transforms of sampled functions", Theory of Computing 8, 2012). Squares of whole numbers this small are
 /// exact in `f32`.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Transform {
+pub(crate) struct Transform {
     /// Which cells are obstacles, x fastest.
     pub(super) obstacles: Vec<bool>,
     /// Squared distances along x in a layer across z.
@@ -33,12 +35,12 @@ pub(super) fn cells_within(distance: f64, resolution: f64) -> Option<usize> {
 }
 
 impl Transform {
-    /// Squared distances from the cells of a box without a margin of `reach` cells to its obstacles, x
-    /// fastest; those beyond the reach may be infinite.
-    pub(super) fn measure(&mut self, around: &CellBox, reach: usize, squared: &mut Vec<f32>) {
+    /// Squared distances from the cells of a box without a margin of `reach` cells along each axis to its
+    /// obstacles, x fastest; those beyond the reach may be infinite.
+    pub(super) fn measure(&mut self, around: &CellBox, reach: [usize; 3], squared: &mut Vec<f32>) {
         let Self { obstacles, layer, layers, column, envelope } = self;
         let [width, height, depth] = around.size;
-        let [inner_width, inner_height, inner_depth] = around.size.map(|side| side - 2 * reach);
+        let [inner_width, inner_height, inner_depth] = from_fn(|axis| around.size[axis] - 2 * reach[axis]);
         let inner_layer = inner_width * inner_height;
         resize(layer, inner_width * height);
         resize(layers, inner_layer * depth);
@@ -47,19 +49,31 @@ impl Transform {
             obstacles.chunks_exact(width * height).zip(layers.chunks_exact_mut(inner_layer))
         {
             for (row, along_x) in cells.chunks_exact(width).zip(layer.chunks_exact_mut(inner_width)) {
-                measure_row(row, reach, along_x);
+                measure_row(row, reach[0], along_x);
             }
             for x in 0..inner_width {
                 gather(layer, x, inner_width, column);
                 find_envelope(column, envelope);
-                write_envelope(envelope, reach, after_y[x..].iter_mut().step_by(inner_width));
+                write_envelope(envelope, reach[1], after_y[x..].iter_mut().step_by(inner_width));
             }
         }
         for place in 0..inner_layer {
             gather(layers, place, inner_layer, column);
             find_envelope(column, envelope);
-            write_envelope(envelope, reach, squared[place..].iter_mut().step_by(inner_layer));
+            write_envelope(envelope, reach[2], squared[place..].iter_mut().step_by(inner_layer));
         }
+    }
+
+    /// [`Self::measure`] in a rectangle of cells, x fastest.
+    pub(crate) fn measure_layer(
+        &mut self,
+        is_obstacle: impl Iterator<Item = bool>,
+        [width, height]: [usize; 2],
+        squared: &mut Vec<f32>,
+    ) {
+        self.obstacles.clear();
+        self.obstacles.extend(is_obstacle);
+        self.measure(&CellBox { first: [0; 3], size: [width, height, 1] }, [0; 3], squared);
     }
 
     pub(super) fn memory_bytes(&self) -> usize {

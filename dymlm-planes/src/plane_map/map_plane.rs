@@ -166,6 +166,13 @@ impl MapPlane {
         voxels.map(|voxel| foot_on(&self.plane, voxel.center(self.shape.voxel_size)).map(|x| x as f32))
     }
 
+    /// Centres of the voxels that hold its inliers, in the order of [`inlier_points`](Self::inlier_points):
+    /// where they were read, to half a voxel, where those are on the plane. A floor and the ramp that begins
+    /// on it may be one plane. Metres.
+    pub fn voxel_centers(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.patch.voxels().map(|voxel| voxel.center(self.shape.voxel_size))
+    }
+
     /// Its outlines with their holes, largest first. O(its voxels).
     pub fn boundary(&self) -> Vec<BoundaryPolygon> {
         let ShapeSettings { voxel_size, max_hole_area, boundary_tolerance } = self.shape;

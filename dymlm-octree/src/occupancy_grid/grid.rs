@@ -1,0 +1,155 @@
+use dymlm_core::Pose;
+
+use super::region::{GridCells, GridRegion};
+use crate::{CellState, Error};
+
+/// A 2D map seen from above, as ROS `map_server` reads it: what is in the way of a robot of a certain height.
+///
+/// The grid lies in the plane of its own x and y axes; its z axis is "up". Cells are square, row by row from
+/// the lowest y, x running fastest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OccupancyGrid {
+    /// Which cells of the plane it has.
+    pub(super) place: GridCells,
+    pub(super) resolution: f64,
+    pub(super) axes: [[f64; 3]; 3],
+    pub(super) world_from_grid: Pose,
+    pub(super) cells: Vec<CellState>,
+    pub(super) heights: Heights,
+}
+
+/// Lowest and highest height that count, along up from the world's origin, metres.
+pub(super) type HeightRange = [f64; 2];
+
+/// Between which heights cells are projected.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Heights {
+    /// All cells between the same; whether the grid grows with what is observed between them.
+    Same { range: HeightRange, grows: bool },
+    /// Each cell between its own; NaN where nothing counts.
+    ByCell(Vec<HeightRange>),
+}
+
+/// The heights of a cell that nothing has been asked about yet.
+pub(super) const NO_HEIGHTS: HeightRange = [f64::NAN; 2];
+
+impl OccupancyGrid {
+    /// Largest number of cells.
+    pub const MAX_CELLS: u64 = 1 << 28;
+
+    /// A grid of unknown cells over a region, its lines at multiples of the cell size.
+    pub(super) fn over(
+        place: GridCells,
+        resolution: f64,
+        (axes, world_from_grid): ([[f64; 3]; 3], Pose),
+        heights: Heights,
+    ) -> Result<Self, Error> {
+        let cells = vec![CellState::Unknown; cell_count(place)?];
+        Ok(Self { place, resolution, axes, world_from_grid, cells, heights })
+    }
+
+    /// The same grid over more of the plane: new cells are unknown, and nothing was asked about them.
+    pub(super) fn grow(&mut self, place: GridCells) -> Result<(), Error> {
+        if place == self.place {
+            return Ok(());
+        }
+        let count = cell_count(place)?;
+        let [old_width, width] = [self.width(), place.size()[0] as usize];
+        // An empty grid has no place.
+        let [x, y] = [0, 1].map(|axis| (self.place.first[axis] - place.first[axis]).max(0) as usize);
+        self.cells = moved(&self.cells, old_width, CellState::Unknown, count, width, [x, y]);
+        if let Heights::ByCell(ranges) = &mut self.heights {
+            *ranges = moved(ranges, old_width, NO_HEIGHTS, count, width, [x, y]);
+        }
+        self.place = place;
+        Ok(())
+    }
+
+    /// Number of cells along x; 0 when nothing was observed between the heights.
+    pub fn width(&self) -> usize {
+        self.place.size()[0] as usize
+    }
+
+    /// Number of cells along y.
+    pub fn height(&self) -> usize {
+        self.place.size()[1] as usize
+    }
+
+    /// Side of a cell, metres.
+    pub fn resolution(&self) -> f64 {
+        self.resolution
+    }
+
+    /// The lower left corner of cell (0, 0) in the grid's axes, metres.
+    pub fn origin(&self) -> [f64; 2] {
+        self.place.first.map(|index| index as f64 * self.resolution)
+    }
+
+    /// What it shows, in its own axes.
+    pub fn region(&self) -> GridRegion {
+        GridRegion { min: self.origin(), max: self.place.end.map(|index| index as f64 * self.resolution) }
+    }
+
+    /// Where the grid's axes are in the world.
+    pub fn world_from_grid(&self) -> Pose {
+        self.world_from_grid
+    }
+
+    /// All cells, row by row from the lowest y.
+    pub fn cells(&self) -> &[CellState] {
+        &self.cells
+    }
+
+    /// A cell; unknown outside the grid.
+    pub fn at(&self, x: usize, y: usize) -> CellState {
+        if x < self.width() {
+            self.cells.get(y * self.width() + x).copied().unwrap_or(CellState::Unknown)
+        } else {
+            CellState::Unknown
+        }
+    }
+
+    /// Indices along x and y of the cell that holds a point in the grid's axes, metres; `None` outside and for
+    /// NaN.
+    pub fn cell_of(&self, point: [f64; 2]) -> Option<[usize; 2]> {
+        let [x, y] = [0, 1].map(|axis| {
+            let index = (point[axis] / self.resolution).floor() - self.place.first[axis] as f64;
+            // NaN fails.
+            (index >= 0.0 && index < self.place.size()[axis] as f64).then_some(index as usize)
+        });
+        Some([x?, y?])
+    }
+
+    /// Centre of a cell in the grid's axes, metres.
+    pub fn center(&self, x: usize, y: usize) -> [f64; 2] {
+        let [first_x, first_y] = self.place.first;
+        [(x, first_x), (y, first_y)].map(|(i, first)| (first as f64 + i as f64 + 0.5) * self.resolution)
+    }
+}
+
+pub(super) fn cell_count(place: GridCells) -> Result<usize, Error> {
+    let [width, height] = place.size();
+    let count = width.checked_mul(height).filter(|&count| count <= OccupancyGrid::MAX_CELLS);
+    count.map(|count| count as usize).ok_or(Error::GridSize { width, height })
+}
+
+/// Rows of cells within larger rows of others.
+fn moved<T: Copy>(
+    old: &[T],
+    old_width: usize,
+    other: T,
+    count: usize,
+    width: usize,
+    [x, y]: [usize; 2],
+) -> Vec<T> {
+    let mut cells = vec![other; count];
+    if old_width > 0 {
+        let rows = cells.chunks_exact_mut(width).skip(y);
+        for (row, old) in rows.zip(old.chunks_exact(old_width)) {
+            if let Some(within) = row.get_mut(x..x + old_width) {
+                within.copy_from_slice(old);
+            }
+        }
+    }
+    cells
+}

@@ -1,0 +1,129 @@
+//! Things of the map that somebody carries about.
+
+use std::sync::{Mutex, PoisonError};
+
+use dymlm::ObjectMove;
+use dymlm::core::{Detection, ObjectId};
+use dymlm::tracking::{ObjectState, ObjectTracker, ObjectUpdate};
+use pyo3::prelude::*;
+
+use crate::detection::DetectionsArgument;
+use crate::error::{OrRaise, refused};
+use crate::exclusive::Exclusive;
+use crate::frame::PyFrame;
+use crate::pose::PyPose;
+
+/// Follows an object of the map while somebody carries it, in six degrees of freedom. Made by `MapBuilder.track_object`.
+#[pyclass(frozen, name = "ObjectTracker", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyObjectTracker {
+    pub(crate) object: ObjectId,
+    tracker: Exclusive<ObjectTracker>,
+    /// What was found in the last frame.
+    last: Mutex<Option<ObjectUpdate>>,
+}
+
+#[pymethods]
+impl PyObjectTracker {
+    /// The object's id in the map.
+    #[getter]
+    fn object(&self) -> u64 {
+        self.object.get()
+    }
+
+    /// Finds the object in the next Frame, which needs colours. An ObjectUpdate.
+    fn track(&self, py: Python<'_>, frame: &Bound<'_, PyFrame>) -> PyResult<PyObjectUpdate> {
+        let frame = frame.get();
+        let found: &[Detection] = match &frame.found {
+            DetectionsArgument::Found(found) => found,
+            _ => &[],
+        };
+        let track =
+            |tracker: &mut ObjectTracker| tracker.track(&frame.frame, found, &frame.world_from_camera);
+        let update = self.tracker.with(py, track)?.or_raise()?;
+        let told = PyObjectUpdate::of(&update);
+        *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some(update);
+        Ok(told)
+    }
+}
+
+impl PyObjectTracker {
+    pub(crate) fn of(object: ObjectId, tracker: ObjectTracker) -> Self {
+        Self { object, tracker: Exclusive::new(tracker), last: Mutex::default() }
+    }
+
+    /// The tracker and what it has found in the last frame.
+    pub(crate) fn last_found(&self, py: Python<'_>) -> PyResult<(ObjectTracker, ObjectUpdate)> {
+        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let last = last.ok_or_else(|| refused("the tracker has tracked no frame"))?;
+        Ok((self.tracker.with(py, |tracker| tracker.clone())?, last))
+    }
+}
+
+/// Where a carried object is in a frame.
+#[pyclass(frozen, get_all, name = "ObjectUpdate", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyObjectUpdate {
+    /// "at_rest", "tracking", "occluded", "lost" or "recovered".
+    state: &'static str,
+    /// Its pose; where `inliers` is 0, the last one or a guess.
+    world_from_object: PyPose,
+    /// Number of points that agree on the pose.
+    inliers: usize,
+    /// 0 to 1.
+    confidence: f64,
+    /// Whether it came to rest in this frame, at a new place.
+    came_to_rest: bool,
+}
+
+impl PyObjectUpdate {
+    fn of(update: &ObjectUpdate) -> Self {
+        Self {
+            state: match update.state {
+                ObjectState::AtRest => "at_rest",
+                ObjectState::Tracking => "tracking",
+                ObjectState::Occluded => "occluded",
+                ObjectState::Recovered => "recovered",
+                _ => "lost",
+            },
+            world_from_object: PyPose(update.world_from_object),
+            inliers: update.inliers,
+            confidence: update.confidence,
+            came_to_rest: update.came_to_rest.is_some(),
+        }
+    }
+}
+
+/// An object was put down at another place, and all maps followed.
+#[pyclass(frozen, get_all, name = "ObjectMove", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PyObjectMove {
+    /// The object's id.
+    object: u64,
+    /// Its box where it stood.
+    old_world_from_object: PyPose,
+    /// Its box where it stands now.
+    world_from_object: PyPose,
+    /// Number of voxels of the cloud that went with it.
+    cloud_voxels: usize,
+    /// Number of cells of the octree that are free now.
+    emptied_cells: usize,
+    /// Number of cells of the octree that it has come to.
+    occupied_cells: usize,
+    /// Ids of planes that are faces of it.
+    planes: Vec<u64>,
+}
+
+impl PyObjectMove {
+    pub(crate) fn of(moved: &ObjectMove) -> Self {
+        Self {
+            object: moved.object.get(),
+            old_world_from_object: PyPose(moved.from.world_from_box()),
+            world_from_object: PyPose(moved.to.world_from_box()),
+            cloud_voxels: moved.cloud_voxels,
+            emptied_cells: moved.emptied_cells,
+            occupied_cells: moved.occupied_cells,
+            planes: moved.planes.iter().map(|plane| plane.get()).collect(),
+        }
+    }
+}

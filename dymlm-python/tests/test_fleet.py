@@ -1,0 +1,36 @@
+"""The example of a fleet: recordings mapped by Ray's tasks, of which one loses its worker. Left out where ray is not."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "fleet_ray.py"
+
+
+def run(*arguments):
+    command = [sys.executable, EXAMPLE, "--sim", "3", "--frames", "6", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return json.loads(done.stdout.splitlines()[-1]), done.stderr
+
+
+def test_a_killed_worker_changes_no_bit(tmp_path):
+    pytest.importorskip("ray")
+    alone, _ = run("--in-sequence", "--out", tmp_path / "alone")
+    fleet, said = run("--workers", 2, "--kill-one", "--out", tmp_path / "fleet")
+    assert "was killed in the middle of a recording" in said
+    assert fleet["checksum"] == alone["checksum"] and fleet["points"] > 10_000
+    # One by one each further recording is mapped again, in the tree the first two and then the third.
+    assert alone["frames_mapped_again"] == fleet["frames_mapped_again"] == 12
+    assert not (tmp_path / "fleet" / "work").exists() and (tmp_path / "fleet" / "map" / "manifest.json").exists()
+
+
+def test_folders_are_recordings_and_others_are_refused(tmp_path):
+    command = [sys.executable, EXAMPLE, "--in-sequence", "--out", tmp_path / "out"]
+    done = subprocess.run([*command, tmp_path / "nowhere"], capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and "nowhere" in done.stderr
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and "either recordings or --sim N" in done.stderr

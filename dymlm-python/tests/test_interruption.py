@@ -1,0 +1,76 @@
+"""Ctrl-C: it comes between two frames, and the builder can be used on."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import dymlm
+import pytest
+from conftest import inserted, same
+
+
+def test_an_interrupted_builder_goes_on(frames):
+    """The signal arrives while a frame is inserted; Python raises when the frame is whole."""
+    builder, inserted_frames = dymlm.MapBuilder(frames[0].camera, dymlm.Config(history="memory")), []
+    raised = []
+    for number, frame in enumerate(frames):
+        try:
+            if number == 4:
+                signal.setitimer(signal.ITIMER_REAL, 1e-3)
+            builder.insert_frame(frame)
+        except KeyboardInterrupt:
+            raised.append(number)
+        inserted_frames.append(frame)
+    assert raised == [4]
+    assert same(builder.finish(), inserted(inserted_frames, history="memory").map())
+
+
+@pytest.fixture(autouse=True)
+def alarm_is_ctrl_c():
+    """SIGALRM comes at a time of our choice; what Python does with it is what it does with SIGINT."""
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    yield
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    signal.signal(signal.SIGALRM, before)
+
+
+def test_an_interrupted_correction_changes_nothing(frames):
+    builder = inserted(frames, history="memory")
+    before = builder.map()
+    drift = dymlm.Pose([0.03, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
+    signal.setitimer(signal.ITIMER_REAL, 1e-3)
+    with pytest.raises(KeyboardInterrupt):
+        builder.correct_poses({0: drift @ frames[0].world_from_camera})
+    assert same(builder.map(), before)
+    assert builder.correct_poses({0: drift @ frames[0].world_from_camera}).key_frames == len(frames)
+    assert not same(builder.map(), before)
+
+
+def test_ctrl_c_ends_a_program(tmp_path):
+    """A program that maps without end stops at SIGINT within a frame's time, saves what it has, and exits as it says."""
+    program = textwrap.dedent("""
+        import sys, dymlm
+        camera = dymlm.Camera(160, 120, 131.0, 131.0, 79.5, 59.5)
+        sequence = dymlm.builtin_sequence(frames=1000, camera=camera)
+        builder = dymlm.MapBuilder(camera)
+        try:
+            for index in range(1000):
+                builder.insert_frame(sequence[index])
+                print(index, flush=True)
+        except KeyboardInterrupt:
+            map = builder.finish()
+            map.save(sys.argv[1])
+            print("saved", len(map.cloud("all")), flush=True)
+    """)
+    command = [sys.executable, "-c", program, str(tmp_path / "map")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
+        for _ in range(5):
+            running.stdout.readline()
+        running.send_signal(signal.SIGINT)
+        start = time.perf_counter()
+        said = running.stdout.read()
+        assert running.wait() == 0 and time.perf_counter() - start < 60.0
+    points = int(said.rsplit("saved", 1)[1])
+    assert points > 1000 and len(dymlm.load(tmp_path / "map").cloud("all")) == points

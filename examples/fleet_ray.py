@@ -1,0 +1,265 @@
+"""Maps recordings in parallel with Ray, and joins the maps by a tree of merges: the bits of one process in sequence.
+
+    pip install ray ./dymlm-python
+    python examples/fleet_ray.py robot_1/monday robot_2/monday --workers 2 --out fleet
+    python examples/fleet_ray.py --sim 4 --workers 2 --out fleet --kill-one
+    python examples/fleet_ray.py --sim 4 --in-sequence --out alone
+
+A recording is a TUM RGB-D folder; all are in one world. `--sim N` takes N recordings of the simulator instead, in one
+office along different ways. Each is mapped by a task, which saves its map as a folder; each two maps are joined by a
+task of their own, then each two of those, up to the one in OUT/map. A merge maps again, in the order of their times,
+what one builder would have mapped of both, so that neither who joins what nor a task that was lost and tried again
+changes a bit. The folders must be on a file system that all machines share; `ray.init(address=...)` joins a cluster
+(`--address`). The last line is a report in JSON, with a checksum of the files of the map.
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import resource
+import shutil
+import signal
+import sys
+import time
+from pathlib import Path
+
+import dymlm
+
+# Of the simulator: ways of the camera through one office.
+WAYS = [f"{people}_{way}" for people in ("walking", "sitting") for way in ("xyz", "halfsphere", "rpy", "static")]
+# A recording begins so long after the one before, seconds: maps join fastest in the order of their times.
+BETWEEN_STARTS = 1000.0
+# Standard files of a map folder; the others hold the same state for going on.
+FILES = ["cloud.ply", "octree.bt", "octree.ot", "planes.json", "planes.ply", "objects.json"]
+# Of a task whose worker died.
+RETRIES = 5
+
+
+class Simulated:
+    """A recording of the simulator, at a time of its own."""
+
+    def __init__(self, number, frames):
+        self.camera = dymlm.Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+        self.start = BETWEEN_STARTS * number
+        self.sequence = dymlm.builtin_sequence(
+            WAYS[number % len(WAYS)], frames=3 * frames, every=3, seed=number, camera=self.camera
+        )
+
+    def __len__(self):
+        return len(self.sequence)
+
+    def __iter__(self):
+        for index in range(len(self.sequence)):
+            frame = self.sequence[index]
+            yield dymlm.Frame(
+                frame.camera,
+                self.start + frame.timestamp,
+                frame.depth,
+                frame.color,
+                frame.world_from_camera,
+                frame.detections,
+            )
+
+
+def opened(source):
+    """The frames of a recording: a folder, or the number and the length of a simulated one."""
+    return Simulated(*source) if isinstance(source, tuple) else dymlm.Dataset(source)
+
+
+def map_recording(source, folder, watch=lambda share: None):
+    """Maps a recording and saves the map; `watch` is told the share that is done. What it took."""
+    start = clocks()
+    frames = opened(source)
+    builder = dymlm.MapBuilder(frames.camera, dymlm.Config(history="memory"))
+    for number, frame in enumerate(frames):
+        watch(number / len(frames))
+        builder.insert_frame(frame)
+    builder.finish().save(folder)
+    return spent(start) | {"frames": len(frames)}
+
+
+def join(first, second, folder):
+    """Joins two saved maps and saves the map of both. What it took."""
+    start = clocks()
+    map = dymlm.load(first)
+    report = map.merge(dymlm.load(second))
+    map.save(folder)
+    return spent(start) | {"mapped_again": report.mapped_again}
+
+
+def clocks():
+    return time.perf_counter(), time.process_time()
+
+
+def spent(start):
+    """Since then: seconds, seconds of processor time (which a busy machine does not stretch), and the peak so far."""
+    seconds, busy = (now - then for now, then in zip(clocks(), start, strict=True))
+    return {"seconds": seconds, "busy": busy, "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}
+
+
+def checksum(folder):
+    sum = hashlib.sha256()
+    for name in FILES:
+        sum.update((Path(folder) / name).read_bytes())
+    return sum.hexdigest()
+
+
+def tree(count):
+    """Which maps join to which, level by level: lists of (first, second or None), neighbours in time."""
+    levels = []
+    while count > 1:
+        levels.append([(place, place + 1 if place + 1 < count else None) for place in range(0, count, 2)])
+        count = len(levels[-1])
+    return levels
+
+
+def in_sequence(sources, work):
+    """All in this process, one after the other."""
+    folders = [str(work / f"recording_{number}") for number in range(len(sources))]
+    mapped = [map_recording(*pair) for pair in zip(sources, folders, strict=True)]
+    start, joins = time.perf_counter(), []
+    whole = folders[0]
+    for number, folder in enumerate(folders[1:]):
+        joined = str(work / f"joined_{number}")
+        joins.append(join(whole, folder, joined))
+        whole = joined
+    return whole, mapped, joins, time.perf_counter() - start
+
+
+class Victim:
+    """Where a task that shall be killed tells its process, once. Its second try finds the file and goes on."""
+
+    def __init__(self, work):
+        self.file = work / "victim"
+
+    def wait_for_death(self):
+        """In the task: in the middle of its recording it tells who it is, and is not there any more."""
+        if not self.file.exists():
+            write_whole(self.file, str(os.getpid()))
+            time.sleep(120.0)
+            raise RuntimeError("nobody has killed this worker")
+
+    def kill(self):
+        """In the driver."""
+        while not self.file.exists():
+            time.sleep(0.01)
+        worker = int(self.file.read_text())
+        os.kill(worker, signal.SIGKILL)
+        print(f"worker {worker} was killed in the middle of a recording", file=sys.stderr)
+
+
+def write_whole(file, text):
+    part = file.with_suffix(".part")
+    part.write_text(text)
+    part.rename(file)
+
+
+def by_ray(sources, work, workers, address, kill_one):
+    """Tasks of Ray: each recording, then each join as soon as both its maps are there."""
+    import ray
+
+    # Folders are what tasks hand on: the object store holds their names alone.
+    local = dict(num_cpus=workers, include_dashboard=False, object_store_memory=100 * 1024 * 1024)
+    ray.init(address=address, log_to_driver=False, **({} if address else local))
+    try:
+
+        @ray.remote(num_cpus=1, max_retries=RETRIES)
+        def map_task(source, folder, victim):
+            def watch(share):
+                if victim and share >= 0.5:
+                    victim.wait_for_death()
+
+            return folder, map_recording(source, folder, watch)
+
+        @ray.remote(num_cpus=1, max_retries=RETRIES)
+        def join_task(first, second, folder):
+            return folder, join(first[0], second[0], folder)
+
+        # Workers are there before the clock starts.
+        ray.get([ray.remote(num_cpus=1)(lambda: time.sleep(0.2)).remote() for _ in range(workers)])
+        start = time.perf_counter()
+        victims = [Victim(work) if kill_one and number == 0 else None for number in range(len(sources))]
+        tasks = [
+            map_task.remote(source, str(work / f"recording_{number}"), victim)
+            for number, (source, victim) in enumerate(zip(sources, victims, strict=True))
+        ]
+        maps, joins = tasks, []
+        for height, level in enumerate(tree(len(sources))):
+            # One that is left over goes up as it is.
+            maps = [
+                join_task.remote(maps[one], maps[other], str(work / f"joined_{height}_{one}"))
+                if other is not None
+                else maps[one]
+                for one, other in level
+            ]
+            joins += [map for map, (_, other) in zip(maps, level, strict=True) if other is not None]
+        if kill_one:
+            victims[0].kill()
+        mapped = [report for _, report in ray.get(tasks)]
+        mapping = time.perf_counter() - start
+        whole, _ = ray.get(maps[0])
+        joining = time.perf_counter() - start - mapping
+        return whole, mapped, [report for _, report in ray.get(joins)], joining
+    finally:
+        ray.shutdown()
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("recordings", nargs="*", type=Path, help="TUM RGB-D folders, in the order of their times")
+    parser.add_argument("--sim", type=int, metavar="N", help="so many recordings of the simulator instead")
+    parser.add_argument("--frames", type=int, default=30, help="frames of a recording of the simulator")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--address", help="of a Ray cluster that runs already")
+    parser.add_argument("--out", type=Path, required=True, help="a folder; the map is in OUT/map")
+    parser.add_argument("--kill-one", action="store_true", help="kill -9 a worker in the middle of a recording")
+    parser.add_argument("--in-sequence", action="store_true", help="one process, without Ray")
+    given = parser.parse_args()
+    if bool(given.sim) == bool(given.recordings):
+        parser.error("either recordings or --sim N")
+    if given.sim is not None and given.sim < 1 or given.frames < 1 or given.workers < 1:
+        parser.error("--sim, --frames and --workers are 1 or more")
+    if given.kill_one and (given.in_sequence or given.address):
+        parser.error("--kill-one kills a worker of this machine's own Ray")
+    return given
+
+
+def main():
+    given = arguments()
+    recordings = [str(folder.resolve()) for folder in given.recordings]
+    sources = recordings or [(number, given.frames) for number in range(given.sim)]
+    work = given.out.resolve() / "work"
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    start = time.perf_counter()
+    if given.in_sequence:
+        whole, mapped, joins, joining = in_sequence(sources, work)
+    else:
+        whole, mapped, joins, joining = by_ray(sources, work, given.workers, given.address, given.kill_one)
+    map = dymlm.load(whole)
+    map.save(given.out / "map")
+    shutil.rmtree(work)
+    total = time.perf_counter() - start
+    report = {
+        "recordings": len(sources),
+        "workers": 0 if given.in_sequence else given.workers,
+        "frames": sum(one["frames"] for one in mapped),
+        "seconds": round(total, 2),
+        "seconds_of_maps": [round(one["seconds"], 2) for one in mapped],
+        "seconds_of_joins": [round(one["seconds"], 2) for one in joins],
+        "processor_seconds_of_maps": [round(one["busy"], 2) for one in mapped],
+        "processor_seconds_of_joins": [round(one["busy"], 2) for one in joins],
+        "peak_mb_of_joins": [round(one["peak_mb"]) for one in joins],
+        "seconds_after_the_maps": round(joining, 2),
+        "frames_mapped_again": sum(one["mapped_again"] for one in joins),
+        "peak_mb": round(max(one["peak_mb"] for one in mapped + joins), 1),
+        "map": str(given.out / "map"),
+        "points": len(map.cloud()),
+        "checksum": checksum(given.out / "map"),
+    }
+    print(json.dumps(report))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,95 @@
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use dymlm::octree::{CellState, GridRegion, OccupancyGrid};
+use dymlm::{FloorGrid, FloorGridConfig, MultiLevelMap};
+use dymlm_examples::{AnyError, up_of_planes};
+
+#[derive(Args)]
+pub(crate) struct GridArguments {
+    /// The map's folder
+    map: PathBuf,
+    /// The grid's .yaml file; the image is written beside it. Of several floors the lowest has the number 0: map_0.yaml
+    #[arg(long, default_value = "map.yaml")]
+    out: PathBuf,
+    /// Where the robot is, above its floor, in the map's world: x y z. Without it the lowest floor is taken
+    #[arg(long, num_args = 3, allow_hyphen_values = true, value_names = ["X", "Y", "Z"])]
+    at: Option<Vec<f64>>,
+    /// All floors, a grid each
+    #[arg(long, conflicts_with = "at")]
+    floors: bool,
+    /// About upwards, in the map's world: x y z
+    #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
+    up: Vec<f64>,
+    /// Lowest height above the floor that counts, metres
+    #[arg(long, default_value_t = FloorGridConfig::default().min_height)]
+    min_height: f64,
+    /// Greatest height above the floor that counts, metres
+    #[arg(long, default_value_t = FloorGridConfig::default().max_height)]
+    max_height: f64,
+    /// Highest step over which a floor goes on, metres
+    #[arg(long, default_value_t = FloorGridConfig::default().max_step)]
+    max_step: f64,
+    /// Steepest floor, degrees
+    #[arg(long, default_value_t = FloorGridConfig::default().max_slope_deg)]
+    max_slope: f64,
+    /// An occupied margin around what is in the way, metres: the robot's radius
+    #[arg(long, default_value_t = 0.0)]
+    inflate: f64,
+    /// Only what is between these, in the grid's axes (for upright maps the world's): lowest x y, greatest x y
+    #[arg(long, num_args = 4, allow_hyphen_values = true, value_names = ["X0", "Y0", "X1", "Y1"])]
+    region: Option<Vec<f64>>,
+}
+
+/// Makes the grids that are asked for, and writes a .yaml and a .pgm file each.
+pub(crate) fn write(arguments: &GridArguments) -> Result<(), AnyError> {
+    let map = MultiLevelMap::load(&arguments.map)?;
+    let up = up_of_planes(map.planes(), triple(&arguments.up));
+    let config = config_of(arguments);
+    let floors = match &arguments.at {
+        Some(at) => vec![map.floor_grid(triple(at), up, &config)?],
+        None => map.floor_grids(up, &config)?,
+    };
+    if floors.is_empty() {
+        return Err("no floor is known: no level plane is large enough".into());
+    }
+    let name =
+        arguments.out.file_stem().and_then(|name| name.to_str()).ok_or("the .yaml file needs a name")?;
+    let folder = arguments.out.parent().unwrap_or(Path::new(""));
+    let taken = if arguments.floors { floors.len() } else { 1 };
+    for (number, floor) in floors.iter().take(taken).enumerate() {
+        let name = if arguments.floors { format!("{name}_{number}") } else { name.to_owned() };
+        let grid = floor.grid().inflated(arguments.inflate)?;
+        grid.save(folder, &name)?;
+        println!("{}: {}", folder.join(format!("{name}.yaml")).display(), described(floor, &grid));
+    }
+    Ok(())
+}
+
+fn config_of(arguments: &GridArguments) -> FloorGridConfig {
+    let mut config = FloorGridConfig::default();
+    (config.min_height, config.max_height) = (arguments.min_height, arguments.max_height);
+    (config.max_step, config.max_slope_deg) = (arguments.max_step, arguments.max_slope);
+    config.region = arguments.region.as_deref().and_then(|corners| match *corners {
+        [x, y, max_x, max_y] => Some(GridRegion { min: [x, y], max: [max_x, max_y] }),
+        _ => None,
+    });
+    config
+}
+
+fn described(floor: &FloorGrid, grid: &OccupancyGrid) -> String {
+    let count = |state| grid.cells().iter().filter(|&&cell| cell == state).count();
+    format!(
+        "{}x{} cells of {} m, {} occupied, {} free, floor of {} planes",
+        grid.width(),
+        grid.height(),
+        grid.resolution(),
+        count(CellState::Occupied),
+        count(CellState::Free),
+        floor.planes().len()
+    )
+}
+
+fn triple(numbers: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|axis| numbers.get(axis).copied().unwrap_or(0.0))
+}
