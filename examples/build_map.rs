@@ -2,7 +2,7 @@
 //! report.
 //!
 //! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]
-//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--out DIR]`
+//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--mcap FILE] [--out DIR]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -18,9 +18,9 @@ use dymlm::{
     FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
 };
 use dymlm_examples::{
-    AnyError, CorrectionCost, FrameSource, RunReport, cloud_pictures, every, mean_up, named_sequence,
-    objects_from_above, objects_from_camera, octree_pictures, plane_pictures, planes_from_camera,
-    progress_bar, read_pose, timed, up_of_planes,
+    AnyError, CorrectionCost, FrameSource, RunReport, SessionFile, cloud_pictures, every, mean_up,
+    named_sequence, objects_from_above, objects_from_camera, octree_pictures, plane_pictures,
+    planes_from_camera, progress_bar, read_pose, timed, up_of_planes,
 };
 use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions};
 use dymlm_sim::SequenceConfig;
@@ -81,6 +81,9 @@ struct Arguments {
     /// Take every N-th frame
     #[arg(long, default_value_t = 1)]
     every: usize,
+    /// Records the frames, and the maps as they grow, for viewers such as Foxglove and Rerun
+    #[arg(long)]
+    mcap: Option<PathBuf>,
     /// Folder for the results
     #[arg(long, default_value = "out/map")]
     out: PathBuf,
@@ -92,11 +95,13 @@ fn main() -> Result<(), AnyError> {
     // Claimed first: an output folder that cannot be written shall not cost a run.
     let (mut builder, saver) = make_builder(&arguments, corrections.is_some() || arguments.refine)?;
     let mut source = open_source(&arguments)?;
+    let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
+    let mut session = arguments.mcap.as_ref().map(|path| SessionFile::create(path, up)).transpose()?;
     let interval = Duration::from_secs_f64(arguments.autosave);
     let autosave = Autosave::start(builder.reader(), saver, interval)?;
 
     let world_from_session = arguments.world_from_session.unwrap_or_default();
-    let reports = insert_all(&mut builder, &mut source, &world_from_session);
+    let reports = insert_all(&mut builder, &mut source, &world_from_session, &mut session);
     if reports.is_empty() {
         return Err("no frame could be mapped".into());
     }
@@ -105,11 +110,11 @@ fn main() -> Result<(), AnyError> {
     let corrected = corrections.map(|poses| correct(&mut builder, &poses, first, &world_from_session));
     let corrected = corrected.transpose()?;
     let refined = if arguments.refine { Some(refine(&mut builder)?) } else { None };
+    session.map_or(Ok(()), |session| session.finish(builder.map()))?;
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
     let mut report = RunReport::new(source.len(), &reports, &builder);
     (report.corrections, report.refinement) = (corrected, refined);
-    let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
     let up = up_of_planes(builder.map().planes(), up);
     let voxel_size = builder.config().cloud.voxel_size;
     let mut pictures = cloud_pictures(&cloud, up, voxel_size);
@@ -225,6 +230,7 @@ fn insert_all(
     builder: &mut MapBuilder,
     source: &mut FrameSource,
     world_from_session: &Pose,
+    session: &mut Option<SessionFile>,
 ) -> Vec<FrameReport> {
     let interrupted = interruption();
     let bar = progress_bar(source.len(), "mapping");
@@ -242,6 +248,11 @@ fn insert_all(
                 match builder.insert(&next.frame, next.detections.as_deref(), &pose) {
                     Ok(report) => reports.push(report),
                     Err(error) => warn(format!("frame {index} skipped: {error}")),
+                }
+                let recorded = session.as_mut().map(|session| session.record(&next, &pose, builder.map()));
+                if let Some(Err(error)) = recorded {
+                    warn(format!("the session is recorded no further: {error}"));
+                    *session = None;
                 }
                 source.recycle(next);
             }

@@ -4,6 +4,7 @@
 //! `cargo run --release --example map -- changes DIR`
 //! `cargo run --release --example map -- merge A B ... --out DIR [--poses FILE]`
 //! `cargo run --release --example map -- grid DIR --out map.yaml [--min-height M] [--max-height M]`
+//! `cargo run --release --example map -- gltf DIR --out map.glb`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -11,8 +12,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
-use dymlm::planes::MapPlane;
-use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, PlaneMap, SessionChanges};
+use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
 use dymlm_examples::{AnyError, read_pose, up_of_planes};
 
 #[derive(Parser)]
@@ -65,6 +65,17 @@ enum Command {
         #[arg(long, default_value_t = 1.5)]
         max_height: f64,
     },
+    /// Writes cloud, planes and objects as one glTF file, which browsers, Blender and others show
+    Gltf {
+        /// The map's folder
+        map: PathBuf,
+        /// The file
+        #[arg(long, default_value = "map.glb")]
+        out: PathBuf,
+        /// About upwards, in the map's world: x y z
+        #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
+        up: Vec<f64>,
+    },
 }
 
 fn main() -> Result<(), AnyError> {
@@ -75,6 +86,7 @@ fn main() -> Result<(), AnyError> {
         Command::Grid { map, out, up, min_height, max_height } => {
             grid(&map, &out, [up[0], up[1], up[2]], [min_height, max_height])
         }
+        Command::Gltf { map, out, up } => gltf(&map, &out, [up[0], up[1], up[2]]),
     }
 }
 
@@ -186,7 +198,7 @@ fn read_poses(file: &Path) -> Result<Vec<Pose>, AnyError> {
 fn grid(folder: &Path, out: &Path, up: [f64; 3], heights: [f64; 2]) -> Result<(), AnyError> {
     let map = MultiLevelMap::load(folder)?;
     let up = up_of_planes(map.planes(), up);
-    let floor = floor_height(map.planes(), up);
+    let floor = map.floor_height(up).unwrap_or(0.0);
     let [min_height, max_height] = heights.map(|height| floor + height);
     let grid = map.octree().project(up, min_height, max_height)?;
     let name = out.file_stem().and_then(|name| name.to_str()).ok_or("the .yaml file needs a name")?;
@@ -195,13 +207,9 @@ fn grid(folder: &Path, out: &Path, up: [f64; 3], heights: [f64; 2]) -> Result<()
     Ok(())
 }
 
-/// Height of the floor, metres from the world's origin: of the lowest large level plane; 0 where there is
-/// none.
-fn floor_height(planes: &PlaneMap, up: [f64; 3]) -> f64 {
-    let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| a[axis] * b[axis]).sum::<f64>();
-    let level = || planes.iter().filter(|plane| dot(plane.plane().normal(), up) > 0.95);
-    let largest = level().map(MapPlane::area).fold(0.0, f64::max);
-    let large = level().filter(|plane| plane.area() > 0.25 * largest);
-    let heights = large.map(|plane| -plane.plane().d());
-    heights.min_by(f64::total_cmp).unwrap_or(0.0)
+fn gltf(folder: &Path, out: &Path, up: [f64; 3]) -> Result<(), AnyError> {
+    let map = MultiLevelMap::load(folder)?;
+    map.write_glb(out, up_of_planes(map.planes(), up))?;
+    println!("{:.1} MB: {}", std::fs::metadata(out)?.len() as f64 / 1e6, out.display());
+    Ok(())
 }

@@ -9,6 +9,7 @@ mod pictures;
 mod pose_argument;
 mod progress;
 mod run_report;
+mod session_file;
 mod statistics;
 
 pub use frame_source::{FrameSource, SourceFrame, every};
@@ -23,6 +24,7 @@ pub use pictures::{
 pub use pose_argument::read_pose;
 pub use progress::progress_bar;
 pub use run_report::{CorrectionCost, RunReport, insertion_time, peak_memory_bytes, step_time, timed};
+pub use session_file::SessionFile;
 pub use statistics::{Milliseconds, mean_up, up_of_planes};
 
 /// Any error of an example: it is printed and ends the program.
