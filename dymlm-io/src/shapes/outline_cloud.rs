@@ -92,20 +92,20 @@ mod tests {
             shape: ShapeRecord::Cuboid,
             rotation: [0.0, 0.0, 0.0, 1.0],
             translation: [1.0, 2.0, 3.0],
-            dimensions: [0.2, 0.4, 0.8],
+            dimensions: [0.25, 0.5, 1.0],
             observations: 3,
             points: 4,
         };
-        let cloud = outline_cloud(&[], std::slice::from_ref(&object), 0.1);
+        let cloud = outline_cloud(&[], std::slice::from_ref(&object), 0.125);
         // Four edges of each length, without their ends.
         assert_eq!(cloud.len(), 4 * (2 + 4 + 8));
         assert!(cloud.colors().is_some_and(|colors| colors.iter().all(|color| *color == id_color(3))));
         let reach = |axis: usize| cloud.points().iter().map(|point| point[axis]).fold(f32::MIN, f32::max);
-        assert!((reach(0) - 1.1).abs() < 1e-6 && (reach(2) - 3.3).abs() < 0.1 + 1e-6);
+        assert_eq!((reach(0), reach(2)), (1.125, 3.5));
 
         object.shape = ShapeRecord::Ellipsoid;
         for point in outline_cloud(&[], std::slice::from_ref(&object), 0.01).points() {
-            let half = [0.1, 0.2, 0.4];
+            let half = [0.125, 0.25, 0.5];
             let ratio: f64 =
                 (0..3).map(|k| ((f64::from(point[k]) - object.translation[k]) / half[k]).powi(2)).sum();
             // Chords lie a little within.
