@@ -148,6 +148,15 @@ pub enum Error {
         /// What the code said.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// What is to be written and cannot be held by the file.
+    #[cfg(any(feature = "mcap", feature = "gltf"))]
+    #[error("{}: cannot hold {reason}", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// What it is, and why.
+        reason: String,
+    },
     /// An option outside its allowed range.
     #[error(transparent)]
     Config(#[from] ConfigError),

@@ -9,7 +9,9 @@
 //! - [`read_ply`], [`write_ply`], [`read_pcd`], [`write_pcd`]: point clouds.
 //! - [`MapFolderWriter`], [`MapFolder`]: a folder of files with a manifest, written so that a crash never
 //!   leaves half of it; [`write_atomically`]: the same for one file.
-//! - `McapRecording` (feature `mcap`): ROS 2 bags in MCAP as posed RGB-D frames with detections.
+//! - `McapRecording` (feature `mcap`): ROS 2 bags in MCAP as posed RGB-D frames with detections;
+//!   `McapWriter`: sessions and their maps for viewers such as Foxglove and Rerun.
+//! - `encode_glb` (feature `gltf`): a map as glTF.
 //! - [`PlaneRecord`], [`ObjectRecord`]: `planes.json` and `objects.json`.
 //! - [`write_png`], [`write_depth_png`] and their readers.
 //!
@@ -20,12 +22,20 @@
 mod bag;
 mod detection_file;
 mod error;
+#[cfg(feature = "gltf")]
+mod gltf;
 mod image_file;
 mod map_folder;
 mod map_records;
+#[cfg(feature = "mcap")]
+mod mcap_writer;
 mod pcd;
 mod ply;
+#[cfg(feature = "mcap")]
+mod ros2;
 mod scalar;
+#[cfg(any(feature = "gltf", feature = "mcap"))]
+mod shapes;
 mod text_lines;
 mod trajectory;
 mod tum;
@@ -37,13 +47,20 @@ mod yolo_folder;
 pub use bag::{McapFrame, McapOptions, McapRecording, NoTransform};
 pub use detection_file::{DetectionFile, encode_detections, write_detections};
 pub use error::Error;
+#[cfg(feature = "gltf")]
+pub use gltf::encode_glb;
 pub use image_file::{MAX_IMAGE_PIXELS, read_color_image, read_depth_png, write_depth_png, write_png};
 pub use map_folder::{DamagedPart, MapFolder, MapFolderSaver, MapFolderWriter, StateParts, StateWriter};
 pub use map_records::{
-    ObjectRecord, PlaneRecord, ShapeRecord, encode_objects, encode_planes, read_objects, read_planes,
+    ObjectRecord, PlaneRecord, ShapeRecord, encode_objects, encode_planes, id_color, read_objects,
+    read_planes,
 };
+#[cfg(feature = "mcap")]
+pub use mcap_writer::{ColorEncoding, DepthEncoding, GridRecord, McapWriter, McapWriterOptions};
 pub use pcd::{PcdCloud, PcdField, decode_pcd, encode_pcd, read_pcd, write_pcd};
 pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
+#[cfg(feature = "mcap")]
+pub use shapes::outline_cloud;
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap};
 pub use tum::{
     FrameBuffers, PosedFrame, RecordedFrame, TumCamera, TumDataset, TumFrame, TumOptions, TumRecording,

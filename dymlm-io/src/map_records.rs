@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
+use dymlm_core::Rgb;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +27,8 @@ pub struct PlaneRecord {
     pub observations: u32,
     /// Number of voxels of points on it.
     pub inliers: usize,
-    /// Closed rings of points on the plane, outlines and holes (even-odd), the first point not repeated.
+    /// Closed rings of points on the plane, the first point not repeated: an outline, its holes, the next
+    /// outline. Seen from where the normal points to, outlines run counterclockwise and holes clockwise.
     pub boundary: Vec<Vec<[f64; 3]>>,
 }
 
@@ -71,6 +73,18 @@ struct Planes<List> {
 #[derive(Serialize, Deserialize)]
 struct Objects<List> {
     objects: List,
+}
+
+/// A colour for an id of a plane or object that neighbouring ids do not share: hues a golden ratio of the
+/// circle apart.
+pub fn id_color(id: u64) -> Rgb {
+    let hue = (id as f64 * 0.618_033_988_75).fract() * 6.0;
+    let value = if id.is_multiple_of(2) { 230.0 } else { 175.0 };
+    let channel = |shift: f64| {
+        let along = (hue + shift).rem_euclid(6.0);
+        ((along - 3.0).abs() - 1.0).clamp(0.15, 1.0) * value
+    };
+    [channel(0.0) as u8, channel(4.0) as u8, channel(2.0) as u8]
 }
 
 /// Writes a `planes.json` to a stream: `write_atomically(path, |out| encode_planes(out, &planes))` makes a

@@ -2,7 +2,7 @@
 //! report.
 //!
 //! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]
-//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--report] [--out DIR]`
+//! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--report] [--mcap FILE] [--out DIR]`
 
 use dymlm_examples::{AnyError, build_map};
 

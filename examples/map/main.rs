@@ -4,6 +4,7 @@
 //! `cargo run --release --example map -- changes DIR`
 //! `cargo run --release --example map -- merge A B ... --out DIR [--poses FILE]`
 //! `cargo run --release --example map -- grid DIR --out map.yaml [--at X Y Z] [--floors] [--inflate R] [--region X Y X Y]`
+//! `cargo run --release --example map -- gltf DIR --out map.glb`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -14,7 +15,7 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
 use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
-use dymlm_examples::{AnyError, read_pose};
+use dymlm_examples::{AnyError, read_pose, up_of_planes};
 
 use crate::floor_grids::GridArguments;
 
@@ -53,6 +54,17 @@ enum Command {
     },
     /// Makes 2D occupancy grids of floors (map.yaml and map.pgm, as ROS's map server reads them)
     Grid(GridArguments),
+    /// Writes cloud, planes and objects as one glTF file, which browsers, Blender and others show
+    Gltf {
+        /// The map's folder
+        map: PathBuf,
+        /// The file
+        #[arg(long, default_value = "map.glb")]
+        out: PathBuf,
+        /// About upwards, in the map's world: x y z
+        #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
+        up: Vec<f64>,
+    },
 }
 
 fn main() -> Result<(), AnyError> {
@@ -61,6 +73,7 @@ fn main() -> Result<(), AnyError> {
         Command::Changes { map } => changes(&map),
         Command::Merge { maps, out, poses } => merge(&maps, &out, poses.as_deref()),
         Command::Grid(arguments) => floor_grids::write(&arguments),
+        Command::Gltf { map, out, up } => gltf(&map, &out, [up[0], up[1], up[2]]),
     }
 }
 
@@ -167,4 +180,11 @@ fn read_poses(file: &Path) -> Result<Vec<Pose>, AnyError> {
         read_pose(line).map_err(|error| format!("{}:{}: {error}", file.display(), number + 1).into())
     });
     poses.collect()
+}
+
+fn gltf(folder: &Path, out: &Path, up: [f64; 3]) -> Result<(), AnyError> {
+    let map = MultiLevelMap::load(folder)?;
+    map.write_glb(out, up_of_planes(map.planes(), up))?;
+    println!("{:.1} MB: {}", std::fs::metadata(out)?.len() as f64 / 1e6, out.display());
+    Ok(())
 }

@@ -15,8 +15,8 @@ use dymlm_sim::SequenceConfig;
 
 use crate::{
     AnyError, CorrectionCost, FrameDetector, FrameSource, Milliseconds, OpenDetector, ReportPage, Run,
-    RunObservers, RunRecorder, RunReport, SourceFrame, cloud_pictures, every, interruption, mean_up,
-    named_sequence, objects_from_above, objects_from_camera, octree_pictures, plane_pictures,
+    RunObservers, RunRecorder, RunReport, SessionFile, SourceFrame, cloud_pictures, every, interruption,
+    mean_up, named_sequence, objects_from_above, objects_from_camera, octree_pictures, plane_pictures,
     planes_from_camera, print_warning, progress_bar, read_pose, timed, up_of_planes,
 };
 
@@ -85,6 +85,9 @@ struct Arguments {
     /// Writes report.html too: the maps in 3D and the run's times and memory, on one page
     #[arg(long)]
     report: bool,
+    /// Records the frames, and the maps as they grow, for viewers such as Foxglove and Rerun
+    #[arg(long)]
+    mcap: Option<PathBuf>,
     /// Folder for the results
     #[arg(long, default_value = "out/map")]
     out: PathBuf,
@@ -103,12 +106,15 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     // Claimed first: an output folder that cannot be written shall not cost a run.
     let (mut builder, saver) = make_builder(&arguments, corrections.is_some() || arguments.refine)?;
     let mut source = open_source(&arguments)?;
+    let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
     let interval = Duration::from_secs_f64(arguments.autosave);
     let autosave = Autosave::start(builder.reader(), saver, interval)?;
 
     let world_from_session = arguments.world_from_session.unwrap_or_default();
-    let mut observers =
-        RunObservers { report: arguments.report.then(|| RunRecorder::start(&builder, source.len())) };
+    let mut observers = RunObservers {
+        report: arguments.report.then(|| RunRecorder::start(&builder, source.len())),
+        session: arguments.mcap.as_ref().map(|path| SessionFile::create(path, up)).transpose()?,
+    };
     let detector = detector.as_deref_mut();
     let (reports, detection) =
         insert_all(&mut builder, &mut source, detector, &world_from_session, &mut observers);
@@ -120,12 +126,14 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     let corrected = corrections.map(|poses| correct(&mut builder, &poses, first, &world_from_session));
     let corrected = corrected.transpose()?;
     let refined = if arguments.refine { Some(refine(&mut builder)?) } else { None };
+    if let Some(session) = observers.session {
+        session.finish(builder.map())?;
+    }
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
     let mut report = RunReport::new(source.len(), &reports, &builder);
     (report.corrections, report.refinement) = (corrected, refined);
     report.stages.extend(detection.map(|time| ("detector", time)));
-    let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
     let up = up_of_planes(builder.map().planes(), up);
     let voxel_size = builder.config().cloud.voxel_size;
     let mut pictures = cloud_pictures(&cloud, up, voxel_size);
@@ -298,7 +306,9 @@ fn insert_all(
                 let pose = *world_from_session * next.world_from_camera;
                 match builder.insert(&next.frame, next.detections.as_deref(), &pose) {
                     Ok(report) => {
-                        observers.record(&next, &report, &pose, builder);
+                        if let Err(error) = observers.record(&next, &report, &pose, builder) {
+                            warn(format!("the session is recorded no further: {error}"));
+                        }
                         reports.push(report);
                     }
                     Err(error) => warn(format!("frame {index} skipped: {error}")),

@@ -14,6 +14,7 @@ mod progress;
 mod report_page;
 mod run_observers;
 mod run_report;
+mod session_file;
 mod statistics;
 
 pub use build_map::build_map;
@@ -33,6 +34,7 @@ pub use progress::progress_bar;
 pub use report_page::{ReportPage, Run, RunRecorder};
 pub use run_observers::RunObservers;
 pub use run_report::{CorrectionCost, RunReport, insertion_time, peak_memory_bytes, step_time, timed};
+pub use session_file::SessionFile;
 pub use statistics::{Milliseconds, mean_up, up_of_planes};
 
 /// Any error of an example: it is printed and ends the program.

@@ -243,3 +243,25 @@ fn an_interrupted_run_ends_with_the_map_of_what_it_has() {
         map.cloud().frames() > 0 && out.join("report.json").exists() && out.join("cloud_above.png").exists()
     );
 }
+
+#[test]
+fn a_session_is_recorded_and_can_be_mapped_again() {
+    let (parent, dataset, out) = paths();
+    fs::write(dataset.join("detections.jsonl"), "{\"timestamp\": 0.1, \"detections\": []}\n").unwrap();
+    let (session, again) = (parent.path().join("session.mcap"), parent.path().join("again"));
+    let text = |path: &Path| path.to_str().unwrap().to_owned();
+    let [dataset, out_name, session, again_name] = [&dataset, &out, &session, &again].map(|path| text(path));
+    let first = ["--dataset", &dataset, "--out", &out_name, "--mcap", &session];
+    let Some(output) = build_map(&first) else { return };
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = build_map(&["--dataset", &session, "--out", &again_name]).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let cloud = |folder: &Path| dymlm_io::read_ply(folder.join("cloud.ply")).unwrap();
+    assert_eq!(cloud(&out).points(), cloud(&again).points());
+
+    // A file that cannot be written is said before anything is mapped.
+    let nowhere = text(&parent.path().join("none/session.mcap"));
+    let output = build_map(&["--dataset", &dataset, "--out", &out_name, "--mcap", &nowhere]).unwrap();
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("session.mcap"));
+}

@@ -2,8 +2,9 @@ use std::sync::Arc;
 
 use dymlm_core::{Point, Rgb};
 
-use crate::CloudMap;
+use crate::block_store::BlockKey;
 use crate::static_cloud::StaticCloud;
+use crate::{CloudBlock, CloudMap};
 
 /// The static cloud, for queries about places ([`CloudMap::static_points`]).
 ///
@@ -63,5 +64,19 @@ impl CloudMap {
     /// ```
     pub fn static_points(&self) -> StaticPoints<'_> {
         StaticPoints { map: self, cloud: self.kept_cloud() }
+    }
+}
+
+impl StaticPoints<'_> {
+    /// The static points of a cube of 8^3 voxels, by its [place](CloudBlock::place); none where the map has
+    /// none.
+    pub fn block(&self, place: [i32; 3]) -> CloudBlock {
+        let has_key = place.iter().all(|c| BlockKey::has_block(*c));
+        let slot = if has_key { self.slot_with_points(BlockKey::new(place)) } else { None };
+        let (points, colors) = match slot {
+            Some(slot) => (self.cloud.points(slot).to_vec(), self.cloud.colors(slot).to_vec()),
+            None => (Vec::new(), Vec::new()),
+        };
+        CloudBlock { place, points, colors }
     }
 }

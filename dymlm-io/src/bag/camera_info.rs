@@ -1,6 +1,6 @@
 use dymlm_core::{Distortion, PinholeCamera};
 
-use super::messages::Lens;
+use crate::ros2::messages::Lens;
 
 /// A camera as a `CameraInfo` gives it.
 #[derive(Debug, Clone, PartialEq)]

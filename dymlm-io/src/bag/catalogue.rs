@@ -1,9 +1,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::bag_file::{BagEvent, BagFile, Place};
-use super::messages::{CameraInfo, CompressedImage, HeaderOnly, Image, Odometry, TransformMessage, decode};
 use super::transforms::TransformTree;
 use crate::Error;
+use crate::ros2::messages::{
+    CameraInfo, CompressedImage, HeaderOnly, Image, Odometry, TransformMessage, decode,
+};
 
 /// What is in a bag: where its images and detections lie, its cameras, and its transforms.
 #[derive(Debug, Default)]
@@ -153,7 +155,7 @@ impl Catalogue {
             Kind::Transforms => {
                 let is_fixed = topic.ends_with("tf_static");
                 for transform in &decode::<TransformMessage>(data)?.transforms {
-                    self.tree.add(transform, is_fixed)?;
+                    self.tree.add(transform, is_fixed, Some(recorded))?;
                 }
             }
             Kind::Odometry => {

@@ -1,6 +1,6 @@
 use dymlm_core::{BoundingBox, Detection};
 
-use super::messages::{Detection2D, Detection2DArray, decode};
+use crate::ros2::messages::{Detection2D, Detection2DArray, decode};
 
 /// What was detected: of each box the hypothesis with the highest score. Boxes without one are passed over.
 pub(super) fn detections_of(message: &[u8], class_names: &[String]) -> Result<Vec<Detection>, String> {

@@ -5,7 +5,6 @@ mod camera_info;
 mod catalogue;
 mod chunk;
 mod detections;
-mod messages;
 mod options;
 mod pictures;
 mod recording;

@@ -3,9 +3,9 @@ use std::path::Path;
 use dymlm_core::{PinholeCamera, Rgb};
 
 use super::catalogue::ImageTopic;
-use super::messages::{CompressedImage, Image, decode};
 use crate::Error;
 use crate::image_file::{decode_color_picture, decode_depth_png};
+use crate::ros2::messages::{CompressedImage, Image, decode};
 
 /// Millimetres in a metre: what 16-bit depth is in.
 const MILLIMETRES: f64 = 1000.0;

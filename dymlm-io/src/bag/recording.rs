@@ -8,11 +8,11 @@ use super::bag_file::{BagFile, Place};
 use super::camera_info::InfoCamera;
 use super::catalogue::{Catalogue, Listed};
 use super::detections::detections_of;
-use super::messages::TransformStamped;
 use super::options::McapOptions;
 use super::pictures::{color_of, depth_of};
 use super::topics::{color_topic, depth_topic, with_camera};
 use super::transforms::{NoTransform, frame_name};
+use crate::ros2::messages::TransformStamped;
 use crate::tum::association::associate;
 use crate::tum::image_reader::CameraPair;
 use crate::{Error, FrameBuffers, RecordedFrame, Trajectory};
@@ -276,7 +276,7 @@ fn take_in(
     given: &[TransformStamped],
 ) {
     for message in given {
-        if let Err(reason) = tree.add(message, false) {
+        if let Err(reason) = tree.add(message, false, None) {
             faults.insert(format!("{topic}: {reason}"));
         }
     }

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use dymlm_core::Pose;
 
-use super::messages::{Transform, TransformStamped};
+use crate::ros2::messages::{Transform, TransformStamped};
 use crate::{StampedPose, Trajectory, UncoveredTime};
 
 /// Between transforms that differ by less, metres and radians, it does not matter how long nothing was heard:
@@ -94,8 +94,14 @@ pub(super) fn frame_name(frame: &str) -> &str {
 }
 
 impl TransformTree {
-    /// Takes a transform in. `is_fixed` ones hold at all times; of two the later counts.
-    pub(super) fn add(&mut self, given: &TransformStamped, is_fixed: bool) -> Result<(), String> {
+    /// Takes a transform in. `is_fixed` ones hold at all times; of two the later counts. One without a time
+    /// stamp holds when it was `recorded`.
+    pub(super) fn add(
+        &mut self,
+        given: &TransformStamped,
+        is_fixed: bool,
+        recorded: Option<f64>,
+    ) -> Result<(), String> {
         let (parent, child) = (frame_name(&given.header.frame_id), frame_name(&given.child_frame_id));
         if parent.is_empty() || child.is_empty() || parent == child {
             return Err(format!("a transform {parent:?} -> {child:?}"));
@@ -112,7 +118,8 @@ impl TransformTree {
         match &mut edge.motion {
             Motion::Fixed(fixed) if is_fixed => *fixed = pose,
             Motion::Listed(poses) if !is_fixed => {
-                let timestamp = given.header.stamp.seconds().ok_or("a moving transform without a time")?;
+                let stamp = given.header.stamp.seconds().or(recorded);
+                let timestamp = stamp.ok_or("a moving transform without a time")?;
                 poses.push(StampedPose { timestamp, world_from_camera: pose });
             }
             _ => return Err(format!("the transform {parent:?} -> {child:?} is both fixed and moving")),
@@ -250,8 +257,8 @@ fn is_still(trajectory: &Trajectory, timestamp: f64) -> bool {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
-    use super::super::messages::{Header, Rotation, Time, Vector3};
     use super::*;
+    use crate::ros2::messages::{Header, Rotation, Time, Vector3};
 
     #[test]
     fn a_localization_may_be_slow_where_it_hardly_moves() {
@@ -265,7 +272,7 @@ mod tests {
         };
         let mut tree = TransformTree::default();
         for (seconds, x) in [(1, 0.0), (2, 0.01), (3, 0.5)] {
-            tree.add(&at("map", "camera", seconds, x), false).unwrap();
+            tree.add(&at("map", "camera", seconds, x), false, None).unwrap();
         }
         tree.settle().unwrap();
         let chain = tree.chain_to_world("camera", None).unwrap();

@@ -1,17 +1,26 @@
 //! The maps as files (feature `io`): the standard files of a map folder and their records, the state from
-//! which a map goes on, and config files.
+//! which a map goes on, config files, and what viewers open.
 
 mod autosave;
+#[cfg(feature = "mcap")]
+mod cloud_tiles;
 mod config_file;
+#[cfg(feature = "gltf")]
+mod glb;
 mod map_files;
 mod map_saver;
 mod map_state;
 mod objects;
 mod planes;
+#[cfg(feature = "mcap")]
+mod session_recorder;
 
 pub use autosave::Autosave;
 pub use config_file::ConfigFileError;
+pub use dymlm_io::id_color;
 pub use map_saver::MapSaver;
 pub use map_state::MissingMap;
 pub use objects::object_records;
-pub use planes::{id_color, plane_cloud, plane_records};
+pub use planes::{plane_cloud, plane_records};
+#[cfg(feature = "mcap")]
+pub use session_recorder::SessionRecorder;

@@ -6,7 +6,7 @@ pub fn object_records(objects: &ObjectMap) -> Vec<ObjectRecord> {
     objects.objects().map(object_record).collect()
 }
 
-fn object_record(object: &MapObject) -> ObjectRecord {
+pub(super) fn object_record(object: &MapObject) -> ObjectRecord {
     let oriented_box = object.oriented_box();
     ObjectRecord {
         id: object.id().get(),

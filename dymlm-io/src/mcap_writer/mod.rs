@@ -1,0 +1,14 @@
+//! Sessions and maps for viewers, as ROS 2 bags in MCAP (feature `mcap`): `container` is the file, the rest
+//! makes messages of frames and maps. What is read back is in `bag`.
+
+mod container;
+mod frame_messages;
+mod options;
+mod pictures;
+mod point_bytes;
+mod record;
+mod scene_entities;
+mod writer;
+
+pub use options::{ColorEncoding, DepthEncoding, McapWriterOptions};
+pub use writer::{GridRecord, McapWriter};

@@ -1,0 +1,62 @@
+use dymlm_core::{ConfigError, check_range};
+use serde::{Deserialize, Serialize};
+
+/// How a session is written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct McapWriterOptions {
+    /// Default: [`DepthEncoding::Millimetres`].
+    pub depth: DepthEncoding,
+    /// Default: [`ColorEncoding::Jpeg`].
+    pub color: ColorEncoding,
+    /// Quality of JPEG, 1..=100. Default 90.
+    pub jpeg_quality: u8,
+}
+
+/// What depth images are written as. All of these are read back by [`McapRecording`](crate::McapRecording).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum DepthEncoding {
+    /// Not at all.
+    None,
+    /// Whole millimetres up to 65 m, `sensor_msgs/Image` 16UC1: what all viewers draw.
+    Millimetres,
+    /// The same as PNG, `sensor_msgs/CompressedImage` as `compressed_depth_image_transport` makes it: smaller,
+    /// takes longer, and some viewers do not draw it.
+    MillimetresPng,
+    /// Metres to the last bit, `sensor_msgs/Image` 32FC1: a map is built from it again as it was.
+    Exact,
+}
+
+/// What colour images are written as: `sensor_msgs/CompressedImage`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ColorEncoding {
+    /// Not at all.
+    None,
+    /// JPEG of [`McapWriterOptions::jpeg_quality`].
+    Jpeg,
+    /// PNG, to the last bit.
+    Png,
+}
+
+impl Default for McapWriterOptions {
+    fn default() -> Self {
+        Self { depth: DepthEncoding::Millimetres, color: ColorEncoding::Jpeg, jpeg_quality: 90 }
+    }
+}
+
+impl McapWriterOptions {
+    /// Depth and colour to the last bit: a map that is built from the file is the one that was built from the
+    /// frames.
+    pub fn exact() -> Self {
+        Self { depth: DepthEncoding::Exact, color: ColorEncoding::Png, ..Self::default() }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        check_range("mcap_writer.jpeg_quality", f64::from(self.jpeg_quality), 1.0..=100.0)
+    }
+}

@@ -1,0 +1,259 @@
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use dymlm_cloud::StaticPoints;
+use dymlm_core::{Detection, Frame, ObjectId, PlaneId, PointCloud, Pose, Rgb};
+use dymlm_io::{GridRecord, McapWriter, McapWriterOptions, ObjectRecord, PlaneRecord, outline_cloud};
+use dymlm_octree::{CellState, OccupancyGrid};
+
+use super::cloud_tiles::{ChangedTile, CloudTiles};
+use super::objects::object_record;
+use super::planes::plane_record;
+use crate::{ChangedThings, Error, MapChanges, MultiLevelMap};
+
+/// Voxels along the side of a block of the cloud.
+const BLOCK_VOXELS: f64 = 8.0;
+/// Of voxels that no colour was seen of.
+const GREY: Rgb = [128; 3];
+/// Between points on the lines of planes and objects, metres: a line, seen from where a room is in view.
+const LINE_SPACING: f64 = 0.02;
+/// Which heights above the floor are in the way, metres: above thresholds and carpets, and as high as most
+/// robots are.
+const GRID_HEIGHTS: [f64; 2] = [0.1, 1.5];
+
+/// Records a session for viewers such as Foxglove and Rerun, as one MCAP file: the frames, and of the maps
+/// what has changed since they were recorded last. While the maps are built the file can be opened; after a
+/// crash it can, too.
+///
+/// Beside the topics of [`McapWriter`] there are `/map/cloud/...`, the static cloud by cubes of 4 to 8 m (at
+/// most 128 topics; where the world is larger the cubes are twice as large, and those before are emptied), and
+/// `/map/outlines`, the lines of planes and objects as points, for viewers that draw no scenes. `/map/grid` is
+/// what stands 0.1 to 1.5 m above the floor, once up and a floor are known.
+///
+/// It holds a clone of the maps that it has recorded last, which shares with them what has not changed since,
+/// and which block of the cloud is on which topic.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("session.mcap");
+/// use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
+/// use dymlm::files::SessionRecorder;
+/// use dymlm::{MapBuilder, MapConfig};
+/// use dymlm_io::McapWriterOptions;
+///
+/// let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?;
+/// let mut builder = MapBuilder::new(MapConfig::default())?;
+/// let mut recorder = SessionRecorder::create(&path, &McapWriterOptions::default())?;
+/// for step in 0..3 {
+///     let depth = DepthImage::new(160, 120, vec![2.0; 160 * 120])?;
+///     let frame = Frame::new(f64::from(step) / 5.0, camera, depth, None)?;
+///     builder.insert(&frame, &[], &Pose::identity())?;
+///     recorder.record_frame(&frame, None, &Pose::identity())?;
+///     // Once a second is enough.
+///     recorder.record_map(frame.timestamp(), builder.map())?;
+/// }
+/// recorder.finish()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct SessionRecorder {
+    writer: McapWriter,
+    up: Option<[f64; 3]>,
+    /// The maps as they were recorded last.
+    recorded: Option<MultiLevelMap>,
+    tiles: CloudTiles,
+    planes: BTreeMap<u64, PlaneRecord>,
+    objects: BTreeMap<u64, ObjectRecord>,
+}
+
+impl SessionRecorder {
+    /// Begins a file, in place of one that may be there.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`McapWriter::create`].
+    pub fn create(path: impl AsRef<Path>, options: &McapWriterOptions) -> Result<Self, Error> {
+        Ok(Self {
+            writer: McapWriter::create(path, options)?,
+            up: None,
+            recorded: None,
+            tiles: CloudTiles::new(1.0),
+            planes: BTreeMap::new(),
+            objects: BTreeMap::new(),
+        })
+    }
+
+    /// Says which way is up, for labels and grid: without it that is what the maps have
+    /// [learnt](MultiLevelMap::up).
+    pub fn set_up(&mut self, up: [f64; 3]) {
+        self.up = dymlm_core::vector3::unit(up);
+    }
+
+    /// Records a frame with its pose, and its detections unless no detector has looked.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`McapWriter::write_frame`].
+    pub fn record_frame(
+        &mut self,
+        frame: &Frame,
+        detections: Option<&[Detection]>,
+        world_from_camera: &Pose,
+    ) -> Result<(), Error> {
+        Ok(self.writer.write_frame(frame, detections, world_from_camera)?)
+    }
+
+    /// Records what has changed in the maps since they were recorded last, as of a time in seconds, and
+    /// leaves nothing to lose. Maps that were made otherwise take the place of those before.
+    ///
+    /// Costs what has changed, the tiles of the cloud that this is in, and the grid.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`McapWriter`].
+    pub fn record_map(&mut self, time: f64, map: &MultiLevelMap) -> Result<(), Error> {
+        let up = self.up.or_else(|| map.up());
+        if self.recorded.as_ref().is_some_and(|recorded| recorded.config() != map.config()) {
+            self.forget(time)?;
+        }
+        let is_first = self.recorded.is_none();
+        if is_first {
+            self.tiles = CloudTiles::new(BLOCK_VOXELS * map.config().cloud.voxel_size);
+        }
+        let empty = MultiLevelMap::new(&map.config)?;
+        let changes = map.changes_since(self.recorded.as_ref().unwrap_or(&empty));
+        self.record_cloud(time, map, &changes)?;
+        let planes = self.record_planes(time, map, &changes.planes)?;
+        let objects = self.record_objects(time, map, &changes.objects, up)?;
+        if planes || objects {
+            self.record_outlines(time)?;
+        }
+        if let (Some(up), true) = (up, is_first || !changes.octree.is_empty()) {
+            self.record_grid(time, map, up)?;
+        }
+        self.writer.flush()?;
+        self.recorded = Some(map.without_past());
+        Ok(())
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`McapWriter::finish`].
+    pub fn finish(self) -> Result<(), Error> {
+        Ok(self.writer.finish()?)
+    }
+
+    /// Takes away what was recorded of maps.
+    fn forget(&mut self, time: f64) -> Result<(), Error> {
+        for ChangedTile { topic, .. } in self.tiles.clear() {
+            self.writer.write_cloud(&topic, time, &PointCloud::default())?;
+        }
+        let planes: Vec<u64> = std::mem::take(&mut self.planes).into_keys().collect();
+        let objects: Vec<u64> = std::mem::take(&mut self.objects).into_keys().collect();
+        self.writer.write_planes(time, &[], &planes)?;
+        self.writer.write_objects(time, &[], &objects, [0.0, 0.0, 1.0])?;
+        self.recorded = None;
+        Ok(())
+    }
+
+    fn record_cloud(&mut self, time: f64, map: &MultiLevelMap, changes: &MapChanges) -> Result<(), Error> {
+        let points = map.cloud().static_points();
+        for ChangedTile { topic, blocks } in self.tiles.update(&changes.cloud) {
+            self.writer.write_cloud(&topic, time, &cloud_of(&points, &blocks))?;
+        }
+        Ok(())
+    }
+
+    /// Whether there was anything to record.
+    fn record_planes(
+        &mut self,
+        time: f64,
+        map: &MultiLevelMap,
+        changes: &ChangedThings<PlaneId>,
+    ) -> Result<bool, Error> {
+        let changed = changes.confirmed.iter().chain(&changes.changed);
+        let planes: Vec<_> = changed.filter_map(|&id| map.planes().plane(id)).map(plane_record).collect();
+        let gone: Vec<u64> = gone(changes).map(PlaneId::get).collect();
+        if planes.is_empty() && gone.is_empty() {
+            return Ok(false);
+        }
+        self.writer.write_planes(time, &planes, &gone)?;
+        self.planes.retain(|id, _| !gone.contains(id));
+        self.planes.extend(planes.into_iter().map(|plane| (plane.id, plane)));
+        Ok(true)
+    }
+
+    /// Whether there was anything to record.
+    fn record_objects(
+        &mut self,
+        time: f64,
+        map: &MultiLevelMap,
+        changes: &ChangedThings<ObjectId>,
+        up: Option<[f64; 3]>,
+    ) -> Result<bool, Error> {
+        let changed = changes.confirmed.iter().chain(&changes.changed);
+        let objects: Vec<_> = changed.filter_map(|&id| map.objects().object(id)).map(object_record).collect();
+        let gone: Vec<u64> = gone(changes).map(ObjectId::get).collect();
+        if objects.is_empty() && gone.is_empty() {
+            return Ok(false);
+        }
+        self.writer.write_objects(time, &objects, &gone, up.unwrap_or([0.0, 0.0, 1.0]))?;
+        self.objects.retain(|id, _| !gone.contains(id));
+        self.objects.extend(objects.into_iter().map(|object| (object.id, object)));
+        Ok(true)
+    }
+
+    fn record_outlines(&mut self, time: f64) -> Result<(), Error> {
+        let planes: Vec<PlaneRecord> = self.planes.values().cloned().collect();
+        let objects: Vec<ObjectRecord> = self.objects.values().cloned().collect();
+        let lines = outline_cloud(&planes, &objects, LINE_SPACING);
+        Ok(self.writer.write_cloud("/map/outlines", time, &lines)?)
+    }
+
+    /// Without a floor there is no grid, nor where it would have too many cells.
+    fn record_grid(&mut self, time: f64, map: &MultiLevelMap, up: [f64; 3]) -> Result<(), Error> {
+        let Some(floor) = map.floor_height(up) else { return Ok(()) };
+        let [low, high] = GRID_HEIGHTS.map(|height| floor + height);
+        match map.octree().project(up, low, high) {
+            Ok(grid) if grid.width() > 0 => Ok(self.writer.write_grid(time, &grid_record(&grid, floor)?)?),
+            Ok(_) | Err(dymlm_octree::Error::GridSize { .. }) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+fn gone<Id: Copy>(changes: &ChangedThings<Id>) -> impl Iterator<Item = Id> + '_ {
+    changes.merged.iter().map(|(gone, _)| *gone).chain(changes.removed.iter().copied())
+}
+
+/// The points of blocks, with a colour each.
+fn cloud_of(points: &StaticPoints<'_>, blocks: &[[i32; 3]]) -> PointCloud {
+    let (mut places, mut colors) = (Vec::new(), Vec::new());
+    for &place in blocks {
+        let block = points.block(place);
+        places.extend(block.points);
+        colors.extend(block.colors);
+        colors.resize(places.len(), GREY);
+    }
+    PointCloud::with_colors(places, colors).unwrap_or_default()
+}
+
+/// A grid on the floor.
+fn grid_record(grid: &OccupancyGrid, floor: f64) -> Result<GridRecord, Error> {
+    let [x, y] = grid.origin();
+    let corner = Pose::new([x, y, floor], [0.0, 0.0, 0.0, 1.0])?;
+    let value = |cell: &CellState| match cell {
+        CellState::Occupied => 100,
+        CellState::Free => 0,
+        CellState::Unknown => -1,
+    };
+    Ok(GridRecord {
+        width: grid.width(),
+        height: grid.height(),
+        resolution: grid.resolution(),
+        world_from_grid: grid.world_from_grid() * corner,
+        cells: grid.cells().iter().map(value).collect(),
+    })
+}
