@@ -162,7 +162,7 @@ mod tests {
     fn what_is_empty_is_sent_empty_once() {
         let mut tiles = CloudTiles::new(0.08);
         let (full, empty) = (block([1, 2, 3], true), block([1, 2, 3], false));
-        assert_eq!(tiles.update(&[empty.clone()]), []);
+        assert_eq!(tiles.update(std::slice::from_ref(&empty)), []);
         assert_eq!(tiles.update(&[full])[0].blocks, [[1, 2, 3]]);
         assert_eq!(tiles.update(&[empty])[0].blocks, [[0; 3]; 0]);
         assert_eq!(tiles.update(&[]), []);

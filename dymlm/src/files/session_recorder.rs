@@ -4,12 +4,12 @@ use std::path::Path;
 use dymlm_cloud::StaticPoints;
 use dymlm_core::{Detection, Frame, ObjectId, PlaneId, PointCloud, Pose, Rgb};
 use dymlm_io::{GridRecord, McapWriter, McapWriterOptions, ObjectRecord, PlaneRecord, outline_cloud};
-use dymlm_octree::{CellState, OccupancyGrid};
+use dymlm_octree::CellState;
 
 use super::cloud_tiles::{ChangedTile, CloudTiles};
 use super::objects::object_record;
 use super::planes::plane_record;
-use crate::{ChangedThings, Error, MapChanges, MultiLevelMap};
+use crate::{ChangedThings, Error, FloorGrid, FloorGridConfig, MapChanges, MultiLevelMap};
 
 /// Voxels along the side of a block of the cloud.
 const BLOCK_VOXELS: f64 = 8.0;
@@ -17,9 +17,6 @@ const BLOCK_VOXELS: f64 = 8.0;
 const GREY: Rgb = [128; 3];
 /// Between points on the lines of planes and objects, metres: a line, seen from where a room is in view.
 const LINE_SPACING: f64 = 0.02;
-/// Which heights above the floor are in the way, metres: above thresholds and carpets, and as high as most
-/// robots are.
-const GRID_HEIGHTS: [f64; 2] = [0.1, 1.5];
 
 /// Records a session for viewers such as Foxglove and Rerun, as one MCAP file: the frames, and of the maps
 /// what has changed since they were recorded last. While the maps are built the file can be opened; after a
@@ -28,7 +25,7 @@ const GRID_HEIGHTS: [f64; 2] = [0.1, 1.5];
 /// Beside the topics of [`McapWriter`] there are `/map/cloud/...`, the static cloud by cubes of 4 to 8 m (at
 /// most 128 topics; where the world is larger the cubes are twice as large, and those before are emptied), and
 /// `/map/outlines`, the lines of planes and objects as points, for viewers that draw no scenes. `/map/grid` is
-/// what stands 0.1 to 1.5 m above the floor, once up and a floor are known.
+/// the [grid of the floor](MultiLevelMap::floor_grid) under the camera, once up and that floor are known.
 ///
 /// It holds a clone of the maps that it has recorded last, which shares with them what has not changed since,
 /// and which block of the cloud is on which topic.
@@ -59,6 +56,8 @@ const GRID_HEIGHTS: [f64; 2] = [0.1, 1.5];
 pub struct SessionRecorder {
     writer: McapWriter,
     up: Option<[f64; 3]>,
+    /// Where the last frame was taken from.
+    camera: Option<[f64; 3]>,
     /// The maps as they were recorded last.
     recorded: Option<MultiLevelMap>,
     tiles: CloudTiles,
@@ -76,6 +75,7 @@ impl SessionRecorder {
         Ok(Self {
             writer: McapWriter::create(path, options)?,
             up: None,
+            camera: None,
             recorded: None,
             tiles: CloudTiles::new(1.0),
             planes: BTreeMap::new(),
@@ -100,6 +100,7 @@ impl SessionRecorder {
         detections: Option<&[Detection]>,
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
+        self.camera = Some(world_from_camera.translation());
         Ok(self.writer.write_frame(frame, detections, world_from_camera)?)
     }
 
@@ -212,14 +213,13 @@ impl SessionRecorder {
         Ok(self.writer.write_cloud("/map/outlines", time, &lines)?)
     }
 
-    /// Without a floor there is no grid, nor where it would have too many cells.
+    /// Without a floor under the camera there is no grid, nor where it would have too many cells.
     fn record_grid(&mut self, time: f64, map: &MultiLevelMap, up: [f64; 3]) -> Result<(), Error> {
-        let Some(floor) = map.floor_height(up) else { return Ok(()) };
-        let [low, high] = GRID_HEIGHTS.map(|height| floor + height);
-        match map.octree().project(up, low, high) {
-            Ok(grid) if grid.width() > 0 => Ok(self.writer.write_grid(time, &grid_record(&grid, floor)?)?),
-            Ok(_) | Err(dymlm_octree::Error::GridSize { .. }) => Ok(()),
-            Err(error) => Err(error.into()),
+        let Some(at) = self.camera else { return Ok(()) };
+        match map.floor_grid(at, up, &FloorGridConfig::default()) {
+            Ok(floor) => Ok(self.writer.write_grid(time, &grid_record(&floor, at)?)?),
+            Err(Error::NoFloor { .. } | Error::Octree(dymlm_octree::Error::GridSize { .. })) => Ok(()),
+            Err(error) => Err(error),
         }
     }
 }
@@ -240,10 +240,13 @@ fn cloud_of(points: &StaticPoints<'_>, blocks: &[[i32; 3]]) -> PointCloud {
     PointCloud::with_colors(places, colors).unwrap_or_default()
 }
 
-/// A grid on the floor.
-fn grid_record(grid: &OccupancyGrid, floor: f64) -> Result<GridRecord, Error> {
+/// A grid, laid at the height that the floor has under a place.
+fn grid_record(floor: &FloorGrid, at: [f64; 3]) -> Result<GridRecord, Error> {
+    let grid = floor.grid();
+    let [x, y, _] = grid.world_from_grid().inverse().transform_point(at);
+    let height = floor.floor_height([x, y]).unwrap_or(0.0);
     let [x, y] = grid.origin();
-    let corner = Pose::new([x, y, floor], [0.0, 0.0, 0.0, 1.0])?;
+    let corner = Pose::new([x, y, height], [0.0, 0.0, 0.0, 1.0])?;
     let value = |cell: &CellState| match cell {
         CellState::Occupied => 100,
         CellState::Free => 0,

@@ -1,7 +1,6 @@
 //! Questions that more than one map answers.
 
 mod floor_grid;
-mod floor_height;
 mod floor_under;
 mod objects_on;
 

@@ -64,7 +64,7 @@ impl FloorHeights {
         let mut sums = vec![(0.0, 0_u32); self.heights.len()];
         for own in &floor.0 {
             sums.fill((0.0, 0));
-            for center in planes.plane(own.id).into_iter().flat_map(|plane| plane.voxel_centers()) {
+            for center in planes.plane(own.id).into_iter().flat_map(dymlm_planes::MapPlane::voxel_centers) {
                 let [x, y, height] = grid_from_world.transform_point(center);
                 if let Some((sum, count)) = self.index([x, y]).and_then(|index| sums.get_mut(index)) {
                     *sum += height;
