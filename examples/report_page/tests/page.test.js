@@ -133,8 +133,8 @@ describe("the page of a run", { skip: reason }, () => {
         const text = await choose({ kind: "object", id: object.id });
         assert.match(text, new RegExp(`^${object.label} ${object.id}\\b`));
         const size = object.dimensions.map((length) => length.toFixed(2)).join(" × ");
-        assert.ok(text.includes(`${size} m, ${object.shape}`), text);
-        assert.match(text, new RegExp(`${object.observations} of it in \\d+ frames in view`));
+        assert.ok(text.includes(`${size} m`) && text.includes(`, ${object.shape}`), text);
+        assert.match(text, new RegExp(`detections\\s+${object.observations} in \\d+ frames in view`));
         assert.match(text, /History[^]*seen for the first time[^]*confirmed/);
         assert.equal(await page.locator(`[data-thing=object-${object.id}]`).getAttribute("aria-pressed"), "true");
         // A click beside everything gives up the choice.
@@ -174,8 +174,6 @@ describe("the page of a run", { skip: reason }, () => {
         await page.keyboard.press("Enter");
         await page.keyboard.press("Tab");
         await page.keyboard.press("Enter");
-        const largest = maps.planes.length > 0;
-        assert.equal(largest, true);
         assert.match(await details(), /^Plane \d+/);
         await page.locator("#view").focus();
         await page.keyboard.press("Escape");
