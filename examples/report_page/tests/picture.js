@@ -3,7 +3,7 @@
 import { findChromium, openPage, startChromium, drawn } from "./browser.js";
 
 const browser = await startChromium(findChromium());
-const { page } = await openPage(browser, process.env.DYMLM_REPORT_PAGE, { width: 1100, height: 880 });
+const { page } = await openPage(browser, process.env.DYMLM_REPORT_PAGE, { width: 1010, height: 860 });
 await drawn(page);
 // The nearest chair is chosen.
 const chairs = await page.evaluate(() => window.dymlmReport.data.objects
