@@ -124,8 +124,10 @@ describe("the page of a run", { skip: reason }, () => {
     });
 
     test("a click on an object tells its label, size and history", async () => {
+        // Without planes, of which one may stand before it.
+        await toggle("planes");
         const places = await page.evaluate((ids) =>
-            Promise.all(ids.map((id) => window.dymlmReport.whereIs({ kind: "object", id }))), maps.objects.map(({ id }) => id));
+            ids.map((id) => window.dymlmReport.whereIs({ kind: "object", id })), maps.objects.map(({ id }) => id));
         // The one that is farthest from all others, so that no label of theirs lies over it.
         const room = places.map((place, index) => Math.min(...places.map((other, at) =>
             at === index ? Infinity : Math.hypot(place[0] - other[0], place[1] - other[1]))));
@@ -141,6 +143,7 @@ describe("the page of a run", { skip: reason }, () => {
         const stage = await page.locator(".stage").boundingBox();
         await page.mouse.click(stage.x + stage.width - 5, stage.y + stage.height - 5);
         assert.match(await details(), /Click a plane or an object/);
+        await toggle("planes");
     });
 
     test("the slider hides what is above", async () => {
