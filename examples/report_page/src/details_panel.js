@@ -69,12 +69,12 @@ function planeRows(data, plane) {
 function objectRows(data, object, choose) {
     const rows = [
         ["id", `${object.id}`],
-        ["label", labels(object)],
-        ["size", `${size(object.dimensions)}, ${object.shape}`],
+        ["label", `${labels(object)}, ${object.shape}`],
+        ["size", size(object.dimensions)],
         ["centre", vector(object.translation)],
         ["height", heightOf(data, object.translation)],
         ["points", count(object.points)],
-        ["detections", `${count(object.observations)} of it in ${count(object.frames_in_view)} frames in view`],
+        ["detections", `${count(object.observations)} in ${count(object.frames_in_view)} frames in view`],
         ["first, last seen", times(data, object)],
     ];
     const support = data.planes.find((plane) => plane.id === object.support);

@@ -6,7 +6,7 @@ export function keepLabelsApart(viewer, layers, things) {
     viewer.beforeDraw.push(() => {
         viewer.camera.updateMatrixWorld();
         const labels = [layers.objects, layers.gone]
-            .filter((layer) => layer.object?.visible)
+            .filter((layer) => layer?.object?.visible)
             .flatMap((layer) => layer.object.children)
             .map((child) => place(viewer, child, things.selected))
             .sort((one, other) => other.isChosen - one.isChosen || one.distance - other.distance);

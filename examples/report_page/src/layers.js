@@ -8,7 +8,7 @@ import { octreeLayer } from "./octree_layer.js";
 import { planeLayer } from "./plane_layer.js";
 import { moversLayer, trajectoryLayer } from "./way_layers.js";
 
-/** name: what it is called by `window.dymlmReport` and in the checkbox's id. */
+/** name: what it is called by `window.dymlmReport` and in the checkbox's id; isRare: not listed when it is empty. */
 function layersOf(data) {
     const { cloud, octree, planes, objects, gone, trajectory, movers, removed } = data;
     return [
@@ -18,7 +18,7 @@ function layersOf(data) {
         },
         {
             name: "octree", title: "Octree", shown: false, count: octree.count,
-            note: "occupied cells that can be seen, coloured by height", make: () => octreeLayer(octree, planes, data.up),
+            note: "occupied cells, coloured by height", make: () => octreeLayer(octree, planes, data.up),
         },
         {
             name: "planes", title: "Planes", shown: true, count: planes.length,
@@ -29,7 +29,7 @@ function layersOf(data) {
             make: () => objectLayer(objects, data.up),
         },
         {
-            name: "gone", title: "Objects that are gone", shown: false, count: gone.length,
+            name: "gone", title: "Objects that are gone", shown: false, count: gone.length, isRare: true,
             note: "where they were seen last", make: () => goneLayer(gone, data.up),
         },
         {
@@ -53,14 +53,14 @@ function thinned({ of, count: shown }) {
 }
 
 function removedNote({ of, count: shown }) {
-    const note = "what movers and flying pixels have left in the cloud";
+    const note = "what movers and flying pixels have left";
     return of > shown ? `${note}, some of ${count(of)} voxels` : note;
 }
 
 /** The checkboxes. A layer is unpacked when it is first shown. Gives {name: {show(isShown), object}}. */
 export function addLayers(list, viewer, data) {
     const layers = {};
-    for (const layer of layersOf(data)) {
+    for (const layer of layersOf(data).filter((layer) => layer.count > 0 || !layer.isRare)) {
         const control = { ...layer, object: null, pending: null };
         const box = element("input", { type: "checkbox", id: `show-${layer.name}` });
         box.checked = layer.shown && layer.count > 0;

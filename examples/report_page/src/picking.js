@@ -35,7 +35,7 @@ function thingAt(viewer, layers, clientX, clientY) {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(pointer, viewer.camera);
     const groups = [layers.planes, layers.objects, layers.gone]
-        .filter((layer) => layer.object?.visible)
+        .filter((layer) => layer?.object?.visible)
         .map((layer) => layer.object);
     const hits = ray.intersectObjects(groups, true).filter((hit) => viewer.isBelowCut(hit.point));
     // Labels lie over everything.

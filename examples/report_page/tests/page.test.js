@@ -124,8 +124,10 @@ describe("the page of a run", { skip: reason }, () => {
     });
 
     test("a click on an object tells its label, size and history", async () => {
+        // Without planes, of which one may stand before it.
+        await toggle("planes");
         const places = await page.evaluate((ids) =>
-            Promise.all(ids.map((id) => window.dymlmReport.whereIs({ kind: "object", id }))), maps.objects.map(({ id }) => id));
+            ids.map((id) => window.dymlmReport.whereIs({ kind: "object", id })), maps.objects.map(({ id }) => id));
         // The one that is farthest from all others, so that no label of theirs lies over it.
         const room = places.map((place, index) => Math.min(...places.map((other, at) =>
             at === index ? Infinity : Math.hypot(place[0] - other[0], place[1] - other[1]))));
@@ -133,14 +135,15 @@ describe("the page of a run", { skip: reason }, () => {
         const text = await choose({ kind: "object", id: object.id });
         assert.match(text, new RegExp(`^${object.label} ${object.id}\\b`));
         const size = object.dimensions.map((length) => length.toFixed(2)).join(" × ");
-        assert.ok(text.includes(`${size} m, ${object.shape}`), text);
-        assert.match(text, new RegExp(`${object.observations} of it in \\d+ frames in view`));
+        assert.ok(text.includes(`${size} m`) && text.includes(`, ${object.shape}`), text);
+        assert.match(text, new RegExp(`detections\\s+${object.observations} in \\d+ frames in view`));
         assert.match(text, /History[^]*seen for the first time[^]*confirmed/);
         assert.equal(await page.locator(`[data-thing=object-${object.id}]`).getAttribute("aria-pressed"), "true");
         // A click beside everything gives up the choice.
         const stage = await page.locator(".stage").boundingBox();
         await page.mouse.click(stage.x + stage.width - 5, stage.y + stage.height - 5);
         assert.match(await details(), /Click a plane or an object/);
+        await toggle("planes");
     });
 
     test("the slider hides what is above", async () => {
@@ -174,8 +177,6 @@ describe("the page of a run", { skip: reason }, () => {
         await page.keyboard.press("Enter");
         await page.keyboard.press("Tab");
         await page.keyboard.press("Enter");
-        const largest = maps.planes.length > 0;
-        assert.equal(largest, true);
         assert.match(await details(), /^Plane \d+/);
         await page.locator("#view").focus();
         await page.keyboard.press("Escape");

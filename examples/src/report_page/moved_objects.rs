@@ -7,8 +7,8 @@ use super::things::PageObject;
 /// [`world_changes_since`](dymlm::MultiLevelMap::world_changes_since).
 const LEAST_OVERLAP: f64 = 0.5;
 
-/// Which of the objects that are gone stands elsewhere now: pairs of indices into `gone` and `present`, each in
-/// one pair at most, of several that may be the nearest.
+/// Which of the objects that are gone stands elsewhere now: pairs of indices into `gone` and `present`, each
+/// in one pair at most, of several that may be the nearest.
 pub(super) fn moved_objects(gone: &[PageObject], present: &[PageObject]) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (g, from) in gone.iter().enumerate() {

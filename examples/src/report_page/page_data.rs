@@ -104,8 +104,8 @@ fn objects_and_history(run: &Run<'_>) -> (Vec<PageObject>, Vec<PageObject>, Thin
     let mut objects: Vec<PageObject> =
         map.objects().objects().map(|object| page_object(object, Vec::new())).collect();
     let mut gone = Vec::new();
-    // Corrected maps stand elsewhere than while they were recorded: what was seen before cannot be laid beside
-    // them.
+    // Corrected maps stand elsewhere than while they were recorded: what was seen before cannot be laid
+    // beside them.
     if run.report.corrections.is_none() && run.report.refinement.is_none() {
         gone.extend(recorder.gone().cloned());
         for (from, to) in moved_objects(&gone, &objects) {

@@ -11,8 +11,8 @@ pub(super) struct ThinnedPoints {
     pub(super) spacing: f64,
 }
 
-/// Leaves points out where there are more than `most`: one is kept, the first, in each voxel of a grid that is
-/// doubled from `spacing` until they are few enough.
+/// Leaves points out where there are more than `most`: one is kept, the first, in each voxel of a grid that
+/// is doubled from `spacing` until they are few enough.
 pub(super) fn thinned(points: &[Point], colors: Option<&[Rgb]>, spacing: f64, most: usize) -> ThinnedPoints {
     let mut kept: Vec<usize> = (0..points.len()).collect();
     let mut side = spacing;
