@@ -7,14 +7,22 @@ mod common;
 use std::path::Path;
 
 use common::{config, fingerprint};
+use dymlm::core::Pose;
 use dymlm::files::SessionRecorder;
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_io::{FrameBuffers, McapOptions, McapRecording, McapWriterOptions};
 use dymlm_sim::SimulatedFrame;
 
-/// People walk; the detector is right and wrong as ever.
+/// People walk; the detector is right and wrong as ever. Times are whole nanoseconds and rotations have length
+/// 1 to the last bit, as they come out of a file.
 fn frames() -> Vec<SimulatedFrame> {
-    common::sequence(36).frames().step_by(3).collect()
+    let as_recorded = |mut one: SimulatedFrame| {
+        one.frame.set_timestamp((one.frame.timestamp() * 1e9).round() / 1e9).unwrap();
+        let pose = one.world_from_camera;
+        one.world_from_camera = Pose::new(pose.translation(), pose.quaternion()).unwrap();
+        one
+    };
+    common::sequence(36).frames().step_by(3).map(as_recorded).collect()
 }
 
 /// Maps frames and records them, and the maps after every few.
@@ -40,10 +48,13 @@ fn a_map_of_the_recorded_session_is_the_map() {
 
     let mut recording = McapRecording::open(&path, &McapOptions::default()).unwrap();
     assert_eq!(recording.warnings(), [""; 0]);
+    let sent = frames();
     let mut builder = MapBuilder::new(config()).unwrap();
     let mut buffers = FrameBuffers::default();
     for index in 0..recording.frames().len() {
         let next = recording.load(index, &mut buffers).unwrap();
+        assert_eq!(next.world_from_camera, sent[index].world_from_camera, "{index}");
+        assert!(next.frame == sent[index].frame, "{index}");
         builder.insert(&next.frame, next.detections.as_deref(), &next.world_from_camera).unwrap();
         buffers.recycle(next.frame);
     }

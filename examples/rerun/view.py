@@ -50,13 +50,16 @@ def log_entity(path, entity):
 
 
 def log_scenes(path):
-    """Planes and objects over time; gives where the cloud lies in the end."""
-    clouds = {}
+    """Planes and objects over time; gives the cloud's points in the end, and where the camera was."""
+    clouds, cameras = {}, []
     with open(path, "rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         topics = [channel.topic for channel in reader.get_summary().channels.values()]
-        wanted = SCENES + [topic for topic in topics if topic.startswith(CLOUDS)]
+        wanted = ["/tf", *SCENES] + [topic for topic in topics if topic.startswith(CLOUDS)]
         for _, channel, message, decoded in reader.iter_decoded_messages(wanted):
+            if channel.topic == "/tf":
+                cameras += [vector(one.transform.translation) for one in decoded.transforms]
+                continue
             if channel.topic.startswith(CLOUDS):
                 places = np.frombuffer(bytes(decoded.data), np.uint8).reshape(-1, decoded.point_step)[:, :12]
                 clouds[channel.topic] = places.copy().view("<f4").reshape(-1, 3)
@@ -67,16 +70,16 @@ def log_scenes(path):
             for entity in decoded.entities:
                 log_entity(f"/scene{channel.topic}/{entity.id}", entity)
     rr.reset_time()
-    return np.concatenate(list(clouds.values())) if clouds else np.zeros((1, 3), np.float32)
+    return np.concatenate([*clouds.values(), np.zeros((1, 3), np.float32)]), np.array(cameras or [[0.0, 0.0, 0.0]])
 
 
-def layout(points, up):
-    """The map from a corner above it, the camera's images beside it."""
-    low, high = np.percentile(points, 2, axis=0), np.percentile(points, 98, axis=0)
-    center, up = (low + high) / 2, np.array(up) / np.linalg.norm(up)
-    across = np.cross(up, [0.0, 1.0, 0.0] if abs(up[1]) < 0.9 else [1.0, 0.0, 0.0])
-    eye = center + np.linalg.norm(high - low) * (0.5 * across / np.linalg.norm(across) + 0.62 * up)
-    eye += 0.35 * np.linalg.norm(high - low) * np.cross(up, across / np.linalg.norm(across))
+def layout(points, cameras, up):
+    """The map from behind the camera and above it, its images beside it."""
+    low, high = np.percentile(points, 5, axis=0), np.percentile(points, 95, axis=0)
+    center, up, size = (low + high) / 2, np.array(up) / np.linalg.norm(up), np.linalg.norm(high - low)
+    back = cameras.mean(0) - center
+    back -= (back @ up) * up
+    eye = center + size * (0.5 * back / max(np.linalg.norm(back), 1e-6) + 0.5 * up)
     world = rrb.Spatial3DView(
         name="map", contents=["/map/**", "/scene/**", "/tf/**", "/camera/color/**", "- /map/outlines", "- /map/grid"],
         spatial_information=rrb.SpatialInformation(target_frame="map"), line_grid=False, background=[22, 24, 28],
@@ -99,7 +102,7 @@ def main():
     if arguments.save:
         rr.save(arguments.save)
     rr.log_file_from_path(arguments.session)
-    rr.send_blueprint(layout(log_scenes(arguments.session), arguments.up))
+    rr.send_blueprint(layout(*log_scenes(arguments.session), arguments.up))
 
 
 if __name__ == "__main__":

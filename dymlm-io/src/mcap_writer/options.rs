@@ -51,7 +51,7 @@ impl Default for McapWriterOptions {
 
 impl McapWriterOptions {
     /// Depth and colour to the last bit: a map that is built from the file is the one that was built from the
-    /// frames.
+    /// frames, when their times are whole nanoseconds and their rotations have length 1 to the last bit.
     pub fn exact() -> Self {
         Self { depth: DepthEncoding::Exact, color: ColorEncoding::Png, ..Self::default() }
     }
