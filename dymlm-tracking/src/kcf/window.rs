@@ -90,7 +90,10 @@ impl Taps {
             let first = span.first - begin;
             let inside =
                 usize::try_from(first).ok().and_then(|first| values.get(first..first + weights.len()));
-            *value = if let Some(inside) = inside {
+            *value = if let (Some([a, b]), [left, right]) = (inside, weights) {
+                // Most templates are no coarser than the image.
+                left * a + right * b
+            } else if let Some(inside) = inside {
                 weights.iter().zip(inside).map(|(weight, value)| weight * value).sum()
             } else {
                 let clamped = |k: usize| values[(first + k as isize).clamp(0, last as isize) as usize];
