@@ -9,7 +9,7 @@ use dymlm_examples::{AnyError, up_of_planes};
 pub(crate) struct GridArguments {
     /// The map's folder
     map: PathBuf,
-    /// The grid's .yaml file; the image is written beside it. Of several floors the lowest has the number 0: map_0.yaml
+    /// The grid's .yaml file; the image is written beside it. Of several floors, names end in a number, 0 for the lowest
     #[arg(long, default_value = "map.yaml")]
     out: PathBuf,
     /// Where the robot is, above its floor, in the map's world: x y z. Without it the lowest floor is taken
