@@ -27,12 +27,12 @@ def things(builder, label):
     return [thing for thing in found if thing.label == label]
 
 
-def test_a_carried_book_comes_to_rest_elsewhere_in_all_maps():
-    sequence = dymlm.builtin_sequence("walking_static", frames=FRAMES, people=0, carried="book")
+def test_a_carried_box_comes_to_rest_elsewhere_in_all_maps():
+    sequence = dymlm.builtin_sequence("walking_static", frames=FRAMES, people=0, carried="box")
     builder = mapped(sequence)
-    (book,) = things(builder, "book")
-    tracker = builder.track_object(book.id, sequence[BEFORE - 1])
-    assert tracker.object == book.id
+    (box,) = things(builder, "suitcase")
+    tracker = builder.track_object(box.id, sequence[BEFORE - 1])
+    assert tracker.object == box.id
     moves, states = [], set()
     for index in range(BEFORE, FRAMES):
         frame = sequence[index]
@@ -44,20 +44,20 @@ def test_a_carried_book_comes_to_rest_elsewhere_in_all_maps():
         builder.insert_frame(frame)
     assert {"at_rest", "tracking"} <= states
     (moved,) = moves
-    assert moved.object == book.id and moved.cloud_voxels > 0 and moved.emptied_cells > 0
+    assert moved.object == box.id and moved.cloud_voxels > 0 and moved.emptied_cells > 0
     way = moved.world_from_object.translation - moved.old_world_from_object.translation
     assert 0.1 < np.linalg.norm(way) < 1.0
-    now = builder.map().object(book.id)
-    assert np.allclose(now.center - book.center, way, atol=0.05)
+    now = builder.map().object(box.id)
+    assert np.allclose(now.center - box.center, way, atol=0.05)
 
 
 def test_what_cannot_be_followed_is_refused():
-    sequence = dymlm.builtin_sequence("walking_static", frames=FRAMES, people=0, carried="book")
+    sequence = dymlm.builtin_sequence("walking_static", frames=FRAMES, people=0, carried="box")
     builder = mapped(sequence)
     with pytest.raises(dymlm.Error, match="no object 999"):
         builder.track_object(999, sequence[BEFORE - 1])
-    (book,) = things(builder, "book")
-    tracker = builder.track_object(book.id, sequence[BEFORE - 1])
+    (box,) = things(builder, "suitcase")
+    tracker = builder.track_object(box.id, sequence[BEFORE - 1])
     with pytest.raises(dymlm.Error, match="tracked no frame"):
         builder.follow_object(tracker)
     frame = sequence[BEFORE]

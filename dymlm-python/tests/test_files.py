@@ -57,7 +57,9 @@ def recording(frames, tmp_path_factory):
 
 def test_folders_are_read(recording, frames):
     dataset = dymlm.Dataset(recording)
-    assert dataset.camera == frames[0].camera and len(dataset) == len(frames) and dataset.warnings == []
+    assert dataset.camera == frames[0].camera and len(dataset) == len(frames)
+    # Poses at two a second are far apart for a recording.
+    assert all(words.startswith("no poses between") for words in dataset.warnings)
     assert np.allclose(dataset.timestamps, [frame.timestamp for frame in frames], atol=1e-6)
     for read, frame in zip(dataset, frames, strict=True):
         depth = np.nan_to_num(frame.depth)

@@ -1,5 +1,6 @@
 import os
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
@@ -19,20 +20,26 @@ __all__ = [
     "Detection",
     "DistanceField",
     "Error",
+    "FloorGrid",
     "FloorUnder",
     "FoundObject",
     "Frame",
     "FrameReport",
+    "GridUpdate",
     "LoopClosure",
     "Map",
     "MapBuilder",
     "MapChanges",
     "MapObject",
     "MapReader",
+    "MapSaver",
     "MapUpdate",
     "MergeReport",
     "Mover",
     "NewIds",
+    "ObjectMove",
+    "ObjectTracker",
+    "ObjectUpdate",
     "OccupancyGrid",
     "Octree",
     "Plane",
@@ -265,6 +272,17 @@ class MapBuilder:
         world; it happens by itself once a second.
         """
 
+    def track_object(self, object: int, frame: Frame) -> ObjectTracker:
+        """Chooses an object of the map to be followed while somebody carries it, from a Frame on in which it stands where the
+        map has it: an ObjectTracker.
+        """
+
+    def follow_object(self, tracker: ObjectTracker) -> ObjectMove | None:
+        """Tells the maps what a tracker has found in its last frame; before that frame is inserted. While the object moves its
+        pixels are kept out of the maps. Once it has come to rest, it stands at its new place in all of them, and its old
+        place is empty: an ObjectMove, else None.
+        """
+
     def map(self) -> Map:
         """The maps as they stand: a Map that stays as it is while the builder goes on. It shares what does not change."""
 
@@ -329,6 +347,94 @@ class MapReader:
 
     def wait_newer(self, than: Map, timeout: float) -> Map | None:
         """Waits for maps that are newer than these, at most `timeout` seconds; None when none came."""
+
+@final
+class MapSaver:
+    """Saves maps into one folder again and again: of the state only what has changed since the last time. Its first save
+    replaces what the folder holds. As long as it lives nobody else writes the folder.
+    """
+
+    def __new__(cls, folder: str | os.PathLike[str]) -> MapSaver: ...
+
+    @staticmethod
+    def load(folder: str | os.PathLike[str]) -> tuple[MapSaver, Map]:
+        """Loads the map of a folder, and goes on saving there: a MapSaver, whose first save writes what has changed since, and
+        the Map.
+        """
+
+    def save(self, map: Map) -> None:
+        """Saves a map. A crash leaves the one that was saved before or this one, never half of it."""
+
+    @property
+    def folder(self) -> Path:
+        """The map's folder."""
+
+@final
+class ObjectTracker:
+    """Follows an object of the map while somebody carries it, in six degrees of freedom. Made by `MapBuilder.track_object`."""
+
+    @property
+    def object(self) -> int:
+        """The object's id in the map."""
+
+    def track(self, frame: Frame) -> ObjectUpdate:
+        """Finds the object in the next Frame, which needs colours. An ObjectUpdate."""
+
+@final
+class ObjectUpdate:
+    """Where a carried object is in a frame."""
+
+    @property
+    def state(self) -> str:
+        """"at_rest", "tracking", "occluded", "lost" or "recovered"."""
+
+    @property
+    def world_from_object(self) -> Pose:
+        """Its pose; where `inliers` is 0, the last one or a guess."""
+
+    @property
+    def inliers(self) -> int:
+        """Number of points that agree on the pose."""
+
+    @property
+    def confidence(self) -> float:
+        """0 to 1."""
+
+    @property
+    def came_to_rest(self) -> bool:
+        """Whether it came to rest in this frame, at a new place."""
+
+@final
+class ObjectMove:
+    """An object was put down at another place, and all maps followed."""
+
+    @property
+    def object(self) -> int:
+        """The object's id."""
+
+    @property
+    def old_world_from_object(self) -> Pose:
+        """Its box where it stood."""
+
+    @property
+    def world_from_object(self) -> Pose:
+        """Its box where it stands now."""
+
+    @property
+    def cloud_voxels(self) -> int:
+        """Number of voxels of the cloud that went with it."""
+
+    @property
+    def emptied_cells(self) -> int:
+        """Number of cells of the octree that are free now."""
+
+    @property
+    def occupied_cells(self) -> int:
+        """Number of cells of the octree that it has come to."""
+
+    @property
+    def planes(self) -> list[int]:
+        """Ids of planes that are faces of it."""
 
 @final
 class FrameReport:
@@ -585,6 +691,17 @@ class Map:
         within `reach` metres of there is extended. A FloorUnder, or None.
         """
 
+    def floor_grid(self, at: ArrayLike, up: ArrayLike, region: ArrayLike | None = None, **fields: Any) -> FloorGrid:
+        """The 2D grid of the floor under a position (3,), seen along `up` (3,): the plane under it and all planes that it goes
+        on to, level or sloping, by low steps. region: x and y of the lower and of the upper corner (4,) of what it shows, in
+        the grid's axes. Further fields are those of Rust's `FloorGridConfig`, such as `max_height=1.2` or `max_step=0.1`.
+        """
+
+    def floor_grids(self, up: ArrayLike, region: ArrayLike | None = None, **fields: Any) -> list[FloorGrid]:
+        """The 2D grids of all floors, the lowest first: storeys, and what is parted by steps that are too high. As
+        `floor_grid`.
+        """
+
     @property
     def up(self) -> NDArray[np.float64] | None:
         """A unit vector (3,) that points up in the world, once it is known, else None."""
@@ -713,8 +830,10 @@ class Octree:
         inf where there is none, and places (n, 4), centre and side, NaN there.
         """
 
-    def project(self, up: ArrayLike, min_height: float, max_height: float) -> OccupancyGrid:
-        """A 2D grid seen from above: what lies between two heights along `up` (3,) from the world's origin."""
+    def project(self, up: ArrayLike, min_height: float, max_height: float, region: ArrayLike | None = None) -> OccupancyGrid:
+        """A 2D grid seen from above: what lies between two heights along `up` (3,) from the world's origin. region: x and y of
+        the lower and of the upper corner (4,) of what it shows, in its own axes; None: all that was observed.
+        """
 
     def distance_field(self, low: ArrayLike, high: ArrayLike, max_distance: float, unknown: str = "pass") -> DistanceField:
         """Distances to the nearest obstacle, up to `max_distance`, and their gradients at all places of a box; unknown cells
@@ -727,7 +846,7 @@ class OccupancyGrid:
 
     @property
     def cells(self) -> NDArray[np.int8]:
-        """(height, width) int8: 1 occupied, 0 free, -1 unknown; row 0 has the lowest y."""
+        """(height, width) int8: 1 occupied, 0 free, -1 unknown; row 0 has the lowest y. A copy."""
 
     @property
     def resolution(self) -> float:
@@ -741,8 +860,62 @@ class OccupancyGrid:
     def world_from_grid(self) -> Pose:
         """Where the grid's axes are in the world."""
 
+    def inflated(self, radius: float) -> OccupancyGrid:
+        """The same grid with an occupied margin: cells whose centre is no farther than `radius` metres from that of an
+        occupied one.
+        """
+
+    def update(self, earlier: Octree, octree: Octree) -> GridUpdate:
+        """Brings the grid up to date in place, from the octree that it was made of (`earlier`) to a newer one: to the cell
+        what projecting it anew gives, at the cost of what has changed. A GridUpdate.
+        """
+
     def save(self, folder: str | os.PathLike[str], name: str) -> None:
         """Writes `name.pgm` and `name.yaml` into a folder, as ROS' map_server reads them."""
+
+@final
+class GridUpdate:
+    """What bringing a grid up to date has done."""
+
+    @property
+    def projected(self) -> int:
+        """Number of cells that were projected again."""
+
+    @property
+    def changed(self) -> int:
+        """Number of cells that are other than before."""
+
+    @property
+    def bounds(self) -> tuple[int, int, int, int] | None:
+        """First and last column, first and last row of a rectangle around these; None when none is."""
+
+    @property
+    def has_grown(self) -> bool:
+        """Whether the grid has grown, so that indices are other ones than before."""
+
+@final
+class FloorGrid:
+    """The 2D map of one floor for a robot that drives on it: what is in the way between two heights above the floor, on ramps
+    and landings too.
+    """
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The grid as it stands, a copy: an OccupancyGrid."""
+
+    @property
+    def planes(self) -> list[int]:
+        """Ids of the planes that make the floor, the one with which it began first."""
+
+    def floor_heights(self, places: ArrayLike) -> NDArray[np.float64]:
+        """Height of the floor at places (n, 2) in the grid's axes: (n,) float64, metres along up from the world's origin, NaN
+        outside of the grid.
+        """
+
+    def update(self, earlier: Map, map: Map) -> GridUpdate:
+        """Brings the grid up to date in place, from the state of the maps that it was made of (`earlier`) to a newer one: to
+        the cell what making it anew over the same region gives. A GridUpdate.
+        """
 
 @final
 class DistanceField:
@@ -1103,10 +1276,11 @@ class Sequence:
 
     def __getitem__(self, key: int, /) -> Frame: ...
 
-def builtin_sequence(name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None) -> Sequence:
+def builtin_sequence(name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None, carried: str | None = None) -> Sequence:
     """The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
     "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None for that of build_map. `frames`
-    at 10 a second, by default 150; `every`: every n-th of the same walk; `people` 0 to 2; `camera`: another one.
+    at 10 a second, by default 150; `every`: every n-th of the same walk; `people` 0 to 2; `camera`: another one; `carried`:
+    a "book", "keyboard", "bottle", "cup" or "box" on the table, which a hand puts elsewhere between the seconds 1 and 7.
     """
 
 def load(folder: str | os.PathLike[str]) -> Map:
