@@ -76,12 +76,14 @@ fn numbers(json: &Value, bytes: &[u8], index: &Value) -> Vec<Vec<f64>> {
     let size = match number(&accessor["componentType"]) {
         5123 => 2,
         5125 | 5126 => 4,
-        other => panic!("{other}"),
+        other => unreachable!("component type {other}"),
     };
     let stride = view.get("byteStride").map_or(size * count, number);
     let (start, inner) = (number(&view["byteOffset"]), number(&accessor["byteOffset"]));
     let elements = number(&accessor["count"]);
-    assert!(elements > 0 && start % 4 == 0 && stride % 4 == 0 && inner % size == 0);
+    assert!(
+        elements > 0 && start.is_multiple_of(4) && stride.is_multiple_of(4) && inner.is_multiple_of(size)
+    );
     assert!(inner + stride * (elements - 1) + size * count <= number(&view["byteLength"]));
     assert!(start + number(&view["byteLength"]) <= bytes.len());
     let component = |at: usize| {

@@ -29,7 +29,8 @@ fn pose(index: usize) -> Pose {
 /// No two are alike, and no depth is a whole number of millimetres.
 fn frame(index: usize) -> Frame {
     let pixels = SIZE[0] * SIZE[1];
-    let metres = |pixel: usize| if pixel % 7 == 0 { 0.0 } else { 1.0 + (pixel + index) as f32 / 997.0 };
+    let metres =
+        |pixel: usize| if pixel.is_multiple_of(7) { 0.0 } else { 1.0 + (pixel + index) as f32 / 997.0 };
     let depth = DepthImage::new(SIZE[0], SIZE[1], (0..pixels).map(metres).collect()).unwrap();
     let shade = |pixel: usize| -> Rgb { [(pixel / SIZE[0] * 8) as u8, (index * 20) as u8, 99] };
     let color = ColorImage::new(SIZE[0], SIZE[1], (0..pixels).map(shade).collect()).unwrap();

@@ -110,7 +110,9 @@ fn a_ramp_and_the_floor_that_it_leads_to_are_one_floor() {
     // The same floor, whoever asks, and the only one.
     let from_above = map.floor_grid([9.0, 0.0, 1.8], UP, &config).unwrap();
     let mut planes = [floor.planes().to_vec(), from_above.planes().to_vec()];
-    planes.iter_mut().for_each(|planes| planes.sort_unstable());
+    for planes in &mut planes {
+        planes.sort_unstable();
+    }
     assert_eq!(planes[0], planes[1]);
     assert_eq!(map.floor_grids(UP, &config).unwrap().len(), 1);
 }

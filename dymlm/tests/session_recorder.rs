@@ -51,10 +51,11 @@ fn a_map_of_the_recorded_session_is_the_map() {
     let sent = frames();
     let mut builder = MapBuilder::new(config()).unwrap();
     let mut buffers = FrameBuffers::default();
-    for index in 0..recording.frames().len() {
+    assert_eq!(recording.frames().len(), sent.len());
+    for (index, sent) in sent.iter().enumerate() {
         let next = recording.load(index, &mut buffers).unwrap();
-        assert_eq!(next.world_from_camera, sent[index].world_from_camera, "{index}");
-        assert!(next.frame == sent[index].frame, "{index}");
+        assert_eq!(next.world_from_camera, sent.world_from_camera, "{index}");
+        assert!(next.frame == sent.frame, "{index}");
         builder.insert(&next.frame, next.detections.as_deref(), &next.world_from_camera).unwrap();
         buffers.recycle(next.frame);
     }

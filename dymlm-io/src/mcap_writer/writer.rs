@@ -21,14 +21,14 @@ const WORLD: &str = "map";
 const CAMERA: &str = "camera";
 
 /// Writes a session for viewers: frames, and maps as they grow. The file is a ROS 2 bag in MCAP (messages in
-/// CDR, schemas `ros2msg`), which Foxglove, Rerun and the tools of ROS 2 open;
+/// CDR, schemas `ros2msg`), for Foxglove, Rerun and the tools of ROS 2;
 /// [`McapRecording`](crate::McapRecording) reads its frames back.
 ///
 /// | Topic | Message | |
 /// |---|---|---|
 /// | `/camera/color/image_raw/compressed` | `sensor_msgs/CompressedImage` | JPEG or PNG |
 /// | `/camera/depth/image_raw` | `sensor_msgs/Image` | or `.../compressedDepth` |
-/// | `/camera/color/camera_info`, `/camera/depth/camera_info` | `sensor_msgs/CameraInfo` | |
+/// | `/camera/color/camera_info` | `sensor_msgs/CameraInfo` | of both images; `/camera/depth/camera_info` where there is no colour |
 /// | `/tf` | `tf2_msgs/TFMessage` | `map` to `camera` (optical) |
 /// | `/detections` | `vision_msgs/Detection2DArray` | boxes; masks are not written |
 /// | as named | `sensor_msgs/PointCloud2` | x, y, z, rgb |
@@ -129,13 +129,14 @@ impl McapWriter {
             &header,
             &camera_transform(&header, WORLD, world_from_camera),
         )?;
+        // One camera took both images. Rerun refuses a second one in the same frame.
+        let topic = if color.is_some() { "/camera/color/camera_info" } else { "/camera/depth/camera_info" };
+        self.send(topic, "sensor_msgs/CameraInfo", &header, &info)?;
         if let Some((format, data)) = color {
-            self.send("/camera/color/camera_info", "sensor_msgs/CameraInfo", &header, &info)?;
             let image = CompressedImage { header: header.clone(), format: format.to_owned(), data: &data };
             self.send("/camera/color/image_raw/compressed", "sensor_msgs/CompressedImage", &header, &image)?;
         }
         if let Some(picture) = depth {
-            self.send("/camera/depth/camera_info", "sensor_msgs/CameraInfo", &header, &info)?;
             self.send_depth(&header, frame.depth(), picture)?;
         }
         match detections {
