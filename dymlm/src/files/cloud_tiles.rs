@@ -125,7 +125,11 @@ mod tests {
         let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
         let empty = map.clone();
         let depth = DepthImage::new(64, 48, vec![1.0; 64 * 48]).unwrap();
-        map.insert(&Frame::new(0.0, camera, depth, None).unwrap(), None, &Pose::identity()).unwrap();
+        // One frame alone proves nothing static.
+        for time in 0..4 {
+            let frame = Frame::new(f64::from(time), camera, depth.clone(), None).unwrap();
+            map.insert(&frame, None, &Pose::identity()).unwrap();
+        }
         let mut block = map.changes_since(&empty).into_iter().find(|block| !block.points.is_empty()).unwrap();
         block.place = place;
         if !is_full {
