@@ -179,7 +179,10 @@ proptest! {
     #[test]
     fn points_inside_do_not_matter(shape in shapes(), count in 2_100..20_000_usize, seed in 0..1000_u64) {
         let (bare, full) = (minimal(&shape), minimal(&filled(&shape, count, seed)));
-        prop_assert!((full.volume() / bare.volume() - 1.0).abs() < ALLOWED - 1.0, "{} {}", full.volume(), bare.volume());
+        // Points between the corners are rounded, and so may lie just outside: of a sheet 3 um thick that is 2 %.
+        let rounding: f64 = bare.lengths().iter().map(|length| f64::from(f32::EPSILON) / length).sum();
+        let difference = (full.volume() / bare.volume() - 1.0).abs();
+        prop_assert!(difference < ALLOWED - 1.0 + rounding, "{} {}", full.volume(), bare.volume());
     }
 
     #[test]

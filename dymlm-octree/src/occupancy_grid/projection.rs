@@ -96,10 +96,10 @@ impl Octree {
     /// map.insert_scan([1.0, 0.025, 1.5], &ramp)?;
     /// let region = GridRegion { min: [0.0, 0.0], max: [2.0, 0.05] };
     /// let level = map.project_region([0.0, 0.0, 1.0], 0.1, 1.0, &region)?;
-    /// assert_eq!(level.at(39, 0), CellState::Occupied);
+    /// assert_eq!(level.at(30, 0), CellState::Occupied);
     /// let above = |[x, _]: [f64; 2]| Some([0.25 * x + 0.1, 0.25 * x + 1.0]);
     /// let grid = map.project_between([0.0, 0.0, 1.0], &region, above)?;
-    /// assert_eq!(grid.at(39, 0), CellState::Free);
+    /// assert_eq!(grid.at(30, 0), CellState::Free);
     /// # Ok::<(), dymlm_octree::Error>(())
     /// ```
     pub fn project_between(
