@@ -4,8 +4,8 @@
 //! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]
 //! [--trajectory FILE] [--corrections FILE] [--refine] [--config FILE.toml] [--resume MAPDIR] [--every N] [--report] [--mcap FILE] [--out DIR]`
 
-use dymlm_examples::{AnyError, build_map};
+use dymlm_examples::{Failure, build_map};
 
-fn main() -> Result<(), AnyError> {
-    build_map(None)
+fn main() -> Result<(), Failure> {
+    Ok(build_map(None)?)
 }

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
 use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
-use dymlm_examples::{AnyError, read_pose, up_of_planes};
+use dymlm_examples::{AnyError, Failure, read_pose, up_of_planes};
 
 use crate::floor_grids::GridArguments;
 
@@ -67,14 +67,14 @@ enum Command {
     },
 }
 
-fn main() -> Result<(), AnyError> {
-    match Arguments::parse().command {
+fn main() -> Result<(), Failure> {
+    Ok(match Arguments::parse().command {
         Command::Info { map } => info(&map),
         Command::Changes { map } => changes(&map),
         Command::Merge { maps, out, poses } => merge(&maps, &out, poses.as_deref()),
         Command::Grid(arguments) => floor_grids::write(&arguments),
         Command::Gltf { map, out, up } => gltf(&map, &out, [up[0], up[1], up[2]]),
-    }
+    }?)
 }
 
 fn info(folder: &Path) -> Result<(), AnyError> {

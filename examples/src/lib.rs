@@ -1,6 +1,7 @@
 //! What the examples share: where frames come from, pictures of the maps, reports of a run.
 
 mod build_map;
+mod failure;
 mod frame_detector;
 mod frame_source;
 mod interruption;
@@ -18,6 +19,7 @@ mod session_file;
 mod statistics;
 
 pub use build_map::build_map;
+pub use failure::Failure;
 pub use frame_detector::{FrameDetector, OpenDetector};
 pub use frame_source::{FrameSource, SourceFrame, every};
 pub use interruption::{interruption, print_warning};

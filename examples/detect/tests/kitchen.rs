@@ -24,13 +24,12 @@ fn detections_are_those_that_came_with_the_recordings() {
         println!("{name}: {comparison}");
         assert_eq!(comparison.frames(), 20);
         assert!(comparison.mean_iou() > 0.98, "{comparison}");
-        let [sure, others] = comparison.sure_counts();
-        assert!(sure.abs_diff(others) * 100 <= others, "{comparison}");
-        let [all, others] = comparison.counts();
-        assert!(
-            all.abs_diff(others) * 100 <= others && comparison.matched() * 100 >= others * 99,
-            "{comparison}"
-        );
+        // JPEG decoders differ by some grey levels, which moves scores by up to 0.05: of some 50 boxes one or two
+        // are on the other side of a threshold.
+        for [ours, theirs] in [comparison.sure_counts(), comparison.counts()] {
+            assert!(ours.abs_diff(theirs) <= 2, "{comparison}");
+        }
+        assert!(comparison.matched() + 2 >= comparison.counts()[1], "{comparison}");
     }
 }
 

@@ -6,10 +6,10 @@
 use std::path::Path;
 
 use dymlm_detect::{Yolox, YoloxConfig};
-use dymlm_examples::{AnyError, FrameDetector, build_map};
+use dymlm_examples::{AnyError, Failure, FrameDetector, build_map};
 
-fn main() -> Result<(), AnyError> {
-    build_map(Some(&open_detector))
+fn main() -> Result<(), Failure> {
+    Ok(build_map(Some(&open_detector))?)
 }
 
 fn open_detector(path: &Path, names: Option<&Path>) -> Result<Box<dyn FrameDetector>, AnyError> {

@@ -13,7 +13,7 @@ use std::sync::atomic::Ordering;
 use clap::{ArgGroup, Parser};
 use dymlm::core::{ColorImage, Detection};
 use dymlm_detect::{Comparison, ImageSource, Yolox, YoloxConfig, draw_boxes};
-use dymlm_examples::{AnyError, Milliseconds, interruption, print_warning, progress_bar, timed};
+use dymlm_examples::{AnyError, Failure, Milliseconds, interruption, print_warning, progress_bar, timed};
 use dymlm_io::{
     DetectionFile, encode_detections, read_class_names, read_color_image, write_atomically, write_png,
 };
@@ -51,14 +51,14 @@ struct Arguments {
     picture: Option<PathBuf>,
 }
 
-fn main() -> Result<(), AnyError> {
+fn main() -> Result<(), Failure> {
     let arguments = Arguments::parse();
     let yolox = open_network(&arguments)?;
-    match (&arguments.image, &arguments.dataset) {
+    Ok(match (&arguments.image, &arguments.dataset) {
         (Some(path), _) => detect_in_image(path, &yolox, arguments.picture.as_deref()),
         (None, Some(dataset)) => detect_in_recording(dataset, &yolox, &arguments),
         (None, None) => Err("neither --dataset nor --image".into()),
-    }
+    }?)
 }
 
 fn open_network(arguments: &Arguments) -> Result<Yolox, AnyError> {
