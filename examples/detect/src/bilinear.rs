@@ -1,6 +1,6 @@
 use dymlm::core::Rgb;
 
-/// One of OpenCV's weights: they are whole multiples of 1/2048.
+/// One of `OpenCV`'s weights: they are whole multiples of 1/2048.
 const ONE: f32 = 2048.0;
 
 /// The two pixels that a pixel of the scaled image lies between along one axis, and the weights of both.
@@ -61,7 +61,7 @@ enum Ends {
 }
 
 /// For each of `new_count` pixels along an axis of `count`, its neighbours. The first weights are rounded from
-/// `f32`, the place is worked out in `f64`: as OpenCV does.
+/// `f32`, the place is worked out in `f64`: as `OpenCV` does.
 fn taps(count: usize, new_count: usize, ends: Ends) -> Vec<Tap> {
     let last = count.saturating_sub(1) as i64;
     let scale = 1.0 / (new_count as f64 / count as f64);
@@ -89,7 +89,7 @@ fn interpolate_row(row: &[Rgb], columns: &[Tap], scaled: &mut Vec<[i32; 3]>) {
     }));
 }
 
-/// A value between two rows in 1/2048, rounded as OpenCV does: each share is cut off to a quarter before they are
+/// A value between two rows in 1/2048, rounded as `OpenCV` does: each share is cut off to a quarter before they are
 /// added.
 fn between(upper: i32, lower: i32, weights: [i32; 2]) -> u8 {
     let share = |value: i32, weight: i32| (weight * (value >> 4)) >> 16;
@@ -100,7 +100,7 @@ fn between(upper: i32, lower: i32, weights: [i32; 2]) -> u8 {
 mod tests {
     use super::*;
 
-    /// Bytes of a linear congruential generator (Numerical Recipes), the same that OpenCV was given.
+    /// Bytes of a linear congruential generator (Numerical Recipes), the same that `OpenCV` was given.
     fn noise(size: [usize; 2]) -> Vec<Rgb> {
         let mut state = 1_u32;
         let mut byte = || {
@@ -117,7 +117,7 @@ mod tests {
         })
     }
 
-    /// Checksums of `zlib.crc32(cv2.resize(noise, new_size, interpolation=cv2.INTER_LINEAR))`, OpenCV 5.0.
+    /// Checksums of `zlib.crc32(cv2.resize(noise, new_size, interpolation=cv2.INTER_LINEAR))`, `OpenCV` 5.0.
     #[test]
     fn the_bits_are_those_of_opencv() {
         let known = [

@@ -71,7 +71,7 @@ impl OutputGrid {
             }
             match BoundingBox::try_from(sides) {
                 Ok(bounding_box) if (0.0..=1.0).contains(&score) => {
-                    found.push(Candidate { class, score, bounding_box })
+                    found.push(Candidate { class, score, bounding_box });
                 }
                 _ => return Err(Error::Output { row, score, sides }),
             }

@@ -199,7 +199,7 @@ fn an_interrupted_run_writes_what_it_has() {
     let line = list.lines().find(|line| !line.starts_with('#')).unwrap();
     let images: Vec<&str> = line.split_whitespace().collect();
     let many = (0..200_000).map(|index| {
-        let time = index as f64 * 1e-3;
+        let time = f64::from(index) * 1e-3;
         format!("{time:.3} {} {time:.3} {}\n", images[1], images[3])
     });
     fs::write(recorded.path("dataset/associations.txt"), many.collect::<String>()).unwrap();

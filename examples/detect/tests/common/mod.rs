@@ -14,16 +14,16 @@ use tract_onnx::pb::{
     TypeProto, ValueInfoProto, type_proto,
 };
 
-pub const RED: Rgb = [255, 0, 0];
-pub const BLUE: Rgb = [0, 0, 255];
-pub const GREY: Rgb = [114; 3];
+pub(crate) const RED: Rgb = [255, 0, 0];
+pub(crate) const BLUE: Rgb = [0, 0, 255];
+pub(crate) const GREY: Rgb = [114; 3];
 
 /// A network whose cells of one grid see how red or blue they are; what all others see is nothing.
 ///
 /// Each grid is a convolution as wide as its stride: the mean of a cell's colours decides whether there is anything
 /// (neither grey nor green) and whether it is rather red (class 0) or blue (class 1). Boxes are the cells.
 #[derive(Clone)]
-pub struct ColorNetwork {
+pub(crate) struct ColorNetwork {
     /// Width and height of its input, pixels.
     pub size: [i64; 2],
     /// Of the grid that sees.
@@ -37,11 +37,11 @@ pub struct ColorNetwork {
 }
 
 impl ColorNetwork {
-    pub fn new(size: [i64; 2], stride: i64) -> Self {
+    pub(crate) fn new(size: [i64; 2], stride: i64) -> Self {
         Self { size, stride, any_batch: false, has_sigmoid: true, rows_are_cells: true }
     }
 
-    pub fn write(&self, path: &Path) {
+    pub(crate) fn write(&self, path: &Path) {
         fs::write(path, self.onnx().encode_to_vec()).unwrap();
     }
 
@@ -80,9 +80,9 @@ impl ColorNetwork {
             .as_flattened()
             .iter()
             .flat_map(|weight| vec![weight * steepness; cell]);
-        self.add_convolution(graph, "scores", stride, weights.collect(), &[unsure, 0.0, 0.0]);
+        Self::add_convolution(graph, "scores", stride, weights.collect(), &[unsure, 0.0, 0.0]);
         let nothing = vec![0.0; 4 * 3 * cell];
-        self.add_convolution(graph, "boxes", stride, nothing, &[0.5, 0.5, 0.0, 0.0]);
+        Self::add_convolution(graph, "boxes", stride, nothing, &[0.5, 0.5, 0.0, 0.0]);
 
         let named = |what: &str| format!("{what}_{stride}");
         let scores = if self.has_sigmoid {
@@ -102,14 +102,7 @@ impl ColorNetwork {
         graph.node.push(node("Reshape", &[&named("both"), &named("shape")], &named("cells"), &[]));
     }
 
-    fn add_convolution(
-        &self,
-        graph: &mut GraphProto,
-        name: &str,
-        stride: i64,
-        weights: Vec<f32>,
-        bias: &[f32],
-    ) {
+    fn add_convolution(graph: &mut GraphProto, name: &str, stride: i64, weights: Vec<f32>, bias: &[f32]) {
         let [output, weight_name, bias_name] = ["", "_w", "_b"].map(|end| format!("{name}_{stride}{end}"));
         let channels = bias.len() as i64;
         graph.initializer.push(floats(&weight_name, vec![channels, 3, stride, stride], weights));
@@ -121,7 +114,7 @@ impl ColorNetwork {
 }
 
 /// A grey image with squares: colour, left and upper side, and side length.
-pub fn image_of(size: [usize; 2], squares: &[(Rgb, [usize; 2], usize)]) -> ColorImage {
+pub(crate) fn image_of(size: [usize; 2], squares: &[(Rgb, [usize; 2], usize)]) -> ColorImage {
     let mut pixels = vec![GREY; size[0] * size[1]];
     for &(color, [left, upper], side) in squares {
         for v in upper..upper + side {
