@@ -1,6 +1,9 @@
 //! The box of least volume: against a dense search over all directions, and on shapes whose box is known.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
+use common::poses;
 use dymlm_core::{Point, Pose, SplitMix64};
 use dymlm_geometry::{
     BoxFit, OrientedBox, OrientedBoxScratch, fit_oriented_box, fit_oriented_box_with, minimum_area_rectangle,
@@ -86,16 +89,6 @@ fn refined(points: &[Point], (mut least, mut direction): (f64, Vector), step: f6
         }
     }
     least
-}
-
-fn poses() -> impl Strategy<Value = Pose> {
-    (prop::array::uniform4(-1.0..1.0_f64), prop::array::uniform3(-3.0..3.0_f64)).prop_filter_map(
-        "no rotation",
-        |(quaternion, translation)| {
-            let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
-            (norm > 0.1).then(|| Pose::new(translation, quaternion.map(|q| q / norm)).unwrap())
-        },
-    )
 }
 
 fn moved(points: &[Point], by: &Pose) -> Vec<Point> {

@@ -1,21 +1,14 @@
 //! Boxes around clouds: what they hold, that they move with the cloud, and degenerate clouds.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
+use common::poses;
 use dymlm_core::{Point, Pose};
 use dymlm_geometry::{
     BoxFit, OrientedBox, OrientedBoxScratch, PrincipalAxes, fit_oriented_box, fit_oriented_box_with,
 };
 use proptest::prelude::*;
-
-fn poses() -> impl Strategy<Value = Pose> {
-    (prop::array::uniform4(-1.0..1.0_f64), prop::array::uniform3(-3.0..3.0_f64)).prop_filter_map(
-        "no rotation",
-        |(quaternion, translation)| {
-            let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
-            (norm > 0.1).then(|| Pose::new(translation, quaternion.map(|q| q / norm)).unwrap())
-        },
-    )
-}
 
 fn clouds() -> impl Strategy<Value = Vec<Point>> {
     let points = |point: BoxedStrategy<Point>| prop::collection::vec(point, 1..300);
