@@ -1,8 +1,6 @@
 use std::ops::Range;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::amd;
+use feral_amd::{CscPattern, amd_order};
 
 use crate::Error;
 
@@ -84,22 +82,18 @@ impl Supernode {
     }
 }
 
-/// The blocks in the order of approximate minimum degree.
+/// The blocks in the order of approximate minimum degree (Amestoy, Davis and Duff 1996).
 fn least_degree(below: &[Vec<usize>]) -> Result<Vec<usize>, Error> {
-    let blocks = below.len();
-    let ends = below.iter().scan(0, |end, rows| {
-        *end += rows.len();
-        Some(*end)
-    });
-    let columns: Vec<usize> = [0].into_iter().chain(ends).collect();
-    let rows: Vec<usize> = below.concat();
-    let pattern = SymbolicSparseColMatRef::new_checked(blocks, blocks, &columns, None, &rows);
-    let (mut order, mut inverse) = (vec![0; blocks], vec![0; blocks]);
-    let mut scratch = MemBuffer::new(amd::order_scratch::<usize>(blocks, rows.len()));
-    let stack = MemStack::new(&mut scratch);
-    amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), stack)
-        .map_err(|_| Error::Singular)?;
-    Ok(order)
+    let unordered: Vec<usize> = (0..below.len()).collect();
+    let (mut rows, mut columns) = (Vec::new(), vec![0]);
+    for mut coupled in neighbours(&unordered, below) {
+        coupled.sort_unstable();
+        rows.extend(coupled.into_iter().map(|block| block as i32));
+        columns.push(rows.len() as i32);
+    }
+    let pattern = CscPattern::new(below.len(), &columns, &rows).ok_or(Error::Singular)?;
+    let order = amd_order(&pattern).map_err(|_| Error::Singular)?;
+    Ok(order.into_iter().map(|block| block as usize).collect())
 }
 
 /// For each position, the positions that it is coupled with.
