@@ -1,4 +1,4 @@
-"""Prints scikit-learn's figures for tests/isolation_forest.rs: python3 isolation_forest.py FOLDER_OF_OUTLIERS
+"""Prints scikit-learn's figures for tests/it/isolation_forest.rs: python3 isolation_forest.py FOLDER_OF_OUTLIERS
 
 scikit-learn 1.9.1; ROC-AUC of 100 trees on 256 rows, mean and standard deviation over 100 seeds.
 """
