@@ -54,7 +54,7 @@ pub use detector::{DetectionRates, DetectorConfig};
 pub use scene::{Activity, CarriedKind, CarriedMotion, CarriedObject, Room, SceneEvent};
 pub use sensor::SensorConfig;
 pub use sequence::{
-    CameraPath, CarriedThing, FrameScratch, PlaceChange, PoseErrorConfig, RecordedDrift, SceneChange,
+    CameraPath, CarriedThing, FrameScratch, Frames, PlaceChange, PoseErrorConfig, RecordedDrift, SceneChange,
     Sequence, SequenceConfig, SequenceType, SimulatedFrame, VisibleThing,
 };
 pub use truth::{Truth, TruthConfig};

@@ -231,8 +231,7 @@ proptest! {
     }
 }
 
-/// A million random cases: `cargo test --release -p dymlm-geometry --test minimum_area_rectangle --
-/// --ignored`.
+/// A million random cases: `cargo test --release -p dymlm-geometry --test it -- --ignored million`.
 #[test]
 #[ignore = "a minute"]
 fn a_million_rectangles_equal_brute_force() {

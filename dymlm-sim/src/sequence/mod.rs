@@ -3,6 +3,7 @@
 mod camera_path;
 mod config;
 mod frame_scratch;
+mod frames;
 mod pose_error;
 mod pose_error_config;
 mod recorded_drift;
@@ -13,6 +14,7 @@ mod simulated_frame;
 pub use camera_path::CameraPath;
 pub use config::SequenceConfig;
 pub use frame_scratch::FrameScratch;
+pub use frames::Frames;
 pub use pose_error_config::PoseErrorConfig;
 pub use recorded_drift::RecordedDrift;
 pub use sequence_type::SequenceType;

@@ -6,7 +6,7 @@ use parry3d::math::{Pose3, Rot3};
 
 use super::pose_error::PoseError;
 use super::simulated_frame::{CarriedThing, PlaceChange, SceneChange, SimulatedFrame, VisibleThing};
-use super::{FrameScratch, SequenceConfig};
+use super::{FrameScratch, Frames, SequenceConfig};
 use crate::detector::{Detector, Visible, visible_things};
 use crate::render::{Rendering, render};
 use crate::scene::{Part, Room, Scene, Stage};
@@ -265,9 +265,9 @@ impl Sequence {
         })
     }
 
-    /// All frames in order.
-    pub fn frames(&self) -> impl Iterator<Item = SimulatedFrame> + '_ {
-        (0..self.len()).filter_map(|index| self.frame(index))
+    /// All frames in order. Frames that `step_by`, `skip` or `nth` leave out are not rendered.
+    pub fn frames(&self) -> Frames<'_> {
+        Frames { sequence: self, left: 0..self.len() }
     }
 
     pub(crate) fn scene(&self) -> &Scene {

@@ -265,6 +265,22 @@ fn readings_get_lost_at_edges_more_than_elsewhere() {
 }
 
 #[test]
+fn frames_that_are_left_out_do_not_shift_the_others() {
+    let mut config = ideal_config();
+    config.frames = 12;
+    let sequence = Sequence::new(&config).unwrap();
+    let times = |frames: &mut dyn Iterator<Item = SimulatedFrame>| -> Vec<f64> {
+        frames.map(|frame| frame.frame.timestamp()).collect()
+    };
+    let all = times(&mut sequence.frames());
+    assert_eq!((all.len(), sequence.frames().len()), (12, 12));
+    assert_eq!(times(&mut sequence.frames().step_by(5)), [all[0], all[5], all[10]]);
+    assert_eq!(times(&mut sequence.frames().skip(9)), all[9..]);
+    let mut frames = sequence.frames();
+    assert!(frames.nth(12).is_none() && frames.next().is_none());
+}
+
+#[test]
 fn an_ideal_detector_frames_people_exactly() {
     let mut config = ideal_config();
     config.people = 1;
