@@ -1,4 +1,4 @@
-//! Planes and objects come back from their files as they were.
+//! Planes and objects are read from their files as they were written.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use dymlm_io::{
