@@ -1,4 +1,4 @@
-//! Grey images and pyramids of them.
+//! Grey images and image pyramids.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

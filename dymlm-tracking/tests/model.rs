@@ -1,4 +1,4 @@
-//! Surfaces of objects to follow.
+//! Surfaces of objects to track.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
