@@ -39,13 +39,13 @@ pub enum TrackingScoreError {
 ///
 /// - **MOTA** = 1 - (misses + false boxes + switches) / true boxes, after Bernardin, Stiefelhagen:
 ///   "Evaluating Multiple Object Tracking Performance: The CLEAR MOT Metrics", 2008. In each frame a true box
-/// first keeps the id that it was last paired with, if that box still overlaps it by `min_iou` (0.5). The
-/// others are paired to have as many pairs as possible and, among these choices, the greatest overlaps. A
-/// pair with another id than the last one is a switch, however long ago the last pair was.
+///   first keeps the id that it was last paired with, if that box still overlaps it by `min_iou` (0.5). The
+///   others are paired to have as many pairs as possible and, among these choices, the greatest overlaps. A
+///   pair with another id than the last one is a switch, however long ago the last pair was.
 /// - **IDF1** = 2 IDTP / (true boxes + output boxes), after Ristani, Solera, Zou, Cucchiara, Tomasi:
-/// "Performance Measures and a Data Set for Multi-Target, Multi-Camera Tracking", 2016. Over the whole
-/// sequence, each true id is assigned at most one output id and vice versa. IDTP is the greatest number of
-/// frames, summed over the assigned ids, in which their boxes overlap by `min_iou`.
+///   "Performance Measures and a Data Set for Multi-Target, Multi-Camera Tracking", 2016. Over the whole
+///   sequence, each true id is assigned at most one output id and vice versa. IDTP is the greatest number of
+///   frames, summed over the assigned ids, in which their boxes overlap by `min_iou`.
 /// - **Misses recovered** = share of the true boxes that an output box overlaps by `min_iou`, among those
 ///   that no raw detection overlaps by 0.3.
 ///
