@@ -1,5 +1,5 @@
-//! Benches of `CloudMap`: a frame put in, the cloud taken out; the kitchen recording is taken from where
-//! `DYMLM_DATA` says or `../shared/data`, if it is there.
+//! Benches of `CloudMap`: inserting a frame, reading the cloud. The kitchen recording is used if it is at
+//! `DYMLM_DATA` or `../shared/data`.
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stderr, reason = "a bench")]
 
@@ -13,7 +13,7 @@ use dymlm_core::{Frame, Pose, SensorModel};
 use dymlm_io::{TumDataset, TumOptions};
 use dymlm_test_support::recording;
 
-/// A slow walk sideways.
+/// A camera that slowly moves sideways to and fro.
 fn pose(step: u32) -> Pose {
     let x = 0.3 * (f64::from(step) * 0.1).sin();
     Pose::new([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()
@@ -51,15 +51,15 @@ fn point_cloud(c: &mut Criterion) {
     group.finish();
 }
 
-/// The kitchen with people, frame by frame; the last ones forever.
+/// The frames of the kitchen with people, if the recording is there.
 fn kitchen() -> Option<Vec<(Frame, Pose)>> {
     let dataset = TumDataset::open(recording("kitchen_people")?, &TumOptions::default()).ok()?;
     let frames = (0..dataset.frames().len()).filter_map(|index| dataset.load(index).ok());
     Some(frames.map(|posed| (posed.frame, posed.world_from_camera)).collect())
 }
 
-/// What the static cloud costs after each further frame of the kitchen, and the frame itself; also without
-/// its surfaces fused.
+/// The cost of the static cloud after each further frame of the kitchen, and of the frame itself, with and
+/// without fused surfaces.
 fn static_cloud_of_kitchen(c: &mut Criterion) {
     let Some(frames) = kitchen() else { return };
     for (name, fuse_surfaces) in [("cloud_map/kitchen", true), ("cloud_map/kitchen as read", false)] {
@@ -76,7 +76,7 @@ fn static_cloud_of(c: &mut Criterion, name: &str, config: CloudMapConfig, frames
         map.insert(frame, None, world_from_camera).unwrap();
     }
     black_box(map.point_cloud(Selection::Static));
-    // Forth and back, so that the clock goes on and the camera does not jump.
+    // The last frames forwards and backwards, so that time goes on and the camera does not jump.
     let (mut time, mut turns) = (last[0].0.timestamp(), last.iter().chain(last.iter().rev()).cycle());
     let mut further = |map: &mut CloudMap| {
         let (frame, world_from_camera) = turns.next().unwrap();

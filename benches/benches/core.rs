@@ -12,7 +12,7 @@ fn back_project(c: &mut Criterion) {
     let mut group = c.benchmark_group("core/back_project");
     group.throughput(Throughput::Elements(depth.data().len() as u64));
     group.bench_function("640x480", |b| b.iter(|| cloud.back_project(&camera, &depth).unwrap()));
-    // What memory bandwidth alone costs: the same number of points copied.
+    // For comparison, the cost of memory bandwidth alone: copying the same number of points.
     let points = cloud.points().to_vec();
     let mut copy = points.clone();
     group.bench_function("copy of 640x480 points", |b| b.iter(|| copy.copy_from_slice(&points)));

@@ -7,11 +7,11 @@ use dymlm_benches::{kinect, room_depth};
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Pose, SensorModel};
 use dymlm_dynamics::{BoxTracker, DynamicsConfig, Preprocessor, TrackerConfig};
 
-/// Columns at which the two people stand, and how far away.
+/// Left columns of the two people, and their distances in metres.
 const PEOPLE: [(usize, f32); 2] = [(120, 1.5), (380, 2.2)];
 const PERSON_WIDTH: usize = 140;
 
-/// The room, with two people: elliptic cylinders from near the upper to the lower border of the image.
+/// The room with two people: elliptic cylinders from near the upper border of the image to the lower one.
 #[allow(clippy::unwrap_used, reason = "the buffer has the camera's size")]
 fn people_in_a_room() -> DepthImage {
     let room = room_depth();
@@ -34,7 +34,7 @@ fn frame(timestamp: f64) -> Frame {
     Frame::new(timestamp, kinect(), people_in_a_room(), None).unwrap()
 }
 
-/// Boxes that cut ten pixels off on each side.
+/// Boxes that cut off ten pixels of a person at the sides and at the top.
 #[allow(clippy::unwrap_used, reason = "constants")]
 fn boxes() -> [BoundingBox; 2] {
     PEOPLE.map(|(left, _)| {

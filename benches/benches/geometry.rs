@@ -1,4 +1,4 @@
-//! DBSCAN, voxel grid, statistical outlier removal, and the overlap of oriented boxes.
+//! DBSCAN, voxel grid, statistical outlier removal, overlap of oriented boxes, and assignment.
 
 use std::hint::black_box;
 
@@ -12,7 +12,7 @@ use dymlm_geometry::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// The points of a depth frame: some 290 thousand.
+/// The points of a depth frame, about 290 thousand.
 #[allow(clippy::unwrap_used, reason = "the image has the camera's size")]
 fn frame() -> Vec<Point> {
     let mut cloud = OrganizedCloud::new();
@@ -74,7 +74,7 @@ fn statistical_outlier_removal(criterion: &mut Criterion) {
     }
 }
 
-/// Boxes of 0.1 to 1 m, turned any way, within half a metre of each other.
+/// Boxes of 0.1 to 1 m with any orientation, within half a metre of each other.
 #[allow(clippy::unwrap_used, reason = "lengths and quaternions in range")]
 fn turned_boxes(count: usize) -> Vec<OrientedBox> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);

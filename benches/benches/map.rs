@@ -1,5 +1,5 @@
-//! Benches of the whole: `MapBuilder::insert` on frames with people, with a history and with readers; what
-//! readers and corrections of poses cost.
+//! Benches of the whole map: `MapBuilder::insert` on frames with people, also with a history and with a
+//! reader; the cost of readers and of corrected poses.
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a bench")]
 

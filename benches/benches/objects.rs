@@ -1,5 +1,4 @@
-//! The object step on 640x480 frames with ten detections. In processor time, all on one
-//! thread.
+//! The object step on 640x480 frames with ten detections, on one thread, measured in processor time.
 
 use std::hint::black_box;
 
@@ -9,7 +8,7 @@ use dymlm_core::{Detection, Frame, Plane, PlaneId, Pose, SensorModel};
 use dymlm_objects::{ObjectConfig, ObjectMapper, ObjectView, SupportPlane};
 use dymlm_sim::{DetectorConfig, Sequence, SequenceType};
 
-/// Frames of a desk with all of its things detected, ten a frame, and their poses.
+/// Frames of a desk whose things are all detected, ten per frame, and the frames' poses.
 struct Views {
     frames: Vec<(Frame, Vec<Detection>, Pose)>,
 }
@@ -27,7 +26,7 @@ impl Views {
         let frames = (0..FRAMES).filter_map(|index| {
             let mut simulated = sequence.frame(3 * index)?;
             simulated.detections.truncate(DETECTIONS);
-            // All at one time: the frames go round and round.
+            // All frames have the same time, since they are used in a cycle.
             let (depth, color) = simulated.frame.into_images();
             let frame = Frame::new(0.0, *sequence.camera(), depth, color).ok()?;
             Some((frame, simulated.detections, simulated.world_from_camera))
@@ -41,7 +40,7 @@ impl Views {
     }
 }
 
-/// The floor and the desk, without end.
+/// The floor and the desk as infinite planes.
 fn planes() -> impl Fn([f64; 3], f64, &mut Vec<SupportPlane>) {
     let level = |id: u64, height: f64| {
         Plane::new([0.0, 0.0, 1.0], -height).map(|plane| SupportPlane::new(PlaneId::new(id), plane))
@@ -68,7 +67,7 @@ fn insert(criterion: &mut Criterion<ProcessorTime>) {
     });
 }
 
-/// Copies of the desk, 20 m from each other, are known before: what is elsewhere costs nothing.
+/// The map first gets copies of the desk, 20 m apart: objects that are out of view must cost nothing.
 #[allow(clippy::unwrap_used, reason = "constants")]
 fn insert_with_objects_out_of_view(criterion: &mut Criterion<ProcessorTime>) {
     let (views, planes) = (Views::new(), planes());

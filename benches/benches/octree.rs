@@ -31,7 +31,7 @@ fn mapped_room(resolution: f64) -> Octree {
     map
 }
 
-/// The steady state: the map and its buffers exist, the frame has been seen before.
+/// The steady state: the map and its buffers exist, and the frame was inserted before.
 fn insertion(c: &mut Criterion) {
     let points = room_points();
     let Ok(frame) = Frame::new(0.0, kinect(), room_depth(), None) else { unreachable!("images of one size") };

@@ -1,5 +1,5 @@
-//! The plane step of a 640x480 frame: detection, the map, and all of it; on a synthetic room, on a rendered
-//! office, and on the kitchen recording where it is present (`DYMLM_DATA` or `../shared/data`).
+//! The plane step of a 640x480 frame: detection, the map, and both together, on a synthetic room, on a
+//! rendered office, and on the kitchen recording if it is there (`DYMLM_DATA` or `../shared/data`).
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a bench")]
 
@@ -13,7 +13,7 @@ use dymlm_planes::{PlaneConfig, PlaneDetector, PlaneDetectorConfig, PlaneMap, Pl
 use dymlm_sim::{Sequence, SequenceConfig};
 use dymlm_test_support::{Rectangle, World, look_at, recording};
 
-/// Frames of one place, and where they were seen from.
+/// Frames of one place, with their poses.
 struct Input {
     name: &'static str,
     frames: Vec<(Frame, Pose)>,
@@ -87,8 +87,8 @@ fn whole_step(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(input.frames.len() as u64));
         let mut mapper = PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect()).unwrap();
         group.bench_function(BenchmarkId::from_parameter(input.name), |bencher| {
-            // As in a session: the map knows the place, the buffers have their size, and every frame is
-            // another key frame.
+            // As in a session: the map knows the place, the buffers have their size, and every frame is a new
+            // key frame.
             bencher.iter(|| {
                 for (frame, pose) in &input.frames {
                     mapper.insert(black_box(frame), None, &[], pose).unwrap();
@@ -99,8 +99,8 @@ fn whole_step(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A floor walked for so many metres, a key frame each, then for one metre more: the cost is that of what the
-/// frame sees.
+/// A camera has moved over a floor by `length` metres along x, with a key frame about every metre of its
+/// path; the next key frame is measured. Its cost should only depend on what the frame sees.
 fn walked_floor(criterion: &mut Criterion) {
     let floor = World::of(&[Rectangle::level([0.0; 3], 50.0, 50.0)]);
     let over = |x: f64| look_at([x, 0.8 * x - 1.0, 1.4], [x, 0.8 * x + 0.5, 0.0]);

@@ -1,4 +1,4 @@
-//! Benches of what planners and localizers ask, on the map of a rendered office.
+//! Benches of the queries of planners and localizers, on the map of a rendered office.
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a bench")]
 
@@ -18,7 +18,7 @@ const COUNT: usize = 1000;
 
 struct Office {
     map: MultiLevelMap,
-    /// Points of the static cloud, and places in the box around them, most of them in free space.
+    /// Points of the static cloud, and random places in the box around them, most of them in free space.
     on_surfaces: Vec<[f64; 3]>,
     in_room: Vec<[f64; 3]>,
 }
@@ -44,7 +44,7 @@ impl Office {
     }
 }
 
-/// Times `ask` for each of some places.
+/// Measures `ask` for each of some places.
 fn each<R>(c: &mut Criterion, name: &str, places: &[[f64; 3]], mut ask: impl FnMut([f64; 3]) -> R) {
     let mut group = c.benchmark_group("queries");
     group.throughput(Throughput::Elements(places.len() as u64)).sample_size(20);

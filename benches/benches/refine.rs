@@ -1,5 +1,5 @@
-//! A solve of poses with planes: rooms in a row, each with ten planes that every third pose in it has seen; and of the
-//! field's pose graphs, where the data folder has them.
+//! Solving for poses with planes: rooms in a row, each with ten planes that every third pose in it has seen.
+//! Also solving the field's pose graphs, where the data folder has them.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use dymlm_core::{Pose, SplitMix64};
@@ -18,7 +18,7 @@ fn true_pose(index: usize) -> Pose {
     Pose::new(place, [0.0, 0.0, sin, cos]).unwrap_or_default()
 }
 
-/// A plane of a room: four walls, the others at all heights.
+/// The view of a plane of a room: four are walls, the others are horizontal at various heights.
 fn view(plane: usize, index: usize, random: &mut SplitMix64) -> PlaneView {
     let inverse = true_pose(index).inverse();
     let room = (index / POSES_IN_A_ROOM) as f64 * 6.0;

@@ -8,8 +8,8 @@ use dymlm_core::{Frame, PointCloud, Pose};
 use dymlm_metrics::{ReferenceCloud, SpaceTruth, score_cloud};
 use dymlm_sim::{DetectorConfig, FrameScratch, SensorConfig, Sequence, SequenceConfig, Truth, TruthConfig};
 
-/// Frames of 640x480: as configured by default, without sensor noise and detector failures, and the first
-/// into buffers that are used again.
+/// Frames of 640x480: with the default config, without sensor noise and detector failures, and with the
+/// default config into reused buffers.
 fn frames(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-sim/frame");
     group.throughput(Throughput::Elements(640 * 480)).sample_size(20);
@@ -21,7 +21,7 @@ fn frames(criterion: &mut Criterion) {
         let mut index = 0;
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                // Every seventh frame: people in view and not.
+                // Every seventh frame: with and without people in view.
                 index = (index + 7) % sequence.len();
                 black_box(sequence.frame(index))
             });
@@ -41,7 +41,7 @@ fn frames(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Maps made of the exact readings, moved by a few millimetres a copy.
+/// Maps made of the exact visible points, each copy of which is shifted by up to some millimetres.
 fn score(criterion: &mut Criterion) {
     let mut config = SequenceConfig::default();
     config.frames = 12;

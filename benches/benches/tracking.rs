@@ -12,7 +12,7 @@ use dymlm_tracking::{
     ObjectTrackerConfig, OpticalFlow,
 };
 
-/// Frames in which a hand carries a box; it leaves its place after a second.
+/// Frames in which a hand carries a box; it leaves its place after one second.
 const FIRST: usize = 45;
 const FRAMES: usize = 12;
 const POINTS: usize = 200;
@@ -74,7 +74,7 @@ fn kcf(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Eleven steps from the same start, so that the motion never jumps.
+/// Eleven steps, each time from the same start, so that the motion never jumps.
 fn object(criterion: &mut Criterion) {
     let frames = frames();
     let thing = frames[0].carried.expect("a box is carried");

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Runs other libraries and ours side by side on the same input, checks that they agree, prints the ratios.
+"""Runs other libraries and ours on the same input, checks that the results agree, and prints the ratios of times.
 
     python3 benches/compare/compare.py [--quick] [--runs N] [--only TEXT] [--json FILE] [--markdown FILE]
 
 See README.md beside this file. Needs Python with venv, and cargo; the C++ peers need cmake and Debian's
-liboctomap-dev and libpcl-dev, and are left out where these are absent.
+liboctomap-dev and libpcl-dev, and are left out without these.
 """
 
 import argparse
@@ -35,7 +35,7 @@ def arguments() -> argparse.Namespace:
 def main() -> int:
     options = arguments()
     virtual_environment.enter(options.venv, HERE / "requirements.txt")
-    # From here on numpy is there.
+    # From here on, numpy is available.
     from harness import build, inputs, machine, measurement, report, rows
 
     root = HERE.parents[1]

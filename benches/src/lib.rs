@@ -10,13 +10,13 @@ use dymlm_core::{DepthImage, PinholeCamera, Point};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// The sizes that benches run at.
+/// Numbers of points with which benches run.
 pub const SIZES: [usize; 3] = [10_000, 100_000, 1_000_000];
 
 /// The seed of every bench's input.
 pub const SEED: u64 = 7;
 
-/// `n` points in Gaussian-like blobs of 20 cm, one blob to 1000 points, in a cube of side cbrt(n / 1000)
+/// `n` points in Gaussian-like blobs of 20 cm, one blob per 1000 points, in a cube of side cbrt(n / 1000)
 /// metres (so that the density does not depend on n), with 5 % of uniform noise.
 pub fn blobs(n: usize) -> Vec<Point> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
@@ -30,7 +30,7 @@ pub fn blobs(n: usize) -> Vec<Point> {
                 return uniform_point(side);
             }
             let center = centers[i % blob_count];
-            // The sum of three uniform offsets is close to a normal one.
+            // The sum of three uniform offsets is nearly normally distributed.
             let offsets = [uniform_point(0.2), uniform_point(0.2), uniform_point(0.2)];
             std::array::from_fn(|axis| {
                 center[axis] + offsets.iter().map(|offset| offset[axis] - 0.1).sum::<f32>()
@@ -39,8 +39,8 @@ pub fn blobs(n: usize) -> Vec<Point> {
         .collect()
 }
 
-/// `n` points on the faces of a thing of 60 x 40 x 30 cm that stands turned in the room, with 2 mm of noise
-/// and 1 % of stray points around it.
+/// `n` points on the faces of a box of 60 x 40 x 30 cm, rotated in the room, with 2 mm of noise and 1 % of
+/// stray points around it.
 pub fn thing(n: usize) -> Vec<Point> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let lengths = [0.6, 0.4, 0.3_f32];
@@ -60,7 +60,7 @@ pub fn thing(n: usize) -> Vec<Point> {
         .collect()
 }
 
-/// The x and y of [`thing`].
+/// The x and y of the points of [`thing`].
 pub fn footprint(n: usize) -> Vec<[f64; 2]> {
     thing(n).iter().map(|[x, y, _]| [f64::from(*x), f64::from(*y)]).collect()
 }
@@ -69,7 +69,7 @@ pub fn footprint(n: usize) -> Vec<[f64; 2]> {
 ///
 /// # Panics
 ///
-/// Never: the numbers are a camera's.
+/// Never: the constants are a valid camera's.
 #[allow(clippy::unwrap_used, reason = "constants")]
 pub fn kinect() -> PinholeCamera {
     PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap()

@@ -3,7 +3,7 @@ use std::time::Duration;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use dymlm_test_support::processor_time;
 
-/// Lets criterion measure [`processor_time`].
+/// Makes criterion measure [`processor_time`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ProcessorTime;
 

@@ -1,10 +1,10 @@
 use std::io::{Error, ErrorKind, Result};
 
-/// Memory of this process that is in use, from Linux.
+/// Resident memory of this process, as Linux reports it.
 ///
 /// # Errors
 ///
-/// Where the system has no `/proc`.
+/// When the system has no `/proc`.
 pub fn resident_bytes() -> Result<usize> {
     let status = std::fs::read_to_string("/proc/self/status")?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

@@ -8,22 +8,22 @@ use serde::{Deserialize, Serialize};
 use crate::text_lines::{content_lines, number};
 use crate::{Error, write_atomically};
 
-/// The detections of a sequence: `detections.jsonl`, one JSON object a line and frame:
+/// The detections of a sequence: `detections.jsonl` has one JSON object per line, for one frame:
 ///
 /// ```json
 /// {"timestamp": 0.166667, "detections": [{"label": "person", "score": 0.91, "bbox": [210.0, 8.0, 380.0, 480.0]}]}
 /// ```
 ///
 /// Boxes are `[x_min, y_min, x_max, y_max]` in pixels of the colour image. A detection may have an instance
-/// mask of the image's size as COCO's run-lengths, `"mask": {"size": [height, width], "counts": ...}`, the
-/// counts compressed to a text or a list of numbers. Further keys are passed over, and so are blank lines and
-/// lines that begin with `#`.
+/// mask of the image's size as COCO's run lengths, `"mask": {"size": [height, width], "counts": ...}`, where
+/// counts are COCO's compressed string or a list of numbers. Other keys, blank lines and lines that begin
+/// with `#` are ignored.
 ///
-/// A line with an empty list says that the detector looked and found nothing; a frame without a line was not
-/// looked at.
+/// A line with an empty list says that the detector ran and found nothing; it did not run on a frame without
+/// a line.
 ///
-/// A bad line spoils its own frame alone: [`Self::at`] gives the error for the frame that the line was for,
-/// which shows in its timestamp or, when even that cannot be read, in its neighbours'.
+/// A bad line affects only its own frame: [`Self::at`] returns the error for that frame. The frame is found
+/// by the line's timestamp or, when even that cannot be read, by the lines before and after.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;
@@ -58,7 +58,7 @@ struct DetectedFrame {
     detections: Result<Vec<Detection>, String>,
 }
 
-/// A bad line that does not tell its time: it was for a frame between its neighbours.
+/// A bad line without a readable timestamp: its frame lies between those of its neighbours.
 #[derive(Debug, Clone)]
 struct UnplacedLine {
     line: usize,
@@ -68,8 +68,8 @@ struct UnplacedLine {
 }
 
 impl DetectionFile {
-    /// Half a frame at 25 Hz, seconds: the largest distance in time between a line and its frame that makes
-    /// sense for common cameras, and that of the association of images.
+    /// Half a frame at 25 Hz, seconds: the largest time between a line and its frame that makes sense for
+    /// common cameras. Colour and depth images are associated with the same limit.
     pub const DEFAULT_TOLERANCE: f64 = 0.02;
 
     /// Opens a detection file. A line belongs to the frame nearest in time, at most `tolerance` seconds away.
@@ -77,7 +77,7 @@ impl DetectionFile {
     /// # Errors
     ///
     /// [`Error::Io`] when the file cannot be read; [`Error::Config`] when `tolerance` is not within 0..=10.
-    /// Bad lines are told by [`Self::at`] and [`Self::faults`].
+    /// [`Self::at`] and [`Self::faults`] report bad lines.
     pub fn open(path: impl AsRef<Path>, tolerance: f64) -> Result<Self, Error> {
         dymlm_core::check_range("detections.tolerance", tolerance, 0.0..=10.0)?;
         let path = path.as_ref();
@@ -87,13 +87,13 @@ impl DetectionFile {
             file.add(line, content);
         }
         file.bound_unplaced_lines();
-        // The sort is stable: of two lines with one time the first of the file is found.
+        // The sort is stable: of two lines with the same time, [`Self::at`] finds the first in the file.
         file.frames.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp));
         Ok(file)
     }
 
-    /// What was found in the frame of a colour image's time: nothing (an empty slice), or `None` when the
-    /// file has no line for that frame.
+    /// The detections of the frame whose colour image has this time: an empty slice when nothing was found,
+    /// `None` when the file has no line for that frame.
     ///
     /// # Errors
     ///
@@ -109,12 +109,12 @@ impl DetectionFile {
         lost.map_or(Ok(None), |lost| Err(Error::line(&self.path, lost.line, &lost.reason)))
     }
 
-    /// Number of lines that hold something, good or bad.
+    /// Number of lines that are not blank or comments, good or bad.
     pub fn len(&self) -> usize {
         self.frames.len() + self.unplaced.len()
     }
 
-    /// Whether no line holds anything.
+    /// Whether the file has no such line.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -152,7 +152,8 @@ impl DetectionFile {
         }
     }
 
-    /// Tells between which times the lines without one lie; the frames are still in the order of the file.
+    /// Bounds the times of lines without a timestamp by their neighbours; `frames` is still in the order of
+    /// the file.
     fn bound_unplaced_lines(&mut self) {
         for lost in &mut self.unplaced {
             let next = self.frames.partition_point(|frame| frame.line < lost.line);
@@ -166,7 +167,8 @@ impl DetectionFile {
     }
 
     fn nearest(&self, timestamp: f64) -> Option<&DetectedFrame> {
-        // The first line of a time, here and below.
+        // The first line of the file with the nearest earlier time, and the first with the nearest later
+        // time.
         let first_from = |time: f64| self.frames.partition_point(|frame| frame.timestamp < time);
         let after = first_from(timestamp);
         let before = after.checked_sub(1).and_then(|last| self.frames.get(last));
@@ -223,7 +225,7 @@ struct WrittenFrame<'a> {
     detections: &'a [Detection],
 }
 
-/// What is wrong with a line, without the parser's own count of lines.
+/// The parser's reason, without its line number, which is always 1.
 fn json_reason(error: &serde_json::Error) -> String {
     error.to_string().replace(" at line 1 column ", " at column ")
 }

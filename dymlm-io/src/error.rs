@@ -5,7 +5,7 @@ use dymlm_core::ConfigError;
 
 use crate::UncoveredTime;
 
-/// Why a file could not be read or written. Every message names the file, and the line where there is one.
+/// Why a file could not be read or written. Every message names the file, and the line where one is known.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -49,7 +49,7 @@ pub enum Error {
         /// The image's height, pixels.
         actual_height: usize,
     },
-    /// A file named in a list that cannot be used: says where it is listed, and what is wrong with it.
+    /// A file named in a list cannot be used: says where the list names it, and what is wrong with it.
     #[error("{}, line {line}: {fault}", list.display())]
     Listed {
         /// The list.
@@ -59,17 +59,17 @@ pub enum Error {
         /// What is wrong with the file.
         fault: Box<Error>,
     },
-    /// A trajectory that does not cover a frame.
+    /// A trajectory does not cover the time of a frame.
     #[error("{}, line {line}: {fault}", path.display())]
     Uncovered {
         /// The trajectory.
         path: PathBuf,
-        /// The line after which the trajectory ends or has its gap, or its first pose's.
+        /// The line of the last pose before the frame, or of the first pose when the frame is earlier.
         line: usize,
-        /// The time, and what the trajectory covers instead.
+        /// The time of the frame, and the times that the trajectory covers.
         fault: UncoveredTime,
     },
-    /// The transforms of a bag give no pose of a frame.
+    /// The transforms of a bag give no pose for a frame.
     #[cfg(feature = "mcap")]
     #[error("{}: {fault}", path.display())]
     NoTransform {
@@ -78,8 +78,8 @@ pub enum Error {
         /// What is missing.
         fault: crate::NoTransform,
     },
-    /// A frame that the dataset does not have.
-    #[error("frame {index} of a dataset of {count} frames")]
+    /// The dataset has no frame of this index.
+    #[error("no frame {index} in a dataset of {count} frames")]
     NoFrame {
         /// The frame asked for.
         index: usize,
@@ -98,7 +98,7 @@ pub enum Error {
         /// Given length.
         actual: usize,
     },
-    /// A map folder of a format that this version does not read.
+    /// A map folder has a format that this version does not read.
     #[error("{}: a map folder of format version {found}; this version reads {supported}", path.display())]
     MapVersion {
         /// The manifest.
@@ -108,7 +108,7 @@ pub enum Error {
         /// The format version read here.
         supported: u32,
     },
-    /// A file of a map folder that is not as it was written.
+    /// A file of a map folder has changed since it was written.
     #[error(
         "{}: {actual_bytes} bytes with CRC-32 {actual_crc32:08x}, but the manifest says {bytes} with {crc32:08x}",
         path.display()
@@ -122,20 +122,20 @@ pub enum Error {
         crc32: u32,
         /// Size found, bytes.
         actual_bytes: u64,
-        /// Checksum found (0 when the sizes differ: it is not computed then).
+        /// Checksum found; 0 when the sizes differ, since it is not computed then.
         actual_crc32: u32,
     },
-    /// Another process, or another part of this one, writes the map of this folder.
+    /// Another process, or another part of this one, is writing the map in this folder.
     #[error("{}: somebody else writes this map: end that program first, or choose another folder", path.display())]
     Locked {
         /// The folder.
         path: PathBuf,
     },
-    /// A part of a saved state cannot be read.
+    /// One part of a saved state cannot be read.
     #[error(transparent)]
     DamagedPart(#[from] crate::DamagedPart),
-    /// A folder that is in the way of a map and is no map itself: nothing in it is touched.
-    #[error("{}: is in the way of the map and was not written by one; nothing was changed", path.display())]
+    /// Something that is not a map is in the place of a map or of its file: nothing is changed.
+    #[error("{}: is in the way of the map and does not belong to a map; nothing was changed", path.display())]
     InTheWay {
         /// The folder or file.
         path: PathBuf,
@@ -145,16 +145,16 @@ pub enum Error {
     Content {
         /// The file.
         path: PathBuf,
-        /// What the code said.
+        /// The error that the code returned.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// What is to be written and cannot be held by the file.
+    /// The file's format cannot hold something that was to be written.
     #[cfg(any(feature = "mcap", feature = "gltf"))]
     #[error("{}: cannot hold {reason}", path.display())]
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// What it is, and why.
+        /// What cannot be held, and why.
         reason: String,
     },
     /// An option outside its allowed range.
@@ -163,7 +163,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Names the file that an operation failed on.
+    /// An error of the operating system on this file.
     pub(crate) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { path: path.to_path_buf(), source }
     }

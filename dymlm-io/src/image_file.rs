@@ -11,12 +11,12 @@ use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncod
 
 use crate::{Error, write_atomically};
 
-/// Most pixels of an image that is read without a camera: 8192 x 4096, more than cameras with depth have. A
-/// PNG of some hundred bytes can be of a thousand times as many pixels, which would be decoded into
-/// gigabytes.
+/// Largest number of pixels of an image that is read without a known camera: 8192 x 4096, more than depth
+/// cameras have. A PNG of some hundred bytes can declare a thousand times as many pixels, which would be
+/// decoded into gigabytes.
 pub const MAX_IMAGE_PIXELS: usize = 1 << 25;
 
-/// Buffers that files are read and decoded through, kept from one image to the next.
+/// Buffers for reading and decoding files, reused from one image to the next.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct DecodeBuffers {
     file: Vec<u8>,
@@ -27,8 +27,8 @@ pub(crate) struct DecodeBuffers {
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole PNG, has another pixel format than 16-bit
-/// greyscale or more than [`MAX_IMAGE_PIXELS`], or `depth_scale` is not finite and positive.
+/// [`Error::Io`]; [`Error::Malformed`] when the file is not a complete PNG, has another pixel format than
+/// 16-bit greyscale or more than [`MAX_IMAGE_PIXELS`], or `depth_scale` is not finite and positive.
 pub fn read_depth_png(path: impl AsRef<Path>, depth_scale: f64) -> Result<DepthImage, Error> {
     let path = path.as_ref();
     let (width, height, depth) =
@@ -36,11 +36,11 @@ pub fn read_depth_png(path: impl AsRef<Path>, depth_scale: f64) -> Result<DepthI
     DepthImage::new(width, height, depth).map_err(|error| Error::malformed(path, error.to_string()))
 }
 
-/// Reads a colour image, JPEG or PNG. Grey pictures become grey colours, an alpha channel is dropped.
+/// Reads a colour image, JPEG or PNG. Grey images become grey colours, and an alpha channel is dropped.
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] when the file is no whole JPEG or PNG, or has more than
+/// [`Error::Io`]; [`Error::Malformed`] when the file is not a complete JPEG or PNG, or has more than
 /// [`MAX_IMAGE_PIXELS`].
 pub fn read_color_image(path: impl AsRef<Path>) -> Result<ColorImage, Error> {
     let path = path.as_ref();
@@ -78,8 +78,8 @@ pub fn write_depth_png(path: impl AsRef<Path>, depth: &DepthImage, depth_scale: 
     encode_png(path, width, height, depth.data().len(), &samples, ExtendedColorType::L16)
 }
 
-/// Decodes a depth image into `depth`, which is emptied first and keeps its capacity; gives width, height and
-/// the buffer. An image of another size than the camera is refused before its pixels are decoded.
+/// Decodes a depth image into `depth`, which is emptied first and keeps its capacity. Returns width, height
+/// and the buffer. An image of another size than the camera is refused before its pixels are decoded.
 pub(crate) fn decode_depth(
     path: &Path,
     depth_scale: f64,
@@ -118,7 +118,7 @@ pub(crate) fn decode_depth_png(
     Ok((width, height, depth))
 }
 
-/// Decodes a colour image into `colors`, which keeps its capacity; gives width, height and the buffer.
+/// Decodes a colour image into `colors`, which keeps its capacity. Returns width, height and the buffer.
 pub(crate) fn decode_color(
     path: &Path,
     camera: Option<&PinholeCamera>,
@@ -138,7 +138,7 @@ pub(crate) fn decode_color_picture(
 ) -> Result<(usize, usize, Vec<Rgb>), Error> {
     let file = Cursor::new(picture);
     if picture.starts_with(b"\xff\xd8") {
-        // The decoder fills up a picture that breaks off with grey, silently.
+        // The decoder silently fills the missing part of a truncated picture with grey.
         if !has_jpeg_end(picture) {
             return Err(Error::malformed(path, "the JPEG is truncated: it has no end marker"));
         }
@@ -175,7 +175,7 @@ fn read_file(path: &Path, buffer: &mut Vec<u8>) -> Result<(), Error> {
     Ok(())
 }
 
-/// The size of a picture; an error when it is not the camera's, or so large that no camera has it.
+/// The size of a picture; an error when it is not the camera's or, without a camera, above the limit.
 fn checked_size(
     path: &Path,
     decoder: &impl ImageDecoder,
@@ -214,8 +214,8 @@ fn undecodable(path: &Path) -> impl FnOnce(image::ImageError) -> Error {
     move |error| Error::malformed(path, error.to_string())
 }
 
-/// Whether a JPEG has its end marker. Segments before the picture (a thumbnail is one) have lengths and are
-/// jumped over; in the picture's own data a byte 0xff is always followed by 0 unless it begins a marker.
+/// Whether a JPEG has its end marker. Segments before the image data (one may hold a thumbnail) are skipped
+/// by their lengths. In the image data a byte 0xff is always followed by 0 unless it begins a marker.
 fn has_jpeg_end(file: &[u8]) -> bool {
     let mut at = 2;
     while let Some(&[0xff, marker, high, low]) = file.get(at..at + 4) {

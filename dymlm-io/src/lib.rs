@@ -1,22 +1,22 @@
 //! Reads TUM RGB-D datasets and detections, reads and writes PLY, PCD and map folders.
 //!
-//! Nothing that computes depends on this crate: it turns files into the vocabulary of [`dymlm_core`] and
-//! back.
+//! Nothing that computes depends on this crate: it only converts between files and the types of
+//! [`dymlm_core`].
 //!
 //! - [`TumDataset`], [`TumWriter`]: posed RGB-D sequences; [`Trajectory`]: poses over time, interpolated,
 //!   never extrapolated.
-//! - [`DetectionFile`] (JSON lines) and [`YoloFolder`]: what a 2D detector found in the frames.
+//! - [`DetectionFile`] (JSON lines) and [`YoloFolder`]: a 2D detector's results for the frames.
 //! - [`read_ply`], [`write_ply`], [`read_pcd`], [`write_pcd`]: point clouds.
 //! - [`MapFolderWriter`], [`MapFolder`]: a folder of files with a manifest, written so that a crash never
-//!   leaves half of it; [`write_atomically`]: the same for one file.
+//!   leaves it half-written; [`write_atomically`]: the same for one file.
 //! - `McapRecording` (feature `mcap`): ROS 2 bags in MCAP as posed RGB-D frames with detections;
 //!   `McapWriter`: sessions and their maps for viewers such as Foxglove and Rerun.
 //! - `encode_glb` (feature `gltf`): a map as glTF.
 //! - [`PlaneRecord`], [`ObjectRecord`]: `planes.json` and `objects.json`.
 //! - [`write_png`], [`write_depth_png`] and their readers.
 //!
-//! Every [`Error`] names the file, and the line where there is one. Files are not trusted: a count in a
-//! header is never believed before the bytes for it are there, and nothing panics on any input.
+//! Every [`Error`] names the file, and the line where one is known. Files are not trusted: no memory is
+//! allocated for a count in a header before the bytes for it are there, and no input causes a panic.
 
 #[cfg(feature = "mcap")]
 mod bag;

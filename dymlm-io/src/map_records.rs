@@ -13,7 +13,7 @@ use crate::Error;
 /// A finite plane of a map, as `planes.json` holds it: normal . x + d = 0 in the world, metres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlaneRecord {
-    /// Stable name of the plane in its map.
+    /// Stable id of the plane in its map.
     pub id: u64,
     /// Unit normal, towards the side that the plane was seen from.
     pub normal: [f64; 3],
@@ -28,24 +28,25 @@ pub struct PlaneRecord {
     /// Number of voxels of points on it.
     pub inliers: usize,
     /// Closed rings of points on the plane, the first point not repeated: an outline, its holes, the next
-    /// outline. Seen from where the normal points to, outlines run counterclockwise and holes clockwise.
+    /// outline. Seen from the side that the normal points to, outlines run counterclockwise and holes
+    /// clockwise.
     pub boundary: Vec<Vec<[f64; 3]>>,
 }
 
-/// What an object is drawn as.
+/// The shape that an object is drawn as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ShapeRecord {
     /// A box.
     Cuboid,
-    /// An ellipsoid in that box.
+    /// An ellipsoid inscribed in the object's box.
     Ellipsoid,
 }
 
 /// An object of a map, as `objects.json` holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObjectRecord {
-    /// Stable name of the object in its map.
+    /// Stable id of the object in its map.
     pub id: u64,
     /// Class label.
     pub label: String,
@@ -75,8 +76,8 @@ struct Objects<List> {
     objects: List,
 }
 
-/// A colour for an id of a plane or object that neighbouring ids do not share: hues a golden ratio of the
-/// circle apart.
+/// The colour of a plane's or object's id. Successive hues differ by the golden ratio of a full circle, so
+/// that neighbouring ids have different colours.
 pub fn id_color(id: u64) -> Rgb {
     let hue = (id as f64 * 0.618_033_988_75).fract() * 6.0;
     let value = if id.is_multiple_of(2) { 230.0 } else { 175.0 };

@@ -1,4 +1,4 @@
-//! The scalar types of point clouds' fields.
+//! The scalar types of the fields of point clouds.
 
 /// Scalar type of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,11 +27,11 @@ impl Scalar {
         }
     }
 
-    /// The value whose little-endian bytes come first in `bytes`; 64-bit integers beyond 2^53 are rounded.
+    /// The value in the first [`Self::size`] little-endian bytes; 64-bit integers beyond 2^53 are rounded.
     #[inline]
     pub(crate) fn to_f64(self, bytes: [u8; 8]) -> f64 {
         let unsigned = u64::from_le_bytes(bytes);
-        // Shifted up and down again, so that the sign is kept and what follows is dropped.
+        // Shifting up and down again keeps the sign and drops the bytes after the value.
         let beyond = 64 - 8 * self.size();
         match self {
             Self::F32 => f32::from_bits(unsigned as u32).into(),

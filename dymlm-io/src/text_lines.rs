@@ -1,8 +1,8 @@
 //! Lines and numbers of the text files.
 
-/// The lines of a file that hold something, with their numbers from 1: blank lines and comments (`#`) are
-/// passed over, line ends of any system and a byte order mark are taken off. A line that is no UTF-8 is an
-/// error of its own.
+/// The lines of a file that hold something, with their numbers from 1. Blank lines and comments (`#`) are
+/// skipped; line ends of any system and a byte order mark are removed. A line that is not UTF-8 is an error
+/// of its own.
 pub(crate) fn content_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, Result<&str, String>)> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     bytes.split(|&byte| byte == b'\n').enumerate().filter_map(|(index, line)| {
@@ -12,7 +12,7 @@ pub(crate) fn content_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, Result
     })
 }
 
-/// A finite number.
+/// Parses a finite number.
 pub(crate) fn number(field: &str) -> Result<f64, String> {
     match field.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -20,7 +20,7 @@ pub(crate) fn number(field: &str) -> Result<f64, String> {
     }
 }
 
-/// A piece of a file for a message: in quotes, escaped, and short.
+/// A piece of a file as it is quoted in messages: escaped and shortened.
 pub(crate) fn quoted(piece: &str) -> String {
     const LONGEST: usize = 60;
     let start: String = piece.chars().take(LONGEST).collect();

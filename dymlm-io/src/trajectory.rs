@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::text_lines::{content_lines, number};
 use crate::{Error, UncoveredTime, write_atomically};
 
-/// Where the camera was at one time.
+/// A camera pose at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StampedPose {
     /// Time, seconds.
@@ -17,7 +17,7 @@ pub struct StampedPose {
     pub world_from_camera: Pose,
 }
 
-/// A stretch of time between two poses of a trajectory that is too long to interpolate over.
+/// A time interval between two poses of a trajectory that is too long for interpolation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryGap {
     /// Time of the last pose before the gap, seconds.
@@ -28,9 +28,10 @@ pub struct TrajectoryGap {
 
 /// Camera poses over time, in time order.
 ///
-/// Read and written as TUM trajectories: a line `timestamp tx ty tz qx qy qz qw` a pose, camera to world,
-/// metres; lines that begin with `#` are comments. Between two poses the translation is interpolated linearly
-/// and the rotation on the shorter great circle (slerp: Shoemake 1985). Nothing is ever extrapolated.
+/// Read and written as TUM trajectories: one pose per line, `timestamp tx ty tz qx qy qz qw`, camera to
+/// world, metres; lines that begin with `#` are comments. Between two poses the translation is interpolated
+/// linearly and the rotation on the shorter great circle (slerp: Shoemake 1985). Nothing is ever
+/// extrapolated.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -50,23 +51,22 @@ pub struct Trajectory {
     poses: Vec<StampedPose>,
 }
 
-/// What a trajectory file holds, line by line.
+/// The content of a trajectory file.
 #[derive(Debug)]
 pub(crate) struct TrajectoryFile {
     pub(crate) trajectory: Trajectory,
-    /// The line of each pose.
+    /// Line number of each pose.
     pub(crate) lines: Vec<usize>,
-    /// The lines that are no poses.
+    /// Errors of the lines that cannot be used.
     pub(crate) faults: Vec<Error>,
 }
 
 impl Trajectory {
-    /// A time within so many seconds of a pose's own has that pose, even beside a gap or at the trajectory's
-    /// ends: files that give the same time with 4 and with 6 decimals mean one time.
+    /// A time within this many seconds of a pose's own time has that pose, even beside a gap or at the ends:
+    /// files that give one time with 4 and with 6 decimals mean the same time.
     pub const SAME_TIME: f64 = 1e-4;
 
-    /// A trajectory of the given poses, which may come in any order. Of two poses at the same time the first
-    /// stays.
+    /// A trajectory of the given poses, in any order. Of two poses with the same time the first is kept.
     ///
     /// # Errors
     ///
@@ -84,15 +84,15 @@ impl Trajectory {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] when the file cannot be read; [`Error::Line`] for the first line that is no pose, or
-    /// that gives another pose for a time given before.
+    /// [`Error::Io`] when the file cannot be read; [`Error::Line`] for the first line that is not a pose, or
+    /// that gives another pose for the time of an earlier line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let file = TrajectoryFile::read(path.as_ref())?;
         file.faults.into_iter().next().map_or(Ok(file.trajectory), Err)
     }
 
-    /// Writes a TUM trajectory, atomically. Numbers are written with as many digits as reading them back
-    /// needs.
+    /// Writes a TUM trajectory, atomically. Numbers are written with all digits that are needed to read the
+    /// same value back.
     ///
     /// # Errors
     ///
@@ -121,7 +121,7 @@ impl Trajectory {
         &self.poses
     }
 
-    /// The pose at a time in seconds: a pose's own within [`Self::SAME_TIME`] of it, else interpolated
+    /// The pose at a time in seconds: a given pose within [`Self::SAME_TIME`] of it, else a pose interpolated
     /// between the two poses around it when they are at most `max_gap` seconds apart.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ impl Trajectory {
         }
     }
 
-    /// The stretches between two poses longer than `max_gap` seconds, in time order.
+    /// The intervals between successive poses that are longer than `max_gap` seconds, in time order.
     pub fn gaps(&self, max_gap: f64) -> Vec<TrajectoryGap> {
         let neighbours = self.poses.windows(2).filter_map(|pair| Some((pair.first()?, pair.last()?)));
         neighbours
@@ -159,7 +159,7 @@ impl Trajectory {
 }
 
 impl TrajectoryFile {
-    /// Reads what can be read, and tells the lines that cannot.
+    /// Reads all lines that can be used, and lists the errors of the others.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let bytes = fs::read(path).map_err(Error::io(path))?;
         let mut faults = Vec::new();
@@ -170,7 +170,7 @@ impl TrajectoryFile {
                 Err(reason) => faults.push(Error::line(path, line, reason)),
             }
         }
-        // The sort is stable: of two lines with one time the first of the file stays.
+        // The sort is stable: of two lines with the same time the first in the file is kept.
         stamped.sort_by(|a, b| a.0.timestamp.total_cmp(&b.0.timestamp));
         stamped.dedup_by(|(later, line), (first, first_line)| {
             let again = later.timestamp == first.timestamp;
@@ -184,19 +184,19 @@ impl TrajectoryFile {
         Ok(Self { trajectory: Trajectory { poses }, lines, faults })
     }
 
-    /// The line of the last pose at or before a time, or of the first pose; 1 when there is none.
+    /// The line of the last pose at or before a time, or of the first pose; 1 when there are no poses.
     pub(crate) fn line_at(&self, timestamp: f64) -> usize {
         let after = self.trajectory.poses.partition_point(|pose| pose.timestamp <= timestamp);
         self.lines.get(after.saturating_sub(1)).copied().unwrap_or(1)
     }
 }
 
-/// Whether two neighbours are too far apart. The least excess is rounding: 0.3 - 0.1 is more than 0.2.
+/// Whether two successive poses are too far apart. A tiny excess is rounding: 0.3 - 0.1 is more than 0.2.
 fn is_gap(a: &StampedPose, b: &StampedPose, max_gap: f64) -> bool {
     b.timestamp - a.timestamp > max_gap + Trajectory::SAME_TIME
 }
 
-/// The pose whose own time this is, the nearer of the two.
+/// The nearer of two poses, if `timestamp` is within [`Trajectory::SAME_TIME`] of its time.
 fn own_pose(previous: Option<&StampedPose>, next: Option<&StampedPose>, timestamp: f64) -> Option<Pose> {
     let distance = |pose: &&StampedPose| (pose.timestamp - timestamp).abs();
     [previous, next]

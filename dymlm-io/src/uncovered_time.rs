@@ -1,4 +1,4 @@
-/// A time at which a trajectory gives no pose.
+/// Why a trajectory gives no pose at a time.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UncoveredTime {
@@ -35,7 +35,7 @@ pub enum UncoveredTime {
         from: f64,
         /// Time of the first pose after the gap, seconds.
         to: f64,
-        /// Longest gap that is interpolated over, seconds.
+        /// Longest time between poses that is interpolated over, seconds.
         max_gap: f64,
     },
 }

@@ -6,13 +6,13 @@ use tempfile::NamedTempFile;
 
 use crate::Error;
 
-/// Writes a file so that it is there whole or not at all: under a temporary name in the same folder, flushed
-/// to the disk, then renamed. An older file of that name stays as it is until the new one is complete.
+/// Writes a file completely or not at all: under a temporary name in the same folder, flushed to the disk,
+/// then renamed. An older file of that name stays as it is until the new one is complete.
 ///
 /// # Errors
 ///
-/// [`Error::Io`] when the folder cannot be written; [`Error::Content`] when `write` fails. Either way nothing
-/// is left behind and nothing is changed.
+/// [`Error::Io`] when the folder cannot be written; [`Error::Content`] when `write` fails. Either way no
+/// temporary file is left behind and nothing is changed.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;
@@ -40,7 +40,7 @@ where
     Ok(())
 }
 
-/// The folder that a path lies in; `.` for a bare name.
+/// The parent folder of a path; `.` for a bare name.
 pub(crate) fn parent_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
@@ -48,8 +48,8 @@ pub(crate) fn parent_of(path: &Path) -> PathBuf {
     }
 }
 
-/// A temporary file with the permissions of an ordinary new file: temporary ones are the owner's alone
-/// otherwise, and would stay so after the rename.
+/// A temporary file with the permissions of an ordinary new file. Without them, the file would be readable by
+/// its owner alone, even after the rename.
 fn named_temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".dymlm-");
@@ -62,8 +62,8 @@ fn named_temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Makes a rename in `folder` last through a power cut, where the system can: not every file system flushes
-/// folders, and the rename itself is done.
+/// Flushes `folder`, so that a rename in it survives a power cut. Errors are ignored: not every file system
+/// can flush folders, and the rename itself is done.
 pub(crate) fn sync_folder(folder: &Path) {
     if let Ok(opened) = fs::File::open(folder) {
         opened.sync_all().ok();

@@ -9,9 +9,9 @@ use crate::text_lines::{content_lines, number, quoted};
 
 /// A folder of YOLO text files, one per image and named after it: `rgb/000005.jpg` has `000005.txt`.
 ///
-/// A line is `class cx cy w h [score]`: the class's number from 0, the box's centre and size in parts of the
-/// image's width and height, and the score, 1 when it is left out. An image without a file has no detections:
-/// detectors write none then.
+/// A line is `class cx cy w h [score]`: the class's number from 0, the box's centre and size as fractions of
+/// the image's width and height, and the score, which is 1 if left out. An image without a file has no
+/// detections, since detectors write no empty files.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;
@@ -33,11 +33,11 @@ pub struct YoloFolder {
     height: usize,
 }
 
-/// Reads class names, one a line, in the order of their numbers; empty lines at the end are no names.
+/// Reads class names, one per line, from class 0 on; empty lines at the end are ignored.
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] when the file is no UTF-8.
+/// [`Error::Io`]; [`Error::Malformed`] when the file is not UTF-8.
 pub fn read_class_names(path: impl AsRef<Path>) -> Result<Vec<String>, Error> {
     let path = path.as_ref();
     let bytes = fs::read(path).map_err(Error::io(path))?;
@@ -66,7 +66,7 @@ impl YoloFolder {
         Ok(Self { folder: folder.to_path_buf(), names, width, height })
     }
 
-    /// What was found in an image, given by its path; of that, the name without its extension counts.
+    /// The detections in an image, given by its path. Only the file name without its extension matters.
     ///
     /// # Errors
     ///
@@ -109,7 +109,7 @@ impl YoloFolder {
             *value = number(column)?;
         }
         let [cx, cy, w, h, score] = values;
-        // Detectors round; more than a hundredth beyond the image is no normalized box.
+        // Detectors round; a box that exceeds the image by more than a hundredth is not normalized.
         if [cx, cy, w, h].iter().any(|part| !(-0.01..=1.01).contains(part)) {
             return Err(format!("the box {cx} {cy} {w} {h} is not in parts of the image (0..=1)"));
         }

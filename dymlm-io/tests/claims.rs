@@ -1,5 +1,5 @@
-//! Small files that claim much, and lists in which all is the same: shown by what they allocate, and how time
-//! grows.
+//! Small files that claim large contents, and lists whose entries are all the same: tested by the memory that
+//! they allocate and the growth of the time.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 #[allow(dead_code, reason = "of what spoils a dataset not all is needed here")]
@@ -21,7 +21,7 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// As many fields or properties of different names.
+/// The given number of different names of fields or properties.
 fn names(count: usize) -> String {
     (0..count).fold(String::new(), |mut names, i| {
         write!(names, " f{i}").unwrap();
@@ -74,12 +74,12 @@ fn frames_of_one_time_take_as_much_as_others() {
     let region = Region::new(ALLOCATOR);
     let opened = TumDataset::open(dataset.folder.path(), &TumOptions::default()).unwrap();
     assert_eq!(opened.frames().len(), FRAMES);
-    // Other tests allocate at the same time, some ten megabytes; all pairs would be 400.
+    // Other tests allocate some ten megabytes at the same time; a list of all pairs would take 400.
     let allocated = region.change().bytes_allocated;
     assert!(allocated < 100 << 20, "{allocated} bytes");
 }
 
-/// A PNG that claims other sides than it has pixels for.
+/// Makes a PNG claim another width and height than it has pixels for.
 fn claim(path: &std::path::Path, sides: [u32; 2]) {
     let mut file = fs::read(path).unwrap();
     for (place, side) in [16, 20].into_iter().zip(sides) {

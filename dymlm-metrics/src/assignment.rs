@@ -1,11 +1,10 @@
 use dymlm_geometry::Assignment;
 
-/// Weight of a whole intersection over union, in fixed point: sums of assignments compare exactly, on every
-/// machine.
+/// Fixed-point weight of an intersection over union of 1: sums of integers compare exactly on every machine.
 pub(crate) const ONE: i64 = 1 << 32;
 
 /// Pairs rows with columns so that the sum of the pairs' weights is greatest; only pairs of positive weight
-/// are made. Answers (row, column), by ascending row.
+/// are made. Returns (row, column) by ascending row.
 pub(crate) fn assign(
     rows: usize,
     columns: usize,

@@ -4,16 +4,17 @@ use crate::nearest::{MATCHED, MATCHED_THIN, OFF_SURFACE, is_finite, share_within
 use crate::share::share;
 use crate::{SpaceTruth, Spread};
 
-/// How far a cloud is from the truth. With d(p) the distance of a point p of the cloud to the nearest static
-/// surface, and n the number of finite points:
+/// Distances between a cloud and the truth. With d(p) the distance of a point p of the cloud to the nearest
+/// static surface, and n the number of finite points:
 ///
 /// - residue = #{p: d(p) > 6 cm, p in the volume swept by movers} / n,
 /// - stray = #{p: d(p) > 6 cm, p outside that volume} / n,
 /// - completeness = #{s: some p within 5 cm of s} / #{s} over the visible surface points s of the truth,
-/// - completeness near people: the same over those points s that the truth says are near people,
-/// - completeness of thin things: the same over those points s that the truth says are on thin things, and
-///   within 2 cm,
-/// - median and 95 % quantile of d over the n points (the smallest d that is not exceeded by that share).
+/// - completeness near people: the same over those points s that are near people according to the truth,
+/// - completeness of thin things: the same over those points s that are on thin things according to the
+///   truth, and within 2 cm,
+/// - median and 95 % quantile of d over the n points (the smallest d that this share of the points does not
+///   exceed).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -24,8 +25,8 @@ pub struct CloudScore {
     /// Share of the points further than 6 cm from every static surface and outside the volume swept by
     /// movers, 0..=1.
     pub stray: f64,
-    /// Share of the visible surface points with a point of the cloud within 5 cm, 0..=1; 1 when none is
-    /// visible.
+    /// Share of the visible surface points with a point of the cloud within 5 cm, 0..=1; 1 when there are no
+    /// visible points.
     pub completeness: f64,
     /// The same share of the visible points near people ([`SpaceTruth::near_people`]), 0..=1; `None` when
     /// there are none.
@@ -35,11 +36,11 @@ pub struct CloudScore {
     pub completeness_of_thin_things: Option<f64>,
     /// Median distance of the points to the nearest static surface, metres.
     pub median_distance: f64,
-    /// 95 % quantile of the same distance, metres.
+    /// 95 % quantile of that distance, metres.
     pub p95_distance: f64,
-    /// Number of points scored: the finite ones.
+    /// Number of points scored: only finite points.
     pub points: usize,
-    /// Number of visible surface points asked for.
+    /// Number of visible surface points compared.
     pub visible_points: usize,
 }
 

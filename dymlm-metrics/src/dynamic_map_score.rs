@@ -6,22 +6,23 @@ use crate::nearest::{CELL, MATCHED, Neighbors};
 use crate::share::share;
 use crate::voxel_means::{VoxelMeans, readings};
 
-/// Which of all readings a cleaned map keeps: static and dynamic accuracy as the `DynamicMap` benchmark has
-/// them (Zhang, Duberg, Geng, Jia, Wang, Jensfelt: "A Dynamic Points Removal Benchmark in Point Cloud Maps",
-/// ITSC 2023).
+/// Scores which readings a cleaned map keeps: static and dynamic accuracy as defined by the `DynamicMap`
+/// benchmark (Zhang, Duberg, Geng, Jia, Wang, Jensfelt: "A Dynamic Points Removal Benchmark in Point Cloud
+/// Maps", ITSC 2023).
 ///
-/// The readings of all frames, in the world, are the ground truth, each labelled static or dynamic by the
-/// frame's exact mask. The map keeps a reading when one of its points lies within the tolerance, and
-/// otherwise has removed it:
+/// The readings of all frames, in the world, are the ground truth. The frame's exact mask labels each as
+/// static or dynamic. The map keeps a reading if one of its points is within the tolerance; otherwise it has
+/// removed it:
 ///
 /// - SA = static readings kept / static readings,
 /// - DA = dynamic readings removed / dynamic readings,
 /// - AA = sqrt(SA DA), the associated accuracy,
 /// - HA = 2 SA DA / (SA + DA), the harmonic accuracy.
 ///
-/// The benchmark asks for each reading by itself. Here those of one label in a voxel are asked for together,
-/// at their mean, and count as many as they are; so memory does not grow with the frames. A mover's reading
-/// within the tolerance of a static surface, such as a foot's, counts as kept, there as here.
+/// The benchmark compares each reading by itself. Here, the readings of one label in a voxel are compared
+/// together, at their mean, and count by their number, so that memory does not grow with the number of
+/// frames. As in the benchmark, a mover's reading within the tolerance of a static surface, such as a foot's,
+/// counts as kept.
 ///
 /// Adding a frame of n pixels costs O(n), scoring O(m log m) in the numbers of voxels and points of the map.
 ///
@@ -29,7 +30,7 @@ use crate::voxel_means::{VoxelMeans, readings};
 /// use dymlm_core::{DepthImage, Frame, Mask, PinholeCamera, Pose};
 /// use dymlm_metrics::DynamicMapScorer;
 ///
-/// // A wall, and somebody before the right half of it.
+/// A wall, and somebody in front of its right half.
 /// let camera = PinholeCamera::new(2, 1, 1.0, 1.0, 0.5, 0.0)?;
 /// let frame = Frame::new(0.0, camera, DepthImage::new(2, 1, vec![2.0, 1.0])?, None)?;
 /// let movers = Mask::new(2, 1, vec![false, true])?;
@@ -49,7 +50,7 @@ pub struct DynamicMapScorer {
     dynamic_readings: VoxelMeans,
 }
 
-/// What [`DynamicMapScorer::score`] finds.
+/// The result of [`DynamicMapScorer::score`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -58,9 +59,9 @@ pub struct DynamicMapScore {
     pub static_accuracy: Option<f64>,
     /// DA: share of the dynamic readings that the map has removed, 0..=1; `None` when there are none.
     pub dynamic_accuracy: Option<f64>,
-    /// AA: geometric mean of SA and DA; `None` when one of them is.
+    /// AA: geometric mean of SA and DA; `None` when one of them is `None`.
     pub associated_accuracy: Option<f64>,
-    /// HA: harmonic mean of SA and DA, 0 when both are; `None` when one of them is.
+    /// HA: harmonic mean of SA and DA, 0 when both are 0; `None` when one of them is `None`.
     pub harmonic_accuracy: Option<f64>,
     /// Number of static readings.
     pub static_readings: u64,
@@ -69,17 +70,17 @@ pub struct DynamicMapScore {
 }
 
 impl DynamicMapScorer {
-    /// A scorer without readings, for those within `depths`, metres: as far as maps use the sensor.
+    /// A scorer without readings. It will use readings within `depths`, metres: the range that maps use.
     pub fn new(depths: RangeInclusive<f32>) -> Self {
         let none = VoxelMeans::new(CELL);
         Self { depths, static_readings: none.clone(), dynamic_readings: none }
     }
 
-    /// Adds the readings of a frame within range; `movers` is `true` where a pixel shows a mover.
+    /// Adds the readings of a frame within the range; `movers` is `true` where a pixel shows a mover.
     ///
     /// # Errors
     ///
-    /// [`Error::SizeMismatch`] when the mask is of another size; nothing is added.
+    /// [`Error::SizeMismatch`] when the mask has another size; nothing is added.
     pub fn add_frame(&mut self, frame: &Frame, movers: &Mask, world_from_camera: &Pose) -> Result<(), Error> {
         frame.camera().check_size("the mask of the movers", movers.width(), movers.height())?;
         let width = movers.width();
@@ -91,8 +92,8 @@ impl DynamicMapScorer {
         Ok(())
     }
 
-    /// Scores the points of a map in the world: of a cloud, or the centres of an octree's occupied cells.
-    /// Points that are not finite are passed over; their order and number do not matter.
+    /// Scores the points of a map in the world: those of a cloud, or the centres of an octree's occupied
+    /// cells. Points that are not finite are ignored; the points' order and repetition do not matter.
     pub fn score(&self, map: &[Point]) -> DynamicMapScore {
         let map = Neighbors::of(map);
         let [(statics, kept_statics), (dynamics, kept_dynamics)] =
@@ -113,9 +114,9 @@ impl DynamicMapScorer {
     }
 }
 
-/// How many readings there are, and how many of them a map keeps.
+/// The number of readings, and the number of them that a map keeps.
 fn count_kept(readings: &VoxelMeans, map: &Neighbors) -> (u64, u64) {
-    // In the order of the lattice: searches that follow each other go the same way through the tree.
+    // In lattice order, successive searches take similar paths through the tree.
     readings.voxels().iter().fold((0, 0), |(all, kept), voxel| {
         let is_kept = map.reach(voxel.mean(), MATCHED);
         (all + voxel.points, kept + if is_kept { voxel.points } else { 0 })

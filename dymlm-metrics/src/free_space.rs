@@ -4,22 +4,22 @@ use dymlm_core::{DepthImage, Error, Frame, Mask, Point, Pose};
 
 use crate::SeenPoints;
 
-/// Points of the air that readings were seen through: samples along the rays of a grid of pixels, from the
-/// camera to the reading or the exact surface, whichever is nearer.
+/// Points in free space that were looked through: samples along the rays of a grid of pixels, from the camera
+/// to the reading or the exact surface, whichever is nearer.
 ///
-/// The grid of pixels moves from frame to frame, so that a camera at rest sees through all of its image in
-/// time.
+/// The grid of pixels shifts from frame to frame, so that a camera at rest covers all of its image in time.
 #[derive(Debug, Clone)]
 pub(crate) struct FreeSpace {
     depths: RangeInclusive<f32>,
     samples: SeenPoints,
 }
 
-/// Side of the cubes that free space is sampled by, and the step along rays, metres: the cells of usual maps.
+/// Side of the cubes into which free space is thinned, and step along rays, metres: the size of usual map
+/// cells.
 const SAMPLE_DISTANCE: f64 = 0.05;
-/// Frames that must look through a cube before a map is asked for it.
+/// Number of frames that must look through a cube before maps are scored there.
 const MIN_VIEWS: u32 = 3;
-/// Rays looked along in a frame, about. They cost about 6 ms.
+/// Approximate number of rays per frame; these cost about 6 ms.
 const RAYS_PER_FRAME: u32 = 2500;
 
 impl FreeSpace {
@@ -53,12 +53,12 @@ impl FreeSpace {
         Ok(())
     }
 
-    /// The points that at least three frames looked through, one a cube.
+    /// The points that at least three frames looked through, one per cube.
     pub(crate) fn points(&self) -> Vec<Point> {
         self.samples.points(MIN_VIEWS)
     }
 
-    /// Every how many pixels there is a ray, so that a frame has about as many as wanted.
+    /// Distance between the pixels of rays, chosen so that a frame has about [`RAYS_PER_FRAME`].
     fn pixel_stride(pixels: usize) -> usize {
         (pixels as f64 / f64::from(RAYS_PER_FRAME)).sqrt().round().max(1.0) as usize
     }
@@ -67,11 +67,11 @@ impl FreeSpace {
         reading > 0.0 && self.depths.contains(&reading)
     }
 
-    /// Samples the way from the camera to a surface.
+    /// Samples the segment from the camera to a surface.
     fn look_along(&mut self, eye: [f64; 3], end: [f64; 3]) {
         let way: [f64; 3] = std::array::from_fn(|axis| end[axis] - eye[axis]);
         let length = way.iter().map(|c| c * c).sum::<f64>().sqrt();
-        // The last whole step stays before the surface.
+        // The last whole step ends in front of the surface.
         let steps = (length / SAMPLE_DISTANCE).ceil() - 1.0;
         for step in 1..=steps.max(0.0) as u32 {
             let part = f64::from(step) * SAMPLE_DISTANCE / length;

@@ -1,12 +1,12 @@
 //! Scores of a map against the truth, as plain data: points, cells, polygons, boxes.
 //!
-//! Nothing here renders or maps anything. Whoever has a map and knows what is there can score it: a cloud
-//! ([`score_cloud`]) and an occupancy grid or octree ([`OccupancyScorer`]) against a [`SpaceTruth`], planes
-//! ([`score_planes`]) and the thickness of a cloud's walls ([`score_walls`]) against [`TrueFace`]s, objects
-//! ([`score_objects`]) against [`TrueObject`]s, masks of movers ([`MaskScore`]), boxes of a tracker
-//! ([`TrackingScorer`]) and what a map keeps of all readings ([`DynamicMapScorer`]). A recording without
-//! movers is the truth of one with them: [`ReferenceCloud`]. The crate `dymlm-sim` renders sequences of which
-//! all of this truth is known exactly.
+//! This crate neither renders nor maps. It scores any map whose truth is known: a cloud ([`score_cloud`]) and
+//! an occupancy grid or octree ([`OccupancyScorer`]) against a [`SpaceTruth`], planes ([`score_planes`]) and
+//! the thickness of a cloud's walls ([`score_walls`]) against [`TrueFace`]s, objects ([`score_objects`])
+//! against [`TrueObject`]s, masks of movers ([`MaskScore`]), boxes of a tracker ([`TrackingScorer`]), and the
+//! readings that a map keeps ([`DynamicMapScorer`]). A recording without movers is the truth for a recording
+//! of the same place with movers: [`ReferenceCloud`]. The crate `dymlm-sim` renders sequences for which all
+//! of this truth is known exactly.
 
 mod assignment;
 mod cloud_score;

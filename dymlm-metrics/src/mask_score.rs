@@ -2,10 +2,10 @@ use dymlm_core::{DepthImage, Error, Mask};
 
 use crate::share::share;
 
-/// How well masks cover the movers, counted over the pixels with a depth reading and summed over frames.
+/// How well masks cover the movers, in pixels with a depth reading, summed over frames.
 ///
-/// - recall = masked mover pixels / mover pixels: what is not covered enters the map,
-/// - precision = masked mover pixels / masked pixels: the rest is background eaten by the mask.
+/// - recall = masked mover pixels / mover pixels: mover pixels that are not masked enter the map,
+/// - precision = masked mover pixels / masked pixels: the other masked pixels are background lost to the map.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Mask};

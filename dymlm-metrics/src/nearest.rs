@@ -3,23 +3,23 @@ use std::num::NonZero;
 use dymlm_core::Point;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
-/// Distance within which what a map holds stands for what is there, metres: the tolerance of the `DynamicMap`
+/// Distance within which a map's content matches the truth, metres: the tolerance of the `DynamicMap`
 /// benchmark, and the distance at which planes are associated.
 pub(crate) const MATCHED: f32 = 0.05;
-/// The same for surface of thin things, which has surface of others close by.
+/// The same for the surface of thin things, which is close to other surfaces.
 pub(crate) const MATCHED_THIN: f32 = 0.02;
-/// Distance beyond which a point of a map is on no surface, metres: three standard deviations of a Kinect's
-/// noise at 3.5 m.
+/// Distance beyond which a point of a map is off all surfaces, metres: three standard deviations of a
+/// Kinect's noise at 3.5 m.
 pub(crate) const OFF_SURFACE: f32 = 0.06;
 
-/// Side of the cells that surface is counted in, metres: areas of planes, readings of a label. Smaller ones
-/// count more exactly and take more memory; at this side shares are off by less than 2 %.
+/// Side of the cells in which surface is counted, metres: areas of planes, readings of a label. Smaller cells
+/// are more exact and take more memory; at this side, shares are off by less than 2 %.
 pub(crate) const CELL: f64 = 0.02;
 
-/// The finite ones of a set of points, to be asked for the nearest.
+/// The finite points of a set, for searches of the nearest one.
 #[derive(Debug)]
 pub(crate) struct Neighbors {
-    /// No tree of no points: its nearest would be an item that is not there.
+    /// `None` without points: in an empty tree, the nearest point would be one that does not exist.
     tree: Option<ImmutableKdTree<f32, 3>>,
 }
 
@@ -30,17 +30,17 @@ impl Neighbors {
         Self { tree }
     }
 
-    /// Distance to the nearest point, metres; infinite without one, or from a place that is not finite.
+    /// Distance to the nearest point, metres; infinite if there is none, or if `place` is not finite.
     pub(crate) fn distance(&self, place: Point) -> f32 {
         let Some(tree) = self.tree.as_ref().filter(|_| is_finite(&place)) else { return f32::INFINITY };
         let nearest = tree.query(&place).nearest_n::<SquaredEuclidean<f32>>(NonZero::<usize>::MIN).execute();
         nearest.first().map_or(f32::INFINITY, |found| found.distance.sqrt())
     }
 
-    /// Whether one of the points is within `reach` metres of a place.
+    /// Whether a point is within `reach` metres of a place.
     pub(crate) fn reach(&self, place: Point, reach: f32) -> bool {
         self.tree.as_ref().filter(|_| is_finite(&place)).is_some_and(|tree| {
-            // Not the nearest one of all: far from all points that search goes through half of the tree.
+            // Limited to `reach`: far from all points, an unlimited search visits half of the tree.
             let nearest = tree.query(&place).nearest_n::<SquaredEuclidean<f32>>(NonZero::<usize>::MIN);
             !nearest.within(reach * reach).execute().is_empty()
         })
@@ -51,7 +51,7 @@ pub(crate) fn is_finite(point: &Point) -> bool {
     point.iter().all(|c| c.is_finite())
 }
 
-/// Share of the `asked` points with one of `points` within `reach` metres; `None` when nothing is asked.
+/// Share of the `asked` points that have one of `points` within `reach` metres; `None` when `asked` is empty.
 pub(crate) fn share_within(asked: &[Point], points: &[Point], reach: f32) -> Option<f64> {
     let neighbors = Neighbors::of(points);
     let covered = asked.iter().filter(|&&point| neighbors.reach(point, reach)).count();

@@ -7,19 +7,19 @@ use crate::SpaceTruth;
 use crate::free_space::FreeSpace;
 use crate::nearest::OFF_SURFACE;
 
-/// What a map of space holds a point to be.
+/// The state of a point in a map of space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Occupancy {
-    /// Something is there.
+    /// The point is occupied.
     Occupied,
-    /// Nothing is there.
+    /// The point is free.
     Free,
-    /// Never seen.
+    /// The point was never observed.
     Unknown,
 }
 
-/// A cube of the world that a map holds occupied: a leaf of an octree, a voxel of a grid.
+/// An occupied cube of a map: a leaf of an octree, a voxel of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OccupiedCell {
@@ -31,23 +31,23 @@ pub struct OccupiedCell {
 
 /// Scores a map of occupied, free and unknown space, such as an octree, against the exact truth.
 ///
-/// It watches the frames that a map is made of, to know what the map can know: space that no reading was seen
-/// through and the inside of bodies are not scored. What is asked, for a map of cells of side r with the
-/// diagonal D = sqrt(3) r:
+/// It observes the frames from which the map is made, in order to know what the map can know: space that was
+/// never looked through and the inside of bodies are not scored. A map with cells of side r and diagonal D =
+/// sqrt(3) r is scored by:
 ///
-/// - **Free space**: points along the rays to readings of static surfaces, before the exact surface, that at
+/// - **Free space**: points on rays to readings of static surfaces, in front of the exact surface, that at
 ///   least three frames looked through, and further than 6 cm + D from every static surface: no cell that
-///   holds such a point has a reason to be occupied. -> [`FreeSpaceScore`]
-/// - **Visible surface** ([`SpaceTruth::visible_points`]): covered when an occupied cell lies within D / 2 of
-///   it. -> [`SurfaceScore`]
-/// - **Occupied cells**, by volume: the distance of their centres to the nearest static surface; off it when
-///   further than 6 cm + D / 2. -> [`OccupiedCellScore`]
+///   contains such a point should be occupied. -> [`FreeSpaceScore`]
+/// - **Visible surface** ([`SpaceTruth::visible_points`]): a point is covered when an occupied cell is within
+///   D / 2 of it. -> [`SurfaceScore`]
+/// - **Occupied cells**, by volume: the distance of their centres to the nearest static surface; a cell is
+///   off the surface when this is more than 6 cm + D / 2. -> [`OccupiedCellScore`]
 ///
-/// Rays that end on movers are not looked along: a map that leaves movers out knows nothing of them.
+/// Rays that end on movers are not used: a map that leaves movers out knows nothing of them.
 ///
-/// Observing costs about 6 ms a frame whatever its size, scoring O(n log n) in the numbers of cells and
-/// points, about a second for a room. Frames may be observed in any order, but which point of a cube is asked
-/// for depends on it.
+/// Observing costs about 6 ms per frame of any size, scoring O(n log n) in the numbers of cells and points,
+/// about a second for a room. Frames may be observed in any order, but the order decides which point of a
+/// cube is used.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Frame, Mask, PinholeCamera, Pose};
@@ -63,7 +63,7 @@ pub struct OccupiedCell {
 /// }
 /// let wall = (0..3072).map(|i| camera.back_project([(i % 64) as f64, (i / 64) as f64], 2.0));
 /// let truth = PointTruth::new(wall.map(|point| point.map(|c| c as f32)).collect(), &[], 0.1)?;
-/// // A map that holds everything free has no ghosts, and no surface either.
+/// A map that is free everywhere has no ghosts, and no surface either.
 /// let score = scorer.score(&truth, 0.05, &[], |_| Occupancy::Free)?;
 /// assert_eq!(score.free_space.map(|s| (s.free, s.ghosts)), Some((1.0, 0.0)));
 /// assert_eq!(score.surface.map(|s| (s.completeness, s.false_free)), Some((0.0, 1.0)));
@@ -74,86 +74,85 @@ pub struct OccupancyScorer {
     free_space: FreeSpace,
 }
 
-/// What [`OccupancyScorer::score`] finds.
+/// The result of [`OccupancyScorer::score`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct OccupancyScore {
-    /// How the map holds space that is free; `None` when no frame looked through any.
+    /// The map's state in free space; `None` when no free space was looked through.
     pub free_space: Option<FreeSpaceScore>,
-    /// How the map holds surface that was seen; `None` when none was.
+    /// The map's state at visible surface; `None` when there is none.
     pub surface: Option<SurfaceScore>,
-    /// How far occupied cells are from surfaces; `None` when there are none.
+    /// Distances of occupied cells from surfaces; `None` when there are no occupied cells.
     pub cells: Option<OccupiedCellScore>,
 }
 
-/// Shares of the free points by what the map holds them to be: `ghosts + stray + unknown + free` = 1.
+/// Shares of the free points by their state in the map: `ghosts + stray + unknown + free` = 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FreeSpaceScore {
-    /// Held occupied, 0..=1: `ghosts + stray`.
+    /// Occupied in the map, 0..=1: `ghosts + stray`.
     pub false_occupied: f64,
-    /// Held occupied and in the volume swept by movers, 0..=1.
+    /// Occupied, and in the volume swept by movers, 0..=1.
     pub ghosts: f64,
-    /// Held occupied and outside the volume swept by movers, 0..=1.
+    /// Occupied, and outside the volume swept by movers, 0..=1.
     pub stray: f64,
     /// Unknown, 0..=1.
     pub unknown: f64,
-    /// Held free, as they are, 0..=1.
+    /// Free, which is correct, 0..=1.
     pub free: f64,
-    /// Number of free points asked for.
+    /// Number of free points.
     pub points: usize,
-    /// Number of them in the volume swept by movers.
+    /// Number of free points in the volume swept by movers.
     pub swept_points: usize,
 }
 
-/// Shares of the visible surface points by what the map holds there: `completeness + false_free + unknown` =
-/// 1.
+/// Shares of the visible surface points by the map's state there: `completeness + false_free + unknown` = 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct SurfaceScore {
-    /// With an occupied cell within half a cell's diagonal, 0..=1.
+    /// Points with an occupied cell within half a cell's diagonal, 0..=1.
     pub completeness: f64,
-    /// Without one, and held free, 0..=1: where a robot would run into something.
+    /// Points without such a cell and free in the map, 0..=1: a robot would collide there.
     pub false_free: f64,
-    /// Without one, and not held free, 0..=1.
+    /// Points without such a cell and not free, 0..=1.
     pub unknown: f64,
-    /// Number of visible surface points asked for.
+    /// Number of visible surface points.
     pub points: usize,
 }
 
-/// Distances of the occupied cells' centres to the nearest static surface. Each cell counts by its volume; a
-/// cell larger than the smallest counts as so many of the smallest, as if it had not been pruned.
+/// Distances of the occupied cells' centres to the nearest static surface. Each cell counts by its volume: a
+/// larger cell counts as the number of smallest cells that fill it, as if it had not been pruned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct OccupiedCellScore {
-    /// Median of the distance, metres. That of a perfect map is about a fifth of the cells' side.
+    /// Median distance, metres. For a perfect map it is about a fifth of the cells' side.
     pub median_distance: f64,
     /// 95 % quantile of the distance, metres.
     pub p95_distance: f64,
-    /// Share of the volume off every surface and within the volume swept by movers, 0..=1.
+    /// Share of the volume that is off every surface and in the volume swept by movers, 0..=1.
     pub residue: f64,
-    /// Share of the volume off every surface and outside the volume swept by movers, 0..=1.
+    /// Share of the volume that is off every surface and outside the volume swept by movers, 0..=1.
     pub stray: f64,
-    /// Occupied volume in smallest cells.
+    /// Occupied volume, in smallest cells.
     pub cells: u64,
 }
 
-/// Most pieces along a side that a cell is taken apart into.
+/// Largest number of pieces along a side into which a cell is divided.
 const MAX_SPLIT: u32 = 16;
 
 impl OccupancyScorer {
-    /// A scorer that has seen nothing, for readings within `depths`, metres: as far as maps use the sensor.
+    /// A scorer without frames. It will use readings within `depths`, metres: the range that maps use.
     pub fn new(depths: RangeInclusive<f32>) -> Self {
         Self { free_space: FreeSpace::new(depths) }
     }
 
-    /// Notes which space a frame looks through: along rays to readings of static surface, as far as the
+    /// Notes the space that a frame looks through: along rays to readings of static surface, up to the
     /// reading or the exact depth, whichever is nearer. `movers` is `true` where a pixel shows a mover. Each
-    /// frame is to be shown once.
+    /// frame must be observed only once.
     ///
     /// # Errors
     ///
@@ -168,9 +167,9 @@ impl OccupancyScorer {
         self.free_space.observe(frame, exact_depth, movers, world_from_camera)
     }
 
-    /// Scores a map whose smallest cells have the side `resolution`, metres, 0.001..=100: its `occupied`
-    /// cells of any sizes, and what it holds the points of the world to be. Cells that are not finite or have
-    /// no size are passed over; their order does not matter.
+    /// Scores a map whose smallest cells have the side `resolution`, metres, 0.001..=100: by its `occupied`
+    /// cells of any sizes, and by the state `occupancy_at` of any point. Cells that are not finite or have no
+    /// size are ignored; their order does not matter.
     ///
     /// # Errors
     ///
@@ -193,7 +192,7 @@ impl OccupancyScorer {
     }
 }
 
-/// A cube of about the smallest size, and how many of the smallest fill it.
+/// A cube of about the smallest size, with the number of smallest cells that fill it.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     center: Point,
@@ -206,23 +205,24 @@ impl Piece {
         0.5 * 3.0_f32.sqrt() * self.size
     }
 
-    /// Distance of a point to the cube; 0 within.
+    /// Distance of a point from the cube; 0 inside.
     fn distance(&self, point: Point) -> f32 {
         let beyond = |axis: usize| ((point[axis] - self.center[axis]).abs() - 0.5 * self.size).max(0.0);
         (0..3).map(|axis| beyond(axis) * beyond(axis)).sum::<f32>().sqrt()
     }
 }
 
-/// Takes pruned cells apart into smallest ones.
+/// Divides pruned cells into smallest ones.
 fn split(occupied: &[OccupiedCell], resolution: f64) -> Vec<Piece> {
     let mut pieces = Vec::with_capacity(occupied.len());
     for &OccupiedCell { center, size } in occupied {
-        // A NaN fails every comparison.
+        // NaN fails every comparison.
         let is_cube = size > 0.0 && size < 1e9 && center.iter().all(|c| c.abs() < 1e9);
         if !is_cube {
             continue;
         }
-        // Smallest cells along a side; huge cells into fewer pieces, of as many smallest cells each.
+        // Number of smallest cells along a side. Huge cells are divided into fewer pieces of several smallest
+        // cells each.
         let whole = (size / resolution).round().max(1.0) as u64;
         let count = (1..=MAX_SPLIT).rev().find(|&count| whole.is_multiple_of(u64::from(count))).unwrap_or(1);
         let cells = (whole / u64::from(count)).saturating_pow(3);
@@ -293,12 +293,12 @@ fn score_surface(
     })
 }
 
-/// Which points have one of the cubes within `reach`.
+/// For each point, whether one of the cubes is within `reach`.
 fn covered(points: &[Point], pieces: &[Piece], reach: f32) -> Vec<bool> {
     let mut covered = vec![false; points.len()];
     let mut pieces = pieces.to_vec();
     pieces.sort_unstable_by(|a, b| a.size.total_cmp(&b.size));
-    // A tree for each size, so that a few large cubes do not make every search wide.
+    // One tree for each size, so that a few large cubes do not widen every search.
     for of_size in pieces.chunk_by(|a, b| a.size == b.size) {
         let centers: Vec<Point> = of_size.iter().map(|piece| piece.center).collect();
         let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&centers) else { continue };
@@ -335,8 +335,8 @@ fn score_cells(pieces: &[Piece], truth: &impl SpaceTruth) -> Option<OccupiedCell
     })
 }
 
-/// The smallest value that is not exceeded by `share` of the cells; the values ascend, each with its number
-/// of cells.
+/// The smallest value that `share` of the cells does not exceed. The values are ascending, each with its
+/// number of cells.
 fn quantile(ascending: &[(f32, u64)], total: u64, share: f64) -> Option<f64> {
     let wanted = (total as f64 * share).ceil() as u64;
     let mut passed = 0_u64;

@@ -3,14 +3,14 @@ use dymlm_core::{ConfigError, Frame, Point, Pose, check_range};
 use crate::nearest::{MATCHED, OFF_SURFACE, share_within};
 use crate::voxel_means::{Voxel, VoxelMeans, readings};
 
-/// All frames of a recording without movers stitched together as they are: what a map of the same recording
-/// with movers is compared with when there is no exact truth.
+/// All frames of a recording without movers, stitched together as they are. A map of the same place with
+/// movers is compared with it when there is no exact truth.
 ///
-/// Everything is counted in voxels of one lattice (corner at the world's origin); a voxel stands at the mean
-/// of the points in it, of the reference's readings or of the map's points:
+/// All shares are counted in voxels of one lattice (with a corner at the world's origin). A voxel's place is
+/// the mean of the points in it: the reference's readings or the map's points.
 /// - residue: share of the map's voxels further than 6 cm from every voxel of the reference,
-/// - completeness: share of the reference's voxels that at least three frames hit and that have a voxel of
-///   the map within 5 cm.
+/// - completeness: share of the reference's voxels hit by at least three frames that have a voxel of the map
+///   within 5 cm.
 ///
 /// Adding a frame of n pixels costs O(n), scoring O(m log m) in the number of voxels.
 ///
@@ -34,10 +34,10 @@ pub struct ReferenceCloud {
     voxels: VoxelMeans,
 }
 
-/// Frames that must hit a voxel of the reference before it is asked for.
+/// Number of frames that must hit a voxel of the reference before a map is asked for it.
 const MIN_FRAMES: u32 = 3;
 
-/// What [`ReferenceCloud::score`] finds.
+/// The result of [`ReferenceCloud::score`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -45,12 +45,12 @@ pub struct ReferenceScore {
     /// Share of the map's voxels further than 6 cm from every voxel of the reference, 0..=1; 0 for an empty
     /// map.
     pub residue: f64,
-    /// Share of the reference's voxels hit by at least three frames with a map voxel within 5 cm, 0..=1; 1
-    /// when there are no such voxels.
+    /// Share of the reference's voxels hit by at least three frames that have a map voxel within 5 cm, 0..=1;
+    /// 1 when there are no such reference voxels.
     pub completeness: f64,
     /// Number of voxels of the map.
     pub map_voxels: usize,
-    /// Number of voxels of the reference that at least three frames hit.
+    /// Number of voxels of the reference hit by at least three frames.
     pub reference_voxels: usize,
 }
 
@@ -71,17 +71,17 @@ impl ReferenceCloud {
         self.voxels.add_frame(readings.map(|(_, point)| point));
     }
 
-    /// Number of voxels that any frame hit.
+    /// Number of voxels hit by any frame.
     pub fn len(&self) -> usize {
         self.voxels.len()
     }
 
-    /// Whether no frame hit anything.
+    /// Whether no voxel was hit.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Scores the points of a map in the world frame. Points that are not finite are passed over.
+    /// Scores the points of a map in the world frame. Points that are not finite are ignored.
     pub fn score(&self, map: &[Point]) -> ReferenceScore {
         let mut gathered = VoxelMeans::new(self.voxel_size);
         gathered.add_frame(map.iter().map(|point| point.map(f64::from)));
@@ -96,7 +96,7 @@ impl ReferenceCloud {
     }
 }
 
-/// The means of the voxels that so many frames hit.
+/// Means of the voxels hit by at least `min_frames` frames.
 fn means(voxels: &VoxelMeans, min_frames: u32) -> Vec<Point> {
     voxels.voxels().iter().filter(|voxel| voxel.frames >= min_frames).map(Voxel::mean).collect()
 }

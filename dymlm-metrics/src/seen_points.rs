@@ -2,8 +2,8 @@ use dymlm_core::Point;
 
 use crate::voxel_key::{VoxelKey, VoxelMap};
 
-/// Points thinned to one a cube of a lattice, the first that came, with the number of frames that saw their
-/// cube.
+/// Points thinned to the first one in each cube of a lattice, with the number of frames that saw a point in
+/// the cube.
 #[derive(Debug, Clone)]
 pub struct SeenPoints {
     cubes_per_metre: f32,
@@ -19,18 +19,19 @@ struct Seen {
 }
 
 impl SeenPoints {
-    /// Nothing seen yet; cubes of side `cube` metres.
+    /// No points yet, in cubes of side `cube` metres.
     pub fn new(cube: f64) -> Self {
         Self { cubes_per_metre: (1.0 / cube) as f32, frames: 0, cubes: VoxelMap::default() }
     }
 
-    /// What is seen from now on is seen by another frame. Answers its number, counted from 1.
+    /// Begins the next frame, to which the points seen from now on belong. Returns its number, counted from
+    /// 1.
     pub fn next_frame(&mut self) -> u32 {
         self.frames = self.frames.saturating_add(1);
         self.frames
     }
 
-    /// The present frame sees a point; one that is not finite is passed over.
+    /// Adds a point that the present frame sees; a point that is not finite is ignored.
     #[inline]
     pub fn see(&mut self, point: Point) {
         let Some(cube) = VoxelKey::of(point, self.cubes_per_metre) else { return };
@@ -41,7 +42,7 @@ impl SeenPoints {
 
     /// The points of the cubes that at least `min_views` frames saw, in the order of the lattice.
     pub fn points(&self, min_views: u32) -> Vec<Point> {
-        // Sorted, so that the order of the hash table shows nowhere.
+        // Sorted, so that the order of the hash table has no effect.
         let often = self.cubes.iter().filter(|(_, seen)| seen.views >= min_views);
         let mut often: Vec<(VoxelKey, Point)> = often.map(|(&cube, seen)| (cube, seen.point)).collect();
         often.sort_unstable_by_key(|&(cube, _)| cube);

@@ -2,38 +2,38 @@ use dymlm_core::{ConfigError, Point, check_range};
 
 use crate::nearest::{Neighbors, is_finite};
 
-/// What a cloud or an occupancy map is scored against: where static surface is, where movers have been, and
-/// which of the surface could be seen. All in the frame of the map, metres.
+/// The truth for a cloud or an occupancy map: where static surface is, where movers have been, and which
+/// surface could be seen. All in the frame of the map, metres.
 ///
-/// `dymlm_sim::Truth` knows it exactly. Whoever has scans of the empty room has [`PointTruth`].
+/// `dymlm_sim::Truth` knows it exactly. With scans of the empty room, use [`PointTruth`].
 pub trait SpaceTruth {
-    /// Distance of a point to the nearest static surface, from outside or from within a body, metres;
+    /// Distance of a point to the nearest static surface, from outside or from inside a body, metres;
     /// infinite for a point that is not finite.
     fn surface_distance(&self, point: Point) -> f32;
 
-    /// Whether a point lies in the volume that movers filled at the times of the frames.
+    /// Whether a point is in the volume that movers filled at the times of the frames.
     fn swept_by_movers(&self, point: Point) -> bool;
 
-    /// Whether a point is so near to somebody that too large a mask, or a removal that goes too far, costs
-    /// it. By default nothing is.
+    /// Whether a point is so near to a person that it would be lost to too large a mask or too much removal.
+    /// The default is `false`.
     fn near_people(&self, _point: Point) -> bool {
         false
     }
 
-    /// Whether a point lies on something thin, which a map that smooths its surfaces may lose. By default
-    /// nothing is.
+    /// Whether a point is on something thin, which a map that smooths its surfaces may lose. The default is
+    /// `false`.
     fn on_thin_things(&self, _point: Point) -> bool {
         false
     }
 
-    /// Points of the static surface that a map of these frames is asked for, evenly spread.
+    /// Points of the static surface that a map of these frames should contain, evenly spread.
     fn visible_points(&self) -> Vec<Point>;
 }
 
-/// Truth from measured points: a scan of the static world, and the readings of movers.
+/// A truth made of measured points: a scan of the static world, and the readings of movers.
 ///
-/// Surface is as dense as the points: those of a scan should be no further apart than 2 cm, a third of the 6
-/// cm at which a point of a map counts as off all surface.
+/// The points stand for the surface: those of a scan should be at most 2 cm apart, a third of the 6 cm beyond
+/// which a point of a map is off all surfaces.
 ///
 /// ```
 /// use dymlm_core::PointCloud;
@@ -59,8 +59,8 @@ pub struct PointTruth {
 }
 
 impl PointTruth {
-    /// The static `surface`, and what movers filled: everything within `margin` metres, 0..=10, of their
-    /// readings. Points that are not finite are passed over.
+    /// A truth with the static `surface`, and a volume of movers within `margin` metres, 0..=10, of their
+    /// readings. Points that are not finite are ignored.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-/// How the errors of many things spread: the smallest values that half and 95 % of them do not exceed.
+/// The spread of errors: the smallest values that half and 95 % of the errors do not exceed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -10,7 +10,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// `None` when there are no values.
+    /// The spread of some values; `None` when there are none.
     pub(crate) fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_unstable_by(f64::total_cmp);
         let quantile = |percent: usize| {

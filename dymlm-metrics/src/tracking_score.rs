@@ -4,19 +4,20 @@ use dymlm_core::{BoundingBox, ConfigError, check_range};
 
 use crate::assignment::{ONE, assign};
 
-/// A box that belongs to somebody: an id that is the same in all frames.
+/// A box of a person or thing, whose id is the same in all frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IdentifiedBox {
-    /// Whose it is.
+    /// Id of the person or thing.
     pub id: u64,
-    /// Where it is in the image.
+    /// The box in the image, pixels.
     pub bounding_box: BoundingBox,
 }
 
-/// Intersection over union from which an output box is at a true one: that of the MOT Challenge.
+/// Least intersection over union of an output box with the true box that it is paired with: that of the MOT
+/// Challenge.
 const MIN_IOU: f64 = 0.5;
-/// Intersection over union below which no detection shows a true box, so that it is missed: the gate of
+/// Intersection over union with all detections below which a true box is missed by the detector: the gate of
 /// SORT's association.
 const MISSED_IOU: f64 = 0.3;
 
@@ -24,32 +25,32 @@ const MISSED_IOU: f64 = 0.3;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrackingScoreError {
-    /// Two boxes of one frame with one id.
+    /// Two boxes of one frame have the same id.
     #[error("{what} of one frame have the id {id} twice")]
     DuplicateId {
-        /// Which boxes.
+        /// Which list the boxes are in.
         what: &'static str,
-        /// Their id.
+        /// The id that they share.
         id: u64,
     },
 }
 
-/// Scores the boxes that a tracker puts out, frame by frame, against the true boxes.
+/// Scores the boxes that a tracker outputs, frame by frame, against the true boxes.
 ///
 /// - **MOTA** = 1 - (misses + false boxes + switches) / true boxes, after Bernardin, Stiefelhagen:
 ///   "Evaluating Multiple Object Tracking Performance: The CLEAR MOT Metrics", 2008. In each frame a true box
-///   first keeps the id that it was last paired with, if that box still overlaps it by `min_iou` (0.5); the
-///   others are paired so that the pairs are as many, and then their overlaps as great, as can be. A pair
-///   with another id than the last is a switch, however long ago the last was.
+///   first keeps the id that it was last paired with, if that box still overlaps it by `min_iou` (0.5). The
+///   others are paired to have as many pairs as possible and, among these choices, the greatest overlaps. A
+///   pair with another id than the last one is a switch, however long ago the last pair was.
 /// - **IDF1** = 2 IDTP / (true boxes + output boxes), after Ristani, Solera, Zou, Cucchiara, Tomasi:
-///   "Performance Measures and a Data Set for Multi-Target, Multi-Camera Tracking", 2016. IDTP is the
-///   greatest number of frames in which true and output boxes overlap by `min_iou`, when over the whole
-///   sequence each true id is given one output id at most, and each output id to one true id.
-/// - **Misses recovered** = share of the true boxes that no raw detection overlaps by 0.3 but an output box
-///   overlaps by `min_iou`.
+///   "Performance Measures and a Data Set for Multi-Target, Multi-Camera Tracking", 2016. Over the whole
+///   sequence, each true id is assigned at most one output id and vice versa. IDTP is the greatest number of
+///   frames, summed over the assigned ids, in which their boxes overlap by `min_iou`.
+/// - **Misses recovered** = share of the true boxes that an output box overlaps by `min_iou`, among those
+///   that no raw detection overlaps by 0.3.
 ///
-/// The figures are those of the Python package `motmetrics`. A frame of n true and m output boxes costs O(n
-/// m), and O(n m^2) among boxes that compete; IDF1 O(n m^2) in the numbers of ids.
+/// The figures equal those of the Python package `motmetrics`. A frame of n true and m output boxes costs O(n
+/// m), and O(n m^2) among boxes that compete; IDF1 costs O(n m^2) in the numbers of ids.
 ///
 /// ```
 /// use dymlm_core::BoundingBox;
@@ -72,21 +73,21 @@ pub struct TrackingScorer {
     counts: Counts,
     /// The output id that each true id was last paired with.
     partners: BTreeMap<u64, u64>,
-    /// In how many frames the boxes of a true and an output id overlap.
+    /// Number of frames in which the boxes of a true id and an output id overlap.
     together: BTreeMap<[u64; 2], u64>,
 }
 
-/// What [`TrackingScorer::score`] finds.
+/// The result of [`TrackingScorer::score`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrackingScore {
-    /// 1 - (misses + false boxes + switches) / true boxes, at most 1 and below 0 for many errors; `None`
+    /// 1 - (misses + false boxes + switches) / true boxes: at most 1, and below 0 with many errors; `None`
     /// without true boxes.
     pub mota: Option<f64>,
     /// 2 IDTP / (true boxes + output boxes), 0..=1; `None` without any boxes.
     pub idf1: Option<f64>,
-    /// Share of the detector's misses that the output covers, 0..=1; `None` when there are none.
+    /// Share of the detector's misses that output boxes cover, 0..=1; `None` when there are no misses.
     pub misses_recovered: Option<f64>,
     /// Mean intersection over union of the pairs, 0..=1; `None` without pairs.
     pub mean_iou: Option<f64>,
@@ -100,9 +101,9 @@ pub struct TrackingScore {
     pub false_boxes: u64,
     /// Pairs whose true box was last paired with another id.
     pub switches: u64,
-    /// True boxes that no detection shows, in the frames whose detections were given.
+    /// True boxes that no detection shows, in frames whose detections were given.
     pub missed_detections: u64,
-    /// True boxes that no detection shows and an output box covers.
+    /// True boxes that no detection shows but an output box covers.
     pub recovered_detections: u64,
 }
 
@@ -124,13 +125,14 @@ impl Default for TrackingScorer {
 }
 
 impl TrackingScorer {
-    /// A scorer without frames, for which a box is at a true one from an intersection over union of 0.5 on,
-    /// as in the MOT Challenge.
+    /// A scorer without frames that pairs boxes with an intersection over union of at least 0.5, as in the
+    /// MOT Challenge.
     pub fn new() -> Self {
         Self::of_overlap(MIN_IOU)
     }
 
-    /// A scorer without frames, for which a box is at a true one from `min_iou` on, 0.01..=1.
+    /// A scorer without frames that pairs boxes with an intersection over union of at least `min_iou`,
+    /// 0.01..=1.
     ///
     /// # Errors
     ///
@@ -145,8 +147,8 @@ impl TrackingScorer {
     }
 
     /// Adds a frame, in the order of time: the true boxes of the movers in view, the boxes that the tracker
-    /// puts out, and the raw detections, if the misses that the tracker makes up for are to be counted. The
-    /// order within each does not matter.
+    /// outputs, and the raw detections if recovered misses are to be counted. The order within each list does
+    /// not matter.
     ///
     /// # Errors
     ///
@@ -160,10 +162,10 @@ impl TrackingScorer {
         self.add_frame_ignoring(&[], truth, output, detections)
     }
 
-    /// Adds a frame in which some things may be found or not, such as slivers of people at the image's
-    /// border: `ignored` are their true boxes. As in the MOT Challenge (Milan et al.: "MOT16", 2016), the
-    /// output boxes are first assigned to true and ignored boxes together, and those that fall to ignored
-    /// ones are left out.
+    /// Adds a frame with things that may be found or not, such as slivers of people at the image's border:
+    /// `ignored` are their true boxes. As in the MOT Challenge (Milan et al.: "MOT16", 2016), the output
+    /// boxes are first assigned to true and ignored boxes together, and those assigned to ignored boxes are
+    /// left out.
     ///
     /// # Errors
     ///
@@ -238,7 +240,7 @@ impl TrackingScorer {
         }
     }
 
-    /// Pairs true and output boxes: those of the frames before first, the others anew.
+    /// Pairs true and output boxes: first the pairs of earlier frames, then the others.
     fn pair(&mut self, truth: &[IdentifiedBox], output: &[IdentifiedBox], overlaps: &Overlaps) {
         let mut pairs = vec![None; truth.len()];
         let mut taken = vec![false; output.len()];
@@ -273,7 +275,7 @@ impl TrackingScorer {
         }
     }
 
-    /// The frames in which ids overlap, summed over the best one-to-one choice of ids.
+    /// The number of frames in which ids overlap, summed over the best one-to-one assignment of ids.
     fn identity_true_positives(&self) -> u64 {
         let ids = |side: usize| {
             let unique: BTreeSet<u64> = self.together.keys().map(|pair| pair[side]).collect();
@@ -288,7 +290,7 @@ impl TrackingScorer {
     }
 }
 
-/// Intersections over union of true boxes (rows) and output boxes (columns), where they are enough.
+/// Intersections over union of true boxes (rows) and output boxes (columns), if they reach the threshold.
 struct Overlaps {
     rows: usize,
     columns: usize,
@@ -302,11 +304,12 @@ impl Overlaps {
         Self { rows: truth.len(), columns: output.len(), iou }
     }
 
-    /// Of the pairs that may be made and overlap enough, as many as can be, and of those the best.
+    /// The largest set of allowed pairs that overlap enough; among such sets, the one with the greatest
+    /// overlaps.
     fn assign(&self, may: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
         assign(self.rows, self.columns, |row, column| {
             let iou = self.at(row, column).filter(|_| may(row, column));
-            // One more pair outweighs all overlaps.
+            // One more pair outweighs all overlaps together.
             iou.map_or(0, |iou| (self.rows as i64 + 2) * ONE + (iou * ONE as f64) as i64)
         })
     }
@@ -324,7 +327,7 @@ fn boxes(of: &[IdentifiedBox]) -> Vec<BoundingBox> {
     of.iter().map(|b| b.bounding_box).collect()
 }
 
-/// The boxes by ascending id, so that the caller's order decides nothing.
+/// The boxes by ascending id, so that the caller's order has no effect.
 fn by_id(what: &'static str, boxes: &[IdentifiedBox]) -> Result<Vec<IdentifiedBox>, TrackingScoreError> {
     let mut boxes = boxes.to_vec();
     boxes.sort_unstable_by_key(|b| b.id);

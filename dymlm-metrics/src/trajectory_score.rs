@@ -2,12 +2,13 @@ use dymlm_core::Pose;
 use dymlm_core::vector3::{along, difference};
 use dymlm_geometry::rigid_alignment;
 
-/// How far estimated poses are from the true ones, frame by frame.
+/// Distance of estimated poses from the true ones.
 ///
-/// The absolute trajectory error of Sturm et al. ("A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS
-/// 2012): where a trajectory stands in the world is free, so that the estimated one is first put onto the true
-/// one by the rigid motion that fits positions best. Attitudes are compared after the turn that fits these
-/// best: a camera that stands has positions that say nothing of it. It is the turn for positions on a line too.
+/// The absolute trajectory error of Sturm et al. ("A Benchmark for the Evaluation of RGB-D SLAM Systems",
+/// IROS 2012). A trajectory's place in the world is arbitrary, so the estimate is first aligned with the
+/// truth by the rigid motion that fits positions best. Attitudes are compared after the rotation that fits
+/// attitudes best, since the positions of a camera at rest do not fix it. That rotation also aligns positions
+/// that lie on a line.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -32,8 +33,8 @@ pub struct TrajectoryScore {
 }
 
 impl TrajectoryScore {
-    /// Of poses `world_from_camera`, pair by pair; those beyond the shorter list are passed over. `None` when
-    /// there are none.
+    /// Scores poses `world_from_camera`, pair by pair; poses beyond the shorter list are ignored. `None` when
+    /// there are no pairs.
     pub fn of(estimated: &[Pose], truth: &[Pose]) -> Option<Self> {
         let count = estimated.len().min(truth.len());
         let (estimated, truth) = (&estimated[..count], &truth[..count]);
@@ -52,11 +53,11 @@ impl TrajectoryScore {
     }
 }
 
-/// The turn that fits attitudes best, with the translation that then fits the mean position. `None` without
-/// poses.
+/// The rotation that fits attitudes best, with the translation that then fits the mean position. `None`
+/// without poses.
 fn attitude_alignment(estimated: &[Pose], truth: &[Pose]) -> Option<Pose> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    // Axes both ways, so that their mean is the origin.
+    // Each axis in both directions, so that their mean is the origin.
     let axes = |poses: &[Pose]| -> Vec<[f64; 3]> {
         let ends = poses.iter().flat_map(|pose| AXES.map(|axis| pose.rotate(axis)));
         ends.flat_map(|end| [end, end.map(|x| -x)]).collect()
@@ -73,7 +74,7 @@ fn attitude_alignment(estimated: &[Pose], truth: &[Pose]) -> Option<Pose> {
 mod tests {
     use super::*;
 
-    /// Two of four positions are off by 2 mm each, to opposite sides: no rigid motion mends that.
+    /// Each of the four positions is off by 2 mm, two up and two down: no rigid motion reduces that.
     #[test]
     fn errors_are_root_mean_squares() {
         let at = |x: f64, y: f64, z: f64| Pose::new([x, y, z], [0.0, 0.0, 0.0, 1.0]).unwrap();
@@ -82,7 +83,7 @@ mod tests {
             [at(1.0, 0.0, 0.002), at(-1.0, 0.0, 0.002), at(0.0, 1.0, -0.002), at(0.0, -1.0, -0.002)];
         let score = TrajectoryScore::of(&estimated, &truth).unwrap();
         assert!((score.translation - 0.002).abs() < 1e-12 && score.rotation < 1e-9);
-        // Attitudes alone, half of them to each side.
+        // Errors of attitude alone, half of them in each direction.
         let (sin, cos) = 0.05_f64.sin_cos();
         let mut side = sin;
         let turned = truth.map(|pose| {
@@ -94,7 +95,7 @@ mod tests {
         assert_eq!(TrajectoryScore::of(&[], &truth), None);
     }
 
-    /// Where the positions leave the turn open, attitudes say it.
+    /// When positions leave the rotation undetermined, attitudes determine it.
     #[test]
     fn cameras_that_stand_or_go_straight_are_scored() {
         let at = |x: f64, angle: f64| {

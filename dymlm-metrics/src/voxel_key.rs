@@ -1,24 +1,24 @@
-//! Points of a lattice as keys of hash tables.
+//! Lattice points as keys of hash tables.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use dymlm_core::Point;
 
-/// Largest lattice coordinate: three of them and their signs fit one integer.
+/// Largest lattice coordinate: three of them, with their signs, fit into one integer.
 const LIMIT: i32 = (1 << 20) - 1;
 
-/// A voxel of the lattice whose voxel (0, 0, 0) reaches from the origin to `voxel_size` along each axis.
+/// A voxel of a lattice; voxel (0, 0, 0) reaches from the origin to the voxel size along each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct VoxelKey(u64);
 
 impl VoxelKey {
-    /// The voxel that holds a point; `None` when the point is not finite. Points more than 2^20 voxels from
-    /// the origin fall to the outermost voxels.
+    /// The voxel that contains a point; `None` when the point is not finite. Points more than 2^20 voxels
+    /// from the origin are assigned to the outermost voxels.
     #[inline]
     pub fn of(point: Point, voxels_per_metre: f32) -> Option<Self> {
         let [x, y, z] = point.map(|c| c * voxels_per_metre);
-        // A NaN coordinate makes the sum NaN, an infinite one leaves it infinite or NaN.
+        // A quick test first: the sum with a NaN is NaN, and with an infinite coordinate infinite or NaN.
         if !(point[0] + point[1] + point[2]).is_finite() && point.iter().any(|c| !c.is_finite()) {
             return None;
         }
@@ -32,10 +32,10 @@ impl VoxelKey {
     }
 }
 
-/// A map from voxels, hashed by one multiplication: its keys are points of space, not an adversary's choice.
+/// A map from voxels, hashed by one multiplication: no adversary chooses the keys, which are points of space.
 pub type VoxelMap<T> = HashMap<VoxelKey, T, BuildHasherDefault<VoxelHasher>>;
 
-/// The hash of a [`VoxelMap`].
+/// The hasher of a [`VoxelMap`].
 #[derive(Debug, Clone, Default)]
 pub struct VoxelHasher(u64);
 
@@ -53,7 +53,7 @@ impl Hasher for VoxelHasher {
     #[inline]
     fn write_u64(&mut self, value: u64) {
         let mixed = (self.0 ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        // The table uses the upper and the lower bits.
+        // The table uses both the upper and the lower bits.
         self.0 = mixed ^ (mixed >> 32);
     }
 }

@@ -4,7 +4,8 @@ use dymlm_core::{Frame, Point, Pose};
 
 use crate::voxel_key::{VoxelKey, VoxelMap};
 
-/// Points gathered in the voxels of a lattice: how many, their mean, and how many frames hit each voxel.
+/// Points collected in the voxels of a lattice: their number and mean, and the number of frames that hit each
+/// voxel.
 #[derive(Debug, Clone)]
 pub(crate) struct VoxelMeans {
     voxels_per_metre: f32,
@@ -18,7 +19,7 @@ pub(crate) struct Voxel {
     sum: [f64; 3],
     pub(crate) points: u64,
     pub(crate) frames: u32,
-    /// The last frame that hit it, counted from 1.
+    /// The last frame that hit the voxel, counted from 1.
     last_frame: u32,
 }
 
@@ -34,15 +35,15 @@ impl Voxel {
 }
 
 impl VoxelMeans {
-    /// Of voxels of side `voxel_size`, metres.
+    /// No points yet, in voxels of side `voxel_size`, metres.
     pub(crate) fn new(voxel_size: f64) -> Self {
         Self { voxels_per_metre: (1.0 / voxel_size) as f32, frames: 0, voxels: VoxelMap::default() }
     }
 
-    /// Adds the points of one more frame. Those that are not finite are passed over.
+    /// Adds the points of the next frame. Points that are not finite are ignored.
     pub(crate) fn add_frame(&mut self, points: impl Iterator<Item = [f64; 3]>) {
         self.frames += 1;
-        // Neighbouring pixels often share a voxel: each run of them is looked up once.
+        // Neighbouring pixels are often in the same voxel: each run of them needs one look-up.
         let mut run = (None, Voxel::default());
         for point in points {
             let key = VoxelKey::of(point.map(|c| c as f32), self.voxels_per_metre);
@@ -68,7 +69,7 @@ impl VoxelMeans {
         self.voxels.len()
     }
 
-    /// The voxels in the order of the lattice, so that the order of a hash table shows nowhere.
+    /// The voxels in lattice order, so that the order of the hash table has no effect.
     pub(crate) fn voxels(&self) -> Vec<Voxel> {
         let mut voxels: Vec<(VoxelKey, Voxel)> =
             self.voxels.iter().map(|(&key, &voxel)| (key, voxel)).collect();
@@ -77,7 +78,7 @@ impl VoxelMeans {
     }
 }
 
-/// The readings of a frame within `depths`, metres: the pixel of each, and its place in the world.
+/// The readings of a frame within `depths`, metres: the pixel of each, and its position in the world.
 pub(crate) fn readings<'a>(
     frame: &'a Frame,
     world_from_camera: &'a Pose,

@@ -6,54 +6,54 @@ use dymlm_core::vector3::{along, bounds};
 use crate::nearest::is_finite;
 use crate::{SpaceTruth, Spread, TrueFace};
 
-/// How far before or behind a face a point may lie and still be a reading of it, metres: the drift that
-/// doubles walls. What lies farther off is counted as stray by [`score_cloud`](crate::score_cloud).
+/// Largest distance of a point from a face that it is a reading of, metres: this allows for the drift that
+/// doubles walls. [`score_cloud`](crate::score_cloud) counts points farther off as stray.
 const REACH: f64 = 0.3;
-/// How much farther from the face than from the nearest surface a point may be, metres: the rounding of
-/// measured surfaces ([`PointTruth`](crate::PointTruth) has points some 2 cm apart).
+/// How much farther a point may be from the face than from the nearest surface, metres: this allows for the
+/// spacing of measured surfaces ([`PointTruth`](crate::PointTruth) has points some 2 cm apart).
 const TIE: f64 = 0.01;
-/// Side of a tile, metres: so small that a wall that is bent as a whole is thin in it.
+/// Side of a tile, metres: so small that a bent wall is still thin within it.
 const TILE: f64 = 0.5;
-/// Share of a tile that the face has to fill.
+/// Least share of a tile that the face must fill.
 const FILLED: f64 = 0.5;
-/// Fewest points of a tile: the 5 % quantile of fewer is a single point.
+/// Least number of points of a tile: with fewer, the 5 % quantile is a single point.
 const FEWEST: usize = 20;
-/// Side of the cubes by which faces are found, metres.
+/// Side of the cubes in which faces are looked up, metres.
 const CUBE: f64 = 0.5;
 
-/// How thick the walls, floors and table tops of a cloud are: a wall that was mapped twice, where the pose
-/// had drifted meanwhile, is as thick as its two copies are apart.
+/// Thickness of the walls, floors and table tops of a cloud. A wall that was mapped twice, with a pose that
+/// had drifted in between, is as thick as the distance between its two copies.
 ///
-/// Each true face is divided into tiles of 50 cm. A point of the cloud belongs to the face that it is nearest
-/// to, by the distance along the face's normal, where it is above or below the face's outline by at most 30
-/// cm and no other surface is nearer (by more than 1 cm). The thickness of a tile is the range from the 5 %
-/// to the 95 % quantile of the signed distances of its points. Tiles count that the face fills by half, with
-/// at least 20 points.
+/// Each true face is divided into tiles of 50 cm. A point of the cloud belongs to the nearest face, by the
+/// distance along the face's normal, among those whose outline it is above or below by at most 30 cm, unless
+/// another surface is nearer (by more than 1 cm). The thickness of a tile is the range from the 5 % to the 95
+/// % quantile of the signed distances of its points. Only tiles count of which the face fills at least half,
+/// with at least 20 points.
 ///
-/// So a copy shows when it has 5 % of the points. A copy that is nearer to the next surface than to its own
-/// is that one's: behind a partition of 10 cm, no more than 5 cm show.
+/// So a copy shows up when it has 5 % of the points. Points of a copy that are nearer to another surface than
+/// to their own belong to the other: with a partition of 10 cm, a displacement of at most 5 cm shows up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct WallScore {
-    /// Thickness over the tiles, metres: of a good cloud 3.3 standard deviations of its noise.
+    /// Thickness over the tiles, metres; for a good cloud, 3.3 standard deviations of its noise.
     pub thickness: Spread,
     /// Number of tiles.
     pub tiles: usize,
 }
 
-/// A face of the truth, to be asked for its points.
+/// A true face, to which points are assigned.
 struct Wall<'a> {
     face: &'a TrueFace,
-    /// Corners of the box around all of its points.
+    /// Corners of the box around all points that may belong to the face.
     around: [[f64; 3]; 2],
-    /// For each tile, its share that the face fills.
+    /// For each tile, the share of it that the face fills.
     filled: BTreeMap<[usize; 2], f64>,
 }
 
 /// Scores the thickness of the walls of a cloud in the world frame; `None` when no tile has points.
 ///
-/// O(n log n) in the number of points, and one question to the truth a point.
+/// O(n log n) in the number of points, and one query to the truth per point.
 pub fn score_walls(cloud: &PointCloud, faces: &[TrueFace], truth: &impl SpaceTruth) -> Option<WallScore> {
     let walls: Vec<Wall<'_>> = faces.iter().filter_map(Wall::of).collect();
     let near = walls_by_cube(&walls);
@@ -76,7 +76,7 @@ pub fn score_walls(cloud: &PointCloud, faces: &[TrueFace], truth: &impl SpaceTru
     Some(WallScore { thickness: Spread::of(thick)?, tiles: count })
 }
 
-/// Where a point is above a face.
+/// A point's place relative to a face.
 struct Hit {
     /// Metres along the normal.
     height: f64,
@@ -99,7 +99,7 @@ impl<'a> Wall<'a> {
         filled.values().any(|&share| share >= FILLED).then_some(Self { face, around, filled })
     }
 
-    /// Where a place is above the face or below it; `None` when it is not, or too far.
+    /// The place above or below the face; `None` when it is not above or below it, or too far away.
     fn hit(&self, place: [f64; 3]) -> Option<Hit> {
         let height = self.face.plane.signed_distance(place);
         if height.abs() > REACH {
@@ -116,7 +116,7 @@ impl<'a> Wall<'a> {
     }
 }
 
-/// The tile of coordinates on a face, metres, not negative.
+/// The tile at coordinates on a face, metres, not negative.
 fn tile_of(coordinates: [f64; 2]) -> [usize; 2] {
     coordinates.map(|c| (c / TILE) as usize)
 }
@@ -125,7 +125,7 @@ fn cube_of(place: [f64; 3]) -> [i64; 3] {
     place.map(|c| (c / CUBE).floor() as i64)
 }
 
-/// By cube of space, the walls whose points may be in it.
+/// For each cube of space, the walls whose points may be in it.
 fn walls_by_cube(walls: &[Wall<'_>]) -> BTreeMap<[i64; 3], Vec<usize>> {
     let mut near: BTreeMap<[i64; 3], Vec<usize>> = BTreeMap::new();
     for (index, wall) in walls.iter().enumerate() {
@@ -141,7 +141,7 @@ fn walls_by_cube(walls: &[Wall<'_>]) -> BTreeMap<[i64; 3], Vec<usize>> {
     near
 }
 
-/// From the 5 % to the 95 % quantile; `None` of too few.
+/// The range from the 5 % to the 95 % quantile; `None` with too few points.
 fn thickness(mut heights: Vec<f64>) -> Option<f64> {
     if heights.len() < FEWEST {
         return None;
@@ -158,13 +158,13 @@ mod tests {
     use super::*;
     use crate::PointTruth;
 
-    /// A wall of 3 x 2 m at x = `x` that is seen from greater x.
+    /// A wall of 3 x 2 m at x = `x`, seen from greater x.
     fn wall(id: usize, x: f64) -> TrueFace {
         let outline = vec![[x, 0.0, 0.0], [x, 3.0, 0.0], [x, 3.0, 2.0], [x, 0.0, 2.0]];
         TrueFace::new(id, Plane::new([1.0, 0.0, 0.0], -x).unwrap(), vec![outline], 0.02).unwrap()
     }
 
-    /// Points of it, with a noise of 5 mm.
+    /// Points of a wall at x = `x`, with a noise of 5 mm.
     fn readings(x: f64, seed: u64) -> Vec<Point> {
         let mut random = SplitMix64::new(seed);
         let mut normal = || (0..12).map(|_| random.fraction()).sum::<f64>() - 6.0;
@@ -188,7 +188,7 @@ mod tests {
     fn a_wall_is_as_thick_as_its_noise() {
         let score = score(readings(1.0, 1), &[1.0]).unwrap();
         assert_eq!(score.tiles, 24);
-        // 2 * 1.645 standard deviations.
+        // 2 * 1.645 standard deviations of 5 mm.
         assert!((score.thickness.median - 0.0164).abs() < 0.001, "{score:?}");
         assert!(score.thickness.p95 < 0.018, "{score:?}");
     }
@@ -198,7 +198,7 @@ mod tests {
         for apart in [0.1, -0.1] {
             let doubled = [readings(1.0, 1), readings(1.0 + apart, 2)].concat();
             let score = score(doubled, &[1.0]).unwrap();
-            // And the outer tenths of each copy.
+            // The distance of the copies, and the outer tenths of each copy.
             assert!((score.thickness.median - (0.1 + 2.0 * 1.28 * 0.005)).abs() < 0.003, "{score:?}");
         }
     }
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn points_are_of_the_nearest_surface() {
-        // Two walls 20 cm apart, and what is nearer to a thing that is no wall.
+        // Two walls 20 cm apart; then only the first, with the other as a surface that is not a wall.
         let both = [readings(1.0, 1), readings(1.2, 2)].concat();
         let two = score(both.clone(), &[1.0, 1.2]).unwrap();
         assert!(two.thickness.p95 < 0.02 && two.tiles == 48, "{two:?}");

@@ -20,7 +20,7 @@ pub struct GrayImage {
     data: Vec<f32>,
 }
 
-/// Luma of ITU-R BT.601 for channels of 0..=255.
+/// Weights of the luma of ITU-R BT.601 for channels of 0..=255.
 const LUMA: [f32; 3] = [0.299 / 255.0, 0.587 / 255.0, 0.114 / 255.0];
 
 impl GrayImage {
@@ -81,14 +81,14 @@ impl GrayImage {
         if u < self.width { self.data.get(v * self.width + u).copied().unwrap_or(0.0) } else { 0.0 }
     }
 
-    /// Row `v`, or the nearest there is; empty when the image has no pixels.
+    /// Row `v`, or the nearest row of the image; empty when the image has no pixels.
     #[inline]
     pub(crate) fn clamped_row(&self, v: isize) -> &[f32] {
         let v = v.clamp(0, self.height.saturating_sub(1) as isize) as usize;
         self.data.get(v * self.width..(v + 1) * self.width).unwrap_or(&[])
     }
 
-    /// Gives the image another size; its values are then any of its former ones or 0.
+    /// Changes the image's size; its values are then old ones or 0.
     pub(crate) fn resize(&mut self, width: usize, height: usize) {
         (self.width, self.height) = (width, height);
         self.data.resize(width * height, 0.0);

@@ -3,13 +3,13 @@
 //!
 //! Each part is useful alone:
 //!
-//! - [`KcfTracker`]: where a window of the image has gone (kernelized correlation filter);
-//! - [`OpticalFlow`], [`CornerDetector`], [`ImagePyramid`]: where points have gone (pyramidal Lucas-Kanade);
-//! - [`p3p`], [`PoseRansac`], [`PoseRefiner`]: poses from points in space, from pixels, or both;
-//! - [`ObjectTracker`]: all of it, with states for what is occluded, lost, found again and at rest.
+//! - [`KcfTracker`]: tracks a window of the image (kernelized correlation filter);
+//! - [`OpticalFlow`], [`CornerDetector`], [`ImagePyramid`]: track points (pyramidal Lucas-Kanade);
+//! - [`p3p`], [`PoseRansac`], [`PoseRefiner`]: poses from 3D points, from pixels, or from both;
+//! - [`ObjectTracker`]: all of these, with states for occluded, lost, found again and at rest.
 //!
-//! Images are grey, f32, 0..=1 ([`GrayImage`]). The same input gives the same bits, on any machine that
-//! computes f32 and f64 as IEEE 754 says.
+//! Images are grey, f32, 0..=1 ([`GrayImage`]). The same input gives the same bits on any machine whose f32
+//! and f64 follow IEEE 754.
 
 mod error;
 mod flow;

@@ -1,4 +1,4 @@
-"""Do the contestants compute the same? One function an operation, from output files to a verdict for each."""
+"""Whether the contestants compute the same: one function per operation, from output files to a verdict for each."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +12,11 @@ from .pose_graphs import pose_graph_cost, read_edges
 
 @dataclass
 class Agreement:
-    """`good` is False only where something exact was promised and does not hold."""
+    """`good` is False only when an exact promise does not hold."""
 
     text: str
     good: bool = True
-    # Whether it is a solution at all. What is none is not what ours is measured against.
+    # Whether this is a solution at all: ours is not compared with a peer that has none.
     reached: bool = True
 
 
@@ -29,7 +29,7 @@ def ours(outputs: Outputs) -> list[str]:
 
 
 def static_cloud(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """What of movers is left, and what of the rest is there, by voxels: the score of `dymlm_metrics::ReferenceCloud`."""
+    """Residue of movers and completeness of the rest, in voxels: the score of `dymlm_metrics::ReferenceCloud`."""
     from scipy.spatial import cKDTree
 
     folder = Path(parameters["poses"]).parent
@@ -70,7 +70,7 @@ def dbscan(_: dict, outputs: Outputs) -> dict[str, Agreement]:
 
 
 def partners(a: np.ndarray, b: np.ndarray) -> dict[int, int]:
-    """For each label of `a` the label of `b` it shares most points with, where that holds the other way round too."""
+    """For each label of `a`, the label of `b` with which it shares most points, if the same holds in reverse."""
     pairs, counts = np.unique(np.stack([a, b]), axis=1, return_counts=True)
     best_of_a, best_of_b = {}, {}
     for (left, right), _ in sorted(zip(pairs.T.tolist(), counts.tolist()), key=lambda pair: -pair[1]):
@@ -81,12 +81,12 @@ def partners(a: np.ndarray, b: np.ndarray) -> dict[int, int]:
 
 
 def matched(a: np.ndarray, b: np.ndarray) -> int:
-    """Points whose labels correspond."""
+    """Number of points whose labels correspond."""
     return count_partners(partners(a, b), a, b)
 
 
 def matched_like(a: np.ndarray, b: np.ndarray, learn: np.ndarray, ask: np.ndarray) -> int:
-    """Points of `ask` whose labels correspond as those of `learn` do."""
+    """Number of points of `ask` whose labels correspond in the way that those of `learn` do."""
     return count_partners(partners(a[learn], b[learn]), a[ask], b[ask])
 
 
@@ -109,7 +109,8 @@ def voxel_grid(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
             text = f"{len(points)} voxels of {len(keys)}; its lattice begins at the cloud's corner"
             agreements[name] = Agreement(text)
             continue
-        # A centroid may round onto its voxel's border, so it is looked up by the nearest centroid instead of its key.
+        # A centroid may be rounded onto its voxel's border, so it is found by the nearest centroid instead of
+        # its key.
         distance = nearest_distances(centroids, points)
         off = np.count_nonzero(distance > 1e-5)
         text = f"{len(points)} voxels of {len(keys)}, centroids within {distance.max() * 1e3:.2g} mm"
@@ -154,7 +155,7 @@ def octree_leaves(_: dict, outputs: Outputs) -> dict[str, Agreement]:
 
 
 def octree_hits(_: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """Against OctoMap: same rays hit, and the same cells."""
+    """Against OctoMap: the same rays hit the same cells."""
 
     def tally(hits):
         return f"{np.count_nonzero(~np.isnan(hits[:, 0]))} of {len(hits)} rays hit"
@@ -183,7 +184,7 @@ def exactly_equal(outputs: Outputs, read, same: str, describe) -> dict[str, Agre
         if mine.shape != theirs.shape:
             agreements[name] = Agreement(f"{len(mine)} answers, not {len(theirs)}", good=False)
             continue
-        # NaN, the centre of no cell, equals NaN.
+        # NaN, the centre when no cell was hit, equals NaN.
         equal = (mine == theirs) | ((mine != mine) & (theirs != theirs))
         differ = len(equal) - np.count_nonzero(equal.reshape(len(equal), -1).all(axis=1))
         agreements[name] = Agreement(f"{differ} of {len(equal)} differ" if differ else same, good=differ == 0)
@@ -191,7 +192,7 @@ def exactly_equal(outputs: Outputs, read, same: str, describe) -> dict[str, Agre
 
 
 def minimum_area_rectangle(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """Against the definition, computed here: least area over the edges of the hull, all points inside."""
+    """Against the definition, computed here: least area over the edges of the hull, with all points inside."""
     points = read_points(Path(parameters["input"]))[:, :2].astype(np.float64)
     hull, least = least_rectangle(points)
     agreements = {}
@@ -208,7 +209,7 @@ def minimum_area_rectangle(parameters: dict, outputs: Outputs) -> dict[str, Agre
 
 
 def least_rectangle(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """The corners of the hull, and the least area over its edges by projecting all corners on each."""
+    """The corners of the hull, and the least area over its edges, found by projecting all corners onto each edge."""
     from scipy.spatial import ConvexHull
 
     hull = points[ConvexHull(points).vertices]
@@ -221,7 +222,7 @@ def least_rectangle(points: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def oriented_box(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """All points inside? How large, against the smallest of all?"""
+    """Whether all points are inside each box, and its volume relative to the smallest of all."""
     points = read_points(Path(parameters["input"])).astype(np.float64)
     boxes = {}
     for name, path in outputs.items():
@@ -237,12 +238,12 @@ def oriented_box(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
 
 
 def isolation_forest(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """Against scikit-learn: other random trees, but the strays among the points are found as well."""
+    """Against scikit-learn: the random trees differ, but the stray points must be found equally well."""
     reference = "scikit-learn"
     if reference not in outputs:
         return {name: Agreement("no scikit-learn to compare with") for name in outputs}
     scores = {name: read_numbers(path) for name, path in outputs.items()}
-    # As harness/inputs.py makes them.
+    # As made by harness/inputs.py.
     stray = np.arange(len(scores[reference])) % 100 == 0
     areas = {name: area_under_curve(of, stray) for name, of in scores.items()}
     agreements = {}
@@ -255,22 +256,22 @@ def isolation_forest(parameters: dict, outputs: Outputs) -> dict[str, Agreement]
 
 
 def area_under_curve(scores: np.ndarray, positive: np.ndarray) -> float:
-    """How often a positive scores above another."""
+    """Probability that a positive scores above a negative."""
     from scipy.stats import rankdata
 
     count = positive.sum()
     return (rankdata(scores)[positive].sum() - count * (count + 1) / 2) / (count * (len(scores) - count))
 
 
-# A plane is another's when their normals and, at the centroid of the one, their offsets differ by no more than this:
-# degrees, metres.
+# Two planes are the same when their normals differ by at most this angle, and their offsets, at the centroid
+# of one, by at most this distance: degrees, metres.
 SAME_ANGLE, SAME_OFFSET = 5.0, 0.03
-# So many pixels make a plane a large one: a table top, a floor, a counter.
+# Number of pixels of a large plane: a table top, a floor, a counter.
 LARGE = 15_000
 
 
 def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """Against each other: whatever both peers take for a large plane must be among ours."""
+    """Against each other: every large plane that all peers find must be among ours."""
     found = {name: read_numbers(path).reshape(-1, 9) for name, path in outputs.items()}
     peers = [name for name in found if name not in ours(outputs)]
     large = [row for name in peers for row in found[name] if row[8] >= LARGE]
@@ -295,7 +296,7 @@ def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
 
 
 def match(row: np.ndarray, others: np.ndarray) -> tuple[float, float] | None:
-    """Angle and offset of the plane that is nearest to `row` among those of the same image that are the same plane."""
+    """Angle and offset to the nearest of the planes in the same image that are the same plane as `row`, if any."""
     others = others[others[:, 0] == row[0]]
     angles = np.degrees(np.arccos(np.clip(others[:, 1:4] @ row[1:4], -1, 1)))
     offsets = np.abs(others[:, 1:4] @ row[5:8] + others[:, 4])
@@ -328,21 +329,21 @@ def assignment(_: dict, outputs: Outputs) -> dict[str, Agreement]:
     return agreements
 
 
-# Least costs of the field's pose graphs, by GTSAM 4.2's Levenberg-Marquardt.
+# Least costs of the field's pose graphs, found by GTSAM 4.2's Levenberg-Marquardt.
 OPTIMA = {"parking-garage": 0.634192399, "sphere2500": 675.70096296}
-# By what share of it ours may exceed the least cost, and from where on a peer is said to have missed it.
+# Largest share by which our cost may differ from the least one, and beyond which a peer has missed it.
 COST_LIMIT = 1e-3
 
 
 def pose_graph(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """All poses by one cost, that of `pose_graph_cost`: ours must be within a thousandth of the known least one."""
+    """All poses by one cost, `pose_graph_cost`: ours must be within a thousandth of the known least cost."""
     graph = Path(parameters["graph"])
     edges, optimum, agreements = read_edges(graph), OPTIMA[graph.stem], {}
     for name, path in outputs.items():
         iterations, *poses = read_numbers(path)
         cost = pose_graph_cost(np.reshape(poses, (-1, 7)), edges)
         excess = cost / optimum - 1
-        # Ours within the limit in both directions: a lower cost would mean that something else was solved.
+        # Limited in both directions: a lower cost would mean that another problem was solved.
         good = abs(excess) <= COST_LIMIT
         text = f"cost {cost:.7g}, {excess:+.1e} of the least; {iterations:.0f} iterations"
         agreements[name] = Agreement(text, bool(good or name not in ours(outputs)), reached=bool(good))
@@ -367,7 +368,7 @@ def optical_flow(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
 
 
 def tracked_boxes(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """Against the truth: our mean overlap may not be below OpenCV's. The first box of a track is given, not found."""
+    """Against the truth: our mean overlap may not be below OpenCV's. The given first box of a track is left out."""
     targets = np.fromfile(parameters["targets"], dtype="<f4").reshape(-1, 6)
     found = np.append(False, np.diff(targets[:, 0]) == 0)
     overlaps = {

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from .program import Program
 
-# Library and its module.
+# Library and its Python module.
 PYTHON_PEERS = [
     ("dbscan", "dbscan"),
     ("scikit-learn", "sklearn"),
@@ -23,13 +23,13 @@ PYTHON_PEERS = [
     ("DUFOMap", "dufomap"),
     ("GTSAM", "gtsam"),
 ]
-# Crates, of the program in `rust_peers`.
+# Crates in the program `rust_peers`.
 RUST_PEERS = ["factrs", "tiny-solver"]
 
 
 @dataclass
 class Contestants:
-    """The running programs by the name of their library, and the versions of the libraries."""
+    """The running programs by the names of their libraries, and the libraries' versions."""
 
     programs: dict[str, Program]
     versions: dict[str, str]
@@ -40,7 +40,7 @@ class Contestants:
 
 
 def contestants(here: Path, root: Path, pin: list[str]) -> Contestants:
-    """All that can be had on this machine; a line is printed for each that cannot."""
+    """All contestants that can be built on this machine; a line is printed for each that cannot."""
     found = Contestants({}, {})
     add_ours(found, root, pin)
     add_cpp_peers(found, here, pin)
@@ -100,6 +100,6 @@ def add_python_peers(found: Contestants, here: Path, pin: list[str]) -> None:
         if importlib.util.find_spec(module) is None:
             print(f"peer missing: {name}")
             continue
-        # A process each, so that no library meets another's threads or memory.
+        # One process for each library, so that none is affected by another's threads or memory.
         found.programs[name] = Program([*pin, sys.executable, "-m", "harness.python_peer", module], cwd=here)
         found.versions[name] = importlib.metadata.version(packages[module][0])

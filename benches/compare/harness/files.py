@@ -1,7 +1,7 @@
 """The binary files that all contestants read and write: raw little-endian numbers.
 
 - points: x, y, z as f32; rays: origin and direction, 6 f32;
-- depth images: width and height as u32, fx, fy, cx, cy as f32, then the images' depths as f32, metres, 0 for none;
+- depth images: width and height as u32, fx, fy, cx, cy as f32, then all depths as f32, metres, 0 for no reading;
 - matrices: whole numbers as f32, row by row, one matrix after the other;
 - frames: for each frame the sensor's position as 3 f32, the number of points as u32, the points;
 - labels: i32, -1 for noise; states: u8, 0 unknown, 1 free, 2 occupied; hits: centre as 3 f32, NaN for none;
@@ -22,7 +22,7 @@ LEAF = np.dtype([("key", "<u2", 3), ("depth", "<u2"), ("log_odds", "<f4")])
 
 @dataclass
 class Scan:
-    """A posed scan: world, metres, float32."""
+    """A posed scan in the world: metres, float32."""
 
     origin: np.ndarray
     points: np.ndarray
@@ -95,7 +95,7 @@ def read_labels(path: Path) -> np.ndarray:
 
 
 def read_core(path: Path) -> np.ndarray:
-    """Which points are core points, from beside the labels."""
+    """Whether each point is a core point, from the file beside the labels."""
     return np.fromfile(path.with_suffix(".core"), dtype=np.uint8).astype(bool)
 
 
@@ -109,7 +109,7 @@ def voxel_means(points: np.ndarray, size: float) -> np.ndarray:
 
 
 def gathered(frames, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """The mean of each voxel's points over some frames, and how many frames hit it."""
+    """The mean of each voxel's points over some frames, and the number of frames that hit it."""
     rows = []
     for points in frames:
         keys, place, counts = np.unique(voxel_keys(points, size), return_inverse=True, return_counts=True)

@@ -1,4 +1,4 @@
-"""Image sequences with known boxes, and image pairs with known flow, for the trackers."""
+"""Image sequences with known boxes, and image pairs with known flow, for comparing trackers."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ LEAST_HEIGHT = 48
 
 
 def texture(shape, rng: np.random.Generator, scales=(2, 6, 20)) -> np.ndarray:
-    """Smooth noise of several sizes, 0..1, H x W x 3: what cloth, walls and furniture look like from afar."""
+    """Smooth noise of several scales, 0..1, H x W x 3, which resembles cloth, walls and furniture from afar."""
     image = np.zeros((*shape, 3))
     for scale in scales:
         noise = rng.standard_normal((*shape, 3))
@@ -22,7 +22,7 @@ def texture(shape, rng: np.random.Generator, scales=(2, 6, 20)) -> np.ndarray:
 
 
 def pedestrian(rng: np.random.Generator) -> np.ndarray:
-    """A walker's look in eight phases of a step, phases x H x W x 4 (colour and opacity), 256 x 96."""
+    """A walker in eight phases of a step: phases x H x W x 4 (colour and opacity), with H x W = 256 x 96."""
     height, width, phases = 256, 96, 8
     v, u = np.mgrid[0:height, 0:width] / np.array([height, width])[:, None, None]
     cloth = texture((height, width), rng)
@@ -56,7 +56,7 @@ def street(rng: np.random.Generator) -> np.ndarray:
 
 
 def pedestrians(truth: Path, frames: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Walkers on the tracks of a MOT Challenge file, nearer ones before farther ones. Images N x 480 x 640 x 3, and
+    """Walkers on the tracks of a MOT Challenge file; nearer ones occlude farther ones. Images N x 480 x 640 x 3, and
     targets: rows of track, frame, x_min, y_min, x_max, y_max."""
     rows = np.loadtxt(truth, delimiter=",")[:, :6]
     rows = rows[rows[:, 0] <= frames]
@@ -91,7 +91,7 @@ def paste(image: np.ndarray, look: np.ndarray, left: float, top: float, width: f
 
 
 def whole_tracks(rows: np.ndarray) -> np.ndarray:
-    """Runs of frames without a gap in which the target lies on the image at first and is large enough."""
+    """Runs of frames without a gap, whose first box is completely inside the image and large enough."""
     targets, count = [], 0
     for track in np.unique(rows[:, 1]):
         track_rows = rows[rows[:, 1] == track]
@@ -107,8 +107,8 @@ def whole_tracks(rows: np.ndarray) -> np.ndarray:
 
 
 def flow_pairs(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of images under known affine warps, pairs x 2 x 480 x 640 (grey, 8 bits), and for each 200 points with
-    where they go: pairs x 200 x 4."""
+    """Pairs of images related by known similarities, pairs x 2 x 480 x 640 (grey, 8 bits), and for each pair 200 points
+    with their positions in both images: pairs x 200 x 4."""
     height, width = 480, 640
     v, u = np.mgrid[0:height, 0:width].astype(float)
     images, points = [], []
@@ -131,7 +131,7 @@ def flow_pairs(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         pair = [np.clip(image + rng.normal(0, 0.008, image.shape), 0, 1) for image in (scene, warped)]
         images.append((np.array(pair) * 255).round().astype(np.uint8))
         start = rng.uniform([60, 60], [width - 60, height - 60], (200, 2))
-        # The inputs of all contestants are f32.
+        # All contestants get f32.
         start = start.astype(np.float32).astype(float)
         end = (start - center) @ forward.T + center + shift
         points.append(np.concatenate([start, end], axis=1))

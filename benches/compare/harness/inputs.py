@@ -1,4 +1,4 @@
-"""Seeded inputs, written once into the build folder."""
+"""Seeded inputs, which are written once into the build folder."""
 
 import json
 import subprocess
@@ -13,28 +13,29 @@ from .files import (
 )  # fmt: skip
 
 SEED = 7
-# Goes up when an input is made in another way, so that old files are not taken for new ones.
+# Increased when inputs are made in another way, so that old files are not used.
 RECIPE = 6
 FRAMES = 30
-# Each takes Open3D seconds to find planes in.
+# Open3D takes seconds to find planes in each.
 PLANE_FRAMES = 4
-# Of the recording with people every so manieth frame is mapped, and readings within this range, metres.
+# Of the recording with people, every n-th frame is mapped, with readings in this range, metres.
 PEOPLE_EVERY, RANGE = 2, (0.3, 4.5)
-# Voxels that clouds are compared in, metres, and frames that must hit one for it to be asked for.
+# Side of the voxels in which clouds are compared, metres, and number of frames that must hit one that is
+# asked for.
 VOXEL, ASKED_FROM = 0.02, 3
-# Size and number of the matrices of weights.
+# Size and number of the weight matrices.
 MATRICES = [(10, 1000), (100, 20), (500, 1)]
 POSE_GRAPHS = ["parking-garage", "sphere2500"]
 
 
 @dataclass
 class Inputs:
-    """Where the inputs are, and what they are."""
+    """The folder of the inputs, and their descriptions."""
 
     folder: Path
     # One line for each input.
     description: dict[str, str]
-    # The field's pose graphs, by name: files of g2o, taken as they are.
+    # The field's pose graphs, by name: g2o files, used unchanged.
     pose_graphs: dict[str, Path]
 
     def path(self, name: str) -> Path:
@@ -42,7 +43,7 @@ class Inputs:
 
 
 def prepare(folder: Path, data: Path) -> Inputs:
-    """Writes what is not there yet."""
+    """Makes all inputs, unless the folder has them already."""
     kitchen = data / "kitchen"
     real = (kitchen / "groundtruth.txt").exists()
     folder = folder.with_name(f"{folder.name}_{RECIPE}_{'kitchen' if real else 'room'}")
@@ -122,7 +123,7 @@ def make(folder: Path, kitchen: Path | None, data: Path) -> dict[str, str]:
 
 
 def people_inputs(folder: Path, kitchen: Path, people: Path) -> str:
-    """A recording with people, and what there is to find: the same recording without them."""
+    """A recording with people, and its truth: the same recording without them."""
     names, camera = kitchen_listing(people)[::PEOPLE_EVERY], kitchen_camera(people)
     poses = np.loadtxt(people / "groundtruth.txt")[::PEOPLE_EVERY, 1:]
     images = np.stack([kitchen_image(people, name) for name in names]).astype(np.float32)
@@ -137,7 +138,7 @@ def people_inputs(folder: Path, kitchen: Path, people: Path) -> str:
 
 
 def world_points(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    """The readings within the range, in the world."""
+    """The readings within `RANGE`, in the world."""
     points = points[(points[:, 2] >= RANGE[0]) & (points[:, 2] <= RANGE[1])]
     return points @ rotation_matrix(pose[3:]).T + pose[:3]
 
@@ -175,7 +176,7 @@ def image_inputs(folder: Path, data: Path, rng: np.random.Generator) -> dict[str
 
 
 def thing(count: int, rng: np.random.Generator) -> np.ndarray:
-    """The distribution of `dymlm_benches::thing`, turned about all axes."""
+    """Points distributed like those of `dymlm_benches::thing`, rotated about all axes."""
     lengths, index = np.array([0.6, 0.4, 0.3]), np.arange(count)
     points = rng.uniform(-0.5, 0.5, (count, 3)) * lengths
     axis = index % 3
@@ -193,7 +194,7 @@ def round_thing(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def footprints(count: int) -> dict[str, tuple[np.ndarray, str]]:
-    """Points in the plane of other kinds."""
+    """Points in the plane with other distributions."""
     rng = np.random.default_rng(SEED)
     gaussian = rng.standard_normal((count, 2)) * [0.15, 0.05]
     angles, radii = rng.uniform(0, 2 * np.pi, count), rng.uniform(0.29, 0.31, count)
@@ -226,7 +227,7 @@ def turned(points: np.ndarray) -> np.ndarray:
 
 
 def blobs(count: int, rng: np.random.Generator) -> np.ndarray:
-    """The distribution of `dymlm_benches::blobs`."""
+    """Points distributed like those of `dymlm_benches::blobs`."""
     blob_count = max(count // 1000, 1)
     side = np.cbrt(blob_count)
     centers = rng.uniform(0, side, (blob_count, 3))

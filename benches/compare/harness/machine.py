@@ -1,4 +1,4 @@
-"""What the figures were measured on, and the one core they are measured on."""
+"""The machine on which the figures are measured, and the one core that is used."""
 
 import datetime
 import os
@@ -7,7 +7,7 @@ import re
 import shutil
 from pathlib import Path
 
-# Every library's own word for "one thread".
+# Each library's own variable for "one thread".
 ONE_THREAD = {
     name: "1"
     for name in [
@@ -18,7 +18,7 @@ ONE_THREAD = {
 
 
 def pinned_core(wanted: int | None) -> list[str]:
-    """The command that keeps a program on one core; nothing where there is no taskset."""
+    """The command that keeps a program on one core; empty without taskset."""
     if shutil.which("taskset") is None:
         print("no taskset: programs are not kept on one core")
         return []

@@ -1,4 +1,4 @@
-"""Interleaved runs: in each round every contestant runs once, so that all meet the same disturbances."""
+"""Interleaved runs: every contestant runs once in each round, so that disturbances affect all alike."""
 
 import statistics
 import time
@@ -10,7 +10,7 @@ from .build import Contestants
 from .program import Refused, Timing
 from .rows import Entrant, Row
 
-# A contestant that takes longer than this a run, in seconds, runs only as often as fits into its budget.
+# A contestant that takes longer than this per run, in seconds, runs only as often as fits into its budget.
 SLOW, SLOW_BUDGET = 10.0, 40.0
 
 
@@ -20,13 +20,13 @@ class Result:
 
     entrant: Entrant
     timings: list[Timing] = field(default_factory=list)
-    # Why there is no timing.
+    # Why there is no timing, if so.
     refusal: str | None = None
     agreement: Agreement | None = None
     output: Path | None = None
 
     def seconds(self, clock: str) -> float:
-        """Median."""
+        """Median time of the runs."""
         return statistics.median(getattr(timing, clock) for timing in self.timings)
 
 
@@ -39,7 +39,7 @@ class Outcome:
 
     @property
     def agreed(self) -> bool:
-        """Whether nothing that should agree differs, and ours refused nothing."""
+        """Whether all results that should agree do, and ours refused no request."""
         refused = any(result.refusal is not None for result in self.results if result.entrant.library == "dymlm")
         return not refused and all(result.agreement is None or result.agreement.good for result in self.results)
 
@@ -76,7 +76,7 @@ def first_runs(row: Row, contestants: Contestants, results: list[Result], folder
 
 
 def wanted_runs(result: Result, runs: int) -> int:
-    """How many runs count. A slow contestant's first run does, any other's was for warming up."""
+    """Number of measured runs. The first run of a slow contestant counts; that of others was for warming up."""
     if result.refusal is not None:
         return 0
     first = result.timings[0].cpu
@@ -87,7 +87,7 @@ def wanted_runs(result: Result, runs: int) -> int:
 
 
 def run_once(row: Row, contestants: Contestants, result: Result, more: dict | None = None) -> None:
-    """Adds a timing. Who refuses once is not asked again in this row."""
+    """Adds a timing. A contestant that has refused is not asked again in this row."""
     if result.refusal is not None:
         return
     parameters = row.parameters | result.entrant.parameters | (more or {})
@@ -98,7 +98,7 @@ def run_once(row: Row, contestants: Contestants, result: Result, more: dict | No
 
 
 def check(row: Row, results: list[Result]) -> None:
-    """Compares outputs, which are large and only kept as long."""
+    """Compares the outputs, then deletes them, since they are large."""
     ran = [result for result in results if result.refusal is None]
     agreements = row.check(row.parameters, {result.entrant.name: result.output for result in ran})
     for result in ran:

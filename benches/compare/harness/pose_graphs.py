@@ -1,4 +1,4 @@
-"""The cost of a pose graph's poses, whatever a library takes for the error between two."""
+"""The cost of a pose graph's poses, with one definition of the error for all libraries."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,9 +8,9 @@ import numpy as np
 
 @dataclass
 class Edges:
-    """Relative poses of a file of g2o."""
+    """The relative poses of a g2o file."""
 
-    # Index of the pose from which each is seen, and of that which is seen.
+    # Indices of the pose from which each edge is measured, and of the pose that is measured.
     ends: np.ndarray
     # Translation and quaternion x y z w.
     measured: np.ndarray
@@ -35,7 +35,7 @@ def pose_graph_cost(poses: np.ndarray, edges: Edges) -> float:
     turns, places = Rotation.from_quat(poses[:, 3:]), poses[:, :3]
     start, end = edges.ends.T
     measured = Rotation.from_quat(edges.measured[:, 3:])
-    # Of the motion measured^-1 * from^-1 * to.
+    # Rotation of the motion measured^-1 * from^-1 * to, then its translation.
     turn = measured.inv() * turns[start].inv() * turns[end]
     between = turns[start].inv().apply(places[end] - places[start])
     shift = measured.inv().apply(between - edges.measured[:, :3])
@@ -43,7 +43,7 @@ def pose_graph_cost(poses: np.ndarray, edges: Edges) -> float:
     rotation = turn.as_rotvec()
     angle = np.linalg.norm(rotation, axis=1)
     half = np.maximum(0.5 * angle, 1e-4)
-    # At small angles the limit of the quotient, 1/12, is exact to within the square of the angle.
+    # At small angles, the quotient's limit, 1/12, is exact to within the square of the angle.
     factor = np.where(angle < 2e-4, 1 / 12, (1 - half / np.tan(half)) / (4 * half * half))
     turned = np.cross(rotation, shift)
     translation = shift - 0.5 * turned + factor[:, None] * np.cross(rotation, turned)

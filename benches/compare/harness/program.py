@@ -10,7 +10,7 @@ from .machine import ONE_THREAD
 
 @dataclass
 class Timing:
-    """Seconds on the wall and of the processor."""
+    """Wall-clock time and processor time, seconds."""
 
     wall: float
     cpu: float
@@ -46,6 +46,6 @@ class Program:
         try:
             self.process.stdin.close()
         except BrokenPipeError:
-            # It has ended already, and was reported when it was asked for something.
+            # It has ended already; a request since then was refused, and so reported.
             pass
         self.process.wait()

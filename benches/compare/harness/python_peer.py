@@ -1,4 +1,4 @@
-"""A Python library as a program that answers requests, as `compare_ours` does: python -m harness.python_peer MODULE"""
+"""A Python library as a program that answers requests, like `compare_ours`: python -m harness.python_peer MODULE"""
 
 import sys
 import time
@@ -11,12 +11,12 @@ from .files import (
 )  # fmt: skip
 from .inputs import VOXEL, world_points
 
-# What a library's functions take: made once an input, outside the clock.
+# Inputs in the form that a library's functions take: made once per input, outside the measured time.
 CLOUDS: dict[str, object] = {}
-# Depth images as clouds with no normals yet, and matrices of weights, by their paths.
+# Depth images as clouds without normals, and weight matrices, by their paths.
 IMAGES: dict[str, list] = {}
 MATRICES: dict[str, np.ndarray] = {}
-# Grown forests, by what they were grown on and how.
+# Grown forests, by their input and settings.
 FORESTS: dict[tuple, object] = {}
 # Pose graphs with their initial poses, by their paths.
 GRAPHS: dict[str, tuple] = {}
@@ -29,7 +29,7 @@ def cloud(path: str, convert) -> object:
 
 
 def forest(request: dict, grow) -> object:
-    """The forest that a request asks scores of, grown when it is first asked for."""
+    """The forest for a request of scores, grown at the first such request."""
     key = (request["input"], request["trees"], request["sample_size"])
     if key not in FORESTS:
         FORESTS[key] = grow()
@@ -136,7 +136,7 @@ def open3d():
         clouds, least = IMAGES[path], int(request["min_support"])
 
         def find(points):
-            # Of 30 neighbours, as the patches' own default.
+            # 30 neighbours, as is the default of the patches.
             points.normals = o3d.utility.Vector3dVector()
             points.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(30))
             return points.detect_planar_patches(min_num_points=least)
@@ -162,7 +162,7 @@ def scipy():
     def assignment(request):
         path = request["input"]
         if path not in MATRICES:
-            # Double precision is what it computes in.
+            # It computes in double precision.
             MATRICES[path] = read_matrices(Path(path), int(request["size"])).astype(np.float64)
         matrices = MATRICES[path]
 
@@ -202,7 +202,7 @@ def isotree():
     def grower(request):
         points = cloud(request["input"], lambda points: points.astype(np.float64))
         trees, rows = int(request["trees"]), int(request["sample_size"])
-        # Of its many variants the published one: cuts along one column, at a random value.
+        # Of its many variants, the published one: cuts along one column, at a random value.
         engine = IsolationForest(
             ntrees=trees, sample_size=rows, ndim=1, ntry=1, missing_action="fail", nthreads=1, random_seed=0
         )
@@ -221,7 +221,7 @@ def isotree():
 
 
 def image_operations(cv2) -> dict:
-    """What OpenCV does with image sequences."""
+    """OpenCV's operations on image sequences."""
 
     def images(path: str, channels: int) -> np.ndarray:
         if path not in CLOUDS:
@@ -245,7 +245,7 @@ def image_operations(cv2) -> dict:
                     tracker.init(image, box)
                 else:
                     found, moved = tracker.update(image)
-                    # Where it gives up, the target is taken to be where it was.
+                    # When it gives up, the target is assumed to be where it was.
                     box = moved if found else box
                 boxes.append([box[0], box[1], box[0] + box[2], box[1] + box[3]])
             return boxes
@@ -277,7 +277,7 @@ def dufomap_package():
             images, poses = read_depth_images(Path(request["images"])), read_numbers(Path(request["poses"]))
             poses = poses.reshape(-1, 7)
             readings = [world_points(images.points(i), pose).astype(np.float32) for i, pose in enumerate(poses)]
-            # It wants w first.
+            # The library wants w first.
             CLOUDS["scans"] = list(zip(readings, poses[:, [0, 1, 2, 6, 3, 4, 5]].tolist()))
         scans = CLOUDS["scans"][: int(request["limit"])]
         settings = [float(request["cell"]), float(request["hits_grow"]), int(request["unknown_grows"])]
@@ -302,7 +302,7 @@ def gtsam_package():
         path = request["graph"]
         if path not in GRAPHS:
             graph, initial = gtsam.readG2o(path, True)
-            # Nothing else says where the first pose is.
+            # Nothing else fixes the first pose.
             graph.add(gtsam.PriorFactorPose3(0, initial.atPose3(0), gtsam.noiseModel.Isotropic.Sigma(6, 1e-4)))
             GRAPHS[path] = graph, initial
         graph, initial = GRAPHS[path]

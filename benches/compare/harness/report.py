@@ -1,4 +1,4 @@
-"""What was measured, as text, JSON and Markdown."""
+"""The measurements as text, JSON and Markdown."""
 
 import json
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from .measurement import Outcome, Result
 
 @dataclass
 class Verdict:
-    """A row in short: ours against the peer that its aim names, or the best."""
+    """The summary of a row: ours against the peer that its aim names, or else the best peer."""
 
     ours: Result
     peer: Result

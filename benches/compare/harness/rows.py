@@ -1,4 +1,4 @@
-"""The table: what is compared. A later comparison is one more entry here, and its functions in the programs."""
+"""The table of comparisons. A new comparison needs an entry here, and its functions in the programs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from .inputs import MATRICES, PLANE_FRAMES, Inputs
 
 @dataclass
 class Entrant:
-    """A contestant of a row: how it is called there, whose program runs it, and what is said to it alone."""
+    """A contestant of a row: its name there, the library whose program runs it, and its own parameters."""
 
     name: str
     library: str
@@ -18,7 +18,7 @@ class Entrant:
 
 @dataclass
 class Aim:
-    """How many times faster than `against` ours is to be; against the best peer when that is not named."""
+    """The factor by which ours should be faster than `against`, or than the best peer if `against` is None."""
 
     factor: float
     against: str | None = None
@@ -38,7 +38,7 @@ class Row:
     count: int = 1
 
 
-# Ours with working memory and output of the run before, as in a loop over frames, and without.
+# Ours with working memory and output reused from the run before, as in a loop over frames, and without.
 OURS_KEPT = Entrant("dymlm", "dymlm", {"buffers": "kept"})
 OURS_FRESH = Entrant("dymlm, fresh buffers", "dymlm", {"buffers": "fresh"})
 OURS = Entrant("dymlm", "dymlm")
@@ -183,7 +183,7 @@ def plane_rows(inputs: Inputs) -> list[Row]:
         Row(
             name="planes of a depth image",
             operation="planes",
-            # Ours by default, asked of all.
+            # Our default, used for all.
             parameters={"input": inputs.path("images.depths"), "min_support": 1000},
             entrants=[
                 Entrant("dymlm", "dymlm"),
@@ -202,7 +202,7 @@ def static_cloud_rows(inputs: Inputs, quick: bool) -> list[Row]:
         return []
     frames = inputs.path("people.poses").stat().st_size // 56
     frames = min(frames, 20) if quick else frames
-    # Cell size, growth of what was hit, growth of the unknown: its defaults first.
+    # Cell size, growth of hits, growth of the unknown; the library's defaults come first.
     settings = [(0.1, 0.2, 2), (0.05, 0.1, 1), (0.1, 0.1, 0), (0.05, 0.05, 0)]
     peers = [
         Entrant(f"DUFOMap, {cell}, {hits}, {unknown}", "DUFOMap",
@@ -239,7 +239,7 @@ def assignment_rows(inputs: Inputs) -> list[Row]:
 
 def pose_graph_rows(inputs: Inputs) -> list[Row]:
     methods = {"LM": "levenberg_marquardt", "GN": "gauss_newton"}
-    # Method and relative decrease of the cost at which it stops.
+    # Method, and relative decrease of the cost at which it stops.
     settings = {
         "GTSAM": [("LM", "default"), ("LM", "1e-9"), ("GN", "default")],
         "factrs": [("LM", "default"), ("GN", "default")],
@@ -269,7 +269,7 @@ def pose_graph_rows(inputs: Inputs) -> list[Row]:
 
 def octree_rows(inputs: Inputs, quick: bool) -> list[Row]:
     room, hall = ("30 frames", "frames", 5.0, 6), ("hall", "hall", "inf", 12)
-    # Scene, cell size, rays, number of frames, the same for --quick (0: left out).
+    # Scene, cell size, rays, number of frames, number of frames with --quick (0: left out).
     insertions = [
         (room, 0.05, "per_cell", 30, 10), (room, 0.02, "per_cell", 30, 2),
         (hall, 0.05, "per_cell", 6, 2), (hall, 0.02, "per_cell", 1, 0),

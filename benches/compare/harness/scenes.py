@@ -12,7 +12,7 @@ WIDTH, HEIGHT, FOCAL = 640, 480, 525.0
 
 def hall(frames: int, rng: np.random.Generator) -> list[Scan]:
     """A hall of 5 x 3 m whose far wall is 6 m away, with columns; the noise of a time-of-flight camera (5 mm)."""
-    # Surfaces lie within cells of 5 and 2 cm rather than on their borders.
+    # Surfaces are inside cells of 5 and 2 cm rather than on their borders.
     interior = box((-2.51, -1.81, -1.01), (2.51, 1.23, 6.01))
     solids = [box((x - 0.11, -1.81, z - 0.11), (x + 0.11, 1.23, z + 0.11)) for x in (-1.7, 1.7) for z in (4.0, 5.4)]
     poses = [((0.1 * i, 0.0, 0.02 * i), 0.03 * i) for i in range(frames)]
@@ -20,13 +20,13 @@ def hall(frames: int, rng: np.random.Generator) -> list[Scan]:
 
 
 def room(frames: int, rng: np.random.Generator) -> list[Scan]:
-    """A room with a table and a cupboard, the camera turning about; the noise of a Kinect (Nguyen 2012)."""
+    """A room with a table and a cupboard, seen by a turning camera; the noise of a Kinect (Nguyen 2012)."""
     poses = [((0.3 * np.sin(0.2 * i), 0.0, 0.01 * i), 0.5 * np.sin(0.21 * i)) for i in range(frames)]
     return [scan(ROOM, ROOM_SOLIDS, *pose, kinect_noise, rng) for pose in poses]
 
 
 def room_depths(frames: int, rng: np.random.Generator) -> DepthImages:
-    """The same room, turning further from image to image."""
+    """Images of the same room, from a camera that turns further from image to image."""
     poses = [((0.1 * i, 0.0, 0.01 * i), 0.3 * i - 0.4) for i in range(frames)]
     views = [view(ROOM, ROOM_SOLIDS, *pose, kinect_noise, rng) for pose in poses]
     images = [np.where(seen, depth, 0.0).reshape(HEIGHT, WIDTH).astype(np.float32) for _, depth, seen in views]
@@ -46,7 +46,7 @@ ROOM_SOLIDS = [box((-0.5, 0.5, 1.4), (0.5, 0.56, 2.2)), box((0.9, -0.4, 2.4), (1
 
 
 def scan(interior, solids, position, yaw, sigma, rng) -> Scan:
-    """What a camera at `position`, turned by `yaw` about the vertical, sees."""
+    """The scan of a camera at `position`, turned by `yaw` about the vertical."""
     directions, depth, seen = view(interior, solids, position, yaw, sigma, rng)
     origin = np.array(position)
     points = origin + directions[seen] * depth[seen, None]
@@ -54,14 +54,14 @@ def scan(interior, solids, position, yaw, sigma, rng) -> Scan:
 
 
 def view(interior, solids, position, yaw, sigma, rng):
-    """The same as a ray for each pixel, in the world, its depth, and whether it gives a reading."""
+    """For each pixel of such a camera: its ray in the world, its depth, and whether it gives a reading."""
     u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
     rays = np.stack([(u - 319.5) / FOCAL, (v - 239.5) / FOCAL, np.ones(u.shape)], axis=-1).reshape(-1, 3)
     cos, sin = np.cos(yaw), np.sin(yaw)
     rotation = np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]])
     directions, origin = rays @ rotation.T, np.array(position)
 
-    # With z = 1 in the rays, the parameter along a ray is the depth.
+    # The rays have z = 1, so the parameter along a ray is the depth.
     _, depth = crossings(interior, origin, directions)
     for solid in solids:
         entry, leave = crossings(solid, origin, directions)
@@ -71,7 +71,7 @@ def view(interior, solids, position, yaw, sigma, rng):
 
 
 def crossings(solid, origin, directions):
-    """Where rays enter and leave a box."""
+    """The depths at which rays enter and leave a box."""
     with np.errstate(divide="ignore"):
         times = (solid[:, None, :] - origin) / directions
     return times.min(axis=0).max(axis=1), times.max(axis=0).min(axis=1)

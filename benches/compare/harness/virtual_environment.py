@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def enter(folder: Path, requirements: Path) -> None:
-    """Makes the environment if need be and starts the script anew inside it; returns when it already runs there."""
+    """Makes the environment if needed and restarts the script inside it; returns when it already runs there."""
     folder = folder.absolute()
     if Path(sys.prefix).absolute() == folder:
         return
@@ -21,12 +21,12 @@ def enter(folder: Path, requirements: Path) -> None:
 
 
 def is_complete(python: Path) -> bool:
-    """Whether there is an environment whose installation was not broken off."""
+    """Whether there is an environment that was completely installed."""
     return python.exists() and subprocess.run([python, "-c", "import numpy"], stderr=subprocess.DEVNULL).returncode == 0
 
 
 def install(python: Path, requirements: Path) -> None:
-    """Installs the peers; one that is not to be had for this Python is left out, its rows say so."""
+    """Installs the peers. A peer that is not available for this Python is left out, and a line says so."""
     pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     if subprocess.run([*pip, "-r", str(requirements)]).returncode == 0:
         return

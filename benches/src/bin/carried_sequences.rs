@@ -1,6 +1,6 @@
-//! Writes the ten sequences of things that a hand carries for `benches/compare`: `carried.images`, 640x480
-//! colours, image after image, and `carried.targets`, rows of sequence, image, `x_min`, `y_min`, `x_max`,
-//! `y_max` (f32): the box about the pixels that show the thing.
+//! Writes the ten sequences of things carried by a hand for `benches/compare`. `carried.images` has the
+//! 640x480 colour images, one after the other. `carried.targets` has rows of sequence, image, `x_min`,
+//! `y_min`, `x_max`, `y_max` (f32), where the box surrounds the pixels that show the thing.
 //!
 //! `cargo run --release -p dymlm-benches --bin carried_sequences -- FOLDER`
 

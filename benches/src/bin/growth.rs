@@ -1,9 +1,9 @@
-//! What a frame costs, and what the maps hold, when a map grows: a floor of 60 rooms, an aisle of 1 km, an
-//! hour at rest. For each stage the key frames 100 to 200 beside the last 100.
+//! The cost of a frame and the size of the maps as a map grows: a floor of 60 rooms, an aisle of 1 km, an
+//! hour at rest. For each stage, the key frames 100 to 200 are compared with the last 100.
 //!
 //! `cargo run --release -p dymlm-benches --bin growth -- [building] [aisle] [standing] [1/N]`: `1/10` takes
-//! the first tenth of the frames. Images are small (160x120, at rest 80x60), so that frames are cheap: times
-//! are to be held against each other, not against a camera's.
+//! the first tenth of the frames. Images are small (160x120, at rest 80x60) to make frames cheap: times
+//! should be compared with each other, not with those of a real camera.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -19,18 +19,18 @@ use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
 
 type AnyError = Box<dyn Error>;
 
-/// A frame, what a detector finds in it, and its pose.
+/// A frame with its detections and its pose.
 type Input = (Frame, Vec<Detection>, Pose);
 
-/// What a key frame costs.
+/// The cost of a key frame.
 #[derive(Clone, Copy)]
 struct Cost {
     stages: StageTimes,
-    /// Of the whole.
+    /// Processor time of the whole insertion.
     processor: Duration,
 }
 
-/// Key frames that are compared.
+/// Number of key frames that are compared.
 const WINDOW: usize = 100;
 
 fn main() -> Result<(), AnyError> {
@@ -63,7 +63,7 @@ fn main() -> Result<(), AnyError> {
     Ok(())
 }
 
-/// A Kinect's field of view.
+/// A camera with a Kinect's field of view.
 fn camera(width: usize) -> Result<PinholeCamera, dymlm_core::Error> {
     let height = width * 3 / 4;
     let focal_length = 525.0 / 640.0 * width as f64;
@@ -82,7 +82,7 @@ fn sequence(config: &SequenceConfig) -> Result<impl FnMut(usize) -> Result<Input
     })
 }
 
-/// Frames of the aisle, how far the camera goes between two, metres, and how many a second.
+/// Number of frames of the aisle, distance between two frames in metres, and frames per second.
 const AISLE_FRAMES: usize = 5000;
 const STEP: f64 = 0.2;
 const RATE: f64 = 5.0;
@@ -128,7 +128,7 @@ fn aisle(index: usize) -> Result<Input, AnyError> {
     Ok((Frame::new(index as f64 / RATE, camera, depth, color)?, detections, world_from_camera))
 }
 
-/// Builds the maps of some frames and prints what they cost.
+/// Maps the frames and prints their cost.
 fn grow(
     name: &str,
     mut input: impl FnMut(usize) -> Result<Input, AnyError>,
@@ -161,7 +161,7 @@ fn grow(
         print_times(stage.name(), [&early, late], |cost| cost.stages.of(stage).as_secs_f64());
     }
     print_times("insert", [&early, late], |cost| cost.stages.total().as_secs_f64());
-    // What other programs on the machine do is not in it.
+    // Processor time hardly depends on other programs on the machine.
     print_times("processor time", [&early, late], |cost| cost.processor.as_secs_f64());
     println!();
     Ok(())
@@ -185,7 +185,7 @@ fn print_memory([frames, key_frames]: [usize; 2], map: &MultiLevelMap) {
     );
 }
 
-/// Median and mean of both windows, and the ratio of the means: what runs once a second is in no median.
+/// Median and mean of both windows, and the ratio of the means: work done once a second shows in no median.
 fn print_times(name: &str, windows: [&[Cost]; 2], time: impl Fn(&Cost) -> f64) {
     let [early, late] = windows.map(|frames| {
         let mut times: Vec<f64> = frames.iter().map(|cost| 1e3 * time(cost)).collect();

@@ -1,7 +1,7 @@
-//! A day of mapping: a floor of rooms with people in it, walked through again and again at 1 Hz with small
-//! images. Each hour the maps are saved and loaded, and a new session goes on with them; every two minutes the
-//! last key frames are corrected; every second hour things stand elsewhere. Prints what an hour costs and what the
-//! maps hold: all of it is to be flat.
+//! A day of mapping: a floor of rooms with people, walked through again and again at 1 Hz with small images.
+//! Each hour the maps are saved and loaded, and a new session continues them; every two minutes the poses of
+//! the last key frames are corrected; every second hour things have been moved. Prints the cost of each hour
+//! and the size of the maps, which should all stay flat.
 //!
 //! `cargo run --release -p dymlm-benches --bin long_run -- [HOURS] [ROOMS] [SEED]`
 
@@ -19,17 +19,17 @@ use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 type AnyError = Box<dyn Error>;
 
 const HOUR: f64 = 3600.0;
-/// Seconds from one correction to the next, and the key frames that move.
+/// Seconds between two corrections, and number of key frames whose poses are corrected.
 const CORRECTION: f64 = 120.0;
 const CORRECTED: usize = 10;
 
-/// A walk, of which the frames are rendered once.
+/// A walk whose frames are rendered once.
 struct Lap {
     frames: Vec<SimulatedFrame>,
     seconds: f64,
 }
 
-/// What an hour has cost, milliseconds.
+/// The costs of an hour, milliseconds.
 #[derive(Default)]
 struct Costs {
     inserts: Vec<f64>,
@@ -71,7 +71,7 @@ fn lap(seed: u64, rooms: usize, day: u64) -> Result<Lap, AnyError> {
     Ok(Lap { seconds: sequence.len() as f64, frames: sequence.frames().collect() })
 }
 
-/// An hour of laps, in a session whose clock begins at 0.
+/// Maps an hour of laps, in a session whose clock begins at 0.
 fn walk(builder: &mut MapBuilder, lap: &Lap, costs: &mut Costs) -> Result<(), AnyError> {
     let mut corrected = 0.0;
     for round in 0..(HOUR / lap.seconds) as usize {
@@ -139,7 +139,7 @@ fn report(hour: u64, map: &MultiLevelMap, folder: &Path, mut costs: Costs) -> Re
     Ok(())
 }
 
-/// What the work gives, and how long it took, milliseconds.
+/// The output of `work`, and the time that it took, milliseconds.
 fn timed<T, E>(work: impl FnOnce() -> Result<T, E>) -> Result<(T, f64), E> {
     let start = Instant::now();
     let result = work()?;

@@ -1,5 +1,5 @@
-//! What a budget of memory costs: a walk through a building, with the process's memory, the times of insertion
-//! and a checksum of the maps. Run once with a budget and once without: the checksums are the same.
+//! The cost of a memory budget: a walk through a building, with the memory of the process, the times of
+//! insertion and a checksum of the maps. Runs with a budget and without one must give the same checksum.
 //!
 //! `cargo run --release -p dymlm-benches --bin memory_budget -- [MEGABYTES|none] [ROOMS] [RATE] [SEED]`
 
@@ -67,7 +67,7 @@ fn main() -> Result<(), AnyError> {
     Ok(())
 }
 
-/// Of the static cloud, the octree, the planes and the objects.
+/// A checksum of the static cloud, the octree, the planes and the objects.
 fn checksum(map: &dymlm::MultiLevelMap) -> Result<u64, AnyError> {
     let mut hasher = DefaultHasher::new();
     let cloud = map.cloud().point_cloud(Selection::Static);

@@ -1,4 +1,4 @@
-//! What saving and loading maps costs, and how many bytes they take on disk: the kitchen recording.
+//! The cost of saving and loading maps, and their size on disk, measured on the kitchen recording.
 //!
 //! `cargo run --release -p dymlm-benches --bin saving -- [KITCHEN]`
 
@@ -14,7 +14,7 @@ use dymlm_test_support::{RecordedFrame, recorded_frames, recording};
 
 type AnyError = Box<dyn Error>;
 
-/// Frames that are mapped before the first save; the others one by one, each with a save after it.
+/// Number of frames mapped before the first save; after each of the others, the map is saved again.
 const BEFORE: usize = 150;
 
 fn main() -> Result<(), AnyError> {
@@ -83,7 +83,7 @@ fn milliseconds<E>(work: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
     Ok(start.elapsed().as_secs_f64() * 1e3)
 }
 
-/// Bytes of a map folder that are the state's.
+/// Bytes of the state's files in a map folder.
 fn state_bytes(folder: &Path) -> Result<u64, AnyError> {
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder)? {

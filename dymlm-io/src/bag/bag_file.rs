@@ -8,23 +8,24 @@ use mcap::records::{MessageHeader, Record, op};
 use super::chunk::{MAX_CHUNK, unpack};
 use crate::Error;
 
-/// Bytes of unpacked chunks that are kept: colour, depth and detections of one frame may lie in several.
+/// Bytes of unpacked chunks that are kept: one frame's colour, depth and detections may lie in several
+/// chunks.
 const KEPT: usize = 64 << 20;
-/// Bytes before a record: what it is, and its length.
+/// Bytes before a record's content: its opcode and its length.
 const PREFIX: u64 = 9;
 
-/// An MCAP file. Records are read one by one: no more than a few chunks are held.
+/// An MCAP file. Records are read one by one, and only a few unpacked chunks are held in memory.
 #[derive(Debug)]
 pub(super) struct BagFile {
     path: PathBuf,
     file: File,
     length: u64,
-    /// Unpacked chunks by their places, the one used last at the end.
+    /// Unpacked chunks with their stretches of the file; the most recently used is at the end.
     chunks: VecDeque<(Stretch, Vec<u8>)>,
     message: Vec<u8>,
 }
 
-/// A stretch of bytes.
+/// A range of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Stretch {
     start: u64,
@@ -38,7 +39,7 @@ pub(super) struct Place {
     body: Stretch,
 }
 
-/// What a bag says of itself while it is read through.
+/// What a reader of the whole bag is told: a channel or a message.
 pub(super) enum BagEvent<'a> {
     Channel { id: u16, topic: &'a str, schema: &'a str, schema_text: &'a [u8], encoding: &'a str },
     Message { header: MessageHeader, data: &'a [u8], place: Place },
@@ -52,7 +53,7 @@ impl BagFile {
         let mut start = Read::by_ref(&mut file).take(mcap::MAGIC.len() as u64);
         start.read_to_end(&mut magic).map_err(Error::io(path))?;
         if magic != mcap::MAGIC {
-            return Err(Error::malformed(path, "no MCAP file: it does not begin as one"));
+            return Err(Error::malformed(path, "no MCAP file: it does not begin with MCAP's magic bytes"));
         }
         Ok(Self { path: path.to_path_buf(), file, length, chunks: VecDeque::new(), message: Vec::new() })
     }
@@ -61,7 +62,8 @@ impl BagFile {
         &self.path
     }
 
-    /// Reads the data section through. What is damaged is told to `fault`; a bag that breaks off ends there.
+    /// Reads the whole data section. Damaged records are reported to `fault`; a truncated file ends the
+    /// reading.
     pub(super) fn read_through(
         &mut self,
         on_event: &mut dyn FnMut(BagEvent<'_>),
@@ -72,13 +74,13 @@ impl BagFile {
         let mut body = Vec::new();
         loop {
             let Some((opcode, length)) = self.record_at(at)? else {
-                fault(format!("breaks off after {at} bytes: what is before is read"));
+                fault(format!("breaks off after {at} bytes: everything before is read"));
                 return Ok(());
             };
             let place = Stretch { start: at + PREFIX, length };
             let end = place.start.checked_add(length).filter(|&end| end <= self.length);
             let Some(end) = end else {
-                fault(format!("breaks off in a record at byte {at}: what is before is read"));
+                fault(format!("breaks off in a record at byte {at}: everything before is read"));
                 return Ok(());
             };
             match opcode {
@@ -99,7 +101,7 @@ impl BagFile {
         }
     }
 
-    /// The body of a message, which begins after its header.
+    /// The body of a message, without its header.
     pub(super) fn message(&mut self, place: Place) -> Result<&[u8], Error> {
         let body = match place.chunk {
             None => {
@@ -118,11 +120,11 @@ impl BagFile {
         };
         match mcap::parse_record(op::MESSAGE, body) {
             Ok(Record::Message { .. }) => Ok(body.get(MESSAGE_HEADER..).unwrap_or_default()),
-            _ => Err(Error::malformed(&self.path, "the file has changed while it was read")),
+            _ => Err(Error::malformed(&self.path, "the file changed while it was being read")),
         }
     }
 
-    /// Unpacks a chunk unless it is kept, and brings it to the end of the chunks.
+    /// Unpacks a chunk unless it is already kept, and moves it to the end of `chunks`.
     fn keep(&mut self, chunk: Stretch) -> Result<(), Error> {
         if let Some(index) = self.chunks.iter().position(|(place, _)| *place == chunk) {
             if let Some(kept) = self.chunks.remove(index) {
@@ -142,7 +144,7 @@ impl BagFile {
         Ok(())
     }
 
-    /// What a record is, and its length; `None` where the file ends.
+    /// Opcode and length of the record at byte `at`; `None` where the file ends.
     fn record_at(&mut self, at: u64) -> Result<Option<(u8, u64)>, Error> {
         if at.checked_add(PREFIX).is_none_or(|end| end > self.length) {
             return Ok(None);
@@ -167,25 +169,25 @@ impl BagFile {
     }
 }
 
-/// Bytes of a message's header: channel, sequence, two times.
+/// Bytes of a message's header: channel, sequence number, two times.
 const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
 
 fn chunk_of(body: &[u8]) -> Result<Vec<u8>, String> {
     match mcap::parse_record(op::CHUNK, body) {
         Ok(Record::Chunk { header, data }) => unpack(&header, &data),
-        Ok(_) => Err("no chunk".to_owned()),
+        Ok(_) => Err("not a chunk".to_owned()),
         Err(error) => Err(error.to_string()),
     }
 }
 
-/// The schemas of a bag: name and text by their numbers.
+/// A bag's schemas, name and text, by id.
 #[derive(Default)]
 struct Schemas {
     by_id: BTreeMap<u16, (String, Vec<u8>)>,
 }
 
 impl Schemas {
-    /// A record of the file; a chunk is unpacked.
+    /// Enters one record of the file; a chunk is unpacked and its records are entered.
     fn enter_record(
         &mut self,
         opcode: u8,

@@ -2,15 +2,15 @@ use dymlm_core::{Distortion, PinholeCamera};
 
 use crate::ros2::messages::Lens;
 
-/// A camera as a `CameraInfo` gives it.
+/// The camera that a `CameraInfo` describes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct InfoCamera {
     pub(super) camera: PinholeCamera,
     pub(super) distortion: Option<Distortion>,
 }
 
-/// The camera of images as they were taken, or of images that ROS has rectified: those have the projection
-/// matrix P, and no distortion.
+/// The camera of a `CameraInfo`. For images that ROS has rectified, it is the projection matrix P without
+/// distortion; for others, it is K with the distortion.
 pub(super) fn camera_of(lens: &Lens, is_rectified: bool) -> Result<InfoCamera, String> {
     let whole = |binning: u32| binning <= 1;
     let roi = &lens.roi;
@@ -23,7 +23,7 @@ pub(super) fn camera_of(lens: &Lens, is_rectified: bool) -> Result<InfoCamera, S
     }
     let [fx, _, cx, _, fy, cy, ..] = lens.k;
     let [pfx, _, pcx, _, _, pfy, pcy, ..] = lens.p;
-    // Drivers of depth cameras leave P empty now and then.
+    // Some drivers of depth cameras leave P empty: then K is used.
     let use_p = is_rectified && pfx > 0.0;
     let [fx, fy, cx, cy] = if use_p { [pfx, pfy, pcx, pcy] } else { [fx, fy, cx, cy] };
     let camera = PinholeCamera::new(lens.width as usize, lens.height as usize, fx, fy, cx, cy)

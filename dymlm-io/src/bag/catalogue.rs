@@ -7,7 +7,7 @@ use crate::ros2::messages::{
     CameraInfo, CompressedImage, HeaderOnly, Image, Odometry, TransformMessage, decode,
 };
 
-/// What is in a bag: where its images and detections lie, its cameras, and its transforms.
+/// The content of a bag: places of its images and detections in the file, its cameras, and its transforms.
 #[derive(Debug, Default)]
 pub(super) struct Catalogue {
     pub(super) images: BTreeMap<String, ImageTopic>,
@@ -15,16 +15,16 @@ pub(super) struct Catalogue {
     pub(super) detections: BTreeMap<String, Vec<Listed>>,
     pub(super) odometry: BTreeMap<String, Vec<Odometry>>,
     pub(super) tree: TransformTree,
-    /// What is wrong with the file, and with topics as a whole.
+    /// Faults of the file and of whole topics.
     pub(super) faults: BTreeSet<String>,
-    /// Messages that cannot be read, by topic: how many, and what is wrong with the first.
+    /// Unreadable messages by topic: their number, and what is wrong with the first.
     broken: BTreeMap<String, (usize, String)>,
 }
 
-/// A message that is read when it is needed.
+/// A message that is only read when it is needed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Listed {
-    /// Its time stamp, or when it was recorded if it has none, seconds.
+    /// The time stamp in its header, or the time of recording if it has none, seconds.
     pub(super) timestamp: f64,
     pub(super) place: Place,
 }
@@ -33,7 +33,7 @@ pub(super) struct Listed {
 #[derive(Debug)]
 pub(super) struct ImageTopic {
     pub(super) is_compressed: bool,
-    /// Encoding or format, frame and size (of raw images) of the first.
+    /// Encoding of the first image, or its format if it is compressed.
     pub(super) encoding: String,
     pub(super) frame_id: String,
     pub(super) images: Vec<Listed>,
@@ -51,7 +51,7 @@ enum Kind {
 
 impl Kind {
     fn of(schema: &str) -> Option<Self> {
-        // The middle part is left out by some writers.
+        // Some writers leave out the middle part, `msg`.
         let (package, name) = (schema.split('/').next()?, schema.rsplit('/').next()?);
         Some(match (package, name) {
             ("sensor_msgs", "Image") => Self::Image,
@@ -66,7 +66,7 @@ impl Kind {
 }
 
 impl Catalogue {
-    /// Reads a bag through.
+    /// Lists the content of a bag in one pass over the file.
     pub(super) fn of(bag: &mut BagFile) -> Result<Self, Error> {
         let mut catalogue = Self::default();
         let mut channels: BTreeMap<u16, (String, Kind)> = BTreeMap::new();
@@ -97,7 +97,7 @@ impl Catalogue {
         Ok(catalogue)
     }
 
-    /// What is worth a warning.
+    /// One line for each fault that a user should be warned of.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings: Vec<String> = self.faults.iter().cloned().collect();
         warnings.extend(self.broken.iter().map(|(topic, (count, reason))| {
@@ -116,7 +116,7 @@ impl Catalogue {
             self.faults.insert(format!("{topic} is left out: encoded as {encoding:?}; ROS 2's cdr is read"));
             return None;
         }
-        // Until ROS 2 Foxy a detection ends in an image.
+        // Up to ROS 2 Foxy, each detection ends with an image, which newer ones do not have.
         let holds = |field: &[u8]| text.windows(field.len()).any(|part| part == field);
         if kind == Kind::Detections && holds(b"source_img") {
             self.faults.insert(format!("{topic} is left out: its vision_msgs is older than version 3"));

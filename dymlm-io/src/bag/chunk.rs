@@ -2,11 +2,11 @@ use std::io::Read;
 
 use mcap::records::ChunkHeader;
 
-/// Largest chunk, packed or not, bytes. Writers make chunks of some megabytes; a damaged length asks for
-/// anything.
+/// Largest chunk, packed or unpacked, bytes. Writers make chunks of some megabytes, but a damaged length can
+/// ask for any amount of memory.
 pub(super) const MAX_CHUNK: u64 = 1 << 30;
 
-/// Unpacks a chunk and checks it.
+/// Unpacks a chunk and checks its size and checksum.
 pub(super) fn unpack(header: &ChunkHeader, packed: &[u8]) -> Result<Vec<u8>, String> {
     let size = header.uncompressed_size;
     if size > MAX_CHUNK {
@@ -14,7 +14,7 @@ pub(super) fn unpack(header: &ChunkHeader, packed: &[u8]) -> Result<Vec<u8>, Str
     }
     let failed = |error: &dyn std::fmt::Display| format!("a {} chunk: {error}", header.compression);
     let mut unpacked = Vec::new();
-    // No more is unpacked than the header speaks of, and nothing is allocated on its word alone.
+    // At most the header's size is unpacked, and no memory is allocated before the data for it has been read.
     match header.compression.as_str() {
         "" => unpacked.extend_from_slice(packed),
         "zstd" => {

@@ -2,7 +2,8 @@ use dymlm_core::{BoundingBox, Detection};
 
 use crate::ros2::messages::{Detection2D, Detection2DArray, decode};
 
-/// What was detected: of each box the hypothesis with the highest score. Boxes without one are passed over.
+/// The detections of a message: each box gets its hypothesis of the highest score; boxes without any are left
+/// out.
 pub(super) fn detections_of(message: &[u8], class_names: &[String]) -> Result<Vec<Detection>, String> {
     let array: Detection2DArray = decode(message)?;
     array.detections.iter().filter_map(|found| detection_of(found, class_names).transpose()).collect()
@@ -18,7 +19,7 @@ fn detection_of(found: &Detection2D, class_names: &[String]) -> Result<Option<De
             class_names.get(class).ok_or_else(|| format!("class {class} of {} names", class_names.len()))?
         }
     };
-    // A turned box is put into an upright one.
+    // A rotated box is replaced by the upright box around it.
     let (sin, cos) = found.bbox.theta.sin_cos();
     let (half_x, half_y) = (0.5 * found.bbox.size_x, 0.5 * found.bbox.size_y);
     let [wide, high] = [half_x * cos.abs() + half_y * sin.abs(), half_x * sin.abs() + half_y * cos.abs()];

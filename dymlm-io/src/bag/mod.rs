@@ -1,4 +1,4 @@
-//! ROS 2 bags in MCAP (feature `mcap`): what is in a bag is listed in one pass, then frames are read one by one.
+//! ROS 2 bags in MCAP (feature `mcap`): one pass lists the content of a bag, then frames are read one by one.
 
 mod bag_file;
 mod camera_info;

@@ -3,42 +3,43 @@ use std::path::PathBuf;
 use dymlm_core::{ConfigError, check_range};
 use serde::{Deserialize, Serialize};
 
-/// How a bag is opened. Topics that are not named are found by their types.
+/// How a bag is opened. Topics that are not named here are found by their types.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct McapOptions {
-    /// Topic of the depth images. Default: none, that is images of a depth encoding, preferably those that are
+    /// Topic of the depth images. Default `None`: a topic with a depth encoding, preferably one that is
     /// registered to a colour camera.
     pub depth: Option<String>,
-    /// Topic of the colour images. Default: none, that is images of a colour encoding, preferably of the depth
-    /// images' frame; without any, frames have no colour.
+    /// Topic of the colour images. Default `None`: a topic with a colour encoding, preferably in the depth
+    /// images' tf frame. If there is none, frames have no colour.
     pub color: Option<String>,
-    /// Topic of the depth images' `CameraInfo`. Default: none, that is the one beside the images.
+    /// Topic of the depth images' `CameraInfo`. Default `None`: the `camera_info` beside the images.
     pub depth_info: Option<String>,
-    /// Topic of the colour images' `CameraInfo`. Default: none, that is the one beside the images.
+    /// Topic of the colour images' `CameraInfo`. Default `None`: the `camera_info` beside the images.
     pub color_info: Option<String>,
-    /// Topic of the `Detection2DArray`s. Default: none, that is the only one there is.
+    /// Topic of the `Detection2DArray`s. Default `None`: the bag's only topic of that type.
     pub detections: Option<String>,
-    /// Leaves the bag's detections alone: somebody else detects in its frames. Default: false.
+    /// Whether the bag's detections are ignored, because another detector runs on its frames. Default: false.
     pub without_detections: bool,
-    /// Topic of an `Odometry` that moves its child frame instead of what tf says of it. Default: none, that is
-    /// tf, and odometry for frames that tf does not move.
+    /// Topic of an `Odometry` that replaces tf's motion of its child frame. Default `None`: tf, and odometry
+    /// for frames that tf does not move.
     pub odometry: Option<String>,
-    /// The tf frame that is the world. Default: none, that is the root above the camera.
+    /// The tf frame that is the world. Default `None`: the root of the tree above the camera.
     pub world_frame: Option<String>,
-    /// Labels of numeric class ids, in the order of their numbers. Default: none; ids are then labels.
+    /// Labels of numeric class ids: class id n has the n-th label, from 0. Default: none; then the ids are
+    /// the labels.
     pub class_names: Vec<String>,
-    /// A TUM trajectory of the (colour) camera's poses to use instead of the bag's. Default: none.
+    /// A TUM trajectory with the poses of the frames' camera, used instead of the bag's. Default `None`.
     pub trajectory: Option<PathBuf>,
     /// Largest distance in time between a colour image and its depth image, and between detections and their
     /// image, seconds, 0..=10. Default 0.02, as for TUM datasets.
     pub max_association_gap: f64,
-    /// Largest distance in time between two transforms that are interpolated between, seconds, 0..=60. Default
-    /// 0.2, as for TUM datasets. It is no limit to those that differ by less than 2 cm and 1 degree, such as a
-    /// localization's `map` to `odom` once a second. tf2 itself has no limit.
+    /// Largest time between two transforms for which a pose between them is interpolated, seconds, 0..=60.
+    /// Default 0.2, as for TUM datasets. The limit does not apply where the two differ by less than 2 cm and
+    /// 1 degree: a localization may publish `map` to `odom` only once a second. tf2 itself has no limit.
     pub max_interpolation_gap: f64,
-    /// Every how many frames one is taken, beginning with the first, 1... Default 1.
+    /// Every n-th frame is used, beginning with the first, 1... Default 1.
     pub every: usize,
 }
 

@@ -7,7 +7,7 @@ use crate::Error;
 use crate::image_file::{decode_color_picture, decode_depth_png};
 use crate::ros2::messages::{CompressedImage, Image, decode};
 
-/// Millimetres in a metre: what 16-bit depth is in.
+/// Millimetres in a metre: 16-bit depth is in millimetres.
 const MILLIMETRES: f64 = 1000.0;
 
 pub(super) fn is_depth(topic: &str, images: &ImageTopic) -> bool {
@@ -15,7 +15,7 @@ pub(super) fn is_depth(topic: &str, images: &ImageTopic) -> bool {
     if images.is_compressed {
         return format.contains("compressedDepth") || (format.starts_with("16UC1") && format.contains("png"));
     }
-    // Infrared images are 16-bit, too.
+    // Infrared images may be `mono16`, too: only the topic's name tells them from depth.
     matches!(format, "16UC1" | "32FC1") || (format == "mono16" && topic.contains("depth"))
 }
 
@@ -70,8 +70,8 @@ pub(super) fn depth_of(
     Ok(depth)
 }
 
-/// A PNG of millimetres, or after 12 bytes of parameters a PNG of millimetres or of inverse depth
-/// (`compressed_depth_image_transport`).
+/// Decodes a PNG of millimetres, or the format of `compressed_depth_image_transport`: 12 bytes of parameters,
+/// then a PNG of millimetres or of inverse depth.
 fn compressed_depth(
     image: &CompressedImage<'_>,
     camera: &PinholeCamera,
@@ -149,7 +149,7 @@ fn check_size(image: &Image<'_>, camera: &PinholeCamera, path: &Path) -> Result<
     Err(Error::ImageSize { path: path.to_path_buf(), width, height, actual_width, actual_height })
 }
 
-/// The rows of an image, without what is beyond its width.
+/// The rows of an image, without the padding at their ends.
 fn rows<'a>(image: &Image<'a>, bytes: usize) -> Result<impl Iterator<Item = &'a [u8]>, String> {
     let (step, length) = (image.step as usize, image.width as usize * bytes);
     let height = image.height as usize;

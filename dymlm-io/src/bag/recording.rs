@@ -19,20 +19,20 @@ use crate::{Error, FrameBuffers, RecordedFrame, Trajectory};
 
 /// A ROS 2 bag in MCAP: posed RGB-D frames with detections.
 ///
-/// It is read through once when it is opened, to list where its images and detections lie and to take in all
-/// transforms, early and late ones. Then frames are read one by one, in any order: of the images no more than
-/// one frame and a few chunks are held, however long the bag is. Chunks may be packed by zstd or lz4.
+/// Opening a bag reads it once, to list where its images and detections lie and to collect all transforms, in
+/// whatever order they were recorded. Then frames are read one by one, in any order: no more than one frame
+/// and a few chunks are in memory, however long the bag is. Chunks may be compressed by zstd or lz4.
 ///
 /// - Images: `sensor_msgs` `Image` (depth 16UC1 in millimetres, 32FC1 in metres; colour rgb8, bgr8, rgba8,
 ///   bgra8, mono8) and `CompressedImage` (JPEG, PNG; `compressedDepth` by PNG). Colour and depth are paired
-///   one to one by their time stamps. Their `CameraInfo` says how they are rectified; depth of another camera
-///   or frame than the colour images is registered to them by the fixed transforms between both.
-/// - Poses: `TFMessage` on `tf` and `tf_static`, or `Odometry`; interpolated in each transform of the chain
-///   from the camera to the world at the depth image's time stamp, never extrapolated.
+///   one to one by their time stamps. Lens distortion is removed as their `CameraInfo` says. Depth of another
+///   camera or tf frame is registered to the colour images by the fixed transforms between the two.
+/// - Poses: `TFMessage` on `tf` and `tf_static`, or `Odometry`. Each transform between camera and world is
+///   interpolated at the depth image's time stamp, never extrapolated.
 /// - Detections: `Detection2DArray`, of the colour image nearest in time.
 ///
-/// A frame without a pose or with a broken image gives its error when it is loaded; the others are not
-/// concerned. A bag that breaks off is read as far as it goes. [`Self::warnings`] counts what is left out.
+/// Loading a frame without a pose or with a broken image is an error; other frames still load. A truncated
+/// bag is read up to its end. [`Self::warnings`] says what is left out, and how much.
 #[derive(Debug)]
 pub struct McapRecording {
     bag: BagFile,
@@ -69,13 +69,13 @@ struct Source {
 }
 
 impl McapRecording {
-    /// Opens a bag: reads it through, keeping no image.
+    /// Opens a bag: reads all of it once and keeps no image.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`]; [`Error::Config`] for options out of range; [`Error::Malformed`] when the file is no
-    /// MCAP file or has no depth images with a camera, when depth cannot be registered to colour, or a topic
-    /// that the options name is not there; as [`Trajectory::read`] when the options name a trajectory.
+    /// [`Error::Io`]; [`Error::Config`] for options out of range; [`Error::Malformed`] when the file is not
+    /// MCAP, has no depth images with a camera, has depth that cannot be registered to colour, or lacks a
+    /// topic that the options name; as [`Trajectory::read`] when the options name a trajectory.
     pub fn open(path: impl AsRef<Path>, options: &McapOptions) -> Result<Self, Error> {
         options.validate()?;
         let path = path.as_ref();
@@ -165,22 +165,22 @@ impl McapRecording {
         Ok(Self { bag, frames, cameras, depth, color, class_names: options.class_names.clone(), warnings })
     }
 
-    /// The camera of the frames: that of the colour images, or of the depth images if there is no colour.
+    /// The camera of the frames: the colour camera, or the depth camera if there is no colour.
     pub fn camera(&self) -> &PinholeCamera {
         &self.cameras.camera
     }
 
-    /// The frames, in the order of their depth images' time stamps; with [`McapOptions::every`] applied.
+    /// The frames that [`McapOptions::every`] selects, in the order of their depth images' time stamps.
     pub fn frames(&self) -> &[McapFrame] {
         &self.frames
     }
 
-    /// What is left out, and how much of it: worth a warning each.
+    /// One warning for each kind of thing that is left out, with its number.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// Loads a frame. Detections are brought to the frame where the colour camera's lens distorts.
+    /// Loads a frame. Boxes of detections are rectified like the colour image.
     ///
     /// # Errors
     ///
@@ -250,7 +250,8 @@ fn camera_pair(color: &InfoCamera, depth: &InfoCamera, color_from_depth: Option<
     }
 }
 
-/// Odometry moves its child frame: the one that is named in any case, others where tf does not.
+/// Adds odometry to the tree: a named topic replaces tf's motion of its child frame; without a name, each
+/// topic is used whose child frames have no transform in tf.
 fn add_odometry(catalogue: &mut Catalogue, named: Option<&str>) -> Result<(), String> {
     let Catalogue { odometry, tree, faults, .. } = catalogue;
     if let Some(named) = named {
@@ -293,7 +294,7 @@ fn detections_topic(catalogue: &Catalogue, named: Option<&str>) -> Result<Option
     }
 }
 
-/// Frames of the depth images, with colour images if there are any.
+/// One frame for each depth image; with colour, only for those that have a colour image near in time.
 fn paired(depth: &[Listed], color: Option<&[Listed]>, max_gap: f64) -> Vec<McapFrame> {
     let frame = |depth: &Listed, color: Option<&Listed>| McapFrame {
         timestamp: depth.timestamp,
@@ -312,9 +313,9 @@ fn times(listed: &[Listed]) -> Vec<f64> {
     listed.iter().map(|listed| listed.timestamp).collect()
 }
 
-/// Gives detections to the frames, one to one by time; how many are left.
+/// Gives detections to the frames, one to one by time. Returns the number of messages that no frame got.
 fn add_detections(frames: &mut [McapFrame], found: &[Listed], max_gap: f64) -> usize {
-    // Frames are in the order of their depth; their colour may be in another.
+    // Frames are in the order of their depth images; their colour images may be in another order.
     let seen_at = |frame: &McapFrame| frame.color_timestamp.unwrap_or(frame.timestamp);
     let mut order: Vec<usize> = (0..frames.len()).collect();
     order.sort_by(|&a, &b| match (frames.get(a), frames.get(b)) {

@@ -12,13 +12,13 @@ pub(super) struct ChosenImages {
     pub(super) camera: InfoCamera,
 }
 
-/// The topic of depth images: the one that is named, or the best of those of a depth encoding.
+/// The topic of depth images: the named one, or the best topic with a depth encoding.
 pub(super) fn depth_topic(catalogue: &Catalogue, named: Option<&str>) -> Result<String, String> {
     if let Some(named) = named {
         return known(catalogue, named);
     }
     let candidates = catalogue.images.iter().filter(|(topic, images)| is_depth(topic, images));
-    // Registered before others, raw before packed ones; else the first by name.
+    // Registered images before others, then topics named "depth", then raw before compressed, then by name.
     let merit = |(topic, images): &(&String, &ImageTopic)| {
         let registered = ["aligned_depth", "depth_registered", "registered"];
         (registered.iter().any(|word| topic.contains(word)), topic.contains("depth"), !images.is_compressed)
@@ -68,8 +68,8 @@ fn all_images(catalogue: &Catalogue) -> String {
     }
 }
 
-/// The camera of an image topic: of the `CameraInfo` that is named, or that lies beside the images, or else
-/// of the only one that is of the images' frame.
+/// The topic's images with their camera: from the named `CameraInfo`, or from `camera_info` beside the
+/// images, or else from the first, by name of the topic, in the images' tf frame.
 pub(super) fn with_camera(
     catalogue: &Catalogue,
     topic: String,

@@ -5,8 +5,8 @@ use dymlm_core::Pose;
 use crate::ros2::messages::{Transform, TransformStamped};
 use crate::{StampedPose, Trajectory, UncoveredTime};
 
-/// Between transforms that differ by less, metres and radians, it does not matter how long nothing was heard:
-/// what is between them lies nearer than maps distinguish poses.
+/// Two transforms closer than this, metres and radians, are interpolated however long the time between them:
+/// the motion in between is smaller than the errors of poses.
 const STILL: [f64; 2] = [0.02, 0.0175];
 
 /// Why tf gives no pose of a frame.
@@ -14,39 +14,39 @@ const STILL: [f64; 2] = [0.02, 0.0175];
 #[non_exhaustive]
 pub enum NoTransform {
     /// The frames are not connected.
-    #[error("no transform takes frame {frame:?} to {to:?}: the tree ends at {root:?}")]
+    #[error("no transforms lead from frame {frame:?} to {to:?}: those above it end at {root:?}")]
     NotConnected {
-        /// The frame that the transform is of.
+        /// The frame whose transform is wanted.
         frame: String,
-        /// The frame that it should take to.
+        /// The frame that the transform should lead to.
         to: String,
-        /// The last frame above it.
+        /// The root of the tree above `frame`.
         root: String,
     },
-    /// Only fixed transforms are above the camera: nobody says where the robot is.
+    /// Only fixed transforms are above the camera: nothing says how it moves in the world.
     #[error(
         "nothing moves frame {root:?} above {frame:?}: there are no poses (for a camera that stands still, name the world frame)"
     )]
     NoMotion {
         /// The camera's frame.
         frame: String,
-        /// The last frame above it.
+        /// The root of the tree above the camera.
         root: String,
     },
-    /// The transforms lead back to where they began.
+    /// The transforms above a frame form a loop.
     #[error("the transforms above frame {frame:?} are a loop")]
     Loop {
         /// The frame.
         frame: String,
     },
-    /// A transform that is not known at the time.
+    /// A transform is not known at the frame's time.
     #[error("transform {parent:?} -> {child:?}: {fault}")]
     Uncovered {
-        /// The frame that the transform takes to.
+        /// The parent frame of the transform.
         parent: String,
-        /// The frame that it is of.
+        /// The child frame of the transform.
         child: String,
-        /// The time, and what is covered instead.
+        /// The time asked for, and the times that are covered.
         fault: UncoveredTime,
     },
     /// The trajectory that is used instead of tf does not cover the time.
@@ -54,11 +54,12 @@ pub enum NoTransform {
     Trajectory(#[from] UncoveredTime),
 }
 
-/// How frames lie in others, over time. Built once all transforms are read: it does not matter when they come.
+/// The pose of each frame in its parent over time. It is used once all transforms are read, so that their
+/// order in the bag does not matter.
 #[derive(Debug, Default)]
 pub(super) struct TransformTree {
     edges: BTreeMap<String, Edge>,
-    /// Transforms of a frame that has another parent already.
+    /// Number of transforms left out because their child has another parent, by child and parent.
     pub(super) second_parents: BTreeMap<(String, String), usize>,
 }
 
@@ -71,15 +72,15 @@ struct Edge {
 #[derive(Debug)]
 enum Motion {
     Fixed(Pose),
-    /// As they are read.
+    /// In the order of reading; [`TransformTree::settle`] makes them a trajectory.
     Listed(Vec<StampedPose>),
     Moving(Trajectory),
 }
 
-/// Frames from one up to another.
+/// The frames from a start up to an ancestor.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chain {
-    /// The frames below the last.
+    /// All frames of the chain but the last.
     children: Vec<String>,
 }
 
@@ -88,14 +89,14 @@ pub(super) fn pose_of(transform: &Transform) -> Result<Pose, String> {
     Pose::new([t.x, t.y, t.z], [r.x, r.y, r.z, r.w]).map_err(|error| error.to_string())
 }
 
-/// tf of old has frames that begin with a slash.
+/// Strips the leading slash that frames had in the first tf.
 pub(super) fn frame_name(frame: &str) -> &str {
     frame.strip_prefix('/').unwrap_or(frame)
 }
 
 impl TransformTree {
-    /// Takes a transform in. `is_fixed` ones hold at all times; of two the later counts. One without a time
-    /// stamp holds when it was `recorded`.
+    /// Adds a transform. A fixed one (`is_fixed`) holds at all times, and a later one replaces it. A moving
+    /// one without a time stamp gets the time at which it was `recorded`.
     pub(super) fn add(
         &mut self,
         given: &TransformStamped,
@@ -104,7 +105,7 @@ impl TransformTree {
     ) -> Result<(), String> {
         let (parent, child) = (frame_name(&given.header.frame_id), frame_name(&given.child_frame_id));
         if parent.is_empty() || child.is_empty() || parent == child {
-            return Err(format!("a transform {parent:?} -> {child:?}"));
+            return Err(format!("transform {parent:?} -> {child:?}: needs two different frames"));
         }
         let pose = pose_of(&given.transform)?;
         let edge = self.edges.entry(child.to_owned()).or_insert_with(|| Edge {
@@ -127,7 +128,7 @@ impl TransformTree {
         Ok(())
     }
 
-    /// Forgets how a frame moves.
+    /// Removes a frame's transform to its parent.
     pub(super) fn remove(&mut self, child: &str) {
         self.edges.remove(frame_name(child));
     }
@@ -136,7 +137,7 @@ impl TransformTree {
         self.edges.contains_key(frame_name(child))
     }
 
-    /// All transforms are in.
+    /// Turns the listed poses into trajectories, once all transforms are added.
     pub(super) fn settle(&mut self) -> Result<(), dymlm_core::Error> {
         for edge in self.edges.values_mut() {
             if let Motion::Listed(poses) = &mut edge.motion {
@@ -146,7 +147,7 @@ impl TransformTree {
         Ok(())
     }
 
-    /// From a frame up to the world: to the frame of that name, or the root.
+    /// The chain from a frame up to the world: the frame named `world`, or the root.
     pub(super) fn chain_to_world(&self, frame: &str, world: Option<&str>) -> Result<Chain, NoTransform> {
         let frames = self.ancestry(frame)?;
         let root = frames.last().cloned().unwrap_or_default();
@@ -170,7 +171,7 @@ impl TransformTree {
         Ok(Chain { children })
     }
 
-    /// Takes coordinates of the chain's first frame to its last.
+    /// Takes coordinates of the chain's first frame to its last frame.
     pub(super) fn pose_at(&self, chain: &Chain, timestamp: f64, max_gap: f64) -> Result<Pose, NoTransform> {
         let mut pose: Option<Pose> = None;
         for child in &chain.children {
@@ -187,13 +188,13 @@ impl TransformTree {
                 }
                 Motion::Listed(_) => continue,
             };
-            // One transform alone stays as it is to the last bit.
+            // No product with the identity: a single transform keeps its exact bits.
             pose = Some(pose.map_or(step, |below| step * below));
         }
         Ok(pose.unwrap_or_default())
     }
 
-    /// How one frame lies in another that never moves against it, by way of what is above both.
+    /// Takes coordinates of `frame` to `to`, when neither moves against their nearest common ancestor.
     pub(super) fn fixed_between(&self, frame: &str, to: &str) -> Result<Pose, NoTransform> {
         let (from, onto) = (self.ancestry(frame)?, self.ancestry(to)?);
         let not_connected = || NoTransform::NotConnected {
@@ -209,7 +210,7 @@ impl TransformTree {
         Ok(down.inverse() * up)
     }
 
-    /// The product of transforms that are fixed, or are the same every time.
+    /// The product of the transforms of `children`; `None` when one of them changes over time.
     fn fixed_pose(&self, children: Vec<String>) -> Option<Pose> {
         let mut pose = Pose::identity();
         for child in children {
@@ -230,7 +231,7 @@ impl TransformTree {
         Some(pose)
     }
 
-    /// A frame, and all above it.
+    /// A frame and all its ancestors.
     fn ancestry(&self, frame: &str) -> Result<Vec<String>, NoTransform> {
         let mut frames = vec![frame_name(frame).to_owned()];
         while let Some(edge) = frames.last().and_then(|frame| self.edges.get(frame)) {
@@ -243,7 +244,7 @@ impl TransformTree {
     }
 }
 
-/// Whether a frame is where it was between the two transforms around a time.
+/// Whether a frame hardly moves between the two transforms around a time: see [`STILL`].
 fn is_still(trajectory: &Trajectory, timestamp: f64) -> bool {
     let poses = trajectory.poses();
     let after = poses.partition_point(|pose| pose.timestamp <= timestamp);

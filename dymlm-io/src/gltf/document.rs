@@ -10,7 +10,7 @@ const VERSION: u32 = 2;
 const JSON_CHUNK: &[u8; 4] = b"JSON";
 const BINARY_CHUNK: &[u8; 4] = b"BIN\0";
 
-/// A glTF file in the making: its JSON, and the bytes of its one buffer.
+/// A glTF file that is being built: its JSON, and the bytes of its one buffer.
 pub(super) struct Document {
     pub(super) root: Root,
     bytes: Vec<u8>,
@@ -23,7 +23,7 @@ impl Document {
         Self { root, bytes: Vec::new() }
     }
 
-    /// Places, as an attribute of corners.
+    /// Adds positions of vertices.
     pub(super) fn positions(&mut self, positions: &[[f32; 3]]) -> Index<Accessor> {
         let bytes: Vec<u8> = positions.iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
         let view = self.view(&bytes, Target::ArrayBuffer, None);
@@ -32,14 +32,14 @@ impl Document {
         self.root.push(accessor)
     }
 
-    /// Places with colours proportional to light, side by side. 16 bits of these tell apart as many dark tones
-    /// as pictures do; 8 do not.
+    /// Adds interleaved positions and linear colours of vertices. 16 bits of linear colour distinguish as
+    /// many dark tones as 8-bit sRGB does; 8 bits do not.
     pub(super) fn colored_positions(
         &mut self,
         positions: &[[f32; 3]],
         colors: &[[f32; 3]],
     ) -> [Index<Accessor>; 2] {
-        /// Three floats, three numbers of 16 bits, and two bytes that bring the next to a multiple of 4.
+        /// Three floats, three 16-bit numbers, and two bytes of padding to a multiple of 4.
         const STRIDE: usize = 20;
         let mut bytes = Vec::with_capacity(STRIDE * positions.len());
         for (position, color) in positions.iter().zip(colors) {
@@ -56,14 +56,14 @@ impl Document {
         [self.root.push(places), self.root.push(shades)]
     }
 
-    /// Which corners lines or triangles have.
+    /// Adds the vertex indices of lines or triangles.
     pub(super) fn indices(&mut self, indices: &[u32]) -> Index<Accessor> {
         let bytes: Vec<u8> = indices.iter().flat_map(|index| index.to_le_bytes()).collect();
         let view = self.view(&bytes, Target::ElementArrayBuffer, None);
         self.root.push(accessor(view, 0, indices.len(), ComponentType::U32, Type::Scalar))
     }
 
-    /// All numbers have 4 bytes or come in multiples of these: views begin at such, too.
+    /// Adds bytes to the buffer. Every call adds a multiple of 4 bytes, so each view is aligned to 4.
     fn view(&mut self, bytes: &[u8], target: Target, stride: Option<usize>) -> Index<View> {
         let offset = self.bytes.len();
         self.bytes.extend_from_slice(bytes);
@@ -79,7 +79,7 @@ impl Document {
         })
     }
 
-    /// Writes the file as one, `.glb`.
+    /// Writes everything as one binary file, `.glb`.
     pub(super) fn encode(mut self, out: &mut dyn Write) -> io::Result<()> {
         if !self.bytes.is_empty() {
             self.root.push(Buffer {
@@ -105,7 +105,7 @@ impl Document {
     }
 }
 
-/// Its bytes are a multiple of 4, and less than 4 GB.
+/// Writes a chunk; `bytes` are a multiple of 4, and less than 4 GB.
 fn chunk(out: &mut dyn Write, kind: [u8; 4], bytes: &[u8]) -> io::Result<()> {
     out.write_all(&(bytes.len() as u32).to_le_bytes())?;
     out.write_all(&kind)?;
@@ -129,7 +129,7 @@ fn accessor(view: Index<View>, offset: usize, count: usize, of: ComponentType, t
     }
 }
 
-/// Places need their bounds.
+/// Sets the bounds that glTF requires of positions.
 fn bound(accessor: &mut Accessor, positions: &[[f32; 3]]) {
     let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
     let [min, max] = &mut bounds;

@@ -1,6 +1,6 @@
 use dymlm_core::Rgb;
 
-/// Colours of pictures (sRGB) as glTF wants those of corners and materials: proportional to light, 0 to 1.
+/// Takes an sRGB colour to linear light, 0 to 1, as glTF has it in vertices and materials.
 pub(super) fn linear(color: Rgb) -> [f32; 3] {
     color.map(|channel| {
         let value = f64::from(channel) / 255.0;

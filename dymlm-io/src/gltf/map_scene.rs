@@ -18,11 +18,11 @@ use super::linear_color::linear;
 use crate::shapes::{BOX_TRIANGLES, PlaneMesh, box_edges, unit_ball, unit_circles};
 use crate::{ObjectRecord, PlaneRecord, ShapeRecord, id_color};
 
-/// How much of what is behind shows through planes and objects.
+/// Opacity of the faces of planes and objects.
 const ALPHA: f32 = 0.35;
-/// Of clouds without colours.
+/// Colour of clouds without colours.
 const GREY: Rgb = [150; 3];
-/// What is drawn in its own colours, whatever the light.
+/// The extension that draws materials in their own colours, without lighting.
 const UNLIT: &str = "KHR_materials_unlit";
 
 /// Writes a map as one glTF 2.0 file (`.glb`) to a stream:
@@ -30,14 +30,15 @@ const UNLIT: &str = "KHR_materials_unlit";
 ///
 /// Below a root that turns `up` (any length) to glTF's y are three nodes: `cloud`, points with their colours;
 /// `planes`, half-transparent faces with their outlines; `objects`, boxes and ellipsoids, half-transparent
-/// with their edges. Each plane and object is a node of its own, named by its label, with what is known of it
-/// in its `extras`. Metres; what is drawn has its own colours, whatever the light (`KHR_materials_unlit`).
+/// with their edges. Each plane and object is a node of its own, named by its label, with its id and other
+/// values in `extras`. Lengths are metres; colours do not depend on lighting (`KHR_materials_unlit`).
 ///
-/// Points that are not finite are left out, and so are planes without a face and objects whose box is none.
+/// Points that are not finite are left out, as are planes without a face and objects with an invalid pose or
+/// size.
 ///
 /// # Errors
 ///
-/// Those of the stream, and one for more than 4 GB.
+/// Those of the stream, and one when the file would have more than 4 GB.
 pub fn encode_glb(
     out: &mut dyn Write,
     cloud: &PointCloud,
@@ -53,11 +54,11 @@ pub fn encode_glb(
 
 struct MapScene {
     document: Document,
-    /// The accessors of boxes and ellipsoids of size 1, once there is one of them.
+    /// The box and the ellipsoid of size 1, added when the first object is.
     solids: Option<[Solid; 2]>,
 }
 
-/// A shape of size 1, which all objects of its kind scale.
+/// A shape of size 1 that the node of each object scales.
 #[derive(Clone, Copy)]
 struct Solid {
     face_corners: Index<Accessor>,
@@ -160,7 +161,7 @@ impl MapScene {
         })))
     }
 
-    /// Box and ellipsoid.
+    /// The box and the ellipsoid of size 1.
     fn solids(&mut self) -> [Solid; 2] {
         if let Some(solids) = self.solids {
             return solids;
@@ -192,7 +193,7 @@ impl MapScene {
         *self.solids.insert([cuboid, ellipsoid])
     }
 
-    /// Half-transparent faces, and lines.
+    /// A mesh of half-transparent faces and opaque lines.
     fn solid_mesh(&mut self, solid: Solid, color: Rgb) -> Index<Mesh> {
         let (faces, lines) = (self.material(color, ALPHA), self.material(color, 1.0));
         let faces = primitive(
@@ -235,14 +236,14 @@ impl MapScene {
         })
     }
 
-    /// A node of nodes; none where there are none.
+    /// A node with the given children; `None` when there are none.
     fn group(&mut self, name: &str, nodes: Vec<Index<Node>>) -> Option<Index<Node>> {
         let node = Node { children: Some(nodes), name: Some(name.to_owned()), ..Node::default() };
         let is_empty = node.children.as_ref().is_none_or(Vec::is_empty);
         (!is_empty).then(|| self.document.root.push(node))
     }
 
-    /// The root, in whose children's axes the map is.
+    /// Adds the root node, which turns the map's `up` to y, and the scene.
     fn complete(&mut self, groups: Vec<Index<Node>>, up: [f64; 3]) {
         let root = &mut self.document.root;
         if !root.materials.is_empty() {
@@ -260,11 +261,11 @@ impl MapScene {
     }
 }
 
-/// Turns `up` to y; nothing for an `up` without direction.
+/// The rotation that turns `up` to y; the identity for an `up` without a direction.
 fn y_up(up: [f64; 3]) -> [f32; 4] {
     let turned = || {
         let up = unit(up)?;
-        // The map's x goes to x where it may: viewers begin with a look along -z.
+        // The map's x stays as near to x as possible: viewers begin with a view along -z.
         let across = cross([0.0, 0.0, 1.0], up);
         let x =
             unit(cross(up, cross([1.0, 0.0, 0.0], up))).or_else(|| unit(across)).unwrap_or(any_across(up));

@@ -1,4 +1,5 @@
-//! Maps as glTF 2.0 (feature `gltf`): `document` is the file's JSON and bytes, `map_scene` what is drawn.
+//! Maps as glTF 2.0 (feature `gltf`): `map_scene` builds the scene, `document` holds the file's JSON and
+//! bytes.
 
 mod document;
 mod linear_color;

@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 use super::replace::{hidden_name, remove_stale_staging};
 use crate::Error;
 
-/// Whoever holds it is the only one who writes the map of a folder, in this process or any other. The system
-/// lets go of it when the process ends, however it ends.
+/// A lock on the map of a folder: only its holder writes that map, in this process or any other. The system
+/// releases it when the process ends, however it ends.
 #[derive(Debug)]
 pub(super) struct FolderLock {
     path: PathBuf,
-    /// Locked as long as it is open.
+    /// Locked as long as the file is open.
     _file: File,
 }
 
 impl FolderLock {
-    /// Locks the map of a resolved folder, and clears away what writers left that were killed.
+    /// Locks the map of a resolved folder, and removes temporary folders that killed writers left.
     pub(super) fn take(target: &Path) -> Result<Self, Error> {
         let path = target.with_file_name(hidden_name(target, "-lock"));
         loop {
@@ -27,8 +27,8 @@ impl FolderLock {
                 Err(TryLockError::WouldBlock) => return Err(Error::Locked { path: target.to_path_buf() }),
                 Err(TryLockError::Error(source)) => return Err(Error::io(&path)(source)),
             }
-            // Whoever had it may have removed it since it was opened here: then somebody else can lock
-            // another.
+            // The last holder may have removed the file after it was opened here: then somebody else could
+            // lock a new file of the same name.
             if is_still_there(&path, &file) {
                 remove_stale_staging(target);
                 return Ok(Self { path, _file: file });
@@ -39,12 +39,12 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // While it is still locked. What cannot be removed is in nobody's way.
+        // Removed while it is still locked. A file that cannot be removed does no harm.
         std::fs::remove_file(&self.path).ok();
     }
 }
 
-/// Whether a path leads to an open file.
+/// Whether the path still leads to this open file.
 #[cfg(unix)]
 fn is_still_there(path: &Path, file: &File) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -54,7 +54,7 @@ fn is_still_there(path: &Path, file: &File) -> bool {
     identity(file.metadata()) == identity(std::fs::metadata(path))
 }
 
-/// Elsewhere open files are not removed.
+/// Other systems do not remove open files.
 #[cfg(not(unix))]
 fn is_still_there(path: &Path, _file: &File) -> bool {
     path.exists()

@@ -8,10 +8,10 @@ use crate::Error;
 
 pub(super) const MANIFEST: &str = "manifest.json";
 
-/// Marks a folder as a map's.
+/// Identifies the manifest of a map.
 const FORMAT: &str = "dymlm map";
 
-/// Version of the format that is written, and the only one that is read.
+/// The format version that is written, and the only one that is read.
 const VERSION: u32 = 3;
 
 /// `manifest.json`.
@@ -20,9 +20,9 @@ pub(super) struct Manifest {
     format: String,
     version: u32,
     pub(super) files: Vec<FileEntry>,
-    /// The writer's own: how the map was made.
+    /// The caller's own: how the map was made.
     pub(super) config: serde_json::Value,
-    /// The writer's own: what is in it.
+    /// The caller's own: what the map contains.
     pub(super) counts: serde_json::Value,
 }
 
@@ -31,18 +31,18 @@ pub(super) struct Manifest {
 pub(super) struct FileEntry {
     pub(super) name: String,
     pub(super) bytes: u64,
-    /// None of a file whose parts have their own.
+    /// `None` for a file whose parts have their own checksums.
     pub(super) crc32: Option<u32>,
 }
 
-/// What every version's manifest begins with.
+/// The beginning of every version's manifest.
 #[derive(Deserialize)]
 struct Preamble {
     format: String,
     version: u32,
 }
 
-/// The part of every version's manifest that tells the map's files from others.
+/// The part of every version's manifest that lists the map's files.
 #[derive(Deserialize)]
 struct FileList {
     files: Vec<FileName>,
@@ -89,19 +89,20 @@ impl Manifest {
     }
 }
 
-/// A part of a folder's manifest, if it has one.
+/// Some fields of a folder's manifest; `None` without a valid manifest.
 fn parse<T: DeserializeOwned>(folder: &Path) -> Option<T> {
     let bytes = fs::read(folder.join(MANIFEST)).ok()?;
     serde_json::from_slice(&bytes).ok()
 }
 
-/// The path of a file in a folder. Names with a folder in them would lead out of it.
+/// The path of a file in a folder. A name with a folder in it is refused, since it could lead out of the
+/// folder.
 pub(super) fn check_name(folder: &Path, name: &str) -> Result<PathBuf, Error> {
     let mut components = Path::new(name).components();
     let plain = matches!((components.next(), components.next()), (Some(Component::Normal(part)), None) if part == name);
     if plain && name != MANIFEST && !name.contains(['/', '\\', '\0', ':']) {
         Ok(folder.join(name))
     } else {
-        Err(Error::malformed(folder, format!("{name:?} is no name for a file of a map")))
+        Err(Error::malformed(folder, format!("{name:?} is not allowed as the name of a file of a map")))
     }
 }

@@ -1,4 +1,4 @@
-//! Map folders: files beside a manifest that says what they are and proves that they are whole.
+//! Map folders: files beside a manifest that lists them and has their sizes and checksums.
 
 mod lock;
 mod manifest;

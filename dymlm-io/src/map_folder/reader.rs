@@ -18,8 +18,8 @@ pub struct MapFolder {
 }
 
 impl MapFolder {
-    /// Opens a map folder and compares sizes and checksums of its files. When a crash left the map aside
-    /// while it was being replaced, it is put back first.
+    /// Opens a map folder and compares sizes and checksums of its files. When a crash during a replacement
+    /// left the map under its temporary name, it is put back first.
     ///
     /// # Errors
     ///
@@ -34,11 +34,11 @@ impl MapFolder {
         Ok(map)
     }
 
-    /// Opens a map folder without looking whether its files are whole.
+    /// Opens a map folder without verifying its files.
     ///
     /// # Errors
     ///
-    /// As [`open`](Self::open), but for sizes and checksums.
+    /// As [`open`](Self::open), except for sizes and checksums.
     pub fn open_unverified(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let folder = folder.as_ref();
         if !folder.exists()
@@ -93,7 +93,7 @@ impl MapFolder {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the manifest holds something else than a `C`.
+    /// [`Error::Malformed`] when the manifest's config is not a `C`.
     pub fn config<C: DeserializeOwned>(&self) -> Result<C, Error> {
         self.entry("config", &self.manifest.config)
     }
@@ -102,7 +102,7 @@ impl MapFolder {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the manifest holds something else than an `N`.
+    /// [`Error::Malformed`] when the manifest's counts are not an `N`.
     pub fn counts<N: DeserializeOwned>(&self) -> Result<N, Error> {
         self.entry("counts", &self.manifest.counts)
     }
@@ -116,7 +116,7 @@ impl MapFolder {
 fn verify(path: &Path, entry: &FileEntry) -> Result<(), Error> {
     let mut file = fs::File::open(path).map_err(Error::io(path))?;
     let actual_bytes = file.metadata().map_err(Error::io(path))?.len();
-    // A file of another size is no longer the one that was written, whatever its checksum.
+    // A file of another size has changed: its checksum need not be computed.
     let actual_crc32 = match entry.crc32 {
         Some(_) if actual_bytes == entry.bytes => Some(checksum(&mut file).map_err(Error::io(path))?),
         other => other.map(|_| 0),

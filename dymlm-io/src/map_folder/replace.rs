@@ -1,4 +1,5 @@
-//! Putting a new map folder in an old one's place, in an order from which every crash can be recovered.
+//! Puts a new map folder in the place of an old one, in an order of steps that can be recovered from every
+//! crash.
 
 use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
@@ -14,18 +15,19 @@ use super::manifest::{MANIFEST, Manifest};
 use crate::Error;
 use crate::write_atomically::{parent_of, sync_folder};
 
-/// How often, and after how long each time, a reader looks again for a map that is just being replaced.
+/// Number of times that a reader looks again for a map that is just being replaced, and the pause before
+/// each.
 const MOST_LOOKS: usize = 200;
 const LOOK_INTERVAL: Duration = Duration::from_millis(5);
 
-/// The folder's own path: links resolved, and without a trailing `.` that would have no name.
+/// The folder's own path: links are resolved, and a trailing `.`, which has no name, is removed.
 pub(super) fn resolve(folder: &Path) -> Result<PathBuf, Error> {
     match fs::canonicalize(folder) {
         Ok(resolved) => Ok(resolved),
-        // A link to nothing would be replaced by the folder rather than followed.
+        // A link to a missing folder would be replaced by the new folder rather than followed.
         Err(error) if error.kind() == io::ErrorKind::NotFound && !folder.is_symlink() => {
             let Some(name) = folder.file_name() else {
-                return Err(Error::malformed(folder, "no name for a folder"));
+                return Err(Error::malformed(folder, "the path does not end in a folder's name"));
             };
             let parent = parent_of(folder);
             fs::create_dir_all(&parent).map_err(Error::io(&parent))?;
@@ -36,7 +38,7 @@ pub(super) fn resolve(folder: &Path) -> Result<PathBuf, Error> {
     }
 }
 
-/// Refuses a target that holds something else than a map.
+/// Refuses a target that holds something other than a map.
 pub(super) fn check_replaceable(target: &Path) -> Result<(), Error> {
     if !target.exists() || Manifest::marks(target) {
         return Ok(());
@@ -62,8 +64,8 @@ pub(super) fn staging_folder(target: &Path) -> Result<TempDir, Error> {
     builder.tempdir_in(parent_of(target)).map_err(Error::io(target))
 }
 
-/// Renames the finished folder to the target. Until the last rename has succeeded, an error puts back what
-/// was there.
+/// Renames the finished folder to the target. An error before the last rename has succeeded puts back the old
+/// map.
 pub(super) fn put_in_place(staging: TempDir, target: &Path, manifest: &Manifest) -> Result<(), Error> {
     check_replaceable(target)?;
     let aside = aside_path(target);
@@ -72,7 +74,7 @@ pub(super) fn put_in_place(staging: TempDir, target: &Path, manifest: &Manifest)
         check_names_free(target, manifest)?;
         fs::rename(target, &aside).map_err(Error::io(target))?;
     } else if target.exists() {
-        // Empty, or this fails.
+        // Removes an empty folder only: otherwise it fails.
         fs::remove_dir(target).map_err(Error::io(target))?;
     }
     if let Err(error) = fs::rename(staging.path(), target) {
@@ -81,19 +83,19 @@ pub(super) fn put_in_place(staging: TempDir, target: &Path, manifest: &Manifest)
         }
         return Err(Error::io(target)(error));
     }
-    // The folder is the map's from here on, and not to be removed.
+    // From here on the folder is the map, so the temporary folder must not be removed.
     let _ = staging.keep();
     sync_folder(&parent_of(target));
     if replaces {
-        // The new map is in place. What cannot be removed of the old one stays aside for the next writer to
-        // clear.
+        // The new map is in place. Remains of the old one that cannot be removed are left for the next
+        // writer.
         clear_aside(&aside, target).ok();
     }
     Ok(())
 }
 
-/// Finishes what a crash left: a map that was put aside is put back when nothing took its place, else cleared
-/// away.
+/// Finishes a replacement that a crash interrupted: the old map, renamed aside, is put back when nothing took
+/// its place, and is removed otherwise.
 pub(super) fn recover(target: &Path) -> Result<(), Error> {
     let aside = aside_path(target);
     if !aside.exists() {
@@ -103,7 +105,7 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
         return clear_aside(&aside, target);
     }
     if target.exists() {
-        // An empty folder made since; anything else is left alone.
+        // An empty folder was made since. Anything else in the way is left alone.
         fs::remove_dir(target).map_err(|_| Error::InTheWay { path: target.to_path_buf() })?;
     }
     fs::rename(&aside, target).map_err(Error::io(&aside))?;
@@ -111,7 +113,8 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The same for a reader: while somebody writes the map, it is away between two renames only.
+/// Recovers for a reader. It waits while a writer holds the lock: the map is missing only between two
+/// renames.
 pub(super) fn recover_unless_written(target: &Path) -> Result<(), Error> {
     let is_away = || aside_path(target).exists() && !target.exists();
     for _ in 0..MOST_LOOKS {
@@ -121,14 +124,14 @@ pub(super) fn recover_unless_written(target: &Path) -> Result<(), Error> {
         match FolderLock::take(target) {
             Ok(_lock) => return recover(target),
             Err(Error::Locked { .. }) => std::thread::sleep(LOOK_INTERVAL),
-            // Where nothing can be locked, as in a folder that is read-only, nobody writes.
+            // Where no lock can be made, as in a read-only folder, nobody writes.
             Err(_) => return recover(target),
         }
     }
     Err(Error::Locked { path: target.to_path_buf() })
 }
 
-/// Removes what writers left that were killed; what cannot be removed stays.
+/// Removes the temporary folders of killed writers, as far as possible.
 pub(super) fn remove_stale_staging(target: &Path) {
     let prefix = staging_prefix(target);
     let Ok(entries) = fs::read_dir(parent_of(target)) else { return };
@@ -146,7 +149,7 @@ fn staging_prefix(target: &Path) -> OsString {
     prefix
 }
 
-/// Refuses to replace a map in whose folder someone put files under names that the new map needs.
+/// Refuses to replace a map whose folder holds other files under names that the new map needs.
 fn check_names_free(target: &Path, manifest: &Manifest) -> Result<(), Error> {
     let foreign = foreign_names(target)?;
     match manifest.files.iter().find(|file| foreign.contains(OsStr::new(&file.name))) {
@@ -155,7 +158,7 @@ fn check_names_free(target: &Path, manifest: &Manifest) -> Result<(), Error> {
     }
 }
 
-/// Moves files that are not the old map's to the new folder and removes the old map. Nothing but the old
+/// Moves other files in the old map's folder to the new folder, then removes the old map. Nothing but the old
 /// map's own files is ever deleted.
 fn clear_aside(aside: &Path, target: &Path) -> Result<(), Error> {
     for name in foreign_names(aside)? {
@@ -164,7 +167,7 @@ fn clear_aside(aside: &Path, target: &Path) -> Result<(), Error> {
             fs::rename(aside.join(&name), to).map_err(Error::io(aside))?;
         }
     }
-    // The manifest goes last: as long as it is there, the other files are known to be the map's.
+    // The manifest is removed last: as long as it is there, the other files are known to be the map's.
     for name in Manifest::file_names(aside).into_iter().chain([MANIFEST.to_owned()]) {
         let path = aside.join(name);
         match fs::remove_file(&path) {
@@ -175,7 +178,7 @@ fn clear_aside(aside: &Path, target: &Path) -> Result<(), Error> {
     fs::remove_dir(aside).map_err(Error::io(aside))
 }
 
-/// Names in a map's folder that are not the map's.
+/// Names of files in a map's folder that are not the map's.
 fn foreign_names(folder: &Path) -> Result<BTreeSet<OsString>, Error> {
     let mut names = names_in(folder)?;
     names.remove(OsStr::new(MANIFEST));

@@ -11,21 +11,22 @@ use super::replace::{check_replaceable, put_in_place, recover, resolve, staging_
 use crate::Error;
 use crate::write_atomically::sync_folder;
 
-/// Writes a map folder so that a crash never leaves half of it, and an older map stays until the new one is
-/// whole.
+/// Writes a map folder so that a crash never leaves it half-written, and an older map stays until the new one
+/// is complete.
 ///
 /// Files go to a temporary folder beside the map's own. [`Self::finish`] adds `manifest.json` (format
-/// version, config, counts, and size and CRC-32 of each file), flushes all to the disk and puts the folder in
-/// the map's place. A writer that is dropped before that leaves nothing; one whose process is killed leaves
-/// its temporary folder (`.NAME.dymlm-new-...`) for the next writer to clear, never a half map.
+/// version, config, counts, and size and CRC-32 of each file), flushes everything to the disk and puts the
+/// folder in the map's place. A writer that is dropped before leaves nothing. A writer whose process is
+/// killed leaves its temporary folder (`.NAME.dymlm-new-...`), which the next writer removes, but never an
+/// incomplete map.
 ///
-/// **One writer at a time**, of all processes: it locks `.NAME.dymlm-lock` beside the folder.
+/// **One writer at a time** among all processes: it locks `.NAME.dymlm-lock` beside the folder.
 ///
-/// **Replacing.** An older map is renamed to `.NAME.dymlm-old`, the new one renamed to its place, then the
-/// old one removed: systems have no call that exchanges two folders portably. After a crash between the two
-/// renames the old map is found aside, and the next writer or [`MapFolder::open`](crate::MapFolder::open)
-/// puts it back. Files that are no part of the older map (someone's notes) move on to the new folder. A
-/// folder that is neither empty nor a map is never replaced.
+/// **Replacing.** An older map is renamed to `.NAME.dymlm-old`, the new one is renamed to its place, then the
+/// old one is removed, since no portable call exchanges two folders. After a crash between the two renames,
+/// the next writer or [`MapFolder::open`](crate::MapFolder::open) puts the old map back. Files that are no
+/// part of the older map (someone's notes) are moved to the new folder. A folder that is neither empty nor a
+/// map is never replaced.
 ///
 /// ```
 /// # let parent = tempfile::tempdir()?;
@@ -47,12 +48,12 @@ pub struct MapFolderWriter {
     target: PathBuf,
     staging: TempDir,
     files: Vec<FileEntry>,
-    /// None where a [`MapFolderSaver`](crate::MapFolderSaver) has it.
+    /// `None` when a [`MapFolderSaver`](crate::MapFolderSaver) holds the lock.
     _lock: Option<FolderLock>,
 }
 
 impl MapFolderWriter {
-    /// Begins a map folder at `folder`, whose parent folder is made when it is missing.
+    /// Begins a map folder at `folder`. A missing parent folder is created.
     ///
     /// # Errors
     ///
@@ -64,30 +65,31 @@ impl MapFolderWriter {
         Ok(Self { _lock: Some(lock), ..Self::begin(&target)? })
     }
 
-    /// The same for somebody who has locked the resolved folder.
+    /// As [`Self::create`], for a caller that has locked the resolved folder.
     pub(super) fn begin(target: &Path) -> Result<Self, Error> {
         Self::check(target)?;
         let staging = staging_folder(target)?;
         Ok(Self { target: target.to_path_buf(), staging, files: Vec::new(), _lock: None })
     }
 
-    /// Puts back a map that a crash left aside, and refuses a folder that is no map.
+    /// Puts back a map that a crash left aside, and refuses a folder that holds something other than a map.
     pub(super) fn check(target: &Path) -> Result<(), Error> {
         recover(target)?;
         check_replaceable(target)
     }
 
-    /// Where the files are until they are all there.
+    /// The temporary folder that the files are written to until the map is complete.
     pub(super) fn staging(&self) -> &Path {
         self.staging.path()
     }
 
-    /// Adds a file that was written to the [staging](Self::staging) folder; its parts have checksums.
+    /// Adds a file that was written to the [staging](Self::staging) folder and whose parts have checksums of
+    /// their own.
     pub(super) fn add(&mut self, name: &str, bytes: u64) {
         self.files.push(FileEntry { name: name.to_owned(), bytes, crc32: None });
     }
 
-    /// Keeps a file of the older map, which never changes: it is linked, or copied where that cannot be.
+    /// Keeps a file of the older map that never changes: it is linked, or copied where linking fails.
     pub(super) fn keep(&mut self, name: &str, bytes: u64) -> Result<(), Error> {
         let (before, now) = (self.target.join(name), self.staging.path().join(name));
         if fs::hard_link(&before, &now).is_err() {
@@ -102,8 +104,8 @@ impl MapFolderWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the name is no plain file name, is `manifest.json` or is taken;
-    /// [`Error::Content`] when `write` fails; [`Error::Io`]. The file is no part of the map then.
+    /// [`Error::Malformed`] when the name is not a plain file name, is `manifest.json` or is taken;
+    /// [`Error::Content`] when `write` fails; [`Error::Io`]. The map does not get the file then.
     pub fn file<E>(
         &mut self,
         name: &str,
@@ -112,7 +114,7 @@ impl MapFolderWriter {
     where
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
-        // Errors speak of the file that was to be, not of the temporary one.
+        // Errors name the final path of the file, not the temporary one.
         let final_path = check_name(&self.target, name)?;
         if self.files.iter().any(|file| file.name.eq_ignore_ascii_case(name)) {
             return Err(Error::malformed(&final_path, "the map has a file of this name already"));
@@ -130,13 +132,13 @@ impl MapFolderWriter {
         }
     }
 
-    /// Writes the manifest and puts the folder in its place. `config` and `counts` are the caller's own: how
-    /// the map was made and what is in it; anything that JSON can hold.
+    /// Writes the manifest and puts the folder in its place. `config` and `counts` are the caller's own and
+    /// say how the map was made and what it contains; they may be anything that JSON can hold.
     ///
     /// # Errors
     ///
-    /// [`Error::Content`] when config or counts cannot be JSON; [`Error::InTheWay`] when something came in
-    /// the way since [`Self::create`]; [`Error::Io`]. An older map is still in its place then.
+    /// [`Error::Content`] when config or counts cannot be JSON; [`Error::InTheWay`] when the folder has got
+    /// other content since [`Self::create`]; [`Error::Io`]. An older map is still in its place then.
     pub fn finish<C, N>(self, config: &C, counts: &N) -> Result<(), Error>
     where
         C: Serialize + ?Sized,
@@ -158,7 +160,7 @@ impl MapFolderWriter {
     }
 }
 
-/// Writes a file through to the disk; gives its size and checksum.
+/// Writes a file and flushes it to the disk; returns its size and checksum.
 fn write_checked<E>(
     path: &Path,
     final_path: &Path,
@@ -177,7 +179,7 @@ where
     Ok((checked.bytes, checked.checksum.finalize()))
 }
 
-/// Counts and checksums what goes into a file.
+/// Computes the size and checksum of what is written to a file.
 struct CheckedWriter {
     file: fs::File,
     bytes: u64,

@@ -6,14 +6,15 @@ use mcap::records::op;
 use super::record::{RecordBody, SUMMARY, channel, prefix, schema, summary_offset};
 use crate::ros2::schema::schema_text;
 
-/// Bytes of messages in a chunk. A crash loses no more than them; larger ones pack a little better.
+/// Bytes of messages in a chunk. A crash loses at most one chunk; larger chunks compress slightly better.
 const CHUNK: usize = 1 << 20;
 
 /// An MCAP file that is being written: <https://mcap.dev/spec>.
 ///
-/// Messages are collected in chunks, which are packed by lz4 where that makes them smaller. (The crate `mcap`
-/// packs by C libraries alone.) What is in the file up to the last chunk can be read at any time; what makes
-/// it quick to find comes at the end. Held are a chunk, and some hundred bytes of each that was written.
+/// Messages are collected in chunks, which are compressed by lz4 where that makes them smaller. (The crate
+/// `mcap` compresses only through C libraries.) Written chunks can be read at any time; the index that finds
+/// them quickly follows at the end. Memory holds one chunk, and some hundred bytes for each chunk that was
+/// written.
 #[derive(Debug)]
 pub(super) struct Container<W: Write> {
     out: Counted<W>,
@@ -32,7 +33,7 @@ struct Channel {
     messages: u64,
 }
 
-/// The records of a chunk, and where its messages begin, by channels.
+/// The records of a chunk, and for each channel the times of its messages and where they begin in the chunk.
 #[derive(Debug, Default)]
 struct Chunk {
     records: Vec<u8>,
@@ -78,8 +79,8 @@ impl<W: Write> Container<W> {
         if self.chunk.records.len() >= CHUNK { self.flush() } else { Ok(()) }
     }
 
-    /// The channel of a topic, and its message's number. Schema and channel are written before their first
-    /// message.
+    /// The channel of a topic, and the sequence number of its next message. Schema and channel are written
+    /// before the first message.
     fn channel(&mut self, topic: &str, kind: &'static str) -> io::Result<(u16, u32)> {
         if let Some(channel) = self.channels.get_mut(topic) {
             channel.messages += 1;
@@ -97,14 +98,14 @@ impl<W: Write> Container<W> {
         if let Some(id) = self.schemas.get(kind) {
             return Ok(*id);
         }
-        // Ids of schemas begin with 1: 0 means none.
+        // Ids of schemas begin at 1: 0 means no schema.
         let id = self.schemas.len() as u16 + 1;
         self.chunk.record(op::SCHEMA, schema_record(id, kind)?.bytes());
         self.schemas.insert(kind, id);
         Ok(id)
     }
 
-    /// Writes the chunk so far: what was added can be read from now on.
+    /// Writes the chunk so far: all messages up to here can be read from now on.
     pub(super) fn flush(&mut self) -> io::Result<()> {
         let Some(times) = self.chunk.times else { return self.out.flush() };
         let chunk = std::mem::take(&mut self.chunk);
@@ -123,7 +124,7 @@ impl<W: Write> Container<W> {
         let index = index.channels(offsets.into_iter()).u64(self.out.at - end).text(compression);
         let index = index.u64(packed.len() as u64).u64(chunk.records.len() as u64);
         self.chunk_indexes.push(index.bytes().to_vec());
-        // Its memory serves the next.
+        // The next chunk reuses the memory.
         let mut records = chunk.records;
         records.clear();
         records.shrink_to(2 * CHUNK);
@@ -131,7 +132,7 @@ impl<W: Write> Container<W> {
         self.out.flush()
     }
 
-    /// Writes where a chunk's messages begin; gives where that is written for each channel.
+    /// Writes the message index of each channel of a chunk; returns where each index begins.
     fn message_indexes(&mut self, chunk: &Chunk) -> io::Result<Vec<(u16, u64)>> {
         let mut offsets = Vec::with_capacity(chunk.messages.len());
         for (&channel, messages) in &chunk.messages {
@@ -143,7 +144,7 @@ impl<W: Write> Container<W> {
         Ok(offsets)
     }
 
-    /// Writes the last chunk and the summary: the file is whole.
+    /// Writes the last chunk and the summary, which complete the file.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         self.flush()?;
         let crc = self.out.crc.clone().finalize();
@@ -165,7 +166,7 @@ impl<W: Write> Container<W> {
         for group in groups {
             self.out.record(op::SUMMARY_OFFSET, group.bytes())?;
         }
-        // The checksum goes over the footer up to itself.
+        // The checksum covers the footer up to the checksum itself.
         let footer = RecordBody::default().u64(summary_start).u64(offsets_start);
         self.out.write_all(&prefix(op::FOOTER, footer.bytes().len() + size_of::<u32>()))?;
         self.out.write_all(footer.bytes())?;
@@ -194,7 +195,7 @@ impl<W: Write> Container<W> {
     fn statistics(&self) -> RecordBody {
         let [start, end] = self.times.unwrap_or_default();
         let body = RecordBody::default().u64(self.messages).u16(self.schemas.len() as u16);
-        // No attachments, no metadata.
+        // The two zeros: no attachments, no metadata.
         let body = body.u32(self.channels.len() as u32).u32(0).u32(0).u32(self.chunk_indexes.len() as u32);
         let counts = self.channels.values().map(|channel| (channel.id, channel.messages));
         body.u64(start).u64(end).channels(counts)
@@ -210,7 +211,7 @@ impl Chunk {
 
 fn schema_record(id: u16, kind: &str) -> io::Result<RecordBody> {
     let text = schema_text(kind).ok_or_else(|| io::Error::other(format!("no schema of {kind}")))?;
-    // In the names of types, though not in their definitions, ROS 2 says what kind of interface they are.
+    // In the names of schemas, though not inside definitions, ROS 2 writes the kind of interface: `/msg/`.
     Ok(schema(id, &kind.replacen('/', "/msg/", 1), &text))
 }
 
@@ -218,7 +219,7 @@ fn spanned(times: Option<[u64; 2]>, time: u64) -> [u64; 2] {
     times.map_or([time; 2], |[first, last]| [first.min(time), last.max(time)])
 }
 
-/// Records packed by lz4, where that makes them smaller.
+/// The records compressed by lz4 where that makes them smaller, and the name of the compression.
 fn packed(records: &[u8]) -> io::Result<(&'static str, Option<Vec<u8>>)> {
     let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::with_capacity(records.len() / 2));
     encoder.write_all(records)?;
@@ -226,7 +227,7 @@ fn packed(records: &[u8]) -> io::Result<(&'static str, Option<Vec<u8>>)> {
     Ok(if packed.len() < records.len() { ("lz4", Some(packed)) } else { ("", None) })
 }
 
-/// What is written, counted and summed.
+/// A stream that counts its bytes and computes their checksum.
 #[derive(Debug)]
 struct Counted<W: Write> {
     out: W,

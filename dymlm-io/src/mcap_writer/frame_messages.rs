@@ -1,4 +1,4 @@
-//! The messages of a frame that are no pictures.
+//! The messages of a frame, except its images.
 
 use dymlm_core::{Detection, PinholeCamera, Pose};
 
@@ -8,7 +8,7 @@ use crate::ros2::messages::{
     TransformMessage, TransformStamped,
 };
 
-/// A camera without distortion.
+/// The `CameraInfo` of a camera without distortion.
 pub(super) fn camera_info(header: &Header, camera: &PinholeCamera) -> CameraInfo {
     let (fx, fy, cx, cy) = (camera.fx(), camera.fy(), camera.cx(), camera.cy());
     let lens = Lens {
@@ -26,7 +26,7 @@ pub(super) fn camera_info(header: &Header, camera: &PinholeCamera) -> CameraInfo
     CameraInfo { header: header.clone(), lens }
 }
 
-/// Where the camera is in the world.
+/// The transform from the camera to the world.
 pub(super) fn camera_transform(header: &Header, world: &str, world_from_camera: &Pose) -> TransformMessage {
     let above = Header { stamp: header.stamp, frame_id: world.to_owned() };
     TransformMessage {
@@ -38,7 +38,7 @@ pub(super) fn camera_transform(header: &Header, world: &str, world_from_camera: 
     }
 }
 
-/// Boxes with one hypothesis each.
+/// Each detection as a box with one hypothesis.
 pub(super) fn detection_array(header: &Header, detections: &[Detection]) -> Detection2DArray {
     let found = |detection: &Detection| {
         let bounds = detection.bounding_box();

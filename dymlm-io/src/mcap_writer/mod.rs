@@ -1,5 +1,5 @@
-//! Sessions and maps for viewers, as ROS 2 bags in MCAP (feature `mcap`): `container` is the file, the rest
-//! makes messages of frames and maps. What is read back is in `bag`.
+//! Sessions and maps for viewers, as ROS 2 bags in MCAP (feature `mcap`): `container` writes the file, the
+//! other modules make messages of frames and maps. `bag` reads such files.
 
 mod container;
 mod frame_messages;

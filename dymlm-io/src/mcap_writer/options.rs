@@ -14,32 +14,32 @@ pub struct McapWriterOptions {
     pub jpeg_quality: u8,
 }
 
-/// What depth images are written as. All of these are read back by [`McapRecording`](crate::McapRecording).
+/// How depth images are written. [`McapRecording`](crate::McapRecording) reads all of these encodings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum DepthEncoding {
-    /// Not at all.
+    /// No depth images are written.
     None,
-    /// Whole millimetres up to 65 m, `sensor_msgs/Image` 16UC1: what all viewers draw.
+    /// Whole millimetres up to 65 m, `sensor_msgs/Image` 16UC1, which all viewers draw.
     Millimetres,
-    /// The same as PNG, `sensor_msgs/CompressedImage` as `compressed_depth_image_transport` makes it: smaller,
-    /// takes longer, and some viewers do not draw it.
+    /// Whole millimetres as PNG, `sensor_msgs/CompressedImage` as `compressed_depth_image_transport` makes
+    /// it: smaller, but slower to write, and some viewers do not draw it.
     MillimetresPng,
-    /// Metres to the last bit, `sensor_msgs/Image` 32FC1: a map is built from it again as it was.
+    /// Exact metres, `sensor_msgs/Image` 32FC1: a map that is built from the file is identical.
     Exact,
 }
 
-/// What colour images are written as: `sensor_msgs/CompressedImage`.
+/// How colour images are written, as `sensor_msgs/CompressedImage`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ColorEncoding {
-    /// Not at all.
+    /// No colour images are written.
     None,
     /// JPEG of [`McapWriterOptions::jpeg_quality`].
     Jpeg,
-    /// PNG, to the last bit.
+    /// PNG, lossless.
     Png,
 }
 
@@ -50,8 +50,8 @@ impl Default for McapWriterOptions {
 }
 
 impl McapWriterOptions {
-    /// Depth and colour to the last bit: a map that is built from the file is the one that was built from the
-    /// frames, when their times are whole nanoseconds and their rotations have length 1 to the last bit.
+    /// Depth and colour without any loss: a map built from the file equals the map built from the frames,
+    /// provided that their times are whole nanoseconds and their quaternions have length 1 to the last bit.
     pub fn exact() -> Self {
         Self { depth: DepthEncoding::Exact, color: ColorEncoding::Png, ..Self::default() }
     }

@@ -7,10 +7,10 @@ use image::{ExtendedColorType, ImageEncoder, ImageResult};
 
 use super::{ColorEncoding, DepthEncoding};
 
-/// Where `compressed_depth_image_transport` has the parameters of inverse depth.
+/// Place of the parameters of inverse depth in `compressed_depth_image_transport`; millimetres need none.
 const NO_PARAMETERS: [u8; 12] = [0; 12];
 
-/// The format of a colour image, and the file that it is; `None` for none.
+/// The format string and the encoded file of a colour image; `None` when colour is not written.
 pub(super) fn color_picture(
     color: &ColorImage,
     encoding: ColorEncoding,
@@ -33,13 +33,13 @@ pub(super) fn color_picture(
     Ok(Some((format, file)))
 }
 
-/// A depth image as the bytes of an image, or as a file.
+/// An encoded depth image: raw samples, or a compressed file.
 pub(super) enum DepthPicture {
     Raw { encoding: &'static str, step: u32, data: Vec<u8> },
     Packed { format: &'static str, data: Vec<u8> },
 }
 
-/// `None` for none.
+/// The encoded depth image; `None` when depth is not written.
 pub(super) fn depth_picture(
     depth: &DepthImage,
     encoding: DepthEncoding,
@@ -70,13 +70,13 @@ pub(super) fn depth_picture(
     }))
 }
 
-/// 0, no reading, for what is too far.
+/// Whole millimetres; 0, no reading, for depths that do not fit into 16 bits.
 fn millimetres(metres: f32) -> u16 {
     let value = (f64::from(metres) * 1000.0).round();
     if value <= f64::from(u16::MAX) { value as u16 } else { 0 }
 }
 
-/// Frames come faster than PNGs of the smallest size are made.
+/// A fast PNG encoder: the smallest PNGs take longer to make than the time between two frames.
 fn fast_png<W: std::io::Write>(out: W) -> PngEncoder<W> {
     PngEncoder::new_with_quality(out, CompressionType::Fast, FilterType::Adaptive)
 }

@@ -2,15 +2,15 @@ use dymlm_core::{PointCloud, Rgb};
 
 use crate::ros2::map_messages::PointField;
 
-/// Of points without colours.
+/// The fields of points without colours.
 const PLACE: [PointField; 3] = [
     PointField::new("x", 0, PointField::FLOAT32),
     PointField::new("y", 4, PointField::FLOAT32),
     PointField::new("z", 8, PointField::FLOAT32),
 ];
 
-/// Of points with colours: `rgb` is where ROS looks for them, as 0x00RRGGBB, and `colors`, 0xRRGGBBAA, is what
-/// Rerun calls the colours of its points: it takes fields for those parts of a cloud that have their names.
+/// The fields of points with colours. ROS looks for colours in `rgb`, as 0x00RRGGBB. Rerun takes fields by
+/// its own names for parts of a cloud, and calls colours `colors`, 0xRRGGBBAA.
 const COLORED: [PointField; 5] = [
     PLACE[0],
     PLACE[1],
@@ -19,7 +19,7 @@ const COLORED: [PointField; 5] = [
     PointField::new("colors", 16, PointField::UINT32),
 ];
 
-/// A cloud as `sensor_msgs/PointCloud2` holds it.
+/// The points of a `sensor_msgs/PointCloud2`.
 pub(super) struct PointBytes {
     pub(super) fields: &'static [PointField],
     pub(super) step: u32,

@@ -1,6 +1,6 @@
 use mcap::records::op;
 
-/// The body of an MCAP record: numbers little-endian, strings and lists after their lengths in bytes.
+/// The body of an MCAP record: little-endian numbers; strings and lists after their lengths in bytes.
 #[derive(Debug, Default)]
 pub(super) struct RecordBody(Vec<u8>);
 
@@ -26,12 +26,12 @@ impl RecordBody {
         self.list(text.as_bytes())
     }
 
-    /// Bytes after their number.
+    /// Appends bytes after their length.
     pub(super) fn list(self, bytes: &[u8]) -> Self {
         self.u32(bytes.len() as u32).raw(bytes)
     }
 
-    /// Channels with a number each, after their length in bytes.
+    /// Appends pairs of a channel and a number, after their length in bytes.
     pub(super) fn channels(self, numbers: impl ExactSizeIterator<Item = (u16, u64)>) -> Self {
         let length = 10 * numbers.len() as u32;
         numbers.fold(self.u32(length), |body, (channel, number)| body.u16(channel).u64(number))
@@ -47,26 +47,26 @@ impl RecordBody {
     }
 }
 
-/// What comes before a record's body: what it is, and its length.
+/// The bytes before a record's body: opcode and length.
 pub(super) fn prefix(opcode: u8, length: usize) -> [u8; 9] {
     let [a, b, c, d, e, f, g, h] = (length as u64).to_le_bytes();
     [opcode, a, b, c, d, e, f, g, h]
 }
 
-/// A schema: a type of message.
+/// A schema record: a message type.
 pub(super) fn schema(id: u16, name: &str, text: &str) -> RecordBody {
     RecordBody::default().u16(id).text(name).text("ros2msg").list(text.as_bytes())
 }
 
-/// A channel: a topic with its schema.
+/// A channel record: a topic with its schema.
 pub(super) fn channel(id: u16, schema: u16, topic: &str) -> RecordBody {
     RecordBody::default().u16(id).u16(schema).text(topic).text("cdr").u32(0)
 }
 
-/// What a summary's group of records is, where it begins, and its length.
+/// A summary offset record: opcode, start and length of a group of records in the summary.
 pub(super) fn summary_offset(opcode: u8, start: u64, length: u64) -> RecordBody {
     RecordBody::default().u8(opcode).u64(start).u64(length)
 }
 
-/// The kinds of records of a summary, in its order.
+/// The opcodes of a summary's records, in their order in the file.
 pub(super) const SUMMARY: [u8; 4] = [op::SCHEMA, op::CHANNEL, op::STATISTICS, op::CHUNK_INDEX];

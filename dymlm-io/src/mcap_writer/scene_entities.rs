@@ -8,16 +8,16 @@ use crate::ros2::scene::{
 use crate::shapes::PlaneMesh;
 use crate::{ObjectRecord, PlaneRecord, ShapeRecord, id_color};
 
-/// How much of what is behind shows through planes and through objects.
+/// Opacity of planes and of objects.
 const PLANE_ALPHA: f64 = 0.35;
 const OBJECT_ALPHA: f64 = 0.45;
-/// Pixels.
+/// Width of lines and size of text, pixels.
 const LINE_WIDTH: f64 = 2.0;
 const FONT_SIZE: f64 = 14.0;
-/// Of a closed line, [`LinePrimitive::kind`].
+/// [`LinePrimitive::kind`] of a closed line.
 const LINE_LOOP: u8 = 1;
 
-/// A plane: half-transparent, with its outline.
+/// A plane as half-transparent faces with their outlines.
 pub(super) fn plane_entity(plane: &PlaneRecord, time: Time, frame: &str) -> SceneEntity {
     let mesh = PlaneMesh::of(plane);
     let rgb = id_color(plane.id);
@@ -47,7 +47,7 @@ pub(super) fn plane_entity(plane: &PlaneRecord, time: Time, frame: &str) -> Scen
     entity
 }
 
-/// An object: a box or an ellipsoid, with its label above it. `None` where its pose is none.
+/// An object as a box or an ellipsoid, with its label above it; `None` when its pose is invalid.
 pub(super) fn object_entity(
     object: &ObjectRecord,
     up: [f64; 3],
@@ -82,7 +82,7 @@ pub(super) fn object_entity(
     Some(entity)
 }
 
-/// Just above a box.
+/// A place just above a box.
 fn label_place(pose: &Pose, lengths: [f64; 3], up: [f64; 3]) -> [f64; 3] {
     let up_in_box = pose.inverse().rotate(up);
     let height: f64 = up_in_box.iter().zip(lengths).map(|(c, length)| 0.5 * c.abs() * length).sum();

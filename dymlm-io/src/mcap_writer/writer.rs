@@ -16,7 +16,7 @@ use crate::ros2::messages::{CompressedImage, Header, Image, Time, encode};
 use crate::ros2::scene::SceneUpdate;
 use crate::{Error, ObjectRecord, PlaneRecord};
 
-/// The frames of the transform tree.
+/// The tf frames.
 const WORLD: &str = "map";
 const CAMERA: &str = "camera";
 
@@ -31,13 +31,14 @@ const CAMERA: &str = "camera";
 /// | `/camera/color/camera_info` | `sensor_msgs/CameraInfo` | of both images; `/camera/depth/camera_info` where there is no colour |
 /// | `/tf` | `tf2_msgs/TFMessage` | `map` to `camera` (optical) |
 /// | `/detections` | `vision_msgs/Detection2DArray` | boxes; masks are not written |
-/// | as named | `sensor_msgs/PointCloud2` | x, y, z, rgb |
-/// | `/map/planes`, `/map/objects` | `foxglove_msgs/SceneUpdate` | changes by id |
+/// | as named | `sensor_msgs/PointCloud2` | x, y, z; with colours also `rgb` and `colors` |
+/// | `/map/planes`, `/map/objects` | `foxglove_msgs/SceneUpdate` | changed entities by id |
 /// | `/map/grid` | `nav_msgs/OccupancyGrid` | |
 ///
-/// Times are seconds from 0 on; the bag's own times are those of the messages. A crash costs the messages of
-/// the last megabyte; [`flush`](Self::flush) leaves nothing to lose. After an error of the system, what was
-/// written before can be read, and nothing after. Dropped, a writer finishes its file as far as it can.
+/// Times are seconds, 0 or later; log times in the bag are the messages' own times. A crash loses the
+/// messages of the last megabyte; [`flush`](Self::flush) writes them all. After an error of the system, what
+/// was written before can be read, but nothing after it. A writer that is dropped finishes its file if it
+/// can.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -63,7 +64,7 @@ const CAMERA: &str = "camera";
 pub struct McapWriter {
     path: PathBuf,
     options: McapWriterOptions,
-    /// None once it is finished.
+    /// `None` once the file is finished.
     file: Option<Container<BufWriter<File>>>,
     message: Vec<u8>,
 }
@@ -77,14 +78,14 @@ pub struct GridRecord {
     pub height: usize,
     /// Side of a cell, metres.
     pub resolution: f64,
-    /// Where the lower left corner of cell (0, 0) is in the world, and how the grid's axes lie.
+    /// Pose in the world of the lower left corner of cell (0, 0), with the grid's axes.
     pub world_from_grid: Pose,
     /// Row by row from the lowest y: 0 free to 100 occupied, -1 unknown.
     pub cells: Vec<i8>,
 }
 
 impl McapWriter {
-    /// Begins a file, in place of one that may be there.
+    /// Begins a file; an existing one is overwritten.
     ///
     /// # Errors
     ///
@@ -102,8 +103,8 @@ impl McapWriter {
         &self.path
     }
 
-    /// Writes a frame with its pose, and what was detected in it unless no detector has looked. Poses are
-    /// interpolated between frames when they are read: frames come in the order of their times.
+    /// Writes a frame with its pose, and its detections unless no detector has run. Readers interpolate poses
+    /// between frames, so frames must be written in the order of their times.
     ///
     /// # Errors
     ///
@@ -116,7 +117,8 @@ impl McapWriter {
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
         let header = self.header(frame.timestamp(), CAMERA)?;
-        // Both images are made first: a frame is written whole or not at all.
+        // Both images are encoded before anything is written: when one fails, nothing of the frame is in the
+        // file.
         let unencodable = |error: image::ImageError| self.unwritable(format!("an image: {error}"));
         let depth = depth_picture(frame.depth(), self.options.depth).map_err(unencodable)?;
         let McapWriterOptions { color, jpeg_quality, .. } = self.options;
@@ -129,7 +131,7 @@ impl McapWriter {
             &header,
             &camera_transform(&header, WORLD, world_from_camera),
         )?;
-        // One camera took both images. Rerun refuses a second one in the same frame.
+        // One camera took both images, and Rerun refuses a second one in the same tf frame.
         let topic = if color.is_some() { "/camera/color/camera_info" } else { "/camera/depth/camera_info" };
         self.send(topic, "sensor_msgs/CameraInfo", &header, &info)?;
         if let Some((format, data)) = color {
@@ -177,7 +179,7 @@ impl McapWriter {
         }
     }
 
-    /// Writes a cloud in the world. It takes the place of that which was written on its topic before.
+    /// Writes a cloud in world coordinates. It replaces the previous cloud on its topic.
     ///
     /// # Errors
     ///
@@ -201,7 +203,7 @@ impl McapWriter {
         self.send(topic, "sensor_msgs/PointCloud2", &header, &message)
     }
 
-    /// Writes planes that are new or have changed, and the ids of those that are gone.
+    /// Writes planes that are new or have changed, and the ids of those that no longer exist.
     ///
     /// # Errors
     ///
@@ -215,8 +217,8 @@ impl McapWriter {
         self.send("/map/planes", "foxglove_msgs/SceneUpdate", &header, &update)
     }
 
-    /// Writes objects that are new or have changed, with labels above them, and the ids of those that are
-    /// gone. `up` is a unit vector.
+    /// Writes objects that are new or have changed, with labels above them, and the ids of those that no
+    /// longer exist. `up` is a unit vector.
     ///
     /// # Errors
     ///
@@ -237,11 +239,11 @@ impl McapWriter {
         self.send("/map/objects", "foxglove_msgs/SceneUpdate", &header, &update)
     }
 
-    /// Writes a grid, in place of that which was written before.
+    /// Writes a grid, which replaces the previous one.
     ///
     /// # Errors
     ///
-    /// [`Error::Unwritable`] for a time out of range, and when there are not width times height cells;
+    /// [`Error::Unwritable`] for a time out of range, and when the number of cells is not width times height;
     /// [`Error::Io`].
     pub fn write_grid(&mut self, time: f64, grid: &GridRecord) -> Result<(), Error> {
         let header = self.header(time, WORLD)?;
@@ -263,7 +265,7 @@ impl McapWriter {
         self.send("/map/grid", "nav_msgs/OccupancyGrid", &header, &message)
     }
 
-    /// Leaves nothing to lose: what was written can be read from now on.
+    /// Writes all pending messages: everything up to here can be read from now on, and no crash loses it.
     ///
     /// # Errors
     ///
@@ -322,10 +324,10 @@ impl McapWriter {
 }
 
 impl Drop for McapWriter {
-    /// Completes the file as far as that is possible.
+    /// Completes the file if possible.
     fn drop(&mut self) {
         if self.file.is_some() {
-            // Nobody can be told.
+            // There is nobody to report an error to.
             self.complete().ok();
         }
     }

@@ -1,20 +1,20 @@
 use dymlm_core::{PointCloud, Pose};
 
-/// What a PCD file holds: points with or without colours, possibly as the rows and columns of the image they
-/// come from, further fields beside, and the place of the sensor.
+/// The content of a PCD file: points with or without colours, perhaps organized in rows and columns of an
+/// image, further fields, and the pose of the sensor.
 ///
-/// In organized clouds pixels without a reading are points whose coordinates are NaN. They are kept here, so
+/// In an organized cloud, pixels without a reading are points with NaN coordinates. They are kept here, so
 /// that point `v * width + u` is pixel (u, v) and the further fields match; [`Self::finite`] leaves them out.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PcdCloud {
-    /// All points with their colours, those that are not finite among them.
+    /// All points with their colours, including points that are not finite.
     pub cloud: PointCloud,
-    /// Columns of an organized cloud; the number of points of another.
+    /// Columns of an organized cloud; otherwise the number of points.
     pub width: usize,
-    /// Rows of an organized cloud; 1 for another.
+    /// Rows of an organized cloud; otherwise 1.
     pub height: usize,
-    /// Where the sensor was: takes sensor coordinates to the cloud's.
+    /// Pose of the sensor: takes sensor coordinates to the cloud's.
     pub viewpoint: Pose,
     /// The further fields, in the order of the file.
     pub fields: Vec<PcdField>,
@@ -26,10 +26,9 @@ pub struct PcdCloud {
 pub struct PcdField {
     /// The field's name.
     pub name: String,
-    /// Number of values a point.
+    /// Number of values per point.
     pub count: usize,
-    /// The values: those of the first point, then those of the second ... 64-bit integers beyond 2^53 are
-    /// rounded.
+    /// The values of the first point, then those of the second ... 64-bit integers beyond 2^53 are rounded.
     pub values: Vec<f64>,
 }
 
@@ -42,7 +41,7 @@ impl PcdCloud {
         self.cloud.select(&finite.map(|(index, _)| index).collect::<Vec<usize>>())
     }
 
-    /// A further field.
+    /// The further field of a name, if the file has one.
     pub fn field(&self, name: &str) -> Option<&PcdField> {
         self.fields.iter().find(|field| field.name == name)
     }

@@ -10,7 +10,7 @@ use crate::Error;
 use crate::scalar::Scalar;
 use crate::text_lines::quoted;
 
-/// Reads a PCD file: ascii, binary or `binary_compressed`, of version 0.7 or an older one.
+/// Reads a PCD file: ascii, binary or `binary_compressed`, of version 0.7 or older.
 ///
 /// Points are the fields `x y z`, of any type; colours `rgb` or `rgba`, packed into an integer or into the
 /// bits of a float (alpha is dropped). Other fields are kept as they are, except padding (`_`). Points that
@@ -18,15 +18,15 @@ use crate::text_lines::quoted;
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is no PCD, has no
-/// coordinates or ends before its last point.
+/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is not a PCD file, has
+/// no coordinates or ends before its last point.
 pub fn read_pcd(path: impl AsRef<Path>) -> Result<PcdCloud, Error> {
     let path = path.as_ref();
     let file = fs::read(path).map_err(Error::io(path))?;
     decode_pcd(&file, path)
 }
 
-/// Reads the bytes of a PCD file; `name` is what errors call it.
+/// Reads the bytes of a PCD file; errors call it `name`.
 ///
 /// # Errors
 ///
@@ -45,9 +45,9 @@ pub fn decode_pcd(file: &[u8], name: impl AsRef<Path>) -> Result<PcdCloud, Error
     assemble(&header, columns?, name)
 }
 
-/// The values of a field, by what it is for.
+/// The values of a field, by their use.
 enum Column {
-    /// Along an axis of the points.
+    /// Coordinates along an axis, 0 to 2.
     Coordinate(usize, Vec<f32>),
     Color(Vec<Rgb>),
     Further(Vec<f64>),
@@ -66,7 +66,7 @@ impl Column {
         }
     }
 
-    /// Takes a value's little-endian bytes.
+    /// Appends a value from its little-endian bytes.
     #[inline]
     fn push_bytes(&mut self, scalar: Scalar, value: &[u8]) {
         let mut bytes = [0; 8];
@@ -79,7 +79,7 @@ impl Column {
         }
     }
 
-    /// Takes a value's text; `None` when it is no value of that type.
+    /// Appends a value from its text; `None` when the text is not a value of that type.
     fn push_token(&mut self, scalar: Scalar, token: &str) -> Option<()> {
         if let Self::Color(values) = self {
             let [_, red, green, blue] = packed_color(scalar, token)?.to_be_bytes();
@@ -97,15 +97,15 @@ impl Column {
     }
 }
 
-/// The bits of a packed colour. One declared as float is the float whose bits they are, or the bits
-/// themselves as a whole number (as some versions of PCL write it).
+/// The bits of a packed colour. A colour declared as float is written as the float with those bits or, by
+/// some versions of PCL, as the bits themselves in a whole number.
 fn packed_color(scalar: Scalar, token: &str) -> Option<u32> {
     let whole = || token.parse().ok().or_else(|| token.parse::<i32>().ok().map(i32::cast_unsigned));
     let float = || token.parse::<f32>().ok().filter(|_| scalar == Scalar::F32).map(f32::to_bits);
     whole().or_else(float)
 }
 
-/// One point after the other.
+/// The columns of points that are stored one after the other.
 fn binary_columns(body: &[u8], header: &PcdHeader) -> Result<Vec<Column>, String> {
     check_length(body, header)?;
     let mut base = 0;
@@ -118,7 +118,7 @@ fn binary_columns(body: &[u8], header: &PcdHeader) -> Result<Vec<Column>, String
     Ok(columns.collect())
 }
 
-/// One field after the other, compressed.
+/// The columns of a compressed body, which stores all values of one field before those of the next.
 fn compressed_columns(body: &[u8], header: &PcdHeader) -> Result<Vec<Column>, String> {
     let body = decompress_body(body, header)?;
     check_length(&body, header)?;
@@ -145,7 +145,7 @@ fn needed_bytes(header: &PcdHeader) -> Result<usize, String> {
     })
 }
 
-/// From here on every count is backed by bytes.
+/// Checks that the body is as long as the header's counts say: later code relies on it.
 fn check_length(body: &[u8], header: &PcdHeader) -> Result<(), String> {
     let (points, needed, given) = (header.points(), needed_bytes(header)?, body.len());
     if given >= needed {
@@ -173,7 +173,7 @@ fn decompress_body(body: &[u8], header: &PcdHeader) -> Result<Vec<u8>, String> {
 }
 
 fn ascii_columns(body: &[u8], header: &PcdHeader, path: &Path) -> Result<Vec<Column>, Error> {
-    // Without room for the points that are announced: they may not be there.
+    // No memory is reserved for the number of points in the header, which may be wrong.
     let mut columns: Vec<Column> = header.fields.iter().map(Column::of).collect();
     let lines = body.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).zip(header.body_line..);
     let mut points = 0;

@@ -5,7 +5,7 @@ use dymlm_core::PointCloud;
 
 use crate::{Error, write_atomically};
 
-/// Writes a point cloud as PCD of version 0.7, binary, atomically: `x y z`, and the colours as `rgba` (an
+/// Writes a point cloud atomically as binary PCD of version 0.7: `x y z`, and the colours as `rgba` (an
 /// unsigned integer, opaque) when the cloud has any.
 ///
 /// # Errors

@@ -15,7 +15,7 @@ pub(super) enum Encoding {
     BinaryCompressed,
 }
 
-/// A field as the header declares it.
+/// A field as declared in the header.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FieldHeader {
     pub(super) name: String,
@@ -23,7 +23,7 @@ pub(super) struct FieldHeader {
     pub(super) count: usize,
 }
 
-/// All that stands before the points.
+/// The content of a header.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PcdHeader {
     pub(super) fields: Vec<FieldHeader>,
@@ -31,11 +31,11 @@ pub(super) struct PcdHeader {
     pub(super) height: usize,
     pub(super) viewpoint: Pose,
     pub(super) encoding: Encoding,
-    /// Bytes of a point.
+    /// Bytes per point.
     pub(super) stride: usize,
-    /// Where the points begin in the file.
+    /// Offset of the first point in the file, bytes.
     pub(super) body: usize,
-    /// The line after the header.
+    /// Number of the line after the header, from 1.
     pub(super) body_line: usize,
 }
 
@@ -51,7 +51,7 @@ fn scalar(kind: &str, size: &str) -> Result<Scalar, String> {
         ("U", "8") => Scalar::U64,
         ("F", "4") => Scalar::F32,
         ("F", "8") => Scalar::F64,
-        _ => return Err(format!("type {} of size {}", quoted(kind), quoted(size))),
+        _ => return Err(format!("a field of unknown type {} and size {}", quoted(kind), quoted(size))),
     })
 }
 
@@ -90,7 +90,7 @@ impl PcdHeader {
     }
 }
 
-/// The lines of a header, gathered in any order.
+/// The entries of a header, collected in any order.
 #[derive(Default)]
 struct Entries<'a> {
     names: Vec<&'a str>,
@@ -105,14 +105,14 @@ struct Entries<'a> {
 }
 
 impl<'a> Entries<'a> {
-    /// Takes a line; says whether it was the last one.
+    /// Adds a line; returns whether it was the last one.
     fn add(&mut self, line: &'a str) -> Result<bool, String> {
         let mut columns = line.split_ascii_whitespace();
         let key = columns.next().unwrap_or_default();
         let values: Vec<&str> = columns.collect();
         match key {
             "VERSION" => {}
-            // Version 0.5 said COLUMNS.
+            // Version 0.5 has COLUMNS instead.
             "FIELDS" | "COLUMNS" => self.names = values,
             "SIZE" => self.sizes = values,
             "TYPE" => self.kinds = values,
@@ -167,7 +167,7 @@ impl<'a> Entries<'a> {
         let mut known = BTreeSet::new();
         for (i, &name) in self.names.iter().enumerate() {
             let scalar = scalar(self.kinds[i], self.sizes[i])?;
-            // Padding may come again and again; any other name is its field's own.
+            // Only padding may occur more than once.
             if name != "_" && !known.insert(name) {
                 return Err(format!("two fields of the name {}", quoted(name)));
             }
@@ -183,7 +183,7 @@ impl<'a> Entries<'a> {
         let (width, height) = match (self.width, self.height, self.points) {
             (Some(width), height, _) => (width, height.unwrap_or(1)),
             (None, _, Some(points)) => (points, 1),
-            (None, _, None) => return Err("neither WIDTH nor POINTS".to_owned()),
+            (None, _, None) => return Err("the header has neither WIDTH nor POINTS".to_owned()),
         };
         let points = width
             .checked_mul(height)
@@ -205,7 +205,7 @@ fn single(values: &[&str]) -> Result<usize, String> {
 }
 
 fn whole(value: &str) -> Result<usize, String> {
-    value.parse().map_err(|_| format!("{} is no number of things", quoted(value)))
+    value.parse().map_err(|_| format!("{} is not a count", quoted(value)))
 }
 
 /// `tx ty tz qw qx qy qz`.

@@ -1,10 +1,10 @@
 //! Decompression of LZF, the compression of `binary_compressed` PCD files (liblzf by M. Lehmann).
 //!
-//! The stream is a series of runs. A byte below 32 says how many bytes, less one, follow as they are. Any
-//! other says in its upper three bits how many bytes, less two, repeat earlier output (7: more, the rest in
-//! the next byte), and in its lower five and the byte after how far back, less one, they begin.
+//! The stream is a series of runs. A control byte c below 32 is followed by c + 1 literal bytes. In any
+//! other, the upper three bits n mean n + 2 bytes of earlier output (n = 7: add the next byte); the lower
+//! five bits and the byte after them mean how many bytes back these begin, less one.
 //!
-//! Own code, because the crates for it are unmaintained, use `unsafe` and believe the size a file claims.
+//! Own code, because the crates for it are unmaintained, use `unsafe` and trust the size that a file claims.
 
 /// What is wrong with a compressed stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -21,9 +21,9 @@ pub(super) enum LzfError {
 
 const LONGEST_LITERALS: usize = 32;
 
-/// Decompresses exactly `expected` bytes. Memory grows with what is there, not with what is claimed.
+/// Decompresses exactly `expected` bytes. Memory grows with the actual input, not with the claimed size.
 pub(super) fn decompress(mut input: &[u8], expected: usize) -> Result<Vec<u8>, LzfError> {
-    // Three bytes make at most 264.
+    // Three bytes of input make at most 264 bytes of output.
     let mut out: Vec<u8> = Vec::with_capacity(expected.min(input.len().saturating_mul(88)));
     while let Some((&control, rest)) = input.split_first() {
         input = rest;
@@ -54,11 +54,11 @@ fn check_room(out: &[u8], more: usize, expected: usize) -> Result<(), LzfError> 
     if more <= expected - out.len() { Ok(()) } else { Err(LzfError::TooLong(expected)) }
 }
 
-/// Appends `length` bytes that begin `back` bytes before the end; they may run into what they append.
+/// Appends `length` bytes of the output from `back` bytes before its end; they may overlap the appended ones.
 fn repeat(out: &mut Vec<u8>, back: usize, mut length: usize) -> Result<(), LzfError> {
     let start = out.len().checked_sub(back).ok_or(LzfError::BadReference)?;
     while length > 0 {
-        // All that is there of the pattern, which doubles each time.
+        // As much of the pattern as there is: it doubles each time.
         let piece = length.min(out.len() - start);
         out.extend_from_within(start..start + piece);
         length -= piece;
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn decodes_runs_of_each_kind() {
-        // By hand: three literals; 57 = 0x30 + 9 bytes from 3 = 2 + 1 back; three literals.
+        // Three literals; 57 = 0x30 + 9 bytes, repeated from 3 = 2 + 1 bytes back; three literals.
         let stream = b"\x02abc\xe0\x30\x02\x02xyz";
         let expected = [b"abc".repeat(20), b"xyz".to_vec()].concat();
         assert_eq!(decompress(stream, expected.len()), Ok(expected));

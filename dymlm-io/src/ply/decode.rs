@@ -10,20 +10,20 @@ use crate::scalar::Scalar;
 
 /// Reads a point cloud from a PLY file: the `x y z` of its vertices, of any scalar type, and their colours
 /// when there are `red green blue` (or `diffuse_red` ...) of type uchar. Everything else (normals, faces ...)
-/// is passed over. Ascii and binary of both byte orders. Points that are not finite are kept, so that points
-/// keep their numbers.
+/// is skipped. The format may be ascii or binary of either byte order. Points that are not finite are kept,
+/// so that points keep their indices.
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is no PLY, has no
-/// vertices with coordinates or ends before its last vertex.
+/// [`Error::Io`]; [`Error::Malformed`] or, with a line, [`Error::Line`] when the file is not a PLY file, has
+/// no vertices with coordinates or ends before its last vertex.
 pub fn read_ply(path: impl AsRef<Path>) -> Result<PointCloud, Error> {
     let path = path.as_ref();
     let file = fs::read(path).map_err(Error::io(path))?;
     decode_ply(&file, path)
 }
 
-/// Reads a point cloud from the bytes of a PLY file; `name` is what errors call it.
+/// Reads a point cloud from the bytes of a PLY file; errors call it `name`.
 ///
 /// # Errors
 ///
@@ -68,7 +68,7 @@ fn role(property: &Property) -> Role {
 fn read_vertices(rows: &mut Rows<'_>, element: &Element) -> Result<PointCloud, Error> {
     let roles: Vec<(Kind, Role)> = element.properties.iter().map(|p| (p.kind, role(p))).collect();
     let has_colors = (0..3).all(|channel| roles.iter().any(|&(_, role)| role == Role::Color(channel)));
-    // No more room than for what can be there.
+    // At most as many points as the rest of the file can hold, whatever the header says.
     let room = element.count.min(rows.bytes_left() / 3);
     let mut points = Vec::with_capacity(room);
     let mut colors = Vec::with_capacity(if has_colors { room } else { 0 });

@@ -5,7 +5,7 @@ use dymlm_core::PointCloud;
 
 use crate::{Error, write_atomically};
 
-/// Writes a point cloud as PLY, binary little endian, atomically: float x y z, and uchar red green blue when
+/// Writes a point cloud atomically as binary little-endian PLY: float x y z, and uchar red green blue when
 /// the cloud has colours.
 ///
 /// # Errors

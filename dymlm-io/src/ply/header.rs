@@ -33,12 +33,12 @@ pub(super) struct Element {
     pub(super) properties: Vec<Property>,
 }
 
-/// All that stands before the values.
+/// The content of a header.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct PlyHeader {
     pub(super) format: Format,
     pub(super) elements: Vec<Element>,
-    /// Where the values begin in the file.
+    /// Offset of the first value in the file, bytes.
     pub(super) body: usize,
     /// Number of lines of the header.
     pub(super) lines: usize,
@@ -63,13 +63,13 @@ impl PlyHeader {
     pub(super) fn parse(file: &[u8], path: &Path) -> Result<Self, Error> {
         let mut format = None;
         let mut elements = Vec::new();
-        // The names of the last element's properties.
+        // Names of the last element's properties.
         let mut names = BTreeSet::new();
         let mut body = 0;
         for (number, bytes) in (1..).zip(file.split_inclusive(|&byte| byte == b'\n')) {
             let fault = |reason: String| Error::line(path, number, reason);
             body += bytes.len();
-            // Comments may be in any encoding; nothing else is beyond ASCII.
+            // Comments may be in any encoding; everything else is ASCII.
             let text = String::from_utf8_lossy(bytes);
             let columns: Vec<&str> = text.split_ascii_whitespace().collect();
             match (number, columns.as_slice()) {
@@ -115,7 +115,7 @@ fn add_property(
     kind: &[&str],
     name: &str,
 ) -> Result<(), String> {
-    let element = element.ok_or("a property of no element")?;
+    let element = element.ok_or("a property before the first element")?;
     let kind = match kind {
         [kind] => Kind::Scalar(scalar(kind)?),
         ["list", count, values] => Kind::List { count: scalar(count)?, values: scalar(values)? },

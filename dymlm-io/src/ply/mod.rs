@@ -1,8 +1,8 @@
 //! Point clouds as PLY files (Turk 1994, <https://paulbourke.net/dataformats/ply/>).
 //!
-//! Own code for the part of the format that clouds need: the maintained crate for all of it, `ply-rs-bw` 4.0,
-//! refuses the `nan` of ascii clouds, believes the count of elements that take no bytes, and needs a parser
-//! generator.
+//! Own code for the part of the format that clouds need. The maintained crate for the whole format,
+//! `ply-rs-bw` 4.0, refuses the `nan` of ascii clouds, trusts the count of elements that have no bytes, and
+//! needs a parser generator.
 
 mod decode;
 mod encode;

@@ -1,4 +1,4 @@
-//! The rows of values after the header, as they are stored.
+//! The rows of values after the header.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::Error;
 use crate::scalar::Scalar;
 use crate::text_lines::quoted;
 
-/// What a property is for.
+/// The use of a property.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     Coordinate(usize),
@@ -17,7 +17,7 @@ pub(super) enum Role {
     Passed,
 }
 
-/// A row of the vertices.
+/// The values of a vertex's row.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Vertex {
     pub(super) point: Point,
@@ -26,10 +26,10 @@ pub(super) struct Vertex {
 
 /// The rows after the header.
 pub(super) struct Rows<'a> {
-    /// What has not been read.
+    /// Bytes that have not been read.
     rest: &'a [u8],
     format: Format,
-    /// Number of lines read of an ascii file.
+    /// For ascii, number of lines read so far.
     lines: usize,
     pub(super) path: &'a Path,
 }
@@ -50,7 +50,7 @@ impl<'a> Rows<'a> {
         self.rest.len()
     }
 
-    /// Passes over the rows of an element; those without properties take nothing, however many they are.
+    /// Skips the rows of an element. Without properties they have no bytes, however many there are.
     pub(super) fn pass_over(&mut self, element: &Element) -> Result<(), Error> {
         if element.properties.is_empty() {
             return Ok(());
@@ -71,7 +71,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// One row of an ascii file: a line that is not blank.
+    /// Reads one row of an ascii file: the next line that is not blank.
     fn next_line(&mut self, roles: &[(Kind, Role)]) -> Result<Vertex, Fault> {
         let mut line: &[u8] = &[];
         while line.is_empty() {
@@ -95,7 +95,7 @@ impl<'a> Rows<'a> {
                 (_, Role::Passed) => true,
             };
             if !is_value {
-                return Err(Fault::Line(format!("{} is not what belongs there", quoted(token))));
+                return Err(Fault::Line(format!("{} is not a value of the property there", quoted(token))));
             }
         }
         match tokens.next() {
@@ -104,7 +104,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// One row of a binary file.
+    /// Reads one row of a binary file.
     #[inline]
     fn next_binary(&mut self, roles: &[(Kind, Role)]) -> Result<Vertex, Fault> {
         let mut vertex = Vertex::default();
@@ -150,7 +150,7 @@ impl<'a> Rows<'a> {
         Ok(own)
     }
 
-    /// Tells where a row is missing or bad.
+    /// The error of a row that is missing or bad.
     pub(super) fn error(&self, fault: Fault, element: &Element, row: usize) -> Error {
         match (fault, self.format) {
             (Fault::Line(reason), Format::Ascii) => Error::line(self.path, self.lines, reason),
@@ -164,7 +164,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Passes over the values of a list; says whether they are there.
+/// Skips the values of a list; returns whether they are all there.
 fn pass_list<'a>(count: &str, values: &mut impl Iterator<Item = &'a str>) -> bool {
     match count.parse::<usize>() {
         Ok(0) => true,

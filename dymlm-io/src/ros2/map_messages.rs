@@ -1,10 +1,10 @@
-//! The ROS 2 messages that maps are written in, field by field in their order.
+//! The ROS 2 messages that maps are written in. Fields are in the order of the message definitions.
 
 use serde::Serialize;
 
 use super::messages::{Header, Time, Transform, as_bytes};
 
-/// What a field of a point is: `sensor_msgs/PointField`.
+/// A field of the points of a cloud: `sensor_msgs/PointField`.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(crate) struct PointField {
     name: &'static str,
@@ -17,7 +17,7 @@ impl PointField {
     pub(crate) const UINT32: u8 = 6;
     pub(crate) const FLOAT32: u8 = 7;
 
-    /// One number of a point.
+    /// A field with one number per point.
     pub(crate) const fn new(name: &'static str, offset: u32, datatype: u8) -> Self {
         Self { name, offset, datatype, count: 1 }
     }
@@ -50,7 +50,7 @@ pub(crate) struct MapMetaData {
 pub(crate) struct OccupancyGrid<'a> {
     pub(crate) header: Header,
     pub(crate) info: MapMetaData,
-    /// Signed bytes.
+    /// Signed bytes: their two's complement.
     #[serde(serialize_with = "as_bytes")]
     pub(crate) data: &'a [u8],
 }

@@ -1,13 +1,13 @@
-//! The ROS 2 messages that are read, or read and written, field by field in their order. Of an odometry only
-//! the beginning is read: what follows is passed over.
+//! The ROS 2 messages that are read, or read and written. Fields are in the order of the message definitions.
+//! Of an odometry only the beginning is read, and the rest is ignored.
 
 use byteorder::{BigEndian, LittleEndian};
 use serde::{Deserialize, Serialize, Serializer};
 
-/// Four bytes before a message: CDR, little-endian.
+/// Four bytes before each message: CDR, little-endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// Reads a message: 4 bytes that say how it is encoded, then CDR.
+/// Decodes a message: four bytes that name its encoding, then CDR.
 pub(crate) fn decode<'a, T: Deserialize<'a>>(message: &'a [u8]) -> Result<T, String> {
     let Some((&[_, kind, _, _], body)) = message.split_first_chunk::<4>() else {
         return Err(format!("a message of {} bytes", message.len()));
@@ -20,14 +20,14 @@ pub(crate) fn decode<'a, T: Deserialize<'a>>(message: &'a [u8]) -> Result<T, Str
     decoded.map(|(value, _)| value).map_err(|error| error.to_string())
 }
 
-/// Writes a message as [`decode`] reads it, in place of what `out` holds.
+/// Encodes a message as [`decode`] reads it, replacing the content of `out`.
 pub(crate) fn encode(message: &impl Serialize, out: &mut Vec<u8>) -> Result<(), String> {
     out.clear();
     out.extend_from_slice(&ENCAPSULATION);
     cdr_encoding::to_writer::<_, LittleEndian, _>(out, message).map_err(|error| error.to_string())
 }
 
-/// A sequence of bytes as a whole: one by one they would take much longer.
+/// Serializes bytes at once, which is much faster than one by one.
 pub(crate) fn as_bytes<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_bytes(bytes)
 }
@@ -39,21 +39,21 @@ pub(crate) struct Time {
 }
 
 impl Time {
-    /// Of seconds, rounded to nanoseconds; `None` for what a time stamp cannot hold.
+    /// The time stamp of a time in seconds, rounded to nanoseconds; `None` when a time stamp cannot hold it.
     pub(crate) fn of(seconds: f64) -> Option<Self> {
-        // The fraction of a second is exact; the whole times 1e9 would not be.
+        // The fraction of a second is exact; all seconds times 1e9 would not be.
         let nanoseconds = ((seconds - seconds.floor()) * 1e9).round() as u32;
         let (carry, nanosec) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
         let whole = seconds.floor() + f64::from(carry);
         (0.0..=f64::from(i32::MAX)).contains(&whole).then_some(Self { sec: whole as i32, nanosec })
     }
 
-    /// Nanoseconds since 0.
+    /// Nanoseconds since time 0.
     pub(crate) fn nanoseconds(self) -> u64 {
         u64::from(self.sec.unsigned_abs()) * 1_000_000_000 + u64::from(self.nanosec)
     }
 
-    /// Seconds; `None` for 0, which means that nobody has set it.
+    /// Seconds; `None` for 0, which means that the stamp was never set.
     pub(crate) fn seconds(self) -> Option<f64> {
         (self.sec != 0 || self.nanosec != 0).then(|| f64::from(self.sec) + f64::from(self.nanosec) / 1e9)
     }
@@ -134,7 +134,7 @@ pub(crate) struct Rotation {
     pub(crate) w: f64,
 }
 
-/// A transform, and a pose: their fields are of one kind.
+/// A transform or a pose: both have the same kinds of fields.
 #[derive(Debug, Clone, Copy, Deserialize, Serialize)]
 pub(crate) struct Transform {
     pub(crate) translation: Vector3,
@@ -153,7 +153,7 @@ pub(crate) struct TransformMessage {
     pub(crate) transforms: Vec<TransformStamped>,
 }
 
-/// An odometry without its covariances and twist. It has the fields of a transform.
+/// An odometry without its covariances and twist: what is left has the fields of a stamped transform.
 pub(crate) type Odometry = TransformStamped;
 
 #[derive(Debug, Deserialize, Serialize)]
@@ -161,7 +161,7 @@ pub(crate) struct Hypothesis {
     pub(crate) class_id: String,
     pub(crate) score: f64,
     pub(crate) pose: Transform,
-    /// 36 numbers: longer arrays than 32 are no business of serde's.
+    /// 36 numbers in two halves: serde has no arrays longer than 32.
     pub(crate) covariance: ([f64; 18], [f64; 18]),
 }
 

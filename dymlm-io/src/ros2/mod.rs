@@ -1,4 +1,4 @@
-//! ROS 2 messages in CDR (feature `mcap`): what bags are read from, and what sessions are written in.
+//! ROS 2 messages in CDR (feature `mcap`): bags are read from them, and sessions are written in them.
 
 pub(crate) mod map_messages;
 pub(crate) mod messages;

@@ -1,10 +1,10 @@
-//! `foxglove_msgs/SceneUpdate`: things in 3D by their names, field by field in their order.
+//! `foxglove_msgs/SceneUpdate`: entities in 3D by id. Fields are in the order of the message definitions.
 
 use serde::Serialize;
 
 use super::messages::{Time, Transform, Vector3};
 
-/// Of things that are never drawn: an empty sequence.
+/// The type of entities that are never drawn: their sequences are empty.
 pub(crate) type Never = [(); 0];
 
 #[derive(Debug, Default, Serialize)]
@@ -16,18 +16,18 @@ pub(crate) struct SceneUpdate {
 #[derive(Debug, Serialize)]
 pub(crate) struct SceneEntityDeletion {
     pub(crate) timestamp: Time,
-    /// 0: of the thing with this id.
+    /// 0: deletes the entity with this id.
     pub(crate) kind: u8,
     pub(crate) id: String,
 }
 
-/// A thing. It replaces that of the same id.
+/// An entity. It replaces an earlier one of the same id.
 #[derive(Debug, Serialize)]
 pub(crate) struct SceneEntity {
     pub(crate) timestamp: Time,
     pub(crate) frame_id: String,
     pub(crate) id: String,
-    /// 0: until it is replaced or deleted.
+    /// 0: the entity stays until it is replaced or deleted.
     pub(crate) lifetime: Time,
     pub(crate) frame_locked: bool,
     pub(crate) metadata: Vec<KeyValuePair>,
@@ -55,7 +55,7 @@ pub(crate) struct Color {
     pub(crate) a: f64,
 }
 
-/// A cube, or a sphere: their fields are of one kind.
+/// A cube or a sphere: both have the same kinds of fields.
 #[derive(Debug, Serialize)]
 pub(crate) struct SolidPrimitive {
     pub(crate) pose: Transform,

@@ -1,16 +1,16 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-/// Definitions of messages, as `ros2msg` schemas list them: those of ROS 2 Jazzy, `vision_msgs` 4 and
+/// Message definitions in the form of `ros2msg` schemas: those of ROS 2 Jazzy, `vision_msgs` 4 and
 /// `foxglove_msgs` 3, without comments.
 const DEFINITIONS: &str = include_str!("definitions.ros2msg");
 
-/// Between the definitions of a schema.
+/// The text between two definitions of a schema.
 const SEPARATOR: &str =
     "================================================================================\nMSG: ";
 
-/// The text of a schema: the definition of a message such as `sensor_msgs/Image`, and those of all messages
-/// in it, each once. `None` where one of them is not known.
+/// The text of a schema: the definition of a message such as `sensor_msgs/Image`, then those of all message
+/// types that it contains, each once. `None` when one of them is unknown.
 pub(crate) fn schema_text(message: &str) -> Option<String> {
     let mut text = definition(message)?.to_owned();
     let mut listed = BTreeSet::from([message]);
@@ -30,7 +30,7 @@ fn definition(message: &str) -> Option<&'static str> {
     all.find(|(name, _)| *name == message).map(|(_, body)| body)
 }
 
-/// The types of the fields that are messages themselves, the last field's first.
+/// The message types among the fields' types, the last field's first.
 fn messages_in(body: &'static str) -> Vec<&'static str> {
     let types = body.lines().rev().filter_map(|line| line.split_once(' '));
     let names = types.map(|(kind, _)| kind.split_once('[').map_or(kind, |(element, _)| element));

@@ -1,4 +1,4 @@
-//! Planes and objects as what viewers draw: triangles and lines (features `mcap`, `gltf`).
+//! Planes and objects as viewers draw them: triangles and lines (features `mcap`, `gltf`).
 
 mod object_lines;
 #[cfg(feature = "mcap")]

@@ -1,11 +1,11 @@
-/// Corners of a circle as it is drawn.
+/// Number of points of a drawn circle.
 const SEGMENTS: usize = 48;
 
-/// The corners of a box of side 1 around the origin, and its edges as pairs of these.
+/// The corners of a box of side 1 around the origin, and its edges as pairs of corner indices.
 pub(crate) fn box_edges() -> ([[f64; 3]; 8], [[u32; 2]; 12]) {
     let side = |corner: u32, axis: u32| if corner >> axis & 1 == 1 { 0.5 } else { -0.5 };
     let corners = std::array::from_fn(|corner| std::array::from_fn(|axis| side(corner as u32, axis as u32)));
-    // Along each axis from the four corners that are low on it.
+    // Four edges along each axis, from the corners on its low side.
     let edges = std::array::from_fn(|edge| {
         let (axis, rest) = (edge as u32 / 4, edge as u32 % 4);
         let low = (rest & ((1 << axis) - 1)) | (rest >> axis << (axis + 1));
@@ -14,7 +14,7 @@ pub(crate) fn box_edges() -> ([[f64; 3]; 8], [[u32; 2]; 12]) {
     (corners, edges)
 }
 
-/// The circles of diameter 1 around the origin in which a ball meets the planes of the axes.
+/// The circles in which a ball of diameter 1 around the origin meets the coordinate planes.
 pub(crate) fn unit_circles() -> [[[f64; 3]; SEGMENTS]; 3] {
     let angle = |i: usize| std::f64::consts::TAU * i as f64 / SEGMENTS as f64;
     std::array::from_fn(|axis| {
@@ -27,7 +27,7 @@ pub(crate) fn unit_circles() -> [[[f64; 3]; SEGMENTS]; 3] {
     })
 }
 
-/// The faces of that box, three corners a triangle, counterclockwise seen from outside.
+/// The faces of the box of [`box_edges`]: three corners per triangle, counterclockwise seen from outside.
 #[cfg(feature = "gltf")]
 pub(crate) const BOX_TRIANGLES: [[u32; 3]; 12] = [
     [0, 4, 6],

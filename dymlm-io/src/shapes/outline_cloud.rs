@@ -4,11 +4,11 @@ use dymlm_core::{Point, PointCloud, Pose, Rgb};
 use super::{box_edges, unit_circles};
 use crate::{ObjectRecord, PlaneRecord, ShapeRecord, id_color};
 
-/// Most points along a line, whatever its length.
+/// Largest number of points along a line, however long it is.
 const MAX_POINTS: f64 = 1e4;
 
-/// The outlines of planes and the lines of objects as points, `spacing` metres apart or less, each in the
-/// colour of its id: for viewers that draw clouds alone. Corners that are not finite are left out.
+/// The outlines of planes and the lines of objects as points, at most `spacing` metres apart, each in the
+/// colour of its id: for viewers that draw only clouds. Lines with an end that is not finite are left out.
 pub fn outline_cloud(planes: &[PlaneRecord], objects: &[ObjectRecord], spacing: f64) -> PointCloud {
     let mut drawn = Drawn { spacing, points: Vec::new(), colors: Vec::new() };
     for plane in planes {
@@ -63,11 +63,11 @@ impl Drawn {
         }
     }
 
-    /// From `a` up to `b` without it.
+    /// Adds the points from `a` to `b`, without `b` itself.
     fn line(&mut self, a: [f64; 3], b: [f64; 3], color: Rgb) {
         let way = difference(b, a);
         let count = (norm(way) / self.spacing).ceil();
-        // NaN and infinity end here, too.
+        // Also ends here for NaN and infinity.
         if !(count > 0.0 && count < f64::INFINITY) {
             return;
         }
@@ -97,7 +97,7 @@ mod tests {
             points: 4,
         };
         let cloud = outline_cloud(&[], std::slice::from_ref(&object), 0.125);
-        // Four edges of each length, without their ends.
+        // Four edges of each length, each without its end point.
         assert_eq!(cloud.len(), 4 * (2 + 4 + 8));
         assert!(cloud.colors().is_some_and(|colors| colors.iter().all(|color| *color == id_color(3))));
         let reach = |axis: usize| cloud.points().iter().map(|point| point[axis]).fold(f32::MIN, f32::max);
@@ -108,7 +108,7 @@ mod tests {
             let half = [0.125, 0.25, 0.5];
             let ratio: f64 =
                 (0..3).map(|k| ((f64::from(point[k]) - object.translation[k]) / half[k]).powi(2)).sum();
-            // Chords lie a little within.
+            // The chords of the circles lie slightly inside the ellipsoid.
             assert!((0.98..=1.0 + 1e-5).contains(&ratio), "{ratio}");
         }
 

@@ -5,23 +5,24 @@ use earcut::Earcut;
 
 use crate::PlaneRecord;
 
-/// Most corners of a plane that is drawn: more than a picture shows, and no more than the triangulation takes.
+/// Largest number of corners of a drawn plane: more than a picture shows, and few enough for the
+/// triangulation.
 const MAX_CORNERS: usize = 1 << 20;
 
 /// A plane's polygons with their holes, as triangles and as rings.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct PlaneMesh {
-    /// Metres, world.
+    /// Metres, in the world.
     pub(crate) corners: Vec<[f64; 3]>,
-    /// Three corners a triangle, counterclockwise seen from where the normal points to.
+    /// Three corners per triangle, counterclockwise seen from the side that the normal points to.
     pub(crate) triangles: Vec<u32>,
-    /// The corners of each ring.
+    /// The range of corners of each ring.
     pub(crate) rings: Vec<Range<usize>>,
 }
 
 impl PlaneMesh {
-    /// Of the rings of a plane: an outline, counterclockwise, its holes, clockwise, the next outline. Rings of
-    /// less than three corners or with one that is not finite are left out.
+    /// The mesh of a plane's rings: a counterclockwise outline, its clockwise holes, the next outline. Rings
+    /// with less than three corners or with a corner that is not finite are left out.
     pub(crate) fn of(plane: &PlaneRecord) -> Self {
         let mut mesh = Self::default();
         let Some(axes) = plane_axes(plane.normal) else { return mesh };
@@ -72,7 +73,7 @@ impl PlaneMesh {
     }
 }
 
-/// Two axes in a plane; their cross product is its normal.
+/// Two unit axes in a plane, whose cross product is its normal.
 fn plane_axes(normal: [f64; 3]) -> Option<[[f64; 3]; 2]> {
     let normal = unit(normal)?;
     let u = unit(any_across(normal))?;
@@ -83,7 +84,7 @@ fn flattened(corner: [f64; 3], axes: [[f64; 3]; 2]) -> [f64; 2] {
     axes.map(|axis| dot(axis, corner))
 }
 
-/// Positive for rings that run counterclockwise.
+/// Twice the area of a ring; positive when it runs counterclockwise.
 fn doubled_area(ring: &[[f64; 3]], axes: [[f64; 3]; 2]) -> f64 {
     let Some(&origin) = ring.first() else { return 0.0 };
     let flat = |corner: [f64; 3]| flattened(difference(corner, origin), axes);
@@ -133,7 +134,7 @@ mod tests {
         ring
     }
 
-    /// The triangles' area along the normal: those of the other sense count against it.
+    /// The triangles' area seen along the normal: triangles of the wrong orientation count as negative.
     fn area(mesh: &PlaneMesh, normal: [f64; 3]) -> f64 {
         let corner = |index: u32| mesh.corners[index as usize];
         let of = |&[a, b, c]: &[u32; 3]| {
@@ -180,7 +181,7 @@ mod tests {
     }
 
     proptest! {
-        /// Star-shaped outlines in any plane: the triangles cover as much as Gauss's formula says.
+        /// Star-shaped outlines in any plane: the triangles' area equals that of Gauss's formula.
         #[test]
         fn triangles_cover_the_polygon(
             radii in proptest::collection::vec(0.1_f64..3.0, 3..40),

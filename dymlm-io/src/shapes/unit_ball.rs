@@ -1,9 +1,9 @@
-/// Meridians and parallels of a ball as it is drawn.
+/// Numbers of meridians and parallels of a drawn ball.
 const MERIDIANS: u32 = 24;
 const PARALLELS: u32 = 11;
 
-/// A ball of diameter 1 around the origin: corners, and three of them a triangle, counterclockwise seen from
-/// outside.
+/// A ball of diameter 1 around the origin: its corners, and three corner indices per triangle,
+/// counterclockwise seen from outside.
 pub(crate) fn unit_ball() -> (Vec<[f64; 3]>, Vec<u32>) {
     let mut corners = vec![[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]];
     for parallel in 1..=PARALLELS {
@@ -44,7 +44,8 @@ mod tests {
             assert!(dot(cross(difference(b, a), difference(c, a)), a) > 0.0);
             volume += dot(a, cross(b, c)) / 6.0;
         }
-        // Of the ball: pi / 6. A gap, or a triangle of the other sense, would cost more than its corners do.
+        // A ball's volume is pi / 6. A gap or a triangle of the wrong orientation would cost more than the
+        // flat faces do.
         assert!((0.96..1.0).contains(&(volume / (std::f64::consts::PI / 6.0))), "{volume}");
     }
 }

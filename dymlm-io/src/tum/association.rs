@@ -2,7 +2,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
-/// A colour image and a depth image of about the same time.
+/// A colour image and a depth image of nearly the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Pair {
     /// Index into the list of colour images.
@@ -11,13 +11,12 @@ pub(crate) struct Pair {
     pub(crate) depth: usize,
 }
 
-/// Pairs colour images and depth images by their times, one to one: of all pairs at most `max_gap` seconds apart the
-/// closest is taken first, then the closest of those that are left, and so on (the benchmark's
-/// `associate.py`). Pairs equally close are taken in time order. Both lists are in time order, and so is the
-/// result.
+/// Pairs colour and depth images by their times, one to one: the closest pair at most `max_gap` seconds apart
+/// is taken first, then the closest of those that are left, and so on (the benchmark's `associate.py`). Of
+/// equally close pairs the earlier is taken first. Both lists are in time order, and so is the result.
 ///
-/// The closest of the pairs that are left is always one of neighbours in time. O(n log n) for n images,
-/// however many pairs are within the gap.
+/// The closest remaining pair is always a pair of neighbours in time. O(n log n) for n images, however many
+/// pairs are within the gap.
 pub(crate) fn associate(color: &[f64], depth: &[f64], max_gap: f64) -> Vec<Pair> {
     let mut moments = Moments::of(color, depth);
     let mut pairs = moments.pair_simultaneous();
@@ -27,7 +26,7 @@ pub(crate) fn associate(color: &[f64], depth: &[f64], max_gap: f64) -> Vec<Pair>
     }
     while let Some(Reverse(candidate)) = open.pop() {
         let [first, second] = candidate.moments;
-        // Another pair may have taken one of both.
+        // A pair taken earlier may have used one of the two images.
         if moments.closest_with_next(first, max_gap) != Some(Reverse(candidate)) {
             continue;
         }
@@ -50,7 +49,7 @@ struct Moment {
     timestamp: f64,
     color: Range<usize>,
     depth: Range<usize>,
-    /// The moments before and after it that still have images.
+    /// The moments before and after this one that still have images.
     previous: Option<usize>,
     next: Option<usize>,
 }
@@ -60,10 +59,11 @@ struct Moments {
     all: Vec<Moment>,
 }
 
-/// The next pair of two moments, ordered by how close it is, then by colour image, then by depth image.
+/// A pair that two neighbouring moments can make, ordered by closeness, then by colour image, then by depth
+/// image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
-    /// Bits of the time between them, which sort as it does: it is not negative.
+    /// Bits of the time between them. The time is not negative, so its bits sort in the same order.
     gap: u64,
     color: usize,
     depth: usize,
@@ -96,7 +96,7 @@ impl Moments {
         Self { all }
     }
 
-    /// Pairs images of the very same time, of which none is closer to another.
+    /// Pairs images of exactly the same time: no image is closer to another.
     fn pair_simultaneous(&mut self) -> Vec<Pair> {
         let mut pairs = Vec::new();
         for moment in 0..self.all.len() {
@@ -114,7 +114,7 @@ impl Moments {
         pairs
     }
 
-    /// The next pair of a moment with the one after it, if they have one.
+    /// The pair that a moment makes with the next moment, if they can make one.
     fn closest_with_next(&self, first: usize, max_gap: f64) -> Option<Reverse<Candidate>> {
         let second = self.all[first].next?;
         let [a, b] = [&self.all[first], &self.all[second]];
@@ -126,7 +126,7 @@ impl Moments {
         Some(Reverse(Candidate { gap, color: color.start, depth: depth.start, moments: [first, second] }))
     }
 
-    /// Takes the first image of a moment, which has images of one kind.
+    /// Removes the first image of a moment whose images are all of one kind.
     fn take(&mut self, moment: usize) {
         let Moment { color, depth, .. } = &mut self.all[moment];
         let _ = color.next().or_else(|| depth.next());
@@ -160,13 +160,13 @@ mod tests {
 
     #[test]
     fn takes_the_closest_pair_first() {
-        // Depth 0 is nearest to colour 0, but depth 1 is nearer to it still.
+        // Colour 0 is the nearest to both depth images, and depth 1 is the nearer of the two.
         assert_eq!(pairs(&[0.010], &[0.000, 0.015]), [(0, 1)]);
         assert_eq!(pairs(&[0.0, 0.033, 0.066], &[0.010, 0.040, 0.2]), [(0, 0), (1, 1)]);
         assert_eq!(pairs(&[], &[0.0]), []);
     }
 
-    /// The benchmark's `associate.py`, literally: all pairs, sorted, taken while both are free.
+    /// The benchmark's `associate.py`, literally: all pairs are sorted, and taken while both images are free.
     fn associate_py(color: &[f64], depth: &[f64], max_gap: f64) -> Vec<(usize, usize)> {
         let mut potential: Vec<(f64, usize, usize)> = Vec::new();
         for (c, &a) in color.iter().enumerate() {
@@ -198,7 +198,7 @@ mod tests {
             prop_assert_eq!(pairs(&color, &depth), associate_py(&color, &depth, 0.02));
         }
 
-        /// Times that are often the same, and gaps that are.
+        /// Times that often coincide, and gaps that often equal the limit.
         #[test]
         fn equals_the_benchmarks_own_where_times_coincide(
             mut color in prop::collection::vec(0..24_u8, 0..40),

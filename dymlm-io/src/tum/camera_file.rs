@@ -10,17 +10,17 @@ use crate::Error;
 
 const CAMERA: &str = "camera.json";
 
-/// The cameras of a dataset.
+/// The cameras of a dataset, and the scale of its depth images.
 #[derive(Debug)]
 pub(super) struct CameraFile {
-    /// Of the colour images, and of the depth images unless there is a depth camera.
+    /// The camera of the colour images, and of the depth images unless `depth_camera` is there.
     pub(super) camera: PinholeCamera,
     pub(super) depth_scale: f64,
     pub(super) distortion: Option<Distortion>,
     pub(super) depth_camera: Option<DepthCamera>,
 }
 
-/// A camera of depth images that are not registered to the colour images.
+/// The camera of depth images that are not registered to the colour images.
 #[derive(Debug)]
 pub(super) struct DepthCamera {
     pub(super) camera: PinholeCamera,
@@ -28,7 +28,7 @@ pub(super) struct DepthCamera {
     pub(super) distortion: Option<Distortion>,
 }
 
-/// What `camera.json` holds beside the camera; other keys are passed over.
+/// The entries of `camera.json` other than the camera's own; unknown keys are ignored.
 #[derive(Deserialize)]
 struct BesideCamera {
     depth_scale: f64,
@@ -36,14 +36,15 @@ struct BesideCamera {
     depth_camera: Option<serde_json::Value>,
 }
 
-/// What `depth_camera` holds beside the camera.
+/// The entries of `depth_camera` other than the camera's own.
 #[derive(Deserialize)]
 struct BesideDepthCamera {
     color_from_depth: Pose,
     distortion: Option<Distortion>,
 }
 
-/// The cameras that the options name, or the folder's `camera.json`, or else the folder's own name.
+/// The camera that the options name, or else the folder's `camera.json`, or else the camera in the folder's
+/// name.
 pub(super) fn read_camera(folder: &Path, named: Option<TumCamera>) -> Result<CameraFile, Error> {
     let path = folder.join(CAMERA);
     let named = named.or_else(|| if path.exists() { None } else { TumCamera::named_in(folder) });
@@ -54,7 +55,7 @@ pub(super) fn read_camera(folder: &Path, named: Option<TumCamera>) -> Result<Cam
 
 fn read_file(path: &Path) -> Result<CameraFile, Error> {
     let bytes = fs::read(path).map_err(Error::io(path))?;
-    // Read twice: in one structure with the camera flattened into it, errors would lose their line.
+    // Parsed twice: with the camera flattened into one structure, errors would lose their line.
     let camera = parse(path, &bytes)?;
     let BesideCamera { depth_scale, distortion, depth_camera } = parse(path, &bytes)?;
     if !(depth_scale.is_finite() && depth_scale > 0.0) {

@@ -10,27 +10,27 @@ use super::options::TumOptions;
 use crate::trajectory::TrajectoryFile;
 use crate::{Error, Trajectory, TrajectoryGap};
 
-/// A TUM RGB-D dataset: lists of images, a trajectory and a camera, opened; the images are read one frame at
-/// a time.
+/// An open TUM RGB-D dataset: lists of images, a trajectory and a camera. Images are read one frame at a
+/// time.
 ///
 /// Its folder holds
 /// - `camera.json`: {width, height, fx, fy, cx, cy, `depth_scale`}; depth in metres = stored value /
-///   `depth_scale`. For a lens with distortion also `distortion`: {`model`: "`brown_conrady`" or
-///   "`equidistant`", `coefficients`: in `OpenCV`'s order}; frames are rectified then. For depth images not
-///   registered to the colour images also `depth_camera`: {width, height, fx, fy, cx, cy, `color_from_depth`:
-///   {translation, quaternion}, and perhaps its own `distortion`}; they are registered then. Without
-///   `camera.json` a folder whose name says freiburg1, 2 or 3 has that [`TumCamera`](crate::TumCamera);
-/// - `associations.txt`: a line `timestamp rgb-file timestamp depth-file` a frame, or depth first: which
-///   column is which shows in the names; or, when there is none, `rgb.txt` and `depth.txt`, lines `timestamp
-///   filename`, which are then paired one to one by the nearest time (colour may be missing altogether: no
-///   `rgb.txt`);
+///   `depth_scale`. For a lens with distortion it also has `distortion`: {`model`: "`brown_conrady`" or
+///   "`equidistant`", `coefficients`: in `OpenCV`'s order}, and frames are rectified. For depth images that
+///   are not registered to the colour images it also has `depth_camera`: {width, height, fx, fy, cx, cy,
+///   `color_from_depth`: {translation, quaternion}, and perhaps its own `distortion`}, and they are
+///   registered. Without `camera.json`, a folder with freiburg1, 2 or 3 in its name has that
+///   [`TumCamera`](crate::TumCamera);
+/// - `associations.txt`: one line per frame, `timestamp rgb-file timestamp depth-file` or depth first; the
+///   file names tell which column is which. Without it, `rgb.txt` and `depth.txt`, lines `timestamp
+///   filename`, are paired one to one by the nearest time; without `rgb.txt`, frames have no colour;
 /// - `groundtruth.txt` ([`Trajectory`]), unless the options name another trajectory.
 ///
-/// Frames are in time order. A frame's time is its depth image's: the points come from there. Its pose is the
-/// trajectory's, interpolated to that time.
+/// Frames are in time order. A frame's time is that of its depth image, since its points come from there. Its
+/// pose is the trajectory's, interpolated at that time.
 ///
-/// Whatever spoils one frame leaves the others alone: bad lines of the lists are told by [`Self::faults`],
-/// and a frame without pose or with a broken image gives its error when it is loaded.
+/// A fault in one frame does not affect the others: [`Self::faults`] reports bad lines of the lists, and
+/// loading a frame without a pose or with a broken image is an error.
 ///
 /// ```no_run
 /// use dymlm_io::{FrameBuffers, TumDataset, TumOptions};
@@ -63,12 +63,12 @@ pub struct TumDataset {
 const GROUND_TRUTH: &str = "groundtruth.txt";
 
 impl TumDataset {
-    /// Opens a dataset: reads its lists, its trajectory and its camera, no image.
+    /// Opens a dataset: reads its lists, its trajectory and its camera, but no image.
     ///
     /// # Errors
     ///
-    /// Only what makes the whole dataset unusable: options out of range, no readable `camera.json` nor
-    /// another camera, no list of depth images, no readable trajectory, no usable frame at all.
+    /// Only faults that make the whole dataset unusable: options out of range, neither a readable
+    /// `camera.json` nor another camera, no list of depth images, no readable trajectory, or no usable frame.
     pub fn open(folder: impl AsRef<Path>, options: &TumOptions) -> Result<Self, Error> {
         options.validate()?;
         let folder = folder.as_ref();
@@ -101,8 +101,8 @@ impl TumDataset {
         self.images.camera()
     }
 
-    /// What takes places in the stored colour images to places in the frames, for a camera with distortion:
-    /// detections in stored images go through [`Rectifier::rectify_detection`].
+    /// The rectifier of a camera with distortion, which takes pixels of the stored colour images to pixels of
+    /// the frames: detections in stored images go through [`Rectifier::rectify_detection`].
     pub fn rectifier(&self) -> Option<&Rectifier> {
         self.images.rectifier()
     }
@@ -112,7 +112,7 @@ impl TumDataset {
         self.images.depth_scale()
     }
 
-    /// The frames, in time order; with [`TumOptions::every`] applied.
+    /// The frames that [`TumOptions::every`] selects, in time order.
     pub fn frames(&self) -> &[TumFrame] {
         &self.frames
     }
@@ -122,7 +122,7 @@ impl TumDataset {
         &self.trajectory.trajectory
     }
 
-    /// The stretches of the trajectory that are not interpolated over, in time order.
+    /// The intervals between poses that are too long for interpolation, in time order.
     pub fn gaps(&self) -> Vec<TrajectoryGap> {
         self.trajectory().gaps(self.max_interpolation_gap)
     }
@@ -138,7 +138,8 @@ impl TumDataset {
         self.unpaired_depth_images
     }
 
-    /// What is wrong with the lists and the trajectory but keeps no frame from being loaded, worth a warning each.
+    /// One warning for each fault of the lists and the trajectory that does not prevent all frames from being
+    /// loaded.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings: Vec<String> = self.faults.iter().map(ToString::to_string).collect();
         if self.unpaired_depth_images > 0 {
@@ -162,7 +163,7 @@ impl TumDataset {
         self.load_into(index, &mut FrameBuffers::default())
     }
 
-    /// As [`Self::load`], through buffers that are kept between calls.
+    /// As [`Self::load`], with buffers that are reused between calls.
     ///
     /// # Errors
     ///
@@ -197,7 +198,7 @@ impl TumDataset {
 fn read_trajectory(path: &Path, faults: &mut Vec<Error>) -> Result<TrajectoryFile, Error> {
     let mut file = TrajectoryFile::read(path)?;
     if file.trajectory.poses().is_empty() {
-        // The first bad line says more than that there is no good one.
+        // The first bad line says more than "no pose".
         let fault = file.faults.into_iter().next();
         return Err(fault.unwrap_or_else(|| Error::malformed(path, "the trajectory has no pose")));
     }

@@ -10,7 +10,7 @@ use crate::UncoveredTime;
 pub struct TumFrame {
     /// Time of the depth image, seconds: the frame's time.
     pub timestamp: f64,
-    /// Time of the colour image, seconds: the time that detections bear.
+    /// Time of the colour image, seconds, which is also the time of its detections.
     pub color_timestamp: Option<f64>,
     /// The depth image.
     pub depth: PathBuf,
@@ -22,14 +22,14 @@ pub struct TumFrame {
     pub(super) color_listing: Listing,
 }
 
-/// Where an image is listed.
+/// The place of an image in a list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Listing {
     pub(super) list: &'static str,
     pub(super) line: usize,
 }
 
-/// A loaded frame and where it was seen from.
+/// A loaded frame and its camera pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PosedFrame {
     /// The frame.

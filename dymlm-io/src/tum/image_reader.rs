@@ -8,40 +8,40 @@ use super::camera_file::CameraFile;
 use crate::Error;
 use crate::image_file::{DecodeBuffers, decode_color, decode_depth};
 
-/// Reads the images of a dataset, and makes them those of one pinhole camera.
+/// Reads the images of a dataset and converts them to those of one pinhole camera.
 #[derive(Debug)]
 pub(super) struct ImageReader {
     depth_scale: f64,
     cameras: CameraPair,
 }
 
-/// Makes stored colour and depth images those of one pinhole camera.
+/// Converts stored colour and depth images to those of one pinhole camera.
 #[derive(Debug)]
 pub(crate) struct CameraPair {
-    /// Of the frames, and of the stored colour images.
+    /// Camera of the frames, and of the stored colour images.
     pub(crate) camera: PinholeCamera,
-    /// Of the lens that the colour images were taken through.
+    /// Removes the distortion of the colour images, if they have any.
     pub(crate) rectifier: Option<Rectifier>,
-    /// Of the stored depth images.
+    /// Camera of the stored depth images.
     pub(crate) depth_camera: PinholeCamera,
     pub(crate) depth_rectifier: Option<Rectifier>,
-    /// For depth images that are not of the colour camera.
+    /// Registers depth images of another camera to the colour camera.
     pub(crate) registration: Option<DepthRegistration>,
 }
 
-/// Buffers that frames are loaded through, so that loading a sequence allocates next to nothing per frame.
+/// Buffers for loading frames: a sequence that reuses them allocates next to nothing per frame.
 #[derive(Debug, Clone, Default)]
 pub struct FrameBuffers {
     pub(crate) decode: DecodeBuffers,
     pub(crate) depth: Vec<f32>,
     pub(crate) color: Vec<Rgb>,
-    /// For images that are rectified or registered: what they are made into.
+    /// The images that rectification and registration write to.
     spare_depth: Option<DepthImage>,
     spare_color: Option<ColorImage>,
 }
 
 impl FrameBuffers {
-    /// Takes a frame's image buffers back, for the next frame.
+    /// Takes back the image buffers of a frame, for the next frame.
     pub fn recycle(&mut self, frame: Frame) {
         let (depth, color) = frame.into_images();
         self.depth = depth.into_data();
@@ -64,7 +64,7 @@ impl ImageReader {
                 rectifier(&depth.camera, depth.distortion.as_ref()),
                 Some(DepthRegistration::new(&depth.camera, &camera, &depth.color_from_depth)),
             ),
-            // Registered to colour images with distortion, depth images have it too.
+            // Depth images that are registered to distorted colour images have the same distortion.
             None => (camera, color.clone(), None),
         };
         let depth_scale = cameras.depth_scale;
@@ -109,7 +109,7 @@ impl ImageReader {
 }
 
 impl CameraPair {
-    /// A stored depth image as one of the pinhole camera.
+    /// Converts a stored depth image to the pinhole camera of the frames.
     pub(crate) fn pinhole_depth(
         &self,
         mut depth: DepthImage,
@@ -128,7 +128,7 @@ impl CameraPair {
         Ok(depth)
     }
 
-    /// A stored colour image as one of the pinhole camera.
+    /// Converts a stored colour image to the pinhole camera of the frames.
     pub(crate) fn pinhole_color(
         &self,
         mut color: ColorImage,

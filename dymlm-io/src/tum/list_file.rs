@@ -13,21 +13,21 @@ pub(super) struct ListedFile {
     pub(super) line: usize,
 }
 
-/// A line of `associations.txt`, columns as they stand.
+/// A line of `associations.txt`, its columns in their order in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ListedPair {
     pub(super) first: ListedFile,
     pub(super) second: ListedFile,
 }
 
-/// What a list holds, and the lines that could not be used.
+/// The usable lines of a list, and the errors of the others.
 #[derive(Debug)]
 pub(super) struct List<T> {
     pub(super) entries: Vec<T>,
     pub(super) faults: Vec<Error>,
 }
 
-/// Reads `timestamp filename` lines, into time order.
+/// Reads `timestamp filename` lines and sorts them by time.
 pub(super) fn read_files(path: &Path) -> Result<List<ListedFile>, Error> {
     let mut list = read_list(path, |line, columns| match columns {
         [timestamp, file] => listed(timestamp, file, line),

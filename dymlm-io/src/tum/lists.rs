@@ -11,7 +11,7 @@ const ASSOCIATIONS: &str = "associations.txt";
 const RGB: &str = "rgb.txt";
 const DEPTH: &str = "depth.txt";
 
-/// Frames as the lists give them, their poses still unknown.
+/// The frames of the lists, without poses.
 pub(super) struct Lists {
     pub(super) frames: Vec<TumFrame>,
     pub(super) faults: Vec<Error>,
@@ -36,7 +36,7 @@ pub(super) fn read_lists(folder: &Path, options: &TumOptions) -> Result<Lists, E
                 options.max_association_gap
             ),
         };
-        // The first bad line says more than that there is no good one.
+        // The first bad line says more than "no frame".
         return Err(lists.faults.into_iter().next().unwrap_or_else(|| Error::malformed(&list, reason)));
     }
     Ok(lists)
@@ -92,9 +92,9 @@ fn listed_frame(
     }
 }
 
-/// Whether `associations.txt` gives the depth image first. Each line votes by what its names are in `rgb.txt`
-/// and `depth.txt`, or else look like; without evidence colour comes first, as the benchmark's own tool
-/// writes it.
+/// Whether `associations.txt` gives the depth image first. Each line votes by the files' names: those in
+/// `rgb.txt` and `depth.txt`, or else by whether they contain "depth". Without evidence, colour comes first,
+/// as the benchmark's own tool writes it.
 fn depth_comes_first(folder: &Path, pairs: &[ListedPair]) -> bool {
     let names = |list: &str| -> BTreeSet<PathBuf> {
         let list = read_files(&folder.join(list)).map(|list| list.entries).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! TUM RGB-D datasets (Sturm 2012): a folder of colour images, depth images, lists of both and a trajectory.
+//! TUM RGB-D datasets (Sturm 2012): folders of colour images, depth images, lists of both and a trajectory.
 
 pub(crate) mod association;
 mod camera_file;

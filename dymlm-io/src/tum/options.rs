@@ -10,19 +10,19 @@ use super::tum_camera::TumCamera;
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct TumOptions {
-    /// The trajectory to use instead of the dataset's `groundtruth.txt`, in the same format. Default: none.
+    /// A trajectory to use instead of the dataset's `groundtruth.txt`, in the same format. Default `None`.
     pub trajectory: Option<PathBuf>,
-    /// The camera to use instead of what the dataset says. Default: none, that is the folder's `camera.json`
-    /// or, when there is none, the camera that the folder's name speaks of.
+    /// A camera to use instead of the dataset's own. Default `None`: the folder's `camera.json` or, without
+    /// it, the camera in the folder's name.
     pub camera: Option<TumCamera>,
-    /// Largest distance in time between a colour image and its depth image when there is no
-    /// `associations.txt`, seconds, 0..=10. Default 0.02, as the benchmark's own `associate.py`.
+    /// Largest time between a colour image and its depth image when there is no `associations.txt`, seconds,
+    /// 0..=10. Default 0.02, as in the benchmark's own `associate.py`.
     pub max_association_gap: f64,
-    /// Largest distance in time between two poses that are interpolated between, seconds, 0..=60. Default
-    /// 0.2: over a stretch dt the straight line departs from the path by up to a dt^2 / 8, which is 1 cm, the
-    /// map's finest voxel, at the 2 m/s^2 of a hand-held camera.
+    /// Largest time between two poses for which a pose between them is interpolated, seconds, 0..=60. Default
+    /// 0.2: over an interval dt at acceleration a, the straight line departs from the path by up to a dt^2 /
+    /// 8. At the 2 m/s^2 of a hand-held camera that is 1 cm, the map's finest voxel.
     pub max_interpolation_gap: f64,
-    /// Every how many frames one is taken, beginning with the first, 1... Default 1.
+    /// Every n-th frame is used, beginning with the first, 1... Default 1.
     pub every: usize,
 }
 

@@ -5,7 +5,7 @@ use dymlm_core::{Detection, Frame, PinholeCamera, Pose};
 use super::{FrameBuffers, TumDataset, TumOptions};
 use crate::{DetectionFile, Error, YoloFolder, read_class_names};
 
-/// A TUM RGB-D dataset with what a detector says of its frames.
+/// A TUM RGB-D dataset with detections in its frames.
 #[derive(Debug)]
 pub struct TumRecording {
     dataset: TumDataset,
@@ -15,27 +15,28 @@ pub struct TumRecording {
 #[derive(Debug)]
 enum RecordedDetections {
     None,
-    /// Nobody asks for them.
+    /// The caller does not want them.
     LeftAlone,
     File(DetectionFile),
     Yolo(YoloFolder),
 }
 
-/// One frame of a recording, with what was detected in it and where it was seen from.
+/// One loaded frame of a recording, with its detections and camera pose.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct RecordedFrame {
     /// The frame.
     pub frame: Frame,
-    /// Detections of all labels; `None` when the detector did not look at the frame.
+    /// Detections of all labels; `None` when no detector ran on the frame.
     pub detections: Option<Vec<Detection>>,
     /// Takes camera coordinates to the world.
     pub world_from_camera: Pose,
 }
 
 impl TumRecording {
-    /// Opens a dataset with its detections: a JSON-lines file or a YOLO folder (class names in `names.txt` there);
-    /// without one the dataset's own `detections.jsonl`, if it has any.
+    /// Opens a dataset with its detections: a JSON-lines file or a YOLO folder (with class names in its
+    /// `names.txt`). If `detections` is `None`, the dataset's own `detections.jsonl` is used, if there is
+    /// one.
     ///
     /// # Errors
     ///
@@ -54,8 +55,8 @@ impl TumRecording {
         Ok(Self { dataset, detections })
     }
 
-    /// Opens a dataset and leaves its detections alone, if it has any: for somebody who detects in its frames
-    /// himself.
+    /// Opens a dataset and ignores its detections, if it has any: for callers that run a detector on its
+    /// frames.
     ///
     /// # Errors
     ///
@@ -70,8 +71,8 @@ impl TumRecording {
         &self.dataset
     }
 
-    /// What is wrong with lists and detections but keeps no frame from being loaded, or that there are no detections:
-    /// worth a warning each.
+    /// One warning for each fault of lists and detections that does not prevent all frames from being loaded,
+    /// and one when there are no detections.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.dataset.warnings();
         match &self.detections {
@@ -84,7 +85,7 @@ impl TumRecording {
         warnings
     }
 
-    /// Loads a frame. Detections are brought to the frame where the dataset's lens distorts.
+    /// Loads a frame. Boxes of detections are rectified like the colour image.
     ///
     /// # Errors
     ///

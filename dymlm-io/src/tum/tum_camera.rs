@@ -3,8 +3,9 @@ use std::path::Path;
 use dymlm_core::PinholeCamera;
 use serde::{Deserialize, Serialize};
 
-/// A camera of the TUM RGB-D benchmark (Sturm 2012), as the benchmark calibrated it. The depth images are
-/// registered to the colour images there; lens distortion is left in both, as the benchmark's own tools do.
+/// A camera of the TUM RGB-D benchmark (Sturm 2012), with the benchmark's calibration. Its depth images are
+/// registered to the colour images. Lens distortion is not removed from either, as in the benchmark's own
+/// tools.
 ///
 /// ```
 /// use dymlm_io::TumCamera;
@@ -18,11 +19,11 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum TumCamera {
-    /// Sequences fr1: 517.3, 516.5, 318.6, 255.3.
+    /// Sequences fr1; fx, fy, cx, cy: 517.3, 516.5, 318.6, 255.3.
     Freiburg1,
-    /// Sequences fr2: 520.9, 521.0, 325.1, 249.7.
+    /// Sequences fr2; fx, fy, cx, cy: 520.9, 521.0, 325.1, 249.7.
     Freiburg2,
-    /// Sequences fr3, already rectified: 535.4, 539.2, 320.1, 247.6.
+    /// Sequences fr3, already rectified; fx, fy, cx, cy: 535.4, 539.2, 320.1, 247.6.
     Freiburg3,
 }
 
@@ -30,7 +31,7 @@ impl TumCamera {
     /// Stored depth units in a metre.
     pub const DEPTH_SCALE: f64 = 5000.0;
 
-    /// The camera that a folder's name speaks of.
+    /// The camera that a folder's name contains.
     #[must_use]
     pub fn named_in(folder: &Path) -> Option<Self> {
         let name = folder.file_name()?.to_string_lossy().to_ascii_lowercase();
@@ -45,7 +46,7 @@ impl TumCamera {
     ///
     /// # Errors
     ///
-    /// None: the parameters are in range.
+    /// Never fails: the parameters are in range.
     pub fn camera(self) -> Result<PinholeCamera, dymlm_core::Error> {
         let [fx, fy, cx, cy] = match self {
             Self::Freiburg1 => [517.3, 516.5, 318.6, 255.3],

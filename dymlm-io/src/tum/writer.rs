@@ -7,11 +7,11 @@ use serde_json::json;
 use crate::image_file::{write_depth_png, write_png};
 use crate::{Error, StampedPose, Trajectory, write_atomically, write_detections};
 
-/// Writes a sequence as a TUM RGB-D folder that [`TumDataset`](crate::TumDataset) and other systems read.
+/// Writes a sequence as a TUM RGB-D folder, which [`TumDataset`](crate::TumDataset) and other systems read.
 ///
-/// Images are written as frames come; the lists, the trajectory and the detections by [`Self::finish`], so
-/// that a folder that was broken off does not pass for a whole dataset. Frames without colour make a dataset
-/// without colour.
+/// Images are written at once. [`Self::finish`] writes the lists, the trajectory and the detections, so that
+/// an interrupted folder is not mistaken for a complete dataset. If no frame has colour, the dataset has
+/// none; if only some frames have colour, readers find only those.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -38,7 +38,7 @@ pub struct TumWriter {
 
 #[derive(Debug)]
 struct WrittenFrame {
-    /// The name of its images without folder and ending: the time in microseconds' precision.
+    /// Name of the frame's images, without folder and extension: the time in seconds with six decimals.
     name: String,
     timestamp: f64,
     has_color: bool,
@@ -50,11 +50,11 @@ struct WrittenFrame {
 const DEPTH_SCALE: f64 = 5000.0;
 
 impl TumWriter {
-    /// Begins a dataset in a folder that is empty or not there yet.
+    /// Begins a dataset in a folder that is empty or does not exist yet.
     ///
     /// # Errors
     ///
-    /// [`Error::InTheWay`] when the folder holds something; [`Error::Io`] when it cannot be made.
+    /// [`Error::InTheWay`] when the folder is not empty; [`Error::Io`] when it cannot be created.
     pub fn create(folder: impl AsRef<Path>, camera: &PinholeCamera) -> Result<Self, Error> {
         let folder = folder.as_ref().to_path_buf();
         fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
@@ -75,8 +75,8 @@ impl TumWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the frame is not of the dataset's camera or not later than the last, by a
-    /// microsecond at least; else as [`write_depth_png`]. The dataset stays as it was.
+    /// [`Error::Malformed`] when the frame has another camera than the dataset, or is not at least a
+    /// microsecond later than the previous frame; else as [`write_depth_png`]. The dataset stays as it was.
     pub fn write(
         &mut self,
         frame: &Frame,

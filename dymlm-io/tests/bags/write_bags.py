@@ -1,10 +1,10 @@
-"""Writes the bags beside this file by two writers that have nothing to do with dymlm.
+"""Writes the bags beside this file with two writers that are independent of dymlm.
 
     python3 -m venv venv && venv/bin/pip install rosbags mcap-ros2-support mcap numpy pillow
     venv/bin/python write_bags.py [FOLDER]
 
-A wall 2 m away, 8x6 pixels; four frames, 0.1 s apart, from time 100; the robot goes 0.1 m a frame along x of
-`odom`. The camera's optical frame is turned against `base`: its z is base's x.
+A wall 2 m away, 8x6 pixels; four frames, 0.1 s apart, from time 100. The robot moves 0.1 m per frame along x of
+`odom`. The camera's optical frame is rotated against `base`: its z is base's x.
 """
 
 import io
@@ -131,7 +131,7 @@ def moving(time, x):
 
 
 def base_messages():
-    """16UC1 and rgb8; tf between the images' times, so that it is interpolated."""
+    """Images in 16UC1 and rgb8; tf has times between the images' times, so that it is interpolated."""
     yield "/tf_static", 100, tf(MOUNT)
     for i in range(-1, FRAMES):
         time = 100 + 0.1 * i + 0.05
@@ -171,9 +171,9 @@ BAGS = {
         lambda t: ("/camera/color/image_raw", t, image(t, "optical", "mono8", COLOR[..., 0])),
         lambda t: ("/camera/depth/image_raw/compressedDepth", t, packed(t, "optical", "32FC1; compressedDepth png", struct.pack("<iff", 0, A, B) + png(INVERSE))),
     )),
-    # Nobody says where the robot is: only how the camera is mounted.
+    # Nothing says where the robot is, only how the camera is mounted.
     "no_tf": [m for m in base_messages() if m[0] != "/tf"],
-    # All transforms come after the images; the first frame's are missing.
+    # All transforms come after the images, and those of the first frame are missing.
     "late_tf": [m for m in base_messages() if not m[0].startswith("/tf")]
     + [m for m in base_messages() if m[0].startswith("/tf") and not 99 < m[1] < 100],
     # Every other colour image is missing.
@@ -183,7 +183,7 @@ BAGS = {
     ],
     "odometry": [m for m in base_messages() if m[0] != "/tf"]
     + [("/odom", t, odometry(t, t - 100)) for t in np.arange(99.95, 100.5, 0.1).tolist()],
-    # Depth of a camera of its own, 0.25 m beside the colour camera.
+    # A depth camera of its own, 0.25 m beside the colour camera.
     "two_cameras": [("/tf_static", 100, tf((0.0, "optical", "depth_optical", (0.25, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))))]
     + [
         m if "aligned" not in m[0] else
@@ -204,7 +204,7 @@ BAGS = {
         m if m[0] != "/detections" else (m[0], m[1], detections(m[1] - 0.056, ("1", 0.75, 4.0, 3.0, 2.0, 4.0)))
         for m in base_messages()
     ],
-    # Raw images of a lens with barrel distortion, k1 alone.
+    # Raw images of a lens with barrel distortion, of k1 alone.
     "plumb_bob": [
         m if not m[0].endswith("camera_info") else (m[0], m[1], camera_info(m[1], "optical", "plumb_bob", (-0.1, 0.0, 0.0, 0.0, 0.0)))
         for m in base_messages()
@@ -220,7 +220,7 @@ def by_rosbags(path, messages):
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent) / "bag"
         writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
-        # Packed chunks: most of so small a bag is texts of schemas.
+        # Compressed chunks: most of such a small bag is the text of schemas.
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         with writer:
             connections = {}
@@ -232,7 +232,7 @@ def by_rosbags(path, messages):
 
 
 def as_fields(message):
-    """mcap-ros2-support takes dictionaries."""
+    """A message as dictionaries, which mcap-ros2-support takes."""
     if isinstance(message, list):
         return [as_fields(one) for one in message]
     if isinstance(message, np.ndarray):
@@ -257,7 +257,7 @@ def by_mcap_ros2(path, messages, compression):
 
 
 def without_chunks(path, source):
-    """Messages that no checksum of a chunk guards."""
+    """Copies a bag without chunks, so that no checksum protects its messages."""
     with source.open("rb") as bag, path.open("wb") as out:
         writer = McapWriter(out, use_chunking=False)
         writer.start()

@@ -1,4 +1,4 @@
-//! Detections: JSON lines and YOLO folders, good and bad.
+//! Detections in valid and invalid JSON lines and YOLO folders.
 use std::fs;
 use std::path::PathBuf;
 
@@ -78,7 +78,7 @@ fn a_bad_line_is_an_error_for_its_frame_alone() {
             "null",
         ),
         (r#"{"timestamp": 1.0}"#, "detections"),
-        // No time of its own: it must be for a frame between its neighbours.
+        // Lines without a time of their own: they must be for a frame between their neighbours.
         (r#"{"timestamp": 1."#, "EOF"),
         (r#"{"timestamp": "noon", "detections": []}"#, "noon"),
         (r#"{"detections": []}"#, "timestamp"),
@@ -130,7 +130,7 @@ fn writes_a_file() {
     );
 }
 
-/// The mask is that of `pycocotools.mask.encode` in tests of dymlm-core: (u u + 3 v) % 5 < 2, 7x5 pixels.
+/// The mask of dymlm-core's tests, encoded by `pycocotools.mask.encode`: (u u + 3 v) % 5 < 2, 7x5 pixels.
 #[test]
 fn masks_are_read_and_written_as_cocos_run_lengths() {
     let line = "{\"timestamp\":0.5,\"detections\":[{\"label\":\"cup\",\"score\":0.5,\"bbox\":[0.0,0.0,7.0,5.0],\

@@ -1,4 +1,4 @@
-//! Maps as glTF: that the file is what the specification of glTF 2.0 says. Khronos' validator says so, too:
+//! Maps as glTF agree with the specification of glTF 2.0. Khronos' validator checks this, too:
 //! `tests/viewers/validate_glb.mjs`.
 #![cfg(feature = "gltf")]
 use dymlm_core::PointCloud;
@@ -46,7 +46,7 @@ fn word(file: &[u8], at: usize) -> usize {
     u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize
 }
 
-/// A file's JSON and bytes, after a look at its frame.
+/// A file's JSON and binary chunks, after a check of the container.
 fn parts(file: &[u8]) -> (Value, Vec<u8>) {
     assert_eq!((&file[..4], word(file, 4), word(file, 8)), (&b"glTF"[..], 2, file.len()));
     let length = word(file, 12);
@@ -66,7 +66,7 @@ fn number(value: &Value) -> usize {
     value.as_u64().unwrap_or(0) as usize
 }
 
-/// The numbers of an accessor, after a look at its bounds.
+/// The numbers of an accessor, after a check of its bounds.
 fn numbers(json: &Value, bytes: &[u8], index: &Value) -> Vec<Vec<f64>> {
     let accessor = &json["accessors"][number(index)];
     let view = &json["bufferViews"][number(&accessor["bufferView"])];
@@ -120,7 +120,7 @@ fn every_accessor_is_within_its_bytes_and_bounds() {
         .iter()
         .flat_map(|mesh| mesh["primitives"].as_array().unwrap().clone())
         .collect();
-    // The cloud, and faces and lines of each thing.
+    // One primitive for the cloud, and for each plane and object one of faces and one of lines.
     assert_eq!(primitives.len(), 1 + 2 * 5);
     for primitive in &primitives {
         let positions = numbers(&json, &bytes, &primitive["attributes"]["POSITION"]);
@@ -131,7 +131,7 @@ fn every_accessor_is_within_its_bytes_and_bounds() {
     }
     let points = numbers(&json, &bytes, &primitives[0]["attributes"]["POSITION"]);
     assert_eq!(points.len(), 2, "the point that is none is left out");
-    // Proportional to light: code 188 is half of it.
+    // Colours are linear: sRGB code 188 is half the light.
     let colors = numbers(&json, &bytes, &primitives[0]["attributes"]["COLOR_0"]);
     assert_eq!(colors[0], [1.0, 0.0, 0.0]);
     assert!((colors[1][0] - 0.5).abs() < 0.005);

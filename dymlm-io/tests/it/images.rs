@@ -1,4 +1,4 @@
-//! Pictures and depth images as files.
+//! Colour images and depth images as files.
 use std::fs;
 
 use dymlm_core::DepthImage;
@@ -43,7 +43,7 @@ fn reads_pictures_of_other_pixel_formats() {
     assert!(matches!(read_color_image(folder.path().join("none.png")), Err(Error::Io { .. })));
 }
 
-/// A PNG header that claims 2^31 x 2^31 pixels.
+/// The PNG's header claims 2^31 x 2^31 pixels.
 #[test]
 fn absurd_sizes_take_no_memory() {
     let folder = tempfile::tempdir().unwrap();
@@ -61,7 +61,7 @@ fn absurd_sizes_take_no_memory() {
 }
 
 proptest! {
-    // Atomic files are flushed to the disk, which takes its time.
+    // Few cases, since atomic files are flushed to the disk, which is slow.
     #![proptest_config(ProptestConfig::with_cases(16))]
 
     #[test]

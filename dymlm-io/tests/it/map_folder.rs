@@ -1,4 +1,4 @@
-//! Map folders and atomic files: whole or not at all, whatever happens between.
+//! Map folders and atomic files are complete or absent, whatever happens while they are written.
 
 use std::fs;
 use std::io::{self, Read};
@@ -30,7 +30,7 @@ fn place() -> (TempDir, PathBuf) {
     (parent, target)
 }
 
-/// Writes a map of two files that hold `content`.
+/// Writes a map of two files that contain `content`.
 fn write_map(target: &Path, content: &str) {
     let mut writer = MapFolderWriter::create(target).unwrap();
     writer.file("cloud.ply", |out| out.write_all(content.as_bytes())).unwrap();
@@ -105,7 +105,7 @@ fn never_replaces_what_is_no_map() {
     fs::create_dir(&target).unwrap();
     fs::write(target.join("thesis.tex"), "years of work").unwrap();
     assert!(matches!(MapFolderWriter::create(&target), Err(Error::InTheWay { .. })));
-    // Another program's manifest makes no map.
+    // Another program's manifest does not make the folder a map.
     fs::write(target.join("manifest.json"), r#"{"name": "web app", "version": 1}"#).unwrap();
     assert!(matches!(MapFolderWriter::create(&target), Err(Error::InTheWay { .. })));
     assert_eq!(fs::read(target.join("thesis.tex")).unwrap(), b"years of work");
@@ -115,7 +115,7 @@ fn never_replaces_what_is_no_map() {
     assert!(matches!(MapFolderWriter::create(&file), Err(Error::InTheWay { .. })));
     assert_eq!(fs::read(&file).unwrap(), b"x");
 
-    // Something that comes in the way later is noticed too.
+    // Something that gets in the way later is noticed, too.
     let late = parent.path().join("late");
     let writer = MapFolderWriter::create(&late).unwrap();
     fs::create_dir(&late).unwrap();
@@ -139,7 +139,7 @@ fn files_that_are_not_the_maps_outlive_it() {
     assert_eq!(MapFolder::open(&target).unwrap().read("cloud.ply").unwrap(), b"new");
     assert_eq!(names_in(parent.path()), ["map"]);
 
-    // One under a name that the new map needs stops it, and the old map stays.
+    // A file under a name that the new map needs is an error, and the old map stays.
     let mut writer = MapFolderWriter::create(&target).unwrap();
     writer.file("notes.txt", |out| out.write_all(b"the map's")).unwrap();
     let error = writer.finish(&(), &()).unwrap_err();
@@ -172,7 +172,7 @@ fn a_file_that_fails_is_no_part_of_the_map() {
         .unwrap_err();
     assert!(matches!(&error, Error::Content { path, .. } if path.ends_with("map/cloud.ply")));
     assert!(error.to_string().contains("no more points"), "{error}");
-    // The name is free again.
+    // The file's name can be used again.
     writer.file("cloud.ply", |out| out.write_all(b"whole")).unwrap();
     writer.finish(&(), &()).unwrap();
     assert_eq!(MapFolder::open(&target).unwrap().read("cloud.ply").unwrap(), b"whole");
@@ -196,7 +196,7 @@ fn names_that_lead_elsewhere_are_refused() {
     fs::write(parent.path().join("secret"), "").unwrap();
     fs::write(target.join("manifest.json"), manifest.replace("cloud.ply", "../secret")).unwrap();
     assert!(matches!(MapFolder::open(&target), Err(Error::Malformed { .. })));
-    // And nothing outside is removed in its name.
+    // And writers remove nothing outside the folder because of such a manifest.
     let mut writer = MapFolderWriter::create(&target).unwrap();
     writer.file("planes.json", |out| out.write_all(b"{}")).unwrap();
     writer.finish(&(), &()).unwrap();
@@ -243,12 +243,12 @@ fn a_spoilt_map_is_an_error_naming_the_file() {
     assert_map(&target, "content");
 }
 
-/// Every state that a crash can leave between the steps of a replacement, made by hand.
+/// Every state that a crash between the steps of a replacement can leave, set up by hand.
 #[test]
 fn recovers_from_a_crash_at_every_step() {
     let aside = |target: &Path| target.with_file_name(".map.dymlm-old");
 
-    // Between the two renames: the old map is aside, nothing in its place.
+    // Between the two renames: the old map is aside, and nothing is in its place.
     for by_opening in [true, false] {
         let (parent, target) = place();
         write_map(&target, "old");
@@ -259,21 +259,21 @@ fn recovers_from_a_crash_at_every_step() {
         assert_map(&target, "old");
         assert_eq!(names_in(parent.path()), ["map"]);
     }
-    // Somebody made the folder anew in between.
+    // The same, but somebody created the folder again since.
     let (parent, target) = place();
     write_map(&target, "old");
     fs::rename(&target, aside(&target)).unwrap();
     fs::create_dir(&target).unwrap();
     drop(MapFolderWriter::create(&target).unwrap());
     assert_map(&target, "old");
-    // Or put something there.
+    // The same, but somebody put a file there.
     fs::rename(&target, aside(&target)).unwrap();
     fs::create_dir(&target).unwrap();
     fs::write(target.join("notes.txt"), "mine").unwrap();
     assert!(matches!(MapFolderWriter::create(&target), Err(Error::InTheWay { .. })));
     assert_eq!(names_in(parent.path()), [".map.dymlm-old", "map"], "both are kept");
 
-    // After the renames: the new map is in place, the old one partly removed.
+    // After the renames: the new map is in place, and the old one is partly removed.
     for removed in
         [&[][..], &["cloud.ply"], &["cloud.ply", "octree.bt"], &["cloud.ply", "octree.bt", "manifest.json"]]
     {

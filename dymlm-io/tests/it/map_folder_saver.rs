@@ -1,4 +1,4 @@
-//! Saving into one folder again and again: what is written, what stays, and what a crash leaves.
+//! Repeated saves into one folder: what is written, what is kept, and what a crash leaves.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -22,14 +22,14 @@ fn save(saver: &mut MapFolderSaver, section: &str, changes: &[(u64, Option<Vec<u
     })
 }
 
-/// Size of the largest segment that was written last.
+/// Size of the segment that was written last.
 fn newest_segment(folder: &Path) -> u64 {
     let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let newest = names.filter(|name| name.starts_with("state-")).max().unwrap();
     fs::metadata(folder.join(newest)).unwrap().len()
 }
 
-/// Bytes that do not deflate.
+/// Bytes that deflate cannot compress.
 fn noise(seed: u64, len: usize) -> Vec<u8> {
     let mut random = dymlm_core::SplitMix64::new(seed);
     (0..len).map(|_| random.below(256) as u8).collect()
@@ -82,7 +82,8 @@ fn what_has_not_changed_is_not_written_again() {
         written += newest_segment(&folder);
         assert!(fs::read_dir(&folder).unwrap().count() <= 12);
     }
-    // Each once, and some of them again to keep segments few and full; all each time would be 50 MB.
+    // Each change is written once, and some parts are copied to keep segments few; saving all each time would
+    // be 50 MB.
     assert!(written < 5_000_000, "{written}");
     let expected: Parts =
         (0..100).map(|key| (key, noise(if key < 50 { 1000 + key } else { key }, 10_000))).collect();
@@ -176,11 +177,11 @@ fn a_folder_without_a_state_says_so() {
     assert!(matches!(map.state("a"), Err(Error::Malformed { .. })));
 }
 
-/// What a killed writer writes: each part and each file says which save it is of.
+/// Save number `number` of the process that is killed: each part and each file contains the number.
 fn save_number(saver: &mut MapFolderSaver, number: u64) {
     let saved = saver.save("config", &number, |folder, state| {
         folder.file("cloud.ply", |out| writeln!(out, "{number}"))?;
-        // One in three changes each time; after a new beginning all are written.
+        // A third of the parts changes in each save; save 0 writes all.
         state.section("a", |part| {
             for key in (0..30).filter(|key| number == 0 || key % 3 == number % 3) {
                 part(key, Some(&[number.to_le_bytes().to_vec(), noise(number ^ key, 5000)].concat()))?;
@@ -191,7 +192,7 @@ fn save_number(saver: &mut MapFolderSaver, number: u64) {
     saved.unwrap();
 }
 
-/// Which save a folder holds; panics where it is not whole.
+/// The number of the save that a folder holds; panics when the save is incomplete.
 fn number_of(folder: &Path) -> u64 {
     let map = MapFolder::open(folder).unwrap();
     let number: u64 = map.counts().unwrap();
@@ -199,7 +200,7 @@ fn number_of(folder: &Path) -> u64 {
     let parts = read(folder, "a");
     assert_eq!(parts.len(), 30);
     for (key, bytes) in parts {
-        // The last save that changed it; the first of all wrote it.
+        // The last save that changed the part, or save 0, which wrote all.
         let expected = number.saturating_sub((number + 3 - key % 3) % 3);
         let at = |number: u64| bytes == [number.to_le_bytes().to_vec(), noise(number ^ key, 5000)].concat();
         assert!(at(expected), "part {key} of save {number}");
@@ -207,7 +208,7 @@ fn number_of(folder: &Path) -> u64 {
     number
 }
 
-/// The process that is killed: it saves and saves.
+/// The process that is killed: it saves without end.
 #[test]
 #[ignore = "another test runs it and kills it"]
 fn saves_until_it_is_killed() {
@@ -215,12 +216,12 @@ fn saves_until_it_is_killed() {
     let mut saver = MapFolderSaver::create(Path::new(&folder)).unwrap();
     for number in 0.. {
         save_number(&mut saver, number);
-        // Past the test harness, which keeps what is printed.
+        // Written to stdout directly, since the test harness captures `println!`.
         writeln!(std::io::stdout(), "saved {number}").unwrap();
     }
 }
 
-/// `DYMLM_KILLS`: how often (`.ci/nightly`: 1,000 times).
+/// The environment variable `DYMLM_KILLS` sets the number of kills (`.ci/nightly`: 1,000).
 #[test]
 fn a_writer_that_is_killed_leaves_the_map_before_or_the_map_after() {
     let kills = std::env::var("DYMLM_KILLS").map_or(25, |kills| kills.parse().unwrap());
@@ -239,7 +240,7 @@ fn a_writer_that_is_killed_leaves_the_map_before_or_the_map_after() {
         std::thread::sleep(end);
         child.kill().unwrap();
         let printed = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
-        // The last line may have been cut.
+        // The last line may be cut off.
         let whole = printed.rsplit_once('\n').map_or("", |(whole, _)| whole);
         let last = whole.lines().rev().find_map(|line| line.strip_prefix("saved ")?.parse::<u64>().ok());
         if let Some(last) = last {
@@ -251,12 +252,12 @@ fn a_writer_that_is_killed_leaves_the_map_before_or_the_map_after() {
         }
     }
     assert!(most > 5, "{most} saves");
-    // Whoever comes next clears away what was left.
+    // The next writer removes what killed writers left.
     save_number(&mut MapFolderSaver::create(&folder).unwrap(), 0);
     assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 1);
 }
 
-/// Runs under a limit to the size of files, as on a disk that is full: the second save does not fit.
+/// Runs under a limit to the size of files, which acts like a full disk: the second save does not fit.
 #[test]
 #[ignore = "another test runs it where files cannot grow"]
 fn saves_more_than_fits() {
@@ -265,7 +266,7 @@ fn saves_more_than_fits() {
     save_number(&mut saver, 0);
     let full = save(&mut saver, "a", &[(1, Some(noise(1, 2_000_000)))]).unwrap_err();
     assert!(matches!(full, Error::Io { .. }), "{full}");
-    // What was there still is, and what fits is saved.
+    // The first save is still there, and a save that fits succeeds.
     assert_eq!(number_of(Path::new(&folder)), 0);
     save_number(&mut saver, 1);
 }
@@ -275,7 +276,7 @@ fn saves_more_than_fits() {
 fn a_full_disk_leaves_the_map_before_and_the_next_save_succeeds() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("map");
-    // 512 kB a file; without the signal that would end the process.
+    // 512 kB per file. XFSZ is ignored, since that signal would end the process.
     let run = std::process::Command::new("sh")
         .args(["-c", "trap '' XFSZ; ulimit -f 1024; exec \"$0\" --ignored --exact map_folder_saver::saves_more_than_fits"])
         .arg(std::env::current_exe().unwrap())
@@ -298,7 +299,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     assert!(matches!(MapFolderSaver::create(&file), Err(Error::InTheWay { .. })));
 }
 
-/// Runs where the map's folder and the one around it are mounted read-only.
+/// Runs where the map's folder and its parent are mounted read-only.
 #[test]
 #[ignore = "another test runs it where nothing can be written"]
 fn reads_where_nothing_can_be_written() {
@@ -311,7 +312,7 @@ fn reads_where_nothing_can_be_written() {
     assert_eq!(number_of(folder), 0);
 }
 
-/// Mounts, since nothing is read-only to root. Skipped where the system lets nobody mount.
+/// Mounts the folder read-only, since permissions do not stop root. Skipped where mounting is not allowed.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_folder_that_is_read_only_is_read_and_refuses_to_be_written() {

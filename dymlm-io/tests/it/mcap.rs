@@ -1,4 +1,4 @@
-//! ROS 2 bags in MCAP, written by independent writers (`tests/bags/write_bags.py`).
+//! ROS 2 bags in MCAP, made by independent writers (`tests/bags/write_bags.py`).
 #![cfg(feature = "mcap")]
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,8 @@ fn warned(recording: &McapRecording, words: &str) -> bool {
     recording.warnings().iter().any(|warning| warning.contains(words))
 }
 
-/// What `write_bags.py` says of a frame: a wall 2 m away but for one pixel; the robot goes 1 m/s along x.
+/// The frame of `write_bags.py`: a wall 2 m away, one pixel without a reading; the robot moves at 1 m/s along
+/// x.
 fn check_frame(loaded: &RecordedFrame, index: usize, color: [u8; 3], tolerance: f32) {
     let frame = &loaded.frame;
     assert!((frame.timestamp() - (100.0 + 0.1 * index as f64)).abs() < 1e-6);
@@ -39,7 +40,7 @@ fn check_frame(loaded: &RecordedFrame, index: usize, color: [u8; 3], tolerance: 
     assert_eq!(<[f32; 4]>::from(found[0].bounding_box()), [3.0, 1.0, 5.0, 5.0]);
 }
 
-/// Poses are interpolated between the transforms, and lead through the mount to the optical frame.
+/// Poses are interpolated between the transforms, and lead through the camera's mount to the optical frame.
 fn check_pose(loaded: &RecordedFrame, index: usize) {
     let centre = loaded.world_from_camera.translation();
     let expected = [0.1 * index as f64, 0.0, 1.0];
@@ -77,7 +78,7 @@ fn all_encodings_give_the_same_frames() {
 fn inverse_depth_is_turned_back_within_its_quantization() {
     let mut recording = open("inverse");
     let loaded = recording.load(0, &mut FrameBuffers::default()).unwrap();
-    // 150 / 2 m - 50 = 25, exactly.
+    // The stored value is 150 / 2 m - 50 = 25, exactly.
     assert_eq!(loaded.frame.depth().at(1, 0), 2.0);
 }
 
@@ -89,7 +90,7 @@ fn without_motion_there_is_no_pose() {
     let error = recording.load(0, &mut FrameBuffers::default()).unwrap_err().to_string();
     assert!(error.contains("nothing moves"), "{error}");
 
-    // A camera that is said to stand still has a pose.
+    // A camera that does not move has a pose when the world frame is named.
     let mut options = McapOptions::default();
     options.world_frame = Some("base".to_owned());
     let recording = McapRecording::open(bag("no_tf"), &options).unwrap();
@@ -164,7 +165,7 @@ fn odometry_moves_the_robot_where_tf_does_not() {
 fn depth_of_another_camera_is_registered_to_colour() {
     let mut recording = open("two_cameras");
     let loaded = recording.load(0, &mut FrameBuffers::default()).unwrap();
-    // 0.25 m at 2 m and fx 8 are one pixel to the right: the first column is seen by the colour camera alone.
+    // 0.25 m at 2 m and fx 8 are one pixel to the right: only the colour camera sees the first column.
     let depth = loaded.frame.depth();
     assert!((0..6).all(|v| depth.at(0, v) == 0.0));
     assert_eq!((depth.at(1, 0), depth.at(2, 0), depth.at(1, 1)), (0.0, 2.0, 2.0));
@@ -175,13 +176,13 @@ fn depth_of_another_camera_is_registered_to_colour() {
 fn lenses_are_rectified_with_their_detections() {
     let recorded = [open("fisheye"), open("plain"), open("plumb_bob")]
         .map(|mut recording| recording.load(0, &mut FrameBuffers::default()).unwrap());
-    // A wall that faces the camera has one depth, through any lens.
+    // A wall that faces the camera has the same depth through any lens.
     let [_, plain, distorted] = &recorded;
     assert_eq!(distorted.frame.depth().at(4, 3), plain.frame.depth().at(4, 3));
     check_pose(distorted, 0);
     let boxes = recorded.map(|loaded| loaded.detections.unwrap()[0].bounding_box());
-    // A corner is seen (0.1875, 0.3125) from the axis, at 0.36443 = t (1 + 0.1 t^2) with t = 0.35981 and tan t =
-    // 0.37621: it belongs 1.0323 times as far out.
+    // A corner at (0.1875, 0.3125) from the axis has radius 0.36443 = t (1 + 0.1 t^2) with t = 0.35981 and
+    // tan t = 0.37621: its rectified place is 1.0323 times as far out.
     assert_eq!(boxes[1].y_max(), 5.0);
     assert!((boxes[0].y_max() - 5.0808).abs() < 1e-3, "{boxes:?}");
     // The same corner at 0.36443 = r (1 - 0.1 r^2) with r = 0.36948: 1.01384 times as far out.
@@ -211,11 +212,11 @@ fn numbered_classes_get_their_names() {
 fn a_trajectory_takes_the_place_of_the_bags_poses() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("poses.txt");
-    // From the first frame's time to the third's: the fourth has no pose.
+    // Poses from the first frame's time to the third's: the fourth frame has none.
     fs::write(&path, "100.0 0 0 5 0 0 0 1\n100.2 0 2 5 0 0 0 1\n").unwrap();
     let mut options = McapOptions::default();
     options.trajectory = Some(path.clone());
-    // Both the bag that says where the robot is, and the one that does not.
+    // One bag that says where the robot is, and one that does not.
     for name in ["plain", "no_tf"] {
         let recording = McapRecording::open(bag(name), &options).unwrap();
         let middle = recording.frames()[1].world_from_camera.clone().unwrap().translation();
@@ -272,7 +273,7 @@ fn damaged_bags_are_errors_and_no_panics() {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize
     };
-    // No checksum guards messages without chunks: there, what is in them is looked at.
+    // Chunks have checksums. Messages without chunks have none, so that their damaged content is parsed.
     for name in ["plain", "plain_lz4"].into_iter().chain(UNCHUNKED) {
         let whole = fs::read(bag(name)).unwrap();
         for _ in 0..150 {

@@ -1,5 +1,4 @@
-//! Sessions in MCAP: what is written is read back, by the reader of bags. What readers in Python make of it
-//! is in `tests/viewers`.
+//! Sessions in MCAP are read back as written, by the reader of bags. `tests/viewers` reads them with Python.
 #![cfg(feature = "mcap")]
 use std::fs;
 use std::path::Path;
@@ -24,7 +23,7 @@ fn pose(index: usize) -> Pose {
     Pose::new([0.1 * index as f64, -0.3, 1.0 / 3.0], [0.0, sin, 0.0, cos]).unwrap()
 }
 
-/// No two are alike, and no depth is a whole number of millimetres.
+/// No two frames are alike, and no depth is a whole number of millimetres.
 fn frame(index: usize) -> Frame {
     let pixels = SIZE[0] * SIZE[1];
     let metres =
@@ -32,11 +31,11 @@ fn frame(index: usize) -> Frame {
     let depth = DepthImage::new(SIZE[0], SIZE[1], (0..pixels).map(metres).collect()).unwrap();
     let shade = |pixel: usize| -> Rgb { [(pixel / SIZE[0] * 8) as u8, (index * 20) as u8, 99] };
     let color = ColorImage::new(SIZE[0], SIZE[1], (0..pixels).map(shade).collect()).unwrap();
-    // From 0 on, where a time stamp says nothing.
+    // Frame 0 has time 0, which as a ROS time stamp means "not set".
     Frame::new(0.1 * index as f64, camera(), depth, Some(color)).unwrap()
 }
 
-/// What a detector says: at times nothing, at times that nothing is there.
+/// In turn: no detector ran, it found nothing, it found two tables.
 fn detections(index: usize) -> Option<Vec<Detection>> {
     let found = |x: f32| {
         Detection::new("dining table", 0.7 + 0.01 * x, BoundingBox::new(x, 2.25, x + 7.3, 20.1).unwrap())
@@ -108,7 +107,7 @@ fn viewers_pictures_are_near_enough() {
             assert!(off / (SIZE[0] * SIZE[1]) as f64 <= 3.0, "{off}");
         }
     }
-    // What is too far for 16 bits is no reading, and not something near.
+    // Depth too large for 16 bits becomes no reading, rather than a small depth.
     let depth = DepthImage::new(SIZE[0], SIZE[1], vec![65.536; SIZE[0] * SIZE[1]]).unwrap();
     let mut writer =
         McapWriter::create(&path, &options(DepthEncoding::Millimetres, ColorEncoding::None)).unwrap();
@@ -129,7 +128,7 @@ fn what_is_left_out_is_left_out() {
     write(&path, &options(DepthEncoding::None, ColorEncoding::Jpeg), 3);
     let error = McapRecording::open(&path, &McapOptions::default()).unwrap_err().to_string();
     assert!(error.contains("no depth images"), "{error}");
-    // Without a message it is a file, too.
+    // A file without any message is complete, too.
     write(&path, &McapWriterOptions::default(), 0);
     let error = McapRecording::open(&path, &McapOptions::default()).unwrap_err().to_string();
     assert!(error.contains("no depth images") && !error.contains("breaks off"), "{error}");
@@ -140,14 +139,14 @@ fn a_crash_costs_no_more_than_what_was_not_flushed() {
     let folder = tempfile::tempdir().unwrap();
     let (path, cut_path) = (folder.path().join("session.mcap"), folder.path().join("cut.mcap"));
     let mut writer = McapWriter::create(&path, &McapWriterOptions::exact()).unwrap();
-    // How long the file is once so many frames are safe.
+    // Length of the file after each flush: so many bytes hold that many frames.
     let mut safe = Vec::new();
     for index in 0..6 {
         writer.write_frame(&frame(index), None, &pose(index)).unwrap();
         writer.flush().unwrap();
         safe.push(fs::metadata(&path).unwrap().len() as usize);
     }
-    // Nobody finishes it.
+    // The writer never finishes the file.
     std::mem::forget(writer);
     let whole = fs::read(&path).unwrap();
     assert_eq!(whole.len(), safe[5]);
@@ -253,7 +252,7 @@ fn things_that_are_none_are_written_without_a_shape() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-    /// Times of real recordings, whose last bit is more than a nanosecond, come back to the bit.
+    /// Times of real recordings, whose last bit is more than a nanosecond, are read back to the bit.
     #[test]
     fn times_come_back(seconds in 1_000_000_000.0_f64..2_000_000_000.0, step in 0.01_f64..1.0) {
         let folder = tempfile::tempdir().unwrap();

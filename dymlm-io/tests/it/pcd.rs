@@ -11,7 +11,7 @@ fn path(name: &str) -> String {
     format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// `data/make_clouds.py` made these.
+/// Reads the files that `data/make_clouds.py` made.
 #[test]
 fn reads_what_open3d_wrote() {
     for name in OPEN3D {
@@ -51,7 +51,7 @@ fn reads_an_organized_cloud_with_pixels_that_have_no_reading() {
     assert_eq!(cloud.viewpoint, Pose::new([1.0, 2.0, 3.0], [1.0, 0.0, 0.0, 0.0]).unwrap());
     assert_eq!(cloud.cloud.points()[0], [0.5, 1.0, 2.0]);
     assert!(cloud.cloud.points()[1][0].is_nan());
-    // A float's bits, or the bits as a number: 4.2108e6 is 0x4a8080e0, 4278255360 0xff00ff00.
+    // Colours are a float's bits, or the bits as a number: 4.2108e6 is 0x4a8080e0, 4278255360 is 0xff00ff00.
     assert_eq!(cloud.cloud.colors().unwrap(), [[0x80, 0x80, 0xe0], [0; 3], [0, 255, 0], [0, 0, 255]]);
     assert_eq!(cloud.field("label").unwrap().values, [-1.0, 0.0, 3.0, 4.0]);
     assert!(cloud.field("_").is_none());
@@ -60,7 +60,7 @@ fn reads_an_organized_cloud_with_pixels_that_have_no_reading() {
     assert_eq!(finite.colors().unwrap().len(), 3);
 }
 
-/// What version 0.5 called the fields.
+/// Version 0.5 has COLUMNS instead of FIELDS.
 #[test]
 fn reads_columns_as_fields() {
     let old = HEADER.replace("VERSION .7\nFIELDS", "VERSION .5\nCOLUMNS");
@@ -123,7 +123,7 @@ fn a_bad_file_is_an_error_naming_file_and_line() {
     assert!(matches!(read_pcd("no/such/file.pcd"), Err(Error::Io { .. })));
 }
 
-/// A header claims what no memory holds; the answer must come at once, and be an error.
+/// A header claims more points than any memory holds: the file must be refused at once.
 #[test]
 fn absurd_counts_take_neither_memory_nor_time() {
     for data in ["ascii", "binary", "binary_compressed"] {
@@ -139,14 +139,14 @@ fn absurd_counts_take_neither_memory_nor_time() {
             }
         }
     }
-    // 4 GiB announced by the stream itself.
+    // The compressed stream itself claims 4 GiB.
     let header = HEADER.replace("ascii", "binary_compressed").replace("2\n", "357913941\n");
     let bomb =
         [header.as_bytes(), b"\x09\x00\x00\x00\xfc\xff\xff\xff\x00a\xe0\xff\x00\xe0\xff\x00\x00"].concat();
     assert!(decode(bomb).unwrap_err().to_string().contains("test.pcd"));
 }
 
-/// The values of each scalar type, the negative ones and the greatest.
+/// Values of each scalar type, among them negative ones and the largest.
 #[test]
 fn reads_fields_of_every_type() {
     let header = "FIELDS x y z a b c d e f\nSIZE 4 4 4 1 1 2 4 8 8\nTYPE F F F I U I U I F\nPOINTS 1\nDATA ";
@@ -180,7 +180,7 @@ proptest! {
         let mut bytes = Vec::new();
         encode_pcd(&mut bytes, &cloud).unwrap();
         let read = decode(&bytes).unwrap();
-        // Debug writes as many digits as tell the values apart, and NaN as NaN.
+        // `Debug` writes all digits that distinguish values, and NaN as NaN.
         prop_assert_eq!(format!("{:?}", read.cloud), format!("{cloud:?}"));
         prop_assert_eq!((read.width, read.height, read.fields.len()), (cloud.len(), 1, 0));
     }
@@ -203,8 +203,7 @@ proptest! {
 fn every_truncation_is_an_error() {
     for name in OPEN3D {
         let bytes = fs::read(path(name)).unwrap();
-        // Where only the last line's end or digits of its last number are missing, there is nothing to
-        // notice.
+        // A truncation that only removes the last line end, or digits of the last number, cannot be noticed.
         let is_ascii = name.contains("ascii");
         let noticed =
             if is_ascii { bytes.iter().rposition(|&b| b == b' ').unwrap_or(0) } else { bytes.len() };

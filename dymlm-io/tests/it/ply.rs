@@ -76,8 +76,7 @@ fn reads_big_endian_other_types_and_passes_over_the_rest() {
     assert_eq!(decode(&bytes).unwrap(), expected);
 }
 
-/// Rows of one size are read another way than rows with lists; all scalar types, more rows than a block, both
-/// orders.
+/// Rows without lists, with each scalar type, in both byte orders.
 #[test]
 fn reads_rows_of_one_size_of_every_type() {
     let count = 5000_usize;
@@ -179,14 +178,14 @@ fn a_bad_file_is_an_error_naming_file_and_line() {
     assert!(decode(long.as_bytes()).unwrap_err().to_string().len() < 300);
 }
 
-/// A header claims what no memory holds; the answer must come at once, and be an error.
+/// A header claims more elements than any memory holds: the file must be refused at once.
 #[test]
 fn absurd_counts_take_neither_memory_nor_time() {
     let xyz = "property float x\nproperty float y\nproperty float z\n";
     for body in [
         format!("element vertex 18446744073709551615\n{xyz}end_header\n"),
         format!("element vertex 4000000000000\n{xyz}end_header\n0123456789ab"),
-        // Elements without properties take no bytes at all.
+        // Elements without properties have no bytes at all.
         format!("element nothing 18446744073709551615\nelement vertex 1\n{xyz}end_header\n"),
         "element vertex 18446744073709551615\nend_header\n".to_owned(),
         format!(
@@ -215,7 +214,7 @@ fn any_cloud() -> impl Strategy<Value = PointCloud> {
     )
 }
 
-/// Equal to the bit, NaN included.
+/// The bits of a cloud, which also compare NaN as equal.
 fn bits(cloud: &PointCloud) -> (Vec<[u32; 3]>, Option<&[[u8; 3]]>) {
     (cloud.points().iter().map(|point| point.map(f32::to_bits)).collect(), cloud.colors())
 }
@@ -227,7 +226,7 @@ proptest! {
         encode_ply(&mut bytes, &cloud).unwrap();
         let read = decode(&bytes).unwrap();
         prop_assert_eq!(bits(&read), bits(&cloud));
-        // And any part of it is an error.
+        // Every truncation is an error.
         for length in 0..bytes.len() {
             prop_assert!(decode(&bytes[..length]).is_err(), "{} of {} bytes", length, bytes.len());
         }

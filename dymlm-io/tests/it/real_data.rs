@@ -1,5 +1,5 @@
-//! Real recordings, read when they are beside the repository (or where `DYMLM_DATA` says); the synthetic
-//! counterparts are `tum.rs`, `detections.rs` and `pcd.rs`.
+//! Real recordings, read when they are beside the repository (or where `DYMLM_DATA` says). `tum.rs`,
+//! `detections.rs` and `pcd.rs` test the same with synthetic data.
 use std::collections::BTreeSet;
 
 use dymlm_io::{DetectionFile, FrameBuffers, TumDataset, TumOptions, read_pcd};
@@ -21,7 +21,7 @@ fn the_kitchen_with_people_has_200_frames() {
     for (i, listed) in tum.frames().iter().enumerate() {
         let found = detections.at(listed.color_timestamp.unwrap()).unwrap().expect("a line a frame");
         people += found.iter().filter(|detection| detection.label() == "person").count();
-        // Every tenth is enough: decoding all takes seconds.
+        // Only every tenth frame is loaded: decoding all takes seconds.
         if i % 10 == 0 {
             let posed = tum.load_into(i, &mut buffers).unwrap();
             let readings = posed.frame.depth().data().iter().filter(|&&z| z > 0.0).count();
@@ -37,7 +37,7 @@ fn the_cabinet_is_posed_although_its_frames_are_far_apart() {
     let Some(folder) = recording("cabinet") else { return };
     let tum = TumDataset::open(&folder, &TumOptions::default()).unwrap();
     assert_eq!(tum.frames().len(), 57);
-    // At 1.5 Hz nothing may be interpolated, but every frame has a pose of its own.
+    // At 1.5 Hz nothing may be interpolated, but every frame's time has a pose.
     assert_eq!(tum.gaps().len(), 56);
     assert!((0..57).step_by(8).all(|i| tum.load(i).is_ok()));
 }
@@ -52,7 +52,7 @@ fn clouds_of_the_segmentation_database_have_labels() {
             cloud.field("label").unwrap().values.iter().map(|&label| label as u32).collect();
         let known: BTreeSet<u32> = labels.iter().map(|label| label / 10).collect();
         assert!(known.contains(&0) && known.contains(&2), "learn{n}: {known:?}");
-        // Label 0 is no point.
+        // Label 0 marks pixels without a point.
         let points = cloud.cloud.points();
         assert!(
             points.iter().zip(&labels).all(|(point, &label)| (label == 0) == point[2].is_nan()),

@@ -1,4 +1,4 @@
-//! Trajectories: interpolation against scipy, round trips, bad files.
+//! Trajectories: interpolation as scipy does it, round trips, invalid files.
 use std::fs;
 
 use dymlm_core::Pose;
@@ -9,9 +9,9 @@ fn stamped(timestamp: f64, translation: [f64; 3], quaternion: [f64; 4]) -> Stamp
     StampedPose { timestamp, world_from_camera: Pose::new(translation, quaternion).unwrap() }
 }
 
-/// scipy 1.17.1: `Slerp(t, Rotation.from_quat(q))` for the rotations (sign chosen so that w >= 0),
-/// `numpy.interp` for the translations, of three poses at 0, 0.2 and 0.5 s; the last quaternion is the
-/// negative one of its pair.
+/// Values of scipy 1.17.1: `Slerp(t, Rotation.from_quat(q))` for the rotations (sign chosen so that w >= 0),
+/// `numpy.interp` for the translations, of three poses at 0, 0.2 and 0.5 s. The last quaternion is negated,
+/// which is the same rotation.
 #[test]
 fn interpolates_as_scipy_does() {
     let trajectory = Trajectory::new(vec![
@@ -77,7 +77,7 @@ fn never_extrapolates() {
     assert!(trajectory.pose_at(f64::NAN, 5.0).is_err());
     assert!(trajectory.pose_at(f64::INFINITY, 5.0).is_err());
     assert_eq!(Trajectory::default().pose_at(1.0, 5.0), Err(UncoveredTime::Empty { timestamp: 1.0 }));
-    // A time written with fewer digits is the pose's own, beside a gap and at the ends.
+    // A time with fewer digits still means the pose's own time, beside a gap and at the ends.
     for (time, x) in [(0.99996, 1.0), (1.00004, 1.0), (1.99997, 2.0), (2.00003, 2.0)] {
         assert_eq!(trajectory.pose_at(time, 0.1).unwrap().translation()[0], x, "{time}");
     }
@@ -126,7 +126,7 @@ fn a_bad_line_is_an_error_naming_it() {
     }
     fs::write(&path, b"1.0 0 0 0 0 0 0 1\n\xff\xfe\n").unwrap();
     assert!(matches!(Trajectory::read(&path), Err(Error::Line { line: 2, .. })));
-    // The same pose twice is no contradiction.
+    // The same pose given twice is not a contradiction.
     fs::write(&path, format!("{good}1.0 0 0 0 0 0 0 1\r\n")).unwrap();
     assert_eq!(Trajectory::read(&path).unwrap().poses().len(), 1);
     assert!(matches!(Trajectory::read(folder.path().join("none.txt")), Err(Error::Io { .. })));
@@ -159,7 +159,7 @@ proptest! {
         for (a, b) in read.poses().iter().zip(written.poses()) {
             prop_assert_eq!(a.timestamp, b.timestamp);
             prop_assert_eq!(a.world_from_camera.translation(), b.world_from_camera.translation());
-            // Reading normalizes, which may cost the last bit.
+            // Reading normalizes the quaternion, which may change the last bit.
             prop_assert!(a.world_from_camera.angle(&b.world_from_camera) < 1e-7);
         }
     }

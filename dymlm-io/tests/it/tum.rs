@@ -1,4 +1,4 @@
-//! TUM datasets: a whole one, and one spoilt in every way that users' datasets are.
+//! A complete TUM dataset, and datasets with the faults that users' datasets have.
 
 use std::fs;
 
@@ -31,7 +31,7 @@ fn loads_a_whole_dataset() {
         assert_eq!(posed.frame.depth(), &depth(i));
         assert_eq!(posed.frame.color().unwrap().data(), colors(i));
         assert_eq!(posed.world_from_camera.translation(), [i as f64, 0.0, 0.0]);
-        // The same through buffers that come back, whatever they held.
+        // The same with reused buffers, whatever they held.
         let again = tum.load_into(i, &mut buffers).unwrap();
         assert_eq!(again, posed);
         buffers.recycle(again.frame);
@@ -65,7 +65,7 @@ fn refuses_options_out_of_range() {
 #[test]
 fn reads_associations_in_both_column_orders() {
     for depth_first in [false, true] {
-        // Names that tell nothing by themselves: the lists do.
+        // With names that say nothing, the lists must tell the columns apart.
         for telling in [true, false] {
             let dataset = Dataset::new();
             let mut lines = String::new();
@@ -176,7 +176,7 @@ fn a_bad_line_costs_its_frame_and_is_told() {
         assert_eq!(tum.faults().len(), 1, "{list}");
         assert_names(&tum.faults()[0], &[list, &format!("line {line}"), "1oo."]);
         let loaded = (0..tum.frames().len()).filter(|&i| tum.load(i).is_ok()).count();
-        // A pose is interpolated over; an image is not to be had from elsewhere.
+        // A missing pose is interpolated; a missing image cannot be replaced.
         assert_eq!(loaded, if list == "groundtruth.txt" { FRAMES } else { FRAMES - 1 }, "{list}");
     }
     let dataset = Dataset::new();
@@ -238,7 +238,7 @@ fn a_broken_image_is_an_error_naming_image_list_and_line() {
         let error = tum.load_into(1, &mut buffers).expect_err(name);
         assert!(matches!(error, Error::Listed { .. }), "{name}: {error:?}");
         assert_names(&error, pieces);
-        // The other frames are as they were, through the same buffers too.
+        // The other frames load as before, also with reused buffers.
         for i in [0, 2, 3] {
             let posed = tum.load_into(i, &mut buffers).unwrap();
             assert_eq!(posed.frame.depth(), &depth(i));
@@ -284,7 +284,7 @@ fn every_truncation_of_a_depth_png_is_an_error_or_the_whole_picture() {
             }
         }
     }
-    // Only the end marker and the last checksum may be missing.
+    // Only the end marker and the last checksum may be missing without an error.
     assert!(refused >= whole.len() - 24, "{refused} of {}", whole.len());
 }
 

@@ -34,11 +34,11 @@ fn a_folder_of_the_benchmark_needs_no_camera_file() {
     assert_eq!(*tum.camera(), PinholeCamera::new(640, 480, 520.9, 521.0, 325.1, 249.7).unwrap());
     assert_eq!(tum.depth_scale(), 5000.0);
     assert!(tum.rectifier().is_none());
-    // The options come first.
+    // The options take precedence.
     let mut options = TumOptions::default();
     options.camera = Some(TumCamera::Freiburg1);
     assert_eq!(TumDataset::open(&folder, &options).unwrap().camera().cy(), 255.3);
-    // A file comes before the name.
+    // A `camera.json` takes precedence over the folder's name.
     let file =
         r#"{"width": 16, "height": 12, "fx": 20, "fy": 20, "cx": 7.5, "cy": 5.5, "depth_scale": 1000}"#;
     fs::write(folder.join("camera.json"), file).unwrap();
@@ -69,7 +69,7 @@ fn images_of_a_lens_with_distortion_are_rectified() {
         assert_ne!(color, raw);
         buffers.recycle(posed.frame);
     }
-    // A box in the stored image: the lens draws its corner in.
+    // A box in the stored image: the lens had drawn its corner inward.
     let area = BoundingBox::new(1.0, 1.0, 8.0, 6.0).unwrap();
     let cup = Detection::new("cup", 0.5, area).unwrap();
     let rectified = tum.rectifier().unwrap().rectify_detection(&cup).unwrap();

@@ -1,4 +1,4 @@
-//! What is written as a dataset is read back as it was.
+//! A dataset is read back as it was written.
 use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, Frame, PinholeCamera, Pose};
 use dymlm_io::{DetectionFile, Error, FrameBuffers, TumDataset, TumOptions, TumRecording, TumWriter};
 
@@ -6,7 +6,7 @@ fn camera() -> PinholeCamera {
     PinholeCamera::new(6, 4, 5.25, 5.5, 2.5, 1.75).unwrap()
 }
 
-/// Depth in whole steps of the file, with holes.
+/// Depth in whole steps of the file's scale, with some pixels without a reading.
 fn frame(index: usize) -> Frame {
     let depth = (0..24)
         .map(|i| if (i + index).is_multiple_of(5) { 0.0 } else { (5000 + 7 * i + index) as f32 / 5000.0 });
@@ -85,7 +85,7 @@ fn detections_that_nobody_asks_for_are_left_alone() {
         writer.write(&frame(index), &detections(index), &pose(index)).unwrap();
     }
     writer.finish().unwrap();
-    // A file that spoils its frames.
+    // A file that would be an error for its frames.
     std::fs::write(folder.join("detections.jsonl"), "broken\n").unwrap();
     let options = TumOptions::default();
     let mut buffers = FrameBuffers::default();

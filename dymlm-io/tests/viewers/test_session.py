@@ -1,10 +1,10 @@
-"""A session as others read it: by the readers of MCAP and of ROS 2's messages from PyPI.
+"""Checks a session with independent readers of MCAP and of ROS 2 messages, from PyPI.
 
     build_map --out MAP --mcap SESSION.mcap
     pip install pytest numpy mcap mcap-ros2-support
     DYMLM_SESSION=SESSION.mcap DYMLM_RUST_MAP=MAP python -m pytest test_session.py
 
-MAP is the map folder of the same run: what the session's messages add up to is what is in it.
+MAP is the map folder of the same run: the session's messages must add up to its content.
 """
 
 import io
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(not SESSION or not MAP, reason="DYMLM_SESSION an
 
 @pytest.fixture(scope="module")
 def messages():
-    """Every message, decoded, by topics."""
+    """All messages, decoded, by topic."""
     found = defaultdict(list)
     with open(SESSION, "rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
@@ -78,7 +78,7 @@ def test_the_summary_says_what_is_in_the_file(messages):
     assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (min(times), max(times))
     assert {index.compression for index in summary.chunk_indexes} <= {"lz4", ""}
     assert all(channel.message_encoding == "cdr" for channel in summary.channels.values())
-    # The checksum of all data, which no reader looks at.
+    # The checksum of all data, which readers do not check.
     data = Path(SESSION).read_bytes()
     footer = struct.unpack("<QQI", data[-28:-8])
     end = footer[0] - 13
@@ -125,14 +125,14 @@ def test_the_last_clouds_are_the_cloud(messages):
     clouds = [points_of(last(messages, topic)) for topic in tiles if last(messages, topic).width]
     points = np.concatenate(clouds)
     xyz = np.stack([points[axis] for axis in "xyz"], 1)
-    # A float whose bits are the colour.
+    # `rgb` is a float whose bits are the colour.
     rgb = points["rgb"].view("<u4")
     rgb = np.stack([rgb >> 16 & 255, rgb >> 8 & 255, rgb & 255], 1)
     colors = points["colors"]
     assert np.array_equal(np.stack([colors >> 24, colors >> 16 & 255, colors >> 8 & 255], 1), rgb)
     assert (colors & 255 == 255).all()
     assert np.array_equal(in_order(xyz, rgb), in_order(*ply(f"{MAP}/cloud.ply")))
-    # It grew while it was made.
+    # The cloud was written several times while it grew.
     assert len({time for topic in tiles for time, _, _ in messages[topic]}) > 2
 
 
@@ -162,7 +162,7 @@ def test_the_scene_has_the_planes(messages):
         for ring in map(np.array, rings):
             around = ring - ring[0]
             area += 0.5 * np.cross(around[:-1], around[1:]).sum(0) @ normal
-        # Simplified rings may cut corners of each other.
+        # Simplified rings may cross each other's corners.
         assert abs(0.5 * crosses.sum() - area) < 0.02 * area + 1e-3, id
         assert np.abs(corners @ normal + planes[id]["d"]).max() < 1e-6
         assert len(entity.lines) == len(rings) and 0 < faces.color.a < 1 and entity.frame_id == "map"
@@ -180,7 +180,7 @@ def test_the_scene_has_the_objects_with_labels(messages):
         assert [place.x, place.y, place.z] == known["translation"]
         [text] = entity.texts
         assert text.text == known["label"] and text.billboard
-        # Above it: up is against the image's rows.
+        # The label is above the object: up is opposite to the rows of the images.
         assert text.pose.position.z > place.z + 0.04
 
 

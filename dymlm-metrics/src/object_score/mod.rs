@@ -11,38 +11,38 @@ use crate::Spread;
 use crate::TrueObject;
 use crate::assignment::{ONE, assign};
 
-/// An object of a map to be scored: what `objects.json` holds of it.
+/// An object of a map to be scored, as `objects.json` holds it.
 ///
-/// An object whose dimensions are no lengths (negative, not finite) counts as one that matches nothing.
+/// An object with invalid dimensions (negative, not finite) counts as an estimate that matches nothing.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EstimatedObject {
     /// COCO label.
     pub label: String,
-    /// The object's own frame: origin at the centre, axes along the sides.
+    /// Pose of the object's frame: origin at the centre, axes along the sides.
     pub world_from_object: Pose,
     /// Full lengths along its axes, metres; of an ellipsoid, its diameters.
     pub dimensions: [f64; 3],
 }
 
-/// Scores the objects of a map against the true ones. Both are compared as boxes, of which volumes are exact.
+/// Scores the objects of a map against the true ones. Both are compared as boxes, with exact volumes.
 ///
 /// - **Match**: estimates and true objects are paired one to one, so that the sum of their intersections over
-///   unions is greatest, from pairs of at least 0.25, the threshold of the `ScanNet` and SUN RGB-D
-///   benchmarks; labels play no part in it.
-/// - **Asked for** is an object that at least 8 frames saw. A match with another
-///   object counts as right in all that follows but recall.
+///   unions is greatest, among pairs of at least 0.25, the threshold of the `ScanNet` and SUN RGB-D
+///   benchmarks. Labels are not considered.
+/// - **Asked for** are objects that at least 8 frames saw. A match with another object counts as correct in
+///   all figures except recall.
 /// - **Recall** = objects asked for with a match / objects asked for. **Precision** = estimates with a match
 ///   / estimates. **Label accuracy** = matches with the right label / matches.
-/// - **Duplicates**: estimates without a match that reach 0.25 with an object that has one, or whose centre
-///   lies in its box. They are missing in precision too.
+/// - **Duplicates**: estimates without a match that reach 0.25 with a matched object, or whose centre is in
+///   its box. They also reduce precision.
 /// - **Mean `IoU`** of the matches' boxes, oriented, in 3D. **Centre error**: distance between the centres.
 /// - **Yaw error**: angle about the true box's z axis (the vertical) between the longer horizontal axes of
-///   the two boxes, up to half a turn; for a square footprint between any horizontal axes, up to a quarter
-///   turn; for a round object none. The estimate's horizontal axes are the two that are furthest from the
-///   vertical, in whichever order it names them.
+///   the two boxes, modulo half a turn; for a square footprint between any horizontal axes, modulo a quarter
+///   turn; for a round object there is none. The estimate's horizontal axes are the two furthest from the
+///   vertical, in whatever order the estimate has its axes.
 ///
-/// O(n m) overlaps of microseconds each, and O((n + m)^3) for the assignment.
+/// O(n m) overlaps of some microseconds each, and O((n + m)^3) for the assignment.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -103,12 +103,12 @@ pub fn score_objects(estimates: &[EstimatedObject], objects: &[TrueObject]) -> O
     }
 }
 
-/// Least intersection over union of the boxes' volumes of a match.
+/// Least intersection over union of the boxes' volumes for a match.
 const MIN_IOU: f64 = 0.25;
-/// Frames that must have seen an object before a map is asked for it.
+/// Number of frames that must have seen an object before a map is asked for it.
 const MIN_FRAMES: u32 = 8;
 
-/// What a match is worth.
+/// The figures of a match.
 fn compare(
     estimate: usize,
     own: &OrientedBox,
@@ -129,7 +129,7 @@ fn compare(
     }
 }
 
-/// Estimates without a match that lie where an object with a match is, and that match.
+/// Estimates without a match at the place of a matched object, and the estimate that matches it.
 fn find_duplicates(
     unmatched: &[usize],
     boxes: &[Option<OrientedBox>],

@@ -11,23 +11,23 @@ pub struct ObjectScore {
     pub estimates: usize,
     /// Number of true objects asked for.
     pub asked: usize,
-    /// Estimates that stand for an object, by ascending index.
+    /// Estimates that match an object, by ascending index.
     pub matches: Vec<ObjectMatch>,
     /// Ids of the objects asked for without a match, ascending.
     pub missed: Vec<usize>,
-    /// Indices of the estimates that stand for no object, ascending, duplicates among them.
+    /// Indices of the estimates that match no object, ascending; duplicates are among them.
     pub unmatched: Vec<usize>,
-    /// Estimates without a match where an object is that has one, by ascending index.
+    /// Estimates without a match at the place of a matched object, by ascending index.
     pub duplicates: Vec<DuplicateObject>,
     /// Mean intersection over union of the matches; `None` without a match.
     pub mean_iou: Option<f64>,
     /// Distances between the centres of the matches, metres; `None` without a match.
     pub center_error: Option<Spread>,
-    /// Yaw errors of the matches that have one, degrees; `None` without such a match.
+    /// Yaw errors of the matches that have one, degrees; `None` when none has.
     pub yaw_error_degrees: Option<Spread>,
 }
 
-/// An estimate that stands for an object.
+/// An estimate that matches an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -36,8 +36,8 @@ pub struct ObjectMatch {
     pub estimate: usize,
     /// Id of the true object.
     pub object: usize,
-    /// Whether the object was asked for: others are visible in too few frames, and their match is neither a
-    /// hit nor an error.
+    /// Whether the object was asked for. Other objects are visible in too few frames, and are not counted in
+    /// recall.
     pub demand: Demand,
     /// Intersection over union of the boxes' volumes.
     pub iou: f64,
@@ -50,13 +50,13 @@ pub struct ObjectMatch {
     pub label: LabelVerdict,
 }
 
-/// Whether a map is asked for an object.
+/// Whether a map is asked to contain an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Demand {
-    /// Visible in enough frames.
+    /// The object is visible in enough frames.
     Asked,
-    /// Visible in too few.
+    /// The object is visible in too few frames.
     Optional,
 }
 
@@ -64,13 +64,13 @@ pub enum Demand {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LabelVerdict {
-    /// It has.
+    /// The labels are the same.
     Right,
-    /// It has another.
+    /// The labels differ.
     Wrong,
 }
 
-/// An estimate of an object that has a better one.
+/// A second estimate of an object, beside the one that matches it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -92,7 +92,7 @@ impl ObjectScore {
         share(self.matches.len() as u64, self.estimates as u64)
     }
 
-    /// Share of the matches with the right label; `None` without a match.
+    /// Share of the matches that have the right label; `None` without a match.
     pub fn label_accuracy(&self) -> Option<f64> {
         let right = self.matches.iter().filter(|found| found.label == LabelVerdict::Right).count();
         share(right as u64, self.matches.len() as u64)

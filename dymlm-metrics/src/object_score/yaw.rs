@@ -3,7 +3,7 @@ use dymlm_geometry::OrientedBox;
 
 use crate::YawSymmetry;
 
-/// Angle about the true box's z axis between the two boxes, degrees, up to the symmetry; `None` for round
+/// Angle about the true box's z axis between the two boxes, degrees, modulo the symmetry; `None` for round
 /// things.
 pub(super) fn yaw_error_degrees(
     estimate: &OrientedBox,
@@ -30,12 +30,12 @@ pub(super) fn yaw_error_degrees(
     Some(turn.min(period - turn))
 }
 
-/// Of the two axes that are furthest from the vertical, the one along which the box is longer.
+/// Of the two axes furthest from the vertical, the one along which the box is longer.
 fn longer_horizontal(axes: &[[f64; 3]; 3], lengths: [f64; 3], up: [f64; 3]) -> usize {
     let upright = |axis: usize| dot(axes[axis], up).abs();
     let mut vertical = 2;
     for axis in [1, 0] {
-        // By more than rounding, so that the choice does not depend on it.
+        // Only by more than rounding errors, so that the choice does not depend on them.
         if upright(axis) > upright(vertical) + 1e-9 {
             vertical = axis;
         }

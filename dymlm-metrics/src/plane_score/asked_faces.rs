@@ -1,16 +1,16 @@
 use super::criteria::{MIN_AREA, MIN_WIDTH};
 use crate::TrueFace;
 
-/// A face and its reliefs, as a map is asked for them.
+/// A face with its reliefs, as a map is asked for them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AskedFace {
-    /// Id of the face that the others lie on.
+    /// Id of the face that the reliefs lie on.
     pub(super) id: usize,
     /// Indices of the face itself and of its large reliefs.
     pub(super) wanted: Vec<usize>,
-    /// Indices of its small reliefs, which a map may show or leave out.
+    /// Indices of the small reliefs, which a map may contain or leave out.
     pub(super) optional: Vec<usize>,
-    /// Visible area of what is wanted, square metres.
+    /// Visible area of the faces in `wanted`, square metres.
     pub(super) visible_area: f64,
 }
 
@@ -25,14 +25,14 @@ pub(super) fn asked_faces(faces: &[TrueFace]) -> Vec<AskedFace> {
             members.partition(|&member| faces[member].id == id || faces[member].visible_area >= MIN_AREA);
         let visible_area: f64 = wanted.iter().map(|&member| faces[member].visible_area).sum();
         let wide_area = || wanted.iter().map(|&member| wide_area(&faces[member], MIN_WIDTH)).sum::<f64>();
-        // The cheap bound first.
+        // The cheaper test first.
         let large = visible_area >= MIN_AREA && wide_area() >= MIN_AREA;
         (large && visible_area > 0.0).then_some(AskedFace { id, wanted, optional, visible_area })
     });
     asked.collect()
 }
 
-/// Area of the squares of side `width` of which all cells are seen. O(cells x cells of a square).
+/// Area of all squares of side `width` whose cells are all seen. O(cells x cells of a square).
 fn wide_area(face: &TrueFace, width: f64) -> f64 {
     let raster = &face.cells.raster;
     let (columns, rows) = (raster.columns(), raster.rows());

@@ -1,13 +1,13 @@
-//! What counts as the same plane: the numbers of the score.
+//! The thresholds of the score.
 
-/// Visible area of a face (with its reliefs) from which on a map is asked for it, square metres: 3000 pixels
-/// of a 640x480 Kinect at 2.7 m, the support that plane extraction wants.
+/// Least visible area of a face (with its reliefs) for which a map is asked for it, square metres: 3000
+/// pixels of a 640x480 Kinect at 2.7 m, the support that plane extraction needs.
 pub(super) const MIN_AREA: f64 = 0.08;
-/// Visible area counts towards [`MIN_AREA`] where a whole square of this side is seen, metres: no plane can
-/// be fitted to the edge of a board.
+/// Visible area only counts towards [`MIN_AREA`] where a whole square of this side is seen, metres: no plane
+/// can be fitted to the edge of a board.
 pub(super) const MIN_WIDTH: f64 = 0.1;
-/// Cosine of the largest angle between a plane and a face that it stands for, 10 degrees: the angle at which
+/// Cosine of the largest angle between a plane and a face that it matches, 10 degrees: the angle at which
 /// planes are associated.
 pub(super) const LEAST_COSINE: f64 = 0.984_807_753_012_208;
-/// Share of a face's visible area that the planes matching it must cover for it to count as found.
+/// Share of a face's visible area that its matching planes must cover for the face to be found.
 pub(super) const MIN_COVERAGE: f64 = 0.25;

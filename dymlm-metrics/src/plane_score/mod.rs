@@ -16,29 +16,30 @@ use crate::TrueFace;
 
 /// Scores the finite planes of a map against the true faces.
 ///
-/// A plane is divided into cells of 2 cm within its boundary. A cell lies on a face when the cell's middle,
-/// projected along the face's normal, falls within the face's outline, no further than 5 cm away, and the
-/// angle between plane and face is at most 10 degrees, up to sign; on the nearest such face if there are
-/// several, of those of which there is any reading. All areas below are counted in such cells, or in the
-/// faces' own. A face and its [reliefs](TrueFace::relief) are asked for together, and are called a face here.
+/// A plane is divided into cells of 2 cm within its boundary. A cell lies on a face when the angle between
+/// plane and face is at most 10 degrees, up to sign, and the cell's middle, projected along the face's
+/// normal, is inside the face's outline and at most 5 cm away; among several such faces, it lies on the
+/// nearest one. Faces without any reading are not considered. All areas below are counted in these cells, or
+/// in the faces' own. A face and its [reliefs](TrueFace::relief) are asked for together, and are called a
+/// face here.
 ///
-/// - **Match**: a plane stands for the face that holds most of its area, if that is more than half of it.
-/// - **Asked for** is a face whose visible area is at least 0.08 m2, strips narrower than 10 cm not counted.
-///   Its reliefs below 0.08 m2 may be covered or not, in all that follows.
-/// - **Recall** = faces found / faces asked for; found is a face with a matching plane, when all its matching
-///   planes cover at least a quarter of its visible area.
+/// - **Match**: a plane matches the face that contains most of its area, if that is more than half of it.
+/// - **Asked for** are faces with a visible area of at least 0.08 m2, not counting strips narrower than 10
+///   cm. Their reliefs below 0.08 m2 may be covered or not, in all figures.
+/// - **Recall** = faces found / faces asked for. A face is found if planes match it, and all of these
+///   together cover at least a quarter of its visible area.
 /// - **Precision** = planes with a match / planes.
-/// - **Duplicates**: planes that match the same face as an earlier one. Of a face with reliefs, planes that
-///   have most of their areas on different members are none: a map may tell a keyboard from the desk, but need
-///   not.
+/// - **Duplicates**: planes that match the same face as an earlier plane. On a face with reliefs, planes with
+///   most of their area on different members are not duplicates: a map may distinguish a keyboard from the
+///   desk, but need not.
 /// - **Wrongly merged**: planes with more than 0.08 m2 on each of several faces asked for.
 /// - **Area recall** = visible area of the faces asked for that any plane covers / their visible area. **Area
-///   precision** = area of the planes on parts of faces with a reading / that area and the area on no face.
-///   Area on parts without a reading (below things that stand there) is left out.
+///   precision** = area of the planes on parts of faces with a reading / (that area + area on no face). Area
+///   on parts without a reading (below things that stand there) is left out.
 /// - **Angle** of a match: between the normals, up to sign; a normal of the wrong sign is a sign error.
-///   **Offset**: mean over the plane's area on the face of the signed distance to it, absolute.
-/// - **Boundary `IoU`** of a face: seen cells covered by its planes / (seen cells + area of its planes beyond
-///   it).
+///   **Offset**: absolute mean of the signed distance to the face over the plane's area on it.
+/// - **Boundary `IoU`** of a face: seen cells covered by its planes / (seen cells + area of its planes
+///   outside it).
 ///
 /// O(planes x cells x faces within reach); 50 planes of a room take well below a second.
 ///
@@ -88,14 +89,14 @@ pub fn score_planes(planes: &[EstimatedPlane], faces: &[TrueFace]) -> PlaneScore
     }
 }
 
-/// Where a plane's area lies.
+/// The faces that a plane's area lies on.
 #[derive(Debug, Clone, Default)]
 struct Reading {
-    /// All of it, square metres.
+    /// The plane's area, square metres.
     area: f64,
-    /// On no face.
+    /// Area on no face.
     off_faces: f64,
-    /// On each face that it meets, by ascending index.
+    /// Area on each face that the plane meets, by ascending index.
     on_faces: Vec<AreaOnFace>,
 }
 
@@ -106,7 +107,7 @@ struct AreaOnFace {
     relief: usize,
     read: f64,
     unread: f64,
-    /// Integral over the area of the signed distance from the face.
+    /// Integral of the signed distance from the face over the area.
     moment: f64,
 }
 
@@ -138,19 +139,19 @@ impl Reading {
         Self { area: placed.area(), off_faces, on_faces: by_face.into_iter().flatten().collect() }
     }
 
-    /// Area that is not on a face and its reliefs.
+    /// Area that is not on the face `relief` or its reliefs.
     fn area_beyond(&self, relief: usize) -> f64 {
         let others = self.on_faces.iter().filter(|on_face| on_face.relief != relief);
         self.off_faces + others.map(AreaOnFace::area).sum::<f64>()
     }
 
-    /// Area on a face and its reliefs.
+    /// Area on the face `relief` and its reliefs.
     fn area_on(&self, relief: usize) -> f64 {
         self.on_faces.iter().filter(|on_face| on_face.relief == relief).map(AreaOnFace::area).sum()
     }
 }
 
-/// The face that holds more than half of a plane.
+/// The face that contains more than half of a plane.
 fn find_match(
     plane: usize,
     placed: &PlacedPlane<'_>,
@@ -176,14 +177,14 @@ fn find_match(
     })
 }
 
-/// Angle between two normals, up to sign, degrees; from the sine, which tells small angles apart.
+/// Angle between two normals, up to sign, degrees; computed from the sine, which is precise for small angles.
 fn angle_degrees(a: [f64; 3], b: [f64; 3]) -> f64 {
     let sine = cross(a, b);
     dot(sine, sine).sqrt().atan2(dot(a, b).abs()).to_degrees()
 }
 
-/// Seen area of some faces that planes cover, while they lie on the face of id `relief` or on one of its
-/// reliefs.
+/// Seen area of the faces `members` that planes cover, where the planes lie on the face with id `relief` or
+/// on one of its reliefs.
 fn covered_area(members: &[usize], relief: usize, planes: &[&PlacedPlane<'_>], faces: &[TrueFace]) -> f64 {
     let belongs = |index: usize| faces[index].relief == relief;
     let covered = members.iter().map(|&member| {

@@ -6,14 +6,14 @@ use super::criteria::LEAST_COSINE;
 use crate::nearest::{CELL, MATCHED};
 use crate::true_face::{CellRaster, TrueFace, raster_over};
 
-/// An estimated plane in cells, and the faces that it may stand for.
+/// An estimated plane divided into cells, with the faces that it may match.
 #[derive(Debug)]
 pub(super) struct PlacedPlane<'a> {
     pub(super) plane: Plane,
-    /// Rings, projected onto the plane.
+    /// The rings of its boundary, projected onto the plane.
     pub(super) boundary: Vec<Vec<[f64; 3]>>,
     raster: CellRaster,
-    /// The cells whose middles lie within the boundary.
+    /// For each cell, whether its middle is within the boundary.
     filled: Vec<bool>,
     candidates: Vec<Candidate<'a>>,
 }
@@ -29,16 +29,16 @@ struct Candidate<'a> {
 pub(super) struct OnFace {
     /// Index of the face.
     pub(super) index: usize,
-    /// Distance of the point from the face, metres, positive before it.
+    /// Distance of the point from the face, metres, positive in front of it.
     pub(super) distance: f64,
     pub(super) view: CellView,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CellView {
-    /// There is a reading of it.
+    /// The cell has a reading.
     Read,
-    /// There is none.
+    /// The cell has no reading.
     Unread,
 }
 
@@ -62,7 +62,7 @@ impl<'a> PlacedPlane<'a> {
         Some(Self { plane, boundary, raster, filled, candidates })
     }
 
-    /// Middles of the cells.
+    /// Middles of the cells within the boundary.
     pub(super) fn cells(&self) -> impl Iterator<Item = [f64; 3]> {
         let cells = self.filled.iter().enumerate().filter(|(_, filled)| **filled);
         cells.map(|(cell, _)| self.raster.center(cell))
@@ -78,7 +78,7 @@ impl<'a> PlacedPlane<'a> {
         self.cells().count() as f64 * self.cell_area()
     }
 
-    /// The nearest face, along its normal, whose outline holds the point.
+    /// The nearest face, along its normal, whose outline contains the point.
     pub(super) fn face_at(&self, point: [f64; 3]) -> Option<OnFace> {
         let on_faces = self.candidates.iter().filter_map(|candidate| {
             let face = candidate.face;
@@ -91,7 +91,8 @@ impl<'a> PlacedPlane<'a> {
         on_faces.min_by(|own, other| own.distance.abs().total_cmp(&other.distance.abs()))
     }
 
-    /// Which of a face's cells lie within the boundary on the faces that `belongs` accepts.
+    /// For each cell of a face, whether it is within the boundary, where the plane lies on faces that
+    /// `belongs` accepts.
     pub(super) fn covered(&self, face: &TrueFace, belongs: impl Fn(usize) -> bool) -> Vec<bool> {
         let raster = &face.cells.raster;
         let mut covered = raster.fill(&self.boundary);
@@ -103,7 +104,7 @@ impl<'a> PlacedPlane<'a> {
         covered
     }
 
-    /// Whether it may stand for a face that `belongs` accepts.
+    /// Whether the plane may match a face that `belongs` accepts.
     pub(super) fn may_lie_on(&self, belongs: impl Fn(usize) -> bool) -> bool {
         self.candidates.iter().any(|candidate| belongs(candidate.index))
     }
@@ -115,7 +116,7 @@ fn projected(plane: &Plane, rings: &[Vec<[f64; 3]>]) -> Vec<Vec<[f64; 3]>> {
     rings.iter().map(|ring| ring.iter().filter(finite).map(onto).collect()).collect()
 }
 
-/// Whether the bounds of a raster, along the world's axes, are within reach of a face's.
+/// Whether the bounds of a raster along the world's axes are within `reach` of a face's.
 fn may_meet(raster: &CellRaster, face: &TrueFace, reach: f64) -> bool {
     let bounds = |raster: &CellRaster| {
         let corners = [(0, 0), (0, 1), (1, 0), (1, 1)];

@@ -9,23 +9,23 @@ use crate::share::share;
 pub struct PlaneScore {
     /// Number of planes scored.
     pub planes: usize,
-    /// Planes that stand for a face, by ascending index.
+    /// Planes that match a face, by ascending index.
     pub matches: Vec<PlaneMatch>,
-    /// Indices of the planes that stand for no face, ascending.
+    /// Indices of the planes that match no face, ascending.
     pub unmatched: Vec<usize>,
     /// The faces asked for, each with its reliefs, by ascending id.
     pub faces: Vec<FaceScore>,
-    /// Planes that stand for a face for which an earlier plane stands already, by ascending index.
+    /// Planes that match the same face as an earlier plane, by ascending index.
     pub duplicates: Vec<DuplicatePlane>,
     /// Planes that cover substantial parts of several faces asked for, by ascending index.
     pub wrongly_merged: Vec<MergedPlane>,
     /// Visible area of the faces asked for, square metres.
     pub visible_area: f64,
-    /// Share of the visible area of the faces asked for that planes cover, 0..=1; `None` when none is asked
-    /// for.
+    /// Share of the visible area of the faces asked for that planes cover, 0..=1; `None` when no face is
+    /// asked for.
     pub area_recall: Option<f64>,
-    /// Share of the planes' area that lies on faces, what lies on parts of them without a reading left out,
-    /// 0..=1; `None` without planes.
+    /// Share of the planes' area that lies on faces, 0..=1, leaving out area on parts of faces without a
+    /// reading; `None` without such area.
     pub area_precision: Option<f64>,
     /// Angles between matched planes and their faces, up to sign, degrees; `None` without a match.
     pub angle_degrees: Option<Spread>,
@@ -33,14 +33,14 @@ pub struct PlaneScore {
     pub offset: Option<Spread>,
 }
 
-/// A plane that stands for a face.
+/// A plane that matches a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PlaneMatch {
     /// Index of the plane.
     pub plane: usize,
-    /// Id of the face that holds most of it.
+    /// Id of the face that contains most of it.
     pub face: usize,
     /// Id of the face that `face` lies on, or `face` itself.
     pub relief: usize,
@@ -48,21 +48,21 @@ pub struct PlaneMatch {
     pub share: f64,
     /// Angle between the normals, up to sign, degrees.
     pub angle_degrees: f64,
-    /// Mean over the plane's area on the face and its reliefs of its signed distance from them, metres:
-    /// positive where the plane lies before the face. For a single face this is the distance at the centroid
-    /// of that area.
+    /// Mean of the signed distance over the plane's area on the face and its reliefs, metres: positive where
+    /// the plane is in front of the face. For a single face, this is the distance at the centroid of that
+    /// area.
     pub offset: f64,
-    /// Which way the plane's normal points.
+    /// The direction of the plane's normal.
     pub facing: Facing,
 }
 
-/// Which way a plane's normal points.
+/// The direction of a plane's normal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Facing {
-    /// Outwards, as the face's does.
+    /// Outwards, like the face's normal.
     Outwards,
-    /// Into the thing whose face it is.
+    /// Into the thing that the face belongs to.
     Inwards,
 }
 
@@ -71,16 +71,16 @@ pub enum Facing {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FaceScore {
-    /// Its id.
+    /// Id of the face.
     pub face: usize,
-    /// Visible area, with that of its reliefs of at least 0.08 m2, square metres.
+    /// Visible area, including reliefs of at least 0.08 m2, square metres.
     pub visible_area: f64,
-    /// Share of that area that the planes matching it cover, 0..=1.
+    /// Share of that area that the matching planes cover, 0..=1.
     pub coverage: f64,
-    /// Intersection over union of what is seen and what the planes matching it cover; unseen parts within the
-    /// outline count neither way. 0 when no plane matches it.
+    /// Intersection over union of the visible area and the area of the matching planes; unseen parts within
+    /// the outline do not count. 0 when no plane matches the face.
     pub boundary_iou: f64,
-    /// Whether it was found.
+    /// Whether the face was found.
     pub state: FaceState,
 }
 
@@ -88,24 +88,24 @@ pub struct FaceScore {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FaceState {
-    /// A plane matches it, and all that do cover enough of it.
+    /// Planes match it, and together they cover enough of it.
     Found,
-    /// The others.
+    /// No plane matches it, or too little of it is covered.
     Missed,
 }
 
-/// A plane for a face that has one.
+/// A plane that matches the same face as an earlier plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DuplicatePlane {
     /// Index of the plane.
     pub plane: usize,
-    /// Index of the first plane for the same face.
+    /// Index of the first plane that matches the face.
     pub of: usize,
 }
 
-/// One plane for several faces.
+/// A plane that covers several faces.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -123,12 +123,12 @@ impl PlaneScore {
         share(found as u64, self.faces.len() as u64)
     }
 
-    /// Share of the planes that stand for a face; `None` without planes.
+    /// Share of the planes that match a face; `None` without planes.
     pub fn precision(&self) -> Option<f64> {
         share(self.matches.len() as u64, self.planes as u64)
     }
 
-    /// Matched planes whose normal points into the thing.
+    /// Number of matched planes whose normal points into the thing.
     pub fn sign_errors(&self) -> usize {
         self.matches.iter().filter(|found| found.facing == Facing::Inwards).count()
     }

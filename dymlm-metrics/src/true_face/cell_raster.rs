@@ -1,7 +1,6 @@
 use dymlm_core::vector3::{along, cross, difference, dot, unit};
 
-/// A piece of a plane divided into rectangular cells, whose coordinates run from 0 to the extents along two
-/// axes.
+/// A piece of a plane divided into rectangular cells. Coordinates run along two axes, from 0 to the extents.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CellRaster {
@@ -14,14 +13,14 @@ pub struct CellRaster {
     rows: usize,
 }
 
-/// Most cells along an axis: rasters of larger things have larger cells.
+/// Largest number of cells along an axis: larger faces get larger cells.
 const MOST_CELLS: u16 = 2000;
 
 impl CellRaster {
-    /// Cells of about `cell` metres over the bounds of some points of a plane, of which `along_u` is a
-    /// direction. The cells' sides are adapted so that whole cells fill the bounds: the cells of a rectangle
-    /// that `along_u` is a side of have exactly its area. `None` when the points span no area or are not
-    /// finite.
+    /// Cells of about `cell` metres over the bounds of points of a plane that contains the direction
+    /// `along_u`. The sides of the cells are adapted so that whole cells fill the bounds: the cells of a
+    /// rectangle with a side along `along_u` have exactly its area. `None` when the points span no area or
+    /// are not finite.
     pub fn around(
         points: impl Iterator<Item = [f64; 3]>,
         normal: [f64; 3],
@@ -60,7 +59,7 @@ impl CellRaster {
         self.columns * self.rows
     }
 
-    /// Whether there is none: never.
+    /// Always `false`: a raster has at least one cell.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -88,7 +87,7 @@ impl CellRaster {
         (self.corner, self.axes)
     }
 
-    /// The cells in another frame, into which `turn` takes directions and `place` points.
+    /// The raster in another frame: `turn` transforms directions and `place` points.
     #[must_use]
     pub fn moved(&self, place: impl Fn([f64; 3]) -> [f64; 3], turn: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
         Self { corner: place(self.corner), axes: self.axes.map(turn), ..self.clone() }
@@ -101,7 +100,7 @@ impl CellRaster {
         [dot(offset, self.axes[0]), dot(offset, self.axes[1])]
     }
 
-    /// The cell that holds a point with these coordinates.
+    /// The cell that contains a point with these coordinates.
     #[inline]
     pub fn cell_at(&self, [u, v]: [f64; 2]) -> Option<usize> {
         let (column, row) = (u / self.cell[0], v / self.cell[1]);
@@ -117,14 +116,14 @@ impl CellRaster {
         along(along(self.corner, u, self.axes[0]), v, self.axes[1])
     }
 
-    /// Corner of the cells: `column` and `row` count cells from the first corner.
+    /// A corner of cells; `column` and `row` are counted from the first corner.
     pub(crate) fn corner_at(&self, column: usize, row: usize) -> [f64; 3] {
         let (u, v) = (column as f64 * self.cell[0], row as f64 * self.cell[1]);
         along(along(self.corner, u, self.axes[0]), v, self.axes[1])
     }
 
-    /// The cells whose middles lie within polygons, by the even-odd rule over all rings (so a ring within a
-    /// ring is a hole), after projection onto the plane. Points that are not finite are left out of their
+    /// The cells whose middles are within polygons, after projection onto the plane, by the even-odd rule
+    /// over all rings (so a ring within a ring is a hole). Points that are not finite are left out of their
     /// rings.
     ///
     /// O(cells + sum of the rows that each edge spans).
@@ -142,7 +141,7 @@ impl CellRaster {
         for (crossings, row) in crossings.iter_mut().zip(filled.chunks_mut(self.columns)) {
             crossings.sort_unstable_by(f64::total_cmp);
             for pair in crossings.chunks_exact(2) {
-                // A middle on a crossing belongs to what lies after it.
+                // A middle exactly on a crossing belongs to the part after it.
                 let [first, end] = [pair[0], pair[1]]
                     .map(|u| ((u / self.cell[0] - 0.5).ceil().max(0.0) as usize).min(self.columns));
                 row[first..end.max(first)].fill(true);
@@ -151,7 +150,7 @@ impl CellRaster {
         filled
     }
 
-    /// The cells whose middles lie within at least one of some polygons, which may touch or overlap.
+    /// The cells whose middles are within at least one of several polygons, which may touch or overlap.
     pub fn fill_any(&self, pieces: &[Vec<[f64; 3]>]) -> Vec<bool> {
         let mut inside = vec![false; self.len()];
         for piece in pieces {
@@ -161,7 +160,7 @@ impl CellRaster {
         inside
     }
 
-    /// Notes where an edge crosses the middles of the rows.
+    /// Adds the places where an edge crosses the middle lines of the rows.
     fn cross_rows(&self, from: [f64; 2], to: [f64; 2], crossings: &mut [Vec<f64>]) {
         let (lower, upper) = if from[1] <= to[1] { (from, to) } else { (to, from) };
         let row_after = |v: f64| ((v / self.cell[1] - 0.5).ceil().max(0.0) as usize).min(self.rows);

@@ -8,37 +8,37 @@ use dymlm_core::Plane;
 use dymlm_core::vector3::difference;
 use rings::rings_around;
 
-/// A finite plane face of the true world: one flat side of things, as large as it is, and which part of it
-/// was seen.
+/// A finite plane face of the true world: one flat side of things with its full extent, and the part of it
+/// that was seen.
 ///
-/// For a recording whose faces were measured by hand, make them with [`new`](Self::new); who knows which
-/// parts of a face were seen, with [`from_cells`](Self::from_cells). `dymlm_sim::Truth` has those of its
-/// sequences.
+/// For faces measured by hand, use [`new`](Self::new), or [`from_cells`](Self::from_cells) when it is known
+/// which parts were seen. `dymlm_sim::Truth` has the faces of its sequences.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TrueFace {
-    /// Tells faces apart.
+    /// Unique id of the face.
     pub id: usize,
-    /// The face that this one is no more than 3 cm in front of (or behind), within its outline: a keyboard's
-    /// and a paper's face on a desk, drawers before a cabinet. Its own `id` for all others. Such faces are
-    /// asked for together, since a depth camera can hardly tell them apart.
+    /// Id of the face that this one lies on, at most 3 cm in front of (or behind) it and within its outline:
+    /// keyboards and papers on a desk, drawers on a cabinet. For all other faces, their own `id`. A face and
+    /// its reliefs are asked for together, since a depth camera can hardly distinguish them.
     pub relief: usize,
-    /// COCO label of the thing whose face it is.
+    /// COCO label of the thing that the face belongs to.
     pub label: Option<String>,
-    /// The face in the world; the normal points outwards, to where it can be seen from.
+    /// Plane of the face in the world; its normal points outwards, to the side from which the face can be
+    /// seen.
     pub plane: Plane,
-    /// Polygons in the world, counterclockwise about the normal, one a flat piece that the face is made of;
-    /// the pieces touch or overlap. Discs are polygons of 48 corners.
+    /// Polygons in the world, counterclockwise about the normal, one for each flat piece of the face; the
+    /// pieces touch or overlap. Discs are polygons of 48 corners.
     pub outline: Vec<Vec<[f64; 3]>>,
-    /// Area within the outline, square metres, seen or not; to a cell of the raster.
+    /// Area within the outline, square metres, seen or not; counted in cells of the raster.
     pub area: f64,
-    /// Area that was seen, square metres: by enough frames, within range, not too steeply.
+    /// Area that was seen, square metres: by enough frames, within range, and not too obliquely.
     pub visible_area: f64,
     pub(crate) cells: FaceCells,
 }
 
-/// A face divided into cells; the three lists have an entry a cell of the raster, row by row.
+/// A face divided into cells; the three lists have one entry per cell of the raster, row by row.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FaceCells {
@@ -46,15 +46,15 @@ pub struct FaceCells {
     pub raster: CellRaster,
     /// Whether the middle lies within the outline.
     pub inside: Vec<bool>,
-    /// Whether it was seen well enough to be asked for; only cells inside are.
+    /// Whether the cell was seen well enough to be asked for; only cells inside are.
     pub seen: Vec<bool>,
-    /// Whether there is any reading of it, at whatever angle and distance; only cells inside have one.
+    /// Whether the cell has any reading, at whatever angle and distance; only cells inside have one.
     pub read: Vec<bool>,
 }
 
 impl TrueFace {
-    /// A face that was seen as a whole, from polygons on a plane and in cells of about `cell` metres. `None`
-    /// when the polygons enclose no cell.
+    /// A face that was seen completely, from polygons on a plane and in cells of about `cell` metres. `None`
+    /// when the polygons contain no cell.
     ///
     /// ```
     /// use dymlm_core::Plane;
@@ -77,7 +77,7 @@ impl TrueFace {
         (face.area > 0.0).then_some(face)
     }
 
-    /// A face of which it is known which cells were seen; no relief of another, and without a label.
+    /// A face with known seen cells, without a label and not a relief of another face.
     pub fn from_cells(id: usize, plane: Plane, outline: Vec<Vec<[f64; 3]>>, cells: FaceCells) -> Self {
         let (area, visible_area) = (cells.area_of(&cells.inside), cells.area_of(&cells.seen));
         Self { id, relief: id, label: None, plane, outline, area, visible_area, cells }
@@ -88,8 +88,8 @@ impl TrueFace {
         &self.cells
     }
 
-    /// The seen part as polygons in the world: outer rings counterclockwise about the normal, holes
-    /// clockwise, along the sides of the cells.
+    /// The seen part as polygons in the world, along the sides of the cells: outer rings counterclockwise
+    /// about the normal, holes clockwise.
     pub fn visible_boundary(&self) -> Vec<Vec<[f64; 3]>> {
         rings_around(&self.cells.raster, &self.cells.seen)
     }
@@ -102,7 +102,7 @@ impl FaceCells {
     }
 }
 
-/// A raster over polygons on a plane, along the longest side of the first.
+/// A raster over polygons on a plane, aligned with the longest side of the first polygon.
 pub(crate) fn raster_over(rings: &[Vec<[f64; 3]>], normal: [f64; 3], cell: f64) -> Option<CellRaster> {
     let finite = || rings.iter().flatten().copied().filter(|point| point.iter().all(|c| c.is_finite()));
     let longest = rings.iter().find_map(|ring| longest_side(ring))?;

@@ -5,8 +5,8 @@ use super::cell_raster::CellRaster;
 /// A corner of cells: row and column, counted from the first corner.
 type Corner = (usize, usize);
 
-/// Rings along the outer sides of the marked cells: counterclockwise round cells, clockwise round holes.
-/// Where two cells meet at a corner only, their rings stay apart.
+/// Rings along the outer sides of the marked cells: counterclockwise around cells, clockwise around holes.
+/// Cells that only meet at a corner have separate rings.
 ///
 /// O(n log n) in the number of sides.
 pub(super) fn rings_around(raster: &CellRaster, marked: &[bool]) -> Vec<Vec<[f64; 3]>> {
@@ -16,7 +16,7 @@ pub(super) fn rings_around(raster: &CellRaster, marked: &[bool]) -> Vec<Vec<[f64
         let mut ring = Vec::new();
         let (mut at, mut from) = (start, None);
         while let Some(to) = take_next(&mut sides, at, from) {
-            // Along a straight run only the ends are kept.
+            // Only the ends of a straight run are kept.
             if from.is_none_or(|from| turn(from, at, to) != 0) {
                 ring.push(raster.corner_at(at.1, at.0));
             }
@@ -27,7 +27,7 @@ pub(super) fn rings_around(raster: &CellRaster, marked: &[bool]) -> Vec<Vec<[f64
     rings
 }
 
-/// The sides between marked and other cells, the marked cell to the left, by the corner that they start from.
+/// The sides between marked and other cells, with the marked cell on the left, by their start corners.
 fn outer_sides(raster: &CellRaster, marked: &[bool]) -> BTreeMap<Corner, Vec<Corner>> {
     let (columns, rows) = (raster.columns(), raster.rows());
     let is_marked = |row: Option<usize>, column: Option<usize>| match (row, column) {
@@ -53,8 +53,8 @@ fn outer_sides(raster: &CellRaster, marked: &[bool]) -> BTreeMap<Corner, Vec<Cor
     sides
 }
 
-/// Takes the side that goes on from `at`; at a corner where two go on, the one that turns left, round the
-/// same cell.
+/// Takes the side that continues from `at`. At a corner with two, it takes the one that turns left, around
+/// the same cell.
 fn take_next(sides: &mut BTreeMap<Corner, Vec<Corner>>, at: Corner, from: Option<Corner>) -> Option<Corner> {
     let onward = sides.get_mut(&at)?;
     let left = from.and_then(|from| onward.iter().position(|&to| turn(from, at, to) > 0));
@@ -65,7 +65,7 @@ fn take_next(sides: &mut BTreeMap<Corner, Vec<Corner>>, at: Corner, from: Option
     Some(to)
 }
 
-/// Positive for a turn to the left, zero for none.
+/// Positive for a left turn, zero for straight on.
 fn turn(from: Corner, at: Corner, to: Corner) -> i64 {
     let step = |a: Corner, b: Corner| (b.1 as i64 - a.1 as i64, b.0 as i64 - a.0 as i64);
     let ((x0, y0), (x1, y1)) = (step(from, at), step(at, to));
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(rings(&["##", "##"]), [4]);
         assert_eq!(rings(&["#.", "##"]), [6]);
         assert_eq!(rings(&["###", "#.#", "###"]), [4, 4]);
-        // Cells that meet at a corner are apart, and so are holes.
+        // Cells that only meet at a corner have separate rings, and so have holes.
         assert_eq!(rings(&["#.", ".#"]), [4, 4]);
         assert_eq!(rings(&["####", "#.##", "##.#", "####"]).len(), 2);
         assert_eq!(rings(&["#.#.", ".#.#", "#.#."]), [4; 6]);

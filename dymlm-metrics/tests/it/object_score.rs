@@ -1,4 +1,4 @@
-//! The score of objects on maps made wrong on purpose, each with the figure that it must give.
+//! The score of objects, on maps with deliberate errors and known results.
 use std::f64::consts::PI;
 
 use dymlm_core::Pose;
@@ -17,7 +17,7 @@ fn object(id: usize, label: &str, center: [f64; 3], yaw_degrees: f64, lengths: [
     TrueObject::new(id, label, OrientedBox::new(place(center, yaw_degrees), lengths).unwrap(), 20)
 }
 
-/// A screen, a chair with a square footprint, a cup taken to be round, a book seen in 7 frames.
+/// A screen, a chair with a square footprint, a cup declared round, a book seen in 7 frames.
 fn room() -> Vec<TrueObject> {
     let mut objects = vec![
         object(10, "tv", [0.0, 1.0, 1.0], 10.0, [0.5, 0.2, 0.4]),
@@ -30,7 +30,7 @@ fn room() -> Vec<TrueObject> {
     objects
 }
 
-/// The map that equals the truth.
+/// A map that equals the truth.
 fn perfect(objects: &[TrueObject]) -> Vec<EstimatedObject> {
     let exact = |object: &TrueObject| EstimatedObject {
         label: object.label.clone(),
@@ -68,7 +68,7 @@ fn the_truth_scores_full_marks() {
 fn an_object_removed_is_missed_if_it_was_asked_for() {
     let objects = room();
     let mut estimates = perfect(&objects);
-    // The book was seen in seven frames: nobody asks for it.
+    // The book was seen in seven frames, too few to be asked for.
     estimates.remove(3);
     let optional = score(&estimates, &objects);
     assert_eq!((optional.recall(), optional.precision()), (Some(1.0), Some(1.0)));
@@ -98,7 +98,7 @@ fn an_invented_object_costs_precision() {
 fn a_second_estimate_is_a_duplicate() {
     let objects = room();
     let mut estimates = perfect(&objects);
-    // Half as long: IoU 0.5. A crumb inside the chair. One beside the screen, which shares nothing.
+    // In turn: half as long, with IoU 0.5; a crumb inside the chair; one beside the screen, without overlap.
     let crumb = place([1.1, 0.1, 0.7], 0.0);
     estimates.push(EstimatedObject { dimensions: [0.25, 0.2, 0.4], ..estimates[0].clone() });
     estimates.push(EstimatedObject {
@@ -130,7 +130,7 @@ fn the_better_estimate_is_the_match() {
 
 #[test]
 fn two_objects_in_one_box_leave_one_missed() {
-    // Two books side by side, one box around both: IoU 0.5 with either.
+    // Two books side by side with one box around both: IoU 0.5 with either.
     let objects = vec![
         object(0, "book", [0.1, 0.0, 0.0], 0.0, [0.2, 0.3, 0.1]),
         object(1, "book", [-0.1, 0.0, 0.0], 0.0, [0.2, 0.3, 0.1]),
@@ -148,7 +148,7 @@ fn two_objects_in_one_box_leave_one_missed() {
 
 #[test]
 fn the_assignment_is_the_best_in_sum() {
-    // Taking the best pair first (0 on 0) would leave estimate 1 with nothing.
+    // Taking the best pair first (0 with 0) would leave estimate 1 without a match.
     let objects =
         vec![object(0, "a", [0.0, 0.0, 0.0], 0.0, [1.0; 3]), object(1, "b", [0.8, 0.0, 0.0], 0.0, [1.0; 3])];
     let at = |x: f64| EstimatedObject {
@@ -174,7 +174,7 @@ fn a_shifted_object_is_off_by_the_shift() {
     close(near.matches[0].iou, 0.4 / 0.6, 1e-9);
     close(near.center_error.unwrap().p95, 0.1, 1e-12);
     assert_eq!(near.center_error.unwrap().median, 0.0);
-    // Beyond IoU 0.25 (a shift of 0.3 m) it is another thing.
+    // Below IoU 0.25 (a shift of 0.3 m) there is no match.
     estimates[0].world_from_object = objects[0].oriented_box.world_from_box() * place([0.31, 0.0, 0.0], 0.0);
     let far = score(&estimates, &objects);
     assert_eq!((far.recall(), far.precision(), &far.unmatched[..]), (Some(2.0 / 3.0), Some(0.75), &[0][..]));
@@ -190,11 +190,11 @@ fn yaw_counts_up_to_symmetry() {
         estimates[index].world_from_object = place(center, yaw + turn);
         score(&estimates, &objects).matches[index].yaw_error_degrees
     };
-    // The screen: half a turn is none.
+    // The screen: half a turn is no error.
     for (turn, error) in [(7.0, 7.0), (-7.0, 7.0), (180.0, 0.0), (187.0, 7.0), (30.0, 30.0)] {
         close(yaw_error(0, turn).unwrap(), error, 1e-6);
     }
-    // The chair: neither is a quarter turn; and no error exceeds an eighth.
+    // The chair: a quarter turn is no error either, and no error exceeds an eighth of a turn.
     for (turn, error) in [(7.0, 7.0), (90.0, 0.0), (97.0, 7.0), (-180.0, 0.0), (45.0, 45.0), (60.0, 30.0)] {
         close(yaw_error(1, turn).unwrap(), error, 1e-6);
     }
@@ -205,7 +205,7 @@ fn yaw_counts_up_to_symmetry() {
 fn the_order_of_the_axes_does_not_matter() {
     let objects = room();
     let expected = score(&perfect(&objects), &objects);
-    // x y z -> y z x, and a turn of 180 degrees about x: the same boxes with other names for their axes.
+    // x y z -> y z x, and a turn of 180 degrees about x: the same boxes with their axes renamed.
     let third = 2.0 * PI / 3.0;
     let diagonal = (0.5 * third).sin() / 3.0_f64.sqrt();
     let cycle = Pose::new([0.0; 3], [diagonal, diagonal, diagonal, (0.5 * third).cos()]).unwrap();

@@ -1,4 +1,4 @@
-//! The score of planes on maps made wrong on purpose, each with the figure that it must give.
+//! The score of planes, on maps with deliberate errors and known results.
 use dymlm_core::vector3::{cross, dot};
 use dymlm_core::{Plane, Pose};
 use dymlm_metrics::{EstimatedPlane, FaceState, Facing, PlaneScore, TrueFace, score_planes};
@@ -6,8 +6,7 @@ use proptest::prelude::*;
 
 const CELL: f64 = 0.02;
 
-/// A rectangle about `center` with sides along `u` and `v`, unit vectors at right angles; its normal is u x
-/// v.
+/// A rectangle around `center` with sides along the orthogonal unit vectors `u` and `v`; its normal is u x v.
 fn rectangle(center: [f64; 3], u: [f64; 3], v: [f64; 3], size: [f64; 2]) -> Vec<[f64; 3]> {
     [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]
         .map(|[a, b]| std::array::from_fn(|k| center[k] + a * size[0] * u[k] + b * size[1] * v[k]))
@@ -25,8 +24,8 @@ const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 const MINUS_X: [f64; 3] = [-1.0, 0.0, 0.0];
 
-/// Floor 4 x 3 m; two desks of one height, 1.2 x 0.6 m, 40 cm apart; both sides of a partition 5 cm thick, 2
-/// x 1 m; a book of 0.04 m2: all seen as wholes.
+/// A floor of 4 x 3 m; two desks of the same height, 1.2 x 0.6 m, 40 cm apart; both sides of a partition 5 cm
+/// thick, 2 x 1 m; a book of 0.04 m2. All are completely visible.
 fn room() -> Vec<TrueFace> {
     vec![
         face(0, [0.0, 0.0, 0.0], X, Y, [4.0, 3.0]),
@@ -38,7 +37,7 @@ fn room() -> Vec<TrueFace> {
     ]
 }
 
-/// The map that equals the truth.
+/// A map that equals the truth.
 fn perfect(faces: &[TrueFace]) -> Vec<EstimatedPlane> {
     let exact = |face: &TrueFace| EstimatedPlane {
         normal: face.plane.normal(),
@@ -56,7 +55,7 @@ fn close(value: f64, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance, "{value} is not {expected}");
 }
 
-/// The plane moved by `pose`, boundary and all.
+/// The plane and its boundary moved by `pose`.
 fn moved(plane: &EstimatedPlane, pose: &Pose) -> EstimatedPlane {
     let parameters = Plane::new(plane.normal, plane.d).unwrap().transformed(pose);
     let ring = |ring: &Vec<[f64; 3]>| ring.iter().map(|&point| pose.transform_point(point)).collect();
@@ -88,7 +87,7 @@ fn the_truth_scores_full_marks() {
         (Some(1.0), Some(1.0), Some(1.0))
     );
     assert!(score.duplicates.is_empty() && score.wrongly_merged.is_empty() && score.unmatched.is_empty());
-    // The book is too small to be asked for, and is matched all the same.
+    // The book is too small to be asked for, but is matched nevertheless.
     assert_eq!(score.faces.iter().map(|face| face.face).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
     assert_eq!((score.planes, score.matches.len(), score.matches[5].face), (6, 6, 5));
     close(score.visible_area, 12.0 + 2.0 * 0.72 + 2.0 * 2.0, 1e-9);
@@ -121,7 +120,7 @@ fn a_plane_doubled_is_a_duplicate() {
     );
     assert_eq!((score.duplicates.len(), score.duplicates[0].plane, score.duplicates[0].of), (1, 6, 3));
 
-    // Two halves of a face are duplicates as well: it is to be one plane.
+    // Two halves of a face are duplicates, too: a face should be one plane.
     let mut planes = perfect(&faces);
     planes[0].boundary = vec![rectangle([-1.0, 0.0, 0.0], X, Y, [2.0, 3.0])];
     planes.push(EstimatedPlane {
@@ -144,13 +143,13 @@ fn two_desks_in_one_plane_are_wrongly_merged() {
     let merged = score(&planes, &faces);
     assert_eq!(merged.wrongly_merged.len(), 1);
     assert_eq!((merged.wrongly_merged[0].plane, &merged.wrongly_merged[0].faces[..]), (1, &[1, 2][..]));
-    // Neither desk holds more than half of the plane: it stands for none.
+    // Neither desk contains more than half of the plane, so it matches none.
     assert_eq!((&merged.unmatched[..], merged.matches.len()), (&[1][..], 4));
     assert_eq!(merged.faces.iter().filter(|face| face.state == FaceState::Found).count(), 3);
-    // What is there is there.
+    // All area is still covered, and correct.
     assert_eq!((merged.area_recall, merged.area_precision), (Some(1.0), Some(1.0)));
 
-    // With 0.3 m2 of the second desk, it stands for the first; the rest is beyond it.
+    // With only 0.3 m2 on the second desk, the plane matches the first one; the rest is outside it.
     planes[1].boundary[1] = rectangle([0.45, 0.5, 0.74], X, Y, [0.5, 0.6]);
     let partly = score(&planes, &faces);
     assert_eq!((partly.matches.len(), partly.wrongly_merged.len(), partly.recall()), (5, 1, Some(0.8)));
@@ -165,14 +164,14 @@ fn a_tilted_plane_is_off_by_its_angle() {
     planes[1] = moved(&planes[1], &about([-0.8, 0.5, 0.74], Y, 1.0));
     let score = score(&planes, &faces);
     close(score.matches[1].angle_degrees, 1.0, 1e-9);
-    // About its centre: nothing is off in the mean.
+    // Rotated about its centre, so the mean offset is zero.
     close(score.matches[1].offset, 0.0, 1e-9);
     assert_eq!(
         (score.recall(), score.precision(), score.angle_degrees.unwrap().median),
         (Some(1.0), Some(1.0), 0.0)
     );
     close(score.angle_degrees.unwrap().p95, 1.0, 1e-9);
-    // cos 1 degree of its length is covered: less than a cell less.
+    // cos 1 degree of its length is covered, which is less than a cell less.
     close(score.faces[1].boundary_iou, 1.0, 1e-9);
 }
 
@@ -203,7 +202,7 @@ fn a_shifted_plane_is_off_by_the_shift() {
     }
     close(near.offset.unwrap().median, 0.007, 1e-9);
 
-    // Beyond 5 cm it is another thing.
+    // Beyond 5 cm there is no match.
     planes[1] = moved(&planes[1], &shifted([0.0, 0.0, -0.06]));
     assert_eq!(score(&planes, &faces).unmatched, [1]);
 }
@@ -218,7 +217,7 @@ fn a_flipped_normal_is_a_sign_error_and_nothing_else() {
     }
     let score = score(&planes, &faces);
     assert_eq!((score.sign_errors(), score.recall(), score.precision()), (2, Some(1.0), Some(1.0)));
-    // The partition's other side, 5 cm behind, has the flipped normal and is not taken for the plane's: the
+    // The other side of the partition, 5 cm behind, has the flipped normal, but does not match the plane: the
     // nearest face counts.
     assert_eq!(score.matches.iter().map(|found| found.face).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
     assert_eq!((score.matches[3].facing, score.matches[4].facing), (Facing::Inwards, Facing::Outwards));
@@ -251,7 +250,7 @@ fn a_plane_too_large_is_beyond_its_face_and_one_too_small_covers_a_part() {
     close(sized.matches[1].share, 0.72 / 1.08, 0.03);
     assert_eq!((sized.faces[2].boundary_iou, sized.faces[2].coverage, sized.recall()), (0.5, 0.5, Some(1.0)));
 
-    // A patch of less than a quarter does not find a desk.
+    // A plane over less than a quarter of a desk does not find it.
     planes[2].boundary = vec![rectangle([0.8, 0.5, 0.74], X, Y, [0.28, 0.6])];
     let patch = score(&planes, &faces);
     assert_eq!(
@@ -309,14 +308,14 @@ fn planes_that_are_none_count_against_precision_only() {
         },
         EstimatedPlane { normal: Z, d: -1e6, boundary: vec![rectangle([0.0, 0.0, 1e6], X, Y, [1e6, 1e-3])] },
     ]);
-    // A point that is none in a ring that is one.
+    // An invalid point in a valid ring.
     planes[1].boundary[0].insert(1, [f64::NAN, 0.0, f64::INFINITY]);
     let score = score(&planes, &faces);
     assert_eq!((&score.matches, score.planes), (&clean.matches, clean.planes + 7));
     assert_eq!((score.recall(), score.mean_boundary_iou(), score.unmatched.len()), (Some(1.0), Some(1.0), 7));
 }
 
-/// A desk with a sheet of paper (6 mm), a keyboard (24 mm), and a box of 10 cm.
+/// A desk with a sheet of paper (6 mm), a keyboard (24 mm) and a box of 10 cm on it.
 fn laid_desk() -> Vec<TrueFace> {
     let mut faces = vec![
         face(0, [0.0, 0.0, 0.7], X, Y, [1.6, 0.8]),
@@ -333,7 +332,7 @@ fn laid_desk() -> Vec<TrueFace> {
 fn thin_things_on_a_desk_may_be_planes_or_not() {
     let faces = laid_desk();
     let all = perfect(&faces);
-    // Each for itself; the desk alone; the desk and the keyboard, out of order.
+    // In turn: all planes; desk and box; keyboard, box and desk, in another order.
     let maps = [
         all.clone(),
         vec![all[0].clone(), all[3].clone()],
@@ -348,10 +347,10 @@ fn thin_things_on_a_desk_may_be_planes_or_not() {
         assert!(score.duplicates.is_empty() && score.wrongly_merged.is_empty(), "{score:?}");
         assert_eq!(score.faces.iter().map(|face| face.face).collect::<Vec<_>>(), [0, 3]);
     }
-    // The keyboard alone is no desk.
+    // The keyboard's plane alone does not find the desk.
     let keyboard = score(&all[2..3], &faces);
     assert_eq!((keyboard.recall(), keyboard.precision()), (Some(0.0), Some(1.0)));
-    // A second plane over all of the desk is a duplicate, at the keyboard's height as well.
+    // A second plane over the whole desk is a duplicate, even if it is near the keyboard's height.
     let mut double = vec![all[0].clone(), moved(&all[0], &shifted([0.0, 0.0, 0.012]))];
     assert_eq!(score(&double, &faces).duplicates.len(), 1);
     double[1] = moved(&all[0], &shifted([0.0, 0.0, 0.02]));
@@ -368,7 +367,7 @@ fn drawers_may_be_one_plane_but_not_two() {
     };
     let faces =
         vec![face(0, [0.0, 0.0, 0.55], X, Z, [0.8, 1.1]), front(0.2, 1), front(0.55, 2), front(0.9, 3)];
-    // What noise leaves of it: one plane between the two.
+    // With noise, a map may have one plane between drawers and front.
     let one = |offset: f64| EstimatedPlane {
         normal: [0.0, -1.0, 0.0],
         d: -offset,
@@ -377,7 +376,7 @@ fn drawers_may_be_one_plane_but_not_two() {
     let whole = score(&[one(0.011)], &faces);
     assert_eq!((whole.recall(), whole.precision(), whole.faces.len()), (Some(1.0), Some(1.0), 1));
     assert!(whole.wrongly_merged.is_empty() && whole.duplicates.is_empty() && whole.area_recall == Some(1.0));
-    // 4 mm behind the drawers (0.688 of 0.88 m2), 11 mm before the rest of the front.
+    // 4 mm behind the drawers (0.688 of 0.88 m2), 11 mm in front of the rest.
     close(whole.matches[0].offset, (-0.004 * 0.688_2 + 0.011 * 0.191_8) / 0.88, 3e-4);
     assert_eq!(score(&[one(0.011), one(0.009)], &faces).duplicates.len(), 1);
     assert!(score(&perfect(&faces[1..]), &faces).duplicates.is_empty(), "each drawer may have its own");
@@ -413,7 +412,7 @@ proptest! {
         prop_assert_eq!(actual.precision(), expected.precision());
         prop_assert_eq!(actual.duplicates.len(), expected.duplicates.len());
         prop_assert_eq!(actual.unmatched.len(), expected.unmatched.len());
-        // Cells on a border may fall to either side.
+        // Cells on a border may be on either side.
         let near = |a: Option<f64>, b: Option<f64>, tolerance: f64| (a.unwrap() - b.unwrap()).abs() < tolerance;
         prop_assert!(near(actual.mean_boundary_iou(), expected.mean_boundary_iou(), 0.01));
         prop_assert!(near(actual.area_recall, expected.area_recall, 0.01));

@@ -1,4 +1,5 @@
-//! The metrics against a stitched reference: by hand, by brute force, and on the recorded kitchen.
+//! The metrics against a stitched reference: in simple cases, against brute force, and on the recorded
+//! kitchen.
 use std::collections::{BTreeMap, HashMap};
 
 use dymlm_core::{DepthImage, Detection, Frame, Mask, PinholeCamera, Point, Pose};
@@ -6,7 +7,7 @@ use dymlm_metrics::{ReferenceCloud, ReferenceScore};
 use dymlm_test_support::{recorded_frames, recording};
 use proptest::prelude::*;
 
-/// A frame of one row whose pixels lie at the given depths.
+/// A frame of one row with the given depths.
 fn frame(depths: Vec<f32>) -> Frame {
     let width = depths.len();
     let camera = PinholeCamera::new(width, 1, 100.0, 100.0, 0.0, 0.0).unwrap();
@@ -14,14 +15,14 @@ fn frame(depths: Vec<f32>) -> Frame {
 }
 
 proptest! {
-    /// The formulas word by word: lattice voxels, means, all pairs.
+    /// The formulas word by word: voxels of the lattice, means, all pairs.
     #[test]
     fn agrees_with_brute_force(
         frames in prop::collection::vec(prop::collection::vec(0.5_f32..0.9, 12), 1..6),
         map in prop::collection::vec((-0.05_f32..0.2, -0.1_f32..0.1, 0.4_f32..1.0), 0..60),
     ) {
         let mut reference = ReferenceCloud::new(0.02).unwrap();
-        // The points that each frame puts into each voxel.
+        // The readings, each with the number of its frame.
         let mut readings: Vec<(usize, Point)> = Vec::new();
         for (k, depths) in frames.into_iter().enumerate() {
             let frame = frame(depths);
@@ -82,11 +83,12 @@ fn nothing_is_scored_as_nothing() {
     assert!(ReferenceCloud::new(f64::NAN).is_err() && ReferenceCloud::new(0.0).is_err());
 }
 
-/// The kitchen recording with people cut in, against the one without. The expected shares were computed
-/// independently of this crate when the data set was made: residue of all frames stitched as they are 31.6 %,
-/// with the raw person boxes removed 2.08 %, with those of score >= 0.7 only 6.27 %, with the exact masks
-/// 0.000 %; completeness 99.9 % each. How they round boxes to pixels is not known: whole pixels less at the
-/// far sides make 2.087 and 6.268 % here, pixel centres within half-open boxes 2.058 and 6.240 %.
+/// The kitchen recording with people inserted, against the one without. The expected shares were computed
+/// independently of this crate when the data set was made. Residue: all frames stitched as they are 31.6 %,
+/// with the raw person boxes removed 2.08 %, with only those of score >= 0.7 removed 6.27 %, with the exact
+/// masks removed 0.000 %; completeness 99.9 % each. It is not known how boxes were rounded to pixels: whole
+/// pixels less at the far sides give 2.087 and 6.268 % here, pixel centres within half-open boxes 2.058 and
+/// 6.240 %.
 #[test]
 fn the_kitchen_gives_its_known_figures() {
     let Some(people) = recording("kitchen_people") else { return };
@@ -95,7 +97,7 @@ fn the_kitchen_gives_its_known_figures() {
     for recorded in recorded_frames(&clean) {
         reference.add_frame(&recorded.frame, &recorded.world_from_camera, 0.3, 4.0);
     }
-    // As they are, raw boxes, sure boxes, exact masks.
+    // Nothing removed, all boxes, boxes of a high score, exact masks.
     let mut maps: [Stitched; 4] = Default::default();
     for recorded in recorded_frames(&people) {
         let nothing = Mask::filled(640, 480, false).unwrap();
@@ -116,7 +118,7 @@ fn the_kitchen_gives_its_known_figures() {
     }
 }
 
-/// Sum and number of the points in each voxel of 2 cm: all readings would take a gigabyte.
+/// Sum and number of the points in each voxel of 2 cm: a list of all readings would take a gigabyte.
 type Stitched = HashMap<[i32; 3], ([f64; 3], f64)>;
 
 fn stitch(maps: &mut [Stitched; 4], masks: &[Mask; 4], frame: &Frame, world_from_camera: &Pose) {

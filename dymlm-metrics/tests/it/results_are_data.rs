@@ -1,4 +1,4 @@
-//! Scores and truth can be sent between threads and copied.
+//! Scores and truth can be sent between threads, and most can be copied.
 
 use dymlm_metrics::{
     CloudScore, DynamicMapScorer, MaskScore, ObjectScore, OccupancyScorer, PlaneScore, PointTruth,

@@ -1,4 +1,4 @@
-//! Scores of tracked boxes, made wrong on purpose and beside another tool's figures.
+//! Scores of tracked boxes, with deliberate errors and against the figures of another tool.
 use dymlm_core::BoundingBox;
 use dymlm_metrics::{IdentifiedBox, TrackingScore, TrackingScoreError, TrackingScorer};
 use proptest::prelude::*;
@@ -21,7 +21,7 @@ fn score(frames: &[Frame], min_iou: f64) -> TrackingScore {
     scorer.score()
 }
 
-/// Two people walk for ten frames, far apart; the output is the truth under ids of its own, the detector sees
+/// Two people walk for ten frames, far apart. The output is the truth under other ids, and the detector sees
 /// all.
 fn two_people() -> Vec<Frame> {
     let frame = |f: i64| {
@@ -38,7 +38,7 @@ fn assert_near(actual: Option<f64>, expected: f64) {
     assert!(actual.is_some_and(|actual| (actual - expected).abs() < 1e-12), "{actual:?}, not {expected}");
 }
 
-/// The linear congruential generator that the Python script below uses too.
+/// The linear congruential generator, which the Python program for motmetrics also used.
 struct Lcg(u64);
 
 impl Lcg {
@@ -48,8 +48,9 @@ impl Lcg {
     }
 }
 
-/// Five objects for 80 frames: hidden now and then; boxes missing, shifted and resized, under ids that change
-/// with time and that two objects exchange at frame 30; false boxes; a detector that misses four of ten.
+/// Five objects for 80 frames: sometimes not in view; output boxes missing, shifted and resized, under ids
+/// that change with time and that two objects exchange at frame 30; false boxes; a detector that misses four
+/// of ten.
 fn random_case() -> Vec<Frame> {
     let mut lcg = Lcg(12345);
     let frame = |f: i64| {
@@ -86,11 +87,11 @@ fn random_case() -> Vec<Frame> {
     (0..80).map(frame).collect()
 }
 
-/// The figures are those of motmetrics 1.4.0 on the same boxes, made in Python by the same generator:
+/// The figures of motmetrics 1.4.0 for the same boxes, made in Python by the same generator:
 /// `MOTAccumulator(auto_id=True)`, `distances.iou_matrix(.., max_iou=1 - min_iou)`, and `mota, idf1, motp,
 /// num_objects, num_predictions, num_misses, num_false_positives, num_switches` of
 /// `metrics.create().compute`; its `motp` is the mean of one minus the overlap. Detections were compared by
-/// `iou_matrix(.., max_iou=0.7)`, and the true boxes without any counted.
+/// `iou_matrix(.., max_iou=0.7)`, and true boxes without a detection were counted.
 #[test]
 fn agrees_with_motmetrics() {
     let frames = random_case();
@@ -132,7 +133,7 @@ fn exchanged_ids_are_two_switches() {
     let score = score(&frames, 0.5);
     assert_eq!((score.misses, score.false_boxes, score.switches), (0, 0, 2));
     assert_near(score.mota, 1.0 - 2.0 / 20.0);
-    // Each id is right for six frames of ten.
+    // Each id is correct in six of ten frames.
     assert_near(score.idf1, 12.0 / 20.0);
 }
 
@@ -148,7 +149,7 @@ fn a_track_that_is_lost_and_found_under_another_id_is_a_switch() {
     let score = score(&frames, 0.5);
     assert_eq!((score.misses, score.false_boxes, score.switches), (3, 0, 1));
     assert_near(score.mota, 1.0 - 4.0 / 20.0);
-    // The second person is followed for three frames under one id, for four under the other.
+    // The second person is tracked for three frames under one id, and for four under the other.
     assert_near(score.idf1, 2.0 * 14.0 / 37.0);
 }
 
@@ -166,7 +167,7 @@ fn a_partner_is_kept_while_it_overlaps_even_beside_a_better_box() {
 
 #[test]
 fn more_pairs_come_before_better_ones() {
-    // The best pair alone overlaps by 0.96; without it two pairs of 0.35 each can be made.
+    // The best pair overlaps by 0.96; without it, two pairs of 0.35 each are possible.
     let at = |id, x| IdentifiedBox { id, bounding_box: rectangle(x, 0, 100, 100) };
     let frames = [(vec![at(0, 0), at(1, 50)], vec![at(5, 2), at(6, -48)], vec![])];
     let score = score(&frames, 0.3);
@@ -201,20 +202,20 @@ fn boxes_cut_in_half_are_at_the_threshold_and_not_below_it() {
 #[test]
 fn recovered_is_what_the_detector_missed_and_the_output_covers() {
     let mut frames = two_people();
-    // Missed four times; recovered but for one whose box has drifted away and one that is not output.
+    // Missed four times; not recovered when its box has drifted away, nor when it is not output.
     for frame in [2, 3, 4, 5] {
         frames[frame].2.remove(1);
     }
     frames[4].1[1].bounding_box = rectangle(400, 50, 40, 120);
     frames[5].1.remove(1);
-    // A box on nobody recovers nothing, and a bad detection (IoU 1/3) is no miss.
+    // A box on nobody recovers nothing, and a poor detection (IoU 1/3) is not a miss.
     frames[7].1[0].bounding_box = rectangle(500, 0, 10, 10);
     frames[8].2[0] = rectangle(10 + 24 + 20, 50, 40, 120);
     let score = score(&frames, 0.5);
     assert_eq!((score.missed_detections, score.recovered_detections), (4, 2));
     assert_eq!(score.misses_recovered, Some(0.5));
 
-    // Frames without detections are not asked.
+    // Frames without given detections are not counted.
     let mut scorer = TrackingScorer::new();
     for (truth, output, _) in &frames {
         scorer.add_frame(truth, output, None).unwrap();
@@ -229,7 +230,7 @@ fn things_that_are_ignored_neither_help_nor_harm() {
     let score = |ignore: fn(usize) -> bool, keep_output: bool| {
         let mut scorer = TrackingScorer::new();
         for (f, (truth, output, detections)) in frames.iter().enumerate() {
-            // The second person is not asked for in some frames.
+            // The second person is ignored in some frames.
             let ignored = if ignore(f) { vec![truth[1].bounding_box] } else { vec![] };
             let (asked, put_out) = (truth.len() - ignored.len(), if keep_output { 2 } else { 1 });
             let (truth, output) = (&truth[..asked], &output[..put_out]);
@@ -247,7 +248,7 @@ fn things_that_are_ignored_neither_help_nor_harm() {
     let missed = score(|f| f < 4, false);
     assert_eq!((missed.misses, missed.false_boxes), (6, 0));
 
-    // A box that a true one takes is not left out for an ignored one beside it.
+    // A box paired with a true box is not left out for an ignored box beside it.
     let still = |id, x| IdentifiedBox { id, bounding_box: rectangle(x, 0, 100, 100) };
     let mut scorer = TrackingScorer::new();
     scorer.add_frame_ignoring(&[rectangle(20, 0, 100, 100)], &[still(0, 0)], &[still(0, 2)], None).unwrap();
@@ -264,7 +265,7 @@ fn nothing_scores_nothing() {
     let nobody = self::score(&[(vec![], vec![IdentifiedBox { id: 0, bounding_box: empty }], vec![])], 0.5);
     assert_eq!((nobody.mota, nobody.idf1, nobody.false_boxes), (None, Some(0.0), 1));
 
-    // Empty boxes overlap nothing, not even themselves; huge ones do.
+    // Empty boxes overlap nothing, not even themselves; huge boxes overlap.
     let all = |bounding_box| vec![IdentifiedBox { id: u64::MAX, bounding_box }];
     assert_eq!(self::score(&[(all(empty), all(empty), vec![empty])], 0.5).mota, Some(-1.0));
     let huge = BoundingBox::new(-1e38, -1e38, 1e38, 1e38).unwrap();
@@ -289,7 +290,7 @@ fn refused_frames_change_nothing() {
     }
 }
 
-/// A permutation of n from a seed.
+/// Shuffles values.
 fn shuffled<T>(values: &mut [T], lcg: &mut Lcg) {
     for i in (1..values.len()).rev() {
         values.swap(i, lcg.below(i as u64 + 1) as usize);
@@ -299,7 +300,7 @@ fn shuffled<T>(values: &mut [T], lcg: &mut Lcg) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// Neither the order of boxes in a frame nor the names of the ids matter.
+    /// Neither the order of boxes in a frame nor the values of ids matter.
     #[test]
     fn order_and_names_do_not_matter(seed in any::<u64>()) {
         let mut frames = random_case();

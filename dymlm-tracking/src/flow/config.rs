@@ -1,15 +1,16 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// How the light on a point may change between two images.
+/// How the brightness of a point may change between two images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Lighting {
-    /// Not at all (Bouguet).
+    /// Brightness stays the same (Bouguet).
     #[default]
     Constant,
-    /// By a factor and an offset a window: surfaces that turn in the light, exposure.
+    /// Each window changes by a factor and an offset, as with surfaces that turn in the light or a new
+    /// exposure.
     Affine,
 }
 
@@ -19,14 +20,16 @@ pub enum Lighting {
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct FlowConfig {
-    /// The window has 2 radius + 1 pixels a side; 1..=15, default 10 (21x21, as in `OpenCV`).
+    /// Radius of the window, which has 2 radius + 1 pixels a side; 1..=15, default 10 (21x21, as in
+    /// `OpenCV`).
     pub window_radius: usize,
-    /// Levels above the image itself, 0..=15, default 3: motions of up to about 2^3 window radii are found.
+    /// Number of pyramid levels above the image itself, 0..=15, default 3, which finds motions of up to about
+    /// 2^3 window radii.
     pub halvings: usize,
-    /// How far a point tracked forth and back may end from its start, pixels; 0..=100, default 0.7. `None` =
-    /// the way back is not tried, which saves half of the time.
+    /// Largest distance from its start at which a point tracked forth and back may end, pixels; 0..=100,
+    /// default 0.7. `None` = points are not tracked back, which saves half of the time.
     pub max_forward_backward: Option<f32>,
-    /// How light may change. Default [`Lighting::Constant`].
+    /// How brightness may change. Default [`Lighting::Constant`].
     pub lighting: Lighting,
 }
 

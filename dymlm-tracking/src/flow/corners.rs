@@ -3,7 +3,7 @@ use dymlm_core::{BoundingBox, ConfigError, Mask, check_range};
 use crate::parabola::vertex;
 use crate::{Error, GrayImage};
 
-/// Gradients are summed over a window of 2 radius + 1 pixels a side.
+/// Gradient products are averaged over a window of 2 radius + 1 pixels a side.
 const WINDOW_RADIUS: usize = 2;
 /// Settings of [`CornerDetector`].
 #[derive(Debug, Clone, PartialEq)]
@@ -11,7 +11,7 @@ const WINDOW_RADIUS: usize = 2;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct CornerConfig {
-    /// Most corners found at once, 1..=100000, default 200.
+    /// Largest number of corners in one image, 1..=100000, default 200.
     pub max_corners: usize,
     /// Least distance between corners, pixels, 1..=1000, default 7.
     pub min_distance: f32,
@@ -30,26 +30,26 @@ impl CornerConfig {
     }
 }
 
-/// A point that can be followed in both directions.
+/// A point whose motion can be measured in both image directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Corner {
-    /// Place in the image, pixels, between pixels by a parabola through the strengths.
+    /// Place in the image, pixels, interpolated by parabolas through the strengths.
     pub point: [f32; 2],
-    /// The smaller eigenvalue of the mean gradient matrix about it.
+    /// The smaller eigenvalue of the mean gradient matrix around the point.
     pub strength: f32,
 }
 
 /// Finds corners: local maxima of the smaller eigenvalue of the gradient matrix.
 ///
-/// Shi, Tomasi: "Good Features to Track", CVPR 1994. O(pixels of the region); working memory is kept.
+/// Shi, Tomasi: "Good Features to Track", CVPR 1994. O(pixels of the region); working memory is reused.
 ///
 /// ```
 /// use dymlm_core::BoundingBox;
 /// use dymlm_tracking::{CornerConfig, CornerDetector, GrayImage};
 ///
-/// // A white square from (20, 12) on.
+/// A white quadrant whose corner is at (20, 12).
 /// let value = |i: usize| if i % 64 >= 20 && i / 64 >= 12 { 1.0 } else { 0.0 };
 /// let image = GrayImage::new(64, 48, (0..64 * 48).map(value).collect())?;
 /// let mut detector = CornerDetector::new(&CornerConfig::default())?;
@@ -62,14 +62,14 @@ pub struct Corner {
 #[derive(Debug, Clone)]
 pub struct CornerDetector {
     config: CornerConfig,
-    /// Products of gradients, and their sums over rows: uu, uv, vv.
+    /// Products of gradients uu, uv, vv of each pixel, and their sums over the rows of the window.
     products: [Vec<f32>; 3],
     sums: [Vec<f32>; 3],
     strength: Vec<f32>,
     candidates: Vec<Corner>,
 }
 
-/// The part of the image that is looked at.
+/// The part of the image that is searched.
 #[derive(Debug, Clone, Copy)]
 struct Region {
     first: [usize; 2],
@@ -93,14 +93,14 @@ impl CornerDetector {
         })
     }
 
-    /// Corners in a region, strongest first, where the mask (of the image's size) says `true`.
+    /// Corners in a region, strongest first, at pixels where the mask (of the image's size) is `true`.
     pub fn detect(&mut self, image: &GrayImage, region: BoundingBox, mask: Option<&Mask>) -> Vec<Corner> {
         let mut corners = Vec::new();
         self.detect_into(image, region, |u, v| mask.is_none_or(|mask| mask.at(u, v)), &mut corners);
         corners
     }
 
-    /// [`Self::detect`] into the caller's buffer, where `allowed(u, v)` says so.
+    /// As [`Self::detect`], into the caller's buffer, at pixels that `allowed(u, v)` accepts.
     pub fn detect_into(
         &mut self,
         image: &GrayImage,
@@ -126,7 +126,7 @@ impl CornerDetector {
         let [uu, uv, vv] = &mut self.products;
         let targets =
             uu.chunks_exact_mut(size[0]).zip(uv.chunks_exact_mut(size[0])).zip(vv.chunks_exact_mut(size[0]));
-        // Columns of the image that have two neighbours.
+        // The columns of the region that have neighbours on both sides in the image.
         let begin = first[0].max(1);
         let end = (first[0] + size[0]).min(image.width() - 1);
         let margin = begin - first[0];
@@ -145,7 +145,7 @@ impl CornerDetector {
         }
     }
 
-    /// The smaller eigenvalue of the products' mean over the window.
+    /// Computes the smaller eigenvalue of the mean gradient matrix of each pixel's window.
     fn measure_strength(&mut self, Region { size, .. }: Region) {
         let [width, height] = size;
         let radius = WINDOW_RADIUS;
@@ -174,11 +174,12 @@ impl CornerDetector {
         }
     }
 
-    /// Pixels stronger than all eight neighbours (those before: at least as strong).
+    /// Collects pixels that are stronger than the four neighbours before them, and at least as strong as the
+    /// four after.
     fn find_maxima(&mut self, Region { first, size }: Region, allowed: impl Fn(usize, usize) -> bool) {
         self.candidates.clear();
         let [width, height] = size;
-        // Below a hundredth of the strongest they are its echoes (as in OpenCV).
+        // Maxima below a hundredth of the strongest are discarded as weak (a quality level, as in OpenCV).
         let strongest = self.strength.iter().copied().fold(0.0, f32::max);
         let least = 0.01 * strongest;
         for y in 1..height - 1 {
@@ -202,8 +203,8 @@ impl CornerDetector {
         self.candidates.sort_by(|a, b| b.strength.total_cmp(&a.strength));
     }
 
-    /// The strongest first, each at its distance from all before. (Corners are few: no grid is worth its
-    /// making.)
+    /// Takes the strongest first, each at least `min_distance` away from all taken before. (Corners are too
+    /// few for a grid to pay off.)
     fn choose(&self, corners: &mut Vec<Corner>) {
         let least = self.config.min_distance * self.config.min_distance;
         let is_far = |a: [f32; 2], b: [f32; 2]| {

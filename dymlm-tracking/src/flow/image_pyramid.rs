@@ -1,14 +1,13 @@
 use crate::GrayImage;
 
-/// Number of levels that a pyramid has at most: at the last of them the largest allowed image is a few pixels
-/// wide.
+/// Largest number of levels of a pyramid: in the last one, the largest allowed image is a few pixels wide.
 const MOST_LEVELS: usize = 16;
 
-/// An image and its halves: level k is 2^k times smaller, each smoothed by the binomial filter 1 4 6 4 1
-/// before every other pixel is taken (Burt, Adelson 1983). Pixel (u, v) of a level lies on (2u, 2v) of the
-/// one before.
+/// An image and its halves. Level k is 2^k times smaller; each level smooths the one before by the binomial
+/// filter 1 4 6 4 1 and takes every other pixel (Burt, Adelson 1983). Pixel (u, v) of a level lies on (2u,
+/// 2v) of the level before.
 ///
-/// O(pixels); [`Self::build`] into a pyramid of the same size allocates nothing.
+/// O(pixels); [`Self::build`] into a pyramid of the same size does not allocate.
 ///
 /// ```
 /// use dymlm_tracking::{GrayImage, ImagePyramid};
@@ -25,7 +24,7 @@ pub struct ImagePyramid {
 }
 
 impl ImagePyramid {
-    /// The image and `halvings` (at most 15) smaller levels.
+    /// A pyramid of the image and `halvings` (at most 15) smaller levels.
     pub fn new(image: &GrayImage, halvings: usize) -> Self {
         let mut pyramid = Self::empty(halvings);
         pyramid.build(image);
@@ -46,7 +45,7 @@ impl ImagePyramid {
         self.build_halves();
     }
 
-    /// Fills the pyramid from a colour image's luma.
+    /// Fills the pyramid from the luma of a colour image.
     pub fn build_from_color(&mut self, color: &dymlm_core::ColorImage) {
         if let Some(base) = self.levels.first_mut() {
             base.assign_color(color);
@@ -54,14 +53,14 @@ impl ImagePyramid {
         self.build_halves();
     }
 
-    /// All levels, the image first. A side of one pixel stays one.
+    /// All levels, from the image itself down to the smallest. A side of one pixel is not halved further.
     pub fn levels(&self) -> &[GrayImage] {
         &self.levels
     }
 
     /// The image itself.
     pub fn base(&self) -> &GrayImage {
-        // There is always a first level.
+        // The first level always exists.
         &self.levels[0]
     }
 
@@ -75,11 +74,11 @@ impl ImagePyramid {
     }
 }
 
-/// Smooths and takes every other pixel of every other row; borders are repeated.
+/// Smooths the image and takes every other pixel of every other row; borders are repeated.
 fn halve(source: &GrayImage, target: &mut GrayImage, blended: &mut Vec<f32>) {
     let [width, height] = [source.width().div_ceil(2), source.height().div_ceil(2)];
     target.resize(width, height);
-    // Two repeated pixels at each end save the horizontal pass all questions.
+    // Two repeated pixels at each end let the horizontal pass treat all pixels alike.
     blended.resize(source.width() + 5, 0.0);
     for (v, row) in target.data_mut().chunks_exact_mut(width.max(1)).enumerate() {
         let v = 2 * v as isize;

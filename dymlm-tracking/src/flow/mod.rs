@@ -1,4 +1,4 @@
-//! Where points have moved in the image: pyramids, corners, pyramidal Lucas-Kanade.
+//! Motion of points in the image: pyramids, corners, pyramidal Lucas-Kanade.
 
 mod config;
 mod corners;

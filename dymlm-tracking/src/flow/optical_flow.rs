@@ -4,21 +4,21 @@ use super::sampling::is_within;
 use super::template::{AlignmentLimits, Template};
 use crate::{Error, GrayImage};
 
-/// When a window's alignment ends (`OpenCV`'s defaults): steps, and the pixels of a step that is no more than
-/// noise.
+/// A window's alignment ends after this many steps, or with a step below this many pixels (`OpenCV`'s
+/// defaults).
 const ITERATIONS: usize = 30;
 const EPSILON: f32 = 0.01;
-/// Least eigenvalue of the mean gradient matrix, squared grey levels a squared pixel (levels of 0..=1).
+/// Least eigenvalue of the mean gradient matrix, in squared grey levels (of 0..=1) per squared pixel.
 const LEAST_TEXTURE: f32 = 1e-6;
-/// Largest root mean square difference of two windows that show the same, grey levels of 0..=1.
+/// Largest root mean square difference of two windows that show the same, in grey levels of 0..=1.
 const MOST_RESIDUAL: f32 = 0.15;
 
-/// Follows points from one image to the next by pyramidal Lucas-Kanade.
+/// Tracks points from one image to the next by pyramidal Lucas-Kanade.
 ///
 /// Bouguet: "Pyramidal Implementation of the Lucas Kanade Feature Tracker", Intel 2000. A point's window is
-/// aligned on the coarsest level first, and what is found there is where the next finer level begins. The way
-/// back must end where the way forth began (Kalal 2010). O(points x levels x iterations x pixels of the
-/// window); nothing is allocated in [`Self::track_into`] once the buffers have grown.
+/// aligned on the coarsest level first, and each result is the start on the next finer level. Tracking back
+/// must end near the point's start (Kalal 2010). O(points x levels x iterations x pixels of the window);
+/// [`Self::track_into`] does not allocate once its buffers have grown.
 ///
 /// ```
 /// use dymlm_tracking::{FlowConfig, FlowStatus, GrayImage, ImagePyramid, OpticalFlow};
@@ -43,23 +43,23 @@ pub struct OpticalFlow {
     template: Template,
 }
 
-/// Where a point has gone.
+/// The result of tracking a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FlowPoint {
-    /// The point in the other image, pixels; the best guess there is when it is not tracked.
+    /// The point in the other image, pixels; the best guess when it is not tracked.
     pub point: [f32; 2],
-    /// Whether it can be relied on.
+    /// Whether the result is reliable, or why not.
     pub status: FlowStatus,
-    /// Root mean square difference of the two windows, grey levels of 0..=1; infinite when they were not
+    /// Root mean square difference of the two windows, in grey levels of 0..=1; infinite when they were not
     /// compared.
     pub residual: f32,
-    /// How far from its start the way back ended, pixels; 0 when it was not tried.
+    /// Distance from its start at which the point tracked back ended, pixels; 0 when it was not tracked back.
     pub forward_backward: f32,
 }
 
-/// How the following of a point ended.
+/// How the tracking of a point ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -67,13 +67,13 @@ pub struct FlowPoint {
 pub enum FlowStatus {
     /// The point was found.
     Tracked,
-    /// It began or ended outside the image, or is not finite.
+    /// The point began or ended outside the image, or is not finite.
     OutOfImage,
-    /// Its window has too little texture.
+    /// The point's window has too little texture.
     NoTexture,
-    /// The window found is not like the one searched.
+    /// The window that was found differs too much from the window in the first image.
     Dissimilar,
-    /// The way back ended elsewhere.
+    /// Tracking back ended too far from the start.
     Inconsistent,
 }
 
@@ -88,21 +88,21 @@ impl OpticalFlow {
         Ok(Self { config: config.clone(), template: Template::default() })
     }
 
-    /// Its settings.
+    /// The settings.
     pub fn config(&self) -> &FlowConfig {
         &self.config
     }
 
-    /// Where each of `points` has gone from one image to the next, in the same order. Levels that either
-    /// pyramid lacks are not used.
+    /// Tracks each of `points` from one image to the next; results are in the same order. Only levels that
+    /// both pyramids have are used.
     pub fn track(&mut self, from: &ImagePyramid, to: &ImagePyramid, points: &[[f32; 2]]) -> Vec<FlowPoint> {
         let mut found = Vec::with_capacity(points.len());
         self.track_into(from, to, points, points, &mut found);
         found
     }
 
-    /// [`Self::track`] that begins to search each point at its guess (points without a guess: where they
-    /// were), into the caller's buffer.
+    /// As [`Self::track`], into the caller's buffer, with a guess from which to begin each point's search
+    /// (its own place when there is no guess).
     pub fn track_into(
         &mut self,
         from: &ImagePyramid,
@@ -134,7 +134,8 @@ impl OpticalFlow {
             return forth;
         }
         if let Some(most) = self.config.max_forward_backward {
-            // Begun with the motion found: whether there is a better one is the question.
+            // Tracking back begins at the point's known start, and may only leave it if another place fits
+            // better.
             let back = self.follow(to, from, forth.point, point);
             forth.forward_backward = distance(back.point, point);
             if back.status != FlowStatus::Tracked || forth.forward_backward > most {
@@ -144,7 +145,7 @@ impl OpticalFlow {
         forth
     }
 
-    /// From the coarsest level to the image itself.
+    /// Aligns the point's window from the coarsest level down to the image itself.
     fn follow(
         &mut self,
         from: &[GrayImage],
@@ -163,7 +164,7 @@ impl OpticalFlow {
         let levels = from.iter().zip(to).enumerate().take(self.config.halvings + 1).rev();
         for (level, (source, target)) in levels {
             let scale = 1.0 / (1_u32 << level.min(31)) as f32;
-            // A coarse level may fail where a fine one does not: it only prepares.
+            // A coarse level only prepares the next one: it may fail where a finer level succeeds.
             let is_last = level == 0;
             self.template.take(source, point.map(|c| c * scale), self.config.window_radius);
             if self.template.min_eigenvalue() < LEAST_TEXTURE {

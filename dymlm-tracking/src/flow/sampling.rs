@@ -10,7 +10,7 @@ pub(super) struct Region<'a> {
 }
 
 impl Region<'_> {
-    /// `count` values of a row from its beginning on; fewer where the region ends.
+    /// The first `count` values of row `v`; empty when the region has fewer.
     #[inline]
     pub(super) fn row(&self, v: usize, count: usize) -> &[f32] {
         let begin = v * self.stride;
@@ -21,8 +21,8 @@ impl Region<'_> {
 /// Most values of an interpolated row: the widest window with its rim and padding.
 const MOST_COLUMNS: usize = 40;
 
-/// Samples `size[0]` x `size[1]` values at steps of one pixel from `corner` on, bilinearly, and hands them
-/// over row by row. Beyond the image its border is repeated; `patch` is working memory for that.
+/// Samples `size[0]` x `size[1]` values bilinearly at steps of one pixel from `corner`, and passes each row
+/// to `row_done`. The image's border is repeated outside it; `patch` is working memory for that.
 #[inline]
 pub(super) fn interpolate(
     image: &GrayImage,
@@ -54,7 +54,8 @@ pub(super) fn interpolate(
     }
 }
 
-/// The pixels from (`x`, `y`) on, and a column and a row more; beyond the image its border is repeated.
+/// The given columns and rows of pixels from (`x`, `y`), plus one of each; the border is repeated outside the
+/// image.
 pub(super) fn region<'a>(
     image: &'a GrayImage,
     [x, y]: [isize; 2],
@@ -80,7 +81,7 @@ fn copy_clamped(image: &GrayImage, [x, y]: [isize; 2], [columns, rows]: [usize; 
     }
 }
 
-/// One value between pixels; beyond the image its border.
+/// The bilinear value at a point; outside the image, that of the nearest border point.
 pub(super) fn bilinear(image: &GrayImage, [u, v]: [f32; 2]) -> f32 {
     let (u, v) = (u.clamp(0.0, (image.width() - 1) as f32), v.clamp(0.0, (image.height() - 1) as f32));
     let (x, y) = (u as usize, v as usize);
@@ -92,7 +93,7 @@ pub(super) fn bilinear(image: &GrayImage, [u, v]: [f32; 2]) -> f32 {
     upper + fv * (lower - upper)
 }
 
-/// The value of the nearest pixel; 0 beyond the image.
+/// The value of the nearest pixel; 0 outside the image.
 pub(super) fn nearest(image: &GrayImage, [u, v]: [f32; 2]) -> f32 {
     if u < -0.5 || v < -0.5 {
         return 0.0;
@@ -100,7 +101,7 @@ pub(super) fn nearest(image: &GrayImage, [u, v]: [f32; 2]) -> f32 {
     image.at((u + 0.5) as usize, (v + 0.5) as usize)
 }
 
-/// Whether a point lies on the image. NaN does not.
+/// Whether a point lies on the image; NaN does not.
 pub(super) fn is_within(image: &GrayImage, [u, v]: [f32; 2]) -> bool {
     (-0.5..image.width() as f32 - 0.5).contains(&u) && (-0.5..image.height() as f32 - 0.5).contains(&v)
 }

@@ -1,19 +1,19 @@
-//! What makes iterations of Lucas-Kanade cheap: sums over a window that is moved by fractions of a pixel.
+//! Makes iterations of Lucas-Kanade cheap: sums over a window that moves by fractions of a pixel.
 
 use wide::f32x4;
 
 use super::sampling::Region;
 
-/// Values that are worked on at once.
+/// Number of values that are processed at once.
 pub(super) const LANES: usize = 4;
 
-/// Sums of the products of two planes of a template with an image, at the four whole-pixel shifts about a
+/// Sums of products of an image with two planes of a template, at the four whole-pixel shifts around a
 /// corner.
 ///
 /// An image between pixels is a blend of its four shifts, so a sum of products with it is the same blend of
 /// four sums: `sum g(p) I(p + d) = sum over shifts s of w_s(d) sum g(p) I(p + s)`. While `d` stays between
-/// the same pixels the four stay as they are, and an iteration costs four multiplications instead of a pass
-/// over the window.
+/// the same pixels, the four sums stay the same, and an iteration costs four multiplications instead of a
+/// pass over the window.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ShiftedSums {
     /// For each plane, its sums at the shifts (0, 0), (1, 0), (0, 1) and (1, 1).
@@ -21,8 +21,8 @@ pub(super) struct ShiftedSums {
 }
 
 impl ShiftedSums {
-    /// Of planes with rows of `stride` values, a multiple of [`LANES`]; the region has a column and a row
-    /// more.
+    /// The sums of planes with rows of `stride` values, a multiple of [`LANES`]; the region has one more
+    /// column and one more row.
     pub(super) fn of(planes: [&[f32]; 2], stride: usize, region: Region<'_>) -> Self {
         let mut sums = [f32x4::ZERO; 8];
         let rows = planes[0].chunks_exact(stride).zip(planes[1].chunks_exact(stride));
@@ -34,7 +34,7 @@ impl ShiftedSums {
         Self { sums: [[a, b, c, d], [e, f, g, h]] }
     }
 
-    /// The sums of both planes with the image at a fraction of a pixel from the corner.
+    /// The sums of both planes with the image shifted by a fraction of a pixel from the corner.
     #[inline]
     pub(super) fn at(&self, [fx, fy]: [f32; 2]) -> [f32; 2] {
         let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
@@ -42,7 +42,7 @@ impl ShiftedSums {
     }
 }
 
-/// Adds the products of a row: eight sums, held in registers.
+/// Adds the products of a row to the eight sums, which stay in registers.
 #[inline]
 fn add_row(sums: &mut [f32x4; 8], [first, second]: [&[f32]; 2], [upper, lower]: [&[f32]; 2]) {
     let [upper_next, lower_next] = [upper, lower].map(|row| row.get(1..).unwrap_or(&[]));
@@ -61,13 +61,14 @@ fn add_row(sums: &mut [f32x4; 8], [first, second]: [&[f32]; 2], [upper, lower]: 
     *sums = own;
 }
 
-/// The values of a row, four at a time. Left to itself the compiler mixes the lanes of neighbouring sums.
+/// The values of a row, four at a time: without explicit vectors, the compiler mixes the lanes of
+/// neighbouring sums.
 #[inline]
 pub(super) fn vectors(row: &[f32]) -> impl Iterator<Item = f32x4> {
     row.as_chunks::<LANES>().0.iter().map(|values| f32x4::from(*values))
 }
 
-/// In an order that is the same on all processors.
+/// Sums the lanes in an order that is the same on all processors.
 #[inline]
 pub(super) fn sum_of(lanes: f32x4) -> f32 {
     lanes.to_array().iter().sum()

@@ -5,40 +5,40 @@ use super::sampling::{bilinear, interpolate, is_within, nearest, region};
 use super::shifted_sums::{LANES, ShiftedSums, sum_of, vectors};
 use crate::GrayImage;
 
-/// A window of an image with its gradients, to be found again in another: one level of Lucas-Kanade.
+/// A window of an image with its gradients, which is searched in another image: one level of Lucas-Kanade.
 ///
-/// Gradients are taken once, of the window itself (Bouguet 2000; Baker, Matthews 2004), and the other image
-/// is summed with them once for each pixel that the search comes to ([`ShiftedSums`]), not once an iteration.
-/// Rows are padded with pixels of no gradient, which count for nothing.
+/// Gradients are computed once, from the window itself (Bouguet 2000; Baker, Matthews 2004). The sums with
+/// the other image ([`ShiftedSums`]) are computed once for each pixel that the search reaches, not once per
+/// iteration. Rows are padded with pixels of no gradient and no weight.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Template {
     radius: usize,
-    /// Values of a row, padded.
+    /// Values per row, with padding.
     stride: usize,
-    /// Grey values less their mean; 0 in the padding.
+    /// Grey values minus their mean; 0 in the padding.
     values: Vec<f32>,
     gradient_u: Vec<f32>,
     gradient_v: Vec<f32>,
-    /// 1 on the window, 0 in the padding and where a mask says so.
+    /// 1 in the window, 0 in the padding and where a mask excludes pixels.
     weights: Vec<f32>,
-    /// Number of pixels that count, and whether a mask left some out.
+    /// Number of pixels with weight 1, and whether `weights` may differ from the full window.
     pixels: f32,
     is_masked: bool,
-    /// Slopes of light along two axes, orthonormal, without a mean; used where `is_level`.
+    /// Two brightness slopes over the window, orthonormal and of mean 0; used if `is_level`.
     slopes: [Vec<f32>; 2],
     is_level: bool,
     sums: TemplateSums,
-    /// The window with a rim of one pixel, as sampled.
+    /// The sampled window with a rim of one pixel.
     sampled: Vec<f32>,
-    /// A part of the image near its border, repeated beyond.
+    /// Working memory for parts of the image with a repeated border.
     patch: Vec<f32>,
 }
 
-/// Sums over the window that stay the same through all iterations.
+/// Sums over the window that are the same in all iterations.
 #[derive(Debug, Clone, Copy, Default)]
 struct TemplateSums {
     mean: f32,
-    /// Sum of squares of the values less their mean.
+    /// Sum of the squared values minus their mean.
     energy: f32,
     gradient: [f32; 2],
     gradient_value: [f32; 2],
@@ -50,13 +50,13 @@ struct TemplateSums {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Alignment {
     pub(crate) point: [f32; 2],
-    /// Root mean square difference of the windows, light taken out as it may change.
+    /// Root mean square difference of the windows, after the allowed change of brightness is removed.
     pub(crate) residual: f32,
     /// Normalized correlation of the windows, -1..=1.
     pub(crate) correlation: f32,
 }
 
-/// When an alignment ends, and what it takes for granted.
+/// When an alignment ends, and how brightness may change.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AlignmentLimits {
     pub(crate) iterations: usize,
@@ -65,7 +65,7 @@ pub(crate) struct AlignmentLimits {
 }
 
 impl Template {
-    /// Takes the window of 2 radius + 1 pixels a side about `center`.
+    /// Takes the window of 2 radius + 1 pixels a side around `center`.
     pub(crate) fn take(&mut self, image: &GrayImage, center: [f32; 2], radius: usize) {
         self.resize(radius);
         let side = 2 * radius + 3;
@@ -80,12 +80,12 @@ impl Template {
         self.prepare();
     }
 
-    /// Takes a window whose pixel (x, y) from its centre shows `center + a (x, y)` of the image: what the
-    /// window will look like where the surface is turned. `a` by rows. Where `mask`, of the image's size, is
-    /// below a half the window shows something else and does not count.
+    /// Takes a warped window: its pixel (x, y) from the centre shows `center + a (x, y)` of the image, as the
+    /// window will look when the surface has turned. `a` is given by rows. Pixels where `mask`, of the
+    /// image's size, is below a half show something else and have no weight.
     ///
-    /// On a turned surface light changes by a slope as well: slopes are taken out of values and gradients, so
-    /// that those of the other image meet nothing (Hager, Belhumeur 1998; Baker, Matthews 2004, part 3:
+    /// On a turned surface, brightness also changes by a slope. Slopes are removed from values and gradients,
+    /// so that slopes in the other image have no effect (Hager, Belhumeur 1998; Baker, Matthews 2004, part 3:
     /// project out).
     pub(crate) fn take_warped(
         &mut self,
@@ -119,7 +119,7 @@ impl Template {
         self.prepare();
     }
 
-    /// Share of the window's pixels that count, 0..=1.
+    /// Share of the window's pixels that have weight, 0..=1.
     pub(crate) fn share(&self) -> f32 {
         let side = (2 * self.radius + 1) as f32;
         self.pixels / (side * side)
@@ -142,7 +142,7 @@ impl Template {
         Some(self.judge(image, point, limits.lighting))
     }
 
-    /// [`Self::align`] that does not ask how well the windows agree.
+    /// As [`Self::align`], without comparing the windows at the end.
     pub(crate) fn search(
         &mut self,
         image: &GrayImage,
@@ -168,7 +168,7 @@ impl Template {
             if squared <= limits.epsilon * limits.epsilon {
                 break;
             }
-            // To and fro: the minimum lies between.
+            // The steps alternate: the minimum lies between the two places.
             if (step[0] + previous[0]).abs() < 0.01 && (step[1] + previous[1]).abs() < 0.01 {
                 point = [point[0] - 0.5 * step[0], point[1] - 0.5 * step[1]];
                 break;
@@ -194,7 +194,7 @@ impl Template {
         self.sampled.resize((side + 2) * (side + 2), 0.0);
     }
 
-    /// Lets all pixels of the window count.
+    /// Gives weight to all pixels of the window.
     fn count_all(&mut self) {
         if !self.is_masked {
             return;
@@ -207,7 +207,7 @@ impl Template {
         self.is_masked = false;
     }
 
-    /// Values, gradients (Scharr) and their sums from the sampled window.
+    /// Computes values, gradients (Scharr) and their sums from the sampled window.
     fn prepare(&mut self) {
         let side = 2 * self.radius + 1;
         let rim = side + 2;
@@ -237,7 +237,7 @@ impl Template {
         self.sums = TemplateSums::of(mean, &self.values, [&self.gradient_u, &self.gradient_v]);
     }
 
-    /// x and y over the pixels that count, orthonormal to each other and to 1.
+    /// x and y over the pixels with weight, orthonormal to each other and orthogonal to 1.
     fn find_slopes(&mut self) {
         let (stride, radius) = (self.stride, self.radius as f32);
         let count = self.weights.len();
@@ -270,8 +270,8 @@ impl Template {
         }
     }
 
-    /// Gradient-weighted difference of the window at `point` to the template. `sums` of the iteration before
-    /// are used again when the window lies between the same pixels.
+    /// Gradient-weighted difference between the window at `point` and the template. `sums` of the previous
+    /// iteration are reused when the window lies between the same pixels.
     fn mismatch(
         &mut self,
         image: &GrayImage,
@@ -296,7 +296,7 @@ impl Template {
                 (product / s.energy, total / self.pixels)
             }
         };
-        // A negative of the template is not the template.
+        // A negative of the template is not a match.
         if gain < 0.1 {
             return None;
         }
@@ -306,12 +306,12 @@ impl Template {
         Some([difference(0), difference(1)])
     }
 
-    /// Sums of the image's window at a pixel, its upper left corner, with the template.
+    /// Sums of the template with the image's window whose upper left corner is the pixel `place`.
     fn sum_image(&mut self, image: &GrayImage, place: [isize; 2], lighting: Lighting) -> ImageSums {
         let stride = self.stride;
         let region = region(image, place, [stride, 2 * self.radius + 1], &mut self.patch);
         let gradients = ShiftedSums::of([&self.gradient_u, &self.gradient_v], stride, region);
-        // Without a change of light only the gradients' sums are needed.
+        // With constant brightness, only the gradients' sums are needed.
         let values = match lighting {
             Lighting::Constant => None,
             Lighting::Affine => Some(ShiftedSums::of([&self.values, &self.weights], stride, region)),
@@ -331,13 +331,13 @@ impl Template {
                 let offset = seen_mean - s.mean;
                 seen_energy - 2.0 * seen.product + s.energy + pixels * offset * offset
             }
-            // What a factor and an offset cannot explain, in the template's own contrast.
+            // The difference that a factor and an offset cannot explain, in the template's own contrast.
             Lighting::Affine => s.energy * (1.0 - correlation * correlation),
         };
         Alignment { point, residual: (squared.max(0.0) / pixels).sqrt(), correlation }
     }
 
-    /// Sums of the window at `point` and of its products with the template.
+    /// Sums over the window at `point`, and of its products with the template.
     fn compare(&mut self, image: &GrayImage, point: [f32; 2]) -> WindowSums {
         let stride = self.stride;
         let corner = point.map(|c| c - self.radius as f32);
@@ -376,7 +376,7 @@ fn inner_product(a: &[f32], b: &[f32]) -> f32 {
     sum_of(vectors(a).zip(vectors(b)).map(|(a, b)| a * b).sum())
 }
 
-/// To length 1, where there is any.
+/// Scales to length 1, unless the length is about 0.
 fn normalize(a: &mut [f32]) {
     let norm = inner_product(a, a).sqrt();
     let factor = if norm > 1e-6 { 1.0 / norm } else { 0.0 };
@@ -386,7 +386,7 @@ fn normalize(a: &mut [f32]) {
 }
 
 impl TemplateSums {
-    /// Of planes that are 0 in their padding; `values` less their mean.
+    /// The sums of planes that are 0 in their padding; the mean of `values` is already subtracted.
     fn of(mean: f32, values: &[f32], [gradient_u, gradient_v]: [&[f32]; 2]) -> Self {
         let mut sums = [f32x4::ZERO; 8];
         for ((value, gu), gv) in vectors(values).zip(vectors(gradient_u)).zip(vectors(gradient_v)) {
@@ -404,14 +404,14 @@ impl TemplateSums {
     }
 }
 
-/// Sums of the other image with the template while the window's corner lies between the same pixels.
+/// Sums of the template with the other image, valid while the window's corner lies between the same pixels.
 #[derive(Debug, Clone, Copy)]
 struct ImageSums {
     /// The pixel at the window's upper left corner.
     place: [isize; 2],
-    /// With the gradients.
+    /// Sums with the gradients.
     gradients: ShiftedSums,
-    /// With the values less their mean, and with nothing; where light may change.
+    /// Sums with the values minus their mean, and with the weights; only when brightness may change.
     values: Option<ShiftedSums>,
 }
 
@@ -420,13 +420,13 @@ struct ImageSums {
 struct WindowSums {
     total: f32,
     squares: f32,
-    /// With the template's values less their mean.
+    /// Sum of products with the template's values minus their mean.
     product: f32,
-    /// The part of the squares that slopes of light explain.
+    /// The part of the squares that brightness slopes explain.
     sloped: f32,
 }
 
-/// Scharr's gradients of a row between its neighbours, all three with one more pixel at each end.
+/// Scharr's gradients of the row between two others; all three rows have one more pixel at each end.
 fn gradient_row(rows: [&[f32]; 3], gradient_u: &mut [f32], gradient_v: &mut [f32]) {
     let side = gradient_u.len();
     let [above, here, below] =
@@ -483,7 +483,7 @@ mod tests {
         let angle = 0.5_f32;
         let (sin, cos) = angle.sin_cos();
         let source = waves(0.0, 0.0, 1.0, 0.0);
-        // The image turned about (32, 32): pixel p of it shows 32 + R (p - 32) of the source.
+        // The image turned around (32, 32): its pixel p shows 32 + R (p - 32) of the source.
         let turned = GrayImage::new(
             64,
             64,
@@ -504,7 +504,7 @@ mod tests {
     #[test]
     fn a_slope_of_light_and_what_is_masked_do_not_count() {
         let source = waves(0.0, 0.0, 1.0, 0.0);
-        // Another light, and beyond column 34 another background.
+        // Other brightness, and another background from column 35 on.
         let changed = waves(0.8, -0.6, 0.7, 0.1);
         let data = changed.data().iter().enumerate().map(|(i, value)| match i % 64 {
             35.. => 0.3 + 0.4 * ((i * i) % 7) as f32 / 7.0,
@@ -520,7 +520,7 @@ mod tests {
         let found = template.align(&changed, [31.0, 31.0], limits(Lighting::Affine)).unwrap();
         assert!((found.point[0] - 31.8).abs() < 0.05 && (found.point[1] - 30.4).abs() < 0.05, "{found:?}");
         assert!(found.correlation > 0.995, "{found:?}");
-        // And the next window is whole again.
+        // The next window has all its pixels again.
         template.take(&source, [31.0, 31.0], 7);
         assert_eq!(template.share(), 1.0);
         let found = template.align(&waves(0.8, -0.6, 1.0, 0.0), [31.0, 31.0], limits(Lighting::Constant));

@@ -1,40 +1,40 @@
 use super::window::WindowSampler;
 use crate::GrayImage;
 
-/// Most samples along a side; of larger targets every so manieth pixel is compared.
+/// Largest number of samples along a side; larger targets are sampled at larger steps.
 const MOST_SAMPLES: f32 = 48.0;
 const FEWEST_SAMPLES: f32 = 6.0;
-/// Steps, of which most targets need three.
+/// Largest number of steps; most targets need three.
 const MOST_STEPS: usize = 8;
-/// Step that is not worth another one, samples.
+/// A step below this many samples ends the alignment.
 const LEAST_STEP: f32 = 0.01;
-/// Correlation with the learned view from which on the target is taken to be what is seen: below it, something
-/// else is there, or the target has turned.
+/// Least correlation with the learned view at which the target is accepted. Lower values mean that something
+/// else is there, or that the target has turned.
 const LEAST_CORRELATION: f32 = 0.7;
-/// Texture that tells a place, as the smaller over the larger eigenvalue of the gradients' moments; on an
-/// edge alone the view may slide.
+/// Least ratio of the smaller to the larger eigenvalue of the gradients' moments: along a mere edge, the view
+/// could slide. (Determinant over squared trace, which is about this ratio when it is small.)
 const LEAST_CORNERNESS: f32 = 1e-3;
 
-/// Finds a target to a fraction of a pixel: the filter's response is known once a cell, and what is between
-/// is a guess by a parabola.
+/// Finds a target to a fraction of a pixel. The filter's response is only known once per cell, and a parabola
+/// between cells is a guess.
 ///
-/// The target's own pixels are aligned with those learned by Gauss-Newton steps on their squared differences,
-/// whatever brightness and contrast. Baker, Matthews: "Lucas-Kanade 20 Years On", IJCV 56, 2004 (inverse
+/// Gauss-Newton steps on squared differences align the target's own pixels with the learned ones, independent
+/// of brightness and contrast. Baker, Matthews: "Lucas-Kanade 20 Years On", IJCV 56, 2004 (inverse
 /// compositional, translation).
 #[derive(Debug, Clone)]
 pub(super) struct Alignment {
-    /// Samples along and down.
+    /// Number of samples across and down.
     size: [usize; 2],
     sampler: WindowSampler,
-    /// Of each sample; they fall to 0 at the border, beyond which the background begins.
+    /// Weight of each sample; weights fall to 0 at the border, where the background begins.
     weights: Vec<f32>,
-    /// The learned view: of weighted mean 0 and length 1.
+    /// The learned view, of weighted mean 0 and length 1.
     appearance: Vec<f32>,
     view: Vec<f32>,
 }
 
 impl Alignment {
-    /// For targets of a size, pixels.
+    /// For targets of a given size in pixels.
     pub(super) fn new(target: [f32; 2]) -> Self {
         let size = target.map(|side| side.clamp(FEWEST_SAMPLES, MOST_SAMPLES).round() as usize);
         let count = size[0] * size[1];
@@ -48,7 +48,7 @@ impl Alignment {
         Self { size, sampler: WindowSampler::default(), weights, appearance: zeros.clone(), view: zeros }
     }
 
-    /// Blends the view of a target about `center`, `extent` pixels large, into what is known of it.
+    /// Blends the view of a target around `center`, `extent` pixels large, into the learned view.
     pub(super) fn learn(&mut self, image: &GrayImage, center: [f32; 2], extent: [f32; 2], rate: f32) {
         self.look(image, center, extent);
         for (known, new) in self.appearance.iter_mut().zip(&self.view) {
@@ -57,7 +57,8 @@ impl Alignment {
         normalize(&mut self.appearance, &self.weights);
     }
 
-    /// How far the target is from `center`, pixels; `None` when that is more than `most` or it is not there.
+    /// The target's shift from `center`, pixels; `None` when it exceeds `most` on an axis or the target is
+    /// not there.
     pub(super) fn align(
         &mut self,
         image: &GrayImage,
@@ -83,7 +84,7 @@ impl Alignment {
         (self.correlation() >= LEAST_CORRELATION).then_some(shift)
     }
 
-    /// The view of a place, into `view`.
+    /// Samples and normalizes the view around a place, into `view`.
     fn look(&mut self, image: &GrayImage, center: [f32; 2], extent: [f32; 2]) {
         self.sampler.sample(image, center, extent, self.size, &mut self.view);
         normalize(&mut self.view, &self.weights);
@@ -94,7 +95,7 @@ impl Alignment {
         products.map(|((view, known), weight)| weight * view * known).sum()
     }
 
-    /// xx, xy and yy of the learned view's gradients; `None` when they do not tell a place.
+    /// Moments xx, xy and yy of the learned view's gradients; `None` when they do not fix both directions.
     fn moments(&self) -> Option<[f32; 3]> {
         let mut moments = [0.0; 3];
         self.for_each_gradient(|i, [dx, dy]| {
@@ -108,7 +109,7 @@ impl Alignment {
         (determinant > LEAST_CORNERNESS * trace * trace).then_some(moments)
     }
 
-    /// Where the view is from what is known, samples, to first order.
+    /// The step that brings the view towards the learned view, samples, to first order.
     fn step(&self, [xx, xy, yy]: [f32; 3]) -> [f32; 2] {
         let (mut x, mut y) = (0.0, 0.0);
         self.for_each_gradient(|i, [dx, dy]| {
@@ -120,7 +121,7 @@ impl Alignment {
         [(yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant]
     }
 
-    /// Hands over the gradient of the learned view at each sample but those at the border.
+    /// Passes the gradient of the learned view at each sample to `take`, except at the border.
     #[inline]
     fn for_each_gradient(&self, mut take: impl FnMut(usize, [f32; 2])) {
         let [width, height] = self.size;
@@ -134,7 +135,7 @@ impl Alignment {
     }
 }
 
-/// Takes brightness and contrast out of a view; one without contrast becomes 0.
+/// Removes brightness and contrast from a view; a view without contrast becomes 0.
 fn normalize(view: &mut [f32], weights: &[f32]) {
     let total: f32 = weights.iter().sum();
     let mean = view.iter().zip(weights).map(|(value, weight)| weight * value).sum::<f32>() / total;

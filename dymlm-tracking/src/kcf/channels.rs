@@ -2,20 +2,20 @@ use rustfft::num_complex::Complex;
 
 use super::fhog::{CHANNELS, Fhog};
 
-/// Channels: Felzenszwalb's of oriented gradients, and the mean intensity.
+/// Number of channels: Felzenszwalb's histograms of oriented gradients, and the mean intensity.
 pub(super) const COUNT: usize = CHANNELS + 1;
-/// Packed planes.
+/// Number of packed planes.
 pub(super) const PLANES: usize = COUNT.div_ceil(2);
 
-/// Turns templates into channels under a cosine window, two channels packed as real and imaginary part of one
-/// plane: half as many transforms, and sums of products over all channels come out just the same (see
-/// `correlation`).
+/// Turns templates into channels under a cosine window. Two channels are packed as real and imaginary part of
+/// one plane, which halves the number of transforms and leaves the sums of products over all channels the
+/// same (see `correlation`).
 #[derive(Debug, Clone)]
 pub(super) struct Channels {
     cells: [usize; 2],
     cell: usize,
     fhog: Fhog,
-    /// Cosine window, a weight a cell.
+    /// Cosine window: one weight per cell.
     taper: Vec<f32>,
     values: Vec<f32>,
 }
@@ -28,7 +28,7 @@ impl Channels {
         Self { cells, cell, fhog: Fhog::new(cells, cell), taper, values }
     }
 
-    /// Computes the packed, tapered channels of a template.
+    /// Computes the channels of a template, tapered and packed.
     pub(super) fn compute(&mut self, template: &[f32], packed: &mut [Complex<f32>]) {
         let count = self.taper.len();
         let (gradients, intensity) = self.values.split_at_mut(CHANNELS * count);
@@ -46,7 +46,7 @@ impl Channels {
     }
 }
 
-/// Mean of each cell, less the mean of the template.
+/// Mean of each cell minus the mean of the template.
 fn mean_intensity(template: &[f32], cells: [usize; 2], cell: usize, values: &mut [f32]) {
     let width = cells[0] * cell;
     let weight = 1.0 / (cell * cell) as f32;
@@ -65,7 +65,7 @@ fn mean_intensity(template: &[f32], cells: [usize; 2], cell: usize, values: &mut
     }
 }
 
-/// Hann's window of `count` weights, 0 just outside both ends.
+/// Hann's window of `count` weights, which would be 0 one step outside either end.
 fn hann(count: usize) -> Vec<f32> {
     let phase = |i: usize| std::f32::consts::TAU * (i as f32 + 1.0) / (count as f32 + 1.0);
     (0..count).map(|i| 0.5 - 0.5 * phase(i).cos()).collect()

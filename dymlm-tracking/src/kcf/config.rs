@@ -6,9 +6,9 @@ use dymlm_core::{ConfigError, check_range};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct KcfConfig {
-    /// Side of the search window as a multiple of the target's, 1.2..=8, default 1.8: on crossing pedestrians
-    /// Henriques' 2.5 takes in passers-by and follows them. A target that moves by more than about (padding -
-    /// 1) / 2 of its size between updates leaves the window.
+    /// Side of the search window as a multiple of the target's, 1.2..=8, default 1.8: with Henriques' 2.5, a
+    /// tracker of crossing pedestrians takes in passers-by and follows them. A target that moves by more than
+    /// about (padding - 1) / 2 of its size between updates leaves the window.
     pub padding: f32,
     /// Longer side of the template to which the window is resampled, pixels, 16..=512, default 128. Time
     /// grows with its square.
@@ -28,15 +28,15 @@ impl KcfConfig {
     }
 }
 
-/// Settings that nobody would change: Henriques 2015, table 2, for histograms of gradients, and its
+/// Published settings that need no change: Henriques 2015, table 2, for histograms of gradients, and its
 /// multi-scale variant.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Published {
-    /// Side of a cell of gradients, pixels of the template.
+    /// Side of a gradient cell, pixels of the template.
     pub(super) cell: usize,
     /// Width of the Gaussian kernel, in units of the features.
     pub(super) kernel_sigma: f32,
-    /// Share of each new view in the model.
+    /// Weight of each new view in the model.
     pub(super) learning_rate: f32,
     /// Width of the wanted response as a share of the target's size.
     pub(super) output_sigma: f32,

@@ -4,12 +4,13 @@ use super::fourier::Fourier;
 
 /// Gaussian kernel correlation of packed spectra (Henriques 2015, eq. 31).
 ///
-/// Channels are packed in pairs, z = a + i b, and the transform is linear: the real part of the inverse
-/// transform of conj(X) Z, summed over planes, is the sum of the channels' circular correlations, since what
-/// mixes a and b comes out purely imaginary. So nothing is unpacked. O(planes x values) and two transforms.
+/// Channels are packed in pairs, z = a + i b, and the transform is linear. Therefore the real part of the
+/// inverse transform of conj(X) Z, summed over planes, is the sum of the channels' circular correlations:
+/// products of a with b are purely imaginary. Nothing needs to be unpacked. O(planes x values) and two
+/// transforms.
 #[derive(Debug, Clone)]
 pub(super) struct KernelCorrelation {
-    /// Number of values a plane.
+    /// Number of values per plane.
     count: usize,
     /// 1 / (values x channels x sigma^2).
     exponent: f32,
@@ -20,7 +21,7 @@ impl KernelCorrelation {
         Self { count, exponent: 1.0 / (count as f32 * channels as f32 * sigma * sigma) }
     }
 
-    /// Spectrum of k(x, z) for all shifts of z against x, into `kernel`.
+    /// Computes the spectrum of k(x, z) for all shifts of z against x, into `kernel`.
     pub(super) fn correlate(
         &self,
         x: &[Complex<f32>],
@@ -35,8 +36,8 @@ impl KernelCorrelation {
             }
         }
         fourier.inverse(kernel);
-        // Parseval: sums of squares in space are those of the spectrum, divided by the number of values, as
-        // is what the inverse transform returned.
+        // By Parseval, sums of squares in space are those of the spectrum divided by the number of values;
+        // the unnormalized inverse transform needs the same division.
         let energies = energy(x) + energy(z);
         let scale = 1.0 / self.count as f32;
         for value in kernel.iter_mut() {
@@ -47,7 +48,7 @@ impl KernelCorrelation {
     }
 }
 
-/// Sum of squares, in eight lanes so that it is summed the same way by vectors.
+/// Sum of squares, in eight lanes so that vector code adds in the same order.
 fn energy(values: &[Complex<f32>]) -> f32 {
     let mut lanes = [0.0_f32; 8];
     for chunk in values.chunks(8) {

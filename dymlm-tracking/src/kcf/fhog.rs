@@ -6,9 +6,9 @@ pub(super) const CHANNELS: usize = 31;
 const UNSIGNED: usize = 9;
 const SIGNED: usize = 18;
 
-/// Histogram entries are cut off here after normalization.
+/// Upper limit of histogram entries after normalization.
 const CLIP: f32 = 0.2;
-/// Added to a block's energy: gradients of about 1e-3 are noise.
+/// Added to a block's energy, so that gradients of about 1e-3, which are noise, stay small.
 const EPSILON: f32 = 1e-4;
 
 /// Histograms of oriented gradients with contrast-sensitive and insensitive orientations and texture:
@@ -16,22 +16,22 @@ const EPSILON: f32 = 1e-4;
 /// Models", TPAMI 2010, section 6.
 ///
 /// Each pixel votes with its gradient's length for one of 18 orientations in the four nearest cells,
-/// bilinearly; each cell is normalized by its four 2x2 blocks in turn and the results added. Cells beyond the
-/// border repeat it. O(pixels x 9).
+/// bilinearly. Each cell is normalized by each of its four 2x2 blocks, and the four results are added. Cells
+/// outside the border repeat it. O(pixels x 9).
 #[derive(Debug, Clone)]
 pub(super) struct Fhog {
     cells: [usize; 2],
     cell: usize,
-    /// For each pixel of a row: its left cell (in the padded histogram) and that cell's weight. The same for
-    /// rows.
+    /// For each pixel of a row, the left one of its two cells (in the padded histogram) and that cell's
+    /// weight; `row_votes` likewise for the pixels of a column.
     column_votes: Vec<Vote>,
     row_votes: Vec<Vote>,
     length: Vec<f32>,
     orientation: Vec<i32>,
-    /// Cells with a ring of one cell around them, 18 entries each.
+    /// 18 entries for each cell, with a ring of one cell around the template.
     histogram: Vec<f32>,
     energy: Vec<f32>,
-    /// 1 / norm of the block up and left of each cell corner.
+    /// 1 / norm of the 2x2 block of cells around each corner between cells.
     inverse_norm: Vec<f32>,
 }
 
@@ -42,7 +42,7 @@ struct Vote {
 }
 
 impl Fhog {
-    /// For templates of `cells` cells of `cell` pixels a side.
+    /// For templates of `cells` cells with `cell` pixels a side.
     pub(super) fn new(cells: [usize; 2], cell: usize) -> Self {
         let votes = |count: usize| {
             let place = |i: usize| (i as f32 + 0.5) / cell as f32 + 0.5;
@@ -64,7 +64,7 @@ impl Fhog {
         }
     }
 
-    /// Computes the channels of a template, cell by cell: `channels[c * cells + cell]`.
+    /// Computes the channels of a template, one channel after the other: `channels[c * cells + cell]`.
     pub(super) fn compute(&mut self, template: &[f32], channels: &mut [f32]) {
         self.vote(template);
         self.measure_blocks();
@@ -146,7 +146,8 @@ impl Fhog {
                     let clipped = norms.map(|norm| ((a + b) * norm).min(CLIP));
                     channels[(SIGNED + o) * count + cell] = 0.5 * clipped.iter().sum::<f32>();
                 }
-                // Divided by the square root of the entries summed, to be about as large as these.
+                // Divided by the square root of the number of summed entries, to make texture about as large
+                // as the others.
                 let scale = 1.0 / (SIGNED as f32).sqrt();
                 for (o, sum) in texture.iter().enumerate() {
                     channels[(SIGNED + UNSIGNED + o) * count + cell] = scale * sum;
@@ -162,14 +163,14 @@ impl Fhog {
     }
 }
 
-/// Length and orientation (0..18) of each gradient of a row, by central differences.
+/// Length and orientation (0..18) of the gradient at each pixel of a row, by central differences.
 fn orient(above: &[f32], here: &[f32], below: &[f32], length: &mut [f32], orientation: &mut [i32]) {
     let directions: [[f32; 2]; UNSIGNED] = std::array::from_fn(|o| {
         let angle = o as f32 * PI / UNSIGNED as f32;
         [angle.cos(), angle.sin()]
     });
     let last = here.len() - 1;
-    // First the differences along the row, its two ends apart, then all else without a branch.
+    // First the differences along the row, whose two ends are separate; then the rest without a branch.
     length[0] = here[1.min(last)] - here[0];
     length[last] = here[last] - here[last.saturating_sub(1)];
     for (dx, pair) in length.iter_mut().skip(1).zip(here.windows(3)) {
@@ -200,7 +201,7 @@ mod tests {
         channels
     }
 
-    /// A ramp along a direction of `angle` radians, 32x32.
+    /// A ramp of 32x32 pixels that rises along the direction `angle`, radians.
     fn ramp(angle: f32) -> Vec<f32> {
         (0..1024).map(|i| 0.03 * ((i % 32) as f32 * angle.cos() + (i / 32) as f32 * angle.sin())).collect()
     }
@@ -214,7 +215,8 @@ mod tests {
             for c in 0..SIGNED + UNSIGNED {
                 let value = found[c * 64 + inner];
                 let expected = c == o || c == SIGNED + o % UNSIGNED;
-                // One entry of a block of four equal cells is 1/2, clipped to 0.2, four times, halved: 0.4.
+                // In a block of four equal cells, each has 1/2; clipped to 0.2, summed four times, halved:
+                // 0.4.
                 let expected = if expected { 0.4 } else { 0.0 };
                 assert!((value - expected).abs() < 1e-3, "orientation {o}, channel {c}: {value}");
             }

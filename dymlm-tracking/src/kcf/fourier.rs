@@ -4,8 +4,8 @@ use std::sync::Arc;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
-/// Two-dimensional Fourier transforms of planes of one size. Spectra are stored column by column, as the
-/// transform leaves them.
+/// Two-dimensional Fourier transforms of planes of one size. Spectra are stored column by column: transposing
+/// them back is not needed.
 #[derive(Clone)]
 pub(super) struct Fourier {
     size: [usize; 2],
@@ -38,7 +38,7 @@ impl Fourier {
         }
     }
 
-    /// Transforms planes that stand one after the other, each in place.
+    /// Transforms consecutive planes, each in place.
     pub(super) fn forward(&mut self, planes: &mut [Complex<f32>]) {
         for plane in planes.chunks_exact_mut(self.size[0] * self.size[1]) {
             self.rows.process_with_scratch(plane, &mut self.scratch);
@@ -48,7 +48,8 @@ impl Fourier {
         }
     }
 
-    /// The inverse of [`Self::forward`] for one spectrum, in place, times the number of values.
+    /// The inverse of [`Self::forward`] for one spectrum, in place, not normalized: times the number of
+    /// values.
     pub(super) fn inverse(&mut self, spectrum: &mut [Complex<f32>]) {
         self.inverse_columns.process_with_scratch(spectrum, &mut self.scratch);
         transpose(spectrum, &mut self.turned, self.size[1]);
@@ -57,7 +58,7 @@ impl Fourier {
     }
 }
 
-/// Rows of `width` values become columns.
+/// Transposes: rows of `width` values become columns.
 fn transpose(plane: &[Complex<f32>], turned: &mut [Complex<f32>], width: usize) {
     let height = plane.len() / width;
     for (y, row) in plane.chunks_exact(width).enumerate() {
@@ -73,7 +74,7 @@ impl fmt::Debug for Fourier {
     }
 }
 
-/// The smallest number from `least` on with no prime factor above 5, for which transforms are fast.
+/// The smallest number, at least `least`, with no prime factor above 5: such transforms are fast.
 pub(super) fn fast_length(least: usize) -> usize {
     let is_fast = |n: &usize| {
         let without = |mut n: usize, p: usize| {
@@ -84,7 +85,7 @@ pub(super) fn fast_length(least: usize) -> usize {
         };
         without(without(without(*n, 2), 3), 5) == 1
     };
-    // There is a power of two on the way.
+    // The next power of two is such a number.
     let least = least.max(1);
     (least..=least.next_power_of_two()).find(is_fast).unwrap_or(least)
 }

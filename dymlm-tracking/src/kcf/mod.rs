@@ -1,4 +1,4 @@
-//! Kernelized correlation filter: where a target's window has moved in the image.
+//! Kernelized correlation filter: tracks a target's window in the image.
 
 mod alignment;
 mod channels;

@@ -2,19 +2,19 @@ use rustfft::num_complex::Complex;
 
 use crate::parabola::vertex;
 
-/// The highest value of a response to a target, and how far it stands out.
+/// The highest value of a target's response, and how far it stands out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Peak {
-    /// How far from the centre, cells; a fraction by a parabola through the neighbours.
+    /// Shift from the centre, cells, interpolated by a parabola through the neighbours.
     pub(super) shift: [f32; 2],
     pub(super) value: f32,
-    /// (peak - mean) / standard deviation of all that lies outside a window about the peak (Bolme 2010).
+    /// (peak - mean) / standard deviation of the response outside a window around the peak (Bolme 2010).
     pub(super) sidelobe_ratio: f32,
 }
 
 impl Peak {
-    /// Finds it in a cyclic response of `size[0]` columns whose entry (0, 0) stands for no shift. `radius`:
-    /// half side of the window that belongs to the peak, cells.
+    /// Finds the peak of a cyclic response of `size[0]` columns whose entry (0, 0) is no shift. `radius` is
+    /// half the side of the window around the peak, cells.
     pub(super) fn find(response: &[Complex<f32>], size: [usize; 2], radius: usize) -> Self {
         let (mut best, mut value) = (0, f32::NEG_INFINITY);
         for (i, entry) in response.iter().enumerate() {
@@ -34,7 +34,7 @@ impl Peak {
     }
 }
 
-/// Entries beyond the middle are shifts the other way.
+/// Entries after the middle are shifts in the negative direction.
 fn cyclic(i: usize, count: usize) -> f32 {
     if 2 * i > count { i as f32 - count as f32 } else { i as f32 }
 }
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn the_ratio_is_that_of_the_rest() {
-        // The rest alternates between 0.1 and 0.3: mean 0.2, deviation 0.1.
+        // Outside the peak the response alternates between 0.1 and 0.3: mean 0.2, deviation 0.1.
         let mut response: Vec<Complex<f32>> =
             (0..100).map(|i| Complex::new(if (i % 10 + i / 10) % 2 == 0 { 0.1 } else { 0.3 }, 0.0)).collect();
         response[44] = Complex::new(1.0, 0.0);

@@ -10,33 +10,33 @@ use super::peak::Peak;
 use super::window::WindowSampler;
 use crate::{Error, GrayImage};
 
-/// Least side of a target's part on the image, pixels.
+/// Least side of the target's part on the image, pixels.
 const LEAST_SIDE: f32 = 6.0;
 /// Weight lambda of the regularization (Henriques 2015).
 const REGULARIZATION: f32 = 1e-4;
-/// Ratio between the scales that are tried (its published multi-scale variant).
+/// Ratio between the scales that are tried (Henriques' published multi-scale variant).
 const SCALE_STEP: f32 = 1.05;
-/// How far from the response's peak the target's own pixels may move it, cells: the peak is never off by more
-/// on what it has found.
+/// Largest correction of the response's peak by the target's own pixels, cells: on what the filter has found,
+/// its peak is never off by more.
 const FARTHEST_ALIGNED: f32 = 0.5;
-/// Factor on the response at another scale than the last one: the size changes only when that clearly fits
-/// better.
+/// Factor on the response at another scale than the current one: the size only changes when another fits
+/// clearly better.
 const SCALE_WEIGHT: f32 = 0.98;
-/// Least peak-to-sidelobe ratio at which a view is learned: below it the target is probably occluded, and
-/// what occludes it must not be learned.
+/// Least peak-to-sidelobe ratio at which a view is learned. At lower ratios the target is probably occluded,
+/// and the occluder must not be learned.
 const LEAST_LEARNING_RATIO: f32 = 5.0;
 
-/// Follows a window of the image by a kernelized correlation filter.
+/// Tracks a window of the image by a kernelized correlation filter.
 ///
 /// Henriques, Caseiro, Martins, Batista: "High-Speed Tracking with Kernelized Correlation Filters", TPAMI
 /// 2015: kernel ridge regression over all cyclic shifts of a padded window, learned and evaluated in the
-/// frequency domain. The window is resampled to a template of fixed size; its size follows by trying
-/// neighbouring scales. The last fraction of a pixel comes from the target's own pixels, aligned with those
-/// learned.
+/// frequency domain. The window is resampled to a template of fixed size; neighbouring scales are tried to
+/// follow the target's size. Aligning the target's own pixels with the learned ones gives the last fraction
+/// of a pixel.
 ///
-/// An update costs O(s n log n) for s scales and n cells, and O(pixels of the window); it allocates nothing.
-/// The tracker follows what it saw first and slowly adapts to what it sees; it cannot find a target that left
-/// its window.
+/// An update costs O(s n log n) for s scales and n cells, and O(pixels of the window); it does not allocate.
+/// The model begins with the first view and slowly adapts to new ones. The tracker cannot find a target that
+/// has left its window.
 ///
 /// ```
 /// use dymlm_core::BoundingBox;
@@ -61,13 +61,13 @@ const LEAST_LEARNING_RATIO: f32 = 5.0;
 #[derive(Debug, Clone)]
 pub struct KcfTracker {
     config: KcfConfig,
-    /// Centre of the target in coordinates of its box (half a pixel to the lower right of pixel coordinates).
+    /// Centre of the target in box coordinates, which are pixel coordinates plus half a pixel.
     center: [f32; 2],
     /// Size of the target at scale 1, pixels.
     size: [f32; 2],
     first_box: BoundingBox,
     scale: f32,
-    /// Cells of the template.
+    /// Number of cells of the template, across and down.
     cells: [usize; 2],
     peak_radius: usize,
     fourier: Fourier,
@@ -75,10 +75,10 @@ pub struct KcfTracker {
     correlation: KernelCorrelation,
     /// Spectrum of the wanted response.
     wanted: Vec<Complex<f32>>,
-    /// What is learned: the packed spectra of the target's channels and of the dual coefficients.
+    /// The model: packed spectra of the target's channels, and of the dual coefficients.
     appearance: Vec<Complex<f32>>,
     coefficients: Vec<Complex<f32>>,
-    /// The same at full resolution, for the last fraction of a cell.
+    /// The learned view at full resolution, for the last fraction of a cell.
     alignment: Alignment,
     scratch: Scratch,
 }
@@ -92,7 +92,7 @@ struct Scratch {
     response: Vec<Complex<f32>>,
 }
 
-/// Where [`KcfTracker`] found its target.
+/// The target as [`KcfTracker`] found it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -101,18 +101,19 @@ pub struct KcfUpdate {
     pub bounding_box: BoundingBox,
     /// Size relative to the first box.
     pub scale: f32,
-    /// The response's height, 1 for a view like the learned ones.
+    /// Height of the response's peak; 1 for a view equal to the learned ones.
     pub peak: f32,
-    /// How far the peak stands out from the rest of the response, in standard deviations of that (Bolme
-    /// 2010): the confidence. Above 8 or so on a target in full view; below 5 it is probably hidden or lost.
+    /// Height of the peak above the rest of the response, in standard deviations of the rest (Bolme 2010):
+    /// the confidence. It is above about 8 for a fully visible target; below 5 the target is probably
+    /// occluded or lost.
     pub peak_to_sidelobe: f32,
-    /// Whether the view went into the model: it does not where the peak does not stand out enough, or nobody
-    /// asked.
+    /// Whether the view was learned: not when the peak does not stand out enough, and never by
+    /// [`KcfTracker::locate`].
     pub is_learned: bool,
 }
 
 impl KcfTracker {
-    /// Begins to follow what the box shows.
+    /// Begins to track the content of the box.
     ///
     /// # Errors
     ///
@@ -127,7 +128,7 @@ impl KcfTracker {
         let mut fourier = Fourier::new(cells);
         let channels = Channels::new(cells, cell);
         let spectra = PLANES * count;
-        // Of the template, the target is the part 1 / padding wide and high.
+        // The target takes 1 / padding of the template's width and height.
         let sigma = (count as f32).sqrt() / config.padding * PUBLISHED.output_sigma;
         let zeros = |length: usize| vec![Complex::default(); length];
         let mut tracker = Self {
@@ -156,7 +157,7 @@ impl KcfTracker {
         Ok(tracker)
     }
 
-    /// Finds the target in the next image, and learns how it looks there if it is clearly seen.
+    /// Finds the target in the next image, and learns its view there if it is clearly visible.
     pub fn update(&mut self, image: &GrayImage) -> KcfUpdate {
         let mut update = self.locate(image);
         if update.peak_to_sidelobe >= LEAST_LEARNING_RATIO {
@@ -166,12 +167,11 @@ impl KcfTracker {
         update
     }
 
-    /// Finds the target in an image and moves there without learning from it. The target's centre stays on
-    /// the image.
+    /// Finds the target in an image and moves there without learning. The target's centre stays on the image.
     pub fn locate(&mut self, image: &GrayImage) -> KcfUpdate {
         let mut found = self.detect(image, self.scale);
-        // Far from the middle of the window its taper draws the peak inwards: once more, with the target in
-        // the middle.
+        // Far from the middle of the window, the taper draws the peak inwards. The search is repeated with
+        // the target near the middle.
         if found.shift[0].abs().max(found.shift[1].abs()) >= 1.0 {
             self.shift_by(&found, self.scale, image);
             found = self.detect(image, self.scale);
@@ -193,7 +193,7 @@ impl KcfTracker {
         }
     }
 
-    /// The peak at a neighbouring scale that fits clearly better, and that scale.
+    /// The peak at a neighbouring scale that fits clearly better, with that scale.
     fn better_scale(&mut self, image: &GrayImage, found: &Peak) -> Option<(Peak, f32)> {
         let mut best = None;
         let mut least = found.value / SCALE_WEIGHT;
@@ -204,17 +204,18 @@ impl KcfTracker {
                 (best, least) = (Some((peak, other)), peak.value);
             }
         }
-        // What was found was not quite in the middle of its window: in doubt, the same conditions for both.
+        // `found` had the target off the middle of its window: the old scale is measured again for
+        // comparison.
         best.filter(|(peak, _)| peak.value * SCALE_WEIGHT > self.detect(image, self.scale).value)
     }
 
-    /// Learns how the target looks in an image, where it is now.
+    /// Learns the target's view in an image at its current place.
     pub fn learn(&mut self, image: &GrayImage) {
         self.learn_at_rate(image, PUBLISHED.learning_rate);
     }
 
-    /// Says where the target is, when somebody knows better; what was learned stays. The box keeps the first
-    /// one's ratio of width to height: its area counts.
+    /// Sets the target's place from outside knowledge; the learned model is kept. The box keeps its first
+    /// ratio of width to height and takes the area of `target`.
     ///
     /// # Errors
     ///
@@ -233,18 +234,18 @@ impl KcfTracker {
         let half = self.size.map(|side| 0.5 * side * self.scale);
         let [u, v] = self.center;
         let sides = [u - half[0], v - half[1], u + half[0], v + half[1]];
-        // Centre and size are finite and positive by construction: never refused.
+        // Never refused: centre and size are finite and positive by construction.
         BoundingBox::try_from(sides).unwrap_or(self.first_box)
     }
 
-    /// Moves by a peak's shift.
+    /// Moves the target by a peak's shift.
     fn shift_by(&mut self, peak: &Peak, scale: f32, image: &GrayImage) {
         let extent = self.window_extent(scale);
         let shift = [0, 1].map(|axis| peak.shift[axis] * extent[axis] / self.cells[axis] as f32);
         self.move_by(shift, image);
     }
 
-    /// Moves to where the target's own pixels say it is, if that is not another cell.
+    /// Moves to the place that the target's own pixels give, if it is within half a cell.
     fn align(&mut self, image: &GrayImage) {
         let extent = self.window_extent(self.scale);
         let cell = (extent[0] / self.cells[0] as f32).max(extent[1] / self.cells[1] as f32);
@@ -254,7 +255,7 @@ impl KcfTracker {
         }
     }
 
-    /// Moves by some pixels, at most to the image's border.
+    /// Moves by a shift in pixels, at most to the image's border.
     fn move_by(&mut self, shift: [f32; 2], image: &GrayImage) {
         let limits = [image.width() as f32, image.height() as f32];
         for axis in 0..2 {
@@ -262,12 +263,12 @@ impl KcfTracker {
         }
     }
 
-    /// From coordinates of boxes to those of pixels' centres.
+    /// The centre in pixel coordinates: box coordinates minus half a pixel.
     fn pixel_center(&self) -> [f32; 2] {
         self.center.map(|c| c - 0.5)
     }
 
-    /// The response to a window of the given scale at the target's place.
+    /// The response to the window of a given scale at the target's place.
     fn detect(&mut self, image: &GrayImage, scale: f32) -> Peak {
         self.observe(image, scale);
         let response = &mut self.scratch.response;
@@ -280,7 +281,7 @@ impl KcfTracker {
         Peak::find(response, self.cells, self.peak_radius)
     }
 
-    /// Ridge regression in the frequency domain (eq. 17), blended into the model.
+    /// Ridge regression in the frequency domain (eq. 17); the result is blended into the model.
     fn learn_at_rate(&mut self, image: &GrayImage, rate: f32) {
         self.observe(image, self.scale);
         let kernel = &mut self.scratch.response;
@@ -295,7 +296,7 @@ impl KcfTracker {
         self.alignment.learn(image, center, size, rate);
     }
 
-    /// Spectra of the window of the given scale, into `scratch.view`.
+    /// Computes the spectra of the window of a given scale, into `scratch.view`.
     fn observe(&mut self, image: &GrayImage, scale: f32) {
         let extent = self.window_extent(scale);
         let size = self.cells.map(|count| count * PUBLISHED.cell);
@@ -310,7 +311,7 @@ impl KcfTracker {
         self.size.map(|side| side * self.config.padding * scale)
     }
 
-    /// Keeps the target larger than the least side and smaller than twice the image.
+    /// Limits a scale so that the target is larger than the least side and smaller than twice the image.
     fn allowed_scale(&self, scale: f32, image: &GrayImage) -> f32 {
         let least = LEAST_SIDE / self.size[0].min(self.size[1]);
         let most = 2.0 * (image.width() as f32 / self.size[0]).min(image.height() as f32 / self.size[1]);
@@ -321,7 +322,7 @@ impl KcfTracker {
 fn check_target(image: &GrayImage, target: BoundingBox) -> Result<(), Error> {
     let visible = target.clipped(image.width(), image.height());
     let [visible_width, visible_height] = visible.map_or([0.0; 2], |part| [part.width(), part.height()]);
-    // Boxes larger than any image would overflow later; they show no target either.
+    // Boxes much larger than the image would overflow later, and contain no target either.
     let absurd = 100.0 * image.width().max(image.height()) as f32;
     let is_absurd = target.width() > absurd || target.height() > absurd;
     if visible_width < LEAST_SIDE || visible_height < LEAST_SIDE || is_absurd {
@@ -330,7 +331,8 @@ fn check_target(image: &GrayImage, target: BoundingBox) -> Result<(), Error> {
     Ok(())
 }
 
-/// Cells of the template: the longer side as configured, the other in proportion, both fast to transform.
+/// Number of cells of the template: the longer side as configured, the other in proportion, both fast to
+/// transform.
 fn template_cells(size: [f32; 2], config: &KcfConfig) -> [usize; 2] {
     let longer = size[0].max(size[1]);
     size.map(|side| {
@@ -339,7 +341,7 @@ fn template_cells(size: [f32; 2], config: &KcfConfig) -> [usize; 2] {
     })
 }
 
-/// Spectrum of a Gaussian of `sigma` cells about no shift.
+/// Spectrum of a Gaussian of `sigma` cells around no shift.
 fn wanted_response(cells: [usize; 2], sigma: f32, fourier: &mut Fourier) -> Vec<Complex<f32>> {
     let cyclic = |i: usize, count: usize| i.min(count - i) as f32;
     let mut response: Vec<Complex<f32>> = (0..cells[0] * cells[1])

@@ -1,9 +1,9 @@
 use crate::GrayImage;
 
-/// Resamples a window of an image to a template, with a triangle filter as wide as a template pixel so that
-/// fine texture does not alias. What lies outside the image repeats its border.
+/// Resamples a window of an image to a template. A triangle filter as wide as a template pixel prevents
+/// aliasing of fine texture. Outside the image its border is repeated.
 ///
-/// Rows are blended first, over whole runs of columns: O(rows of the window x its columns + template).
+/// Rows are blended first, over whole ranges of columns: O(rows of the window x its columns + template).
 #[derive(Debug, Clone, Default)]
 pub(super) struct WindowSampler {
     columns: Taps,
@@ -26,7 +26,7 @@ struct Span {
 }
 
 impl WindowSampler {
-    /// Fills `template`, row by row of `size[0]` pixels, from the window of `extent` pixels about `center`.
+    /// Fills `template`, in rows of `size[0]` pixels, from the window of `extent` pixels around `center`.
     pub(super) fn sample(
         &mut self,
         image: &GrayImage,
@@ -40,7 +40,7 @@ impl WindowSampler {
         let (Some(&left), Some(&right)) = (self.columns.spans.first(), self.columns.spans.last()) else {
             return;
         };
-        // Columns of the image that are needed at all.
+        // The range of image columns that the template needs.
         let last = image.width().saturating_sub(1) as isize;
         let begin = left.first.clamp(0, last);
         let end = (right.first + (right.end - right.start) as isize - 1).clamp(0, last) + 1;
@@ -67,7 +67,7 @@ impl Taps {
         self.weights.clear();
         let scale = extent / size as f32;
         let support = scale.max(1.0);
-        // Beyond the image there is nothing but its border: taps far outside would only repeat it.
+        // Taps far outside the image would only repeat its border.
         let limit = length as f32 + support;
         for i in 0..size {
             let at = (center + (i as f32 + 0.5 - 0.5 * size as f32) * scale).clamp(-1.0 - support, limit);
@@ -82,7 +82,7 @@ impl Taps {
         }
     }
 
-    /// Blends the columns of one row, whose first value stands at column `begin` of the image.
+    /// Blends the columns of one row, whose first value is column `begin` of the image.
     fn blend(&self, values: &[f32], begin: isize, row: &mut [f32]) {
         let Some(last) = values.len().checked_sub(1) else { return };
         for (value, span) in row.iter_mut().zip(&self.spans) {
@@ -91,7 +91,7 @@ impl Taps {
             let inside =
                 usize::try_from(first).ok().and_then(|first| values.get(first..first + weights.len()));
             *value = if let (Some([a, b]), [left, right]) = (inside, weights) {
-                // Most templates are no coarser than the image.
+                // The common case: most templates are no coarser than the image.
                 left * a + right * b
             } else if let Some(inside) = inside {
                 weights.iter().zip(inside).map(|(weight, value)| weight * value).sum()
@@ -128,7 +128,7 @@ mod tests {
             WindowSampler::default().sample(&ramp(), [9.7, 4.5], [extent, 2.0], [4, 4], &mut template);
             for (i, value) in template.iter().take(4).enumerate() {
                 let expected = 9.7 + (i as f32 - 1.5) * extent / 4.0;
-                // (The triangle's weights are those of whole pixels: exact on average.)
+                // (The triangle's weights are sampled at whole pixels, so they are exact only on average.)
                 assert!(
                     (value - 0.1 * 3.75 - expected).abs() < 0.1,
                     "{extent}, {i}: {value} is not {expected}"

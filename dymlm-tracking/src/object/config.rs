@@ -6,25 +6,25 @@ use dymlm_core::{ConfigError, check_range};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct ObjectTrackerConfig {
-    /// Points measured against stored views in each frame, 8..=1000, default 100. Time grows with it.
+    /// Number of points matched with stored views in each frame, 8..=1000, default 100. Time grows with it.
     pub max_points: usize,
     /// Time without a pose after which the object is lost, seconds, 0..=60, default 0.5.
     pub lost_after: f64,
-    /// The object comes to rest when it has moved by less than `rest_distance` and `rest_angle` for this
-    /// time, seconds, 0.05..=60, default 0.8. It leaves when it has moved by three times as much.
+    /// The object is at rest when it has moved by less than `rest_distance` and `rest_angle` for this time,
+    /// seconds, 0.05..=60, default 0.8. It leaves its rest when it has moved by three times as much.
     pub rest_time: f64,
-    /// Metres, 1e-4..=1, default 0.01: twice what the pose wavers by at 2 m.
+    /// Metres, 1e-4..=1, default 0.01: twice the jitter of the pose at 2 m.
     pub rest_distance: f64,
     /// Radians, 1e-3..=1, default 0.05 (3 degrees).
     pub rest_angle: f64,
-    /// Standard deviation of the object's acceleration, metres per second squared, 0.01..=1000, default 3:
-    /// what a hand that shakes something reaches.
+    /// Standard deviation of the object's acceleration, metres per second squared, 0.01..=1000, default 3,
+    /// which a hand that shakes something reaches.
     pub acceleration: f64,
-    /// The same of its turning, radians per second squared, 0.01..=1000, default 8.
+    /// Standard deviation of its angular acceleration, radians per second squared, 0.01..=1000, default 8.
     pub angular_acceleration: f64,
-    /// Standard deviation of the model's surface from the object's, metres, 1e-4..=1, default 0.008: a map's
-    /// box about a bottle. Without depth, points of the object are laid on the model and corrected as it
-    /// turns.
+    /// Standard deviation of the model's surface from the object's, metres, 1e-4..=1, default 0.008, as of a
+    /// map's box around a bottle. Without depth, the object's points are first placed on the model's surface,
+    /// and are corrected as the object turns.
     pub model_sigma: f64,
 }
 

@@ -6,14 +6,14 @@ use super::model::ObjectModel;
 use super::silhouette::silhouette;
 use crate::GrayImage;
 
-/// The part of an image about the object.
+/// The part of an image around the object.
 pub(super) struct CutOut {
     pub(super) columns: Range<usize>,
     pub(super) rows: Range<usize>,
 }
 
 impl CutOut {
-    /// A box with a rim, pixels, as far as it lies on the image.
+    /// The part of a box, widened by `rim` pixels, that lies on the image.
     pub(super) fn about(image: &GrayImage, region: BoundingBox, rim: f32) -> Option<Self> {
         let wider = BoundingBox::new(
             region.x_min() - rim,
@@ -31,7 +31,7 @@ impl CutOut {
         GrayImage::new(self.columns.len(), self.rows.len(), data).ok()
     }
 
-    /// Where it shows the object, as far as the model's outline and `is_seen` say.
+    /// A mask of the pixels that show the object: inside the model's outline and accepted by `is_seen`.
     pub(super) fn mask(
         &self,
         model: &ObjectModel,

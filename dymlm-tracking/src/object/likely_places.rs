@@ -3,10 +3,10 @@ use dymlm_core::{BoundingBox, Detection, Pose};
 use super::model::ObjectModel;
 use super::scene::Scene;
 
-/// Places tried in one frame.
+/// Largest number of places tried in one frame.
 const MOST_PLACES: usize = 2;
 
-/// Where a lost object may be: the middle of a box in the image, and how far away.
+/// A place where a lost object may be: the middle of a box in the image, and a depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Place {
     pub(super) center: [f32; 2],
@@ -18,7 +18,7 @@ pub(super) struct Place {
 pub(super) struct Wanted<'a> {
     pub(super) model: &'a ObjectModel,
     pub(super) label: Option<&'a str>,
-    /// The last pose, or where it may have gone since.
+    /// The last pose, or a prediction from it.
     pub(super) camera_from_object: Pose,
 }
 
@@ -41,7 +41,7 @@ impl Wanted<'_> {
         detected.chain(others).take(MOST_PLACES).collect()
     }
 
-    /// The place that the middle of a box's part on the image shows.
+    /// The place shown by the middle of the box's part on the image.
     fn place(&self, scene: Scene<'_>, region: BoundingBox) -> Option<Place> {
         let camera = scene.camera;
         let region = region.clipped(camera.width(), camera.height())?;
@@ -51,7 +51,7 @@ impl Wanted<'_> {
         let middle = BoundingBox::new(u - width, v - height, u + width, v + height).ok()?;
         let last = self.camera_from_object.translation()[2];
         let depth = match median_depth(scene, middle) {
-            // The surface lies before the origin as it did when last seen.
+            // The origin is assumed to lie a quarter of the object's longest side behind its surface.
             Some(surface) => surface + 0.5 * self.model.reach(),
             None => last * f64::from((expected.area() / region.area().max(1.0)).sqrt()),
         };

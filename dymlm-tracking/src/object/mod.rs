@@ -1,4 +1,4 @@
-//! A chosen object that is moved by hand: where it is, in six degrees of freedom.
+//! Tracks the pose, in six degrees of freedom, of a chosen object that is moved by hand.
 
 mod config;
 mod cut_out;

@@ -3,13 +3,13 @@ use dymlm_core::{BoundingBox, PinholeCamera, Point, Pose, symmetric_eigen3};
 
 use crate::Error;
 
-/// Cells along the longest side to which a cloud is thinned.
+/// Number of cells along the longest side to which a cloud is thinned.
 const CELLS: f32 = 40.0;
-/// Neighbours that tell a normal.
+/// Number of neighbours from which a normal is estimated.
 const NEIGHBOURS: usize = 16;
-/// Fewer points are no surface.
+/// Fewer points do not make a surface.
 const LEAST_POINTS: usize = 12;
-/// Points of a sampled ellipsoid.
+/// Number of points on an ellipsoid.
 const ELLIPSOID_POINTS: usize = 1200;
 
 /// The surface of an object in its own frame: points with outward normals.
@@ -32,16 +32,16 @@ pub struct ObjectModel {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SurfacePoint {
-    /// Place, metres, object frame.
+    /// Position in the object's frame, metres.
     pub position: [f64; 3],
     /// Unit normal, outwards.
     pub normal: [f64; 3],
 }
 
 impl ObjectModel {
-    /// From the object's cloud in its own frame, whose origin should lie near its centre. The cloud is
-    /// thinned to cells of 1/40 of its longest side; normals come from the 16 nearest points and face away
-    /// from the middle. Points that are not finite are passed over. O(points + cells^2).
+    /// A model from the object's cloud in its own frame, whose origin should be near the object's centre. The
+    /// cloud is thinned to cells of 1/40 of its longest side. Normals come from the 16 nearest points and
+    /// face away from the middle. Points that are not finite are ignored. O(points + cells^2).
     ///
     /// # Errors
     ///
@@ -65,11 +65,11 @@ impl ObjectModel {
         Ok(Self { surface, low: low.map(f64::from), high: high.map(f64::from) })
     }
 
-    /// A cuboid of the given full lengths about the origin.
+    /// A cuboid of the given full lengths around the origin.
     ///
     /// # Errors
     ///
-    /// [`Error::ModelPoints`] when a length is not finite and positive.
+    /// [`Error::ModelPoints`] when a length is not within 1e-4..=100 m.
     pub fn cuboid(lengths: [f64; 3]) -> Result<Self, Error> {
         check_lengths(lengths)?;
         let half = lengths.map(|l| 0.5 * l);
@@ -93,11 +93,11 @@ impl ObjectModel {
         Ok(Self { surface, low: half.map(|h| -h), high: half })
     }
 
-    /// An ellipsoid of the given full lengths about the origin.
+    /// An ellipsoid of the given full lengths around the origin.
     ///
     /// # Errors
     ///
-    /// [`Error::ModelPoints`] when a length is not finite and positive.
+    /// [`Error::ModelPoints`] when a length is not within 1e-4..=100 m.
     pub fn ellipsoid(lengths: [f64; 3]) -> Result<Self, Error> {
         check_lengths(lengths)?;
         let half = lengths.map(|l| 0.5 * l);
@@ -123,29 +123,29 @@ impl ObjectModel {
         &self.surface
     }
 
-    /// The lowest and the highest corner of the box about its surface, object frame, metres.
+    /// The lowest and the highest corner of the box around the surface, object frame, metres.
     pub fn bounds(&self) -> [[f64; 3]; 2] {
         [self.low, self.high]
     }
 
-    /// Half of the longest side of its bounds, metres.
+    /// Half of the longest side of the bounds, metres.
     pub(super) fn reach(&self) -> f64 {
         (0..3).map(|i| 0.5 * (self.high[i] - self.low[i])).fold(0.0, f64::max)
     }
 
-    /// About how far its points are apart, metres.
+    /// Approximate distance between neighbouring points, metres.
     pub(super) fn spacing(&self) -> f64 {
         2.0 * self.reach() / f64::from(CELLS)
     }
 
-    /// The eight corners of its bounds, object frame.
+    /// The eight corners of the bounds, object frame.
     pub(super) fn corners(&self) -> [[f64; 3]; 8] {
         std::array::from_fn(|k| {
             std::array::from_fn(|i| if k >> i & 1 == 0 { self.low[i] } else { self.high[i] })
         })
     }
 
-    /// The smallest box around its projected corners, pixels; `None` when one of them lies behind the camera.
+    /// The smallest box around the projected corners, pixels; `None` when one of them is behind the camera.
     pub(super) fn bounds_in_image(
         &self,
         camera: &PinholeCamera,
@@ -156,17 +156,18 @@ impl ObjectModel {
             let [u, v] = camera.project(camera_from_object.transform_point(corner))?;
             sides = [sides[0].min(u), sides[1].min(v), sides[2].max(u), sides[3].max(v)];
         }
-        // Half a pixel and more, so that pixels at the rim belong to it.
+        // Boxes are half-open: plus half a pixel from pixel to box coordinates, and half a pixel on each
+        // side.
         let [x_min, y_min, x_max, y_max] = sides.map(|side| side as f32);
         BoundingBox::new(x_min, y_min, x_max + 1.0, y_max + 1.0).ok()
     }
 
-    /// Whether a point of the object frame lies in its bounds, `margin` metres wider.
+    /// Whether a point of the object frame lies in the bounds, widened by `margin` metres.
     pub(super) fn contains(&self, point: [f64; 3], margin: f64) -> bool {
         (0..3).all(|i| (self.low[i] - margin..=self.high[i] + margin).contains(&point[i]))
     }
 
-    /// The points that face the camera, with their place in its frame.
+    /// The points that face the camera, with their positions in its frame.
     pub(super) fn facing(
         &self,
         camera_from_object: &Pose,
@@ -181,7 +182,7 @@ impl ObjectModel {
 }
 
 fn check_lengths(lengths: [f64; 3]) -> Result<(), Error> {
-    // Thinner than a hundred micrometres or longer than a hundred metres is no thing to be carried.
+    // Nothing that is carried is thinner than a hundred micrometres or longer than a hundred metres.
     if lengths.iter().all(|l| (1e-4..=100.0).contains(l)) {
         Ok(())
     } else {
@@ -195,11 +196,11 @@ fn bounds(points: &[Point]) -> (Point, Point) {
     })
 }
 
-/// Means of the points of each cell, in the order of the cells.
+/// The mean of the points in each cell, in the order of the cells.
 fn thinned(points: &[Point], low: Point, cell: f32) -> Vec<[f64; 3]> {
     let key = |p: &Point| -> [u16; 3] { std::array::from_fn(|i| ((p[i] - low[i]) / cell) as u16) };
     let mut keyed: Vec<([u16; 3], Point)> = points.iter().map(|p| (key(p), *p)).collect();
-    // Stable: points of a cell stay in their order.
+    // A stable sort: points of a cell keep their order.
     keyed.sort_by_key(|(key, _)| *key);
     keyed
         .chunk_by(|a, b| a.0 == b.0)
@@ -210,7 +211,7 @@ fn thinned(points: &[Point], low: Point, cell: f32) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// The direction of least spread among the nearest points, away from `middle`.
+/// The direction of least spread among the nearest points, oriented away from `middle`.
 fn normal_at(points: &[[f64; 3]], at: [f64; 3], middle: [f64; 3]) -> [f64; 3] {
     let apart = |p: &[f64; 3]| {
         let d = difference(*p, at);
@@ -230,7 +231,7 @@ fn normal_at(points: &[[f64; 3]], at: [f64; 3], middle: [f64; 3]) -> [f64; 3] {
         }
     }
     let outwards = difference(at, middle);
-    // Points of a cloud are finite, and so is their spread.
+    // Never fails: points of a cloud are finite, and so is their spread.
     let normal = symmetric_eigen3(spread).map_or(outwards, |eigen| eigen.vectors[2]);
     if dot(normal, outwards) < 0.0 { normal.map(|x| -x) } else { normal }
 }

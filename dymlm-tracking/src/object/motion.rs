@@ -3,20 +3,20 @@ use nalgebra::{Matrix3, Matrix6, Vector6};
 
 use crate::pose::{PosePrior, moved, step_between};
 
-/// How well the pose that the caller gives is known, radians and metres.
+/// Standard deviations of a pose that the caller gives, radians and metres.
 const GIVEN: [f64; 2] = [0.02, 0.01];
-/// How fast an object that is found again may move, radians a second and metres a second.
+/// Standard deviations of the rates of an object that is found again, radians and metres per second.
 const FOUND_RATE: [f64; 2] = [3.0, 1.0];
 
-/// Where the object is and how it moves: a Kalman filter whose accelerations are noise, constant from one
-/// frame to the next (Bar-Shalom, Li, Kirubarajan 2001, section 6.3.2).
+/// The object's pose and motion: a Kalman filter with random accelerations that are constant between two
+/// frames (Bar-Shalom, Li, Kirubarajan 2001, section 6.3.2).
 ///
-/// A frame's pose is fitted with the prediction as one more observation ([`PosePrior`]); what the fit then
-/// knows of the pose is taken over as it is, and the rates follow by their correlation with it. So directions
-/// about which a frame tells little - without depth the distance, and turns out of the image plane - keep
-/// what earlier frames told.
+/// The prediction is one more observation ([`PosePrior`]) when a frame's pose is fitted. The fitted pose and
+/// its covariance replace the filter's, and the rates follow through their correlation with the pose. So
+/// directions about which a frame says little (without depth, these are distance and rotation out of the
+/// image plane) keep what earlier frames said.
 ///
-/// Vectors of six are turns about the world's axes, radians, then moves of the origin, metres.
+/// Vectors of six are rotations about the world's axes, radians, then translations of the origin, metres.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
     pose: Pose,
@@ -26,15 +26,15 @@ pub(super) struct Motion {
     pose_covariance: Matrix6<f64>,
     cross_covariance: Matrix6<f64>,
     rate_covariance: Matrix6<f64>,
-    /// A motion is believed to go on for so long, seconds.
+    /// Longest time for which a motion is extrapolated, seconds.
     longest: f64,
     /// Standard deviations of the acceleration.
     acceleration: Vector6<f64>,
 }
 
 impl Motion {
-    /// An object that stands still. The accelerations' standard deviations in radians and metres per second
-    /// squared; for how long a motion is believed to go on, seconds.
+    /// An object that stands still. The accelerations' standard deviations are in radians and metres per
+    /// second squared; `longest` is the longest time for which a motion is extrapolated, seconds.
     pub(super) fn at_rest(pose: Pose, time: f64, [angular, linear]: [f64; 2], longest: f64) -> Self {
         Self {
             pose,
@@ -53,12 +53,12 @@ impl Motion {
         &self.pose
     }
 
-    /// Where the object will be, if it goes on as it went.
+    /// The pose at a later time, if the object goes on moving as it did.
     pub(super) fn predict(&self, time: f64) -> Pose {
         moved(&self.pose, &(self.rate * (time - self.time).clamp(0.0, self.longest)))
     }
 
-    /// The same in a camera's frame, with how well that is known.
+    /// The predicted pose in a camera's frame, with its information matrix.
     pub(super) fn prior(&self, time: f64, world_from_camera: &Pose) -> Option<PosePrior> {
         let camera_from_world = world_from_camera.inverse();
         let covariance = turned(&self.at(time).pose_covariance, &camera_from_world);
@@ -94,14 +94,14 @@ impl Motion {
         };
     }
 
-    /// The object has stood still until now.
+    /// Notes that the object has stood still until now.
     pub(super) fn stand(&mut self, time: f64) {
         self.time = time;
         self.rate = Vector6::zeros();
         (self.cross_covariance, self.rate_covariance) = (Matrix6::zeros(), Matrix6::zeros());
     }
 
-    /// Takes the pose at which the object was found again: its motion is not known.
+    /// Takes the pose at which the object was found again; its motion is then unknown.
     pub(super) fn restart(
         &mut self,
         pose: &Pose,
@@ -121,7 +121,7 @@ impl Motion {
         };
     }
 
-    /// The filter at a later time.
+    /// The filter's state, predicted to a later time.
     fn at(&self, time: f64) -> Self {
         let dt = (time - self.time).max(0.0);
         let noise = Matrix6::from_diagonal(&self.acceleration.map(|a| a * a * dt * dt));
@@ -168,7 +168,7 @@ mod tests {
         Pose::new([0.3 * time, 0.0, 1.0], [0.0, 0.0, half.sin(), half.cos()]).unwrap()
     }
 
-    /// Observed 30 times a second, with standard deviations of radians and metres.
+    /// A filter after `frames` frames at 30 Hz, observed with these standard deviations, radians and metres.
     fn observed(frames: u32, known: [f64; 2]) -> Motion {
         let covariance = variances(known);
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)]));
@@ -185,7 +185,7 @@ mod tests {
         let motion = observed(30, [1e-3, 1e-3]);
         let predicted = motion.predict(1.1);
         assert!(predicted.distance(&at(1.1)) < 1e-3 && predicted.angle(&at(1.1)) < 1e-3, "{predicted:?}");
-        // Not for ever.
+        // The motion is not extrapolated for ever.
         assert!(motion.predict(9.0).distance(&at(1.2)) < 2e-3);
     }
 

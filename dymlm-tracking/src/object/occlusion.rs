@@ -2,15 +2,15 @@ use super::fit::Fit;
 use super::scene::Scene;
 use super::view::View;
 
-/// Tells without depth where something stands before the object: by the points of views that were found there
-/// and those that were not.
+/// Tells without depth where something occludes the object: by the points of stored views that were found and
+/// those that were not.
 pub(super) struct PointOcclusion {
     found: Vec<[f64; 2]>,
     missed: Vec<[f64; 2]>,
 }
 
 impl PointOcclusion {
-    /// `near`: distance within which two points of the image are one, pixels.
+    /// `near`: distance within which two points of the image count as one, pixels.
     pub(super) fn of(views: &[View], scene: Scene<'_>, fit: &Fit, near: f32) -> Self {
         let camera = scene.camera;
         let near = f64::from(near).powi(2);

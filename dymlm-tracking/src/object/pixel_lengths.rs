@@ -1,10 +1,10 @@
 use dymlm_core::PinholeCamera;
 
-/// Lengths in the image that stand for angles, chosen for a Kinect's image (f = 525 px) and scaled to the
-/// camera's.
+/// Lengths in the image that stand for angles. They are chosen for a Kinect (f = 525 px) and scaled to the
+/// camera's focal length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PixelLengths {
-    /// Rim of the image kept around the object's box, so that windows at its outline are whole.
+    /// Rim of the image kept around the object's box, so that windows at its outline are complete.
     pub(super) rim: f32,
     /// Radius of the windows that are compared with stored views.
     pub(super) window_radius: usize,
@@ -12,23 +12,23 @@ pub(super) struct PixelLengths {
     pub(super) flow_radius: usize,
     /// Least distance between corners.
     pub(super) corner_distance: f32,
-    /// Least distance between two points of a frame that tell more than one.
+    /// Least distance between two points of a frame that count as two.
     pub(super) point_distance: f32,
-    /// Farthest that an inlier lies from its pixel in the consensus, which flow's drift must not break.
+    /// Largest distance of an inlier from its pixel in the consensus; a smaller one would lose the consensus
+    /// to the flow's drift.
     pub(super) consensus: f64,
-    /// Steps of the grid of readings that give a surface's plane.
+    /// Step of the grid of readings to which a surface's plane is fitted.
     pub(super) plane_step: isize,
 }
 
-/// Halvings of images: with three, flow bridges about eight of its window's radii.
+/// Halvings of the image: with three, flow bridges about eight window radii.
 pub(super) const HALVINGS: usize = 3;
 
 impl PixelLengths {
     pub(super) fn of(camera: &PinholeCamera) -> Self {
         let scale = camera.focal_scale();
         let narrow = scale as f32;
-        // A window of fewer than 7x7 pixels, or of more than 31x31, is no longer matched reliably, or in
-        // time.
+        // Matching is unreliable with windows of fewer than 7x7 pixels, and too slow with more than 31x31.
         let radius = |radius: f64| (radius * scale).round().clamp(3.0, 15.0) as usize;
         Self {
             rim: 24.0 * narrow,

@@ -5,7 +5,7 @@ use super::scene::Scene;
 use super::view::PointMatch;
 use crate::{Error, FlowConfig, FlowPoint, FlowStatus, ImagePyramid, Lighting, OpticalFlow};
 
-/// Takes the points of one frame into the next by optical flow.
+/// Tracks points from one frame to the next by optical flow.
 #[derive(Debug, Clone)]
 pub(super) struct PointFlow {
     flow: OpticalFlow,
@@ -26,8 +26,8 @@ impl PointFlow {
         Ok(Self { flow: OpticalFlow::new(&config)?, from, guesses, found })
     }
 
-    /// Where the points of the last frame are in the scene, when the object is about at `start`. Those not
-    /// found are left out.
+    /// The points of the last frame that are found in the scene, where the object is near `start`. Points
+    /// that are not found are left out.
     pub(super) fn follow(
         &mut self,
         last: &ImagePyramid,

@@ -9,16 +9,16 @@ use super::view_store::ViewStore;
 use crate::pose::PosePrior;
 use crate::{Error, PoseObservation, PoseRansac, PoseRefiner, RansacConfig, RobustKernel};
 
-/// Least number of points that agree on a pose.
+/// Least number of points that must agree on a pose.
 pub(super) const LEAST_INLIERS: usize = 6;
-/// Factor on the sensor's noise for the reading at a point: neighbouring readings err alike. With 1 a cup is
-/// off by 1.5 mm instead of 0.8.
+/// Factor on the sensor's noise for the reading at a point, since errors of neighbouring readings are
+/// correlated. With 1, a cup is off by 1.5 mm instead of 0.8.
 const LIKE_READINGS: f64 = 2.0;
-/// A pose less certain than these standard deviations, radians and metres, tells nothing. Without the limit a
-/// tilted keyboard is off by half as much again without depth.
+/// A pose less certain than these standard deviations, radians and metres, is useless. Without this limit and
+/// without depth, a tilted keyboard is off by half as much again.
 const TELLING: [f64; 2] = [0.15, 0.05];
 
-/// Fits the object's pose to what a frame shows of it.
+/// Fits the object's pose to a frame.
 #[derive(Debug, Clone)]
 pub(super) struct PoseFitter {
     ransac: PoseRansac,
@@ -28,7 +28,8 @@ pub(super) struct PoseFitter {
 }
 
 impl PoseFitter {
-    /// `consensus`: farthest that a point which flow has found may lie from its pixel, pixels.
+    /// `consensus`: largest distance, in pixels, of a point tracked by flow from the pixel that the pose
+    /// predicts.
     pub(super) fn new(consensus: f64, model_sigma: f64) -> Result<Self, Error> {
         let ransac = RansacConfig { max_pixels: consensus, max_distance: 0.03, ..RansacConfig::default() };
         Ok(Self {
@@ -39,7 +40,8 @@ impl PoseFitter {
         })
     }
 
-    /// The pose that points agree on: in space where there is depth, else in the image.
+    /// The pose that most points agree on: from their positions in space where there is depth, else from
+    /// pixels.
     pub(super) fn agree(
         &mut self,
         scene: Scene<'_>,
@@ -61,7 +63,7 @@ impl PoseFitter {
             let pixels: Vec<_> = matches.iter().map(|found| found.pixel.map(f64::from)).collect();
             self.ransac.pnp(camera, &positions, &pixels)
         })?;
-        // Readings are noisy, pixels are not: both together.
+        // Readings are noisier than pixels: the refinement uses both.
         self.observations.clear();
         for found in matches {
             self.observe(scene, found, &consensus.pose, 4.0);
@@ -71,7 +73,7 @@ impl PoseFitter {
     }
 
     /// Finds points of stored views near a coarse pose, and fits the pose to them and to the surface's
-    /// readings. `None` when too few agree, or the pose is hardly known.
+    /// readings. `None` when too few points agree, or the pose is too uncertain.
     pub(super) fn fit(
         &mut self,
         scene: Scene<'_>,
@@ -88,8 +90,8 @@ impl PoseFitter {
         let mut pose = *coarse;
         let mut covariance = None;
         let mut surface = SurfaceReadings::default();
-        // Which reading belongs to which point of the surface depends on the pose: a second time with the
-        // better one.
+        // The pose decides which reading belongs to which surface point: the second round uses the better
+        // pose.
         for _ in 0..2 {
             self.observations.clear();
             for found in &matches {
@@ -114,7 +116,7 @@ impl PoseFitter {
         (fit.matches.len() >= LEAST_INLIERS && fit.is_known(TELLING)).then_some(fit)
     }
 
-    /// Adds a point's pixel and its depth, when that is near enough to be its own.
+    /// Adds a point's pixel, and its depth if the reading is near enough to belong to the point.
     fn observe(&mut self, scene: Scene<'_>, found: &PointMatch, pose: &Pose, sigma_factor: f64) {
         let point = found.position;
         let sigma = found.spread.hypot(sigma_factor * found.blur * PIXEL_SIGMA);

@@ -2,18 +2,18 @@ use dymlm_core::Pose;
 
 use super::state::RestReport;
 
-/// Notices when the object stops.
+/// Notices when the object comes to rest.
 #[derive(Debug, Clone)]
 pub(super) struct RestWatch {
-    /// The pose that the object has not left since `since`.
+    /// The pose that the object has stayed near since `since`.
     anchor: Pose,
     since: f64,
-    /// The place of the last rest.
+    /// The pose of the last rest.
     place: Pose,
     is_resting: bool,
 }
 
-/// What stands counts as moved beyond this many times the limits: poses of real cameras waver.
+/// An object at rest has moved when it exceeds the limits this many times: poses of real cameras jitter.
 const LEAVING: f64 = 3.0;
 
 /// When an object counts as standing still.
@@ -31,7 +31,7 @@ impl RestLimits {
 }
 
 impl RestWatch {
-    /// An object that stands at `place`.
+    /// An object at rest at `place`.
     pub(super) fn new(place: Pose, time: f64) -> Self {
         Self { anchor: place, since: time, place, is_resting: true }
     }
@@ -40,7 +40,7 @@ impl RestWatch {
         self.is_resting
     }
 
-    /// Takes the pose of a frame; tells of a new place of rest once.
+    /// Takes the pose of a frame; reports a new place of rest once.
     pub(super) fn observe(&mut self, pose: &Pose, time: f64, limits: RestLimits) -> Option<RestReport> {
         if !limits.holds(&self.anchor, pose, if self.is_resting { LEAVING } else { 1.0 }) {
             (self.anchor, self.since, self.is_resting) = (*pose, time, false);
@@ -58,7 +58,7 @@ impl RestWatch {
         Some(RestReport { world_from_object: *pose, moved_from, since: self.since })
     }
 
-    /// Without a pose nobody knows whether it stands still.
+    /// Without a pose it is unknown whether the object stands still.
     pub(super) fn unseen(&mut self, time: f64) {
         (self.since, self.is_resting) = (time, false);
     }

@@ -2,7 +2,7 @@ use dymlm_core::{DepthImage, DepthView, PinholeCamera, SensorModel, Visibility};
 
 use crate::ImagePyramid;
 
-/// A frame as the parts of the tracker see it.
+/// A frame as the parts of the tracker use it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scene<'a> {
     pub(super) camera: &'a PinholeCamera,
@@ -12,7 +12,7 @@ pub(super) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// The reading at the pixel nearest to a point of the image, metres, if there is one within the sensor's
+    /// The reading at the pixel nearest to an image point, metres; `None` without a reading in the sensor's
     /// range.
     pub(super) fn reading_at(&self, pixel: [f32; 2]) -> Option<f64> {
         let [u, v] = pixel.map(f32::round);
@@ -23,17 +23,17 @@ impl Scene<'_> {
         self.sensor.is_used(reading).then(|| reading.into())
     }
 
-    /// What the depth says about a place in the camera's frame that is known to `sigma` metres.
+    /// What the depth image says about a place in the camera's frame that is known to `sigma` metres.
     pub(super) fn look_at(&self, place: [f64; 3], sigma: f64) -> dymlm_core::Sighting {
         DepthView::new(self.camera, self.depth, self.sensor).look_at(place, sigma)
     }
 
-    /// Whether something stands before a place, or it lies outside of the image.
+    /// Whether a place is occluded or outside the image.
     pub(super) fn is_occluded(&self, place: [f64; 3], sigma: f64) -> bool {
         matches!(self.look_at(place, sigma).visibility, Visibility::Occluded | Visibility::OutOfView)
     }
 
-    /// Whether there is a reading where a place appears.
+    /// Whether there is a reading at the pixel of a place.
     pub(super) fn has_depth_at(&self, place: [f64; 3]) -> bool {
         self.camera.project(place).is_some_and(|pixel| self.reading_at(pixel.map(|c| c as f32)).is_some())
     }

@@ -9,26 +9,26 @@ use super::scene::Scene;
 use super::view_store::ViewStore;
 use crate::pose::rotation_about;
 
-/// Images are halved so often for a search: by 2, it reaches four times as far.
+/// Largest number of times that images are halved for a search: 2 reaches four times as far.
 const HALVINGS_SEARCHED: usize = 2;
-/// Attitudes tried in a frame beside the last, of those of the nearest views.
+/// Attitudes tried per frame besides the last one; they are taken in turn from the nearest stored views.
 const ATTITUDES_A_FRAME: usize = 2;
 const MOST_VIEWS_SEARCHED: usize = 8;
 
-/// Finds an object again that its last points do not lead to.
+/// Finds an object again when tracking from its last points has failed.
 #[derive(Debug, Clone)]
 pub(super) struct Search {
     label: Option<String>,
-    /// Counts the frames of a search, so that it goes through all attitudes.
+    /// Number of frames of this search, so that it goes through all attitudes in turn.
     frames: usize,
 }
 
-/// Where a search begins.
+/// The information with which a search begins.
 pub(super) struct Clues<'a> {
     pub(super) detections: &'a [Detection],
-    /// The last pose, or where it may have gone since.
+    /// The last pose, or a prediction from it.
     pub(super) predicted: Pose,
-    /// Where the window tracker sees it.
+    /// The window tracker's box.
     pub(super) window: BoundingBox,
 }
 
@@ -37,7 +37,7 @@ impl Search {
         Self { label: label.map(str::to_owned), frames: 0 }
     }
 
-    /// The object is found: the next search begins anew.
+    /// The object is found: the next search begins from the start.
     pub(super) fn end(&mut self) {
         self.frames = 0;
     }
@@ -56,7 +56,7 @@ impl Search {
         let others: Vec<BoundingBox> = std::iter::once(clues.window).chain(last_box).collect();
         let wanted = Wanted { model, label: self.label.as_deref(), camera_from_object: clues.predicted };
         let attitudes = attitudes(views, &clues.predicted);
-        // The last one in each frame, the others in turn.
+        // The last attitude is tried in each frame, the others in turn.
         let rest = attitudes.len().saturating_sub(1).max(1);
         let turn = |i: usize| 1 + (ATTITUDES_A_FRAME * self.frames + i) % rest;
         let chosen: Vec<Pose> = std::iter::once(0)
@@ -78,17 +78,17 @@ impl Search {
     }
 }
 
-/// How a lost object may be turned, as poses at any place: as it was last, and as the stored views show it,
-/// the nearest first.
+/// Possible attitudes of a lost object, as poses at any place: the predicted one, then those of the stored
+/// views, the nearest first.
 fn attitudes(views: &ViewStore, predicted: &Pose) -> Vec<Pose> {
     std::iter::once(*predicted).chain(views.poses(predicted).take(MOST_VIEWS_SEARCHED)).collect()
 }
 
-/// The pose about a rough one at which the image shows points of the view that is nearest to it, from coarse
-/// to fine.
+/// A pose near a rough one, found from coarse to fine by matching the points of the view with the nearest
+/// direction.
 fn pose_near(scene: Scene<'_>, views: &mut ViewStore, fitter: &mut PoseFitter, start: &Pose) -> Option<Pose> {
     let mut found = None;
-    // Coarse levels may tell nothing: they only prepare.
+    // A coarse level only prepares the next one: it may fail.
     for halvings in (0..=HALVINGS_SEARCHED).rev() {
         let matches = views.find_coarsely(scene, start, &found.unwrap_or(*start), halvings);
         found = fitter.agree(scene, &matches, None).or(found.filter(|_| halvings > 0));
@@ -96,10 +96,11 @@ fn pose_near(scene: Scene<'_>, views: &mut ViewStore, fitter: &mut PoseFitter, s
     found
 }
 
-/// A pose turned with the ray so that the object's origin appears at a place, showing the same side.
+/// A pose rotated with the viewing ray, so that the object's origin appears at a place with the same side
+/// visible.
 pub(super) fn placed(camera: &PinholeCamera, pose: &Pose, place: Place) -> Option<Pose> {
     let origin = camera.back_project(place.center.map(f64::from), place.depth);
-    // The shortest turn from the old ray to the new one.
+    // The smallest rotation from the old ray to the new one.
     let axis = cross(unit(pose.translation())?, unit(origin)?);
     let turn = unit(axis).map_or_else(Pose::identity, |direction| {
         let angle = norm(axis).clamp(0.0, 1.0).asin();

@@ -5,11 +5,11 @@ use dymlm_core::{PinholeCamera, Pose};
 use super::model::ObjectModel;
 use crate::GrayImage;
 
-/// Which pixels of a part of the image show a model at a pose: 1 where they do, else 0. A rim of one pixel,
-/// in which gradients are those of the outline, counts as outside.
+/// The pixels of a part of the image that show a model at a pose: 1 where they do, else 0. A rim of one
+/// pixel, whose gradients are those of the outline, counts as outside.
 ///
-/// The model's points are drawn as squares as large as their distance, and what the squares add on the
-/// outline is taken off again (a morphological closing). O(pixels x size of the squares).
+/// The model's points are drawn as squares as large as the distance between points. What the squares add at
+/// the outline is removed by erosion (a morphological closing). O(pixels x size of the squares).
 pub(super) fn silhouette(
     model: &ObjectModel,
     camera: &PinholeCamera,
@@ -22,7 +22,7 @@ pub(super) fn silhouette(
     let focal = camera.fx().abs().max(camera.fy().abs());
     let distance = camera_from_object.translation()[2];
     let reach = (model.spacing() * focal / distance).ceil();
-    // A body so near that its points are a window apart shows no outline.
+    // So near that the points are a window apart, the outline is not defined.
     if !(reach >= 1.0 && reach <= MOST_REACH as f64) {
         return None;
     }
@@ -48,7 +48,8 @@ pub(super) fn silhouette(
 /// Largest half side of a square, pixels.
 const MOST_REACH: usize = 30;
 
-/// The least value within `reach` pixels along rows, then along columns; beyond the border nothing counts.
+/// The least value within `reach` pixels along rows, then along columns; pixels outside the border are
+/// ignored.
 fn erode(values: &mut [f32], width: usize, height: usize, reach: usize) {
     let mut line = Vec::new();
     let mut run = |first: usize, step: usize, count: usize| {
@@ -73,7 +74,7 @@ mod tests {
         let model = ObjectModel::cuboid([0.4, 0.2, 0.02]).unwrap();
         let pose = Pose::new([0.1, 0.0, 1.01], [0.0, 0.0, 0.0, 1.0]).unwrap();
         let mask = silhouette(&model, &camera, &pose, &(10..150), &(5..115)).unwrap();
-        // Its face at 1 m: 52 x 26 pixels about (92.5, 59.5).
+        // The face at 1 m: 52 x 26 pixels around (92.5, 59.5).
         for (v, u) in (0..110).flat_map(|v| (0..140).map(move |u| (v, u))) {
             let [across, down] = [(u as f64 + 10.0 - 92.5).abs(), (v as f64 + 5.0 - 59.5).abs()];
             if across < 23.0 && down < 10.0 {

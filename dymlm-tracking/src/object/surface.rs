@@ -4,16 +4,16 @@ use super::model::ObjectModel;
 use super::scene::Scene;
 use crate::PoseObservation;
 
-/// Readings used at most; more tell nothing new.
+/// Largest number of readings used; more add nothing.
 const MOST_READINGS: usize = 250;
-/// Readings of one surface err alike: as observations of its pose they count as if their noise were this much
-/// larger. With 3 the surface outvotes the points: a bottle leans by 1.4 degrees instead of 1; higher gives
-/// away what the depth knows.
+/// Factor on the noise of a surface's readings as observations of its pose, since errors of neighbouring
+/// readings are correlated. With 3 the surface outweighs the points, and a bottle leans by 1.4 degrees
+/// instead of 1; higher values waste the information in the depth.
 const LIKE_READINGS: f64 = 4.0;
-/// Fewer readings tell nothing about a surface.
+/// Fewer readings say nothing about a surface.
 const ENOUGH: usize = 20;
 
-/// What a depth image says about places of the object's surface: how many are present, occluded and absent.
+/// Numbers of places on the object's surface that a depth image shows to be present, occluded and absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct SurfaceReadings {
     pub(super) present: usize,
@@ -22,7 +22,7 @@ pub(super) struct SurfaceReadings {
 }
 
 impl SurfaceReadings {
-    /// Of places in the camera's frame that face it, known to `sigma` metres.
+    /// For places in the camera's frame that face the camera and are known to `sigma` metres.
     pub(super) fn of_places(places: impl Iterator<Item = [f64; 3]>, scene: Scene<'_>, sigma: f64) -> Self {
         let mut readings = Self::default();
         for place in places {
@@ -44,12 +44,12 @@ impl SurfaceReadings {
         self.present + self.occluded + self.absent
     }
 
-    /// Share of the places with a reading that something nearer hides; 0 without readings.
+    /// Share of the places with a reading that are occluded; 0 without readings.
     pub(super) fn occluded_share(&self) -> f64 {
         self.occluded as f64 / self.total().max(1) as f64
     }
 
-    /// Whether something nearer hides most of the places with a reading.
+    /// Whether most of the places with a reading are occluded.
     pub(super) fn is_mostly_occluded(&self) -> bool {
         2 * self.occluded > self.total()
     }
@@ -59,15 +59,15 @@ impl SurfaceReadings {
         2 * self.present > self.total()
     }
 
-    /// Whether there are enough readings to judge by.
+    /// Whether there are enough readings for a judgement.
     pub(super) fn has_enough(&self) -> bool {
         self.total() >= ENOUGH
     }
 }
 
-/// Compares the model's surface at a pose with the readings (projective association), and adds those of it as
-/// point-to-plane observations. `model_sigma`: standard deviation of the model's surface from the object's,
-/// metres.
+/// Compares the model's surface at a pose with the readings (projective association), and adds the readings
+/// of the surface as point-to-plane observations. `model_sigma`: standard deviation of the model's surface
+/// from the object's, metres.
 pub(super) fn observe_surface(
     model: &ObjectModel,
     scene: Scene<'_>,
@@ -106,7 +106,7 @@ mod tests {
         let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
         let model = ObjectModel::cuboid([0.4, 0.4, 0.1]).unwrap();
         let pose = Pose::new([0.0, 0.0, 1.05], [0.0, 0.0, 0.0, 1.0]).unwrap();
-        // Its face at 1 m on the right half, a hand on the upper left, nothing on the lower left.
+        // The face at 1 m on the right half, a hand on the upper left, background on the lower left.
         let data = (0..160 * 120)
             .map(|i| match (i % 160 < 80, i / 160 < 60) {
                 (false, _) => 1.0,

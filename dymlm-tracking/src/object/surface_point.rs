@@ -5,16 +5,16 @@ use super::model::ObjectModel;
 use super::pixel_lengths::PixelLengths;
 use super::scene::Scene;
 
-/// Readings for a point's plane: a grid of this many steps to each side.
+/// A point's plane is fitted to a grid of readings, this many steps to each side.
 const PLANE_STEPS: isize = 2;
-/// Fewer readings of the 25 near the middle one give no plane: the pixel lies at an edge.
+/// Least number of the 25 readings that must be near the middle one: otherwise the pixel is at an edge.
 const LEAST_READINGS: usize = 13;
-/// Standard deviation with which neighbouring readings of one oblique surface lie about the middle one, as a
-/// share of their distance: surfaces at 45 degrees over the grid's four pixels. Without a limit planes go
-/// over edges: a bottle is off by 1.7 mm instead of 1.2.
+/// Standard deviation of neighbouring readings of an oblique surface from the middle one, as a share of the
+/// depth: that of surfaces at 45 degrees over the grid's four pixels. Without a limit, planes extend over
+/// edges, and a bottle is off by 1.7 mm instead of 1.2.
 const SLOPE: f64 = 0.01;
 
-/// A place on the object's surface that a pixel shows, with its unit normal, in the camera's frame.
+/// The place on the object's surface that a pixel shows, with its unit normal, in the camera's frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SurfacePlace {
     pub(super) place: [f64; 3],
@@ -23,15 +23,15 @@ pub(super) struct SurfacePlace {
     pub(super) sigma: f64,
 }
 
-/// Finds what place of the object a pixel shows: by the readings about it, or, where there are none, on the
-/// model.
+/// Finds the place on the object that a pixel shows: from the readings around it or, without a reading, on
+/// the model.
 pub(super) struct SurfaceFinder<'a> {
     scene: Scene<'a>,
     plane_step: isize,
     model_sigma: f64,
     /// The model's points that face the camera, and their pixels.
     facing: Vec<(SurfacePlace, [f64; 2])>,
-    /// Squared distance on the image beyond which a model point is not the surface at a pixel.
+    /// Squared distance in the image beyond which a model point does not belong to a pixel.
     most_apart: f64,
 }
 
@@ -59,7 +59,8 @@ impl<'a> SurfaceFinder<'a> {
         }
     }
 
-    /// The plane through the readings about a pixel is less noisy than its own reading. `None` at edges.
+    /// On the plane fitted to the readings around a pixel, which is less noisy than its own reading. `None`
+    /// at edges.
     fn on_readings(&self, pixel: [f64; 2], middle: f64) -> Option<SurfacePlace> {
         let offsets = -PLANE_STEPS..=PLANE_STEPS;
         let grid = offsets.clone().flat_map(|dv| offsets.clone().map(move |du| [du, dv]));
@@ -84,7 +85,7 @@ impl<'a> SurfaceFinder<'a> {
         is_near.then(|| SurfacePlace { place, normal: normal.into(), sigma: self.scene.sigma(place[2]) })
     }
 
-    /// Where the ray meets the surface about the nearest point of the model.
+    /// On the ray, where it meets the tangent plane of the nearest model point.
     fn on_model(&self, pixel: [f64; 2]) -> Option<SurfacePlace> {
         let apart = |seen: [f64; 2]| (seen[0] - pixel[0]).powi(2) + (seen[1] - pixel[1]).powi(2);
         let (nearest, seen) = self.facing.iter().min_by(|(_, a), (_, b)| apart(*a).total_cmp(&apart(*b)))?;
@@ -94,7 +95,7 @@ impl<'a> SurfaceFinder<'a> {
     }
 }
 
-/// Where a pixel's ray meets the plane through `place`.
+/// The intersection of a pixel's ray with the plane through `place`.
 fn meet_plane(
     camera: &PinholeCamera,
     pixel: [f64; 2],

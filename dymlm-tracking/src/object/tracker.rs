@@ -18,25 +18,25 @@ use super::view_store::{LEAST_CORNERS, ViewStore};
 use crate::pose::PosePrior;
 use crate::{Error, ImagePyramid, KcfConfig, KcfTracker};
 
-/// Frames of this time err alike, seconds. With none, a turned box is off by 1.1 degrees instead of 0.8 in
-/// every twentieth frame.
+/// Time over which errors of frames are correlated, seconds. With 0, a turned box is off by 1.1 degrees
+/// instead of 0.8 in every twentieth frame.
 const LIKE_TIME: f64 = 0.3;
 
-/// Follows a chosen object that is moved by hand, in six degrees of freedom.
+/// Tracks a chosen object that is moved by hand, in six degrees of freedom.
 ///
 /// The paper's application (section V-D). In each frame
-/// 1. a correlation filter ([`KcfTracker`]) and the last motion say about where it is;
+/// 1. a correlation filter ([`KcfTracker`]) and the last motion predict where the object is;
 /// 2. optical flow ([`OpticalFlow`](crate::OpticalFlow)) takes its points there, and a consensus on their motion - 3D-3D where
 ///    there is depth, else perspective-n-point ([`PoseRansac`](crate::PoseRansac)) - gives a pose;
 /// 3. points of stored views, warped to that pose, are found in the image to a fraction of a pixel, and the
 ///    depth inside the silhouette is compared with the model's surface: a fit to all of it ([`PoseRefiner`](crate::PoseRefiner))
 ///    is the frame's pose. Both are anchored to the object, so errors do not add up from frame to frame;
-/// 4. when a new face is seen, a view is stored; when the object stands still, that is reported.
+/// 4. a view is stored when a new side is visible; when the object comes to rest, that is reported.
 ///
-/// When no pose is found, the object is searched where detector boxes of its label are,
-/// where the filter saw it, and where it was last. Without depth readings it works from pixels alone.
+/// When no pose is found, the object is searched in detected boxes of its label, at the filter's box, and at
+/// its last place. Without depth readings the tracker uses pixels alone.
 ///
-/// Some 10 ms a frame at 640x480; working memory is kept.
+/// It takes some 10 ms per frame at 640x480; working memory is reused.
 #[derive(Debug, Clone)]
 pub struct ObjectTracker {
     config: ObjectTrackerConfig,
@@ -47,7 +47,7 @@ pub struct ObjectTracker {
     views: ViewStore,
     fitter: PoseFitter,
     search: Search,
-    /// Points of the last frame that agreed on its pose.
+    /// Points of the last frame that agreed with its pose.
     tracks: Vec<PointMatch>,
     motion: Motion,
     rest: RestWatch,
@@ -59,39 +59,41 @@ pub struct ObjectTracker {
     next: ImagePyramid,
 }
 
-/// What a frame told about the object.
+/// What a frame says about the object.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ObjectUpdate {
-    /// What is known of it.
+    /// The state of the object.
     pub state: ObjectState,
-    /// Its pose; where `inliers` is 0, the last one (at rest) or a guess from its motion (occluded or lost).
+    /// Its pose. When `inliers` is 0, this is the last pose (at rest) or a prediction (occluded or lost).
     pub world_from_object: Pose,
-    /// The same in the camera's frame.
+    /// Its pose in the camera's frame.
     pub camera_from_object: Pose,
     /// Covariance of (rotation about the camera's axes, radians; origin, metres), by rows; `None` when this
-    /// frame gave no pose, or one that leaves a direction free.
+    /// frame gave no pose, or left a direction undetermined.
     pub covariance: Option<[[f64; 6]; 6]>,
-    /// Points that agree on the pose.
+    /// Number of points that agree with the pose.
     pub inliers: usize,
-    /// Share of the measured points that agree, times the share of the surface in view that nothing hides;
+    /// Share of the matched points that agree, times the share of the surface in view that is not occluded;
     /// 0..=1.
     pub confidence: f64,
-    /// The box of the object's bounds in the image, pixels; parts may lie outside. `None` behind the camera.
+    /// The box of the object's bounds in the image, pixels, which may exceed the image. `None` behind the
+    /// camera.
     pub bounding_box: Option<BoundingBox>,
-    /// Whether it came to rest in this frame, at a new place.
+    /// Set when it came to rest at a new place in this frame.
     pub came_to_rest: Option<RestReport>,
 }
 
 impl ObjectTracker {
-    /// Chooses an object that stands at `world_from_object` and is in view. `label`: the detector's name for
-    /// it, for finding it again. Its lengths in pixels are those of the frame's camera.
+    /// Starts to track an object that is at rest at `world_from_object` and in view. `label` is the
+    /// detector's name for it, which helps to find it again. Lengths in pixels are chosen for the frame's
+    /// camera.
     ///
     /// # Errors
     ///
-    /// [`Error::Config`], of the sensor too; [`Error::NoColor`]; [`Error::TargetSize`] when too little of the
-    /// object is on the image; [`Error::NotSeen`] when fewer than six corners are found on it.
+    /// [`Error::Config`], also of the sensor; [`Error::NoColor`]; [`Error::TargetSize`] when too little of
+    /// the object is on the image; [`Error::NotSeen`] when fewer than six corners are found on it.
     pub fn new(
         frame: &Frame,
         world_from_camera: &Pose,
@@ -111,7 +113,7 @@ impl ObjectTracker {
         next.build_from_color(color);
         let not_seen = Error::NotSeen { found: 0, least: LEAST_CORNERS };
         let region = model.bounds_in_image(camera, &camera_from_object).ok_or(not_seen)?;
-        // Wider than for what walks: a hand moves fast.
+        // A larger padding than the default for people: a hand moves fast.
         let kcf = KcfConfig { padding: 2.5, template_size: 96, ..KcfConfig::default() };
         let kcf = KcfTracker::new(next.base(), region, &kcf)?;
         let scene = Scene { camera, pyramid: &next, depth: frame.depth(), sensor: &sensor };
@@ -140,8 +142,8 @@ impl ObjectTracker {
         })
     }
 
-    /// Follows the object into the next frame. `detections` are looked at only when it has to be found again;
-    /// they may be empty.
+    /// Tracks the object into the next frame. `detections` are only used when it has to be found again; they
+    /// may be empty.
     ///
     /// # Errors
     ///
@@ -186,7 +188,7 @@ impl ObjectTracker {
         &self.model
     }
 
-    /// Its last known pose.
+    /// The object's last known pose.
     #[doc(alias = "T_wo")]
     pub fn world_from_object(&self) -> &Pose {
         self.motion.last()
@@ -197,8 +199,8 @@ impl ObjectTracker {
         self.views.len()
     }
 
-    /// From the last frame: by the flow of its points, or by the motion alone; from where the motion leads,
-    /// or from where the window tracker sees it.
+    /// Tracks from the last frame, starting from the predicted pose, then from the window tracker's box:
+    /// first by the flow of its points, then without flow.
     fn follow(
         &mut self,
         frame: &Frame,
@@ -234,7 +236,7 @@ impl ObjectTracker {
         take(&mut self.motion, &world_from_object, fit.covariance.as_ref(), self.time, world_from_camera);
         let elapsed = self.time - std::mem::replace(&mut self.seen, self.time);
         self.search.end();
-        // What is less well known wavers more.
+        // A less certain pose jitters more.
         let [angle, distance] = fit.sigmas().unwrap_or_default();
         let limits = RestLimits {
             time: self.config.rest_time,
@@ -255,7 +257,7 @@ impl ObjectTracker {
             Scene { camera: frame.camera(), pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
         self.views.correct(scene, &fit, (LIKE_TIME / elapsed.max(1e-3)).sqrt().max(1.0));
         if !is_occluded {
-            // Refused when it has nearly left the image: then there is nothing to learn.
+            // Refused when the object has nearly left the image: then there is nothing to learn.
             if bounding_box.is_some_and(|region| self.kcf.move_to(self.next.base(), region).is_ok()) {
                 self.kcf.learn(self.next.base());
             }
@@ -274,8 +276,8 @@ impl ObjectTracker {
         }
     }
 
-    /// Whether an object at rest of which no point is found stands where it stood: half of it is out of view,
-    /// or the depth shows it.
+    /// Whether an object at rest still stands in its place although no point of it is found: more than half
+    /// of it is out of view, or the depth shows it.
     fn stands(&self, frame: &Frame, camera_from_object: &Pose) -> bool {
         if !self.rest.is_resting() {
             return false;
@@ -288,14 +290,14 @@ impl ObjectTracker {
         if region.map_or(0.0, share_on_image) < 0.5 {
             return true;
         }
-        // By the points of the views: they are readings, the model's surface may lie elsewhere.
+        // Checks the points of the views: they came from readings, while the model's surface may be off.
         let scene = Scene { camera, pyramid: &self.next, depth: frame.depth(), sensor: &self.sensor };
         let places = self.views.facing(scene, camera_from_object);
         let readings = SurfaceReadings::of_places(places, scene, self.config.model_sigma);
         readings.present >= LEAST_CORNERS && readings.is_mostly_present()
     }
 
-    /// A frame without points of an object at rest.
+    /// Handles a frame that shows no points of an object at rest.
     fn stand(&mut self, frame: &Frame, world_from_camera: &Pose, camera_from_object: &Pose) -> ObjectUpdate {
         self.motion.stand(self.time);
         self.seen = self.time;
@@ -304,7 +306,7 @@ impl ObjectTracker {
         self.unseen_update(frame, world_from_camera, camera_from_object)
     }
 
-    /// A frame without a pose.
+    /// Handles a frame without a pose.
     fn miss(&mut self, frame: &Frame, world_from_camera: &Pose, predicted: &Pose) -> ObjectUpdate {
         self.tracks.clear();
         self.rest.unseen(self.time);

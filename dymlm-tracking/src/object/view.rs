@@ -11,18 +11,18 @@ use crate::flow::{AlignmentLimits, Template};
 use crate::pose::pixel_motion;
 use crate::{CornerDetector, ImagePyramid, Lighting};
 
-/// Standard deviation of a tracked pixel, pixels.
+/// Standard deviation of a tracked point in the image, pixels.
 pub(super) const PIXEL_SIGMA: f64 = 0.5;
-/// Least share of a window that shows the object. Without it a covered book is off by up to 15 cm without
-/// depth, with it by up to 9.
+/// Least share of a window that shows the object. Without it, and without depth, an occluded book is off by
+/// up to 15 cm instead of 9.
 const LEAST_SHARE: f32 = 0.4;
-/// Least correlation of two windows that show the same. Without it a covered book is taken for what covers
-/// it: 38 cm off without depth.
+/// Least correlation of two windows that show the same. Without it, an occluded book is taken for its
+/// occluder: 38 cm off without depth.
 const LEAST_CORRELATION: f32 = 0.6;
 
-/// The object as one frame showed it: a cut-out of the image, and points on its surface.
+/// The object as one frame shows it: a cut-out of the image, and points on its surface.
 ///
-/// Later frames are compared with it, not with the frame before, so errors do not add up.
+/// Later frames are compared with views, not with the frame before, so that errors do not add up.
 #[derive(Debug, Clone)]
 pub(super) struct View {
     pub(super) camera_from_object: Pose,
@@ -34,15 +34,14 @@ pub(super) struct View {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ViewPoint {
-    /// Place and unit normal, object frame.
+    /// Position and unit normal, object frame.
     position: [f64; 3],
     normal: [f64; 3],
-    /// In the cut-out, pixels.
+    /// Place in the cut-out, pixels.
     pixel: [f32; 2],
-    /// From the view's camera to the point, of unit length, object frame: along it the point's place is
-    /// uncertain.
+    /// Unit direction from the view's camera to the point, object frame: the position is uncertain along it.
     ray: [f64; 3],
-    /// Variance of the place along the ray, square metres.
+    /// Variance of the position along the ray, square metres.
     variance: f64,
 }
 
@@ -53,15 +52,15 @@ pub(super) struct PointMatch {
     pub(super) pixel: [f32; 2],
     /// Factor on the standard deviation of a pixel.
     pub(super) blur: f64,
-    /// Standard deviation of the pixel because the point's place is uncertain, pixels.
+    /// Standard deviation of the pixel due to the uncertain position of the point, pixels.
     pub(super) spread: f64,
-    /// The view and its point that was found.
+    /// Indices of the view and of its point.
     pub(super) source: [usize; 2],
 }
 
 impl View {
-    /// Finds corners on the object in a frame in which its pose is known, where `is_shown` says that nothing
-    /// hides it; `None` when there are none.
+    /// Finds corners on the object in a frame where its pose is known, at pixels that `is_shown` accepts as
+    /// not occluded; `None` when there are none.
     pub(super) fn take(
         scene: Scene<'_>,
         model: &ObjectModel,
@@ -77,7 +76,7 @@ impl View {
         let image = pyramid.base();
         let cut = CutOut::about(image, region, lengths.rim)?;
         let mask = cut.mask(model, camera, camera_from_object, |u, v| {
-            // What stands before the object, where there is depth.
+            // Excludes pixels whose depth is not the object's.
             let reading = depth.at(u, v);
             let place = camera.back_project([u as f64, v as f64], reading.into());
             reading <= 0.0 || model.contains(object_from_camera.transform_point(place), model_sigma)
@@ -111,12 +110,12 @@ impl View {
         })
     }
 
-    /// Number of its points.
+    /// Number of points.
     pub(super) fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// The places of its points, object frame.
+    /// Positions of the points, object frame.
     pub(super) fn positions(&self) -> impl Iterator<Item = [f64; 3]> {
         self.points.iter().map(|point| point.position)
     }
@@ -130,10 +129,10 @@ impl View {
         }
     }
 
-    /// Corrects the place of a point along its ray by where it was seen at a pose of the given covariance:
-    /// without depth it was laid on the model's surface, which may not be the object's. From the side from
-    /// which the view was taken nothing is learned. `repeated`: factor on the pixel's standard deviation,
-    /// since frames that follow each other err alike.
+    /// Corrects a point's position along its ray by the pixel where it was found at a pose of the given
+    /// covariance. Without depth, the position was placed on the model's surface, which may not be the
+    /// object's. From the view's own direction, a pixel says nothing about the position. `repeated` is a
+    /// factor on the pixel's standard deviation, since errors of successive frames are correlated.
     pub(super) fn correct(
         &mut self,
         found: &PointMatch,
@@ -151,7 +150,7 @@ impl View {
         if slope <= 0.0 {
             return;
         }
-        // Along the line on which the pixel moves with the point.
+        // Measured along the line in the image on which the pixel moves with the point.
         let residual =
             (by_u * (f64::from(found.pixel[0]) - u) + by_v * (f64::from(found.pixel[1]) - v)) / slope;
         let by_pose = (motion.by_pose[0] * by_u + motion.by_pose[1] * by_v) / slope;
@@ -164,8 +163,7 @@ impl View {
         point.variance *= 1.0 - gain * slope;
     }
 
-    /// Finds one of its points, `source[1]`, in the scene's image halved `halvings` times, near where it
-    /// should be at a pose.
+    /// Finds the point `source[1]` near its predicted place in the scene's image, halved `halvings` times.
     pub(super) fn find(
         &self,
         source: [usize; 2],
@@ -182,7 +180,7 @@ impl View {
             return None;
         }
         let warp = self.warp(point, scene, camera_from_object)?;
-        // One level down where the view shows the surface much larger.
+        // One level coarser where the view shows the surface much larger.
         let level = halvings + usize::from(warp.determinant().abs() > 2.5);
         let [here, there] = [halvings, level].map(|halvings| (1 << halvings) as f32);
         let rows = [[warp[(0, 0)], warp[(0, 1)]], [warp[(1, 0)], warp[(1, 1)]]];
@@ -209,7 +207,7 @@ impl View {
         })
     }
 
-    /// Its points that face the camera at a pose, in the camera's frame.
+    /// The points that face the camera at a pose, in the camera's frame.
     pub(super) fn facing<'a>(
         &'a self,
         scene: Scene<'a>,
@@ -222,8 +220,8 @@ impl View {
         facing.map(|point| camera_from_object.transform_point(point.position))
     }
 
-    /// From pixels about the point in an image to pixels about it in this view, to first order; `None` where
-    /// either sees the surface too obliquely or too small.
+    /// The linear map from pixels around the point in an image to pixels around it in this view; `None` where
+    /// either shows the surface too obliquely or too small.
     fn warp(&self, point: &ViewPoint, scene: Scene<'_>, pose: &Pose) -> Option<Matrix2<f64>> {
         let here = surface_jacobian(scene, pose, point)?;
         let there = surface_jacobian(scene, &self.camera_from_object, point)?;
@@ -232,15 +230,15 @@ impl View {
     }
 }
 
-/// How much less sure a window's place is than that of one with a correlation of 0.8: what the windows do not
-/// share is noise to what they share, and the error of an alignment goes with the noise.
+/// Factor on a pixel's standard deviation, 1 at a correlation of 0.8. What only one of the windows shows acts
+/// as noise, and the error of an alignment is proportional to the noise.
 fn blur(correlation: f32) -> f64 {
     let correlation = f64::from(correlation);
     ((1.0 - correlation * correlation).max(0.0).sqrt() / (0.75 * correlation)).clamp(0.5, 10.0)
 }
 
-/// How pixels move with a point on its surface: the derivative by two tangents. `None` when it does not face
-/// the camera.
+/// Derivative of a point's pixel by two tangents of its surface. `None` when the surface does not face the
+/// camera.
 fn surface_jacobian(scene: Scene<'_>, pose: &Pose, point: &ViewPoint) -> Option<Matrix2<f64>> {
     let place = Vector3::from(pose.transform_point(point.position));
     let normal = Vector3::from(pose.rotate(point.normal));

@@ -9,25 +9,28 @@ use super::view::{PointMatch, View};
 use crate::flow::Template;
 use crate::{CornerConfig, CornerDetector, Error};
 
-/// Corners needed at the start.
+/// Number of corners needed at the start.
 pub(super) const LEAST_CORNERS: usize = 6;
-/// Corners that a view has at most.
+/// Largest number of corners of a view.
 const MOST_CORNERS: usize = 80;
-/// Views kept: all sides of an object, some 15 degrees apart. Each holds a cut-out of an image.
+/// Largest number of views, enough for all sides of an object about 15 degrees apart. Each holds a cut-out of
+/// an image.
 const MOST_VIEWS: usize = 48;
-/// A view is added when the object has turned by this much from all stored ones, radians (15 degrees); views
-/// whose directions differ by less show the same, and the older one is nearer to the truth. Lower lets errors
-/// of views add up, higher leaves faces without points.
+/// A view is added when its direction differs by this much from all stored ones, radians (15 degrees). Views
+/// within this angle of each other show the same, and the older one has less error. A lower value lets errors
+/// of views add up, a higher one leaves sides without points.
 const VIEW_ANGLE: f64 = 0.26;
-/// Without depth, views whose directions differ by less than this, radians, show the same: their points are
-/// only as good as the pose that they were taken at, so the oldest are the best. Lower (15 degrees as well)
-/// and a bottle is off by 3.4 cm instead of 2.5 in every twentieth frame, higher takes points from behind.
+/// Without depth, views whose directions differ by less than this, radians, count as the same: their points
+/// are only as accurate as the pose at which they were taken, so the oldest are the best. With a lower value
+/// (15 degrees, as above) a bottle is off by 3.4 cm instead of 2.5 in every twentieth frame; a higher one
+/// uses points on the far side.
 const SAME_SIDE: f64 = 0.7;
-/// Points that agree at least before what is seen becomes a view of its own.
+/// Least number of agreeing points for a frame to become a view.
 const LEAST_FOR_VIEW: usize = 12;
-/// Points of a view, the strongest corners first, that are searched at a place at which a lost object may be.
+/// Number of points of a view, the strongest corners first, that are searched at each possible place of a
+/// lost object.
 const POINTS_SEARCHED: usize = 30;
-/// What the object looks like from all sides that were seen.
+/// The object's appearance from all sides seen so far.
 #[derive(Debug, Clone)]
 pub(super) struct ViewStore {
     views: Vec<View>,
@@ -65,7 +68,7 @@ impl ViewStore {
         self.views.len()
     }
 
-    /// Finds points near a pose: those of the views that saw the object from most nearly the same side first.
+    /// Finds points near a pose, those of the views with the nearest direction first.
     pub(super) fn find_points(&mut self, scene: Scene<'_>, pose: &Pose) -> Vec<PointMatch> {
         let mut matches: Vec<PointMatch> = Vec::with_capacity(self.max_points);
         let mut tried = 0;
@@ -81,7 +84,7 @@ impl ViewStore {
                 }
                 tried += 1;
                 let found = view.find([index, i], scene, pose, &mut self.template, &self.lengths, 0);
-                // Two views of one corner tell nothing more than one.
+                // A corner that two views contain counts only once.
                 let is_new = |found: &PointMatch| {
                     let apart = |other: &PointMatch| {
                         [0, 1]
@@ -97,8 +100,8 @@ impl ViewStore {
         matches
     }
 
-    /// Finds points of the view nearest in direction to `side` about a pose, in an image halved some times,
-    /// which reaches further.
+    /// Finds points of the view whose direction is nearest to `side`, near a pose, in an image halved
+    /// `halvings` times, which extends the reach of the search.
     pub(super) fn find_coarsely(
         &mut self,
         scene: Scene<'_>,
@@ -115,13 +118,13 @@ impl ViewStore {
             .collect()
     }
 
-    /// The poses at which the object was seen, that of the nearest side first.
+    /// The poses of the views, that with the nearest direction first.
     pub(super) fn poses(&self, pose: &Pose) -> impl Iterator<Item = Pose> {
         let order = self.by_angle(pose, VIEW_ANGLE);
         order.into_iter().filter_map(|index| Some(self.views.get(index)?.camera_from_object))
     }
 
-    /// All points that face the camera at a pose, in the camera's frame.
+    /// Points of all views that face the camera at a pose, in the camera's frame.
     pub(super) fn facing<'a>(
         &'a self,
         scene: Scene<'a>,
@@ -130,7 +133,7 @@ impl ViewStore {
         self.views.iter().flat_map(move |view| view.facing(scene, pose))
     }
 
-    /// Corrects the points by where they were seen ([`View::correct`]).
+    /// Corrects the points by the pixels where they were found ([`View::correct`]).
     pub(super) fn correct(&mut self, scene: Scene<'_>, fit: &Fit, repeated: f64) {
         let Some(covariance) = &fit.covariance else { return };
         for found in &fit.matches {
@@ -140,7 +143,7 @@ impl ViewStore {
         }
     }
 
-    /// Stores what the object looks like from a new side, if the pose is sure.
+    /// Stores a view of a new side of the object, if enough points agree with the pose.
     pub(super) fn learn(&mut self, scene: Scene<'_>, model: &ObjectModel, fit: &Fit) {
         let pose = &fit.camera_from_object;
         let nearest = self.views.iter().map(|view| view.angle_to(pose)).fold(f64::INFINITY, f64::min);
@@ -149,7 +152,7 @@ impl ViewStore {
         if !is_sure || self.views.len() >= MOST_VIEWS || !(nearest > VIEW_ANGLE || has_few) {
             return;
         }
-        // Where there is depth, that tells what stands before the object, and corrects the view's points.
+        // With depth, readings tell what is occluded and correct the points; without, the points found do.
         let near = 1.5 * self.lengths.point_distance;
         let occlusion =
             (!fit.surface.has_enough()).then(|| PointOcclusion::of(&self.views, scene, fit, near));
@@ -158,8 +161,8 @@ impl ViewStore {
         self.views.extend(View::take(scene, model, pose, corners, lengths, sigma, is_shown));
     }
 
-    /// Indices of the views, those nearest in direction first, in steps of `step` radians; older ones first
-    /// within a step.
+    /// Indices of the views, the nearest directions first, in steps of `step` radians; within a step the
+    /// oldest first.
     fn by_angle(&self, pose: &Pose, step: f64) -> Vec<usize> {
         let mut order: Vec<(f64, usize)> = self
             .views

@@ -1,4 +1,4 @@
-//! Where a rigid body stands: from points in space, or from their pixels, or both.
+//! The pose of a rigid body from 3D points, from pixels, or from both.
 
 mod observation;
 mod p3p;

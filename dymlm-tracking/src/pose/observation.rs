@@ -1,8 +1,8 @@
-/// What a camera tells about the place of one point of a body.
+/// A camera's measurement of one point of a body.
 ///
 /// Points and normals are in the body's frame, measurements in the camera's; `sigma` is the standard
-/// deviation of the measurement in its own unit. Observations that hold a number that is not finite, or a
-/// `sigma` that is not positive, count for nothing.
+/// deviation of the measurement in its own unit. Observations with a number that is not finite, or with a
+/// `sigma` that is not positive, are ignored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -11,7 +11,7 @@ pub enum PoseObservation {
     Pixel {
         /// The point, metres.
         point: [f64; 3],
-        /// Where it is seen, pixels.
+        /// The pixel.
         pixel: [f64; 2],
         /// Standard deviation along u and v, pixels.
         sigma: f64,
@@ -25,13 +25,13 @@ pub enum PoseObservation {
         /// Standard deviation, metres.
         sigma: f64,
     },
-    /// A place somewhere on the plane through the point (point-to-plane distance).
+    /// A measured place on the plane through the point (point-to-plane distance).
     Surface {
         /// A point of the surface, metres.
         point: [f64; 3],
         /// The surface's unit normal there.
         normal: [f64; 3],
-        /// What was measured, metres, camera frame.
+        /// The measured place, metres, camera frame.
         measured: [f64; 3],
         /// Standard deviation along the normal, metres.
         sigma: f64,

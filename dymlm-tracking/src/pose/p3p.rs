@@ -4,15 +4,15 @@ use nalgebra::{Matrix3, Vector3};
 /// Newton steps on the three distances: two reach the precision of f64.
 const POLISHING_STEPS: usize = 3;
 
-/// The poses from which a camera sees three points of a body along three given directions:
-/// `camera_from_body`, up to four.
+/// The poses `camera_from_body` at which a camera sees three points of a body along three given directions:
+/// up to four.
 ///
 /// Persson, Nordberg: "Lambda Twist: An Accurate Fast Robust Perspective Three Point (P3P) Solver", ECCV
-/// 2018. The distances to the points satisfy three quadratic equations; a root of one cubic makes a
-/// combination of them degenerate, which splits into two planes, and each leaves a quadratic. O(1).
+/// 2018. The distances to the points satisfy three quadratic equations. A root of a cubic gives a degenerate
+/// combination of them, which splits into two planes; each plane leaves a quadratic. O(1).
 ///
-/// `directions` in the camera's frame, of any length; `points` in the body's, metres. Empty when the points
-/// lie on a line or a number is not finite.
+/// `directions` are in the camera's frame, of any length; `points` are in the body's frame, metres. There is
+/// no pose when the points lie on a line or a number is not finite.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -33,7 +33,7 @@ pub fn p3p(directions: &[[f64; 3]; 3], points: &[[f64; 3]; 3]) -> Vec<Pose> {
     poses
 }
 
-/// The quadratic equations between distances l: `l_i^2 + l_j^2 + b_ij l_i l_j = a_ij`, in the order 12, 13,
+/// The quadratic equations of the distances l: `l_i^2 + l_j^2 + b_ij l_i l_j = a_ij`, in the order 12, 13,
 /// 23.
 struct Equations {
     a: [f64; 3],
@@ -51,7 +51,7 @@ fn solve(directions: &[[f64; 3]; 3], points: &[[f64; 3]; 3], poses: &mut Vec<Pos
         return;
     }
     let Some(body) = Matrix3::from_columns(&[d12, d13, normal]).try_inverse() else { return };
-    // In units of the points' distances, so that tolerances mean something.
+    // In units of the largest distance between the points, so that tolerances do not depend on the scale.
     let unit = longest.sqrt();
     let equations = Equations {
         a: [d12, d13, d23].map(|d| d.norm_squared() / longest),
@@ -74,7 +74,7 @@ impl Equations {
         let Some(degenerate) = self.degenerate_conic() else { return found };
         let Some(planes) = split(&degenerate) else { return found };
         for [w0, w1] in planes {
-            // l1 = w0 l2 + w1 l3: what is left is a quadratic in tau = l3 / l2.
+            // With l1 = w0 l2 + w1 l3, a quadratic in tau = l3 / l2 remains.
             let [a12, a13, a23] = self.a;
             let [b12, b13, b23] = self.b;
             let square = (a13 - a12) * w1 * w1 - a12 * b13 * w1 - a12;
@@ -96,7 +96,7 @@ impl Equations {
     }
 
     /// D1 + gamma D2 with determinant 0, for D1 = a23 M12 - a12 M23 and D2 = a13 M23 - a23 M13, where M are
-    /// the matrices of the equations' left sides: any solution makes both forms vanish.
+    /// the matrices of the equations' left sides. Both forms vanish at any solution.
     fn degenerate_conic(&self) -> Option<Matrix3<f64>> {
         let [a12, a13, a23] = self.a;
         let [b12, b13, b23] = self.b.map(|b| 0.5 * b);
@@ -160,10 +160,10 @@ impl Equations {
     }
 }
 
-/// A degenerate conic as two planes l1 = w0 l2 + w1 l3.
+/// Splits a degenerate conic into two planes l1 = w0 l2 + w1 l3.
 fn split(conic: &Matrix3<f64>) -> Option<[[f64; 2]; 2]> {
     let eigen = conic.symmetric_eigen();
-    // The eigenvalue nearest to 0 is the one that should be 0.
+    // In a degenerate conic, one eigenvalue is 0: the one nearest to 0.
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| eigen.eigenvalues[j].abs().total_cmp(&eigen.eigenvalues[i].abs()));
     let [strong, weak] = [eigen.eigenvalues[order[0]], eigen.eigenvalues[order[1]]];
@@ -183,7 +183,7 @@ fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::from_rows(&[b.cross(&c).transpose(), c.cross(&a).transpose(), a.cross(&b).transpose()])
 }
 
-/// Real roots, stable for any size of the coefficients.
+/// Real roots of a quadratic, numerically stable for coefficients of any size.
 fn quadratic_roots(square: f64, linear: f64, constant: f64) -> [Option<f64>; 2] {
     let discriminant = linear * linear - 4.0 * square * constant;
     if discriminant.is_nan() || discriminant < 0.0 {
@@ -194,7 +194,8 @@ fn quadratic_roots(square: f64, linear: f64, constant: f64) -> [Option<f64>; 2] 
     [finite(sum / square), finite(constant / sum)]
 }
 
-/// One real root of a cubic (or of what is left of it), the best conditioned one, polished by Newton.
+/// A real root of a cubic (or of a quadratic, if the first coefficient is about 0): the best conditioned one,
+/// polished by Newton's method.
 fn cubic_root(c3: f64, c2: f64, c1: f64, c0: f64) -> Option<f64> {
     let largest = [c3, c2, c1, c0].into_iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     if c3.abs() <= 1e-13 * largest {
@@ -203,7 +204,7 @@ fn cubic_root(c3: f64, c2: f64, c1: f64, c0: f64) -> Option<f64> {
     let [b, c, d] = [c2 / c3, c1 / c3, c0 / c3];
     let value = |x: f64| ((x + b) * x + c) * x + d;
     let slope = |x: f64| (3.0 * x + 2.0 * b) * x + c;
-    // Depressed: y^3 + p y + q, x = y - b / 3.
+    // The depressed cubic: y^3 + p y + q with x = y - b / 3.
     let shift = b / 3.0;
     let p = c - b * shift;
     let q = d + shift * (2.0 * shift * shift - c);
@@ -212,7 +213,7 @@ fn cubic_root(c3: f64, c2: f64, c1: f64, c0: f64) -> Option<f64> {
         let one = (-0.5 * q - discriminant.sqrt().copysign(q)).cbrt();
         if one == 0.0 { 0.0 } else { one - p / (3.0 * one) }
     } else {
-        // Three real roots: of the outer two the one farther from the middle one is simple for certain.
+        // Three real roots: of the two outer ones, that with the steeper slope is certainly simple.
         let radius = 2.0 * (-p / 3.0).sqrt();
         let angle = (3.0 * q / (p * radius)).clamp(-1.0, 1.0).acos() / 3.0;
         let outer = [radius * angle.cos(), radius * (angle + 2.0 * std::f64::consts::FRAC_PI_3).cos()];

@@ -6,11 +6,11 @@ use super::p3p::p3p;
 use super::refine::{PoseRefiner, RobustKernel};
 use crate::Error;
 
-/// Most samples tried: enough to find one without outliers among pairs of which 28 % are right.
+/// Largest number of samples: enough to find one without outliers when 28 % of the pairs are right.
 const MOST_SAMPLES: usize = 300;
-/// Probability with which at least one sample is free of outliers when the search stops early.
+/// Probability that at least one sample is free of outliers when the search stops early.
 const CONFIDENCE: f64 = 0.999;
-/// Least number of pairs that agree: three always do, and a fourth may by chance.
+/// Least number of pairs that must agree: three always do, and a fourth may by chance.
 const LEAST_INLIERS: usize = 5;
 
 /// Settings of [`PoseRansac`].
@@ -19,9 +19,9 @@ const LEAST_INLIERS: usize = 5;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct RansacConfig {
-    /// Farthest that an inlier may lie from its partner in space, metres, 1e-6..=100, default 0.02.
+    /// Largest distance of an inlier from its partner in space, metres, 1e-6..=100, default 0.02.
     pub max_distance: f64,
-    /// Farthest that an inlier may lie from its pixel, pixels, 0.01..=1000, default 2.
+    /// Largest distance of an inlier from its pixel, pixels, 0.01..=1000, default 2.
     pub max_pixels: f64,
     /// Seed of the samples. Default 7.
     pub seed: u64,
@@ -40,7 +40,7 @@ impl RansacConfig {
     }
 }
 
-/// Finds a pose that many pairs agree on, however wrong the others are.
+/// Finds the pose that most pairs agree on, whatever the errors of the other pairs.
 ///
 /// Fischler, Bolles: "Random Sample Consensus", CACM 1981, with the truncated cost of Torr, Zisserman 2000
 /// (MSAC), an adaptive number of samples, and a final fit to all inliers. Seeded: the same pairs give the
@@ -72,7 +72,7 @@ pub struct PoseRansac {
 pub struct PoseConsensus {
     /// The pose, fitted to all inliers.
     pub pose: Pose,
-    /// Indices of the pairs that agree with it, ascending.
+    /// Indices of the pairs that agree with the pose, ascending.
     pub inliers: Vec<usize>,
     /// Number of samples tried.
     pub samples: usize,
@@ -90,7 +90,7 @@ impl PoseRansac {
     }
 
     /// The motion `a_from_b` between points in space, by Umeyama's fit to samples of three pairs. `None` when
-    /// too few pairs agree. Points that are not finite agree with nothing.
+    /// too few pairs agree. Points that are not finite are never inliers.
     pub fn align(&self, in_b: &[[f64; 3]], in_a: &[[f64; 3]]) -> Option<PoseConsensus> {
         let error = |pose: &Pose, i: usize| {
             let [p, q] = [pose.transform_point(in_b[i]), in_a[i]];
@@ -107,9 +107,9 @@ impl PoseRansac {
         self.search(in_b.len().min(in_a.len()), propose, error, fit)
     }
 
-    /// The pose `camera_from_body` from which points of a body are seen at pixels, by P3P on samples of
-    /// three, refined by Gauss-Newton. `None` when too few agree. Points that are not finite agree with
-    /// nothing.
+    /// The pose `camera_from_body` at which points of a body project to pixels, by P3P on samples of three,
+    /// refined by Gauss-Newton. `None` when too few points agree. Points that are not finite are never
+    /// inliers.
     pub fn pnp(
         &self,
         camera: &PinholeCamera,
@@ -134,7 +134,7 @@ impl PoseRansac {
         self.search(points.len().min(pixels.len()), propose, error, fit)
     }
 
-    /// `error` is a squared distance in units of the largest that an inlier may have.
+    /// `error` is the squared distance of a pair, relative to the largest one allowed for an inlier.
     fn search(
         &self,
         count: usize,
@@ -162,7 +162,7 @@ impl PoseRansac {
             }
         }
         let (mut cost, mut pose) = best?;
-        // Twice, since a better pose has more inliers.
+        // Two rounds, since a better pose has more inliers.
         for _ in 0..2 {
             let refined = fit(&pose, &inliers_of(&pose, count, &error));
             let (refined_cost, _) = judge(&refined, count, &error);
@@ -179,7 +179,7 @@ impl PoseRansac {
         if all_good >= 1.0 - 1e-9 {
             return 1;
         }
-        // Not of 1 - all_good: without inliers that is zero, and the quotient minus infinity.
+        // `ln_1p`, since without inliers ln(1 - all_good) is +0 and the quotient would be minus infinity.
         let needed = (1.0 - CONFIDENCE).ln() / (-all_good).ln_1p();
         if needed > 0.0 { needed.ceil() as usize } else { usize::MAX }
     }
@@ -196,7 +196,7 @@ fn draw_three(rng: &mut SplitMix64, count: usize) -> [usize; 3] {
     [first, second, third]
 }
 
-/// The truncated cost and the number of inliers. NaN is no inlier.
+/// The truncated cost of a pose, and its number of inliers. A NaN error is not an inlier.
 fn judge(pose: &Pose, count: usize, error: impl Fn(&Pose, usize) -> f64) -> (f64, usize) {
     let (mut cost, mut inliers) = (0.0, 0);
     for i in 0..count {

@@ -5,7 +5,7 @@ use super::observation::PoseObservation;
 use super::step::{moved, step_between};
 use crate::Error;
 
-/// How far a residual may count, in standard deviations.
+/// The influence of large residuals, in standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -13,14 +13,16 @@ use crate::Error;
 pub enum RobustKernel {
     /// Least squares.
     None,
-    /// Grows linearly beyond this many standard deviations; 1.345 has 95 % efficiency on normal noise.
+    /// The cost grows linearly beyond this many standard deviations; 1.345 has 95 % efficiency on normal
+    /// noise.
     Huber(f64),
-    /// Counts for nothing beyond this many standard deviations; 4.685 has 95 % efficiency on normal noise.
+    /// Residuals beyond this many standard deviations have no influence; 4.685 has 95 % efficiency on normal
+    /// noise.
     Tukey(f64),
 }
 
 impl RobustKernel {
-    /// The weight of a residual of `r` standard deviations in the next least-squares step.
+    /// Weight of a residual of `r` standard deviations in the next least-squares step.
     fn weight(self, r: f64) -> f64 {
         match self {
             Self::None => 1.0,
@@ -38,7 +40,7 @@ impl RobustKernel {
         }
     }
 
-    /// What it adds to the cost.
+    /// Cost of a residual of `r` standard deviations.
     fn cost(self, r: f64) -> f64 {
         match self {
             Self::None => 0.5 * r * r,
@@ -64,9 +66,9 @@ impl RobustKernel {
     }
 }
 
-/// Most steps of a refinement: from where flow leads, three to six are made.
+/// Largest number of steps of a refinement; from a start given by flow, three to six are needed.
 const MOST_STEPS: usize = 20;
-/// A step that moves less, metres and radians, is the last.
+/// A smaller step, metres and radians, is the last.
 const EPSILON: f64 = 1e-6;
 
 impl Default for RobustKernel {
@@ -76,11 +78,10 @@ impl Default for RobustKernel {
     }
 }
 
-/// Improves a pose until it fits pixels, depths and surfaces best, each in its own standard deviations.
+/// Refines a pose to fit pixels, depths and surfaces, each weighted by its own standard deviation.
 ///
-/// Levenberg-Marquardt on the pose's six parameters, with weights by the robust kernel (iteratively
-/// reweighted least squares). O(observations x iterations). Directions that no observation tells about stay
-/// as they were.
+/// Levenberg-Marquardt on the pose's six parameters, weighted by the robust kernel (iteratively reweighted
+/// least squares). O(observations x iterations). Directions that no observation constrains stay unchanged.
 ///
 /// ```
 /// use dymlm_core::{PinholeCamera, Pose};
@@ -107,26 +108,26 @@ pub struct PoseRefiner {
     kernel: RobustKernel,
 }
 
-/// A pose and how well it is known.
+/// A pose with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RefinedPose {
     /// The pose.
     pub camera_from_body: Pose,
-    /// Covariance of (rotation, radians about the camera's axes; place of the body's origin, metres), by
+    /// Covariance of (rotation about the camera's axes, radians; place of the body's origin, metres), by
     /// rows, from the curvature and the residuals at the end. `None` when the observations leave a direction
-    /// free.
+    /// undetermined.
     pub covariance: Option<[[f64; 6]; 6]>,
-    /// Observations within three standard deviations.
+    /// Number of observations within three standard deviations.
     pub inliers: usize,
-    /// Observations that could be used.
+    /// Number of observations that could be used.
     pub used: usize,
-    /// Steps made.
+    /// Number of steps.
     pub iterations: usize,
 }
 
-/// What is known of a pose before anything is observed.
+/// What is known of a pose before any observation.
 #[derive(Debug, Clone)]
 pub(crate) struct PosePrior {
     pub(crate) camera_from_body: Pose,
@@ -135,7 +136,7 @@ pub(crate) struct PosePrior {
 }
 
 impl PosePrior {
-    /// How far a pose lies from what was expected: a squared number of standard deviations (Mahalanobis).
+    /// Squared Mahalanobis distance of a pose from the expected one, in standard deviations.
     pub(crate) fn squared_distance(&self, camera_from_body: &Pose) -> f64 {
         let step = step_between(&self.camera_from_body, camera_from_body);
         step.dot(&(self.information * step))
@@ -149,13 +150,13 @@ struct Normal {
     cost: f64,
     inliers: usize,
     used: usize,
-    /// Weighted sum of squares and sum of weights, for the noise that is really there.
+    /// Weighted sum of squares and sum of weights, from which the actual noise is estimated.
     squares: f64,
     weights: f64,
 }
 
 impl PoseRefiner {
-    /// A refiner in which residuals count as `kernel` says; its limit is 0.1..=1000.
+    /// A refiner with a robust kernel, whose limit is 0.1..=1000.
     ///
     /// # Errors
     ///
@@ -165,8 +166,7 @@ impl PoseRefiner {
         Ok(Self { kernel })
     }
 
-    /// The best pose near `start`, a `camera_from_body`; `None` when there are fewer than three usable
-    /// observations.
+    /// The best pose `camera_from_body` near `start`; `None` with fewer than three usable observations.
     pub fn refine(
         &self,
         camera: &PinholeCamera,
@@ -176,7 +176,7 @@ impl PoseRefiner {
         self.refine_with(camera, start, observations, None)
     }
 
-    /// [`Self::refine`] with what was known before.
+    /// As [`Self::refine`], with a prior.
     pub(crate) fn refine_with(
         &self,
         camera: &PinholeCamera,
@@ -256,7 +256,7 @@ impl PoseRefiner {
 }
 
 impl Normal {
-    /// To first order in the distance from the pose expected.
+    /// Adds the prior, to first order in the step from the expected pose.
     fn add(&mut self, prior: &PosePrior, pose: &Pose) {
         let pull = prior.information * step_between(&prior.camera_from_body, pose);
         self.matrix += prior.information;
@@ -271,7 +271,7 @@ struct Row {
     jacobian: Vector6<f64>,
 }
 
-/// One row or two; `None` when the point lies behind the camera.
+/// The one or two rows of an observation; `None` when its point is behind the camera.
 fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation) -> Option<[Option<Row>; 2]> {
     let row = |turned: Vector3<f64>, gradient: Vector3<f64>, residual: f64, sigma: f64| {
         let by_rotation = turned.cross(&gradient);
@@ -307,7 +307,7 @@ fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation)
     }
 }
 
-/// How the pixel of a point moves with the point, camera frame: gradients of u and of v.
+/// Gradients of a point's u and v by its position in the camera's frame.
 fn pixel_gradients(camera: &PinholeCamera, seen: Vector3<f64>) -> [Vector3<f64>; 2] {
     let inverse = 1.0 / seen.z;
     [
@@ -316,8 +316,8 @@ fn pixel_gradients(camera: &PinholeCamera, seen: Vector3<f64>) -> [Vector3<f64>;
     ]
 }
 
-/// How the pixel of a body's point moves when the body does ([`moved`]), and when the point does along
-/// `direction`, both in the body's frame.
+/// The motion of a body point's pixel when the body moves ([`moved`]), and when the point moves along
+/// `direction`; `point` and `direction` are in the body's frame.
 pub(crate) fn pixel_motion(
     camera: &PinholeCamera,
     camera_from_body: &Pose,
@@ -334,15 +334,15 @@ pub(crate) fn pixel_motion(
     PixelMotion { by_pose, by_shift: gradients.map(|gradient| gradient.dot(&direction)) }
 }
 
-/// Gradients of a point's u and v.
+/// Derivatives of a point's u and v.
 pub(crate) struct PixelMotion {
-    /// Pixels a radian and a metre.
+    /// Pixels per radian and per metre.
     pub(crate) by_pose: [Vector6<f64>; 2],
-    /// Pixels a metre.
+    /// Pixels per metre.
     pub(crate) by_shift: [f64; 2],
 }
 
-/// The damped step; `None` when there is none.
+/// The damped step; `None` when the equations have no solution.
 fn solve(normal: &Normal, damping: f64) -> Option<Vector6<f64>> {
     let mut matrix = normal.matrix;
     let floor = 1e-9 * matrix.diagonal().amax();
@@ -354,11 +354,11 @@ fn solve(normal: &Normal, damping: f64) -> Option<Vector6<f64>> {
 }
 
 fn covariance(normal: &Normal, prior: Option<&PosePrior>) -> Option<[[f64; 6]; 6]> {
-    // More noise than was said makes the pose less certain; less does not make it more so.
+    // More noise than the given sigmas makes the pose less certain; less noise does not make it more certain.
     let excess = (normal.squares / (normal.weights - 6.0).max(1.0)).max(1.0);
     let known = prior.map_or_else(Matrix6::zeros, |prior| prior.information);
     let information = (normal.matrix - known) / excess + known;
-    // In units in which every parameter is equally well known, so that metres and radians compare.
+    // Scaled to a unit diagonal, so that metres and radians can be compared.
     let scale = information.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 });
     let scaled = Matrix6::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
     let smallest = scaled.symmetric_eigenvalues().min();

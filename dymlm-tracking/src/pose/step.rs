@@ -1,8 +1,8 @@
 use dymlm_core::Pose;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 
-/// Turns a body about its own origin and moves that: (rotation vector, radians; move, metres), both along the
-/// axes of the frame that the pose leads to.
+/// Rotates a body about its own origin and moves the origin. The step is (rotation vector, radians;
+/// translation, metres), both along the axes of the frame that the pose leads to.
 pub(crate) fn moved(pose: &Pose, step: &Vector6<f64>) -> Pose {
     let turn = rotation_about([step[0], step[1], step[2]]);
     let [x, y, z] = pose.translation();
@@ -10,7 +10,7 @@ pub(crate) fn moved(pose: &Pose, step: &Vector6<f64>) -> Pose {
     Pose::new([x + step[3], y + step[4], z + step[5]], turned.quaternion()).unwrap_or(*pose)
 }
 
-/// The step with which [`moved`] leads from one pose to another.
+/// The step with which [`moved`] takes `from` to `to`.
 pub(crate) fn step_between(from: &Pose, to: &Pose) -> Vector6<f64> {
     let [x, y, z, w] = (*to * from.inverse()).quaternion();
     let sign = if w < 0.0 { -1.0 } else { 1.0 };
@@ -21,7 +21,7 @@ pub(crate) fn step_between(from: &Pose, to: &Pose) -> Vector6<f64> {
     Vector6::new(turn.x, turn.y, turn.z, b[0] - a[0], b[1] - a[1], b[2] - a[2])
 }
 
-/// The turn about an axis by its length, radians.
+/// The rotation about an axis by its length, radians.
 pub(crate) fn rotation_about(axis: [f64; 3]) -> Pose {
     let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(axis));
     Pose::new([0.0; 3], rotation.coords.into()).unwrap_or_default()

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 const WIDTH: usize = 200;
 const HEIGHT: usize = 160;
 
-/// A sum of waves in all directions: smooth, and nowhere the same.
+/// A sum of waves in many directions: smooth, and different everywhere.
 fn waves(u: f32, v: f32) -> f32 {
     (0..12)
         .map(|k| {
@@ -22,7 +22,7 @@ fn waves(u: f32, v: f32) -> f32 {
         + 0.5
 }
 
-/// The image in which what was at p is at c + zoom R(turn) (p - c) + shift.
+/// The image in which the content of p is at c + zoom R(turn) (p - c) + shift.
 fn image(shift: [f32; 2], turn: f32, zoom: f32, gain: f32) -> GrayImage {
     let (sin, cos) = turn.sin_cos();
     let value = |i: usize| {
@@ -100,10 +100,10 @@ fn every_way_to_fail_has_its_name() {
     }
     assert_eq!(status(&mut flow, &flat, &before, [100.0, 80.0]), FlowStatus::NoTexture);
     assert_ne!(status(&mut flow, &before, &flat, [100.0, 80.0]), FlowStatus::Tracked);
-    // Out at the right border.
+    // The point leaves the image at the right border.
     let after = ImagePyramid::new(&image([12.0, 0.0], 0.0, 1.0, 1.0), 3);
     assert_ne!(status(&mut flow, &before, &after, [WIDTH as f32 - 4.0, 80.0]), FlowStatus::Tracked);
-    // A patch that is gone: something else is found, and is not like it or does not lead back.
+    // A patch is replaced: a window found there differs, or does not lead back.
     let mut data = textured.data().to_vec();
     for v in 60..100 {
         for u in 80..120 {
@@ -135,7 +135,7 @@ fn whole() -> BoundingBox {
     BoundingBox::new(0.0, 0.0, WIDTH as f32, HEIGHT as f32).unwrap()
 }
 
-/// Found with `cv2.goodFeaturesToTrack` of `OpenCV` 5.0 on the same square: its four corners.
+/// `cv2.goodFeaturesToTrack` of `OpenCV` 5.0 finds the same four corners.
 #[test]
 fn a_square_has_four_corners() {
     let value = |i: usize| {

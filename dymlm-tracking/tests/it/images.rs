@@ -1,4 +1,4 @@
-//! Grey images and pyramids of them.
+//! Grey images and image pyramids.
 
 use dymlm_core::ColorImage;
 use dymlm_tracking::{Error, GrayImage, ImagePyramid};

@@ -4,7 +4,7 @@ use dymlm_core::BoundingBox;
 use dymlm_tracking::{Error, GrayImage, KcfConfig, KcfTracker};
 use proptest::prelude::*;
 
-/// Smooth noise of features about `scale` pixels wide.
+/// Smooth noise with features about `scale` pixels wide.
 fn texture(u: f32, v: f32, scale: f32, seed: u32) -> f32 {
     let hash = |i: i32, j: i32| {
         let mut h = (i as u32).wrapping_mul(0x9e37_79b1)
@@ -24,7 +24,7 @@ fn texture(u: f32, v: f32, scale: f32, seed: u32) -> f32 {
     row(j) * (1.0 - wy) + row(j + 1) * wy
 }
 
-/// A textured target of `size` pixels about `center` on another texture, 200x160, seen at a contrast.
+/// A textured target of `size` pixels around `center` on another texture, 200x160 pixels, with a contrast.
 fn scene(center: [f32; 2], size: [f32; 2], zoom: f32, contrast: f32) -> GrayImage {
     let value = |i: usize| {
         let (u, v) = ((i % 200) as f32, (i / 200) as f32);
@@ -39,7 +39,7 @@ fn scene(center: [f32; 2], size: [f32; 2], zoom: f32, contrast: f32) -> GrayImag
 
 fn region(center: [f32; 2], size: [f32; 2]) -> BoundingBox {
     let [w, h] = size.map(|side| 0.5 * side);
-    // Boxes begin at the first pixel whose centre they hold.
+    // From pixel coordinates to box coordinates.
     let [u, v] = center.map(|c| c + 0.5);
     BoundingBox::new(u - w, v - h, u + w, v + h).unwrap()
 }
@@ -61,7 +61,7 @@ proptest! {
     }
 }
 
-/// The filter alone is off by 0.15 pixels here, whether the target moves by whole pixels or not.
+/// The filter alone is off by 0.15 pixels here, whether the target moves by whole pixels or by fractions.
 #[test]
 fn follows_a_target_to_a_twentieth_of_a_pixel() {
     for whole in [false, true] {
@@ -100,7 +100,7 @@ fn follows_a_target_that_comes_nearer() {
         let found = tracker.update(&scene(center, SIZE, zoom, 0.8));
         overlap = overlap.min(found.bounding_box.iou(&region(center, SIZE.map(|side| side * zoom))));
     }
-    // The size lags by a step or two.
+    // The size lags by one or two scale steps.
     assert!(overlap > 0.6, "{overlap}");
 }
 
@@ -178,7 +178,7 @@ fn targets_at_the_border_and_odd_images_do_no_harm() {
         let [u, v] = found.bounding_box.center();
         assert!(u.is_finite() && v.is_finite() && found.scale > 0.0, "{found:?}");
     }
-    // Long and thin.
+    // Long, thin targets.
     for size in [[180.0, 8.0], [8.0, 150.0]] {
         KcfTracker::new(&image, region([100.0, 80.0], size), &KcfConfig::default()).unwrap().update(&image);
     }

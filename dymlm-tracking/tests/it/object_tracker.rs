@@ -1,4 +1,4 @@
-//! A hand carries things through the rendered office; the tracker must know where they are.
+//! A hand carries things through the rendered office, and the tracker must know their poses.
 
 use dymlm_core::{DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
 use dymlm_sim::{
@@ -22,7 +22,7 @@ fn seen_by(
 ) -> Sequence {
     let mut config = SequenceConfig::default();
     config.people = 0;
-    // As slow as a busy robot: a hand moves by some centimetres from one frame to the next.
+    // The frame rate of a busy robot: a hand moves by some centimetres between two frames.
     config.frame_rate = 10.0;
     config.frames = frames;
     config.path = CameraPath::Static;
@@ -58,9 +58,9 @@ fn without_depth(frame: &Frame) -> Frame {
     Frame::new(frame.timestamp(), *camera, depth, frame.color().cloned()).unwrap()
 }
 
-/// What a whole sequence came to.
+/// The results of a whole sequence.
 struct Outcome {
-    /// Metres and radians, of the frames with a pose.
+    /// Errors in metres and radians of the frames with a pose, sorted.
     distances: Vec<f64>,
     angles: Vec<f64>,
     misses: usize,
@@ -177,7 +177,7 @@ fn an_occluded_thing_is_found_again() {
         states.contains(&ObjectState::Occluded) && states.contains(&ObjectState::Recovered),
         "{states:?}"
     );
-    // The hand covers it for a little more than two seconds of 10 frames.
+    // The hand occludes it for a little more than two seconds at 10 Hz.
     assert!(longest <= 33, "{longest} frames without a pose");
     assert!(last < 0.01, "{last} m off at the end");
 }
@@ -264,7 +264,7 @@ fn empty_views_and_strange_detections_do_no_harm() {
     let last = last.unwrap();
     assert_eq!(last.state, ObjectState::Lost);
     assert!(last.covariance.is_none() && last.inliers == 0);
-    // It stands where it stood: found again.
+    // It is still in its first place, and is found again.
     let again = Frame::new(2.0, camera, first.frame.depth().clone(), first.frame.color().cloned()).unwrap();
     let found = tracker.track(&again, &first.detections, &first.world_from_camera).unwrap();
     assert_eq!(found.state, ObjectState::Recovered);

@@ -21,12 +21,12 @@ fn camera() -> PinholeCamera {
     PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap()
 }
 
-/// A fixed, uneven spread in -1..1.
+/// A fixed, irregular sequence in -1..1.
 fn noise(i: usize) -> f64 {
     ((i as f64 * 12.9898).sin() * 43758.5453).fract()
 }
 
-/// Twice the area of the triangle over its longest side squared.
+/// Twice the area of a triangle over its longest side squared.
 fn fatness(points: &[[f64; 3]]) -> f64 {
     let d = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let (u, v) = (d(points[0], points[1]), d(points[0], points[2]));
@@ -95,7 +95,7 @@ fn nan_pairs_do_not_poison_a_consensus() {
     assert_eq!(ransac.align(&in_b, &in_a), Some(found));
 }
 
-/// Pixels of `truth` with noise of `sigma`, drawn anew for each `seed`.
+/// Pixels at the pose `truth` with noise of `sigma`; each `seed` has its own noise.
 fn noisy_view(truth: &Pose, sigma: f64, seed: usize) -> Vec<PoseObservation> {
     let camera = camera();
     let gauss = |i: usize| (0..12).map(|k| noise(1000 * seed + 12 * i + k)).sum::<f64>() / 2.0;
@@ -148,10 +148,10 @@ fn a_robust_kernel_ignores_what_least_squares_follows() {
 
 #[test]
 fn depth_and_surfaces_fix_what_pixels_leave_open() {
-    // The truth is (0, 0, 1.5), not turned.
+    // The true pose is (0, 0, 1.5), not rotated.
     let start = Pose::new([0.0, 0.0, 1.6], [0.03, 0.02, 0.0, 0.9993]).unwrap();
     let refiner = PoseRefiner::new(RobustKernel::default()).unwrap();
-    // A plane facing the camera, seen as a surface only: it fixes a distance and two angles, no more.
+    // A plane that faces the camera, observed only as a surface: it fixes one distance and two angles.
     let surface: Vec<_> = (0..100)
         .map(|i| {
             let point = [0.1 * noise(i), 0.1 * noise(i + 200), 0.0];
@@ -162,7 +162,7 @@ fn depth_and_surfaces_fix_what_pixels_leave_open() {
     let found = refiner.refine(&camera(), &start, &surface).unwrap();
     assert!(found.covariance.is_none());
     assert!((found.camera_from_body.translation()[2] - 1.5).abs() < 1e-3);
-    // Which way it faces; turns about that are free.
+    // The direction that the plane faces is fixed; rotations about it are free.
     assert!(found.camera_from_body.rotate([0.0, 0.0, 1.0])[2] > 1.0 - 1e-6);
     let depths: Vec<_> = (0..100)
         .map(|i| {
@@ -199,7 +199,7 @@ fn configs_are_checked() {
 
 #[test]
 fn a_pose_without_inliers_does_not_end_the_search() {
-    // A first sample of two good pairs and a bad one fits nothing; with any seed the search must go on.
+    // A sample of two good pairs and a bad one may fit nothing: whatever the seed, the search must go on.
     let in_b: Vec<[f64; 3]> =
         (0..30).map(|i| [f64::from(i % 5), f64::from(i / 5), f64::from(i * i % 7)]).collect();
     let mut in_a = in_b.clone();

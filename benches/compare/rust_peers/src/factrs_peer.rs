@@ -13,7 +13,7 @@ use crate::request::Request;
 use crate::solved::Solved;
 use crate::timing::{Timing, timed};
 
-/// Counts steps.
+/// Counts the optimizer's steps.
 struct Steps(Rc<Cell<usize>>);
 
 impl OptObserver for Steps {
@@ -22,7 +22,7 @@ impl OptObserver for Steps {
     }
 }
 
-/// Reads by its own function, which adds a prior on the first pose.
+/// Solves a graph read by the library's own function, which adds a prior on the first pose.
 pub(crate) fn solve(request: &Request) -> Result<(Solved, Timing), Failure> {
     let (graph, initial) = load_g20(request.text("graph")?);
     let defaults = BaseOptParams::default();

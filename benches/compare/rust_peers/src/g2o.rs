@@ -12,8 +12,8 @@ pub(crate) struct Edge {
     pub(crate) information: na::Matrix6<f64>,
 }
 
-/// Poses (translation and quaternion x y z w) and edges of a file of g2o, whose information has the translation
-/// first.
+/// Poses (translation and quaternion x y z w) and edges of a g2o file, whose information matrices have the
+/// translation first.
 pub(crate) fn read(path: &str) -> Result<(Vec<[f64; 7]>, Vec<Edge>), Failure> {
     let (mut poses, mut edges) = (Vec::new(), Vec::new());
     for line in std::fs::read_to_string(path)?.lines() {
@@ -37,7 +37,7 @@ pub(crate) fn read(path: &str) -> Result<(Vec<[f64; 7]>, Vec<Edge>), Failure> {
     Ok((poses, edges))
 }
 
-/// From the upper triangle, row by row.
+/// An information matrix from its upper triangle, row by row.
 fn information(triangle: &[f64]) -> Result<na::Matrix6<f64>, Failure> {
     let triangle: [f64; 21] = triangle.try_into()?;
     let mut numbers = triangle.into_iter();

@@ -1,9 +1,8 @@
-//! Rust libraries as a program that answers requests, as `compare_ours` does: `rust_peers LIBRARY`.
+//! Rust libraries as a program that answers requests, like `compare_ours`: `rust_peers LIBRARY`.
 //!
 //! - a request is a line on standard input, `operation key=value key=value ..`;
 //! - the answer is a line on standard output, `ok wall_seconds cpu_seconds` or `error message`;
-//! - with `result=PATH` in the request, what was computed is written to that file after the clock has
-//!   stopped.
+//! - with `result=PATH` in the request, the result is written to that file after the time is measured.
 
 mod factrs_peer;
 mod g2o;
@@ -20,10 +19,10 @@ use request::Request;
 use solved::Solved;
 use timing::Timing;
 
-/// Whatever goes wrong goes to the script as text.
+/// Any error is reported to the script as text.
 type Failure = Box<dyn Error>;
 
-/// A library's way to solve the pose graph that a request names.
+/// The function with which a library solves the pose graph of a request.
 type Solver = fn(&Request) -> Result<(Solved, Timing), Failure>;
 
 fn answer(solver: Solver, line: &str) -> Result<Timing, Failure> {
@@ -31,7 +30,7 @@ fn answer(solver: Solver, line: &str) -> Result<Timing, Failure> {
     if request.operation != "pose_graph" {
         return Err(format!("no operation {}", request.operation).into());
     }
-    // A library may panic where its equations cannot be solved.
+    // A library may panic when its equations cannot be solved.
     let (solved, timing) = catch_unwind(AssertUnwindSafe(|| solver(&request))).map_err(|panic| {
         panic.downcast_ref::<String>().cloned().unwrap_or_else(|| "it panicked".to_owned())
     })??;

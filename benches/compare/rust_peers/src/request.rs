@@ -26,7 +26,7 @@ impl Request {
         Ok(value.ok_or_else(|| format!("{} needs {key}=", self.operation))?)
     }
 
-    /// Relative decrease of the cost below which a solver is to stop; `None` for its own default.
+    /// Relative decrease of the cost below which a solver should stop; `None` for its own default.
     pub(crate) fn tolerance(&self) -> Result<Option<f64>, Failure> {
         match self.text("tolerance")? {
             "default" => Ok(None),

@@ -8,7 +8,7 @@ pub(crate) struct Solved {
 }
 
 impl Solved {
-    /// As f64, the iterations first.
+    /// Writes all numbers as f64, the iterations first.
     pub(crate) fn write(&self, path: &str) -> Result<(), Failure> {
         let numbers = [self.iterations as f64].into_iter().chain(self.poses.iter().flatten().copied());
         Ok(std::fs::write(path, numbers.flat_map(f64::to_le_bytes).collect::<Vec<u8>>())?)

@@ -2,14 +2,14 @@ use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// How long something took.
+/// The time that some work took.
 pub(crate) struct Timing {
     pub(crate) wall: Duration,
-    /// Of this process, all its threads.
+    /// Processor time of all threads of this process.
     pub(crate) cpu: Duration,
 }
 
-/// Runs and times `work`. What it returns is dropped by the caller, outside the measurement.
+/// Runs `work` and measures its time. The caller drops its output, outside the measurement.
 pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Timing) {
     let (wall, cpu) = (Instant::now(), processor_time());
     let output = work();

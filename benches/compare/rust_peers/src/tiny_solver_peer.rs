@@ -13,12 +13,12 @@ use crate::request::Request;
 use crate::solved::Solved;
 use crate::timing::{Timing, timed};
 
-/// The library's own factor between poses knows no information matrix, and takes the translation for its
-/// logarithm: this one is the error that the other libraries minimize.
+/// A factor between two poses with the error that the other libraries minimize. The library's own factor has
+/// no information matrix, and uses the translation in place of its logarithm.
 struct Between {
     /// Quaternion x y z w and translation.
     measured: na::DVector<f64>,
-    /// Rows, of which the squares sum up to the information, each without its zeros.
+    /// Rows whose outer products sum to the information matrix, each without its zeros.
     root: Vec<Vec<(usize, f64)>>,
 }
 
@@ -44,7 +44,7 @@ impl<T: na::RealField> Factor<T> for Between {
     }
 }
 
-/// Of SE(3), the rotation first.
+/// The logarithm of SE(3), rotation first.
 fn logarithm<T: na::RealField>(pose: &SE3<T>) -> na::Vector6<T> {
     let rotation = na::Vector3::from_iterator(pose.rot.log().iter().cloned());
     let square = rotation.norm_squared();
@@ -61,18 +61,19 @@ fn logarithm<T: na::RealField>(pose: &SE3<T>) -> na::Vector6<T> {
     na::Vector6::new(x, y, z, u, v, w)
 }
 
-/// Holds the first pose, and counts how often it is linearized: the library does not tell its iterations.
+/// Fixes the first pose, and counts how often it is linearized, since the library does not report its
+/// iterations.
 struct Held {
     parameters: na::DVector<f64>,
     linearized: Arc<AtomicUsize>,
 }
 
-/// One over the standard deviations of the first pose.
+/// Inverse standard deviation of the fixed first pose.
 const HELD: f64 = 1e4;
 
 impl<T: na::RealField> Factor<T> for Held {
     fn residual_func(&self, poses: &[na::DVector<T>]) -> na::DVector<T> {
-        // In plain numbers it is asked for the cost.
+        // Called with plain numbers for the cost, and with larger dual numbers for a linearization.
         if size_of::<T>() > size_of::<f64>() {
             self.linearized.fetch_add(1, Ordering::Relaxed);
         }
@@ -81,7 +82,7 @@ impl<T: na::RealField> Factor<T> for Held {
     }
 }
 
-/// A pose as the library has it: quaternion x y z w before the translation.
+/// A pose in the library's order: quaternion x y z w before the translation.
 fn parameters(&[x, y, z, qx, qy, qz, qw]: &[f64; 7]) -> na::DVector<f64> {
     let length = (qx * qx + qy * qy + qz * qz + qw * qw).sqrt();
     na::DVector::from_column_slice(&[qx / length, qy / length, qz / length, qw / length, x, y, z])

@@ -8,7 +8,7 @@ use crate::request::Request;
 use crate::results::write_numbers;
 use crate::timing::{Timing, timed};
 
-/// Weights as integers, by path, and the engine with its buffers.
+/// Integer weights by path, and the engine with its buffers.
 #[derive(Default)]
 pub(crate) struct Assignments {
     weights: BTreeMap<String, Vec<i64>>,
@@ -16,7 +16,7 @@ pub(crate) struct Assignments {
 }
 
 /// `assignment input= size=`: pairs rows with columns in each of the file's matrices of `size` x `size` whole
-/// numbers, so that the sum is greatest.
+/// numbers, so that the sum is the greatest.
 pub(crate) fn run(request: &Request, inputs: &mut Inputs, kept: &mut Assignments) -> Result<Timing, Failure> {
     let path = request.text("input")?;
     if !kept.weights.contains_key(path) {

@@ -6,7 +6,7 @@ use crate::request::Request;
 use crate::results::write_labels;
 use crate::timing::{Timing, timed};
 
-/// Memory for `buffers=kept`: as a program uses it that clusters one cloud after another.
+/// Memory for `buffers=kept`, as in a program that clusters one cloud after another.
 #[derive(Default)]
 pub(crate) struct Buffers {
     scratch: DbscanScratch,

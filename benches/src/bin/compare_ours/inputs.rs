@@ -1,10 +1,10 @@
-//! Input files, each read once: the requests of later rounds find it in memory.
+//! Input files, each read once and kept in memory for later requests.
 //!
 //! - points: x, y, z as f32, nothing else;
-//! - frames: for each frame the sensor's position as 3 f32, the number of points as u32, and the points; all
+//! - frames: for each frame the sensor's position as 3 f32, the number of points as u32, and the points, all
 //!   in the world;
 //! - rays: origin and direction, 6 f32 each;
-//! - depth images and matrices: f32, decoded by the operation, which keeps what it makes of them.
+//! - depth images and matrices: f32; the operation decodes them and keeps the result.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -27,7 +27,7 @@ pub(crate) struct Ray {
     pub(crate) direction: Point,
 }
 
-/// All files read so far.
+/// The content of all files read so far.
 #[derive(Default)]
 pub(crate) struct Inputs {
     points: BTreeMap<String, Vec<Point>>,
@@ -73,7 +73,7 @@ fn cached<'a, T>(
 fn scans(mut numbers: &[f32]) -> Result<Vec<Scan>, Failure> {
     let mut scans = Vec::new();
     while let Some((&[x, y, z, count], rest)) = numbers.split_first_chunk() {
-        // The count shares the array of f32 as bits.
+        // The count is a u32 whose bits stand among the f32.
         let count = 3 * count.to_bits() as usize;
         let (points, rest) = rest.split_at_checked(count).ok_or("a frame is cut short")?;
         scans.push(Scan { origin: [x, y, z], points: points.as_chunks().0.to_vec() });

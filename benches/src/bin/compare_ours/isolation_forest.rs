@@ -6,7 +6,7 @@ use crate::request::Request;
 use crate::results::write_numbers;
 use crate::timing::{Timing, timed};
 
-/// Memory for `buffers=kept`: as a program uses it that judges one cloud after another.
+/// Memory for `buffers=kept`, as in a program that scores one cloud after another.
 #[derive(Default)]
 pub(crate) struct Buffers {
     scratch: IsolationForestScratch<3>,
@@ -19,8 +19,8 @@ pub(crate) fn fit(request: &Request, inputs: &mut Inputs, kept: &mut Buffers) ->
     run(request, inputs, kept, Timed::Fit)
 }
 
-/// `isolation_forest_scores input= trees= sample_size= buffers=kept|fresh`: of the points that the trees were
-/// grown on.
+/// `isolation_forest_scores input= trees= sample_size= buffers=kept|fresh`: scores of the points on which the
+/// trees were grown.
 pub(crate) fn scores(request: &Request, inputs: &mut Inputs, kept: &mut Buffers) -> Result<Timing, Failure> {
     run(request, inputs, kept, Timed::Scores)
 }

@@ -1,10 +1,9 @@
-//! Our side of `benches/compare`: runs one operation on given input whenever it is asked to, and says how
-//! long it took. `compare.py` starts it beside the other libraries' programs, which speak the same protocol:
+//! Our side of `benches/compare`: runs an operation on given input on each request, and answers how long it
+//! took. `compare.py` starts it beside the other libraries' programs, which use the same protocol:
 //!
 //! - a request is a line on standard input, `operation key=value key=value ..`;
 //! - the answer is a line on standard output, `ok wall_seconds cpu_seconds` or `error message`;
-//! - with `result=PATH` in the request, what was computed is written to that file after the clock has
-//!   stopped.
+//! - with `result=PATH` in the request, the result is written to that file after the time is measured.
 //!
 //! Inputs are read once and kept. Files are raw little-endian numbers, described in [`inputs`] and
 //! [`results`].
@@ -31,10 +30,10 @@ use std::io::{BufRead, Write, stdin, stdout};
 use request::Request;
 use timing::Timing;
 
-/// Whatever goes wrong goes to the script as text.
+/// Any error is reported to the script as text.
 type Failure = Box<dyn Error>;
 
-/// What each operation keeps between requests.
+/// The data that each operation keeps between requests.
 #[derive(Default)]
 struct Contestant {
     inputs: inputs::Inputs,

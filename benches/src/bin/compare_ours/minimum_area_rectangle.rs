@@ -6,7 +6,7 @@ use crate::request::Request;
 use crate::results::write_numbers;
 use crate::timing::{Timing, timed};
 
-/// `minimum_area_rectangle input= buffers=kept|fresh`: around the x and y of the points.
+/// `minimum_area_rectangle input= buffers=kept|fresh`: uses the x and y of the points.
 pub(crate) fn run(
     request: &Request,
     inputs: &mut Inputs,

@@ -9,12 +9,12 @@ use crate::request::Request;
 use crate::results::{write_hits, write_leaves, write_states};
 use crate::timing::{Timing, timed};
 
-/// Maps to query, by the request's `frames`, `resolution` and `max_range`.
+/// Maps for queries, by the request's `frames`, `resolution` and `max_range`.
 #[derive(Default)]
 pub(crate) struct Maps(BTreeMap<String, Octree>);
 
-/// `octree_insert frames= limit= resolution= max_range= rays=per_cell|per_point`: the first `limit` frames
-/// into a new map.
+/// `octree_insert frames= limit= resolution= max_range= rays=per_cell|per_point`: inserts the first `limit`
+/// frames into a new map.
 pub(crate) fn insert(request: &Request, inputs: &mut Inputs) -> Result<Timing, Failure> {
     let mut map = Octree::new(config(request)?)?;
     let frames = inputs.frames(request.text("frames")?)?;
@@ -28,8 +28,8 @@ pub(crate) fn insert(request: &Request, inputs: &mut Inputs) -> Result<Timing, F
     Ok(timing)
 }
 
-/// `octree_cast frames= resolution= max_range= rays_file= cast_range=`: through unknown cells, to the first
-/// occupied.
+/// `octree_cast frames= resolution= max_range= rays_file= cast_range=`: casts rays through unknown cells, up
+/// to the first occupied one.
 pub(crate) fn cast(request: &Request, inputs: &mut Inputs, maps: &mut Maps) -> Result<Timing, Failure> {
     let map = maps.get(request, inputs)?;
     let range = request.number("cast_range")?;
@@ -75,7 +75,7 @@ pub(crate) fn query(request: &Request, inputs: &mut Inputs, maps: &mut Maps) -> 
 }
 
 impl Maps {
-    /// The map of all frames, built when it is first asked for.
+    /// The map of all frames, built at the first request.
     fn get(&mut self, request: &Request, inputs: &mut Inputs) -> Result<&Octree, Failure> {
         let frames = request.text("frames")?;
         let name = format!("{frames} {} {}", request.text("resolution")?, request.text("max_range")?);

@@ -9,7 +9,7 @@ use crate::request::Request;
 use crate::results::write_numbers;
 use crate::timing::{Timing, timed};
 
-/// Depth images as our types, by path, and the detector, which keeps its buffers.
+/// Depth images converted to our types, by path, and the detector, which keeps its buffers.
 #[derive(Default)]
 pub(crate) struct Planes {
     images: BTreeMap<String, Vec<Frame>>,
@@ -17,11 +17,11 @@ pub(crate) struct Planes {
     detector: Option<PlaneDetector>,
 }
 
-/// A plane found, as its row of the result file.
+/// A detected plane, as a row of the result file.
 type Row = [f64; 9];
 
-/// `planes input= min_support=`: the planes of each depth image, with refinement, covariance, edge points,
-/// and the filter.
+/// `planes input= min_support=`: detects the planes of each depth image, with refinement, covariance, edge
+/// points and the filter.
 pub(crate) fn run(request: &Request, inputs: &mut Inputs, kept: &mut Planes) -> Result<Timing, Failure> {
     let path = request.text("input")?;
     if !kept.images.contains_key(path) {
@@ -59,7 +59,7 @@ fn row(image: usize, plane: dymlm_core::Plane, [cx, cy, cz]: [f64; 3], support: 
     [image as f64, x, y, z, plane.d(), cx, cy, cz, support as f64]
 }
 
-/// See `harness/files.py`: width and height share the array of f32 as bits.
+/// Reads the format of `harness/files.py`: the bits of width and height stand among the f32.
 pub(crate) fn read(numbers: &[f32]) -> Result<Vec<Frame>, Failure> {
     let Some((&[width, height, fx, fy, cx, cy], rest)) = numbers.split_first_chunk() else {
         return Err("depth images without a header".into());

@@ -8,10 +8,10 @@ use crate::request::Request;
 use crate::results::write_numbers;
 use crate::timing::{Timing, timed};
 
-/// Pose graphs, by the paths of their files.
+/// Pose graphs by the paths of their files.
 pub(crate) type PoseGraphs = BTreeMap<String, PoseGraph>;
 
-/// `pose_graph graph=`: the poses of least cost, with the settings by default.
+/// `pose_graph graph=`: finds the poses of least cost, with default settings.
 pub(crate) fn run(request: &Request, graphs: &mut PoseGraphs) -> Result<Timing, Failure> {
     let path = request.text("graph")?;
     if !graphs.contains_key(path) {

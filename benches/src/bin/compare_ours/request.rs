@@ -39,7 +39,7 @@ impl Request {
         text.parse().map_err(|_| format!("{key}={text} is no number").into())
     }
 
-    /// Whether working memory and output are those of the run before (`buffers=kept`) or new
+    /// Whether working memory and output are reused from the run before (`buffers=kept`) or new
     /// (`buffers=fresh`).
     pub(crate) fn keeps_buffers(&self) -> Result<bool, Failure> {
         match self.text("buffers")? {
@@ -49,7 +49,7 @@ impl Request {
         }
     }
 
-    /// Where to write what was computed, if anywhere.
+    /// The file to write the result to, if any.
     pub(crate) fn result(&self) -> Option<&Path> {
         self.parameters.get("result").map(Path::new)
     }

@@ -1,4 +1,4 @@
-//! Result files, for the script to compare with those of the other libraries.
+//! Result files, which the script compares with those of the other libraries.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -21,7 +21,7 @@ pub(crate) fn write_points(path: &Path, points: &[Point]) -> Result<(), Failure>
 }
 
 /// An octree: the number of its nodes as u64, then for each leaf the key of its lowest cell as 3 u16, its
-/// depth as u16, its log-odds as f32.
+/// depth as u16 and its log-odds as f32.
 pub(crate) fn write_leaves(path: &Path, map: &Octree) -> Result<(), Failure> {
     let mut file = BufWriter::new(File::create(path)?);
     file.write_all(&(map.counts().nodes as u64).to_le_bytes())?;
@@ -34,7 +34,7 @@ pub(crate) fn write_leaves(path: &Path, map: &Octree) -> Result<(), Failure> {
     Ok(file.flush()?)
 }
 
-/// Ray casts: centre of the occupied cell hit as 3 f32, NaN when none was.
+/// Ray casts: the centre of the occupied cell that was hit as 3 f32, NaN when none was hit.
 pub(crate) fn write_hits(path: &Path, hits: &[Option<RayHit>]) -> Result<(), Failure> {
     let centers: Vec<Point> = hits
         .iter()
@@ -55,9 +55,9 @@ pub(crate) fn write_states(path: &Path, states: &[CellState]) -> Result<(), Fail
     })
 }
 
-/// Numbers: f64 each. A rectangle is its four corners, a box its centre, rotation by rows and full lengths,
-/// a plane the number of its image, normal, offset, centroid and number of pixels, a solved pose graph the
-/// number of steps and then for each pose its translation and quaternion x y z w.
+/// Numbers: f64 each. A rectangle has its four corners; a box its centre, rotation by rows and full lengths;
+/// a plane the number of its image, normal, offset, centroid and number of pixels; a solved pose graph the
+/// number of steps, then for each pose its translation and quaternion x y z w.
 pub(crate) fn write_numbers(path: &Path, numbers: &[f64]) -> Result<(), Failure> {
     write(path, numbers, |number| number.to_le_bytes())
 }

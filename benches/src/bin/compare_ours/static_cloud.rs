@@ -11,12 +11,12 @@ use crate::request::Request;
 use crate::results::write_points;
 use crate::timing::{Timing, timed};
 
-/// Posed depth images, by the path of the images.
+/// Posed depth images, by the path of the images' file.
 #[derive(Default)]
 pub(crate) struct Recordings(BTreeMap<String, Vec<(Frame, Pose)>>);
 
-/// `static_cloud images= poses= limit=`: the cloud of the first `limit` frames, without detections, and of
-/// that what is static.
+/// `static_cloud images= poses= limit=`: builds the cloud of the first `limit` frames, without detections,
+/// and returns its static points.
 pub(crate) fn run(
     request: &Request,
     inputs: &mut Inputs,
@@ -47,7 +47,7 @@ fn map(frames: &[(Frame, Pose)]) -> Result<PointCloud, dymlm_cloud::Error> {
     Ok(map.point_cloud(Selection::Static))
 }
 
-/// See `harness/files.py`.
+/// Reads the format of `harness/files.py`.
 fn read_poses(path: &str) -> Result<Vec<Pose>, Failure> {
     let bytes = fs::read(path).map_err(|error| format!("{path}: {error}"))?;
     let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();

@@ -2,16 +2,15 @@ use std::time::{Duration, Instant};
 
 use dymlm_test_support::processor_time;
 
-/// How long something took.
+/// The time that some work took.
 pub(crate) struct Timing {
-    /// By the clock on the wall.
+    /// Wall-clock time.
     pub(crate) wall: Duration,
-    /// Processor time of this process, all its threads: what other programs on the machine do hardly changes
-    /// it.
+    /// Processor time of all threads of this process, which other programs on the machine hardly affect.
     pub(crate) cpu: Duration,
 }
 
-/// Runs and times `work`. What it returns is dropped by the caller, outside the measurement.
+/// Runs `work` and measures its time. The caller drops its output, outside the measurement.
 pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Timing) {
     let (wall, cpu) = (Instant::now(), processor_time());
     let output = work();

@@ -8,7 +8,7 @@ use crate::Failure;
 use crate::request::Request;
 use crate::timing::{Timing, timed};
 
-/// Images of 640x480, and what is tracked through them, each file read once.
+/// Images of 640x480 by path; each file is read once.
 #[derive(Default)]
 pub(crate) struct Sequences {
     images: BTreeMap<String, Vec<GrayImage>>,
@@ -18,7 +18,7 @@ const WIDTH: usize = 640;
 const HEIGHT: usize = 480;
 
 impl Sequences {
-    /// Colour images, 3 bytes a pixel, or grey ones.
+    /// The images of a file: colour, with 3 bytes per pixel, or grey.
     fn images(&mut self, path: &str, bytes_a_pixel: usize) -> Result<&[GrayImage], Failure> {
         if !self.images.contains_key(path) {
             let bytes = fs::read(path).map_err(|error| format!("{path}: {error}"))?;
@@ -43,7 +43,7 @@ fn rows<const N: usize>(path: &str) -> Result<Vec<[f32; N]>, Failure> {
     Ok(numbers.as_chunks().0.to_vec())
 }
 
-/// `kcf images= targets=`: each target from its first box on; a box a row of the targets.
+/// `kcf images= targets=`: tracks each target from its first box; the targets' file has one box per row.
 pub(crate) fn kcf(request: &Request, sequences: &mut Sequences) -> Result<Timing, Failure> {
     let targets: Vec<[f32; 6]> = rows(request.text("targets")?)?;
     let images = sequences.images(request.text("images")?, 3)?;
@@ -74,14 +74,15 @@ fn follow_boxes(images: &[GrayImage], targets: &[[f32; 6]]) -> Result<Vec<Boundi
     Ok(boxes)
 }
 
-/// `optical_flow images= points=`: pairs of grey images, 200 points a pair; x, y a point.
+/// `optical_flow images= points=`: tracks 200 points in each pair of grey images; a row of the points' file
+/// has 4 f32, of which the first two are x and y of the start.
 pub(crate) fn optical_flow(request: &Request, sequences: &mut Sequences) -> Result<Timing, Failure> {
     const POINTS: usize = 200;
     let points: Vec<[f32; 4]> = rows(request.text("points")?)?;
     let starts: Vec<[f32; 2]> = points.iter().map(|&[x, y, ..]| [x, y]).collect();
     let images = sequences.images(request.text("images")?, 1)?;
     let mut config = FlowConfig::default();
-    // OpenCV's function does not look back either.
+    // As in OpenCV's function, points are not tracked back.
     config.max_forward_backward = None;
     let mut flow = OpticalFlow::new(&config)?;
     let [mut from, mut to] = [ImagePyramid::empty(config.halvings), ImagePyramid::empty(config.halvings)];

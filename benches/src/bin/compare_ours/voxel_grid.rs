@@ -7,7 +7,7 @@ use crate::request::Request;
 use crate::results::write_points;
 use crate::timing::{Timing, timed};
 
-/// Memory for `buffers=kept`: as a program uses it that downsamples one cloud after another.
+/// Memory for `buffers=kept`, as in a program that downsamples one cloud after another.
 #[derive(Default)]
 pub(crate) struct Buffers {
     scratch: VoxelGridScratch,

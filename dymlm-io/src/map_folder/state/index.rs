@@ -19,9 +19,9 @@ pub(super) struct Part {
     pub(super) offset: u64,
     /// Bytes in the segment.
     pub(super) packed: u64,
-    /// Bytes of the part; as many as packed where it is not deflated.
+    /// Length of the part itself; equal to `packed` when the part is not deflated.
     pub(super) bytes: u64,
-    /// Of the bytes in the segment.
+    /// Checksum of the bytes in the segment.
     pub(super) crc32: u32,
 }
 
@@ -30,7 +30,7 @@ impl StateIndex {
         encode_part(self)
     }
 
-    /// The index that was written; an error where it tells of parts outside their segments.
+    /// Decodes an index; an error when a part lies outside its segment.
     pub(super) fn decode(bytes: &[u8]) -> Result<Self, DamagedState> {
         let index: Self = decode_part(0, bytes)?;
         for part in index.parts() {
@@ -47,7 +47,7 @@ impl StateIndex {
         self.sections.values().flat_map(BTreeMap::values)
     }
 
-    /// By segment, the bytes of it that are in use.
+    /// For each segment, the number of its bytes that are in use.
     pub(super) fn bytes_in_use(&self) -> BTreeMap<u32, u64> {
         let mut in_use: BTreeMap<u32, u64> = self.segments.keys().map(|&number| (number, 0)).collect();
         for part in self.parts() {
@@ -56,7 +56,7 @@ impl StateIndex {
         in_use
     }
 
-    /// The segments whose parts are to be written again beside `new_bytes` that are written anyway.
+    /// The segments whose parts are to be copied into a new segment that gets `new_bytes` anyway.
     pub(super) fn to_be_folded(&self, new_bytes: u64) -> Vec<u32> {
         let in_use = self.bytes_in_use();
         let mut written = new_bytes;
@@ -78,7 +78,8 @@ impl StateIndex {
 mod tests {
     use super::*;
 
-    /// Saves of these sizes, none of which replaces anything; gives the segments and the bytes written.
+    /// Saves parts of these sizes, none of which replaces another; returns the number of segments and the
+    /// bytes written.
     fn saved(sizes: impl Iterator<Item = u64>) -> (usize, u64) {
         let (mut index, mut written) = (StateIndex::default(), 0);
         for (number, size) in (1..).zip(sizes) {

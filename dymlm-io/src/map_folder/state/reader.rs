@@ -10,7 +10,7 @@ use super::segment::SegmentReader;
 use super::{INDEX, segment_name};
 use crate::{Error, MapFolder};
 
-/// A part of a saved state cannot be read, or is not what was written.
+/// A part of a saved state that cannot be read, or has changed since it was written.
 #[derive(Debug, thiserror::Error)]
 #[error("part {part:#x} of {section}, in {}: {source}", path.display())]
 pub struct DamagedPart {
@@ -18,20 +18,20 @@ pub struct DamagedPart {
     pub section: String,
     /// The part's key.
     pub part: u64,
-    /// The file that it stands in.
+    /// The segment file that holds the part.
     pub path: PathBuf,
     /// What is wrong.
     pub source: io::Error,
 }
 
 impl MapFolder {
-    /// Whether the folder holds a state, and not only the standard files.
+    /// Whether the folder holds a state beside the standard files.
     pub fn has_state(&self) -> bool {
         self.files().any(|file| file == INDEX)
     }
 
-    /// The parts of a section of the state, by ascending key, each with its bytes; none of a section that is
-    /// not there.
+    /// The parts of a section of the state, each with its key and bytes, by ascending key; no parts when
+    /// there is no such section.
     ///
     /// # Errors
     ///
@@ -55,13 +55,13 @@ impl MapFolder {
     }
 }
 
-/// The parts of a [section](MapFolder::state): after one that is damaged come the others.
+/// Iterates over the parts of a [section](MapFolder::state). After a damaged part, the others still follow.
 #[derive(Debug)]
 pub struct StateParts {
     section: String,
     folder: PathBuf,
     parts: IntoIter<u64, Part>,
-    /// Those that have been opened.
+    /// The segments opened so far.
     segments: BTreeMap<u32, SegmentReader>,
 }
 

@@ -12,10 +12,10 @@ use crate::map_folder::lock::FolderLock;
 use crate::map_folder::replace::resolve;
 use crate::{Error, MapFolder, MapFolderWriter};
 
-/// Saves maps into one folder again and again, each time what has changed.
+/// Saves maps into one folder again and again. Each save writes only the parts that have changed.
 ///
-/// As long as it lives nobody else writes the folder. A save that fails, or is killed, leaves the map that
-/// was saved before: see [`MapFolderWriter`].
+/// As long as the saver lives, nobody else can write the folder. A save that fails or is killed leaves the
+/// previous map in place: see [`MapFolderWriter`].
 ///
 /// ```
 /// # let parent = tempfile::tempdir()?;
@@ -29,7 +29,7 @@ use crate::{Error, MapFolder, MapFolderWriter};
 ///         part(2, Some(b"two"))
 ///     })
 /// })?;
-/// // The first is written no more.
+/// The first part is not written again.
 /// saver.save(&"config", &2, |_, state| state.section("numbers", |part| part(2, Some(b"zwei"))))?;
 ///
 /// let parts = MapFolder::open(&folder)?.state("numbers")?;
@@ -40,13 +40,13 @@ use crate::{Error, MapFolder, MapFolderWriter};
 #[derive(Debug)]
 pub struct MapFolderSaver {
     target: PathBuf,
-    /// What the folder holds of which this saver knows.
+    /// The parts in the folder that this saver knows of.
     index: StateIndex,
     _lock: FolderLock,
 }
 
 impl MapFolderSaver {
-    /// A saver that knows nothing of what the folder holds: its first save replaces it.
+    /// A saver that ignores what the folder holds: its first save replaces everything.
     ///
     /// # Errors
     ///
@@ -59,8 +59,8 @@ impl MapFolderSaver {
         Ok(Self { target, index: StateIndex::default(), _lock: lock })
     }
 
-    /// A saver that goes on with what a folder holds: its first save writes what differs from that. And the
-    /// folder, to be read.
+    /// A saver that continues from what the folder holds: its first save writes only what differs. Also
+    /// returns the folder, to be read.
     ///
     /// # Errors
     ///
@@ -77,12 +77,12 @@ impl MapFolderSaver {
         &self.target
     }
 
-    /// Saves: `write` writes the standard files, all of them, and the parts of the state that have changed
-    /// since the last time. The others stay.
+    /// Saves the map: `write` writes all standard files, and those parts of the state that have changed since
+    /// the last save. The other parts are kept.
     ///
     /// # Errors
     ///
-    /// Those of `write`, and of [`MapFolderWriter`]. What was saved last is still there.
+    /// Those of `write`, and of [`MapFolderWriter`]. The last saved map is still there then.
     pub fn save<C, N>(
         &mut self,
         config: &C,
@@ -111,13 +111,13 @@ impl MapFolderSaver {
         Ok(())
     }
 
-    /// Forgets what has been saved: the next save takes what it is given for all.
+    /// Forgets the saved parts: the next save must be given all parts, and keeps no others.
     pub fn forget(&mut self) {
         self.index = StateIndex::default();
     }
 }
 
-/// Takes the parts of a state that is being saved.
+/// Receives the parts of a state that is being saved.
 #[derive(Debug)]
 pub struct StateWriter {
     target: PathBuf,
@@ -133,8 +133,8 @@ impl StateWriter {
         Ok(Self { target: target.to_path_buf(), segment, index: before.clone() })
     }
 
-    /// Changes a section: each part that `write` gives is written in the place of the one with its key, or
-    /// that one is removed.
+    /// Changes a section: each part that `write` gives replaces the part of the same key; `None` removes that
+    /// part.
     ///
     /// # Errors
     ///
@@ -156,7 +156,8 @@ impl StateWriter {
         write(&mut sink).map_err(Error::io(target))
     }
 
-    /// Writes again what stands in segments that are not worth being kept, and gives what there is now.
+    /// Copies parts out of segments that are not worth keeping; returns the new segment's number and the new
+    /// index.
     fn finish(mut self) -> Result<(u32, StateIndex), Error> {
         for number in self.index.to_be_folded(self.segment.end()) {
             self.fold(number).map_err(Error::io(&self.target.join(segment_name(number))))?;
@@ -168,7 +169,7 @@ impl StateWriter {
         Ok((number, self.index))
     }
 
-    /// Brings what is in use of a segment to the new one.
+    /// Copies the parts in use of a segment to the new segment.
     fn fold(&mut self, number: u32) -> io::Result<()> {
         let Self { target, segment, index } = self;
         let mut reader = None;

@@ -7,12 +7,12 @@ use miniz_oxide::inflate::decompress_to_vec_with_limit;
 
 use super::index::Part;
 
-/// How hard is tried to deflate: numbers of one kind hardly repeat, so that the next level takes four times as
-/// long for half a percent.
+/// Compression level of deflate. Numbers of one kind hardly repeat, so the next level takes four times as
+/// long for half a percent less.
 const LEVEL: u8 = 1;
 
-/// Bytes at the beginning of a part by which it is found whether deflating is worth its time, and the least
-/// share of them that it must save.
+/// The first bytes of a part decide whether it is deflated: deflating these `SAMPLE` bytes must save at least
+/// one byte in `LEAST_SAVED`.
 const SAMPLE: usize = 4096;
 const LEAST_SAVED: usize = 16;
 
@@ -41,7 +41,7 @@ impl SegmentWriter {
     /// Writes a part, deflated where that makes it smaller.
     pub(super) fn write(&mut self, bytes: &[u8]) -> io::Result<Part> {
         let sample = bytes.get(..SAMPLE).unwrap_or_default();
-        // What is packed already, such as images, is most of what is saved.
+        // Most of a state is compressed already, such as images, and is not worth deflating again.
         let is_packed = compress_to_vec(sample, LEVEL).len() + sample.len() / LEAST_SAVED > sample.len();
         let is_tried = sample.is_empty() || !is_packed;
         let deflated = if is_tried { compress_to_vec(bytes, LEVEL) } else { Vec::new() };
@@ -51,7 +51,7 @@ impl SegmentWriter {
         Ok(Part { segment: self.number, offset, packed, bytes, crc32 })
     }
 
-    /// Writes a part as it stands in another segment.
+    /// Writes a part with the packed bytes that it had in another segment.
     pub(super) fn copy(&mut self, part: &Part, packed: &[u8]) -> io::Result<Part> {
         Ok(Part { segment: self.number, offset: self.append(packed)?, ..*part })
     }
@@ -63,7 +63,7 @@ impl SegmentWriter {
         Ok(offset)
     }
 
-    /// Flushes it to the disk; gives its size.
+    /// Flushes the file to the disk; returns its size.
     pub(super) fn finish(self) -> io::Result<u64> {
         self.file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
         Ok(self.end)
@@ -81,9 +81,9 @@ impl SegmentReader {
         Ok(Self { file: File::open(path)? })
     }
 
-    /// A part as it stands there; `InvalidData` when it is not what was written.
+    /// A part's bytes as stored in the file; `InvalidData` when the checksum differs.
     pub(super) fn packed(&mut self, part: &Part) -> io::Result<Vec<u8>> {
-        // What a damaged index claims to be there is not allocated before it is known to be there.
+        // A damaged index may claim any length: memory is allocated only for bytes that the file has.
         if part.offset.checked_add(part.packed).is_none_or(|end| self.len().is_ok_and(|len| len < end)) {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
@@ -93,7 +93,7 @@ impl SegmentReader {
         if crc32fast::hash(&packed) == part.crc32 { Ok(packed) } else { Err(invalid("another checksum")) }
     }
 
-    /// A part's bytes.
+    /// A part's bytes, inflated.
     pub(super) fn read(&mut self, part: &Part) -> io::Result<Vec<u8>> {
         let packed = self.packed(part)?;
         if part.packed == part.bytes {

@@ -1,4 +1,4 @@
-//! A small dataset on disk, whole, for tests to spoil.
+//! A small, complete dataset on disk, which tests then damage.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -31,7 +31,7 @@ pub(crate) struct Dataset {
 }
 
 impl Dataset {
-    /// Images, both lists, no associations, a pose for each frame at x = i metres.
+    /// Images, both lists, no associations, and for each frame i a pose at x = i metres.
     pub(crate) fn new() -> Self {
         let dataset = Self { folder: tempfile::tempdir().unwrap() };
         let (mut rgb, mut depth_list, mut poses) =
@@ -69,14 +69,14 @@ impl Dataset {
         fs::read_to_string(self.path(name)).unwrap()
     }
 
-    /// Writes only the first `bytes` of a file back.
+    /// Truncates a file to its first `bytes`.
     pub(crate) fn truncate(&self, name: &str, bytes: usize) {
         let content = fs::read(self.path(name)).unwrap();
         fs::write(self.path(name), &content[..bytes]).unwrap();
     }
 }
 
-/// Names in a folder, sorted.
+/// The names in a folder, sorted.
 pub(crate) fn names_in(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(folder)
         .unwrap()
