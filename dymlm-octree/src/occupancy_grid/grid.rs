@@ -110,8 +110,8 @@ impl OccupancyGrid {
         }
     }
 
-    /// Indices along x and y of the cell that holds a point in the grid's axes, metres; `None` outside and for
-    /// NaN.
+    /// Indices along x and y of the cell that holds a point in the grid's axes, metres; `None` outside and
+    /// for NaN.
     pub fn cell_of(&self, point: [f64; 2]) -> Option<[usize; 2]> {
         let [x, y] = [0, 1].map(|axis| {
             let index = (point[axis] / self.resolution).floor() - self.place.first[axis] as f64;

@@ -29,8 +29,8 @@ impl OccupancyGrid {
     ///
     /// # Errors
     ///
-    /// [`Error::GridResolution`] when the octree's cells are of another size; [`Error::GridSize`]. The grid stays
-    /// as it was.
+    /// [`Error::GridResolution`] when the octree's cells have another size; [`Error::GridSize`]. The grid
+    /// stays as it was.
     ///
     /// ```
     /// use dymlm_octree::{CellState, Octree, OctreeConfig};
