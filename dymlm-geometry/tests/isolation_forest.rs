@@ -111,7 +111,7 @@ proptest! {
             prop_assert_eq!(trees.score(row).to_bits(), score.to_bits());
             prop_assert!((0.0..=1.0).contains(score));
         }
-        // In any order, of any part.
+        // A row's score depends neither on the order of the rows nor on the other rows.
         let reversed: Vec<Point> = rows.iter().rev().copied().collect();
         let mut back = trees.scores(&reversed);
         back.reverse();
