@@ -95,8 +95,8 @@ impl Distortion {
             let determinant = xx * yy - xy * yx;
             let (step_x, step_y) =
                 ((yy * error_x - xy * error_y) / determinant, (xx * error_y - yx * error_x) / determinant);
-            // A step is no longer than half the distance from the axis and 0.05: a longer one could jump over
-            // a fold.
+            // A step is no longer than half the distance from the axis plus 0.05: a longer one could jump
+            // over a fold.
             let longest = 0.5 * (x.hypot(y) + 0.1);
             let shorter = (longest / step_x.hypot(step_y)).min(1.0);
             (x, y) = (x + step_x * shorter, y + step_y * shorter);

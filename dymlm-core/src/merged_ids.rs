@@ -79,9 +79,9 @@ impl<Id: Copy + Ord> MergedIds<Id> {
     /// Replaces all ids by new ones.
     ///
     /// These are the merges of a map that replaces another map: the merges there (`before`) still hold, and
-    /// the ids of things that became part of another thing only now (`merged`) lead to that thing. Left out
-    /// are ids of things that the new map has on their own, and merges to which the new map's own merges lead
-    /// back.
+    /// the ids of things that became part of another thing only now (`merged`) lead to that thing. Not taken
+    /// over are ids of things that the new map has on their own, and merges that would close a circle with
+    /// the new map's own.
     pub fn succeed(
         &mut self,
         ids: &mut Succession<Id>,

@@ -203,7 +203,8 @@ mod tests {
         }
     }
 
-    /// The next thing would have got the id of a thing that is in the map. (Found by `saved_objects`.)
+    /// The next thing would have got the id of a thing that is in the map. (Found by the fuzz target
+    /// `saved_objects`.)
     #[cfg(feature = "serde")]
     #[test]
     fn fewer_ids_than_things_are_not_read() {

@@ -95,8 +95,7 @@ fn dbscan_does_not_compare_all_pairs_of_a_crowd() {
             .take(n)
             .collect()
     };
-    // Cells with points at few places each: the points of two cells are not within eps, but the boxes around
-    // them are.
+    // Cells with points at few places each, which do not touch; the boxes around their points do.
     let corners = |n: usize| -> Vec<Point> {
         let places = [[0.0, 0.0, 0.0], [0.02, 0.02, 0.0], [0.045, 0.0, 0.022], [0.065, 0.02, 0.022]];
         (0..n).map(|i| places[i % 4]).collect()

@@ -142,7 +142,7 @@ proptest! {
     }
 }
 
-/// The box of points in a turned box is that box.
+/// The box around a turned grid of points is the grid's own box.
 #[test]
 fn a_turned_box_is_found() {
     let points: Vec<Point> = (0..11)

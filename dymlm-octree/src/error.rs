@@ -79,8 +79,8 @@ pub enum Error {
         /// Given radius, metres.
         radius: f64,
     },
-    /// A region that is not finite, empty or too large for a [`DistanceField`](crate::DistanceField), or a
-    /// greatest distance that is not positive.
+    /// A region that is not finite, ends before it begins or is too large for a
+    /// [`DistanceField`](crate::DistanceField), or a greatest distance that is not positive.
     #[error(
         "no distance field from {min:?} to {max:?} m and {max_distance} m around: not finite, empty or too large"
     )]

@@ -9,8 +9,7 @@ use super::path_length::mean_path_length;
 pub struct IsolationTrees<const D: usize> {
     /// Cuts on the way to a leaf.
     pub(super) height: u32,
-    /// 2^height nodes for each tree, of which the first is not used; the children of node i are 2 i and 2 i +
-    /// 1.
+    /// 2^height nodes for each tree, of which the first is not used; node i has the children 2 i and 2 i + 1.
     pub(super) nodes: Vec<Node>,
     /// The path lengths of the 2^height leaves of each tree.
     pub(super) paths: Vec<f32>,

@@ -45,8 +45,8 @@ pub struct BoxSegmenter {
     scores: Vec<f32>,
 }
 
-/// Radius of DBSCAN in the image, in distances between samples: it reaches two samples along an axis, and (2,
-/// 1) diagonally.
+/// Radius of DBSCAN in the image, in distances between samples: two along an axis, and the diagonals within
+/// that are reached, such as (2, 1).
 const EPS_SAMPLES: f32 = 2.5;
 /// Neighbours that make a core sample, itself counted: those that a strip one sample wide has within the
 /// radius, such as a leg seen through the slats of a chair.
