@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 #[allow(dead_code, reason = "of what spoils a dataset not all is needed here")]
+#[path = "it/common/mod.rs"]
 mod common;
 
 use std::alloc::System;

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+#[path = "it/common/mod.rs"]
 mod common;
 
 use std::alloc::System;

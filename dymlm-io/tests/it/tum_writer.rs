@@ -1,0 +1,101 @@
+//! What is written as a dataset is read back as it was.
+use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, Frame, PinholeCamera, Pose};
+use dymlm_io::{DetectionFile, Error, FrameBuffers, TumDataset, TumOptions, TumRecording, TumWriter};
+
+fn camera() -> PinholeCamera {
+    PinholeCamera::new(6, 4, 5.25, 5.5, 2.5, 1.75).unwrap()
+}
+
+/// Depth in whole steps of the file, with holes.
+fn frame(index: usize) -> Frame {
+    let depth = (0..24)
+        .map(|i| if (i + index).is_multiple_of(5) { 0.0 } else { (5000 + 7 * i + index) as f32 / 5000.0 });
+    let color = (0..24).map(|i| [i as u8, index as u8, 200]).collect();
+    let depth = DepthImage::new(6, 4, depth.collect()).unwrap();
+    let color = ColorImage::new(6, 4, color).unwrap();
+    Frame::new(index as f64 / 30.0, camera(), depth, Some(color)).unwrap()
+}
+
+fn pose(index: usize) -> Pose {
+    let half = 0.1 * index as f64;
+    Pose::new([0.1, -0.7, index as f64 / 3.0], [0.0, half.sin(), 0.0, half.cos()]).unwrap()
+}
+
+fn detections(index: usize) -> Vec<Detection> {
+    let area = BoundingBox::new(0.25, 1.0, 4.5, 4.0).unwrap();
+    (0..index % 3).map(|_| Detection::new("person", 0.75, area).unwrap()).collect()
+}
+
+#[test]
+fn a_written_sequence_is_read_back_as_it_was() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("new/sequence");
+    let mut writer = TumWriter::create(&folder, &camera()).unwrap();
+    for index in 0..7 {
+        writer.write(&frame(index), &detections(index), &pose(index)).unwrap();
+    }
+    assert!(TumDataset::open(&folder, &TumOptions::default()).is_err(), "not finished");
+    writer.finish().unwrap();
+
+    let dataset = TumDataset::open(&folder, &TumOptions::default()).unwrap();
+    assert!(dataset.faults().is_empty() && dataset.unpaired_depth_images() == 0);
+    assert_eq!(dataset.frames().len(), 7);
+    let found =
+        DetectionFile::open(folder.join("detections.jsonl"), DetectionFile::DEFAULT_TOLERANCE).unwrap();
+    for index in 0..7 {
+        let posed = dataset.load(index).unwrap();
+        let written = frame(index);
+        assert_eq!(posed.frame.camera(), written.camera());
+        assert_eq!(posed.frame.color(), written.color());
+        assert!((posed.frame.timestamp() - written.timestamp()).abs() < 1e-6);
+        for (read, written) in posed.frame.depth().data().iter().zip(written.depth().data()) {
+            assert!((read - written).abs() < 1e-6);
+        }
+        assert!(posed.world_from_camera.distance(&pose(index)) < 1e-12);
+        assert!(posed.world_from_camera.angle(&pose(index)) < 1e-7);
+        assert_eq!(found.at(written.timestamp()).unwrap(), Some(detections(index).as_slice()));
+    }
+}
+
+#[test]
+fn refuses_what_is_in_the_way_and_what_does_not_belong() {
+    let parent = tempfile::tempdir().unwrap();
+    std::fs::write(parent.path().join("notes.txt"), "mine").unwrap();
+    assert!(matches!(TumWriter::create(parent.path(), &camera()), Err(Error::InTheWay { .. })));
+    assert_eq!(std::fs::read_dir(parent.path()).unwrap().count(), 1, "nothing was added");
+
+    let folder = parent.path().join("sequence");
+    let mut writer = TumWriter::create(&folder, &camera()).unwrap();
+    writer.write(&frame(3), &[], &pose(3)).unwrap();
+    let error = writer.write(&frame(3), &[], &pose(3)).unwrap_err();
+    assert!(error.to_string().contains("a frame of 0.1 s after one of 0.1 s"), "{error}");
+    let other = PinholeCamera::new(6, 4, 5.0, 5.5, 2.5, 1.75).unwrap();
+    let foreign = Frame::new(9.0, other, DepthImage::new(6, 4, vec![1.0; 24]).unwrap(), None).unwrap();
+    assert!(writer.write(&foreign, &[], &pose(4)).unwrap_err().to_string().contains("another camera"));
+    writer.finish().unwrap();
+    assert_eq!(TumDataset::open(&folder, &TumOptions::default()).unwrap().frames().len(), 1);
+}
+
+#[test]
+fn detections_that_nobody_asks_for_are_left_alone() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("sequence");
+    let mut writer = TumWriter::create(&folder, &camera()).unwrap();
+    for index in 0..3 {
+        writer.write(&frame(index), &detections(index), &pose(index)).unwrap();
+    }
+    writer.finish().unwrap();
+    // A file that spoils its frames.
+    std::fs::write(folder.join("detections.jsonl"), "broken\n").unwrap();
+    let options = TumOptions::default();
+    let mut buffers = FrameBuffers::default();
+    let own = TumRecording::open(&folder, None, &options).unwrap();
+    assert!(own.load(1, &mut buffers).is_err() && own.warnings().len() == 1);
+
+    let alone = TumRecording::without_detections(&folder, &options).unwrap();
+    assert!(alone.warnings().is_empty());
+    for index in 0..3 {
+        let loaded = alone.load(index, &mut buffers).unwrap();
+        assert_eq!((loaded.frame.color(), loaded.detections), (frame(index).color(), None));
+    }
+}

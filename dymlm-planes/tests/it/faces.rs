@@ -1,0 +1,179 @@
+//! What must stay apart stays apart, and what is no plane yields none.
+
+use crate::common::{Cylinder, World, camera, dot, level, look_at, room, room_views, upright};
+use dymlm_core::{PinholeCamera, Pose};
+use dymlm_planes::{MapPlane, PlaneMap};
+
+fn map_of(world: &World, views: &[Pose]) -> PlaneMap {
+    map_with(&camera(), world, views)
+}
+
+fn map_with(camera: &PinholeCamera, world: &World, views: &[Pose]) -> PlaneMap {
+    let mut mapper = crate::common::mapper();
+    for (k, view) in views.iter().enumerate() {
+        mapper.insert(&world.frame(*camera, view, k as u64), None, &[], view).unwrap();
+    }
+    mapper.into_map()
+}
+
+/// Planes near a given one: within 3 degrees and 2 cm at their centroid.
+fn planes_like(map: &PlaneMap, normal: [f64; 3], point: [f64; 3]) -> Vec<&MapPlane> {
+    map.iter()
+        .filter(|plane| {
+            dot(plane.plane().normal(), normal) > 0.9986
+                && dot(normal, crate::common::minus(plane.centroid(), point)).abs() < 0.02
+        })
+        .collect()
+}
+
+fn from_the_front(heights: &[f64]) -> Vec<Pose> {
+    heights.iter().map(|&z| look_at([0.0, -1.6, z], [0.0, 0.6, 0.5])).collect()
+}
+
+#[test]
+fn a_room_has_four_planes() {
+    let map = map_of(&room(), &room_views());
+    let expected: [([f64; 3], [f64; 3]); 4] = [
+        ([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]),
+        ([0.0, -1.0, 0.0], [0.0, 1.6, 0.0]),
+        ([-1.0, 0.0, 0.0], [1.4, 0.0, 0.0]),
+        ([0.0, 0.0, 1.0], [0.0, 0.0, 0.75]),
+    ];
+    for (normal, point) in expected {
+        let found = planes_like(&map, normal, point);
+        assert_eq!(found.len(), 1, "{normal:?} {point:?}");
+        let angle = dot(found[0].plane().normal(), normal).min(1.0).acos().to_degrees();
+        let offset = found[0].plane().signed_distance(crate::common::minus(
+            found[0].centroid(),
+            normal.map(|n| n * dot(normal, crate::common::minus(found[0].centroid(), point))),
+        ));
+        assert!(angle < 0.3 && offset.abs() < 0.005, "{angle} degrees, {offset} m");
+        assert_eq!(found[0].observations(), 6);
+    }
+    assert_eq!(map.len(), 4, "{:#?}", map.iter().map(MapPlane::plane).collect::<Vec<_>>());
+    let table = planes_like(&map, [0.0, 0.0, 1.0], [0.0, 0.0, 0.75])[0];
+    assert!((table.area() - 0.7).abs() < 0.07, "{}", table.area());
+    let boundary = table.boundary();
+    assert!((boundary[0].area() - 0.7).abs() < 0.07 && boundary[0].holes.is_empty());
+}
+
+#[test]
+fn two_desks_of_the_same_height_stay_two_planes() {
+    let floor = level([0.0, 0.5, 0.0], 3.0, 3.0);
+    let desks = |gap: f64| {
+        let (half, at) = (0.35, 0.35 + 0.5 * gap);
+        World::of(&[floor, level([-at, 0.5, 0.75], half, 0.35), level([at, 0.5, 0.75], half, 0.35)])
+    };
+    let views = from_the_front(&[1.4, 1.45, 1.5, 1.55]);
+    let apart = map_of(&desks(0.3), &views);
+    assert_eq!(planes_like(&apart, [0.0, 0.0, 1.0], [0.0, 0.0, 0.75]).len(), 2);
+    // Pushed together they are one.
+    let together = map_of(&desks(0.0), &views);
+    assert_eq!(planes_like(&together, [0.0, 0.0, 1.0], [0.0, 0.0, 0.75]).len(), 1);
+}
+
+/// Two screens side by side, 15 cm apart and 20 cm before a wall, seen at 80 degrees: in the image the gap is
+/// two pixels wide.
+#[test]
+fn twin_screens_seen_aslant_stay_two_planes() {
+    let screens = [-0.345, 0.345].map(|x| upright([x, 1.4, 0.9], 0.27, 0.165));
+    let wall = upright([0.0, 1.6, 1.0], 3.0, 1.0);
+    let world = World::of(&[screens[0], screens[1], wall]);
+    let views: Vec<Pose> =
+        (0..8).map(|k| look_at([-2.5 + 0.02 * f64::from(k), 0.5, 1.1], [0.0, 1.4, 0.9])).collect();
+    let fine = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+    let map = map_with(&fine, &world, &views);
+    let found = planes_like(&map, [0.0, -1.0, 0.0], [0.0, 1.4, 0.9]);
+    assert_eq!(found.len(), 2, "{:?}", found.iter().map(|plane| plane.centroid()).collect::<Vec<_>>());
+    assert!(found[0].centroid()[0] * found[1].centroid()[0] < 0.0);
+}
+
+#[test]
+fn both_faces_of_a_thin_partition_stay_two() {
+    let faces = [upright([0.0, 0.49, 0.8], 0.8, 0.8), upright([0.0, 0.51, 0.8], 0.8, 0.8)];
+    let world = World::of(&faces);
+    let mut views = Vec::new();
+    for k in 0..4 {
+        let x = 0.1 * f64::from(k);
+        views.push(look_at([x, -1.2, 1.2], [0.0, 0.5, 0.8]));
+        views.push(look_at([x, 2.2, 1.2], [0.0, 0.5, 0.8]));
+    }
+    let map = map_of(&world, &views);
+    assert_eq!(map.len(), 2);
+    let normals: Vec<f64> = map.iter().map(|plane| plane.plane().normal()[1]).collect();
+    assert!(normals.contains(&normals[0]) && normals[0] * normals[1] < -0.99, "{normals:?}");
+    for plane in map.iter() {
+        let expected = if plane.plane().normal()[1] < 0.0 { 0.49 } else { 0.51 };
+        assert!((plane.centroid()[1] - expected).abs() < 0.004, "{:?}", plane.centroid());
+        assert_eq!(plane.observations(), 4);
+    }
+}
+
+#[test]
+fn a_staircase_stays_apart() {
+    // Five steps of 17 cm height and 28 cm depth, 1.2 m wide.
+    let mut steps = Vec::new();
+    for k in 0..5 {
+        let (y, z) = (0.28 * f64::from(k), 0.17 * f64::from(k));
+        steps.push(upright([0.0, y, z + 0.085], 0.6, 0.085));
+        steps.push(level([0.0, y + 0.14, z + 0.17], 0.6, 0.14));
+    }
+    let views: Vec<Pose> =
+        (0..4).map(|k| look_at([0.1 * f64::from(k), -1.0, 1.5], [0.0, 0.6, 0.4])).collect();
+    let map = map_of(&World::of(&steps), &views);
+    for k in 0..5 {
+        let (y, z) = (0.28 * f64::from(k), 0.17 * f64::from(k));
+        assert_eq!(planes_like(&map, [0.0, 0.0, 1.0], [0.0, 0.0, z + 0.17]).len(), 1, "tread {k}");
+        assert_eq!(planes_like(&map, [0.0, -1.0, 0.0], [0.0, y, 0.0]).len(), 1, "riser {k}");
+    }
+    assert_eq!(map.len(), 10);
+}
+
+#[test]
+fn a_cylinder_yields_no_plane() {
+    for radius in [0.1, 0.15, 0.2, 0.3] {
+        let mut world = World::default();
+        world.cylinders.push(Cylinder { foot: [0.0, 0.6, 0.0], radius, height: 1.6 });
+        let views: Vec<Pose> =
+            (0..4).map(|k| look_at([0.1 * f64::from(k), -0.9, 1.0], [0.0, 0.6, 0.8])).collect();
+        let map = map_of(&world, &views);
+        let planes: Vec<_> = map.iter().map(|plane| (plane.plane(), plane.area())).collect();
+        assert!(planes.is_empty(), "radius {radius}: {planes:?}");
+    }
+}
+
+/// From near the pillar to where it is a few blocks wide.
+#[test]
+fn a_pillar_yields_no_plane_from_any_distance() {
+    let fine = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+    for radius in [0.3, 0.4, 0.5] {
+        let mut world = World::of(&[level([0.0, 0.0, 0.0], 4.0, 4.0)]);
+        world.cylinders.push(Cylinder { foot: [0.0, 0.6, 0.0], radius, height: 2.5 });
+        let views: Vec<Pose> = (0..24)
+            .map(|k| {
+                let (step, from) = (f64::from(k % 4), -0.8 - 0.4 * f64::from(k / 4));
+                look_at([0.1 * step, from - radius, 1.4], [0.0, 0.6, 1.1])
+            })
+            .collect();
+        let map = map_with(&fine, &world, &views);
+        let planes: Vec<_> = map.iter().filter(|plane| plane.plane().normal()[2] < 0.9).collect();
+        let planes: Vec<_> = planes.iter().map(|plane| (plane.plane(), plane.area())).collect();
+        assert!(planes.is_empty(), "radius {radius}: {planes:?}");
+    }
+}
+
+#[test]
+fn a_wall_behind_a_pillar_is_one_plane() {
+    let wall = upright([0.0, 1.4, 1.0], 1.3, 0.7);
+    let pillar = upright([0.0, 0.9, 1.0], 0.15, 1.0);
+    // From these places the pillar hides a strip of the wall from top to bottom.
+    let views: Vec<Pose> =
+        (0..4).map(|k| look_at([0.01 * f64::from(k), -0.8, 1.0], [0.0, 1.4, 1.0])).collect();
+    let whole = map_of(&World::of(&[wall, pillar]), &views);
+    assert_eq!(planes_like(&whole, [0.0, -1.0, 0.0], [0.0, 1.4, 0.0]).len(), 1);
+    assert_eq!(whole.len(), 2);
+    // Where the gap is seen through, there are two.
+    let halves = [upright([-0.8, 1.4, 1.0], 0.5, 0.7), upright([0.8, 1.4, 1.0], 0.5, 0.7)];
+    let parted = map_of(&World::of(&[halves[0], halves[1], upright([0.0, 2.2, 1.0], 2.0, 1.0)]), &views);
+    assert_eq!(planes_like(&parted, [0.0, -1.0, 0.0], [0.0, 1.4, 0.0]).len(), 2);
+}

@@ -1,0 +1,354 @@
+//! Key frames come and go; where the world's origin lies does not matter; the same frames give the same bits.
+
+use std::collections::BTreeMap;
+
+use crate::common::{World, all_planes, camera, detector, empty_map, room, room_views, snapshot};
+use dymlm_core::{Frame, FrameId, Mask, PlaneId, Pose, Succession};
+use dymlm_planes::{DetectedPlane, MapPlane, PlaneMap, PlaneReport, SurfaceConfig};
+use proptest::prelude::*;
+
+/// The planes of a frame, the frame, and where it was seen from.
+type Detected = (Vec<DetectedPlane>, Frame, Pose);
+
+fn detect(world: &World, view: Pose, seed: u64) -> Detected {
+    let frame = world.frame(camera(), &view, seed);
+    (detector().detect(&frame, None, &[]).unwrap().to_vec(), frame, view)
+}
+
+/// The planes of each view of the room.
+fn detections() -> Vec<Detected> {
+    room_views().into_iter().zip(0..).map(|(view, k)| detect(&room(), view, k)).collect()
+}
+
+fn insert(map: &mut PlaneMap, (planes, frame, pose): &Detected) -> PlaneReport {
+    map.insert(planes, frame, pose).unwrap()
+}
+
+fn map_of(frames: &[Detected]) -> PlaneMap {
+    let mut map = empty_map();
+    for frame in frames {
+        insert(&mut map, frame);
+    }
+    map
+}
+
+#[test]
+fn the_same_frames_give_the_same_bits() {
+    let (first, second) = (detections(), detections());
+    assert_eq!(first, second);
+    let (first, second) = (map_of(&first), map_of(&second));
+    assert_eq!(snapshot(&first), snapshot(&second));
+    let corners = |map: &PlaneMap| map.iter().map(dymlm_planes::MapPlane::boundary).collect::<Vec<_>>();
+    assert_eq!(corners(&first), corners(&second));
+}
+
+#[test]
+fn what_most_key_frames_look_past_is_not_confirmed() {
+    let frames = detections();
+    let (_, frame, pose) = &frames[0];
+    let mut map = empty_map();
+    for _ in 0..3 {
+        insert(&mut map, &frames[0]);
+    }
+    let seen = map.len();
+    assert!(seen >= 3, "{seen}");
+    let look_past = |map: &mut PlaneMap| map.insert(&[], frame, pose).unwrap().key_frame;
+    let key_frames: Vec<FrameId> = (0..57).map(|_| look_past(&mut map)).collect();
+    // Those whose centroids lie in the middle of the view.
+    assert!(map.len() < seen);
+    assert_eq!(map.len() + map.candidates().count(), all_planes(&map).len());
+    for key_frame in key_frames {
+        map.remove(key_frame).unwrap();
+    }
+    assert_eq!(map.len(), seen);
+    for _ in 0..17 {
+        insert(&mut map, &frames[0]);
+    }
+    for _ in 0..43 {
+        look_past(&mut map);
+    }
+    // Seen twenty times it stays, however long the recording.
+    assert_eq!(map.len(), seen);
+}
+
+#[test]
+fn key_frames_of_the_next_room_do_not_look_at_what_its_wall_hides() {
+    // Two walls that face the same way, seen from between them and then from before the first.
+    let walls = World::of(&[1.5, 3.4].map(|y| crate::common::upright([0.0, y, 1.0], 2.0, 1.0)));
+    let from = |y: f64| detect(&walls, crate::common::look_at([0.0, y, 1.0], [0.0, y + 1.0, 1.0]), 1);
+    let (inside, next_room) = (from(1.6), from(0.0));
+    let mut map = empty_map();
+    for _ in 0..15 {
+        insert(&mut map, &inside);
+    }
+    let far = all_planes(&map)[0].id();
+    for _ in 0..120 {
+        insert(&mut map, &next_room);
+    }
+    assert!(map.plane(far).unwrap().is_confirmed());
+    // What is looked at and not found counts, though.
+    for _ in 0..120 {
+        map.insert(&[], &inside.1, &inside.2).unwrap();
+    }
+    assert!(!map.plane(far).unwrap().is_confirmed());
+}
+
+#[test]
+fn queries_mean_confirmed_planes() {
+    let frames = detections();
+    let mut map = empty_map();
+    let (eye, ahead) = (frames[0].2.translation(), frames[0].2.rotate([0.0, 0.0, 1.0]));
+    for k in 0..3 {
+        assert_eq!(map.cast_ray(eye, ahead, 10.0), None, "after {k} frames");
+        assert_eq!(map.surfaces([0.0, 0.0, 1.0], &SurfaceConfig::default()).len(), 0);
+        insert(&mut map, &frames[0]);
+    }
+    let hit = map.cast_ray(eye, ahead, 10.0).unwrap();
+    let near: Vec<PlaneId> = map.supports_near(hit.point, 0.01).map(MapPlane::id).collect();
+    assert_eq!(near, [hit.plane]);
+    assert!(map.plane(hit.plane).unwrap().is_confirmed());
+    let under = map.plane_under([-0.2, 0.5, 0.9], [0.0, 0.0, 1.0], 0.3).unwrap();
+    assert!((under.point[2] - 0.75).abs() < 0.01);
+    assert_eq!(map.surfaces([0.0, 0.0, 1.0], &SurfaceConfig::default()).len(), map.len());
+}
+
+#[test]
+fn a_key_frame_can_be_taken_out_without_a_trace() {
+    let frames = detections();
+    let mut map = map_of(&frames[..5]);
+    let before = snapshot(&map);
+    let report = insert(&mut map, &frames[5]);
+    assert_ne!(snapshot(&map), before);
+    map.remove(report.key_frame).unwrap();
+    assert_eq!(snapshot(&map), before);
+    for key_frame in [3, 0, 4, 2, 1] {
+        map.remove(FrameId::new(key_frame)).unwrap();
+    }
+    assert!(all_planes(&map).is_empty());
+}
+
+#[test]
+fn taking_out_a_key_frame_parts_what_it_had_merged() {
+    // Three pieces of a wall, 0.4 m apart, are three planes until a frame sees two of them joined, and
+    // another the whole.
+    let piece = |x: f64, half: f64| World::of(&[crate::common::upright([x, 1.5, 1.0], half, 0.6)]);
+    let view = crate::common::look_at([0.0, 0.0, 1.0], [0.0, 1.5, 1.0]);
+    let mut map = empty_map();
+    let ids: Vec<PlaneId> =
+        [-0.8, 0.0, 0.8].map(|x| insert(&mut map, &detect(&piece(x, 0.2), view, 3)).created[0]).to_vec();
+    let apart = snapshot(&map);
+    assert_eq!(apart.len(), 3);
+    let two = insert(&mut map, &detect(&piece(-0.4, 0.6), view, 4));
+    let joined = snapshot(&map);
+    assert_eq!((joined.len(), two.merged.len()), (2, 1));
+    let all = insert(&mut map, &detect(&piece(0.0, 1.0), view, 5));
+    assert_eq!((all_planes(&map).len(), all.merged.len()), (1, 1));
+
+    // Ids that were merged away lead on, over both merges.
+    let last = all_planes(&map)[0].id();
+    assert_eq!(ids.iter().map(|&id| map.current_id(id)).collect::<Vec<_>>(), [Some(last); 3]);
+    assert!(ids.iter().all(|&id| map.plane(id) == map.plane(last)));
+    assert_eq!(map.current_id(PlaneId::new(99)), None);
+
+    map.remove(all.key_frame).unwrap();
+    assert_eq!(snapshot(&map), joined);
+    assert_eq!(map.current_id(two.merged[0].from), Some(two.merged[0].into));
+    map.remove(two.key_frame).unwrap();
+    assert_eq!(snapshot(&map), apart);
+    assert_eq!(
+        ids.iter().map(|&id| map.current_id(id)).collect::<Vec<_>>(),
+        ids.iter().map(|&id| Some(id)).collect::<Vec<_>>()
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// A rigid motion of the world moves the planes with it, and changes nothing else.
+    #[test]
+    fn the_map_moves_with_its_world(
+        turn in prop::array::uniform4(-1.0..1.0_f64),
+        shift in prop::array::uniform3(-500.0..500.0_f64),
+    ) {
+        let norm = turn.iter().map(|q| q * q).sum::<f64>().sqrt();
+        prop_assume!(norm > 0.1);
+        let motion = Pose::new(shift, turn.map(|q| q / norm)).unwrap();
+        let frames = detections();
+        let moved: Vec<_> = frames.iter().map(|(p, frame, pose)| (p.clone(), frame.clone(), motion * *pose)).collect();
+        let (map, other) = (map_of(&frames), map_of(&moved));
+        prop_assert_eq!(map.len(), other.len());
+        for (a, b) in map.iter().zip(other.iter()) {
+            let expected = a.plane().transformed(&motion);
+            prop_assert_eq!((a.id(), a.observations()), (b.id(), b.observations()));
+            prop_assert!(crate::common::dot(expected.normal(), b.plane().normal()) > 1.0 - 1e-10);
+            let centroid = motion.transform_point(a.centroid());
+            prop_assert!(crate::common::minus(centroid, b.centroid()).iter().all(|d| d.abs() < 1e-5));
+            // Where samples are sparse, the voxels of another frame leave other cells empty.
+            prop_assert!((a.area() - b.area()).abs() < 0.1 * a.area() + 0.01, "{} {}", a.area(), b.area());
+        }
+    }
+}
+
+/// A map built again has the ids of the map before, in any order: here in the opposite one.
+#[test]
+fn what_planes_are_called_changes_nothing_but_their_ids() {
+    let frames = detections();
+    let (first, rest) = frames.split_at(frames.len() / 2);
+    let mut map = map_of(first);
+    let mut renamed = called_the_other_way_round(&map);
+    for frame in rest.iter().chain(first) {
+        let [one, other] = [&mut map, &mut renamed].map(|map| insert(map, frame));
+        assert_eq!((one.created.len(), one.merged.len()), (other.created.len(), other.merged.len()));
+        assert_eq!(without_ids(&map), without_ids(&renamed));
+        for (own, other) in one.associations.iter().zip(&other.associations) {
+            assert_eq!(map.plane(*own).map(MapPlane::plane), renamed.plane(*other).map(MapPlane::plane));
+        }
+    }
+    for key_frame in [1, 4, 6].map(FrameId::new) {
+        map.remove(key_frame).unwrap();
+        renamed.remove(key_frame).unwrap();
+        assert_eq!(without_ids(&map), without_ids(&renamed));
+    }
+    map.forget_outside([0.0; 3], 1.5);
+    renamed.forget_outside([0.0; 3], 1.5);
+    assert_eq!(without_ids(&map), without_ids(&renamed));
+}
+
+/// Two parts of a wall that were seen equally often become one: the younger goes into the older, whatever
+/// they are called.
+#[test]
+fn the_older_of_two_planes_stays_whatever_they_are_called() {
+    let (frame, pose) = (room_frame(), room_views()[0]);
+    let part = |columns: std::ops::Range<usize>| {
+        let width = frame.depth().width();
+        let shown = (0..width * frame.depth().height()).map(|pixel| columns.contains(&(pixel % width)));
+        let mask = Mask::new(width, frame.depth().height(), shown.collect()).unwrap();
+        detector().detect(&frame, Some(&mask), &[]).unwrap().to_vec()
+    };
+    let width = frame.depth().width();
+    let [left, right, all] = [0..2 * width / 5, 3 * width / 5..width, 0..width].map(part);
+    // Whichever the whole is taken for, it has been seen as often as the other in one of the two.
+    for counts in [[3, 2], [2, 3]] {
+        let mut map = empty_map();
+        for (planes, count) in [&left, &right].into_iter().zip(counts) {
+            for _ in 0..count {
+                map.insert(planes, &frame, &pose).unwrap();
+            }
+        }
+        let mut renamed = called_the_other_way_round(&map);
+        for map in [&mut map, &mut renamed] {
+            assert!(!map.insert(&all, &frame, &pose).unwrap().merged.is_empty());
+        }
+        assert_eq!(without_ids(&map), without_ids(&renamed));
+    }
+}
+
+fn room_frame() -> Frame {
+    room().frame(camera(), &room_views()[0], 1)
+}
+
+fn called_the_other_way_round(map: &PlaneMap) -> PlaneMap {
+    let ids: Vec<PlaneId> = in_order(map).map(MapPlane::id).collect();
+    let names = ids.iter().copied().zip(ids.iter().rev().copied()).collect();
+    let mut renamed = map.clone();
+    let mut ids = Succession::new(names, [map.ids_given(); 2], PlaneId::new);
+    renamed.succeed(map, &mut ids, &BTreeMap::new());
+    let is_renamed = |(own, other): (&MapPlane, &MapPlane)| own.id() != other.id();
+    assert!(in_order(map).zip(in_order(&renamed)).any(is_renamed));
+    renamed
+}
+
+/// All that is known of the planes, in the order in which they came into the map.
+fn without_ids(map: &PlaneMap) -> Vec<String> {
+    let plane = |plane: &MapPlane| {
+        let seen = (plane.observations(), plane.weight(), plane.is_confirmed(), plane.inlier_voxels());
+        format!("{:?} {:?} {seen:?}", plane.plane(), plane.centroid())
+    };
+    in_order(map).map(plane).collect()
+}
+
+fn in_order(map: &PlaneMap) -> impl Iterator<Item = &MapPlane> {
+    map.iter().chain(map.candidates())
+}
+
+#[cfg(feature = "state")]
+mod saved_state {
+    use dymlm_core::{SensorModel, SplitMix64};
+    use dymlm_planes::Error;
+    use dymlm_test_support::{SavedParts, damaged_parts, incomplete_parts, save_into, saved_parts};
+
+    use super::*;
+
+    fn load(parts: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Result<PlaneMap, Error> {
+        let empty = empty_map();
+        PlaneMap::load_state(empty.config().clone(), SensorModel::kinect(), parts)
+    }
+
+    fn whole(map: &PlaneMap) -> SavedParts {
+        saved_parts(|sink| map.save_state(None, sink))
+    }
+
+    /// Changes a map in one of five ways.
+    fn apply(map: &mut PlaneMap, frames: &[Detected], change: usize, which: usize) {
+        match change {
+            0 => drop(map.remove(FrameId::new(which as u64 % 12))),
+            1 => map.forget_outside([0.3 * (which % 7) as f64, 1.0, 0.5], 1.5 + 0.2 * (which % 5) as f64),
+            2 => {
+                let corner = [0.4 * (which % 5) as f64 - 1.0, -3.0, -3.0];
+                map.judge([[corner, corner.map(|c| c + 1.0)]], 0.5, |place| Some(place[2] > 0.5));
+            }
+            _ => drop(insert(map, &frames[which % frames.len()])),
+        }
+    }
+
+    fn seen(map: &PlaneMap) -> String {
+        let ids: Vec<_> = (0..40).map(|number| map.current_id(PlaneId::new(number))).collect();
+        let under = map.plane_under([0.1, 0.2, 1.0], [0.0, 0.0, 1.0], 3.0);
+        format!("{:?} {ids:?} {} {under:?}", snapshot(map), map.ids_given())
+    }
+
+    #[test]
+    fn a_saved_map_goes_on_as_if_it_had_not_been() {
+        let frames = detections();
+        for seed in 0..12 {
+            let (mut map, mut random) = (empty_map(), SplitMix64::new(seed));
+            let mut parts = whole(&map);
+            for _ in 0..14 {
+                let earlier = map.clone();
+                apply(&mut map, &frames, random.below(9), random.below(1000));
+                save_into(&mut parts, |sink| map.save_state(Some(&earlier), sink));
+            }
+            assert!(parts == whole(&map), "what has changed, applied one after the other, is the whole");
+            let mut loaded = load(parts.clone().into_iter().rev()).unwrap();
+            assert!(whole(&loaded) == parts);
+            for _ in 0..8 {
+                assert_eq!(seen(&loaded), seen(&map));
+                let (change, which) = (random.below(9), random.below(1000));
+                apply(&mut map, &frames, change, which);
+                apply(&mut loaded, &frames, change, which);
+            }
+            assert_eq!(seen(&loaded), seen(&map));
+            assert!(whole(&loaded) == whole(&map));
+            assert!(saved_parts(|sink| map.save_state(Some(&map.clone()), sink)).is_empty());
+        }
+    }
+
+    #[test]
+    fn what_is_no_saved_map_is_refused_or_harmless() {
+        let (frames, mut random) = (detections(), SplitMix64::new(5));
+        let saved = whole(&map_of(&frames));
+        for (part, [without, twice]) in incomplete_parts(&saved) {
+            assert!(matches!(load(without), Err(Error::State(_))), "without {part:#x}");
+            assert!(matches!(load(twice), Err(Error::State(damaged)) if damaged.part == part));
+        }
+        for _ in 0..300 {
+            let parts = damaged_parts(&saved, &mut random);
+            if let Ok(mut damaged) = load(parts) {
+                for change in [3, 0, 2, 1, 4] {
+                    apply(&mut damaged, &frames, change, 5);
+                }
+                seen(&damaged);
+            }
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Maps that follow when poses are corrected: equal to the bit to maps that are built anew, ids that stay,
+//! refusals that change nothing. Random sessions are in `src/correction/random_sessions.rs`.
+
+use crate::common::{config, fingerprint, fingerprint_without_ids, ids, insert_all, poses, sequence};
+use dymlm::core::{FrameId, Pose};
+use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
+use dymlm_sim::SimulatedFrame;
+
+fn with_history() -> MapConfig {
+    let mut config = config();
+    config.history = HistoryConfig::Memory;
+    config
+}
+
+/// Every fifth frame of a walk: all are key frames.
+fn frames(count: usize) -> Vec<SimulatedFrame> {
+    sequence(5 * count).frames().step_by(5).collect()
+}
+
+fn mapped(frames: &[SimulatedFrame]) -> MapBuilder {
+    let mut builder = MapBuilder::new(with_history()).unwrap();
+    insert_all(&mut builder, frames);
+    builder
+}
+
+/// A drift that grows with the frames.
+fn drifted(poses: &[(FrameId, Pose)], meters: f64, radians: f64) -> Vec<(FrameId, Pose)> {
+    let drift = |&(id, pose): &(FrameId, Pose)| {
+        let share = id.get() as f64 / poses.len() as f64;
+        let half = 0.5 * radians * share;
+        let step = Pose::new([meters * share, 0.0, 0.0], [0.0, 0.0, half.sin(), half.cos()]).unwrap();
+        (id, step * pose)
+    };
+    poses.iter().map(drift).collect()
+}
+
+#[test]
+fn maps_that_were_corrected_back_are_the_first_to_the_bit() {
+    let mut builder = mapped(&frames(14));
+    let (first, known) = (fingerprint_without_ids(builder.map()), ids(builder.map()));
+    let right = poses(&builder);
+    let report = builder.correct_poses(&drifted(&right, 0.4, 0.1)).unwrap();
+    assert!(fingerprint_without_ids(builder.map()) != first);
+
+    assert!(report.moved_key_frames + 1 >= report.key_frames && report.largest_motion > 0.4, "{report:?}");
+    assert!(!report.planes.moved.is_empty() && !report.objects.moved.is_empty());
+
+    let report = builder.correct_poses(&right).unwrap();
+    assert_eq!(poses(&builder), right);
+    assert!(report.planes.vanished.is_empty() && report.objects.vanished.is_empty());
+    assert_eq!(ids(builder.map()), known);
+    assert!(fingerprint_without_ids(builder.map()) == first);
+}
+
+#[test]
+fn nothing_changes_without_a_change() {
+    let mut builder = mapped(&frames(8));
+    let first = fingerprint(builder.map());
+    let report = builder.correct_poses(&[]).unwrap();
+    assert_eq!((report.moved_key_frames, report.largest_motion), (0, 0.0));
+    assert!(report.planes.moved.is_empty() && report.objects.moved.is_empty());
+    assert_eq!(fingerprint(builder.map()), first);
+}
+
+#[test]
+fn a_moved_world_is_the_map_of_moved_poses() {
+    // Nobody in it: masks do not depend on the world's axes.
+    let mut config = dymlm_sim::SequenceConfig::default();
+    config.frames = 30;
+    config.people = 0;
+    config.camera = sequence(1).frames().next().map(|frame| *frame.frame.camera());
+    let still: Vec<SimulatedFrame> = dymlm_sim::Sequence::new(&config).unwrap().frames().step_by(5).collect();
+    let new_from_old = Pose::new([3.0, -1.0, 0.5], [0.0, 0.0, 0.6, 0.8]).unwrap();
+
+    let mut moved = mapped(&still);
+    moved.transform(&new_from_old).unwrap();
+    let mut direct = MapBuilder::new(with_history()).unwrap();
+    for frame in &still {
+        direct.insert(&frame.frame, &frame.detections, &(new_from_old * frame.world_from_camera)).unwrap();
+    }
+    assert_eq!(fingerprint(moved.map()), fingerprint(direct.map()));
+}
+
+#[test]
+fn a_session_goes_on_after_a_correction_as_if_it_had_begun_there() {
+    let all = frames(16);
+    let (early, late) = all.split_at(10);
+    let mut builder = mapped(early);
+    let right = poses(&builder);
+    builder.correct_poses(&drifted(&right, 0.2, 0.05)).unwrap();
+    builder.correct_poses(&right).unwrap();
+    insert_all(&mut builder, late);
+
+    assert!(fingerprint_without_ids(builder.map()) == fingerprint_without_ids(mapped(&all).map()));
+}
+
+#[test]
+fn frames_are_taken_out_one_by_one_until_nothing_is_left() {
+    let all = frames(6);
+    let mut builder = mapped(&all);
+    let without_last = mapped(&all[..5]);
+    builder.remove(FrameId::new(5)).unwrap();
+    assert_eq!(fingerprint_without_ids(builder.map()), fingerprint_without_ids(without_last.map()));
+    for id in 0..5 {
+        builder.remove(FrameId::new(id)).unwrap();
+    }
+    let counts = builder.map().counts();
+    assert_eq!((counts.cloud_voxels, counts.octree_leaves, counts.planes, counts.objects), (0, 0, 0, 0));
+    assert_eq!(ids(builder.map()), (Vec::new(), Vec::new()));
+}
+
+#[test]
+fn a_frame_that_is_in_no_map_is_taken_out_without_building_them_again() {
+    let all = frames(4);
+    let mut builder = mapped(&all[..3]);
+    let last = &all[2];
+    let tracked = builder.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
+    assert!(matches!(tracked.outcome, FrameOutcome::Tracked));
+    let waiting = builder.insert(&all[3].frame, Detections::Pending, &all[3].world_from_camera).unwrap();
+    let (first, revision) = (fingerprint(builder.map()), builder.map().revision());
+    for frame in [tracked.id, waiting.id] {
+        let report = builder.remove(frame).unwrap();
+        assert_eq!((report.key_frames, report.moved_key_frames, report.largest_motion), (3, 0, 0.0));
+    }
+    assert_eq!(builder.map().revision(), revision);
+    assert!(builder.detections_for(waiting.id, &[]).is_err());
+    assert!(builder.process_waiting().unwrap().is_empty());
+    assert_eq!(fingerprint(builder.map()), first);
+}
+
+#[test]
+fn what_is_refused_changes_nothing() {
+    let mut without = MapBuilder::new(config()).unwrap();
+    let all = frames(4);
+    insert_all(&mut without, &all);
+    assert!(matches!(without.correct_poses(&[]), Err(Error::NoHistory)));
+    assert_eq!(without.trajectory().count(), 0);
+
+    let mut builder = mapped(&all);
+    let first = fingerprint(builder.map());
+    let (known, unknown) = (FrameId::new(0), FrameId::new(4));
+    let far = Pose::new([1e12, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let refused = builder.correct_poses(&[(unknown, Pose::identity())]);
+    assert!(matches!(refused, Err(Error::UnknownFrame { frame }) if frame == unknown));
+    assert!(matches!(builder.correct_poses(&[(known, far)]), Err(Error::Cloud(_))));
+    assert!(builder.remove(unknown).is_err());
+    let mut steps = 0;
+    let cancelled = builder.correct_poses_watched(&drifted(&poses(&builder), 0.3, 0.0), &mut |progress| {
+        steps = progress.done;
+        progress.done < progress.total
+    });
+    assert!(matches!(cancelled, Err(Error::Cancelled)) && steps == 4);
+    assert_eq!(fingerprint(builder.map()), first);
+    builder.correct_poses(&[]).unwrap();
+    assert_eq!(fingerprint(builder.map()), first);
+}
+
+#[test]
+fn a_correction_early_in_a_further_session_maps_none_of_the_one_before_again() {
+    let frames = frames(14);
+    let mut builder = MapBuilder::resume(mapped(&frames[..8]).into_map()).unwrap();
+    insert_all(&mut builder, &frames[8..]);
+    let late = drifted(&poses(&builder), 0.1, 0.0).split_off(11);
+    let mut total = 0;
+    let report = builder.correct_poses_watched(&late, &mut |progress| {
+        total = progress.total;
+        true
+    });
+    assert_eq!(report.unwrap().key_frames, 14);
+    assert!(total <= 6, "{total} key frames were mapped again");
+    let corrected = fingerprint_without_ids(builder.map());
+    // From the beginning, since the first frame moves as well, there and back.
+    let right = poses(&builder);
+    builder.transform(&Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
+    builder.correct_poses(&right).unwrap();
+    assert!(fingerprint_without_ids(builder.map()) == corrected);
+}
+
+#[test]
+fn a_correction_of_the_last_frames_maps_few_again_to_the_same_bits() {
+    let all = frames(30);
+    let mut builder = mapped(&all);
+    let right = poses(&builder);
+    let mut late = drifted(&right, 0.3, 0.1);
+    late.drain(..24);
+    let mut total = 0;
+    // From the first such correction on.
+    builder.correct_poses(&late).unwrap();
+    builder.correct_poses(&right).unwrap();
+    builder
+        .correct_poses_watched(&late, &mut |progress| {
+            total = progress.total;
+            true
+        })
+        .unwrap();
+    assert!((6..=12).contains(&total), "{total}");
+
+    let mut moved = all.clone();
+    for (frame, (id, _, pose)) in moved.iter_mut().zip(builder.trajectory()) {
+        assert_eq!(id.get() >= 24, frame.world_from_camera != pose);
+        frame.world_from_camera = pose;
+    }
+    let mut again = MapBuilder::new(with_history()).unwrap();
+    insert_all(&mut again, &all);
+    // From the beginning: the first frame leaves its place and comes back.
+    let mut away = poses(&again);
+    away[0].1 = moved[29].world_from_camera;
+    again.correct_poses(&away).unwrap();
+    again.correct_poses(&poses(&builder)).unwrap();
+    assert!(fingerprint_without_ids(builder.map()) == fingerprint_without_ids(again.map()));
+}
+
+#[test]
+fn many_corrections_do_not_use_up_ids() {
+    let mut builder = mapped(&frames(12));
+    let right = poses(&builder);
+    let known = ids(builder.map());
+    let given = |builder: &MapBuilder| builder.map().planes().ids_given();
+    let mut largest = 0;
+    for round in 0..6 {
+        let moved = drifted(&right, 0.02 * f64::from(round), 0.01);
+        let first = 2 * usize::try_from(round).unwrap();
+        builder.correct_poses(&moved[first..]).unwrap();
+        builder.correct_poses(&right).unwrap();
+        assert_eq!(ids(builder.map()), known);
+        largest = given(&builder);
+    }
+    assert!(largest < 3 * 60, "{largest}");
+}

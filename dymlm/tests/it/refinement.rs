@@ -1,0 +1,150 @@
+//! Poses that are refined by planes.
+#![cfg(feature = "refine")]
+use dymlm::{Error, HistoryConfig, LoopClosure, MapBuilder, MapConfig, RefineConfig};
+use dymlm_core::{FrameId, PinholeCamera, Pose};
+use dymlm_metrics::TrajectoryScore;
+use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
+
+/// A sequence whose poses drift as a SLAM's do, with small images.
+fn drifting(seed: u64, frames: usize) -> Sequence {
+    let mut config = SequenceConfig::default();
+    (config.seed, config.frames) = (seed, frames);
+    config.camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).ok();
+    config.pose_error = PoseErrorConfig::slam();
+    Sequence::new(&config).unwrap()
+}
+
+fn config() -> MapConfig {
+    let mut config = MapConfig::default();
+    config.cloud.voxel_size = 0.03;
+    config.history = HistoryConfig::Memory;
+    config
+}
+
+/// Root mean square of the distances between the frames' poses in the maps and the true ones, metres.
+fn error(builder: &MapBuilder, sequence: &Sequence) -> f64 {
+    let poses: Vec<Pose> = builder.trajectory().map(|(_, _, pose)| pose).collect();
+    let truth: Vec<Pose> = (0..poses.len()).map(|index| sequence.world_from_camera(3 * index)).collect();
+    TrajectoryScore::of(&poses, &truth).unwrap().translation
+}
+
+#[test]
+fn planes_take_out_drift() {
+    for seed in [1, 2] {
+        let sequence = drifting(seed, 300);
+        let mut builder = MapBuilder::new(config()).unwrap();
+        for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+            let drifting = sequence.estimated_pose(index);
+            builder.insert(&simulated.frame, &simulated.detections, &drifting).unwrap();
+        }
+        builder.settle();
+        let before = error(&builder, &sequence);
+        let report = builder.refine_poses(&RefineConfig::default()).unwrap();
+        let after = error(&builder, &sequence);
+        assert!(after < 0.4 * before && after < 0.01, "seed {seed}: {before} m before, {after} m after");
+        let first = report.costs[0];
+        assert!(first[1] < 0.2 * first[0], "{:?}", report.costs);
+        assert!(report.found.planes > 6 && report.found.views > 300 && report.correction.key_frames == 100);
+    }
+}
+
+/// Rooms that are met again when the poses have drifted further than planes are associated.
+#[test]
+fn planes_that_are_met_again_are_one() {
+    let mut building = SequenceConfig::building(7, 2);
+    building.camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).ok();
+    building.pose_error = PoseErrorConfig::slam();
+    let sequence = Sequence::new(&building).unwrap();
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+        let drifting = sequence.estimated_pose(index);
+        builder.insert(&simulated.frame, &simulated.detections, &drifting).unwrap();
+    }
+    builder.settle();
+    let before = error(&builder, &sequence);
+    let report = builder.refine_poses(&RefineConfig::default()).unwrap();
+    let after = error(&builder, &sequence);
+    assert!(after < 0.25 * before, "{before} m before, {after} m after");
+    assert!((2..4).contains(&report.costs.len()), "{:?}", report.costs);
+}
+
+/// Of three loop closures the wrong one is named. Their frames need not be key frames.
+#[test]
+fn wrong_loop_closures_are_left_out() {
+    let sequence = drifting(5, 120);
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+        builder.insert(&simulated.frame, &simulated.detections, &sequence.estimated_pose(index)).unwrap();
+    }
+    builder.settle();
+    let closure = |from: usize, to: usize, error: f64| LoopClosure {
+        from: FrameId::new(from as u64),
+        to: FrameId::new(to as u64),
+        from_from_to: Pose::new([error, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()
+            * sequence.world_from_camera(3 * from).inverse()
+            * sequence.world_from_camera(3 * to),
+        rotation_deviation: 0.005,
+        translation_deviation: 0.01,
+    };
+    let mut unknown = closure(0, 3, 0.0);
+    unknown.to = FrameId::new(999);
+    let config = RefineConfig::default();
+    assert!(matches!(builder.refine_poses_with(&config, &[unknown]), Err(Error::UnknownFrame { .. })));
+    let closures = [closure(0, 38, 0.0), closure(2, 30, 0.5), closure(5, 37, 0.0)];
+    let report = builder.refine_poses_with(&config, &closures).unwrap();
+    assert_eq!(report.found.left_out, [1]);
+    let after = error(&builder, &sequence);
+    assert!(after < 0.01, "{after} m");
+}
+
+/// Poses that are true are no worse afterwards than the sensor's noise makes them.
+#[test]
+fn true_poses_stay() {
+    let sequence = drifting(4, 150);
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for simulated in sequence.frames().step_by(3) {
+        builder.insert(&simulated.frame, &simulated.detections, &simulated.world_from_camera).unwrap();
+    }
+    builder.settle();
+    builder.refine_poses(&RefineConfig::default()).unwrap();
+    let after = error(&builder, &sequence);
+    assert!(after < 0.005, "{after} m");
+}
+
+#[test]
+fn a_wrong_config_is_refused() {
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let mut wrong = RefineConfig::default();
+    wrong.rounds = 0;
+    assert!(matches!(builder.refine_poses(&wrong), Err(Error::Config(_))));
+    // And without a frame there is nothing to do.
+    let report = builder.refine_poses(&RefineConfig::default()).unwrap();
+    assert_eq!((report.found.planes, report.found.views), (0, 0));
+}
+
+#[test]
+fn without_a_history_nothing_is_refined() {
+    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    assert!(matches!(builder.refine_poses(&RefineConfig::default()), Err(Error::NoHistory)));
+}
+
+/// Of a second session that was put a hand's breadth beside the first, in the same room.
+#[test]
+fn a_session_that_was_put_beside_the_first_is_brought_to_it() {
+    let sequence = drifting(6, 240);
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let shift = Pose::new([0.03, 0.02, 0.025], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+        if index == 120 {
+            builder.begin_session().unwrap();
+        }
+        let pose = simulated.world_from_camera;
+        let pose = if index < 120 { pose } else { shift * pose };
+        builder.insert(&simulated.frame, &simulated.detections, &pose).unwrap();
+    }
+    builder.settle();
+    let before = error(&builder, &sequence);
+    builder.refine_poses(&RefineConfig::default()).unwrap();
+    let after = error(&builder, &sequence);
+    assert!(after < 0.4 * before && after < 0.008, "{before} m before, {after} m after");
+}

@@ -1,0 +1,188 @@
+//! Maps that outlive the process: what is saved is loaded, what is damaged is named, and who else writes is
+//! told.
+#![cfg(feature = "io")]
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use crate::common::{fingerprint, poses};
+use dymlm::files::{Autosave, MapSaver};
+use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
+use dymlm_core::{FrameId, PinholeCamera, Pose};
+use dymlm_sim::{Sequence, SequenceConfig};
+
+fn config(history: HistoryConfig) -> MapConfig {
+    let mut config = MapConfig::offline();
+    config.cloud.voxel_size = 0.03;
+    config.history = history;
+    config
+}
+
+fn insert(builder: &mut MapBuilder, frames: std::ops::Range<usize>) {
+    let mut config = SequenceConfig::default();
+    config.frames = 40;
+    config.camera = PinholeCamera::new(80, 60, 65.0, 65.0, 39.5, 29.5).ok();
+    for simulated in Sequence::new(&config).unwrap().frames().step_by(4).take(frames.end).skip(frames.start) {
+        builder.insert(&simulated.frame, &simulated.detections, &simulated.world_from_camera).unwrap();
+    }
+}
+
+fn mapped(history: HistoryConfig) -> MapBuilder {
+    let mut builder = MapBuilder::new(config(history)).unwrap();
+    insert(&mut builder, 0..6);
+    builder
+}
+
+/// Changes a byte of a file; of a state's segment one within a part of a section.
+fn damage(path: &Path, at: usize) {
+    let mut bytes = fs::read(path).unwrap();
+    bytes[at] ^= 0x10;
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn what_is_saved_is_loaded_with_the_config_and_the_history() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut builder = mapped(HistoryConfig::Memory);
+    builder.map().save(&folder).unwrap();
+    let map = MultiLevelMap::load(&folder).unwrap();
+    assert!(fingerprint(&map) == fingerprint(builder.map()));
+    assert_eq!(map.config(), builder.config());
+    assert_eq!(map.revision(), builder.map().revision());
+
+    let mut loaded = MapBuilder::resume(map).unwrap();
+    assert_eq!(poses(&loaded), poses(&builder));
+    let moved = [(FrameId::new(2), Pose::new([0.3, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap())];
+    builder.correct_poses(&moved).unwrap();
+    loaded.correct_poses(&moved).unwrap();
+    assert!(fingerprint(loaded.map()) == fingerprint(builder.map()));
+}
+
+#[test]
+fn the_history_can_be_kept_elsewhere() {
+    let parent = tempfile::tempdir().unwrap();
+    let [folder, old, new] = ["map", "old", "new"].map(|name| parent.path().join(name));
+    fs::create_dir(&old).unwrap();
+    fs::create_dir(&new).unwrap();
+    mapped(HistoryConfig::Folder(old.clone())).map().save(&folder).unwrap();
+    fs::remove_dir(&old).unwrap();
+    assert!(matches!(MultiLevelMap::load(&folder), Err(Error::History(_))));
+    let map = MultiLevelMap::load_with_history(&folder, HistoryConfig::Folder(new)).unwrap();
+    let mut builder = MapBuilder::resume(map).unwrap();
+    assert_eq!(builder.remove(FrameId::new(0)).unwrap().key_frames, 5);
+
+    mapped(HistoryConfig::None).map().save(&folder).unwrap();
+    let map = MultiLevelMap::load_with_history(&folder, HistoryConfig::Memory).unwrap();
+    assert!(matches!(MapBuilder::resume(map).unwrap().remove(FrameId::new(0)), Err(Error::NoHistory)));
+}
+
+#[test]
+fn of_a_damaged_folder_the_rest_is_read() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let builder = mapped(HistoryConfig::None);
+    builder.map().save(&folder).unwrap();
+    // The first section that is written is the cloud's.
+    damage(&folder.join("state-000001.bin"), 10);
+    let error = MultiLevelMap::load(&folder).unwrap_err();
+    assert!(error.to_string().contains("of cloud, in"), "{error}");
+    let (map, missing) = MultiLevelMap::load_partial(&folder).unwrap();
+    assert_eq!(missing.iter().map(|missing| missing.section).collect::<Vec<_>>(), ["cloud"]);
+    assert!(map.cloud().is_empty());
+    assert_eq!(map.octree().counts(), builder.map().octree().counts());
+    assert_eq!(
+        (map.planes().len(), map.objects().len()),
+        (builder.map().planes().len(), builder.map().objects().len())
+    );
+
+    damage(&folder.join("cloud.ply"), 500);
+    assert!(matches!(MultiLevelMap::load(&folder), Err(Error::Files(dymlm_io::Error::Checksum { .. }))));
+    assert_eq!(MultiLevelMap::load_partial(&folder).unwrap().1.len(), 1, "the standard files are not read");
+    damage(&folder.join("state.index"), 5);
+    assert!(MultiLevelMap::load_partial(&folder).is_err());
+}
+
+#[test]
+fn a_folder_of_another_version_or_without_a_state_is_refused() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let builder = mapped(HistoryConfig::None);
+    let mut files = dymlm_io::MapFolderWriter::create(&folder).unwrap();
+    builder.map().write_files(&mut files).unwrap();
+    files.finish(builder.config(), &builder.map().counts()).unwrap();
+    let error = MultiLevelMap::load(&folder).unwrap_err();
+    assert!(matches!(error, Error::Files(dymlm_io::Error::Malformed { .. })), "{error}");
+
+    builder.map().save(&folder).unwrap();
+    let manifest = folder.join("manifest.json");
+    let newer = fs::read_to_string(&manifest).unwrap().replace("\"version\": 3", "\"version\": 4");
+    fs::write(&manifest, newer).unwrap();
+    assert!(matches!(
+        MultiLevelMap::load(&folder),
+        Err(Error::Files(dymlm_io::Error::MapVersion { found: 4, .. }))
+    ));
+    assert!(MultiLevelMap::load(parent.path().join("nothing")).is_err());
+}
+
+#[test]
+fn maps_are_saved_while_they_are_built() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut builder = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
+    let saver = MapSaver::create(&folder).unwrap();
+    let autosave = Autosave::start(builder.reader(), saver, Duration::from_millis(20)).unwrap();
+    assert!(matches!(MapSaver::create(&folder), Err(dymlm_io::Error::Locked { .. })));
+    insert(&mut builder, 0..3);
+    builder.settle();
+    // The first save comes by itself.
+    let is_saved = |_: &u32| {
+        std::thread::sleep(Duration::from_millis(5));
+        MultiLevelMap::load(&folder).is_ok_and(|map| map.revision() == builder.map().revision())
+    };
+    assert!((0..2000).any(|step| is_saved(&step)));
+    insert(&mut builder, 3..6);
+    builder.settle();
+    drop(autosave);
+    let map = MultiLevelMap::load(&folder).unwrap();
+    assert!(fingerprint(&map) == fingerprint(builder.map()));
+}
+
+/// Bytes of the parts that the last save has written.
+fn last_segment(folder: &Path) -> u64 {
+    let segments = fs::read_dir(folder).unwrap().map(Result::unwrap);
+    let segments = segments.filter(|file| file.file_name().to_str().unwrap().starts_with("state-"));
+    segments.max_by_key(fs::DirEntry::file_name).unwrap().metadata().unwrap().len()
+}
+
+#[test]
+fn loaded_maps_are_saved_by_what_has_changed_since() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    mapped(HistoryConfig::Memory).map().save(&folder).unwrap();
+    let first = last_segment(&folder);
+
+    let (mut saver, map) = MapSaver::load(&folder, None).unwrap();
+    assert!(matches!(MapSaver::load(&folder, None), Err(Error::Files(dymlm_io::Error::Locked { .. }))));
+    let mut builder = MapBuilder::resume(map).unwrap();
+    saver.save(builder.map()).unwrap();
+    let heads = last_segment(&folder);
+    assert!(heads < first / 50, "{heads} bytes of {first}, where nothing has changed");
+    insert(&mut builder, 6..8);
+    builder.settle();
+    saver.save(builder.map()).unwrap();
+    let loaded = MultiLevelMap::load(&folder).unwrap();
+    assert!(fingerprint(&loaded) == fingerprint(builder.map()));
+    let goes_on = |map| {
+        let mut builder = MapBuilder::resume(map).unwrap();
+        insert(&mut builder, 8..10);
+        fingerprint(builder.map())
+    };
+    assert!(goes_on(loaded) == goes_on(builder.into_map()));
+    drop(saver);
+
+    // A folder that holds no map has nothing to go on with.
+    assert!(MapSaver::load(parent.path().join("nothing"), None).is_err());
+    damage(&folder.join("state.index"), 40);
+    assert!(MapSaver::load(&folder, None).is_err());
+}

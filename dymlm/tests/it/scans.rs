@@ -1,0 +1,216 @@
+//! Scans through the facade: OctoMap's leaves, somebody who walked by, frames beside scans, refused scans.
+
+use dymlm::cloud::{CloudMap, CloudVoxel, StaticPoints};
+use dymlm::core::{DepthImage, DepthNoise, Frame, FrameId, PinholeCamera, Point, Pose, SplitMix64};
+use dymlm::octree::{CellState, Octree, RayMode};
+use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig, Selection};
+use dymlm_test_support::{checksum, recording};
+
+fn config() -> MapConfig {
+    let mut config = MapConfig::default();
+    (config.sensor.noise, config.sensor.max_depth) = (DepthNoise::constant(0.01), 20.0);
+    config.cloud.voxel_size = 0.02;
+    config
+}
+
+fn written(map: &Octree) -> Vec<u8> {
+    let mut file = Vec::new();
+    map.write_ot(&mut file).unwrap();
+    file
+}
+
+/// A room of 6.04 x 4 x 3 m about the sensor, and whoever stands at x = 1.02 m.
+fn room(seed: u64, with_visitor: bool) -> Vec<Point> {
+    let mut random = SplitMix64::new(seed);
+    let mut points = Vec::new();
+    for _ in 0..30_000 {
+        let direction = [(); 3].map(|()| 2.0 * random.fraction() - 1.0);
+        let walls = [3.02, 2.0, 1.5].into_iter().zip(direction).map(|(half, c)| half / c.abs());
+        let mut range = walls.fold(f64::INFINITY, f64::min);
+        let [x, y, z] = direction.map(|c| c / direction[0]);
+        if with_visitor && direction[0] > 0.0 && y.abs() < 0.25 && z.abs() < 0.8 {
+            range = 1.02 * x / direction[0];
+        }
+        points.push(direction.map(|c| (range * c) as f32));
+    }
+    points
+}
+
+/// `insertPointCloud(node, inf, false, true)` at 0.1 m, by OctoMap 1.9.7.
+#[test]
+fn the_octree_is_that_of_octomap() {
+    let Some(path) = recording("octomap/spherical_scan.graph") else { return };
+    let bytes = std::fs::read(path).unwrap();
+    let number = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    let coordinate = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as f32;
+    let points: Vec<Point> =
+        (0..number(4)).map(|i| [0, 1, 2].map(|axis| coordinate(8 + 28 * i + 4 + 8 * axis))).collect();
+    let mut config = config();
+    (config.octree.resolution, config.octree.max_range) = (0.1, f64::INFINITY);
+    config.octree.rays = RayMode::PerCell;
+    let mut builder = MapBuilder::new(config).unwrap();
+    let pose = Pose::new([1.0, 0.0, -0.5], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let report = builder.insert_scan(0.0, &points, &pose).unwrap();
+    let counts = builder.map().octree().counts();
+    assert_eq!((counts.nodes, counts.leaves, counts.occupied_leaves), (6387, 5002, 1521));
+    assert_eq!(checksum(written(builder.map().octree())), 0x568b_5f29_5b93_4311);
+    assert_eq!(report.scan().unwrap().cloud.readings, points.len());
+}
+
+#[test]
+fn a_corridor_is_in_cloud_and_octree() {
+    let Some(path) = recording("octomap/scan.dat") else { return };
+    let text = std::fs::read_to_string(path).unwrap();
+    let numbers: Vec<f32> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
+    let points: Vec<Point> = numbers.chunks_exact(3).map(|point| [point[0], point[1], point[2]]).collect();
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let mut unfused_config = config();
+    unfused_config.cloud.fuse_surfaces = false;
+    let mut unfused = MapBuilder::new(unfused_config).unwrap();
+    let mut plain = Octree::new(config().octree).unwrap();
+    let far_enough: Vec<Point> =
+        points.iter().copied().filter(|[x, y, z]| x * x + y * y + z * z >= 0.09).collect();
+    let min_depth = config().sensor.min_depth;
+    assert!((min_depth - 0.3).abs() < 1e-6, "{min_depth}");
+    for second in 0..2 {
+        builder.insert_scan(f64::from(second), &points, &Pose::identity()).unwrap();
+        unfused.insert_scan(f64::from(second), &points, &Pose::identity()).unwrap();
+        plain.insert_scan([0.0; 3], &far_enough).unwrap();
+    }
+    assert!(written(builder.map().octree()) == written(&plain));
+    let cloud = unfused.map().cloud();
+    assert!(cloud.len() > 55_000 && cloud.len() * 100 > 95 * cloud.held_voxels());
+    // Fused, the cloud is one layer of points a surface. It lies within the noise of the readings, three
+    // standard deviations of 1 cm, and each of them has a point of the layer as near.
+    let fused = builder.map().cloud();
+    let (readings, layer) = (cloud.static_points(), fused.static_points());
+    let is_near = |points: &StaticPoints<'_>, p: &Point| points.nearest(p.map(f64::from), 0.03).is_some();
+    let all_near = |asked: &CloudMap, points: &StaticPoints<'_>| {
+        asked.point_cloud(Selection::Static).points().iter().all(|point| is_near(points, point))
+    };
+    assert!(all_near(fused, &readings) && all_near(cloud, &layer));
+    assert!(fused.len() > 55_000 && fused.len() <= cloud.len(), "{} of {}", fused.len(), cloud.len());
+}
+
+#[test]
+fn somebody_who_walked_by_is_in_neither_map() {
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for step in 0..8_u32 {
+        let scan = room(step.into(), step == 1);
+        let report = builder.insert_scan(0.5 * f64::from(step), &scan, &Pose::identity()).unwrap();
+        assert!(report.update().is_none() && report.scan().is_some_and(|scan| scan.octree.hit_cells > 100));
+    }
+    let map = builder.into_map();
+    let is_near =
+        |point: &Point| (point[0] - 1.0).abs() < 0.1 && point[1].abs() < 0.3 && point[2].abs() < 0.9;
+    let count = |selection| map.cloud().point_cloud(selection).points().iter().filter(|p| is_near(p)).count();
+    assert!(count(Selection::All) > 300);
+    assert_eq!(count(Selection::Static), 0);
+    assert_eq!(map.octree().state([1.02, 0.02, 0.02]), CellState::Free);
+    let wall = (0..400).map(|i| [3.02, -0.48 + 0.05 * f64::from(i % 20), -0.48 + 0.05 * f64::from(i / 20)]);
+    let occupied = wall.filter(|&place| map.octree().state(place) == CellState::Occupied).count();
+    assert!(occupied > 320, "{occupied} of 400");
+    assert!(map.cloud().len() > 10_000);
+}
+
+#[test]
+fn scans_come_between_frames() {
+    let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+    let frame = |time: f64| {
+        let depth = DepthImage::new(64, 48, vec![2.0; 64 * 48]).unwrap();
+        Frame::new(time, camera, depth, None).unwrap()
+    };
+    let mut builder = MapBuilder::new(config()).unwrap();
+    builder.insert(&frame(0.0), Detections::Pending, &Pose::identity()).unwrap();
+    let scan = builder.insert_scan(0.1, &room(1, false), &Pose::identity()).unwrap();
+    assert_eq!((scan.id, scan.released.len()), (FrameId::new(1), 0));
+    assert!(matches!(scan.outcome, FrameOutcome::Scanned(_)));
+    // The frame has waited long enough.
+    let scan = builder.insert_scan(5.0, &room(2, false), &Pose::identity()).unwrap();
+    assert_eq!(scan.released.iter().map(|report| report.id).collect::<Vec<_>>(), [FrameId::new(0)]);
+    assert!(builder.insert(&frame(5.0), &[], &Pose::identity()).is_ok());
+}
+
+#[test]
+fn refused_scans_change_nothing() {
+    let mut builder = MapBuilder::new(config()).unwrap();
+    builder.insert_scan(3.0, &room(1, false), &Pose::identity()).unwrap();
+    let before = state(&builder);
+    let scan = room(2, false);
+    let far = Pose::new([1e7, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    for (time, pose) in [(f64::NAN, Pose::identity()), (f64::INFINITY, Pose::identity()), (4.0, far)] {
+        assert!(matches!(builder.insert_scan(time, &scan, &pose), Err(Error::Cloud(_))), "{time}");
+    }
+    assert!(matches!(builder.insert_scan(2.9, &scan, &Pose::identity()), Err(Error::Dynamics(_))));
+    assert!(state(&builder) == before);
+    // No return of the laser, and the sensor itself.
+    let nothing = [[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [0.0; 3], [0.05, 0.0, 0.0]];
+    let report = builder.insert_scan(3.0, &nothing, &Pose::identity()).unwrap();
+    let update = report.scan().unwrap();
+    assert_eq!((update.cloud.readings, update.octree.hit_cells), (0, 0));
+    assert!(state(&builder) == before);
+    // Beyond the octree's border the cloud goes on.
+    let beyond = Pose::new([2000.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let report = builder.insert_scan(4.0, &scan, &beyond).unwrap();
+    let update = report.scan().unwrap();
+    assert_eq!((update.octree.outside, update.cloud.readings), (scan.len(), scan.len()));
+}
+
+/// Everything of cloud and octree, in bytes and voxels.
+fn state(builder: &MapBuilder) -> (Vec<u8>, Vec<CloudVoxel>) {
+    let map = builder.map();
+    (written(map.octree()), map.cloud().voxels(Selection::All).collect())
+}
+
+fn with_history(history: HistoryConfig) -> MapBuilder {
+    let mut config = config();
+    config.history = history;
+    MapBuilder::new(config).unwrap()
+}
+
+#[test]
+fn scans_follow_corrected_poses() {
+    let pose = |step: u64, drift: f64| {
+        let x = 0.1 * step as f64;
+        Pose::new([x, drift * x, 0.0], [0.0, 0.0, (drift * x).sin(), (drift * x).cos()]).unwrap()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mapped = |steps: &[u64], drift: f64| {
+        let mut builder = with_history(HistoryConfig::Folder(folder.path().into()));
+        for &step in steps {
+            let scan = room(step, step == 1);
+            builder.insert_scan(0.5 * step as f64, &scan, &pose(step, drift)).unwrap();
+        }
+        builder
+    };
+    let all: Vec<u64> = (0..6).collect();
+    let mut builder = mapped(&all, 0.2);
+    let right: Vec<(FrameId, Pose)> = all.iter().map(|&step| (FrameId::new(step), pose(step, 0.0))).collect();
+    builder.correct_poses(&right).unwrap();
+    assert!(state(&builder) == state(&mapped(&all, 0.0)));
+    builder.remove(FrameId::new(1)).unwrap();
+    assert!(state(&builder) == state(&mapped(&[0, 2, 3, 4, 5], 0.0)));
+}
+
+#[test]
+fn scans_and_frames_follow_corrected_poses_together() {
+    let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+    let mut builder = with_history(HistoryConfig::Memory);
+    for step in 0..12_u32 {
+        let (time, pose) = (0.3 * f64::from(step), Pose::identity());
+        if step % 2 == 0 {
+            let depth = DepthImage::new(64, 48, vec![2.0 + 0.01 * step as f32; 64 * 48]).unwrap();
+            builder.insert(&Frame::new(time, camera, depth, None).unwrap(), &[], &pose).unwrap();
+        } else {
+            builder.insert_scan(time, &room(step.into(), step == 3), &pose).unwrap();
+        }
+    }
+    let first = state(&builder);
+    let moved = Pose::new([0.5, 0.2, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap();
+    let poses: Vec<(FrameId, Pose)> = builder.trajectory().map(|(id, _, pose)| (id, pose)).collect();
+    assert_eq!(poses.len(), 12);
+    builder.correct_poses(&[(FrameId::new(4), moved), (FrameId::new(5), moved)]).unwrap();
+    assert!(state(&builder) != first);
+    builder.correct_poses(&poses).unwrap();
+    assert!(state(&builder) == first);
+}

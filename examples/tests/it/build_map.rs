@@ -1,0 +1,265 @@
+//! `build_map` as a program: what it writes, how it treats broken frames, and that it never leaves half an
+//! output.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use dymlm::core::{ColorImage, DepthImage, Pose};
+use dymlm::{MapBuilder, MapConfig, MultiLevelMap, Selection};
+use dymlm_io::{
+    FrameBuffers, MapFolder, McapOptions, McapRecording, StampedPose, Trajectory, write_depth_png, write_png,
+};
+
+const FRAMES: usize = 6;
+const WIDTH: usize = 64;
+const HEIGHT: usize = 48;
+
+fn build_map(arguments: &[&str]) -> Option<Output> {
+    Some(Command::new(program()?).args(arguments).output().unwrap())
+}
+
+/// The example beside this test's own binary: `cargo test` builds it with the package.
+fn program() -> Option<PathBuf> {
+    let deps = std::env::current_exe().unwrap();
+    let program =
+        deps.parent()?.parent()?.join("examples").join(format!("build_map{}", std::env::consts::EXE_SUFFIX));
+    if !program.exists() {
+        println!("skipped: {} is not built; run the whole package's tests", program.display());
+        return None;
+    }
+    Some(program)
+}
+
+/// A wall at 2 m, seen in six frames from the same place.
+fn write_dataset(folder: &Path) {
+    let (mut rgb, mut depth) = (String::new(), String::new());
+    let mut poses = Vec::new();
+    for index in 0..FRAMES {
+        let timestamp = index as f64 * 0.1;
+        let color = ColorImage::new(WIDTH, HEIGHT, vec![[90, 120, 60]; WIDTH * HEIGHT]).unwrap();
+        write_png(folder.join(format!("{index}_rgb.png")), WIDTH, HEIGHT, color.data()).unwrap();
+        let wall = DepthImage::new(WIDTH, HEIGHT, vec![2.0; WIDTH * HEIGHT]).unwrap();
+        write_depth_png(folder.join(format!("{index}_depth.png")), &wall, 5000.0).unwrap();
+        writeln!(rgb, "{timestamp:.3} {index}_rgb.png").unwrap();
+        writeln!(depth, "{timestamp:.3} {index}_depth.png").unwrap();
+        poses.push(StampedPose { timestamp, world_from_camera: Pose::identity() });
+    }
+    fs::write(folder.join("rgb.txt"), rgb).unwrap();
+    fs::write(folder.join("depth.txt"), depth).unwrap();
+    Trajectory::new(poses).unwrap().write(folder.join("groundtruth.txt")).unwrap();
+    let camera =
+        r#"{"width": 64, "height": 48, "fx": 52.5, "fy": 52.5, "cx": 31.5, "cy": 23.5, "depth_scale": 5000}"#;
+    fs::write(folder.join("camera.json"), camera).unwrap();
+}
+
+fn paths() -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let parent = tempfile::tempdir().unwrap();
+    let (dataset, out) = (parent.path().join("dataset"), parent.path().join("map"));
+    fs::create_dir(&dataset).unwrap();
+    write_dataset(&dataset);
+    (parent, dataset, out)
+}
+
+#[test]
+fn a_broken_frame_costs_a_warning_and_a_count() {
+    let (_parent, dataset, out) = paths();
+    // A truncated image, a missing one, one of another size, and a bad line of detections.
+    let bytes = fs::read(dataset.join("1_depth.png")).unwrap();
+    fs::write(dataset.join("1_depth.png"), &bytes[..bytes.len() / 2]).unwrap();
+    fs::remove_file(dataset.join("2_rgb.png")).unwrap();
+    write_depth_png(dataset.join("3_depth.png"), &DepthImage::new(2, 2, vec![1.0; 4]).unwrap(), 5000.0)
+        .unwrap();
+    let good = |t: f64| format!("{{\"timestamp\": {t:.1}, \"detections\": []}}\n");
+    let lines =
+        [good(0.0), good(0.1), good(0.2), good(0.3), "{\"timestamp\": 0.4, \"detect\n".into(), good(0.5)];
+    fs::write(dataset.join("detections.jsonl"), lines.concat()).unwrap();
+
+    let (dataset, out_name) = (dataset.to_str().unwrap(), out.to_str().unwrap());
+    let Some(output) = build_map(&["--dataset", dataset, "--out", out_name]) else { return };
+    let warnings = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{warnings}");
+    for named in ["1_depth.png", "2_rgb.png", "3_depth.png", "detections.jsonl, line 5"] {
+        assert!(warnings.contains(named), "{named} in {warnings}");
+    }
+
+    let report = fs::read_to_string(out.join("report.json")).unwrap();
+    assert!(report.contains("\"frames\": 6") && report.contains("\"frames_skipped\": 4"), "{report}");
+    assert!(
+        ["\"insert\"", "\"median_ms\"", "\"p95_ms\"", "\"max_ms\"", "\"peak_memory_bytes\"", "\"config\""]
+            .iter()
+            .all(|key| report.contains(key))
+    );
+    let map = MapFolder::open(&out).unwrap();
+    let files: Vec<&str> = map.files().collect();
+    for name in ["cloud.ply", "octree.bt", "octree.ot", "cloud_above.png", "octree_side.png"] {
+        assert!(files.contains(&name), "{files:?}");
+    }
+    assert!(!dymlm_io::read_ply(out.join("cloud.ply")).unwrap().is_empty());
+}
+
+#[test]
+fn a_run_that_fails_leaves_nothing() {
+    let (parent, dataset, out) = paths();
+    let entries = || fs::read_dir(parent.path()).unwrap().count();
+    let before = entries();
+    // No frame can be read.
+    for index in 0..FRAMES {
+        fs::write(dataset.join(format!("{index}_depth.png")), b"no image").unwrap();
+    }
+    let (dataset, out_name) = (dataset.to_str().unwrap(), out.to_str().unwrap());
+    let Some(output) = build_map(&["--dataset", dataset, "--out", out_name]) else { return };
+    assert!(!output.status.success());
+    assert!(!out.exists());
+    assert_eq!(entries(), before, "no temporary folder is left");
+
+    // A config with a field that does not exist, and one out of range.
+    for (config, named) in
+        [("[cloud]\nvoxel_sise = 0.1\n", "voxel_sise"), ("[cloud]\nvoxel_size = 0.0\n", "voxel_size")]
+    {
+        let path = parent.path().join("config.toml");
+        fs::write(&path, config).unwrap();
+        let arguments = ["--dataset", dataset, "--out", out_name, "--config", path.to_str().unwrap()];
+        let Some(output) = build_map(&arguments) else { return };
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && error.contains(named), "{error}");
+        fs::remove_file(path).unwrap();
+    }
+    assert_eq!(entries(), before);
+}
+
+/// Bags that independent writers made, 8x6 pixels: `dymlm-io/tests/bags/write_bags.py`.
+fn bag(name: &str) -> String {
+    format!("{}/../dymlm-io/tests/bags/{name}.mcap", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn a_bag_gives_the_maps_of_its_frames() {
+    let out = tempfile::tempdir().unwrap();
+    let run = |name: &str, more: &[&str]| {
+        let folder = out.path().join(name);
+        let bag = bag(name);
+        let output =
+            build_map(&[&["--dataset", &bag, "--out", folder.to_str().unwrap()][..], more].concat())?;
+        Some((folder, output.status.success(), String::from_utf8(output.stderr).unwrap()))
+    };
+    let Some((folder, done, warnings)) = run("plain", &[]) else { return };
+    assert!(done, "{warnings}");
+    // The same frames by hand.
+    let mut recording = McapRecording::open(bag("plain"), &McapOptions::default()).unwrap();
+    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    let mut buffers = FrameBuffers::default();
+    for index in 0..recording.frames().len() {
+        let loaded = recording.load(index, &mut buffers).unwrap();
+        builder.insert(&loaded.frame, loaded.detections.as_deref(), &loaded.world_from_camera).unwrap();
+    }
+    builder.settle();
+    let map = MultiLevelMap::load(&folder).unwrap();
+    let points = |map: &MultiLevelMap| map.cloud().point_cloud(Selection::All).points().to_vec();
+    assert!(points(&map).len() > 20 && points(&map) == points(builder.map()));
+    assert_eq!(map.cloud().frames(), 4);
+
+    // A frame without a pose costs a warning; a topic that is not there, or detections from elsewhere, the run.
+    let (folder, done, warnings) = run("late_tf", &[]).unwrap();
+    assert!(done && warnings.contains("frame 0 skipped"), "{warnings}");
+    assert_eq!(MultiLevelMap::load(folder).unwrap().cloud().frames(), 3);
+    for (refused, named) in
+        [(["--topics", "depth=/nowhere"], "/nowhere"), (["--detections", "x"], "of a bag")]
+    {
+        let (folder, done, error) = run("odometry", &refused).unwrap();
+        assert!(!done && error.contains(named) && !folder.join("report.json").exists(), "{error}");
+    }
+}
+
+/// What detectors need stays out of the workspace; `examples/detect` has the program that has one.
+#[test]
+fn without_a_detector_it_says_which_program_has_one() {
+    let (_parent, dataset, out) = paths();
+    let [dataset, out_name] = [&dataset, &out].map(|path| path.to_str().unwrap());
+    let arguments = ["--dataset", dataset, "--out", out_name, "--detector", "yolox_nano.onnx"];
+    let Some(output) = build_map(&arguments) else { return };
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        !output.status.success() && error.contains("examples/detect/Cargo.toml --bin build_map"),
+        "{error}"
+    );
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_second_run_goes_on_with_the_maps_of_the_first() {
+    let (parent, dataset, out) = paths();
+    let second = parent.path().join("second");
+    let [dataset, out, second] = [&dataset, &out, &second].map(|path| path.to_str().unwrap());
+    let Some(first_run) = build_map(&["--dataset", dataset, "--out", out]) else { return };
+    assert!(first_run.status.success());
+    // The same recording, whose clock begins anew, from a place a metre beside it.
+    let beside = ["--resume", out, "--world-from-session", "1 0 0 0 0 0 1", "--report"];
+    let run = build_map(&[&["--dataset", dataset, "--out", second][..], &beside].concat()).unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let [before, after] = [out, second].map(|folder| MultiLevelMap::load(folder).unwrap());
+    assert!(after.cloud().len() > before.cloud().len() * 5 / 4);
+    assert_eq!(after.cloud().frames(), before.cloud().frames() * 2);
+    let trajectory = Trajectory::read(Path::new(second).join("trajectory.txt")).unwrap();
+    assert_eq!(trajectory.poses().len(), FRAMES);
+    assert!(trajectory.poses().iter().all(|pose| pose.world_from_camera.translation() == [1.0, 0.0, 0.0]));
+    // Its page tells times on the clock of the maps, which has gone on.
+    let page = fs::read_to_string(Path::new(second).join("report.html")).unwrap();
+    let (_, data) = page.split_once("id=\"page-data\">").unwrap();
+    let data: serde_json::Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();
+    let wall = &data["planes"][0];
+    assert_eq!((data["start"].as_f64(), wall["first_seen"].as_f64()), (Some(10.5), Some(0.0)), "{wall}");
+    assert_eq!(data["cloud"]["count"], after.cloud().len());
+    assert!(MapFolder::open(second).unwrap().files().any(|name| name == "report.html"));
+    // Into the folder that it goes on from, too.
+    let run = build_map(&["--dataset", dataset, "--out", out, "--resume", out]).unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert_eq!(MultiLevelMap::load(out).unwrap().cloud().frames(), after.cloud().frames());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_ends_with_the_map_of_what_it_has() {
+    let (_parent, _dataset, out) = paths();
+    let Some(program) = program() else { return };
+    // Long enough to be interrupted in any case.
+    let arguments = ["--sequence", "walking_xyz", "--autosave", "0.1", "--out", out.to_str().unwrap()];
+    let mut run = Command::new(program).args(arguments).stderr(Stdio::piped()).spawn().unwrap();
+    while MultiLevelMap::load(&out).is_err() {
+        assert!(run.try_wait().unwrap().is_none(), "it has ended by itself");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let interrupt = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(interrupt.success());
+    let output = run.wait_with_output().unwrap();
+    let warnings = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && warnings.contains("interrupted after"), "{warnings}");
+    let map = MultiLevelMap::load(&out).unwrap();
+    assert!(
+        map.cloud().frames() > 0 && out.join("report.json").exists() && out.join("cloud_above.png").exists()
+    );
+}
+
+#[test]
+fn a_session_is_recorded_and_can_be_mapped_again() {
+    let (parent, dataset, out) = paths();
+    fs::write(dataset.join("detections.jsonl"), "{\"timestamp\": 0.1, \"detections\": []}\n").unwrap();
+    let (session, again) = (parent.path().join("session.mcap"), parent.path().join("again"));
+    let text = |path: &Path| path.to_str().unwrap().to_owned();
+    let [dataset, out_name, session, again_name] = [&dataset, &out, &session, &again].map(|path| text(path));
+    let first = ["--dataset", &dataset, "--out", &out_name, "--mcap", &session];
+    let Some(output) = build_map(&first) else { return };
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = build_map(&["--dataset", &session, "--out", &again_name]).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let cloud = |folder: &Path| dymlm_io::read_ply(folder.join("cloud.ply")).unwrap();
+    assert_eq!(cloud(&out).points(), cloud(&again).points());
+
+    // A file that cannot be written is said before anything is mapped.
+    let nowhere = text(&parent.path().join("none/session.mcap"));
+    let output = build_map(&["--dataset", &dataset, "--out", &out_name, "--mcap", &nowhere]).unwrap();
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("session.mcap"));
+}

@@ -1,0 +1,177 @@
+//! The plane map of a real kitchen, with people walking through it and without, from the recordings of the
+//! data folder: is each surface one plane, and does none stand on a person?
+//!
+//! `cargo test -p dymlm-examples --test kitchen_planes -- --nocapture` prints what each surface is made of.
+//! The rendered counterparts, whose truth is exact, are the quick rows of the example `evaluate`.
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use dymlm::core::{Detection, PlaneId};
+use dymlm::planes::{MapPlane, PlaneMap};
+use dymlm::{MapBuilder, MapConfig};
+use dymlm_examples::FrameSource;
+use dymlm_io::TumOptions;
+use dymlm_test_support::recording;
+
+/// A surface of the kitchen. Its place was read off the map of `kitchen` and checked by eye in the pictures;
+/// all else about it is judged.
+struct Surface {
+    name: &'static str,
+    /// A point on it, metres, and its normal; world.
+    point: [f64; 3],
+    normal: [f64; 3],
+    /// Planes of it have their centroids this near to `point`, metres.
+    reach: f64,
+}
+
+/// Least share of a surface's mapped area that one plane must hold: a little less than what stands, which is
+/// all of it.
+const LEAST_SHARE: f64 = 0.9;
+
+const UP: [f64; 3] = [0.0089, -0.9044, -0.4265];
+const SURFACES: [Surface; 7] = [
+    Surface { name: "table top", point: [-0.08, 0.01, 1.77], normal: UP, reach: 1.2 },
+    // Its two parts, before the table and far behind it, are in no frame together.
+    Surface { name: "floor", point: [-1.51, 0.67, 2.03], normal: UP, reach: 4.0 },
+    Surface { name: "counter", point: [-0.99, -0.45, 2.96], normal: [0.02, 0.45, -0.89], reach: 1.2 },
+    Surface { name: "cabinet", point: [-1.91, 0.0, 2.02], normal: [0.995, 0.0, 0.1], reach: 0.8 },
+    Surface { name: "far wall", point: [0.19, -0.84, 3.39], normal: [0.0, 0.46, -0.89], reach: 1.5 },
+    Surface { name: "left wall", point: [2.0, -0.47, 2.74], normal: [-1.0, -0.01, 0.04], reach: 1.0 },
+    Surface { name: "right wall", point: [-2.53, -0.59, 1.93], normal: [0.99, 0.04, 0.12], reach: 1.0 },
+];
+
+/// Planes belong to a surface that they are parallel to within 10 degrees and lie on within 5 cm.
+const COS_ANGLE: f64 = 0.985;
+const OFFSET: f64 = 0.05;
+
+#[test]
+fn surfaces_are_planes_and_people_are_none() {
+    for name in ["kitchen_people", "kitchen"] {
+        let Some(folder) = recording(name) else { return };
+        let kitchen = Kitchen::map(&folder, |detections| detections);
+        println!(
+            "{name}: {} planes, {} candidates",
+            kitchen.planes.len(),
+            kitchen.planes.candidates().count()
+        );
+        let failed: Vec<&str> = SURFACES
+            .iter()
+            .filter(|surface| !is_one(surface, &kitchen.planes))
+            .map(|surface| surface.name)
+            .collect();
+
+        let most = kitchen.people_shares().max_by(|a, b| a.1.total_cmp(&b.1));
+        let (plane, share) = most.unwrap();
+        println!("  at most {:.1} % of a plane's pixels show people (plane {plane})", 100.0 * share);
+        assert!(share < 0.05, "{name}: {share} of plane {plane} are people");
+        assert!(failed.is_empty(), "{name}: {failed:?} have come apart");
+    }
+}
+
+/// People are round: even where nobody is detected they are no planes.
+#[test]
+fn undetected_people_are_no_planes() {
+    let Some(folder) = recording("kitchen_people") else { return };
+    let kitchen = Kitchen::map(&folder, |_| Vec::new());
+    let (plane, share) = kitchen.people_shares().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+    println!("without detections {:.1} % of plane {plane} are people", 100.0 * share);
+    assert!(share < 0.05, "{share} of plane {plane} are people");
+    assert!(kitchen.people_pixels > 100_000, "{}", kitchen.people_pixels);
+}
+
+/// Prints the planes of a surface, and answers whether one of them holds enough of it.
+fn is_one(surface: &Surface, planes: &PlaneMap) -> bool {
+    let mut parts: Vec<&MapPlane> = planes.iter().filter(|plane| is_of(plane, surface)).collect();
+    parts.sort_by(|a, b| b.area().total_cmp(&a.area()));
+    let sum: f64 = parts.iter().map(|plane| plane.area()).sum();
+    let share = parts.first().map_or(0.0, |plane| plane.area() / sum);
+    let list: Vec<String> = parts
+        .iter()
+        .map(|plane| {
+            let height = 100.0 * offset(plane, surface);
+            format!("{:.2} m2 at {height:+.1} cm, seen {} times", plane.area(), plane.observations())
+        })
+        .collect();
+    println!("  {}: {}; the largest holds {:.0} %", surface.name, list.join(", "), 100.0 * share);
+    share >= LEAST_SHARE
+}
+
+/// How far before the surface a plane's centroid lies, metres.
+fn offset(plane: &MapPlane, surface: &Surface) -> f64 {
+    dot(plane.centroid(), surface.normal) - dot(surface.point, surface.normal)
+}
+
+fn is_of(plane: &MapPlane, surface: &Surface) -> bool {
+    let to_centroid: [f64; 3] = std::array::from_fn(|axis| plane.centroid()[axis] - surface.point[axis]);
+    dot(plane.plane().normal(), surface.normal) >= COS_ANGLE
+        && offset(plane, surface).abs() <= OFFSET
+        && dot(to_centroid, to_centroid) <= surface.reach * surface.reach
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The plane map of every second frame.
+struct Kitchen {
+    planes: PlaneMap,
+    /// For each plane of the map its pixels in all frames, and how many of them show people.
+    pixels: BTreeMap<PlaneId, [usize; 2]>,
+    /// Pixels of people in all frames.
+    people_pixels: usize,
+}
+
+impl Kitchen {
+    fn map(folder: &Path, choose: impl Fn(Vec<Detection>) -> Vec<Detection>) -> Self {
+        let mut options = TumOptions::default();
+        options.every = 2;
+        let mut source = FrameSource::recorded(folder, None, &options).unwrap();
+        let mut config = MapConfig::default();
+        // What is not looked at need not be exact.
+        config.octree.resolution = 0.2;
+        let mut builder = MapBuilder::new(config).unwrap();
+        let (mut sightings, mut people_pixels) = (Vec::new(), 0);
+        for index in 0..source.len() {
+            let mut frame = source.load(index).unwrap();
+            let detections = choose(frame.detections.take().unwrap_or_default());
+            let report = builder.insert(&frame.frame, &detections, &frame.world_from_camera).unwrap();
+            if let Some(update) = report.update() {
+                let people = source.people(index).unwrap().map(|people| people.anybody().unwrap());
+                let width = frame.frame.camera().width();
+                let shows_people = |pixel: usize| {
+                    people.as_ref().is_some_and(|people| people.at(pixel % width, pixel / width))
+                };
+                people_pixels +=
+                    (0..frame.frame.depth().data().len()).filter(|&pixel| shows_people(pixel)).count();
+                let counts = count_pixels(&builder, shows_people);
+                sightings.extend(update.planes.associations.iter().copied().zip(counts));
+            }
+            source.recycle(frame);
+        }
+
+        let planes = builder.into_map().planes().clone();
+        let mut pixels: BTreeMap<PlaneId, [usize; 2]> = BTreeMap::new();
+        for (id, [all, people]) in sightings {
+            // Planes that were merged go by the name of the one that is left.
+            let sum = pixels.entry(planes.plane(id).unwrap().id()).or_default();
+            *sum = [sum[0] + all, sum[1] + people];
+        }
+        Self { planes, pixels, people_pixels }
+    }
+
+    fn people_shares(&self) -> impl Iterator<Item = (PlaneId, f64)> {
+        self.pixels.iter().map(|(&id, &[all, people])| (id, people as f64 / all.max(1) as f64))
+    }
+}
+
+/// For each plane of the last frame its pixels, and how many of them show people.
+fn count_pixels(builder: &MapBuilder, shows_people: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
+    let detector = builder.plane_detector();
+    let mut of_label: BTreeMap<u16, [usize; 2]> = BTreeMap::new();
+    for (pixel, &label) in detector.labels().iter().enumerate() {
+        let [all, people] = of_label.entry(label).or_default();
+        *all += 1;
+        *people += usize::from(shows_people(pixel));
+    }
+    detector.planes().iter().map(|plane| of_label[&plane.label]).collect()
+}

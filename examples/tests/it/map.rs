@@ -1,0 +1,126 @@
+//! `map` as a program: maps of several sessions become one, floors become grids.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
+use dymlm::{HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
+use dymlm_test_support::{Rectangle, World, look_at, small_camera};
+
+/// None where the program is not built: `cargo test` of the whole package builds it.
+fn map(arguments: &[&str]) -> Option<Output> {
+    let deps = std::env::current_exe().unwrap();
+    let name = format!("map{}", std::env::consts::EXE_SUFFIX);
+    let program = deps.parent()?.parent()?.join("examples").join(name);
+    if !program.exists() {
+        println!("skipped: {} is not built", program.display());
+        return None;
+    }
+    Some(Command::new(program).args(arguments).output().unwrap())
+}
+
+/// A wall at two metres, seen at two times.
+fn save_map(folder: &Path, start: f64, voxel_size: f64) {
+    let mut config = MapConfig::default();
+    config.history = HistoryConfig::Memory;
+    config.cloud.voxel_size = voxel_size;
+    let mut builder = MapBuilder::new(config).unwrap();
+    let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+    for time in [start, start + 1.0] {
+        let wall = DepthImage::new(64, 48, vec![2.0; 64 * 48]).unwrap();
+        let frame = Frame::new(time, camera, wall, None).unwrap();
+        builder.insert(&frame, &[], &Pose::identity()).unwrap();
+    }
+    builder.into_map().save(folder).unwrap();
+}
+
+#[test]
+fn maps_of_two_sessions_become_one() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = |name: &str| parent.path().join(name).to_str().unwrap().to_owned();
+    let (one, other, coarse, out) = (path("one"), path("other"), path("coarse"), path("out"));
+    save_map(one.as_ref(), 100.0, 0.01);
+    save_map(other.as_ref(), 200.0, 0.01);
+    save_map(coarse.as_ref(), 300.0, 0.02);
+    let poses = path("poses.txt");
+    std::fs::write(&poses, "# tx ty tz qx qy qz qw\n0 0 0 0 0 0 1\n0 0 5 0 0 0 1\n").unwrap();
+
+    let Some(done) = map(&["merge", &one, &other, "--out", &out, "--poses", &poses]) else { return };
+    assert!(done.status.success(), "{done:?}");
+    let merged = MultiLevelMap::load(&out).unwrap();
+    assert_eq!(merged.sessions().len(), 2);
+    let single = MultiLevelMap::load(&one).unwrap().counts();
+    assert_eq!(merged.counts().cloud_points, 2 * single.cloud_points);
+    let said = String::from_utf8(map(&["info", &out]).unwrap().stdout).unwrap();
+    assert!(said.contains("2 frames from frame 2 on, 200.0 s to 201.0 s"), "{said}");
+
+    let refused = map(&["merge", &one, &coarse, "--out", &path("none")]).unwrap();
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(!refused.status.success() && said.contains("cloud.voxel_size is 0.01 and 0.02"), "{said}");
+    assert!(!Path::new(&path("none")).exists());
+    std::fs::write(&poses, "0 0 0 0 0 0 1\n").unwrap();
+    let refused = map(&["merge", &one, &other, "--out", &out, "--poses", &poses]).unwrap();
+    assert!(String::from_utf8(refused.stderr).unwrap().contains("1 poses for 2 maps"));
+}
+
+/// A camera that looks ahead over two floors, one after the other, with a wall at each.
+fn save_storeys(folder: &Path) {
+    let mut builder = MapBuilder::new(MapConfig::offline()).unwrap();
+    let camera = small_camera();
+    let mut time = 0.0;
+    for floor in [0.0, 2.8] {
+        let world = World::of(&[
+            Rectangle::level([0.0, -0.5, floor], 3.0, 2.5),
+            Rectangle::upright([0.0, 2.0, floor + 1.0], 3.0, 1.0),
+        ]);
+        for step in 0..4 {
+            let eye = look_at([0.02 * f64::from(step), -2.0, floor + 1.4], [0.0, 1.0, floor]);
+            let frame = Frame::new(time, camera, world.depth(&camera, &eye), None).unwrap();
+            builder.insert(&frame, &[], &eye).unwrap();
+            time += 1.0;
+        }
+    }
+    builder.into_map().save(folder).unwrap();
+}
+
+#[test]
+fn each_floor_has_a_grid() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = |name: &str| parent.path().join(name).to_str().unwrap().to_owned();
+    save_storeys(path("map").as_ref());
+    let Some(done) = map(&["grid", &path("map"), "--out", &path("all.yaml"), "--floors"]) else { return };
+    assert!(done.status.success(), "{done:?}");
+    let said = String::from_utf8(done.stdout).unwrap();
+    assert!(said.lines().count() == 2 && said.contains("all_1.yaml"), "{said}");
+    let pixels = |name: &str| {
+        let image = std::fs::read(path(name)).unwrap();
+        let size = image.split(|&byte| byte == b'\n').nth(1).unwrap().to_vec();
+        let size: Vec<usize> =
+            String::from_utf8(size).unwrap().split(' ').map(|word| word.parse().unwrap()).collect();
+        (size[0], image[image.len() - size[0] * size[1]..].to_vec())
+    };
+    // The wall is a row of occupied cells at y = 2, and nothing else is in the way.
+    for name in ["all_0.pgm", "all_1.pgm"] {
+        let (width, image) = pixels(name);
+        let occupied: Vec<usize> = (0..image.len()).filter(|&index| image[index] == 0).collect();
+        assert!(
+            occupied.len() > 40 && occupied.iter().all(|index| index / width < 3),
+            "{name}: {occupied:?}"
+        );
+    }
+    let arguments = ["--at", "0", "0", "4", "--region", "-1", "1", "1", "4", "--inflate", "0.3"];
+    let done = map(&[&["grid", &path("map"), "--out", &path("one.yaml")], &arguments[..]].concat()).unwrap();
+    assert!(done.status.success(), "{done:?}");
+    let (width, image) = pixels("one.pgm");
+    assert_eq!((width, image.len()), (40, 40 * 60));
+    // 0.3 m before the wall.
+    let column: Vec<u8> = image.chunks(40).map(|row| row[20]).collect();
+    let nearest = column.iter().rposition(|&pixel| pixel == 0).unwrap();
+    let y = 4.0 - 0.05 * (nearest as f64 + 0.5);
+    assert!((y - 1.72).abs() < 0.06, "{y}");
+    let yaml = std::fs::read_to_string(path("one.yaml")).unwrap();
+    assert!(yaml.contains("image: \"one.pgm\"") && yaml.contains("origin: [-1, 1, 0.0]"), "{yaml}");
+    let refused = map(&["grid", &path("map"), "--at", "0", "0", "-3"]).unwrap();
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(!refused.status.success() && said.contains("no floor is known under [0.0, 0.0, -3.0]"), "{said}");
+}
