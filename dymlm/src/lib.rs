@@ -43,7 +43,7 @@ struct ReadmeDoctests;
 #[cfg(test)]
 extern crate self as dymlm;
 #[cfg(test)]
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
 mod carried_object;
